@@ -10,8 +10,7 @@ from bristle.core.errors import InputError, InputWarning
 from bristle.core.packing import pack
 from bristle.core.tangent import DIRECTIONS
 from bristle.engine.compilation import interpreted
-from bristle.engine.derivatives import force_with_derivatives, make_force_with_tangents
-from bristle.engine.instance import Instance
+from bristle.engine.derivatives import TangentRun, force_with_derivatives
 from bristle.engine.motion import along
 from bristle.friction import MODELS, with_slots
 from bristle.testing import example_of
@@ -220,17 +219,13 @@ def test_a_motion_goes_on_from_the_state_and_the_memory_of_its_first_half_with_t
     model, v = model_of(name, slots), nasty()
     directions = directions_of(model)[:, :DIRECTIONS]
     _, expected = in_python(model, directions, v)
-    part, memory = Instance(model), model.component.new_memory(model.parameters)
-    x, dp = np.cumsum(v) * DT, np.pad(directions, ((0, 0), (0, DIRECTIONS - directions.shape[1]))).ravel()
-    d_state, d_memory = np.zeros(part.state.size * DIRECTIONS), np.zeros(memory.size * DIRECTIONS)
-    entry, nothing, derivatives = make_force_with_tangents(*part.structures, part.motion, moves=False), np.empty(0), []
-    for half in (slice(0, 41), slice(41, v.size)):
-        count = v[half].size
-        usual = np.repeat([*part.motion._field_defaults.values()], count)
-        force, d_force = np.empty(count), np.empty(count * DIRECTIONS)
-        with np.errstate(invalid="ignore"):
-            entry(part.parameters, dp, part.state, d_state, memory, d_memory, v[half], nothing, x[half], nothing, usual, DT, force, d_force)
-        derivatives.append(d_force.reshape(count, DIRECTIONS)[:, : directions.shape[1]])
+    x, derivatives = np.cumsum(v) * DT, []
+    with interpreted(), np.errstate(invalid="ignore"):
+        run = TangentRun(model, directions)
+        for half in (slice(0, 41), slice(41, v.size)):
+            out = np.empty((v[half].size, DIRECTIONS))
+            run.along(v[half], DT, x[half], {}, out)
+            derivatives.append(out[:, : directions.shape[1]])
     assert np.concatenate(derivatives).tobytes() == expected.tobytes()
 
 

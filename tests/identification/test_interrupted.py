@@ -37,15 +37,19 @@ def interrupted_after(monkeypatch):
     """Raise an interruption at a residual, counted from when a search of a model with more parameters begins."""
 
     def arrange(count, number=signal.SIGINT):
-        residual, seen = InverseDynamics.residual, [0]
+        seen = [0]
 
-        def counting(self, free):
-            seen[0] += 1
-            if seen[0] == count:
-                signal.raise_signal(number)
-            return residual(self, free)
+        def counted(original):
+            def counting(self, free):
+                seen[0] += 1
+                if seen[0] == count:
+                    signal.raise_signal(number)
+                return original(self, free)
 
-        monkeypatch.setattr(InverseDynamics, "residual", counting)
+            return counting
+
+        for name in ("residual", "linearised"):
+            monkeypatch.setattr(InverseDynamics, name, counted(getattr(InverseDynamics, name)))
         return seen
 
     return arrange

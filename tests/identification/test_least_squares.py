@@ -26,8 +26,8 @@ class Stepped(InverseDynamics):
     def residual(self, free):
         return STEP * np.round(super().residual(free) / STEP)
 
-    def derivatives(self, free):
-        return None
+    def linearised(self, free):
+        return self.residual(free), None
 
 
 def test_small_jumps_of_a_simulation_do_not_disturb_a_derivative():

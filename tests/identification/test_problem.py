@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bristle.identification.half_cycles import Groups
-from bristle.identification.least_squares import Differences
+from bristle.identification.least_squares import Linearised, Search
 from bristle.identification.least_squares import between as part_of
 from bristle.identification.problem import Away, Contrast, Jackknife, between, covariance_of, is_white
 
@@ -160,21 +160,25 @@ def test_waves_beside_friction_are_those_that_take_a_twentieth_of_what_is_left()
 def test_a_derivative_is_never_taken_beyond_a_bound():
     requested = []
 
-    def residuals(places):
-        requested.extend(place.copy() for place in places)
-        return [np.array([place[0] ** 2, 3.0 * place[1], place[0] * place[1]]) for place in places]
+    def residual(place):
+        requested.append(place.copy())
+        return np.array([place[0] ** 2, 3.0 * place[1], place[0] * place[1]])
 
-    differences = Differences(residuals, np.array([2.0, 5.0]), 1e-6)
-    jacobian = differences.jacobian(np.array([2.0, 4.0]))
-    np.testing.assert_allclose(jacobian, [[4.0, 0.0], [0.0, 3.0], [4.0, 2.0]], atol=1e-4)
+    def linearised(high, *, simulates):
+        problem = SimpleNamespace(residual=residual, linearised=lambda place: (residual(place), None))
+        search = Search(problem, None, None, 1.0, simulates=simulates)
+        object.__setattr__(search, "space", SimpleNamespace(values=lambda theta: theta, high=np.array(high)))
+        return Linearised(search, slice(None))
+
+    near = linearised([2.0, 5.0], simulates=False)
+    np.testing.assert_allclose(near.jacobian(np.array([2.0, 4.0])), [[4.0, 0.0], [0.0, 3.0], [4.0, 2.0]], atol=1e-4)
     assert all(np.all(place <= [2.0, 5.0]) for place in requested)
     count = len(requested)
-    assert differences(np.array([2.0, 4.0])).tolist() == [4.0, 12.0, 8.0]
+    assert near.at(np.array([2.0, 4.0]))[1].tolist() == [4.0, 12.0, 8.0]
     assert len(requested) == count  # remembered
-    large = Differences(residuals, np.array([1e9, 1e9]), 1e-3)
-    large.jacobian(np.array([1000.0, 0.5]))
-    assert requested[-2][0] - 1000.0 == pytest.approx(1.0)  # of a coordinate
-    assert requested[-1][1] - 0.5 == pytest.approx(1e-3)  # of 1
+    linearised([1e9, 1e9], simulates=True).jacobian(np.array([1000.0, 0.5]))
+    assert max(place[0] for place in requested) - 1000.0 == pytest.approx(1e-2)  # of a coordinate
+    assert max(place[1] for place in requested if place[0] > 900.0) - 0.5 == pytest.approx(1e-5)  # of 1
 
 
 def test_a_part_of_the_work_tells_its_share_of_all():

@@ -11,12 +11,16 @@ from tests.identification.known_logs import STATED, log_of, sines, sliding_effor
 from bristle.core import FrictionModel, InputWarning
 from bristle.friction import find
 from bristle.friction.quantities import CoulombForceAboveZero, ViscousCoefficient
+from bristle.identification import inverse_dynamics, sensitivities
+from bristle.identification.estimation import context_of
 from bristle.identification.identify import identify
 from bristle.identification.inverse_dynamics import InverseDynamics
-from bristle.identification.least_squares import Differences, Search
+from bristle.identification.least_squares import Linearised, Search
 from bristle.identification.parameters import PriorKnowledge, parameters_of
 from bristle.identification.preprocessing import treat
+from bristle.identification.sensitivities import by_differences, friction_rows
 from bristle.plants import inertia
+from bristle.translation.scope import NotExportableError
 
 MOTION = sines(6.0)
 LOG = log_of(MOTION, sliding_effort(MOTION, noise=0.05))
@@ -24,6 +28,7 @@ VALUES = {
     "lugre": {"F_C": 8.0, "F_S": 10.0, "v_S": 0.02, "sigma_0": 4e4, "sigma_1": 50.0, "sigma_2": 30.0, "v_d": 0.3},
     "lugre+asymmetry": {"F_C_pos": 8.0, "F_C_neg": 9.0, "F_S_pos": 10.0, "F_S_neg": 11.0, "v_S": 0.02, "sigma_0": 4e4, "sigma_1": 50.0},
     "gap_slider": {"F_C": 8.0, "give": 2e-4, "gap": 1e-4, "n": 2.2, "share": 0.1, "sigma_2": 30.0},
+    "lugre+transmitted": {"F_C": 8.0, "F_S": 10.0, "v_S": 0.02, "sigma_0": 4e4, "sigma_1": 5.0, "sigma_2": 30.0, "k_L": 0.1},
     "preisach_lugre": {"s": 4e4, "f_p": 14.0, "F_C": 8.0, "F_S": 10.0, "v_S": 0.02, "sigma_1": 5.0, "sigma_2": 30.0},
 }
 
@@ -39,13 +44,20 @@ def problem_of(name, rows):
     return problem, values
 
 
+def with_start(problem):
+    """The problem of a contact that begins where it is told to, and does not follow the parameters."""
+    object.__setattr__(problem, "_without_start", lambda *_: None)
+    return problem
+
+
 @pytest.mark.parametrize(("name", "places"), [*((name, None) for name in VALUES), ("gap_slider", 0.4), ("lugre", "repeated")])
 def test_derivatives_are_those_of_the_predicted_rows(rows, name, places):
     if places == "repeated":
         rows = replace(rows, segments=tuple(replace(segment, first_cycle=700) for segment in rows.segments))
     problem, values = problem_of(name, rows)
     problem = replace(problem, contacts=(places if isinstance(places, float) else None,) * len(rows.segments))
-    derivatives = problem.derivatives(values)
+    residual, derivatives = with_start(problem).linearised(values)
+    assert residual == pytest.approx(problem.residual(values), abs=1e-12 * np.abs(rows.effort).max())
     assert derivatives.shape == (rows.effort.size, len(values))
     for column, (parameter, value) in zip(derivatives.T, values.items(), strict=True):
         step = 1e-6 * (abs(value) or 1.0)
@@ -57,14 +69,9 @@ def test_derivatives_are_those_of_the_predicted_rows(rows, name, places):
 def test_a_contact_that_never_slips_remembers_how_its_start_depends_on_the_parameters(rows):
     problem, values = problem_of("gap_slider", rows)
     problem, values = replace(problem, contacts=(0.4,) * len(rows.segments)), values | {"give": 0.3, "gap": 0.1}
-    column = problem.derivatives(values)[:, problem.parameters.free.index("give")]
+    column = with_start(problem).linearised(values)[1][:, problem.parameters.free.index("give")]
     high, low = (problem.predicted(problem.parameters.complete({**values, "give": 0.3 + step})) for step in (1e-6, -1e-6))
     assert column == pytest.approx((high - low) / 2e-6, rel=1e-5, abs=1e-6 * np.abs(column).max())
-
-
-def test_where_the_load_follows_from_the_plant_derivatives_are_not_known(rows):
-    problem = InverseDynamics(rows, parameters_of(find("lugre+transmitted"), PriorKnowledge(plant=inertia), rows))
-    assert problem.derivatives(dict.fromkeys(problem.parameters.free, 1.0)) is None
 
 
 def own_trial(state, memory, motion, dt, p):
@@ -85,32 +92,61 @@ def test_a_law_that_cannot_be_translated_is_differentiated_by_differences_and_sa
 
     own = FrictionModel(name="own", description="smooth", Parameters=Parameters, State=State, trial=own_trial, commit=own_commit)
     problem = InverseDynamics(rows, parameters_of(own, PriorKnowledge(plant=inertia), rows))
+    values = {"M": 12.0, "F_C": 8.0, "sigma_2": 30.0, "offset": 0.0}
     with pytest.warns(InputWarning, match="own is differentiated by differences: .*math.tanh"):
-        assert problem.derivatives({"M": 12.0, "F_C": 8.0, "sigma_2": 30.0, "offset": 0.0}) is None
+        residual, columns = problem.linearised(values)
+    assert residual == pytest.approx(problem.residual(values), abs=1e-12 * np.abs(rows.effort).max())
+    smooth = np.tanh(rows.segments[0].velocity / 1e-3)
+    assert columns[:, problem.parameters.free.index("F_C")] == pytest.approx(rows.rows_of([rows.filtered(smooth)]), abs=1e-6)
+    assert columns[:, problem.parameters.free.index("sigma_2")] == pytest.approx(rows.velocity, abs=1e-6)
+    assert columns[:, problem.parameters.free.index("M")] == pytest.approx(rows.acceleration)
 
 
 def test_a_search_differentiates_along_the_motion_and_not_by_differences(monkeypatch):
     calls = []
-    differences = Differences.jacobian
-    monkeypatch.setattr(Differences, "jacobian", lambda *arguments: calls.append(1) or differences(*arguments))
+    monkeypatch.setattr(sensitivities, "by_differences", lambda *arguments: calls.append(1) or by_differences(*arguments))
     forward = identify(LOG, "lugre", axis=STATED, blocks=0, draws=0).best
     assert not calls
-    monkeypatch.setattr(InverseDynamics, "derivatives", lambda *_: None)
-    stepwise = identify(LOG, "lugre", axis=STATED, blocks=0, draws=0).best
-    assert calls
+
+    def untranslated(*_):
+        raise NotExportableError(own_trial, None, "it is told to be so")
+
+    monkeypatch.setattr(inverse_dynamics, "friction_rows", untranslated)
+    with pytest.warns(InputWarning, match="lugre is differentiated by differences"):
+        stepwise = identify(LOG, "lugre", axis=STATED, blocks=0, draws=0).best
     assert forward.error_percent == pytest.approx(stepwise.error_percent, rel=1e-6)
     for parameter in ("F_C", "sigma_2", "M"):
         assert forward.parameters[parameter].value == pytest.approx(stepwise.parameters[parameter].value, rel=1e-4)
 
 
 def test_the_jacobian_of_a_search_is_that_of_its_residual(rows):
-    from bristle.identification.estimation import context_of
-
-    context = context_of(rows, PriorKnowledge(plant=inertia))
     problem, values = problem_of("lugre", rows)
-    search: Search = context.search(problem)
-    theta = search.space.theta(values)
-    differences = Differences(search._residuals, search.space.high, 1e-6)
-    some = np.arange(rows.effort.size) % 3 == 0
-    jacobian = search._jacobian(problem, theta, some, differences)
-    assert jacobian == pytest.approx(differences.jacobian(theta)[some], rel=1e-3, abs=1e-4 * np.abs(jacobian).max())
+    search: Search = context_of(rows, PriorKnowledge(plant=inertia)).search(problem)
+    theta, some = search.space.theta(values), np.arange(rows.effort.size) % 3 == 0
+    linearised = Linearised(search, some)
+    assert linearised.at(theta)[1] == pytest.approx(search.residuals([theta], some)[0], abs=1e-12)
+    for column, step in zip(linearised.jacobian(theta).T, 1e-6 * np.eye(theta.size), strict=True):
+        high, low = search.residuals([theta + step, theta - step], some)
+        assert column == pytest.approx((high - low) / 2e-6, rel=1e-3, abs=1e-4 * np.abs(column).max())
+
+
+def test_a_long_log_has_the_rows_of_a_short_one(rows, monkeypatch):
+    problem, values = problem_of("preisach_lugre", rows)
+    at_once = problem.linearised(values)
+    monkeypatch.setattr(sensitivities, "BLOCK", 700)
+    for result, expected in zip(problem.linearised(values), at_once, strict=True):
+        assert result == pytest.approx(expected, abs=1e-12 * np.abs(expected).max())
+
+
+def test_no_direction_is_lost_beyond_those_that_go_at_once(rows):
+    problem, values = problem_of("lugre", rows)
+    names = [name for name in values if name in problem.parameters.component.variables]
+    contacts = (None,) * len(rows.segments)
+    complete = problem.parameters.complete(values)
+    few = friction_rows(problem.model, complete, names, rows, contacts)
+    many = friction_rows(problem.model, complete, [*names, *names, *names], rows, contacts)
+    assert np.array_equal(many.by_parameters, np.tile(few.by_parameters, 3))
+    assert np.array_equal(few.force, many.force)
+    nothing = friction_rows(problem.model, complete, [], rows, contacts)
+    assert nothing.by_parameters.shape == (few.force.size, 0)
+    assert np.array_equal(nothing.force, few.force)

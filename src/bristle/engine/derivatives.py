@@ -33,13 +33,15 @@ from bristle.translation.tree import INTEGER, REAL, Array, Struct, Type, struct_
 # A friction model along a motion, each vector beside its tangents: (parameters, state, memory, v, x, surroundings one after
 # the other, dt, force).
 ForceWithTangents = Callable[
-    [Vector, Vector, Vector, Vector, Vector, Vector, Vector, Vector, Vector, Vector, Vector, float, Vector, Vector], float
+    [Vector, Vector, Vector, Vector, Vector, Vector, Vector, Vector, Vector, Vector, Vector, Vector, float, Vector, Vector], float
 ]
+
+NOTHING: Mapping[str, np.ndarray] = {}
 
 
 @cache
-def make_force_with_tangents(parameters: Structure, state: Structure, motion: Any, moves: bool) -> Callable[..., Any]:
-    """Return the entry that runs one friction model along a motion with tangents; those of the motion, where it `moves`."""
+def make_force_with_tangents(parameters: Structure, state: Structure, motion: Any, moves: bool, acts: bool) -> Callable[..., Any]:
+    """Return the entry that runs one friction model with tangents, those of its motion too where it `moves`; surroundings may `act`."""
     moved = motion_reader(motion)
 
     @kernel(portable=False)
@@ -51,7 +53,7 @@ def make_force_with_tangents(parameters: Structure, state: Structure, motion: An
 
     vectors, written = Array(-1), Array(-1, writable=True)
     kinds = [_type_of(state), written, vectors, vectors, vectors, REAL, _type_of(parameters), written]
-    activities = [activity_of(kinds[0]), True, moves, moves, False, False, activity_of(kinds[6]), True]
+    activities = [activity_of(kinds[0]), True, moves, moves, acts, False, activity_of(kinds[6]), True]
     derivatives = Derivatives()
     derived = derivatives.of(Builder().function(along, kinds), activities)
     parts: dict[str, Any] = {
@@ -64,10 +66,10 @@ def make_force_with_tangents(parameters: Structure, state: Structure, motion: An
         "keep_s": _tangent_packer(state, derived.result),
     }
     values = ("load_s(s)", "memory", "v", "x", "around", "dt", "load_p(p)", "force")
-    tangents = ("tangents_s(s, ds)", "dmemory", "dv", "dx", "", "", "tangents_p(p, dp)", "dforce")
+    tangents = ("tangents_s(s, ds)", "dmemory", "dv", "dx", "daround", "", "tangents_p(p, dp)", "dforce")
     arguments = [*values, *(text for text, activity in zip(tangents, activities, strict=True) if is_active(activity))]
     ended = "end, dend" if is_active(derived.result) else "end"
-    head = "force_with_tangents(p, dp, s, ds, memory, dmemory, v, dv, x, dx, around, dt, force, dforce)"
+    head = "force_with_tangents(p, dp, s, ds, memory, dmemory, v, dv, x, dx, around, daround, dt, force, dforce)"
     lines = [f"{ended} = with_tangents({', '.join(arguments)})", "store(end, s)"]
     return kernel_of(head, [*lines, *(["keep_s(dend, ds)"] if is_active(derived.result) else []), "return 0.0"], parts, portable=False)
 
@@ -122,6 +124,41 @@ def _tangent_packer(structure: Structure, activity: Activity) -> Callable[..., A
     return kernel_of("keep(tangent, all)", lines or ["return"], {"keep_tangent": keep_tangent}, portable=False)
 
 
+class TangentRun:
+    """A friction model on its way along a motion, block by block, with tangents in at most `DIRECTIONS` directions.
+
+    `tangents` are those of the packed parameters, shape (number, direction), `state_tangents` those of the packed state
+    before; those of the motion are handed over where it `moves`, those of what surrounds the contact where that `acts`.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        tangents: np.ndarray,
+        state: Any = None,
+        state_tangents: np.ndarray | None = None,
+        *,
+        moves: bool = False,
+        acts: bool = False,
+    ) -> None:
+        self.part, self.memory, self.moves, self.acts = Instance(model), memory_of(model, None), moves, acts
+        self.part.begin(state)
+        self._tangents = padded(tangents, self.part.parameters.size), padded(state_tangents, self.part.state.size)
+        self._d_memory, self._entry = np.zeros(self.memory.size * DIRECTIONS), _entry(self.part, moves, acts)
+
+    def along(
+        self, v: np.ndarray, dt: float, x: np.ndarray, around: Mapping[str, Any], out: np.ndarray, moved: Mapping[str, np.ndarray] = NOTHING
+    ) -> np.ndarray:
+        """Return the force of the next steps; its tangents go to `out`, shape (step, `DIRECTIONS`). `moved` are those of signals."""
+        part, (dp, ds), signals = self.part, self._tangents, _surroundings(self.part, v.size, around).ravel()
+        d_v, d_x = (padded(moved.get(name), v.size * self.moves) for name in "vx")
+        d_around = np.concatenate([padded(moved.get(name), v.size * self.acts) for name in part.motion._field_defaults])
+        force = np.empty(v.size)
+        vectors = (part.parameters, dp, part.state, ds, self.memory, self._d_memory, v, d_v, x, d_x, signals, d_around)
+        self._entry(*vectors, float(dt), force, out.reshape(-1))
+        return force
+
+
 def force_with_derivatives(
     model: Model,
     tangents: np.ndarray,
@@ -163,33 +200,30 @@ def force_with_derivatives(
         Its derivatives in the branches that were taken.
     """
     v, x, directions = vector(v, "v"), vector(x, "x"), tangents.shape[1]
-    force, blocks, lost = np.empty(v.size), list[np.ndarray](), Instance(model)
     check_run(v.size, x=x)
-    signals = _surroundings(lost, v.size, around or {}).ravel()
-    entry, moved = _entry(lost, motion_tangents is not None), motion_tangents or (None, None)
+    force, blocks = np.empty(0), list[np.ndarray]()
     for first in range(0, max(directions, 1), DIRECTIONS):
-        part, memory = Instance(model), memory_of(model, None)
-        part.begin(state)
-        dp, ds = _block(tangents, part.parameters.size, first), _block(state_tangents, part.state.size, first)
-        dv, dx = (_block(columns, 0 if columns is None else v.size, first) for columns in moved)
-        d_memory, d_force = np.zeros(memory.size * DIRECTIONS), np.empty(v.size * DIRECTIONS)
-        entry(part.parameters, dp, part.state, ds, memory, d_memory, v, dv, x, dx, signals, float(dt), force, d_force)
-        blocks.append(d_force.reshape(v.size, DIRECTIONS)[:, : directions - first])
-        lost = part
-    warn_of_lost(lost)
-    return force, blocks[0] if len(blocks) == 1 else np.hstack(blocks)
+        now = slice(first, min(first + DIRECTIONS, directions))
+        begun = None if state_tangents is None else state_tangents[:, now]
+        run = TangentRun(model, tangents[:, now], state, begun, moves=motion_tangents is not None)
+        moved = {name: columns[:, now] for name, columns in zip("vx", motion_tangents or (), strict=False)}
+        d_force = np.empty((v.size, DIRECTIONS))
+        force = run.along(v, dt, x, around or {}, d_force, moved)
+        blocks.append(d_force[:, : now.stop - first])
+        if first == 0:
+            warn_of_lost(run.part)
+    return force, np.hstack(blocks)
 
 
-def _block(columns: np.ndarray | None, count: int, first: int) -> np.ndarray:
-    """Return tangents of so many numbers in a row, in the directions from the `first`; those beyond the last one 0."""
+def padded(columns: np.ndarray | None, count: int) -> np.ndarray:
+    """Return tangents of so many numbers in a row; 0 in directions that the columns, one each, do not have."""
     block = np.zeros((count, DIRECTIONS))
     if columns is not None:
-        asked = columns[:, first : first + DIRECTIONS]
-        block[:, : asked.shape[1]] = asked
+        block[:, : columns.shape[1]] = columns
     return block.ravel()
 
 
-def _entry(part: Instance, moves: bool) -> Any:
-    name = f"force_with_tangents{'_moving' * moves}-{part.key}"
-    make = partial(make_force_with_tangents, *part.structures, part.motion, moves)
+def _entry(part: Instance, moves: bool, acts: bool) -> Any:
+    name = f"force_with_tangents{'_moving' * moves}{'_acting' * acts}-{part.key}"
+    make = partial(make_force_with_tangents, *part.structures, part.motion, moves, acts)
     return compiled(name, make, ForceWithTangents, part.functions)

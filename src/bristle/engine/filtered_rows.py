@@ -1,41 +1,34 @@
-r"""Derivatives of a signal along a log, behind the filters that lead to rows: all directions in one pass.
+r"""Derivatives of a signal along a log, behind the filters that lead to rows: all directions in one pass, block by block.
 
 The zero-phase Butterworth filter forward and backward, section by section in the transposed direct form II, and the
 symmetric filter :math:`r_k = \sum_j h_j\, y_{k d + j}` that decimates. `bristle.logs.filters.low_passed` and
-`scipy.signal.resample_poly` do the same to one signal.
+`scipy.signal.resample_poly` do the same to one signal. The backward pass begins behind the samples of a block, by as many as
+let its start die out: a log of any length takes the memory of a block.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from typing import Any
 
 import numpy as np
 
 from bristle.core.kernel import kernel
-from bristle.core.tangent import (
-    DIRECTIONS,
-    keep_tangent,
-    still,
-    tangent_at,
-    tangent_combined,
-    tangent_difference,
-    tangent_scaled,
-    tangent_sum,
-)
+from bristle.core.tangent import DIRECTIONS, keep_tangent, still, tangent_at, tangent_difference, tangent_scaled, tangent_sum
 from bristle.engine.compilation import compiled
 from bristle.engine.signature import Vector
 
-# (sections of the filter one after the other, their settled states, samples of the extension at either end, samples dropped
-# there, samples to a row, taps, signal, the signal extended, rows).
-Rows = Callable[[Vector, Vector, int, int, int, Vector, Vector, Vector, Vector], float]
+# (sections of the filter one after the other, their states, signal, 1 where it is passed backward, its sample of the first
+# row, samples to a row, taps, its first and last sample that rows may take, rows).
+Rows = Callable[[Vector, Vector, Vector, int, int, int, Vector, int, int, Vector], float]
+
+# How many samples a block has, and what writes them, shape (sample, direction).
+Block = tuple[int, Callable[[np.ndarray], Any]]
 
 
 @kernel(portable=False)
-def section(c, settled, first, entry, y, start, stop, step):
-    """Send the tangents of `y` through one section, in place; `c` begins with its coefficients at `first`.
-
-    Before, the filter has settled at the `entry` into its first section.
-    """
-    z_0 = tangent_scaled(settled[first // 3], entry)
-    z_1 = tangent_scaled(settled[first // 3 + 1], entry)
+def section(c, z, first, y, start, stop, step):
+    """Send the tangents of `y` through one section, in place; `c` begins with its coefficients at `first`."""
+    at = first // 3
+    z_0, z_1 = tangent_at(z, at), tangent_at(z, at + 1)
     k = start
     while k != stop:
         x = tangent_at(y, k)
@@ -44,45 +37,68 @@ def section(c, settled, first, entry, y, start, stop, step):
         z_1 = tangent_difference(tangent_scaled(c[first + 2], x), tangent_scaled(c[first + 5], out))
         keep_tangent(y, k, out)
         k += step
+    keep_tangent(z, at, z_0)
+    keep_tangent(z, at + 1, z_1)
 
 
-def rows_entry(c, settled, edge, dropped, step, taps, signal, extended, rows):
-    """Write the rows of a signal."""
-    count = signal.size // DIRECTIONS
-    for k in range(edge):
-        keep_tangent(extended, k, tangent_combined(2.0, tangent_at(signal, 0), -1.0, tangent_at(signal, edge - k)))
-        behind = tangent_combined(2.0, tangent_at(signal, count - 1), -1.0, tangent_at(signal, count - 2 - k))
-        keep_tangent(extended, edge + count + k, behind)
-    for k in range(count):
-        keep_tangent(extended, edge + k, tangent_at(signal, k))
-    total = count + 2 * edge
-    entry = tangent_at(extended, 0)
-    for first in range(0, c.size, 6):
-        section(c, settled, first, entry, extended, 0, total, 1)
-    entry = tangent_at(extended, total - 1)
-    for first in range(0, c.size, 6):
-        section(c, settled, first, entry, extended, total - 1, -1, -1)
-    begin, last, half = edge + dropped, edge + count - dropped - 1, taps.size // 2
+def rows_entry(c, z, y, backward, first, step, taps, low, high, rows):
+    """Send a signal through the filter, in place, and write its rows."""
+    count, half = y.size // DIRECTIONS, taps.size // 2
+    for of in range(0, c.size, 6):
+        if backward == 1:
+            section(c, z, of, y, count - 1, -1, -1)
+        else:
+            section(c, z, of, y, 0, count, 1)
     for row in range(rows.size // DIRECTIONS):
-        at, mean = begin + row * step - half, still()
+        at, mean = first + row * step - half, still()
         for j in range(taps.size):
-            mean = tangent_sum(mean, tangent_scaled(taps[j], tangent_at(extended, min(max(at + j, begin), last))))
+            mean = tangent_sum(mean, tangent_scaled(taps[j], tangent_at(y, min(max(at + j, low), high))))
         keep_tangent(rows, row, mean)
     return 0.0
 
 
 def filtered_rows(
-    derivatives: np.ndarray, sections: np.ndarray, settled: np.ndarray, edge: int, dropped: int, step: int, taps: np.ndarray
+    blocks: Iterable[Block],
+    count: int,
+    sections: np.ndarray,
+    settled: np.ndarray,
+    edge: int,
+    reach: int,
+    dropped: int,
+    step: int,
+    taps: np.ndarray,
 ) -> np.ndarray:
-    """Return the rows of the derivatives of a signal, shape (row, direction), which are given at its samples."""
-    count, directions = derivatives.shape
-    inner, blocks = count - 2 * dropped, list[np.ndarray]()
-    entry = compiled("filtered_rows", lambda: rows_entry, Rows)
-    for first in range(0, directions, DIRECTIONS):
-        width = min(directions - first, DIRECTIONS)
-        signal = np.zeros((count, DIRECTIONS))
-        signal[:, :width] = derivatives[:, first : first + width]
-        extended, rows = np.empty((count + 2 * edge) * DIRECTIONS), np.empty(-(-inner // step) * DIRECTIONS)
-        entry(sections.ravel(), settled.ravel(), edge, dropped, step, taps, signal.ravel(), extended, rows)
-        blocks.append(rows.reshape(-1, DIRECTIONS)[:, :width])
-    return blocks[0] if len(blocks) == 1 else np.hstack(blocks)
+    """Return the rows of tangents, shape (row, direction), of which `blocks` write all `count` samples in turn.
+
+    The filter is extended by `edge` samples at either end of a signal, and `reach` samples further on a start has died out.
+    """
+    entry, nothing = compiled("filtered_rows", lambda: rows_entry, Rows), np.empty(0)
+    c, start, half = sections.ravel(), settled.reshape(-1, 1), taps.size // 2
+    # Counted from the first sample of the extended signal: those that rows may take, and the first one of `y`.
+    low, high, begin = edge + dropped, edge + count - dropped - 1, 0
+    rows, parts, done, seen, state, tail = (
+        -(-(count - 2 * dropped) // step),
+        list[np.ndarray](),
+        0,
+        0,
+        nothing,
+        np.empty((edge, DIRECTIONS)),
+    )
+    for size, write in blocks:
+        at, seen, is_first = len(tail), seen + size, seen == 0
+        y = np.empty((at + size + edge * (seen == count), DIRECTIONS))
+        new = y[at : at + size]
+        write(new)
+        y[:at] = 2.0 * new[0] - new[edge:0:-1] if is_first else tail
+        y[at + size :] = 2.0 * new[-1] - new[-2 : -edge - 2 : -1] if seen == count else 0.0
+        state = (start * y[0]).ravel() if is_first else state
+        entry(c, state, y[0 if is_first else at :].ravel(), 0, 0, 1, taps, 0, 0, nothing)
+        ready = rows if seen == count else max(min((begin + len(y) - reach - half - low - 1) // step + 1, rows), done)
+        first, part = low + done * step - begin, np.empty((ready - done) * DIRECTIONS)
+        needed = max(low + ready * step - half - begin, 0)
+        tail = y[needed:].copy() if seen < count else y
+        if part.size:
+            entry(c, (start * y[-1]).ravel(), y.ravel(), 1, first, step, taps, max(low - begin, 0), high - begin, part)
+        parts.append(part.reshape(-1, DIRECTIONS))
+        begin, done = begin + needed, ready
+    return parts[0] if len(parts) == 1 else np.concatenate(parts)

@@ -15,7 +15,7 @@ from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
 from bristle.core.variable import Kind
 from bristle.engine.contact import place_of, state_at
-from bristle.engine.filtered_rows import filtered_rows
+from bristle.engine.filtered_rows import Block, filtered_rows
 from bristle.engine.motion import along
 from bristle.friction.level import rises_with_effort
 from bristle.logs.break_away import BreakAway, Recording, break_aways
@@ -79,11 +79,16 @@ class Segment:
     first_cycle: int = 0
     regressors: tuple[np.ndarray, ...] = ()
 
+    def part(self, samples: slice, dt: float, transmitted: np.ndarray | None = None) -> dict[str, np.ndarray]:
+        """Return what friction depends on along some samples."""
+        v, x = self.velocity[samples], self.position[samples]
+        # The velocity at a sample is the mean over the step around it, which ends half a step later.
+        signals = {"v": v, "x": x + 0.5 * dt * v} | {name: values[samples] for name, values in self.surroundings.items()}
+        return signals if transmitted is None else signals | {"transmitted": transmitted[samples]}
+
     def signals(self, dt: float, transmitted: np.ndarray | None = None) -> dict[str, np.ndarray]:
         """Return what friction depends on along the segment, with its first cycle before it where that is known."""
-        # The velocity at a sample is the mean over the step around it, which ends half a step later.
-        signals = {"v": self.velocity, "x": self.position + 0.5 * dt * self.velocity} | {**self.surroundings}
-        signals |= {} if transmitted is None else {"transmitted": transmitted}
+        signals = self.part(slice(None), dt, transmitted)
         if not self.first_cycle:
             return signals
         return {name: np.concatenate([values[: self.first_cycle], values]) for name, values in signals.items()}
@@ -185,12 +190,10 @@ class Dataset:
         """Return the rows of a signal, which is given along each whole segment, shape (row,)."""
         return self._thinned(parts)[self.in_motion]
 
-    def rows_of_derivatives(self, parts: Iterable[np.ndarray]) -> np.ndarray:
-        """Return the rows of the derivatives of a signal, filtered, from those along each segment, shape (row, direction)."""
-        sections, settled, edge = butterworth(self.cutoff, self.sample_time)
+    def rows_of_tangents(self, blocks: Iterable[Block], count: int) -> np.ndarray:
+        """Return all rows of `count` samples of a segment, shape (row, direction), filtered, from tangents block by block."""
         taps = _taps(self.decimation) if self.decimation > 1 else np.ones(1)
-        rows = [filtered_rows(part, sections, settled, edge, self.dropped, self.decimation, taps) for part in parts]
-        return np.concatenate(rows)[self.in_motion]
+        return filtered_rows(blocks, count, *butterworth(self.cutoff, self.sample_time), self.dropped, self.decimation, taps)
 
     def sampled(self, parts: Iterable[np.ndarray]) -> np.ndarray:
         """Return the values of a signal at the rows, not mixed with those between."""

@@ -13,9 +13,8 @@ References
 
 from __future__ import annotations
 
-import math
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -32,7 +31,7 @@ from bristle.identification.dataset import Dataset, Segment, mechanical, transmi
 from bristle.identification.parameters import ParameterSet
 from bristle.identification.preprocessing import differentiated, treat
 from bristle.identification.problem import Away, Fold
-from bristle.identification.sensitivities import friction_derivatives
+from bristle.identification.sensitivities import Transmitted, by_differences, friction_rows
 from bristle.identification.settings import Settings
 from bristle.logs.filters import derivative
 from bristle.logs.log import Channel, Log
@@ -42,7 +41,6 @@ from bristle.translation.scope import NotExportableError
 HOLD = 0.25  # samples, as a standard error: an effort that is held acts half of one earlier or later
 DOUBT, UNSEEN = 0.8, 0.4  # of what fits to replicates are off, and more where nothing is seen beyond the filter
 AWAY, AWAY_TIME = 2.0, 15e-3  # periods of the cut-off, and seconds, of filters in the channels: from a reversal
-CONTACT_NUDGE = 1e-4  # of where a contact stood, from -1 to 1
 
 
 @dataclass(frozen=True)
@@ -67,32 +65,6 @@ class InverseDynamics:
         plant = self.plant(values) if asks else None
         return self.dataset.rows_of(self.dataset.friction_along(self.model(values), plant, self.contacts))
 
-    def near(self, free: Mapping[str, float]) -> InverseDynamics:
-        """Return the problem around some parameters: where the contact stood before each segment does not change."""
-        if self.parameters.component.start is None or self.contacts is not None:
-            return self
-        values = self.parameters.complete(free)
-        return replace(self, contacts=self.dataset.contacts(self.model(values), self.plant(values)))
-
-    def without_found(self, columns: np.ndarray, free: Mapping[str, float], rows: np.ndarray | slice) -> np.ndarray:
-        """Return derivatives of the residual, shape (row, free), without what the start of the contact makes up for.
-
-        Where the contact stood follows the parameters: what of a derivative it can explain is none (variable
-        projection [1]_). At an end of its range it does not follow.
-        """
-        if self.contacts is None or self.parameters.component.start is None:
-            return columns
-        moved = tuple(at - math.copysign(CONTACT_NUDGE, at) if at is not None else None for at in self.contacts)
-        change = (self.residual(free) - replace(self, contacts=moved).residual(free))[rows]
-        segment, projected = self.dataset.segment_of_row[rows], columns.copy()
-        for number, contact in enumerate(self.contacts):
-            within = segment == number
-            direction = change[within]
-            length = float(direction @ direction)
-            if contact is not None and abs(contact) < 1.0 and length > 0.0:
-                projected[within] -= np.outer(direction, direction @ columns[within]) / length
-        return projected
-
     def model(self, values: Mapping[str, float]) -> Model:
         """Return the friction model with these values, whether or not it allows them."""
         component = self.parameters.component
@@ -115,28 +87,57 @@ class InverseDynamics:
         """Return measured minus predicted effort of each row [N or N*m], from the free parameters."""
         return self.dataset.effort - self.predicted({**self.parameters.held, **free})
 
-    def derivatives(self, free: Mapping[str, float]) -> np.ndarray | None:
-        """Return the derivative of the predicted effort of each row by each free parameter, shape (row, free).
+    def linearised(self, free: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
+        """Return the residual of each row, and the derivative of the predicted effort by each free parameter, shape (row, free).
 
-        Forward along the motion, beside the force. None where the load on the contact follows from the plant, or a kernel
-        cannot be translated, which is told.
+        Forward along the motion, beside the force; by differences where a kernel cannot be translated, which is told. Where
+        the contact stood before a segment follows the parameters: what of a derivative it can explain is left out.
         """
-        parameters = self.parameters
-        of_friction = [name for name in parameters.free if name in parameters.component.variables]
-        if of_friction and TRANSMITTED in parameters.component.variables.values():
-            return None
-        values = parameters.complete(free)
+        parameters, values = self.parameters, self.parameters.complete(free)
+        component, plant, model = parameters.component, self.plant(values), self.model(values)
+        passes_on = TRANSMITTED in component.variables.values()
+        contacts = self.dataset.contacts(model, plant) if self.contacts is None else self.contacts
+        names = [name for name in parameters.free if passes_on or name in component.variables]
         try:
-            forces = friction_derivatives(self.model, values, of_friction, self.dataset, self.contacts) if of_friction else np.empty(0)
+            rows = friction_rows(self.model, values, names, self.dataset, contacts, self._transmitted(plant, names) if passes_on else None)
         except NotExportableError as error:
-            warnings.warn(f"{parameters.component.name} is differentiated by differences: {error}", InputWarning, stacklevel=2)
-            return None
-        plant = {name: self.plant_column(name) for name in parameters.free if name not in of_friction}
-        return np.stack([plant[name] if name in plant else forces[:, of_friction.index(name)] for name in parameters.free], axis=1)
+            warnings.warn(f"{component.name} is differentiated by differences: {error}", InputWarning, stacklevel=2)
+            rows = by_differences(lambda near, places: replace(self, contacts=tuple(places)).friction(near), values, names, contacts)
+        columns = np.zeros((rows.force.size, len(parameters.free)))
+        columns[:, [parameters.free.index(name) for name in names]] = rows.by_parameters
+        for at, name in enumerate(parameters.free):
+            if name not in component.variables:
+                columns[:, at] += self.plant_columns[name]
+        if rows.by_contact is not None:
+            self._without_start(columns, rows.by_contact, contacts)
+        return self.dataset.effort - self.mechanical(values) - rows.force, columns
 
-    def plant_column(self, name: str) -> np.ndarray:
-        """Return the effort of each row for one parameter of the plant, in which it is linear [N or N*m per SI]."""
-        return self.mechanical(self.unit(name))
+    def _transmitted(self, plant: Model, names: Sequence[str]) -> Transmitted:
+        """Return what finds the effort that passes on to the load along a segment, and its derivatives by these parameters."""
+        units = [self.plant(self.unit(name)) if name in self.parameters.plant.variables else None for name in names]
+
+        def along(segment: Segment) -> tuple[np.ndarray, np.ndarray]:
+            columns = [np.zeros(segment.time.size) if unit is None else mechanical(unit, segment) for unit in units]
+            return mechanical(plant, segment), np.stack(columns, axis=1)
+
+        return along
+
+    def _without_start(self, columns: np.ndarray, change: np.ndarray, contacts: Sequence[float | None]) -> None:
+        """Leave out of derivatives what the start of the contact makes up for (variable projection [1]_).
+
+        At an end of its range it does not follow.
+        """
+        for number, contact in enumerate(contacts):
+            within = self.dataset.segment_of_row == number
+            direction = change[within]
+            length = float(direction @ direction)
+            if contact is not None and abs(contact) < 1.0 and length > 0.0:
+                columns[within] -= np.outer(direction, direction @ columns[within]) / length
+
+    @cached_property
+    def plant_columns(self) -> dict[str, np.ndarray]:
+        """The effort of each row for each free parameter of the plant, in which it is linear [N or N*m per SI]."""
+        return {name: self.mechanical(self.unit(name)) for name in self.parameters.free if name in self.parameters.plant.variables}
 
     def found_first(self) -> list[np.ndarray]:
         """Return what an error of what was found before the fit does to the effort of the rows [N or N*m].
@@ -207,7 +208,7 @@ class InverseDynamics:
     def columns(self) -> np.ndarray:
         """Regressor of a linear model, shape (row, free): what it answers to one parameter of 1 with all others 0."""
         plant = self.parameters.plant.variables
-        columns = [self.plant_column(name) if name in plant else self.friction(self.unit(name)) for name in self.parameters.free]
+        columns = [self.plant_columns[name] if name in plant else self.friction(self.unit(name)) for name in self.parameters.free]
         return np.stack(columns, axis=1) if columns else np.empty((self.dataset.effort.size, 0))
 
     def unit(self, *names: str) -> dict[str, float]:

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol, cast
 
 import numpy as np
 
@@ -86,29 +86,35 @@ def linear(problem: InverseDynamics, rows: np.ndarray | slice = slice(None)) -> 
 
 
 @dataclass
-class Differences:
-    """A residual, of each of several coordinates, whose last value is remembered, with its Jacobian.
+class Linearised:
+    """The residual of a search over its unit, of some rows, at the last coordinates, with its Jacobian.
 
-    No difference is taken beyond the bound `high`; a `step` is of a coordinate, or of 1.
+    Where the derivative is not known, it is that of differences; none is taken beyond an upper bound.
     """
 
-    residuals: Callable[[Sequence[np.ndarray]], Sequence[np.ndarray]]
-    high: np.ndarray
-    step: float = STEP
-    _last: tuple[np.ndarray, np.ndarray] | None = None
+    search: Search
+    rows: np.ndarray | slice
+    _last: tuple[np.ndarray, np.ndarray, np.ndarray | None] | None = None
 
-    def __call__(self, x: np.ndarray) -> np.ndarray:
-        """Return the residual."""
+    def at(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
+        """Return the coordinates, the residual there, and its derivative by the free parameters where that is known."""
         if self._last is None or not np.array_equal(x, self._last[0]):
-            self._last = x.copy(), self.residuals([x])[0]
-        return self._last[1]
+            with np.errstate(over="ignore", invalid="ignore"):
+                residual, derivatives = self.search.problem.linearised(self.search.space.values(x))
+            self._last = x.copy(), self.search.finite(residual)[self.rows], derivatives
+        return self._last
 
     def jacobian(self, x: np.ndarray) -> np.ndarray:
         """Return the derivative of the residual, shape (row, coordinate)."""
-        start = self(x)
-        steps = self.step * np.maximum(1.0, np.abs(x))
-        beside = x + np.diag(np.where(x + steps > self.high, -steps, steps))
-        columns = zip(self.residuals(list(beside)), beside.diagonal() - x, strict=True)
+        _, start, derivatives = self.at(x)
+        search = self.search
+        if derivatives is not None:
+            order = [search.problem.parameters.free.index(name) for name in search.space.names]
+            slopes = derivatives[self.rows][:, order] @ search.space.derivative(x) / -search.unit
+            return np.nan_to_num(slopes, posinf=FAR, neginf=-FAR)
+        steps = search.step * np.maximum(1.0, np.abs(x))
+        beside = x + np.diag(np.where(x + steps > search.space.high, -steps, steps))
+        columns = zip(search.residuals(list(beside), self.rows), beside.diagonal() - x, strict=True)
         return np.stack([(residual - start) / step for residual, step in columns], axis=1)
 
 
@@ -125,6 +131,11 @@ class Search:
     sliding: Sliding
     unit: float
     simulates: bool = False
+
+    @property
+    def step(self) -> float:
+        """By how much a coordinate moves for a difference, of it or of 1."""
+        return STEP if self.simulates else DIFFERENCE
 
     @cached_property
     def space(self) -> TransformedSpace:
@@ -151,7 +162,7 @@ class Search:
     def _from_several(self, report: Report, best: BestSoFar) -> None:
         rng = np.random.default_rng(SEED)
         candidates = [self._start(rng) for _ in range(CANDIDATES)]
-        costs = [0.5 * float(residual @ residual) for residual in self._residuals(candidates)]
+        costs = [0.5 * float(residual @ residual) for residual in self.residuals(candidates)]
         for number, index in enumerate(np.argsort(costs)[:STARTS]):
             report((number + 0.3) / (STARTS + 0.3), f"best so far {self.percent(best.cost):.3g} %" if number else "")
             # A start that comes to where another one ended would end there, too.
@@ -172,15 +183,15 @@ class Search:
         chosen, tolerance = (slice(None), 0.0) if rows is None else (rows, HELD_OUT)
         return self.descend(self.space.theta(start), chosen, limit, best, tolerance)
 
-    def _residuals(
-        self, thetas: Sequence[np.ndarray], rows: np.ndarray | slice = slice(None), problem: Problem | None = None
-    ) -> list[np.ndarray]:
-        """Return the residual over its unit at each of several coordinates, finite wherever a model went."""
-        finite, unit, parameter_sets = list[np.ndarray](), self.unit, [self.space.values(theta) for theta in thetas]
+    def finite(self, residual: np.ndarray) -> np.ndarray:
+        """Return a residual over its unit, finite wherever a model went."""
+        return np.clip(np.nan_to_num(residual / self.unit, nan=FAR, posinf=FAR, neginf=-FAR), -FAR, FAR)
+
+    def residuals(self, thetas: Sequence[np.ndarray], rows: np.ndarray | slice = slice(None)) -> list[np.ndarray]:
+        """Return the residual over its unit at each of several coordinates."""
         with np.errstate(over="ignore", invalid="ignore"):
-            for residual in abreast((problem or self.problem).residual)(parameter_sets):
-                finite.append(np.clip(np.nan_to_num(residual / unit, nan=FAR, posinf=FAR, neginf=-FAR), -FAR, FAR)[rows])
-        return finite
+            residuals = abreast(self.problem.residual)([self.space.values(theta) for theta in thetas])
+            return [self.finite(residual)[rows] for residual in residuals]
 
     def descend(
         self,
@@ -196,10 +207,10 @@ class Search:
         from scipy.optimize import least_squares
 
         low, high = self.space.low, self.space.high
-        shared = Differences(lambda thetas: self._residuals(thetas, rows), high, STEP if self.simulates else DIFFERENCE)
+        linearised = Linearised(self, rows)
 
         def residual(x: np.ndarray) -> np.ndarray:
-            rest = shared(x)
+            rest = linearised.at(x)[1]
             if best is not None:
                 best.see(x, 0.5 * float(rest @ rest))
                 if not again and best.is_known(x):
@@ -209,12 +220,10 @@ class Search:
         # The method needs a start strictly inside.
         width = np.minimum(high - low, 1.0)
         theta = np.clip(theta, low + 1e-4 * width, high - 1e-4 * width)
-        smooth = self.problem.near(self.space.values(theta)) is self.problem
-        jacobian: Any = (lambda x: self._jacobian(self.problem, x, rows, shared)) if smooth else self._projected_jacobian(rows)
         ended: Any = least_squares(
             residual,
             theta,
-            jac=jacobian,
+            jac=cast(Any, linearised.jacobian),
             bounds=(low, high),
             max_nfev=limit,
             ftol=max(SIMULATED if self.simulates else 1e-9, tolerance),
@@ -228,25 +237,6 @@ class Search:
             elif transform.high - theta[index] < EDGE:
                 theta[index], at_edge[transform.name] = transform.high, "largest"
         return Solution(self.space, theta, -ended.jac * self.unit, at_edge, float(ended.cost))
-
-    def _jacobian(self, problem: Problem, x: np.ndarray, rows: np.ndarray | slice, differences: Differences) -> np.ndarray:
-        """Return the derivative of the residual over its unit, shape (row, coordinate): by differences where it is not known."""
-        derivatives = problem.derivatives(self.space.values(x))
-        if derivatives is None:
-            return differences.jacobian(x)
-        order = [problem.parameters.free.index(name) for name in self.space.names]
-        return np.nan_to_num(derivatives[rows][:, order] @ self.space.derivative(x) / -self.unit, posinf=FAR, neginf=-FAR)
-
-    def _projected_jacobian(self, rows: np.ndarray | slice) -> Callable[[np.ndarray], np.ndarray]:
-        """Return the Jacobian with what is found on the way held: a state that is searched for bends it."""
-
-        def jacobian(x: np.ndarray) -> np.ndarray:
-            values = self.space.values(x)
-            near = self.problem.near(values)
-            differences = Differences(lambda thetas: self._residuals(thetas, rows, near), self.space.high, DIFFERENCE)
-            return near.without_found(self._jacobian(near, x, rows, differences), values, rows)
-
-        return jacobian
 
     def _start(self, rng: np.random.Generator) -> np.ndarray:
         """Return a start: the sliding part from the linear fit, all else drawn from the range it is sought in."""

@@ -111,14 +111,6 @@ class OutputError:
         """Time from sample to sample [s]."""
         return self.dataset.sample_time
 
-    def near(self, free: Mapping[str, float]) -> Self:
-        """Return the problem itself: its simulations begin where the log says."""
-        return self
-
-    def without_found(self, columns: np.ndarray, free: Mapping[str, float], rows: np.ndarray | slice) -> np.ndarray:
-        """Return the derivatives as they are: nothing is found on the way."""
-        return columns
-
     def residual(self, free: Mapping[str, float]) -> np.ndarray:
         """Return measured minus simulated signal of each sample."""
         return self.measured - self.simulated(self.parameters.complete(free))
@@ -136,8 +128,9 @@ class OutputError:
         """Return what is simulated, from all parameters."""
         return Mechanism(self.inverse.plant(values), self.inverse.model(values), values)
 
-    def derivatives(self, free: Mapping[str, float]) -> None:
-        """Return None: a simulation is differentiated by differences."""
+    def linearised(self, free: Mapping[str, float]) -> tuple[np.ndarray, None]:
+        """Return the residual: a simulation is differentiated by differences."""
+        return self.residual(free), None
 
     def errors(self, free: Mapping[str, float]) -> dict[str, float]:
         """Return the errors of a fit that its solution made small, and the lag of the drive where that was sought."""

@@ -214,16 +214,11 @@ class Problem(Residual, Protocol):
         """Where nothing of how friction turns disturbs the signal; nowhere, where that cannot be told."""
         ...
 
-    def near(self, free: Mapping[str, float]) -> Problem:
-        """Return the problem around some parameters, what is found on the way held; itself where there is nothing."""
-        ...
+    def linearised(self, free: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray | None]:
+        """Return the residual, and the derivative of the predicted signal by each free parameter, shape (row, free).
 
-    def without_found(self, columns: np.ndarray, free: Mapping[str, float], rows: np.ndarray | slice) -> np.ndarray:
-        """Return derivatives of the residual without what is made up for by what is found on the way."""
-        ...
-
-    def derivatives(self, free: Mapping[str, float]) -> np.ndarray | None:
-        """Return the derivative of the predicted signal by each free parameter, shape (row, free); None where it is not known."""
+        None where only differences of the residual can tell the derivative.
+        """
         ...
 
     def errors(self, free: Mapping[str, float]) -> dict[str, float]:

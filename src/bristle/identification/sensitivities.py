@@ -1,46 +1,121 @@
-"""How the friction force of each row changes with parameters of its model: forward along the recorded motion."""
+"""The friction force of each row, and how it changes with parameters of its model: forward along the recorded motion.
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+A log goes by block by block, so that a long one takes no more memory than its rows.
+"""
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
+from itertools import pairwise
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from bristle.core.contracts import Model
+from bristle.core.cores import abreast
 from bristle.core.packing import pack
+from bristle.core.tangent import DIRECTIONS
 from bristle.engine.contact import state_at
-from bristle.engine.derivatives import force_with_derivatives
-from bristle.identification.dataset import Dataset
+from bristle.engine.derivatives import TangentRun
+from bristle.engine.filtered_rows import Block
+from bristle.engine.instance import warn_of_lost
+from bristle.identification.dataset import Dataset, Segment
 
 STEP = 1e-4  # of a parameter: the numbers that a model is made of are linear in it, or nearly so
+NUDGE = 1e-4  # of where a contact stood, from -1 to 1, towards the middle
+DIFFERENCE = float(np.sqrt(np.finfo(float).eps))  # of a parameter, where a law is differentiated by differences
+BLOCK = 2**15  # samples that are worked on at once
+
+ModelOf = Callable[[Mapping[str, float]], Model]
+# The effort that passes on to the load along a segment, shape (sample,), and its derivatives, shape (sample, parameter).
+Contacts = Sequence[float | None]
+Transmitted = Callable[[Segment], tuple[np.ndarray, np.ndarray]]
 
 
-def friction_derivatives(
-    model_of: Callable[[Mapping[str, float]], Model],
+class FrictionRows(NamedTuple):
+    """The friction force of each row [N or N*m], and its derivatives by where the contact stood at first, and by parameters.
+
+    Shapes (row,), (row,) and (row, parameter); the first derivative is None where nothing is known of the contact.
+    """
+
+    force: np.ndarray
+    by_contact: np.ndarray | None
+    by_parameters: np.ndarray
+
+
+def friction_rows(
+    model_of: ModelOf,
     values: Mapping[str, float],
     names: Sequence[str],
     dataset: Dataset,
-    contacts: Sequence[float | None] | None = None,
-) -> np.ndarray:
-    """Return the derivative of the friction force of each row by each of these parameters, shape (row, parameter).
+    contacts: Contacts,
+    transmitted: Transmitted | None = None,
+) -> FrictionRows:
+    """Return the friction of each row with its derivatives by the parameters of these names.
 
     `contacts` is where the contact stood before each segment, from -1 to 1; virgin where that is not known.
     """
-    model, beside = model_of(values), [_beside(model_of, values, name) for name in names]
-    tangents, parts = _slopes(lambda near: pack(near.parameters), beside), list[np.ndarray]()
-    for segment, place in zip(dataset.segments, contacts or (None,) * len(dataset.segments), strict=True):
-        signals = segment.signals(dataset.sample_time)
-        _, derivatives = force_with_derivatives(
-            model,
-            tangents,
-            signals.pop("v"),
-            dataset.sample_time,
-            signals.pop("x"),
-            state=_begun(model, place),
-            state_tangents=_slopes(lambda near, place=place: pack(_begun(near, place)), beside),
-            around=signals,
-        )
-        parts.append(derivatives[segment.first_cycle :])
-    return dataset.rows_of_derivatives(parts)
+    model, beside, rows = model_of(values), [_beside(model_of, values, name) for name in names], list[np.ndarray]()
+    tangents, stood = _slopes(lambda near: pack(near.parameters), model, beside), any(place is not None for place in contacts)
+    # The force itself goes through the filters as one more direction, the first one, in which nothing moves.
+    of_model = _led(tangents, 1 + stood)
+    for segment, place in zip(dataset.segments, contacts, strict=True):
+        of_state = _led(_slopes(lambda near, place=place: pack(_begun(near, place)), model, beside), 1 + stood)
+        if place is not None:
+            of_state[:, 1] = _by_place(model, place)
+        acting = None if transmitted is None else transmitted(segment)
+        parts = list[np.ndarray]()
+        for first in range(0, of_model.shape[1], DIRECTIONS):
+            now = slice(first, first + DIRECTIONS)
+            run = TangentRun(model, of_model[:, now], _begun(model, place), of_state[:, now], acts=acting is not None)
+            moved = None if acting is None else (acting[0], _led(acting[1], 1 + stood)[:, now])
+            blocks = _blocks(run, segment, dataset.sample_time, moved, with_force=first == 0)
+            parts.append(dataset.rows_of_tangents(blocks, segment.time.size))
+            warn_of_lost(run.part)
+        rows.append(np.hstack(parts)[:, : of_model.shape[1]])
+    stacked = np.concatenate(rows)[dataset.in_motion]
+    return FrictionRows(stacked[:, 0], stacked[:, 1] if stood else None, stacked[:, 1 + stood :])
+
+
+def _blocks(
+    run: TangentRun, segment: Segment, dt: float, acting: tuple[np.ndarray, np.ndarray] | None, *, with_force: bool
+) -> Iterator[Block]:
+    """Yield what writes the tangents of the force along a segment, block by block; of the first direction the force itself."""
+
+    def write(samples: slice, out: np.ndarray) -> None:
+        signals = segment.part(samples, dt, None if acting is None else acting[0])
+        moved = {} if acting is None else {"transmitted": acting[1][samples]}
+        force = run.along(signals.pop("v"), dt, signals.pop("x"), signals, out, moved)
+        if with_force:
+            out[:, 0] = force
+
+    if segment.first_cycle:
+        write(slice(0, segment.first_cycle), np.empty((segment.first_cycle, DIRECTIONS)))
+    count = segment.time.size
+    for first, last in pairwise(np.linspace(0, count, -(-count // BLOCK) + 1).astype(int).tolist()):
+        yield last - first, partial(write, slice(first, last))
+
+
+def by_differences(
+    force: Callable[[Mapping[str, float], Contacts], np.ndarray], values: Mapping[str, float], names: Sequence[str], contacts: Contacts
+) -> FrictionRows:
+    """Return what `friction_rows` does of a law that cannot be differentiated, from the force of each row."""
+
+    def column(name: str) -> np.ndarray:
+        step = DIFFERENCE * (abs(values[name]) or 1.0)
+        return (base - force({**values, name: values[name] - step}, contacts)) / step
+
+    base, by_contact = force(values, contacts), None
+    if any(place is not None for place in contacts):
+        by_contact = base - force(values, [None if place is None else _inside(place) for place in contacts])
+    return FrictionRows(base, by_contact, np.reshape(abreast(column)(names), (len(names), base.size)).T)
+
+
+def _led(columns: np.ndarray, count: int) -> np.ndarray:
+    """Return derivatives, shape (number, direction), behind so many directions in which nothing moves."""
+    led = np.zeros((len(columns), count + columns.shape[1]))
+    led[:, count:] = columns
+    return led
 
 
 def _begun(model: Model, place: float | None) -> Any:
@@ -48,15 +123,26 @@ def _begun(model: Model, place: float | None) -> Any:
     return model.component.initial_state(model.parameters) if place is None else state_at(model, place)
 
 
-def _beside(model_of: Callable[[Mapping[str, float]], Model], values: Mapping[str, float], name: str) -> tuple[Model, Model, float]:
+def _inside(place: float) -> float:
+    """Return where a contact stands that is a little nearer to the middle."""
+    return place - math.copysign(NUDGE, place)
+
+
+def _by_place(model: Model, place: float) -> np.ndarray:
+    """Return how the packed state changes with where the contact stands."""
+    return (pack(state_at(model, place)) - pack(state_at(model, _inside(place)))) / (place - _inside(place))
+
+
+def _beside(model_of: ModelOf, values: Mapping[str, float], name: str) -> tuple[Model, Model, float]:
     """Return the model with one parameter a little larger, and smaller, and by how much they differ."""
     step = STEP * (abs(values[name]) or 1.0)
     high, low = (model_of({**values, name: values[name] + change}) for change in (step, -step))
     return high, low, 2.0 * step
 
 
-def _slopes(numbers: Callable[[Model], np.ndarray], beside: Sequence[tuple[Model, Model, float]]) -> np.ndarray:
+def _slopes(numbers: Callable[[Model], np.ndarray], model: Model, beside: Sequence[tuple[Model, Model, float]]) -> np.ndarray:
     """Return the derivative of numbers of a model by each of several parameters, shape (number, parameter)."""
     with np.errstate(invalid="ignore"):
         columns = [(numbers(high) - numbers(low)) / width for high, low, width in beside]
-    return np.nan_to_num(np.stack(columns, axis=1), nan=0.0)  # what is infinite in both does not change
+    # What is infinite in both does not change.
+    return np.nan_to_num(np.reshape(columns, (len(beside), numbers(model).size)).T, nan=0.0)

@@ -1,5 +1,6 @@
 """Filters whose delay is none, or taken out, and the derivative that goes with them; signals of shape (..., sample)."""
 
+import math
 from collections.abc import Callable
 from functools import cache
 
@@ -10,7 +11,7 @@ def low_passed(signal: np.ndarray, cutoff: float, sample_time: float) -> np.ndar
     """Return signals, shape (..., sample), behind the zero-phase Butterworth filter of fourth order, cut-off in Hz."""
     from scipy.signal import sosfilt, sosfiltfilt
 
-    sections, settled, edge = butterworth(cutoff, sample_time)
+    sections, settled, edge, _ = butterworth(cutoff, sample_time)
     if signal.shape[-1] <= edge:
         return sosfiltfilt(sections, signal)  # which says what is too short
     # To the bit what that returns, without solving for the settled state of the same filter at each call.
@@ -24,13 +25,17 @@ def low_passed(signal: np.ndarray, cutoff: float, sample_time: float) -> np.ndar
 
 
 @cache
-def butterworth(cutoff: float, sample_time: float) -> tuple[np.ndarray, np.ndarray, int]:
-    """Return the sections of the filter, their settled state, and by how much a signal is extended at its ends."""
+def butterworth(cutoff: float, sample_time: float) -> tuple[np.ndarray, np.ndarray, int, int]:
+    """Return the sections of the filter, their settled state, by how much a signal is extended, and when a start has died out.
+
+    Both in samples, the latter to rounding.
+    """
     from scipy.signal import butter, sosfilt_zi
 
     sections = np.asarray(butter(4, cutoff, fs=1.0 / sample_time, output="sos"))
     taps = 2 * len(sections) + 1 - min((sections[:, 2] == 0.0).sum(), (sections[:, 5] == 0.0).sum())
-    return sections, sosfilt_zi(sections), 3 * int(taps)
+    slowest = max(np.abs(np.roots(section[3:])).max() for section in sections)
+    return sections, sosfilt_zi(sections), 3 * int(taps), math.ceil(math.log(np.finfo(float).eps) / math.log(slowest))
 
 
 def derivative(signal: np.ndarray, dt: float) -> np.ndarray:
