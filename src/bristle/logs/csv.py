@@ -37,7 +37,8 @@ def read_csv(data: bytes, request: Request) -> Table:
     if (archived := stamped_text.pattern_of(head)) is not None:
         return stamped_text.read_archive(data.decode(encoding).split("\n"), archived, request)
     starts = _starts_of_lines(data, HEAD_LINES, request.source)
-    lines = [data[a : b - 1].decode(encoding) for a, b in zip(starts, [*starts[1:], len(data) + 1], strict=True)]
+    last = data.find(b"\n", starts[-1]) % (len(data) + 1)
+    lines = [data[a : b - 1].decode(encoding) for a, b in zip(starts, [*starts[1:], last + 1], strict=True)]
     layout = layout_of(lines[:HEAD_LINES], request.source)
     body, facts = data[starts[layout.first] :], stamped_text.facts_above(lines, layout)
     body, notes = _without_open_end(body, layout, request.source, encoding)

@@ -74,14 +74,15 @@ def amount_in(name: str, text: str) -> tuple[float, str] | None:
 
 def stamps_in(body: bytes, layout: Layout, encoding: str) -> dict[int, np.ndarray]:
     """Return the columns of dates, times of day and counts since long ago, as seconds from the first row."""
-    lines = [line for line in body.decode(encoding, "replace").split("\n") if line.strip()]
-    first = cells_of(without_comments(lines[0]), layout.delimiter) if lines else []
-    stamps: dict[int, np.ndarray] = {}
+    begin = re.search(rb"[^\n]*\S[^\n]*", body)
+    first = cells_of(without_comments(begin[0].decode(encoding, "replace")), layout.delimiter) if begin else []
+    lines, stamps = list[str](), dict[int, np.ndarray]()
     for index, (cell, numeric, name) in enumerate(zip(first, layout.numeric, layout.names, strict=False)):
         is_date = not numeric and (CLOCK.fullmatch(cell) or _GERMAN.fullmatch(cell))
         # 10 digits of a time that counts from long ago
         if not is_date and not (numeric and is_time(name) and len(cell.replace(",", ".").partition(".")[0]) >= 10):
             continue
+        lines = lines or [line for line in body.decode(encoding, "replace").split("\n") if line.strip()]
         try:
             cells = [cells_of(line, layout.delimiter)[index].replace(",", ".") for line in lines]
             seconds = _of_dates(cells) if is_date else _of_counts(cells)
