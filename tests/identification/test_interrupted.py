@@ -58,9 +58,9 @@ def interrupted_after(monkeypatch):
 @pytest.mark.slow
 def test_the_best_until_then_is_returned_and_marked(log, interrupted_after):
     whole = identify(log, "lugre", axis=STATED, blocks=0)
-    seen = interrupted_after(60)
+    seen = interrupted_after(30)
     part = identify(log, "lugre", axis=STATED, blocks=0)
-    assert seen[0] > 60
+    assert seen[0] > 30
     assert (part.best.unfinished, whole.best.unfinished) == (True, False)
     assert part.unfinished == "interrupted: lugre is as far as it was fitted until then"
     assert whole.unfinished == ""

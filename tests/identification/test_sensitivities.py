@@ -130,6 +130,29 @@ def test_the_jacobian_of_a_search_is_that_of_its_residual(rows):
         assert column == pytest.approx((high - low) / 2e-6, rel=1e-3, abs=1e-4 * np.abs(column).max())
 
 
+class Halved(InverseDynamics):
+    """An estimator of one's own, which differs in its residual only."""
+
+    def residual(self, free):
+        return 0.5 * super().residual(free) ** 2
+
+
+def test_a_residual_of_ones_own_is_the_one_that_a_search_makes_small(rows):
+    problem, values = problem_of("lugre", rows)
+    own = Halved(problem.dataset, problem.parameters)
+    residual, derivatives = own.linearised(values)
+    assert np.array_equal(residual, own.residual(values))
+    assert derivatives is None
+    search = context_of(rows, PriorKnowledge(plant=inertia)).search(own)
+    theta = search.space.theta(values)
+    usual, columns = problem.linearised(values)
+    expected = (
+        -usual[:, None] * columns[:, [problem.parameters.free.index(name) for name in search.space.names]] @ search.space.derivative(theta)
+    )
+    jacobian = Linearised(search, slice(None)).jacobian(theta) * search.unit
+    assert jacobian == pytest.approx(expected, rel=1e-3, abs=1e-4 * np.abs(expected).max())
+
+
 def test_a_long_log_has_the_rows_of_a_short_one(rows, monkeypatch):
     problem, values = problem_of("preisach_lugre", rows)
     at_once = problem.linearised(values)

@@ -87,12 +87,15 @@ class InverseDynamics:
         """Return measured minus predicted effort of each row [N or N*m], from the free parameters."""
         return self.dataset.effort - self.predicted({**self.parameters.held, **free})
 
-    def linearised(self, free: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
+    def linearised(self, free: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray | None]:
         """Return the residual of each row, and the derivative of the predicted effort by each free parameter, shape (row, free).
 
         Forward along the motion, beside the force; by differences where a kernel cannot be translated, which is told. Where
-        the contact stood before a segment follows the parameters: what of a derivative it can explain is left out.
+        the contact stood before a segment follows the parameters: what of a derivative it can explain is left out. None of a
+        class that has another `residual`.
         """
+        if type(self).residual is not InverseDynamics.residual:
+            return self.residual(free), None
         parameters, values = self.parameters, self.parameters.complete(free)
         component, plant, model = parameters.component, self.plant(values), self.model(values)
         passes_on = TRANSMITTED in component.variables.values()
