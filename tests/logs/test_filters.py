@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from bristle.logs import filters
 from bristle.logs.filters import at, between, derivative, low_passed, through_filter
 
 DT = 1e-3
@@ -60,3 +61,16 @@ def test_a_constant_and_a_ramp_pass_a_lag_without_its_delay():
     for lag in (3e-3, -3e-3):
         assert through_filter(np.full(300, 4.0), lag, DT) == pytest.approx(4.0)
         assert inner(through_filter(5.0 * TIME[:600], lag, DT), 50) == pytest.approx(inner(5.0 * TIME[:600], 50), abs=1e-6)
+
+
+@pytest.mark.parametrize("rows", [1, 2])
+def test_between_the_samples_of_a_long_signal_is_what_one_spline_says(rows, monkeypatch):
+    rng = np.random.default_rng(5)
+    time = np.cumsum(rng.uniform(0.5e-3, 1.5e-3, 3000))
+    values = np.cumsum(rng.standard_normal((rows, 3000)), axis=1)[slice(None) if rows > 1 else 0]
+    instants = rng.uniform(time[0] - 0.01, time[-1] + 0.01, 5000)
+    expected = between(time, values)(instants)
+    monkeypatch.setattr(filters, "LONG", 256)
+    result = between(time, values)(instants)
+    assert result.shape == expected.shape
+    assert result == pytest.approx(expected, abs=1e-13 * np.abs(values).max())

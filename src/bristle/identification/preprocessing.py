@@ -193,11 +193,10 @@ def segment_of(
     if held:
         # The mean of two values that follow each other acts around the sample between them.
         effort = 0.5 * (effort + np.append(effort[:1], effort[:-1]))
-    raw = np.stack([position - origin, effort])
-    filtered = low_passed(raw, cutoff, dt)
-    smooth, smooth_effort = filtered
+    smooth, smooth_effort = low_passed(position - origin, cutoff, dt), low_passed(effort, cutoff, dt)
     if noises is None:
-        noise, effort_noise = (DEVIATION_OVER_MEDIAN * np.median(np.abs(raw - filtered), axis=1)).tolist()
+        left_over = (position - origin - smooth, effort - smooth_effort)
+        noise, effort_noise = (DEVIATION_OVER_MEDIAN * float(np.median(np.abs(part))) for part in left_over)
         # White noise above the cut-off tells how much there is in all.
         noises = noise, effort_noise / max(1.0 - 2.0 * (cutoff * dt), 0.1) ** 0.5
     velocity = np.gradient(smooth, dt)

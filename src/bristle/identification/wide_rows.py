@@ -5,7 +5,7 @@ The equations and the weights are those of `bristle.identification.first_stage`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from operator import attrgetter
 from typing import NamedTuple
@@ -276,16 +276,22 @@ def _stretch(
 ) -> _Stretch:
     from scipy.ndimage import minimum_filter1d, uniform_filter1d
 
-    position = segment.position - segment.position[0]
-    columns = [derivative(speed, dt), segment.position]
-    for side in (1.0, -1.0):
-        along = speed * side > 0.0
-        shapes = (speed, side, *(side * np.exp(-np.abs(speed) / (share * top)) for share in SPEEDS))
-        columns += [np.where(along, shape, 0.0) for shape in shapes]
-    columns += [bend(wave * segment.position) for wave in plant for bend in (np.cos, np.sin)]
-    columns += segment.regressors
-    rows = low_passed(np.stack(columns), width, dt)[:, ::stride]
-    smooth = low_passed(np.stack([position, speed]), width, dt)[:, ::stride]
+    def columns() -> Iterator[np.ndarray]:
+        yield derivative(speed, dt)
+        yield segment.position
+        for side in (1.0, -1.0):
+            along = speed * side > 0.0
+            for rate in (None, 0.0, *(1.0 / (share * top) for share in SPEEDS)):
+                yield np.where(along, speed if rate is None else side * np.exp(-np.abs(speed) * rate), 0.0)
+        for wave in plant:
+            yield from (bend(wave * segment.position) for bend in (np.cos, np.sin))
+        yield from segment.regressors
+
+    def wide(signals: Iterable[np.ndarray]) -> np.ndarray:
+        # Signal by signal: of a long log they take more memory than all that is left of them.
+        return np.stack([low_passed(signal, width, dt)[::stride] for signal in signals])
+
+    rows, smooth = wide(columns()), wide((segment.position - segment.position[0], speed))
     share = np.abs(smooth[1]) / top
     # The filter carries what friction does at rest into the rows beside.
     guard = max(int(1.0 / (width * dt * stride)), 1)

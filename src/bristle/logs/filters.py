@@ -3,8 +3,12 @@
 import math
 from collections.abc import Callable
 from functools import cache
+from itertools import pairwise
 
 import numpy as np
+
+LONG = 2**18  # samples of a signal that one spline goes through
+BESIDE = 50  # samples beside a part of a signal that its slopes depend on, to rounding
 
 
 def low_passed(signal: np.ndarray, cutoff: float, sample_time: float) -> np.ndarray:
@@ -18,10 +22,10 @@ def low_passed(signal: np.ndarray, cutoff: float, sample_time: float) -> np.ndar
     settled = settled.reshape(len(sections), *[1] * (signal.ndim - 1), 2)
     before = 2.0 * signal[..., :1] - signal[..., edge:0:-1]
     after = 2.0 * signal[..., -1:] - signal[..., -2 : -(edge + 2) : -1]
-    extended = np.concatenate((before, signal, after), axis=-1)
-    forward, _ = sosfilt(sections, extended, zi=settled * extended[..., :1])
-    backward, _ = sosfilt(sections, forward[..., ::-1], zi=settled * forward[..., -1:])
-    return backward[..., ::-1][..., edge:-edge]
+    passed = np.concatenate((before, signal, after), axis=-1)
+    for _ in range(2):  # forward, and backward
+        passed = np.asarray(sosfilt(sections, passed, zi=settled * passed[..., :1])[0])[..., ::-1]
+    return passed[..., edge:-edge]
 
 
 @cache
@@ -50,11 +54,30 @@ def derivative(signal: np.ndarray, dt: float) -> np.ndarray:
 
 
 def between(time: np.ndarray, values: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
-    """Return what tells a signal, shape (..., sample), between its samples; beyond its ends it stays."""
-    from scipy.interpolate import CubicSpline
+    """Return what tells a signal, shape (..., sample), between its samples; beyond its ends it stays.
 
-    spline = CubicSpline(time, values, axis=-1)
-    return lambda instants: np.asarray(spline(np.clip(instants, time[0], time[-1])))
+    A cubic spline; of a long signal one for each part, whose slopes see the samples around it: those further away do not matter.
+    """
+    from scipy.interpolate import CubicHermiteSpline, CubicSpline
+
+    if time.size <= LONG:
+        spline = CubicSpline(time, values, axis=-1)
+        return lambda instants: np.asarray(spline(np.clip(instants, time[0], time[-1])))
+    bounds, slopes = np.linspace(0, time.size - 1, -(-time.size // LONG) + 1).astype(int), np.empty_like(values)
+    parts = [slice(first, last + 1) for first, last in pairwise(bounds.tolist())]
+    for part in parts:
+        around = slice(max(part.start - BESIDE, 0), part.stop + BESIDE)
+        slopes[..., part] = CubicSpline(time[around], values[..., around], axis=-1)(time[part], 1)
+
+    def interpolated(instants: np.ndarray) -> np.ndarray:
+        instants = np.clip(instants, time[0], time[-1])
+        of, signal = np.searchsorted(time[bounds[1:-1]], instants, side="right"), np.empty((*values.shape[:-1], instants.size))
+        for number, part in enumerate(parts):
+            spline = CubicHermiteSpline(time[part], values[..., part], slopes[..., part], axis=-1)
+            signal[..., of == number] = spline(instants[of == number])
+        return signal
+
+    return interpolated
 
 
 def at(instants: np.ndarray, time: np.ndarray, values: np.ndarray) -> np.ndarray:

@@ -120,8 +120,18 @@ def whole_cycle(position: np.ndarray, velocity: np.ndarray) -> int | None:
     return first + int(np.argmin(away[first : first + stay]))
 
 
+LONG = 2**17  # samples, beyond which a period is sought roughly first
+
+
 def period_of(position: np.ndarray, sample_time: float, correlated: float, periods: float) -> float | None:
     """Return the period [s] of a motion that, from so many periods on, correlates with itself so well; None where it has none."""
+    if (step := -(-position.size // LONG)) > 1:
+        coarse = period_of(position[::step], step * sample_time, correlated, periods)
+        if coarse is None:
+            return None
+        middle = round(coarse / sample_time)
+        lags = range(max(middle - step, 1), middle + step + 1)
+        return sample_time * min(lags, key=lambda lag: float(np.mean((position[lag:] - position[:-lag]) ** 2)))
     x = position - np.mean(position)
     product, late, early = (part[x.size - 1 :] for part in by_lag(x, x)[1:])
     size = np.sqrt(late * early)
