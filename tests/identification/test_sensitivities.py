@@ -11,7 +11,7 @@ from tests.identification.known_logs import STATED, log_of, sines, sliding_effor
 from bristle.core import FrictionModel, InputWarning
 from bristle.friction import find
 from bristle.friction.quantities import CoulombForceAboveZero, ViscousCoefficient
-from bristle.identification import inverse_dynamics, sensitivities
+from bristle.identification import dataset, inverse_dynamics, sensitivities
 from bristle.identification.estimation import context_of
 from bristle.identification.identify import identify
 from bristle.identification.inverse_dynamics import InverseDynamics
@@ -173,3 +173,30 @@ def test_no_direction_is_lost_beyond_those_that_go_at_once(rows):
     nothing = friction_rows(problem.model, complete, [], rows, contacts)
     assert nothing.by_parameters.shape == (few.force.size, 0)
     assert np.array_equal(nothing.force, few.force)
+
+
+def test_a_search_of_a_long_log_begins_on_a_part_of_it_and_ends_on_all(monkeypatch):
+    usual = identify(LOG, "lugre", axis=STATED, blocks=0, draws=0).best
+    sizes, linearised = [], InverseDynamics.linearised
+    monkeypatch.setattr(dataset, "EXCERPT", 1500)
+    monkeypatch.setattr(InverseDynamics, "linearised", lambda self, free: sizes.append(self.dataset.effort.size) or linearised(self, free))
+    best = identify(LOG, "lugre", axis=STATED, blocks=0, draws=0).best
+    count = max(sizes)
+    assert sizes[0] < 0.4 * count
+    assert 2 * sizes.count(count) < len(sizes)
+    assert best.error_percent == pytest.approx(usual.error_percent, rel=1e-6)
+    for parameter in ("F_C", "sigma_2", "M"):
+        assert best.parameters[parameter].value == pytest.approx(usual.parameters[parameter].value, rel=1e-3)
+
+
+def test_an_excerpt_is_made_of_pieces_from_all_over_a_long_log(rows, monkeypatch):
+    assert rows.excerpt() is None
+    monkeypatch.setattr(dataset, "EXCERPT", 1500)
+    pieces, (whole,) = rows.excerpt().segments, rows.segments
+    assert [piece.time.size for piece in pieces] == [500] * 4
+    assert (pieces[0].time[0], pieces[-1].time[-1]) == (whole.time[0], whole.time[-1])
+    first = int(np.flatnonzero(whole.time == pieces[2].time[0])[0])
+    assert pieces[2].velocity.tolist() == whole.velocity[first : first + 500].tolist()
+    assert replace(rows, segments=(replace(whole, first_cycle=700),)).excerpt() is None
+    short = whole.cut(slice(0, 900))
+    assert replace(rows, segments=(whole, short)).excerpt().segments[-1] is short

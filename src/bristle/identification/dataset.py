@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from operator import attrgetter
 
@@ -25,6 +25,8 @@ from bristle.plants.terms import effort_of_columns, effort_of_place, terms_of
 
 REACH = 10  # rows on either side that the decimating filter takes in
 REACH_PERIODS = 2  # of the cut-off, over which the zero-phase filter mixes samples
+
+EXCERPT, EXCERPT_SHARE, PIECES = 60_000, 0.1, 4  # samples at least, share of the log, and pieces of a segment, of an excerpt
 
 
 @cache
@@ -86,6 +88,12 @@ class Segment:
         signals = {"v": v, "x": x + 0.5 * dt * v} | {name: values[samples] for name, values in self.surroundings.items()}
         return signals if transmitted is None else signals | {"transmitted": transmitted[samples]}
 
+    def cut(self, samples: slice) -> Segment:
+        """Return some of its samples, as a segment of its own."""
+        arrays = {name: getattr(self, name)[samples] for name in ("time", "position", "velocity", "acceleration", "effort", "recorded")}
+        around = {name: values[samples] for name, values in self.surroundings.items()}
+        return replace(self, **arrays, surroundings=around, regressors=tuple(column[samples] for column in self.regressors))
+
     def signals(self, dt: float, transmitted: np.ndarray | None = None) -> dict[str, np.ndarray]:
         """Return what friction depends on along the segment, with its first cycle before it where that is known."""
         signals = self.part(slice(None), dt, transmitted)
@@ -123,6 +131,23 @@ class Dataset:
     creeping: bool = False
     units: Mapping[str, str] = field(default_factory=dict)
     calmed_from: float = 0.0
+
+    def excerpt(self) -> Dataset | None:
+        """Return pieces from all over a long log, enough to find where a search begins; None of a short one."""
+        total = sum(segment.time.size for segment in self.segments)
+        share = max(EXCERPT / total, EXCERPT_SHARE)
+        if share > 0.5 or self.row_mask is not None or any(segment.first_cycle for segment in self.segments):
+            return None
+        pieces = list[Segment]()
+        for segment in self.segments:
+            size = segment.time.size
+            length = max(round(share * size / PIECES), 10 * self.dropped)
+            if PIECES * length > 0.5 * size:
+                pieces.append(segment)
+                continue
+            firsts = np.linspace(0, size - length, PIECES).astype(int).tolist()
+            pieces += [segment.cut(slice(first, first + length)) for first in firsts]
+        return replace(self, segments=tuple(pieces))
 
     def explained(self, plant: Model, friction: Model, contacts: Sequence[float | None] | None = None) -> list[np.ndarray]:
         """Return the effort that plant and friction take along each segment [N or N*m]; `contacts` as below."""

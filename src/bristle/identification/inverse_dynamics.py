@@ -16,6 +16,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 
@@ -86,6 +87,11 @@ class InverseDynamics:
     def residual(self, free: Mapping[str, float]) -> np.ndarray:
         """Return measured minus predicted effort of each row [N or N*m], from the free parameters."""
         return self.dataset.effort - self.predicted({**self.parameters.held, **free})
+
+    def excerpt(self) -> Self | None:
+        """Return the same for a part of a long log, on which a search may look for its start; None of a short one."""
+        dataset = self.dataset.excerpt() if self.contacts is None else None
+        return None if dataset is None else replace(self, dataset=dataset)
 
     def linearised(self, free: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray | None]:
         """Return the residual of each row, and the derivative of the predicted effort by each free parameter, shape (row, free).

@@ -143,8 +143,18 @@ class Search:
         return TransformedSpace.within(self.problem.parameters, self.scales)
 
     def solve(self, report: Report = silent) -> Solution:
-        """Return the best solution from several starts; where a person interrupts, the best until then, which says so."""
-        return self.as_far_as_it_came(partial(self._from_several, report))
+        """Return the best solution from several starts; where a person interrupts, the best until then, which says so.
+
+        Of a long log, starts are compared on a part of it, and the best of their ends goes on with all of it.
+        """
+        excerpt = self.problem.excerpt()
+        if excerpt is None:
+            return self.as_far_as_it_came(partial(self._from_several, report))
+        begun = replace(self, problem=excerpt).solve(between(report, 0.0, 0.5))
+        if begun.unfinished:
+            return replace(self.refit(begun.values, limit=1), unfinished=True)
+        report(0.5)
+        return self.as_far_as_it_came(lambda best: best.take(self.refit(begun.values, limit=EVALUATIONS, best=best)))
 
     def as_far_as_it_came(self, work: Callable[[BestSoFar], None]) -> Solution:
         """Return the best of all that `work` comes to; where a person interrupts it, the best until then."""

@@ -111,6 +111,9 @@ class OutputError:
         """Time from sample to sample [s]."""
         return self.dataset.sample_time
 
+    def excerpt(self) -> None:
+        """Return None: a simulation begins where inverse dynamics ends."""
+
     def residual(self, free: Mapping[str, float]) -> np.ndarray:
         """Return measured minus simulated signal of each sample."""
         return self.measured - self.simulated(self.parameters.complete(free))

@@ -214,6 +214,10 @@ class Problem(Residual, Protocol):
         """Where nothing of how friction turns disturbs the signal; nowhere, where that cannot be told."""
         ...
 
+    def excerpt(self) -> Problem | None:
+        """Return the same for a part of a long log, on which a search may look for its start; None where there is none."""
+        ...
+
     def linearised(self, free: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray | None]:
         """Return the residual, and the derivative of the predicted signal by each free parameter, shape (row, free).
 
