@@ -93,6 +93,18 @@ def _zero(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     return ir.Constant(ir.VectorType(ir.DoubleType(), DIRECTIONS), [0.0] * DIRECTIONS)
 
 
+def _one(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    from llvmlite import ir
+
+    return ir.Constant(ir.VectorType(ir.DoubleType(), DIRECTIONS), [1.0] * DIRECTIONS)
+
+
+def _last(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    from llvmlite import ir
+
+    return builder.extract_element(arguments[0], ir.Constant(ir.IntType(32), DIRECTIONS - 1))
+
+
 def _sum(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     return builder.fadd(*arguments)
 
@@ -123,6 +135,18 @@ def _store(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
 def still():
     """Return the tangent of what does not change."""
     return np.zeros(DIRECTIONS)
+
+
+@_compiled("", "t", _one)
+def moving():
+    """Return the tangent of what changes by 1 in each direction."""
+    return np.ones(DIRECTIONS)
+
+
+@_compiled("t", "r", _last)
+def tangent_last(a):
+    """Return the derivative in the last direction."""
+    return a[DIRECTIONS - 1]
 
 
 @_compiled("tt", "t", _sum)

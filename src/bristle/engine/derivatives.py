@@ -52,7 +52,7 @@ def make_force_with_tangents(parameters: Structure, state: Structure, motion: An
         return state
 
     vectors, written = Array(-1), Array(-1, writable=True)
-    kinds = [_type_of(state), written, vectors, vectors, vectors, REAL, _type_of(parameters), written]
+    kinds = [type_of_structure(state), written, vectors, vectors, vectors, REAL, type_of_structure(parameters), written]
     activities = [activity_of(kinds[0]), True, moves, moves, acts, False, activity_of(kinds[6]), True]
     derivatives = Derivatives()
     derived = derivatives.of(Builder().function(along, kinds), activities)
@@ -60,8 +60,8 @@ def make_force_with_tangents(parameters: Structure, state: Structure, motion: An
         "with_tangents": derivatives.scope[derived.name],
         "load_p": unpacker(parameters),
         "load_s": unpacker(state),
-        "tangents_p": _tangent_reader(parameters, activities[6]),
-        "tangents_s": _tangent_reader(state, activities[0]),
+        "tangents_p": tangent_reader(parameters, activities[6]),
+        "tangents_s": tangent_reader(state, activities[0]),
         "store": packer(state),
         "keep_s": _tangent_packer(state, derived.result),
     }
@@ -74,13 +74,14 @@ def make_force_with_tangents(parameters: Structure, state: Structure, motion: An
     return kernel_of(head, [*lines, *(["keep_s(dend, ds)"] if is_active(derived.result) else []), "return 0.0"], parts, portable=False)
 
 
-def _type_of(structure: Structure) -> Struct:
+def type_of_structure(structure: Structure) -> Struct:
+    """Return the type, in the tree, of a NamedTuple of this structure."""
     cls, parts = structure
     kinds: dict[str, Type] = {"number": REAL, "integer": INTEGER, "array": Array(-1)}
-    return struct_of(cls, [_type_of(part) if isinstance(part, tuple) else kinds[part] for part in parts])
+    return struct_of(cls, [type_of_structure(part) if isinstance(part, tuple) else kinds[part] for part in parts])
 
 
-def _tangent_reader(structure: Structure, activity: Activity) -> Callable[..., Any]:
+def tangent_reader(structure: Structure, activity: Activity) -> Callable[..., Any]:
     """Return the kernel ``tangents(vector, all) -> tangent`` of a NamedTuple, beside what `unpacker` makes of the vector."""
     lines = ["at = 0"]
 

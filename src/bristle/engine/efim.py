@@ -157,6 +157,15 @@ def is_set_valued(state, memory, x, effort, dt, p):
 
 
 @kernel(inline=False)
+def stop_residual(time, plant_state, friction_state, memory, effort, q, p):
+    """Return the residual of the mean velocity v/2 [m/s or rad/s] over a step after which the velocity is zero."""
+    half = 0.5 * plant_state.v
+    a, b = plant_port(plant_state, effort, time, q)
+    force, _ = evaluate_apart(friction_state, memory, half, plant_state.x, effort - (half - a) / b, time, p)
+    return half - a - b * force
+
+
+@kernel(inline=False)
 def stopping_time(plant_state, friction_state, memory, effort, dt, q, p):
     """Return after what part of the step [s] the velocity at the port reaches zero: mean velocity v/2 until then."""
     half = 0.5 * plant_state.v
@@ -164,10 +173,7 @@ def stopping_time(plant_state, friction_state, memory, effort, dt, q, p):
     bracket = Bracket(0.0, -abs(half), dt, 0.0, 0.0)
     time = dt
     for _ in range(ITERATIONS):
-        a, b = plant_port(plant_state, effort, time, q)
-        transmitted = effort - (half - a) / b
-        force, _ = evaluate_apart(friction_state, memory, half, plant_state.x, transmitted, time, p)
-        residual = sign * (half - a - b * force)
+        residual = sign * stop_residual(time, plant_state, friction_state, memory, effort, q, p)
         if abs(residual) <= 1e-15 * abs(half):
             return time
         bracket = bracket_update(bracket, time, residual)

@@ -10,6 +10,7 @@ the parameters as it does in inverse dynamics.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -20,7 +21,7 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.core.contracts import FrictionModel, Model
 from bristle.core.diagnostic import BestSoFar, Diagnostic
-from bristle.core.errors import InputError
+from bristle.core.errors import InputError, InputWarning
 from bristle.core.lazy import cached_property
 from bristle.core.variable import Variable
 from bristle.identification.dataset import Dataset
@@ -33,10 +34,12 @@ from bristle.identification.parameter_space import Solution
 from bristle.identification.parameters import ParameterSet
 from bristle.identification.problem import Away, Fold
 from bristle.identification.refit import Refit
+from bristle.identification.sensitivities import Beside
 from bristle.identification.settings import Settings
 from bristle.logs.log import Log
 from bristle.logs.turns import half_cycle_numbers, turning_points
 from bristle.simulation.result import relative_error_percent
+from bristle.translation.scope import NotExportableError
 
 AWAY = 0.3  # standard deviation of the logarithm by which further starts are away from the first
 FURTHER_STARTS = 2
@@ -131,9 +134,25 @@ class OutputError:
         """Return what is simulated, from all parameters."""
         return Mechanism(self.inverse.plant(values), self.inverse.model(values), values)
 
-    def linearised(self, free: Mapping[str, float]) -> tuple[np.ndarray, None]:
-        """Return the residual: a simulation is differentiated by differences."""
-        return self.residual(free), None
+    def linearised(self, free: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray | None]:
+        """Return the residual of each sample, and the derivative of the simulated signal by each free parameter, shape (sample, free).
+
+        Along the simulation, in one pass with it; by differences where a kernel cannot be translated, which is told, and where
+        known columns of the log act beside the effort.
+        """
+        values, names, inverse = self.parameters.complete(free), self.parameters.free, self.inverse
+        if any(output.regressors for output in self.outputs):
+            return self.residual(free), None
+        plant, friction = Beside(inverse.plant, values, names), Beside(inverse.model, values, names)
+        lag = values.get(LAG), np.array([float(name == LAG) for name in names])
+        try:
+            parts = [output.with_derivatives(plant, friction, *lag) for output in self.outputs]
+        except NotExportableError as error:
+            name = self.parameters.component.name
+            warnings.warn(f"{name} is differentiated by differences: {error}", InputWarning, stacklevel=2)
+            return self.residual(free), None
+        signal, derivatives = (np.concatenate(part) for part in zip(*parts, strict=True))
+        return self.measured - signal, derivatives
 
     def errors(self, free: Mapping[str, float]) -> dict[str, float]:
         """Return the errors of a fit that its solution made small, and the lag of the drive where that was sought."""

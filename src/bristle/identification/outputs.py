@@ -4,17 +4,20 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import ClassVar, NamedTuple
 
 import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
+from bristle.core.packing import pack
 from bristle.engine import LoopTrace
+from bristle.engine.loop_derivatives import Sensitive
 from bristle.friction import is_static, with_presliding
 from bristle.identification.half_cycles import Disturbance
 from bristle.identification.parameters import offset_of
+from bristle.identification.sensitivities import Beside
 from bristle.logs.log import Log
 from bristle.plants.terms import effort_of_columns
 from bristle.sensors import encoder
@@ -48,6 +51,7 @@ class Output(ABC):
 
     measured: np.ndarray
     position: np.ndarray
+    regressors: tuple[np.ndarray, ...] = field(default=(), kw_only=True)
 
     signal: ClassVar[str]
     code: ClassVar[str]
@@ -82,6 +86,10 @@ class Output(ABC):
         """Return the signal of the model, NaN from where it left the finite numbers, shape (sample,)."""
 
     @abstractmethod
+    def with_derivatives(self, plant: Beside, friction: Beside, lag: float | None, by_lag: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return that signal and its derivatives, shape (sample, parameter); `by_lag` is the derivative of the lag by each of them."""
+
+    @abstractmethod
     def read(
         self, mechanism: Mechanism, pure: np.ndarray, push: np.ndarray, disturbance: Disturbance, rng: np.random.Generator
     ) -> np.ndarray:
@@ -108,7 +116,6 @@ class Position(Output):
     """The position [m or rad] that the recorded effort makes in open loop."""
 
     loop: OpenLoop
-    regressors: tuple[np.ndarray, ...] = ()
 
     signal = "position"
     code = "output_error_open"
@@ -122,7 +129,7 @@ class Position(Output):
         """Return a segment, integrated with a few steps for one sample."""
         position = log.position.values[part]
         columns = tuple(column.values[part] for column in log.regressors)
-        return cls(position, position, open_loop_of(log, axis, part, FINE if fine else COARSE), columns)
+        return cls(position, position, open_loop_of(log, axis, part, FINE if fine else COARSE), regressors=columns)
 
     @staticmethod
     def excerpt(log: Log, axis: Axis) -> Log:
@@ -141,6 +148,12 @@ class Position(Output):
     def simulated(self, mechanism: Mechanism) -> np.ndarray:
         """Return the position of the model [m or rad]."""
         return self.loop.position(*mechanism[:2], effort_of_columns(mechanism.plant, self.regressors))[0]
+
+    def with_derivatives(self, plant: Beside, friction: Beside, lag: float | None, by_lag: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the position [m or rad] with its derivatives."""
+        virgin = friction.slopes(lambda near: pack(near.component.initial_state(near.parameters)))
+        moving = Sensitive(friction.model, friction.parameters(), state_tangents=virgin)
+        return self.loop.with_derivatives(Sensitive(plant.model, plant.parameters()), moving)
 
     def read(
         self, mechanism: Mechanism, pure: np.ndarray, push: np.ndarray, disturbance: Disturbance, rng: np.random.Generator
@@ -172,7 +185,6 @@ class Effort(Output):
 
     loop: ClosedLoop
     presliding: float = 0.0
-    regressors: tuple[np.ndarray, ...] = ()
 
     signal = "loop"
     code = "output_error_closed"
@@ -187,7 +199,7 @@ class Effort(Output):
         assert log.effort is not None
         loop = closed_loop_of(log, axis, part, "to fit the closed loop", 'write loop = "open" under [identification]')
         columns = tuple(column.values[part] for column in log.regressors)
-        return cls(log.effort.values[part], log.position.values[part], loop, axis.presliding or 0.0, columns)
+        return cls(log.effort.values[part], log.position.values[part], loop, axis.presliding or 0.0, regressors=columns)
 
     @property
     def period(self) -> int:
@@ -197,6 +209,20 @@ class Effort(Output):
     def simulated(self, mechanism: Mechanism) -> np.ndarray:
         """Return the effort that the controller asks of the model [N or N*m]."""
         return self._whole(self._run(mechanism).command)
+
+    def with_derivatives(self, plant: Beside, friction: Beside, lag: float | None, by_lag: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return that effort [N or N*m] with its derivatives."""
+
+        def turned(near: Model) -> Model:
+            return with_presliding(near, self.presliding)
+
+        moving = Sensitive(
+            turned(friction.model),
+            friction.slopes(lambda near: pack(turned(near).parameters)),
+            state_tangents=friction.slopes(lambda near: self.loop.begun(turned(near))[0]),
+            memory_tangents=friction.slopes(lambda near: self.loop.begun(turned(near))[1]),
+        )
+        return self.loop.with_derivatives(Sensitive(plant.model, plant.parameters()), moving, lag, by_lag)
 
     def read(
         self, mechanism: Mechanism, pure: np.ndarray, push: np.ndarray, disturbance: Disturbance, rng: np.random.Generator

@@ -32,6 +32,28 @@ Contacts = Sequence[float | None]
 Transmitted = Callable[[Segment], tuple[np.ndarray, np.ndarray]]
 
 
+class Beside:
+    """A model, and models beside it, each with another one of its parameters a little larger and smaller."""
+
+    def __init__(self, model_of: ModelOf, values: Mapping[str, float], names: Sequence[str]) -> None:
+        self.model, self._pairs = model_of(values), list[tuple[Model, Model, float]]()
+        for name in names:
+            step = STEP * (abs(values[name]) or 1.0)
+            high, low = (model_of({**values, name: values[name] + change}) for change in (step, -step))
+            self._pairs.append((high, low, 2.0 * step))
+
+    def slopes(self, numbers: Callable[[Model], np.ndarray]) -> np.ndarray:
+        """Return the derivative of numbers of the model by each of the parameters, shape (number, parameter)."""
+        with np.errstate(invalid="ignore"):
+            columns = [(numbers(high) - numbers(low)) / width for high, low, width in self._pairs]
+        # What is infinite in both does not change.
+        return np.nan_to_num(np.reshape(columns, (len(self._pairs), numbers(self.model).size)).T, nan=0.0)
+
+    def parameters(self) -> np.ndarray:
+        """Return that of its packed parameters."""
+        return self.slopes(lambda near: pack(near.parameters))
+
+
 class FrictionRows(NamedTuple):
     """The friction force of each row [N or N*m], and its derivatives by where the contact stood at first, and by parameters.
 
@@ -55,12 +77,12 @@ def friction_rows(
 
     `contacts` is where the contact stood before each segment, from -1 to 1; virgin where that is not known.
     """
-    model, beside, rows = model_of(values), [_beside(model_of, values, name) for name in names], list[np.ndarray]()
-    tangents, stood = _slopes(lambda near: pack(near.parameters), model, beside), any(place is not None for place in contacts)
+    beside, rows, stood = Beside(model_of, values, names), list[np.ndarray](), any(place is not None for place in contacts)
+    model = beside.model
     # The force itself goes through the filters as one more direction, the first one, in which nothing moves.
-    of_model = _led(tangents, 1 + stood)
+    of_model = _led(beside.parameters(), 1 + stood)
     for segment, place in zip(dataset.segments, contacts, strict=True):
-        of_state = _led(_slopes(lambda near, place=place: pack(_begun(near, place)), model, beside), 1 + stood)
+        of_state = _led(beside.slopes(lambda near, place=place: pack(_begun(near, place))), 1 + stood)
         if place is not None:
             of_state[:, 1] = _by_place(model, place)
         acting = None if transmitted is None else transmitted(segment)
@@ -131,18 +153,3 @@ def _inside(place: float) -> float:
 def _by_place(model: Model, place: float) -> np.ndarray:
     """Return how the packed state changes with where the contact stands."""
     return (pack(state_at(model, place)) - pack(state_at(model, _inside(place)))) / (place - _inside(place))
-
-
-def _beside(model_of: ModelOf, values: Mapping[str, float], name: str) -> tuple[Model, Model, float]:
-    """Return the model with one parameter a little larger, and smaller, and by how much they differ."""
-    step = STEP * (abs(values[name]) or 1.0)
-    high, low = (model_of({**values, name: values[name] + change}) for change in (step, -step))
-    return high, low, 2.0 * step
-
-
-def _slopes(numbers: Callable[[Model], np.ndarray], model: Model, beside: Sequence[tuple[Model, Model, float]]) -> np.ndarray:
-    """Return the derivative of numbers of a model by each of several parameters, shape (number, parameter)."""
-    with np.errstate(invalid="ignore"):
-        columns = [(numbers(high) - numbers(low)) / width for high, low, width in beside]
-    # What is infinite in both does not change.
-    return np.nan_to_num(np.reshape(columns, (len(beside), numbers(model).size)).T, nan=0.0)

@@ -13,13 +13,23 @@ any, in their order. The tangent of a tuple is a tuple of those of its fields th
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 from bristle.core.exponent import mantissa
 from bristle.core.kernel import is_absorbed, kernel
-from bristle.core.tangent import keep_tangent, still, tangent_at, tangent_combined, tangent_difference, tangent_scaled, tangent_sum
+from bristle.core.tangent import (
+    keep_tangent,
+    moving,
+    still,
+    tangent_at,
+    tangent_combined,
+    tangent_difference,
+    tangent_last,
+    tangent_scaled,
+    tangent_sum,
+)
 from bristle.translation import tree
 from bristle.translation.python_text import PythonText, part_of
 from bristle.translation.scope import defined, free_name
@@ -29,7 +39,7 @@ from bristle.translation.tree import REAL, VOID, Array, Struct, Type
 Activity = bool | tuple["Activity", ...]
 """Whether something has a tangent: of a tuple, field by field."""
 
-TANGENTS = (keep_tangent, still, tangent_at, tangent_combined, tangent_difference, tangent_scaled, tangent_sum)
+TANGENTS = (keep_tangent, moving, still, tangent_at, tangent_combined, tangent_difference, tangent_last, tangent_scaled, tangent_sum)
 TEMPORARY = "number__"  # before names that no kernel has
 ROUNDS = 30  # in which the tangents of all variables are known
 
@@ -53,9 +63,10 @@ def joined(first: Activity, second: Activity) -> Activity:
 
 @dataclass(frozen=True)
 class Derived:
-    """A derived function: what it is called, and what of its result has a tangent."""
+    """A derived function: what it is called, what of its arguments and of its result has a tangent, and whether it does more."""
 
     name: str
+    entering: Sequence[Activity]
     result: Activity
     does: bool
 
@@ -67,24 +78,34 @@ class Derived:
 
 @dataclass
 class Derivatives:
-    """Derives functions as they are asked for, into one scope."""
+    """Derives functions as they are asked for, into one scope.
 
+    What is `apart` is derived once, for tangents of all its arguments, and compiled once. The `rules` are those of functions
+    that differentiate otherwise than what they are made of: a search for a root.
+    """
+
+    apart: frozenset[Callable[..., Any]] = frozenset()
+    rules: Mapping[Callable[..., Any], Callable[[Rules], None]] = field(default_factory=dict)
     scope: dict[str, Any] = field(default_factory=lambda: {"__name__": __name__, "math": math} | {rule.__name__: rule for rule in TANGENTS})
     _derived: dict[tuple[tree.Function, tuple[Activity, ...]], Derived] = field(default_factory=dict)
 
     def of(self, function: tree.Function, activities: Sequence[Activity]) -> Derived:
         """Return the derived function where these arguments have tangents."""
+        if function.source in self.apart and any(map(is_active, activities)):
+            pairs = zip(function.parameters, activities, strict=True)
+            activities = [given if isinstance(part.type, Array) else activity_of(part.type) for part, given in pairs]
         key = function, tuple(activities)
         if key not in self._derived:
             if not any(map(is_active, activities)):
-                self._derived[key] = Derived("", _nowhere(function.result), does=False)
+                self._derived[key] = Derived("", activities, nowhere(function.result), does=False)
             else:
-                self._derived[key] = _Rules(self, function, activities).derived()
+                self._derived[key] = Rules(self, function, activities).derived()
         return self._derived[key]
 
 
-def _nowhere(kind: Type) -> Activity:
-    return tuple(_nowhere(part) for _, part in kind.fields) if isinstance(kind, Struct) else False
+def nowhere(kind: Type) -> Activity:
+    """Return the activity of what has no tangent."""
+    return tuple(nowhere(part) for _, part in kind.fields) if isinstance(kind, Struct) else False
 
 
 @dataclass
@@ -96,44 +117,54 @@ class Dual:
     tangent: str = ""
 
 
-class _Rules(PythonText):
-    """Derives one function for arguments of which some have tangents."""
+class Rules(PythonText):
+    """Derives one function for arguments of which some have tangents: what it writes stands in `lines`."""
 
     def __init__(self, derivatives: Derivatives, function: tree.Function, activities: Sequence[Activity]) -> None:
         super().__init__(derivatives.scope)
         self.all, self.function = derivatives, function
         self.entering = dict(zip((parameter.name for parameter in function.parameters), activities, strict=True))
         self.activities = dict(self.entering)
-        self.result, self.lines, self.indent, self.count, self.does = _nowhere(function.result), list[str](), 1, 0, False
+        self.result, self.lines, self.indent, self.count, self.does = nowhere(function.result), list[str](), 1, 0, False
+
+    def argument(self, name: str) -> Dual:
+        """Return an argument of the function."""
+        return Dual(name, self.entering[name], tangent_of(name) if is_active(self.entering[name]) else "")
 
     def derived(self) -> Derived:
         """Return the derived function, known to the scope and to the compiler."""
-        for _ in range(ROUNDS):
+        rule = self.all.rules.get(self.function.source)
+        if rule is not None:
+            rule(self)
+        for _ in range(ROUNDS if rule is None else 0):
             before = dict(self.activities), self.result
             self.lines, self.count, self.does = [], 0, False
             self._enter()
             self._block(self.function.body)
             if (self.activities, self.result) == before:
                 break
+        activities, source = tuple(self.entering.values()), self.function.source
+        if not self.does and not is_active(self.result):
+            return Derived("", activities, self.result, self.does)
         names = [parameter.name for parameter in self.function.parameters]
-        arguments = [*names, *(_tangent_of(name) for name in names if is_active(self.entering[name]))]
-        derived = Derived(free_name(f"with_tangent_{self.function.name}", self.scope), self.result, self.does)
-        if derived.is_needed:
-            text = f"def {derived.name}({', '.join(arguments)}):\n" + "\n".join(self.lines) + "\n"
-            mark = kernel(inline=is_absorbed(self.function.source), portable=False)
-            self.scope[derived.name] = mark(defined(derived.name, text, self.scope))
-        return derived
+        arguments = [*names, *(tangent_of(name) for name in names if is_active(self.entering[name]))]
+        name = free_name(f"with_tangent_{self.function.name}", self.scope)
+        text = f"def {name}({', '.join(arguments)}):\n" + "\n".join(self.lines) + "\n"
+        mark = kernel(inline=is_absorbed(source) and source not in self.all.apart, portable=False)
+        self.scope[name] = mark(defined(name, text, self.scope))
+        return Derived(name, activities, self.result, self.does)
 
     def _enter(self) -> None:
         """Give a tangent to each argument that comes without, and is given another value later that has one."""
         for name, activity in self.entering.items():
             if self.activities[name] != activity:
-                before = Dual(name, activity, _tangent_of(name) if is_active(activity) else "")
-                self._line(f"{_tangent_of(name)} = {self._fitted(before, self.activities[name])}")
+                before = Dual(name, activity, tangent_of(name) if is_active(activity) else "")
+                self.line(f"{tangent_of(name)} = {self.fitted(before, self.activities[name])}")
 
     # --- statements -------------------------------------------------------------------------------------------------
 
-    def _line(self, text: str) -> None:
+    def line(self, text: str) -> None:
+        """Write a line."""
         self.lines.append("    " * self.indent + text)
 
     def _block(self, statements: Iterable[tree.Statement]) -> None:
@@ -141,30 +172,30 @@ class _Rules(PythonText):
             getattr(self, f"_do_{type(statement).__name__.lower()}")(statement)
 
     def _inside(self, head: str, statements: Sequence[tree.Statement]) -> None:
-        self._line(head)
+        self.line(head)
         self.indent += 1
         self._block(statements)
         if not statements:
-            self._line("pass")
+            self.line("pass")
         self.indent -= 1
 
     def _do_assign(self, statement: tree.Assign) -> None:
         name, value = statement.variable.name, self.dual(statement.value)
-        before = self.activities.get(name, _nowhere(statement.variable.type))
+        before = self.activities.get(name, nowhere(statement.variable.type))
         self.activities[name] = joined(before, value.activity)
         if is_active(self.activities[name]):
-            self._line(f"{_tangent_of(name)} = {self._fitted(value, self.activities[name])}")
-        self._line(f"{name} = {value.value}")
+            self.line(f"{tangent_of(name)} = {self.fitted(value, self.activities[name])}")
+        self.line(f"{name} = {value.value}")
 
     def _do_store(self, statement: tree.Store) -> None:
         array, at, value = self.dual(statement.array), self._held(self.plain(statement.at)), self.dual(statement.value)
         if array.activity:
             self.does = True
-            self._line(f"keep_tangent({array.tangent}, {at}, {self._fitted(value, True)})")
-        self._line(f"{array.value}[{at}] = {value.value}")
+            self.line(f"keep_tangent({array.tangent}, {at}, {self.fitted(value, True)})")
+        self.line(f"{array.value}[{at}] = {value.value}")
 
     def _do_evaluate(self, statement: tree.Evaluate) -> None:
-        self._line(self.dual(statement.call).value)
+        self.line(self.dual(statement.call).value)
 
     def _do_if(self, statement: tree.If) -> None:
         self._inside(f"if {self.plain(statement.test)}:", statement.body)
@@ -179,18 +210,18 @@ class _Rules(PythonText):
         self._inside(f"while {self.plain(statement.test)}:", statement.body)
 
     def _do_break(self, statement: tree.Break) -> None:
-        self._line("break")
+        self.line("break")
 
     def _do_continue(self, statement: tree.Continue) -> None:
-        self._line("continue")
+        self.line("continue")
 
     def _do_return(self, statement: tree.Return) -> None:
         if statement.value is None:
-            self._line("return")
+            self.line("return")
             return
         value = self.dual(statement.value)
         self.result = joined(self.result, value.activity)
-        self._line(f"return {value.value}, {self._fitted(value, self.result)}" if is_active(self.result) else f"return {value.value}")
+        self.line(f"return {value.value}, {self.fitted(value, self.result)}" if is_active(self.result) else f"return {value.value}")
 
     # --- expressions with tangents ----------------------------------------------------------------------------------
 
@@ -198,7 +229,7 @@ class _Rules(PythonText):
         """Return a value with its tangent."""
         rule: Callable[[Any], Dual] | None = getattr(self, f"_dual_{type(node).__name__.lower()}", None)
         if rule is None or not (isinstance(node, tree.Call) or self._has_tangent(node)):
-            return Dual(self.plain(node), _nowhere(node.type))
+            return Dual(self.plain(node), nowhere(node.type))
         return rule(node)
 
     def _has_tangent(self, node: tree.Expression) -> bool:
@@ -215,14 +246,14 @@ class _Rules(PythonText):
         if text.replace(".", "").replace("_", "").isalnum():
             return text
         self.count += 1
-        self._line(f"{TEMPORARY}{self.count} = {text}")
+        self.line(f"{TEMPORARY}{self.count} = {text}")
         return f"{TEMPORARY}{self.count}"
 
     def _number(self, node: tree.Expression) -> Dual:
         dual = self.dual(node)
         return Dual(self._held(dual.value), dual.activity, self._held(dual.tangent) if dual.tangent else "")
 
-    def _fitted(self, dual: Dual, target: Activity) -> str:
+    def fitted(self, dual: Dual, target: Activity) -> str:
         """Return a tangent where more of it may be asked for than there is: the rest stands still."""
         if dual.activity == target:
             return dual.tangent
@@ -232,13 +263,13 @@ class _Rules(PythonText):
         parts, place = list[str](), 0
         for part, asked_for in zip(dual.activity if isinstance(dual.activity, tuple) else [False] * len(target), target, strict=True):
             if is_active(asked_for):
-                parts.append(self._fitted(Dual("", part, f"{tangent}[{place}]" if is_active(part) else ""), asked_for))
+                parts.append(self.fitted(Dual("", part, f"{tangent}[{place}]" if is_active(part) else ""), asked_for))
             place += is_active(part)
         return f"({', '.join(parts)},)"
 
     def _dual_variable(self, node: tree.Variable) -> Dual:
-        activity = self.activities.get(node.name, _nowhere(node.type))
-        return Dual(node.name, activity, _tangent_of(node.name) if is_active(activity) else "")
+        activity = self.activities.get(node.name, nowhere(node.type))
+        return Dual(node.name, activity, tangent_of(node.name) if is_active(activity) else "")
 
     def _dual_field(self, node: tree.Field) -> Dual:
         of, kind = self.dual(node.of), node.of.type
@@ -288,11 +319,11 @@ class _Rules(PythonText):
         activity = joined(self._activity(node.first), self._activity(node.second))
         self.count += 1
         name = f"{TEMPORARY}{self.count}"
-        self._line(f"if {self.plain(node.test)}:")
+        self.line(f"if {self.plain(node.test)}:")
         self._branch(name, node.first, activity)
-        self._line("else:")
+        self.line("else:")
         self._branch(name, node.second, activity)
-        return Dual(name, activity, _tangent_of(name) if is_active(activity) else "")
+        return Dual(name, activity, tangent_of(name) if is_active(activity) else "")
 
     def _activity(self, node: tree.Expression) -> Activity:
         """Return what of a value has a tangent; nothing is written."""
@@ -306,8 +337,8 @@ class _Rules(PythonText):
         self.indent += 1
         dual = self.dual(node)
         if is_active(activity):
-            self._line(f"{_tangent_of(name)} = {self._fitted(dual, activity)}")
-        self._line(f"{name} = {dual.value}")
+            self.line(f"{tangent_of(name)} = {self.fitted(dual, activity)}")
+        self.line(f"{name} = {dual.value}")
         self.indent -= 1
 
     def _dual_convert(self, node: tree.Convert) -> Dual:
@@ -345,14 +376,15 @@ class _Rules(PythonText):
         if not derived.is_needed:
             return Dual(f"{self.kernel(source)}({values})", derived.result)
         self.does |= derived.does
-        tangents = [number.tangent for number in numbers if is_active(number.activity)]
+        pairs = zip(numbers, derived.entering, strict=True)
+        tangents = [self.fitted(number, entering) for number, entering in pairs if is_active(entering)]
         call = f"{derived.name}({', '.join([values, *tangents])})"
         if not is_active(derived.result):
             return Dual(call if node.type == VOID else self._held(call), derived.result)
         self.count += 1
         name = f"{TEMPORARY}{self.count}"
-        self._line(f"{name}, {_tangent_of(name)} = {call}")
-        return Dual(name, derived.result, _tangent_of(name))
+        self.line(f"{name}, {tangent_of(name)} = {call}")
+        return Dual(name, derived.result, tangent_of(name))
 
     def _dual_make(self, node: tree.Make) -> Dual:
         parts = list(map(self.dual, node.parts))
@@ -361,7 +393,7 @@ class _Rules(PythonText):
         return Dual(value, tuple(part.activity for part in parts), f"({', '.join(tangents)},)" if tangents else "")
 
 
-def _tangent_of(name: str) -> str:
+def tangent_of(name: str) -> str:
     """Return what the tangent of a variable is called; kernels have names of their own such as ``d_v``."""
     return f"tangent__{name}"
 

@@ -14,8 +14,11 @@ from bristle.core.contracts import NOT_KNOWN, Model, Reference
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.errors import InputError
 from bristle.core.experiment import substeps_for
+from bristle.core.packing import pack
 from bristle.core.status import Status
 from bristle.engine import LoopTrace, Trace, run_closed_loop, run_open_loop, settled
+from bristle.engine.loop import begun
+from bristle.engine.loop_derivatives import Sensitive, closed_loop_with_derivatives
 from bristle.logs.log import Log
 from bristle.plants.terms import effort_of_columns
 from bristle.sensors import encoder
@@ -111,6 +114,38 @@ class ClosedLoop:
             resumed_effort=self.resumed_effort,
             acceleration=self.beginning.acceleration,
             **self.beginning.state(friction),
+        )
+
+    def begun(self, friction: Model) -> tuple[np.ndarray, np.ndarray]:
+        """Return the packed state, and the memory, in which friction begins."""
+        start = self.beginning.state(friction)
+        component, p = friction.component, friction.parameters
+        return pack(start.get("state", component.initial_state(p))), start.get("memory", component.new_memory(p))
+
+    def with_derivatives(
+        self, plant: Sensitive, friction: Sensitive, lag: float | None, lag_tangents: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return the effort that a perfect encoder makes the controller ask for, and its derivatives, shape (sample, direction)."""
+        start = self.beginning
+        motion = start.x, start.v, start.acceleration
+        law_state = begun(self.controller, Reference(*self.desired[:, 0]), *motion, self.resumed_effort, self.sample_time)
+        known = {name: part for name, part in start.state(friction.model).items() if name in ("state", "memory")}
+        return closed_loop_with_derivatives(
+            plant,
+            friction._replace(**known),
+            self.controller,
+            law_state,
+            self.desired,
+            self.injected,
+            np.zeros(self.count),
+            dt=self.sample_time,
+            steps=substeps_for(self.sample_time),
+            limit=self.limit,
+            effort_before=self.effort_before,
+            lag=self.lag if lag is None else lag,
+            lag_tangents=lag_tangents,
+            x=start.x,
+            v=start.v if start.moves else 0.0,
         )
 
 

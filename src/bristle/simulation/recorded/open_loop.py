@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +14,8 @@ from bristle.core.errors import InputError
 from bristle.core.least_squares import unbounded
 from bristle.core.status import Status
 from bristle.engine import run_open_loop
+from bristle.engine.loop import held
+from bristle.engine.loop_derivatives import Sensitive, open_loop_with_derivatives
 from bristle.logs.log import Log
 
 FINE = 20  # steps for one sample of a band-limited effort
@@ -41,27 +44,42 @@ class OpenLoop:
 
     def position(self, plant: Model, friction: Model, unseen: np.ndarray | None = None) -> tuple[np.ndarray, Status]:
         """Return the position at each sample of the record [m or rad], NaN from where it left the finite numbers."""
-        effort = self.effort
+        effort, ended = self.effort, list[Status]()
         if unseen is not None:
             effort = effort - np.repeat(unseen, self.steps)[: effort.size]
-        if not self.periodic:
+
+        def run(effort: np.ndarray) -> np.ndarray:
             trace = run_open_loop(plant, friction, effort, self.sample_time / self.steps, hold=self.hold)
-            position = trace.position[:: self.steps]
-            return np.concatenate([position, np.full(self.count - position.size, np.nan)]), trace.status
-        size = effort.size
-        reached, status = np.full(size, np.nan), Status.NOT_FINITE
+            ended.append(trace.status)
+            return np.concatenate([trace.position, np.full(effort.size - trace.position.size, np.nan)])[:: self.steps, None]
+
+        return self._settled(run, effort)[:, 0], ended[-1]
+
+    def with_derivatives(self, plant: Sensitive, friction: Sensitive) -> tuple[np.ndarray, np.ndarray]:
+        """Return that position and its derivatives, shape (sample, direction)."""
+
+        def run(effort: np.ndarray) -> np.ndarray:
+            step = self.sample_time / self.steps
+            return np.column_stack(open_loop_with_derivatives(plant, friction, effort, held(effort, self.hold), step, self.steps))
+
+        rows = self._settled(run, self.effort)
+        return rows[:, 0], rows[:, 1:]
+
+    def _settled(self, run: Callable[[np.ndarray], np.ndarray], effort: np.ndarray) -> np.ndarray:
+        """Return what a run gives at each sample of the record, of which the first column is the position; of a period settled."""
+        if not self.periodic:
+            return run(effort)
+        size, period = effort.size // self.steps, np.empty(0)
         for lead in LEADS:
-            # One step beyond, for the position that the period comes back to.
-            repeated = np.concatenate([np.tile(effort, lead + 1), effort[:1]])
-            trace = run_open_loop(plant, friction, repeated, self.sample_time / self.steps, hold=self.hold)
-            status, position = trace.status, trace.position[lead * size :]
-            if position.size <= size:
+            # One sample beyond, for the position that the period comes back to.
+            rows = run(np.concatenate([np.tile(effort, lead + 1), effort[:1]]))[lead * size :]
+            if not np.isfinite(rows[size, 0]):
+                period = period if period.size else np.full_like(rows[:size], np.nan)
                 break
-            reached = position[:size]
-            if abs(position[size] - position[0]) <= SETTLED * np.ptp(reached):
+            period = rows[:size]
+            if abs(rows[size, 0] - rows[0, 0]) <= SETTLED * np.ptp(period[:, 0]):
                 break
-        samples = reached[:: self.steps]
-        return np.tile(samples, -(-self.count // samples.size))[: self.count], status
+        return np.tile(period, (-(-self.count // size), 1))[: self.count]
 
 
 def open_loop_of(log: Log, axis: Axis, part: slice, steps: int = FINE) -> OpenLoop:

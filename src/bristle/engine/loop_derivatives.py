@@ -1,0 +1,254 @@
+r"""A plant with friction in open and in closed loop, with derivatives: sensitivities go along the motion in the same pass.
+
+.. math:: \dot s_{k+1} = \frac{\partial s_{k+1}}{\partial s_k}\,\dot s_k + \frac{\partial s_{k+1}}{\partial \theta}\,\dot\theta
+
+with the state :math:`s` of plant, friction, its memory, drive and controller. Each step is that of
+`bristle.engine.mechanism`, whose searches are differentiated by `bristle.engine.implicit`; the signals have the bits of
+`bristle.engine.run_open_loop` and `bristle.engine.run_closed_loop`.
+"""
+
+from collections.abc import Callable, Sequence
+from functools import cache, partial
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from bristle.controllers.law import law
+from bristle.core.contracts import Model, Reference
+from bristle.core.kernel import kernel
+from bristle.core.packing import Structure, kernel_of, pack, structure_of, unpacker
+from bristle.core.tangent import DIRECTIONS, tangent_at
+from bristle.engine.compilation import compiled
+from bristle.engine.derivatives import padded, tangent_reader, type_of_structure
+from bristle.engine.drivers import BOUND
+from bristle.engine.implicit import mechanism_derivatives
+from bristle.engine.instance import Instance
+from bristle.engine.mechanism import Mechanism, mechanism
+from bristle.engine.signature import Vector
+from bristle.translation.build import Builder
+from bristle.translation.derivative import Activity, activity_of, is_active, nowhere
+from bristle.translation.tree import INTEGER, REAL, Array, Type
+
+
+class Sensitive(NamedTuple):
+    """A model with derivatives of its packed parameters, of its packed state at first, and of its memory; 0 where not given.
+
+    Each has shape (number, direction). State and memory are those of a virgin model where not given.
+    """
+
+    model: Model
+    tangents: np.ndarray
+    state: Any = None
+    memory: np.ndarray | None = None
+    state_tangents: np.ndarray | None = None
+    memory_tangents: np.ndarray | None = None
+
+
+class _Argument(NamedTuple):
+    """An argument of a loop: a structure that is packed, or what has a type; and whether it has tangents."""
+
+    name: str
+    holds: Structure | Type
+    moves: bool = False
+
+    @property
+    def is_packed(self) -> bool:
+        return isinstance(self.holds, tuple)
+
+    @property
+    def type(self) -> Type:
+        return type_of_structure(self.holds) if isinstance(self.holds, tuple) else self.holds
+
+    @property
+    def activity(self) -> Activity:
+        return activity_of(self.type) if self.moves else nowhere(self.type)
+
+
+VECTOR, WRITTEN = Array(-1), Array(-1, writable=True)
+
+
+def _with_tangents(loop: Callable[..., Any], arguments: Sequence[_Argument]) -> Callable[..., Any]:
+    """Return the entry that runs a loop with tangents: each argument that moves is followed by its own."""
+    derivatives = mechanism_derivatives()
+    activities = [argument.activity for argument in arguments]
+    derived = derivatives.of(Builder().function(loop, [argument.type for argument in arguments]), activities)
+    parts: dict[str, Any] = {"with_tangents": derivatives.scope[derived.name], "tangent_at": tangent_at}
+    heads, values, tangents = list[str](), list[str](), list[str]()
+    for argument in arguments:
+        name = argument.name
+        heads += [name, *([f"d_{name}"] if argument.moves else [])]
+        values.append(f"load_{name}({name})" if argument.is_packed else name)
+        if isinstance(argument.holds, tuple):
+            parts[f"load_{name}"] = unpacker(argument.holds)
+        if not is_active(argument.activity):
+            continue
+        if isinstance(argument.holds, tuple):
+            parts[f"tangents_{name}"] = tangent_reader(argument.holds, argument.activity)
+            tangents.append(f"tangents_{name}({name}, d_{name})")
+        else:
+            tangents.append(f"tangent_at(d_{name}, 0)" if argument.holds == REAL else f"d_{name}")
+    lines = [f"return float(with_tangents({', '.join(values + tangents)}))"]
+    return kernel_of(f"driven({', '.join(heads)})", lines, parts, portable=False)
+
+
+@cache
+def make_open_loop(body: Structure, state: Structure, plant: Structure, friction: Structure) -> Callable[..., Any]:
+    """Return the entry that drives one plant with friction by an effort, with tangents."""
+
+    @kernel(portable=False)
+    def driven(body, s, memory, effort, effort_end, dt, steps, q, p, position):
+        at = Mechanism(body, s, 0.0, 0.0, 0.0, 0.0, 0.0)
+        for k in range(effort.size):
+            if k % steps == 0:
+                position[k // steps] = at.plant.x
+            before = Mechanism(at.plant, at.friction, at.effort, at.slope, at.acceleration, 0.0, 0.0)
+            at = mechanism(before, memory, effort[k], effort_end[k], 0.0, 0.0, dt, 1, q, p)
+            if not abs(at.plant.x) + abs(at.plant.v) < BOUND:
+                return k + 1
+        return effort.size
+
+    efforts = _Argument("effort", VECTOR), _Argument("effort_end", VECTOR), _Argument("dt", REAL), _Argument("steps", INTEGER)
+    return _with_tangents(driven, [*_mechanism(body, state), *efforts, *_models(plant, friction), _Argument("position", WRITTEN, True)])
+
+
+@cache
+def make_closed_loop(
+    body: Structure, state: Structure, plant: Structure, friction: Structure, law_state: Structure, controller: Structure
+) -> Callable[..., Any]:
+    """Return the entry that runs one plant with friction in the loop of a controller that sees its position, with tangents."""
+
+    @kernel(portable=False)
+    def driven(body, s, memory, c_state, before, lag, reference, injected, disturbance, limit, dt, steps, q, p, c, command):
+        at, control, count = Mechanism(body, s, before, 0.0, 0.0, 0.0, 0.0), c_state, injected.size
+        for k in range(count):
+            wanted = Reference(reference[k], reference[count + k], reference[2 * count + k], reference[3 * count + k])
+            asked, control = law(control, wanted, at.plant.x, injected[k], limit, dt, c)
+            command[k] = asked
+            pushed = asked - disturbance[k]
+            last = Mechanism(at.plant, at.friction, at.effort, at.slope, at.acceleration, 0.0, 0.0)
+            at = mechanism(last, memory, pushed, pushed, lag, 0.0, dt, steps, q, p)
+            if not abs(at.plant.x) + abs(at.plant.v) < BOUND:
+                return k + 1
+        return count
+
+    arguments = [
+        *_mechanism(body, state),
+        _Argument("c_state", law_state, True),
+        _Argument("before", REAL),
+        _Argument("lag", REAL, True),
+        *(_Argument(name, VECTOR) for name in ("reference", "injected", "disturbance")),
+        *(_Argument(name, REAL) for name in ("limit", "dt")),
+        _Argument("steps", INTEGER),
+        *_models(plant, friction),
+        _Argument("c", controller),
+        _Argument("command", WRITTEN, True),
+    ]
+    return _with_tangents(driven, arguments)
+
+
+def _mechanism(body: Structure, state: Structure) -> list[_Argument]:
+    return [_Argument("body", body), _Argument("s", state, True), _Argument("memory", WRITTEN, True)]
+
+
+def _models(plant: Structure, friction: Structure) -> list[_Argument]:
+    return [_Argument("q", plant, True), _Argument("p", friction, True)]
+
+
+# Plant at first; friction at first, its memory; effort, effort at the end of each step, dt, steps to a sample; parameters of
+# plant and friction; position of each sample: what moves is followed by its tangents.
+OpenLoop = Callable[
+    [Vector, Vector, Vector, Vector, Vector, Vector, Vector, float, int, Vector, Vector, Vector, Vector, Vector, Vector], float
+]
+# Plant at first; friction at first, its memory; controller at first, effort before, lag; reference, injected, disturbance,
+# limit, dt, steps in a sample; parameters of plant, friction and controller; command at each sample.
+_Begun, _Drive, _Signals = (Vector,) * 7, (float, float, Vector), (Vector, Vector, Vector, float, float, int)
+ClosedLoop = Callable[[*_Begun, *_Drive, *_Signals, *(Vector,) * 7], float]
+
+
+def open_loop_with_derivatives(
+    plant: Sensitive, friction: Sensitive, effort: np.ndarray, effort_end: np.ndarray, dt: float, steps: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the position at every so many steps [m or rad], and its derivatives, shape (sample, direction).
+
+    It begins at rest at 0; both are NaN from where the motion left the finite numbers.
+    """
+    count, given = -(-effort.size // steps), (effort, effort_end, float(dt), int(steps))
+
+    def run(first: int) -> tuple[np.ndarray, np.ndarray]:
+        (body, q), (part, p) = (_instance(sensitive, first) for sensitive in (plant, friction))
+        make = partial(make_open_loop, body.structures[1], part.structures[1], body.structures[0], part.structures[0])
+        entry = compiled(f"open_loop_with_tangents-{body.key}-{part.key}", make, OpenLoop, body.functions + part.functions)
+        position, slopes = np.full(count, np.nan), np.full(count * DIRECTIONS, np.nan)
+        entry(body.state, *_begun(friction, part, first), *given, *q, *p, position, slopes)
+        return position, slopes
+
+    return _in_blocks(run, plant.tangents.shape[1])
+
+
+def closed_loop_with_derivatives(
+    plant: Sensitive,
+    friction: Sensitive,
+    controller: Model,
+    law_state: Any,
+    reference: np.ndarray,
+    injected: np.ndarray,
+    disturbance: np.ndarray,
+    *,
+    dt: float,
+    steps: int,
+    limit: float,
+    effort_before: float,
+    lag: float,
+    lag_tangents: np.ndarray,
+    x: float,
+    v: float,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the effort that a controller asks for at each sample [N or N*m], and its derivatives, shape (sample, direction).
+
+    The controller sees the position itself. `lag_tangents`, shape (direction,), are those of the lag of the drive [s]; the other
+    arguments are those of `bristle.engine.run_closed_loop`, with the controller in `law_state`.
+    """
+    count, c_state, c = injected.size, pack(law_state), Instance(controller)
+
+    def run(first: int) -> tuple[np.ndarray, np.ndarray]:
+        (body, q), (part, p) = (_instance(sensitive, first) for sensitive in (plant, friction))
+        body.state[:2] = x, v
+        structures = (
+            body.structures[1],
+            part.structures[1],
+            body.structures[0],
+            part.structures[0],
+            structure_of(law_state),
+            c.structures[0],
+        )
+        name = f"closed_loop_with_tangents-{body.key}-{part.key}-{c.key}"
+        entry = compiled(name, partial(make_closed_loop, *structures), ClosedLoop, body.functions + part.functions + c.functions)
+        command, slopes = np.full(count, np.nan), np.full(count * DIRECTIONS, np.nan)
+        loop = c_state, np.zeros(c_state.size * DIRECTIONS), effort_before, lag, padded(lag_tangents[None, first : first + DIRECTIONS], 1)
+        numbers = reference.ravel(), injected, disturbance, float(limit), float(dt), int(steps)
+        entry(body.state, *_begun(friction, part, first), *loop, *numbers, *q, *p, c.parameters, command, slopes)
+        return command, slopes
+
+    return _in_blocks(run, plant.tangents.shape[1])
+
+
+def _instance(sensitive: Sensitive, first: int) -> tuple[Instance, tuple[np.ndarray, np.ndarray]]:
+    """Return a component, and its parameters with their tangents in the directions from the `first`."""
+    part = Instance(sensitive.model)
+    part.begin(sensitive.state)
+    return part, (part.parameters, padded(sensitive.tangents[:, first : first + DIRECTIONS], part.parameters.size))
+
+
+def _begun(friction: Sensitive, part: Instance, first: int) -> list[np.ndarray]:
+    """Return state and memory of friction at first, each with its tangents."""
+    memory = friction.model.component.new_memory(friction.model.parameters) if friction.memory is None else friction.memory.copy()
+    vectors = list[np.ndarray]()
+    for numbers, tangents in ((part.state, friction.state_tangents), (memory, friction.memory_tangents)):
+        vectors += [numbers, padded(None if tangents is None else tangents[:, first : first + DIRECTIONS], numbers.size)]
+    return vectors
+
+
+def _in_blocks(run: Callable[[int], tuple[np.ndarray, np.ndarray]], directions: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return a signal with its derivatives in all directions, from runs of so many of them as go at once."""
+    signals, slopes = zip(*(run(first) for first in range(0, max(directions, 1), DIRECTIONS)), strict=True)
+    return signals[0], np.hstack([part.reshape(-1, DIRECTIONS) for part in slopes])[:, :directions]

@@ -1,0 +1,145 @@
+"""Derivatives of a simulated axis: those of its own runs beside each other, where it slides, sticks and stops."""
+
+import numpy as np
+import pytest
+from tests.engine.test_derivatives import model_of
+from tests.translation.complex_step import directions_of
+
+from bristle import controllers, plants, sensors
+from bristle.core.contracts import Model, Reference
+from bristle.core.packing import pack, structure_of, unpacker
+from bristle.core.tangent import DIRECTIONS
+from bristle.engine import interpreted, run_closed_loop, run_open_loop, settled
+from bristle.engine.loop import begun, held
+from bristle.engine.loop_derivatives import Sensitive, closed_loop_with_derivatives, open_loop_with_derivatives
+from bristle.friction import MODELS, coulomb, lugre, viscous
+
+DT, STEPS = 1e-4, (1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
+SMOOTH = ("viscous", "coulomb_viscous", "stribeck", "lugre", "preisach_lugre")
+OTHERS = tuple(name for name in MODELS if name not in SMOOTH)
+PLANT = plants.inertia(M=2.0)
+
+
+def plant_of(model):
+    return PLANT if model.kind == "translational" else plants.inertia(J=2.0)
+
+
+def efforts(model, count):
+    """An effort that lets the axis slide, turn and stick."""
+    t, size = DT * np.arange(count), 1.6 * max(abs(float(np.max(np.atleast_1d(model.values.get("F_C", 8.0))))), 4.0)
+    return size * np.sin(2.0 * np.pi * 31.0 * t) * np.where(t > 0.7 * DT * count, 0.3, 1.0)
+
+
+def moved(model, tangent, step):
+    """The model with its packed parameters further along a direction."""
+    numbers = pack(model.parameters) + step * np.where(np.isfinite(pack(model.parameters)), tangent, 0.0)
+    return Model(model.component, unpacker(structure_of(model.parameters))(numbers), model.kind)
+
+
+def mixed(model):
+    """One direction that all parameters take part in, each by so much of itself."""
+    return directions_of(model) @ np.linspace(0.5, 1.0, directions_of(model).shape[1])
+
+
+def open_loops(model, count):
+    plant, effort, tangent = plant_of(model), efforts(model, count), mixed(model)
+    sensitive = Sensitive(plant, np.array([[0.3], *[[0.0]] * (pack(plant.parameters).size - 1)])), Sensitive(model, tangent[:, None])
+    position, slope = open_loop_with_derivatives(*sensitive, effort, held(effort, "linear"), DT, 1)
+    assert position.tobytes() == run_open_loop(plant, model, effort, DT, hold="linear").position.tobytes()
+
+    def beside(step):
+        heavier = moved(plant, np.eye(pack(plant.parameters).size)[0], 0.3 * step)
+        return run_open_loop(heavier, moved(model, tangent, step), effort, DT, hold="linear").position
+
+    return slope[:, 0], [(beside(step) - beside(-step)) / (2.0 * step) for step in STEPS]
+
+
+@pytest.mark.parametrize("name", [*SMOOTH, *(pytest.param(name, marks=pytest.mark.slow) for name in OTHERS)])
+def test_derivatives_of_an_open_loop_are_those_of_its_runs(name):
+    with interpreted():
+        slope, differences = open_loops(model_of(name), 300 if name == "dahl" else 500)
+    assert np.isfinite(slope).all()
+    assert min(np.linalg.norm(slope - difference) for difference in differences) < 1e-4 * np.linalg.norm(slope)
+
+
+def test_where_a_body_under_coulomb_friction_stops_changes_as_its_formula_says():
+    u, F, M, count = 20.0, 8.0, 2.0, 400
+    effort = np.where(np.arange(1200) < count, u, 0.0)
+    sensitive = Sensitive(plants.inertia(M=M), np.array([[1.0, 0.0]])), Sensitive(coulomb(F_C=F), np.array([[0.0, 1.0]]))
+    position, slopes = open_loop_with_derivatives(*sensitive, effort, effort, DT, 1)
+    time = count * DT
+
+    def stop(M, F):
+        return (u - F) * time**2 / (2.0 * M) + ((u - F) * time) ** 2 / (2.0 * M * F)
+
+    assert position[-1] == pytest.approx(stop(M, F), rel=1e-9)
+    for slope, expected in zip(
+        slopes[-1], ((stop(M + h, F + k) - stop(M - h, F - k)) / 2e-6 for h, k in ((1e-6, 0.0), (0.0, 1e-6))), strict=True
+    ):
+        assert slope == pytest.approx(expected, rel=1e-7)
+    assert np.array_equal(slopes[-1], slopes[-100])  # it rests
+
+
+def test_what_leaves_the_finite_numbers_and_directions_beyond_those_at_once():
+    model, effort = viscous(F_v=4.0), np.full(50, 1e99)
+    sensitive = Sensitive(PLANT, np.zeros((1, 1))), Sensitive(model, np.ones((1, 1)))
+    position, slope = open_loop_with_derivatives(*sensitive, effort, effort, 10.0, 1)
+    assert np.isnan(position[-1])
+    assert np.isnan(slope[-1]).all()
+    many = np.linspace(1.0, 2.0, DIRECTIONS + 3)[None, :]
+    effort = efforts(model, 60)
+    position, slopes = open_loop_with_derivatives(Sensitive(PLANT, 0.0 * many), Sensitive(model, many), effort, effort, DT, 4)
+    assert slopes.shape == (15, DIRECTIONS + 3)
+    assert slopes[-1] == pytest.approx(slopes[-1, 0] * many[0])
+    assert position.tobytes() == run_open_loop(PLANT, model, effort, DT).position[::4].tobytes()
+
+
+CONTROLLER = controllers.cascade(k_p=80.0, k_v=300.0, k_i=4000.0)
+
+
+def closed_loops(model, x=0.0, v=0.05, count=120):
+    """The effort of a loop that begins in motion, behind a drive that lags, and its differences."""
+    dt, lag, t = 1e-3, 2e-3, 1e-3 * np.arange(count)
+    reference = np.stack([x + v * t + 2e-3 * np.sin(60.0 * t), v + 0.12 * np.cos(60.0 * t), -7.2 * np.sin(60.0 * t), 0.0 * t])
+    injected, disturbance, tangent = 0.5 * np.sin(90.0 * t), 0.3 * np.cos(70.0 * t), mixed(model)
+    loop = {"dt": dt, "steps": 4, "limit": 60.0, "effort_before": 1.5}
+
+    def start(friction):
+        state, memory = settled(friction, v)
+        return pack(state), memory
+
+    def run(step):
+        friction, plant = moved(model, tangent, step), moved(PLANT, np.ones(1), 0.3 * step)
+        state, memory = settled(friction, v)
+        return run_closed_loop(
+            plant, friction, CONTROLLER, sensors.encoder(resolution=0.0), reference, lag=lag + 1e-3 * step, injected=injected,
+            disturbance=disturbance, x=x, v=v, state=state, memory=memory, **loop,
+        ).command  # fmt: skip
+
+    state, memory = settled(model, v)
+    ends = [start(moved(model, tangent, step)) for step in (1e-6, -1e-6)]
+    slopes = [((high - low) / 2e-6)[:, None] for high, low in zip(*ends, strict=True)]
+    friction = Sensitive(model, tangent[:, None], state, memory, *slopes)
+    law_state = begun(CONTROLLER, Reference(*reference[:, 0]), x, v, 0.0, None, dt)
+    command, slope = closed_loop_with_derivatives(
+        Sensitive(PLANT, np.array([[0.3]])), friction, CONTROLLER, law_state, reference, injected, disturbance,
+        lag=lag, lag_tangents=np.array([1e-3]), x=x, v=v, **loop,
+    )  # fmt: skip
+    assert command.tobytes() == run(0.0).tobytes()
+    return slope[:, 0], [(run(step) - run(-step)) / (2.0 * step) for step in STEPS]
+
+
+@pytest.mark.parametrize("name", ["stribeck", "lugre", "preisach_lugre"])
+def test_derivatives_of_a_closed_loop_are_those_of_its_runs(name):
+    with interpreted():
+        slope, differences = closed_loops(model_of(name))
+    assert min(np.linalg.norm(slope - difference) for difference in differences) < 1e-4 * np.linalg.norm(slope)
+
+
+def test_compiled_they_are_those_of_plain_python():
+    model = lugre(F_C=8.0, F_S=10.0, v_S=0.02, sigma_0=1e5, sigma_1=100.0, sigma_2=20.0)
+    for loops in (lambda: open_loops(model, 300), lambda: closed_loops(model, count=60)):
+        compiled = loops()[0]
+        with interpreted():
+            plain = loops()[0]
+        assert compiled == pytest.approx(plain, rel=1e-9, abs=1e-9 * np.abs(plain).max())
