@@ -9,7 +9,7 @@ from bristle import controllers, plants, sensors
 from bristle.core.contracts import Model, Reference
 from bristle.core.packing import pack, structure_of, unpacker
 from bristle.core.tangent import DIRECTIONS
-from bristle.engine import interpreted, run_closed_loop, run_open_loop, settled
+from bristle.engine import conditioned, interpreted, run_closed_loop, run_open_loop
 from bristle.engine.loop import begun, held
 from bristle.engine.loop_derivatives import Sensitive, closed_loop_with_derivatives, open_loop_with_derivatives
 from bristle.friction import MODELS, coulomb, lugre, viscous
@@ -54,10 +54,14 @@ def open_loops(model, count):
     return slope[:, 0], [(beside(step) - beside(-step)) / (2.0 * step) for step in STEPS]
 
 
-@pytest.mark.parametrize("name", [*SMOOTH, *(pytest.param(name, marks=pytest.mark.slow) for name in OTHERS)])
+@pytest.mark.parametrize(
+    "name",
+    [*SMOOTH, "stribeck+transmitted", "coulomb_viscous+transmitted", *(pytest.param(name, marks=pytest.mark.slow) for name in OTHERS)],
+)
 def test_derivatives_of_an_open_loop_are_those_of_its_runs(name):
     with interpreted():
-        slope, differences = open_loops(model_of(name), 300 if name == "dahl" else 500)
+        base, *slots = name.split("+")
+        slope, differences = open_loops(model_of(base, tuple(slots)), 300 if name == "dahl" else 500)
     assert np.isfinite(slope).all()
     assert min(np.linalg.norm(slope - difference) for difference in differences) < 1e-4 * np.linalg.norm(slope)
 
@@ -97,28 +101,28 @@ def test_what_leaves_the_finite_numbers_and_directions_beyond_those_at_once():
 CONTROLLER = controllers.cascade(k_p=80.0, k_v=300.0, k_i=4000.0)
 
 
-def closed_loops(model, x=0.0, v=0.05, count=120):
+def closed_loops(model, x=0.02, v=0.05, count=120):
     """The effort of a loop that begins in motion, behind a drive that lags, and its differences."""
     dt, lag, t = 1e-3, 2e-3, 1e-3 * np.arange(count)
     reference = np.stack([x + v * t + 2e-3 * np.sin(60.0 * t), v + 0.12 * np.cos(60.0 * t), -7.2 * np.sin(60.0 * t), 0.0 * t])
     injected, disturbance, tangent = 0.5 * np.sin(90.0 * t), 0.3 * np.cos(70.0 * t), mixed(model)
     loop = {"dt": dt, "steps": 4, "limit": 60.0, "effort_before": 1.5}
 
-    def start(friction):
-        state, memory = settled(friction, v)
-        return pack(state), memory
+    def start(friction, step):
+        state, memory = conditioned(friction, 1e-3)
+        return state, memory * (1.0 + 0.2 * step)
 
     def run(step):
         friction, plant = moved(model, tangent, step), moved(PLANT, np.ones(1), 0.3 * step)
-        state, memory = settled(friction, v)
+        state, memory = start(friction, step)
         return run_closed_loop(
             plant, friction, CONTROLLER, sensors.encoder(resolution=0.0), reference, lag=lag + 1e-3 * step, injected=injected,
             disturbance=disturbance, x=x, v=v, state=state, memory=memory, **loop,
         ).command  # fmt: skip
 
-    state, memory = settled(model, v)
-    ends = [start(moved(model, tangent, step)) for step in (1e-6, -1e-6)]
-    slopes = [((high - low) / 2e-6)[:, None] for high, low in zip(*ends, strict=True)]
+    state, memory = start(model, 0.0)
+    (state_up, memory_up), (state_down, memory_down) = (start(moved(model, tangent, step), step) for step in (1e-6, -1e-6))
+    slopes = (pack(state_up) - pack(state_down))[:, None] / 2e-6, (memory_up - memory_down)[:, None] / 2e-6
     friction = Sensitive(model, tangent[:, None], state, memory, *slopes)
     law_state = begun(CONTROLLER, Reference(*reference[:, 0]), x, v, 0.0, None, dt)
     command, slope = closed_loop_with_derivatives(
@@ -134,6 +138,18 @@ def test_derivatives_of_a_closed_loop_are_those_of_its_runs(name):
     with interpreted():
         slope, differences = closed_loops(model_of(name))
     assert min(np.linalg.norm(slope - difference) for difference in differences) < 1e-4 * np.linalg.norm(slope)
+
+
+def test_each_block_of_directions_begins_with_the_memory_that_was_given():
+    model = model_of("preisach_lugre")
+    state, memory = conditioned(model, 1e-3)
+    before, tangent = memory.copy(), np.repeat(mixed(model)[:, None], DIRECTIONS + 1, axis=1)
+    friction = Sensitive(model, tangent, state, memory)
+    effort = efforts(model, 60)
+    with interpreted():
+        _, slopes = open_loop_with_derivatives(Sensitive(PLANT, np.zeros((1, DIRECTIONS + 1))), friction, effort, effort, DT, 1)
+    assert np.array_equal(memory, before)
+    assert np.array_equal(slopes[:, 0], slopes[:, -1])
 
 
 def test_compiled_they_are_those_of_plain_python():

@@ -183,3 +183,6 @@ def tangent_at(a, b):
 def keep_tangent(a, b, c):
     """Keep a tangent as that of number `b` in an array of them."""
     a[b * DIRECTIONS : (b + 1) * DIRECTIONS] = c
+
+
+TANGENTS = keep_tangent, moving, still, tangent_at, tangent_combined, tangent_difference, tangent_last, tangent_scaled, tangent_sum

@@ -36,7 +36,7 @@ ForceWithTangents = Callable[
     [Vector, Vector, Vector, Vector, Vector, Vector, Vector, Vector, Vector, Vector, Vector, Vector, float, Vector, Vector], float
 ]
 
-NOTHING: Mapping[str, np.ndarray] = {}
+UNMOVED: Mapping[str, np.ndarray] = {}
 
 
 @cache
@@ -148,7 +148,7 @@ class TangentRun:
         self._d_memory, self._entry = np.zeros(self.memory.size * DIRECTIONS), _entry(self.part, moves, acts)
 
     def along(
-        self, v: np.ndarray, dt: float, x: np.ndarray, around: Mapping[str, Any], out: np.ndarray, moved: Mapping[str, np.ndarray] = NOTHING
+        self, v: np.ndarray, dt: float, x: np.ndarray, around: Mapping[str, Any], out: np.ndarray, moved: Mapping[str, np.ndarray] = UNMOVED
     ) -> np.ndarray:
         """Return the force of the next steps; its tangents go to `out`, shape (step, `DIRECTIONS`). `moved` are those of signals."""
         part, (dp, ds), signals = self.part, self._tangents, _surroundings(self.part, v.size, around).ravel()

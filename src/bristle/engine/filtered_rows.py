@@ -72,33 +72,33 @@ def filtered_rows(
 
     The filter is extended by `edge` samples at either end of a signal, and `reach` samples further on a start has died out.
     """
-    entry, nothing = compiled("filtered_rows", lambda: rows_entry, Rows), np.empty(0)
+    entry, empty = compiled("filtered_rows", lambda: rows_entry, Rows), np.empty(0)
     c, start, half = sections.ravel(), settled.reshape(-1, 1), taps.size // 2
     # Counted from the first sample of the extended signal: those that rows may take, and the first one of `y`.
     low, high, begin = edge + dropped, edge + count - dropped - 1, 0
-    rows, parts, done, seen, state, tail = (
+    rows, parts, complete, taken, state, tail = (
         -(-(count - 2 * dropped) // step),
         list[np.ndarray](),
         0,
         0,
-        nothing,
+        empty,
         np.empty((edge, DIRECTIONS)),
     )
     for size, write in blocks:
-        at, seen, is_first = len(tail), seen + size, seen == 0
-        y = np.empty((at + size + edge * (seen == count), DIRECTIONS))
+        at, taken, is_first = len(tail), taken + size, taken == 0
+        y = np.empty((at + size + edge * (taken == count), DIRECTIONS))
         new = y[at : at + size]
         write(new)
         y[:at] = 2.0 * new[0] - new[edge:0:-1] if is_first else tail
-        y[at + size :] = 2.0 * new[-1] - new[-2 : -edge - 2 : -1] if seen == count else 0.0
+        y[at + size :] = 2.0 * new[-1] - new[-2 : -edge - 2 : -1] if taken == count else 0.0
         state = (start * y[0]).ravel() if is_first else state
-        entry(c, state, y[0 if is_first else at :].ravel(), 0, 0, 1, taps, 0, 0, nothing)
-        ready = rows if seen == count else max(min((begin + len(y) - reach - half - low - 1) // step + 1, rows), done)
-        first, part = low + done * step - begin, np.empty((ready - done) * DIRECTIONS)
+        entry(c, state, y[0 if is_first else at :].ravel(), 0, 0, 1, taps, 0, 0, empty)
+        ready = rows if taken == count else max(min((begin + len(y) - reach - half - low - 1) // step + 1, rows), complete)
+        first, part = low + complete * step - begin, np.empty((ready - complete) * DIRECTIONS)
         needed = max(low + ready * step - half - begin, 0)
-        tail = y[needed:].copy() if seen < count else y
+        tail = y[needed:].copy() if taken < count else y
         if part.size:
             entry(c, (start * y[-1]).ravel(), y.ravel(), 1, first, step, taps, max(low - begin, 0), high - begin, part)
         parts.append(part.reshape(-1, DIRECTIONS))
-        begin, done = begin + needed, ready
+        begin, complete = begin + needed, ready
     return parts[0] if len(parts) == 1 else np.concatenate(parts)

@@ -28,15 +28,15 @@ def _derived(rules: Rules, source: Callable[..., Any]) -> tuple[tree.Function, D
     """Return what the function calls of this source, and that derived for all that may have a tangent."""
     calls = (part.function for part in tree.walk(rules.function.body) if isinstance(part, tree.Call))
     called = next(function for function in calls if function.source is source)
-    given = [rules.entering.get(part.name, True) for part in called.parameters]
-    return called, rules.all.of(called, given)
+    activities = [rules.entering.get(part.name, True) for part in called.parameters]
+    return called, rules.all.of(called, activities)
 
 
 def _run(rules: Rules, called: tree.Function, derived: Derived, values: Mapping[str, str], tangents: Mapping[str, str]) -> str:
     """Return the text that runs a derived function; arguments of the same name are handed on, others as they are given."""
     names = [part.name for part in called.parameters]
     pairs = zip(names, derived.entering, strict=True)
-    moved = [tangents.get(name) or rules.fitted(rules.argument(name), wanted) for name, wanted in pairs if is_active(wanted)]
+    moved = [tangents.get(name) or rules.fitted(rules.argument(name), activity) for name, activity in pairs if is_active(activity)]
     return f"{derived.name}({', '.join([values.get(name, name) for name in names] + moved)})"
 
 

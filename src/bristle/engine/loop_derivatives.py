@@ -92,12 +92,12 @@ def _with_tangents(loop: Callable[..., Any], arguments: Sequence[_Argument]) -> 
 
 
 @cache
-def make_open_loop(body: Structure, state: Structure, plant: Structure, friction: Structure) -> Callable[..., Any]:
+def make_open_loop(begin: Structure, plant: Structure, friction: Structure) -> Callable[..., Any]:
     """Return the entry that drives one plant with friction by an effort, with tangents."""
 
     @kernel(portable=False)
-    def driven(body, s, memory, effort, effort_end, dt, steps, q, p, position):
-        at = Mechanism(body, s, 0.0, 0.0, 0.0, 0.0, 0.0)
+    def driven(begin, memory, effort, effort_end, dt, steps, q, p, position):
+        at = begin
         for k in range(effort.size):
             if k % steps == 0:
                 position[k // steps] = at.plant.x
@@ -108,61 +108,47 @@ def make_open_loop(body: Structure, state: Structure, plant: Structure, friction
         return effort.size
 
     efforts = _Argument("effort", VECTOR), _Argument("effort_end", VECTOR), _Argument("dt", REAL), _Argument("steps", INTEGER)
-    return _with_tangents(driven, [*_mechanism(body, state), *efforts, *_models(plant, friction), _Argument("position", WRITTEN, True)])
+    models = _Argument("q", plant, True), _Argument("p", friction, True)
+    begun = _Argument("begin", begin, True), _Argument("memory", WRITTEN, True)
+    return _with_tangents(driven, [*begun, *efforts, *models, _Argument("position", WRITTEN, True)])
 
 
 @cache
 def make_closed_loop(
-    body: Structure, state: Structure, plant: Structure, friction: Structure, law_state: Structure, controller: Structure
+    begin: Structure, law_state: Structure, plant: Structure, friction: Structure, controller: Structure
 ) -> Callable[..., Any]:
-    """Return the entry that runs one plant with friction in the loop of a controller that sees its position, with tangents."""
+    """Return the entry that runs one plant with friction in the loop of a controller that sees its position, with tangents.
+
+    `signals` has the reference, four rows, what is injected, and the disturbance, one after the other.
+    """
 
     @kernel(portable=False)
-    def driven(body, s, memory, c_state, before, lag, reference, injected, disturbance, limit, dt, steps, q, p, c, command):
-        at, control, count = Mechanism(body, s, before, 0.0, 0.0, 0.0, 0.0), c_state, injected.size
+    def driven(begin, memory, law_state, lag, signals, limit, dt, steps, q, p, c, command):
+        at, control, count = begin, law_state, command.size
         for k in range(count):
-            wanted = Reference(reference[k], reference[count + k], reference[2 * count + k], reference[3 * count + k])
-            asked, control = law(control, wanted, at.plant.x, injected[k], limit, dt, c)
-            command[k] = asked
-            pushed = asked - disturbance[k]
-            last = Mechanism(at.plant, at.friction, at.effort, at.slope, at.acceleration, 0.0, 0.0)
-            at = mechanism(last, memory, pushed, pushed, lag, 0.0, dt, steps, q, p)
+            desired = Reference(signals[k], signals[count + k], signals[2 * count + k], signals[3 * count + k])
+            effort, control = law(control, desired, at.plant.x, signals[4 * count + k], limit, dt, c)
+            command[k] = effort
+            pushed = effort - signals[5 * count + k]
+            before = Mechanism(at.plant, at.friction, at.effort, at.slope, at.acceleration, 0.0, 0.0)
+            at = mechanism(before, memory, pushed, pushed, lag, 0.0, dt, steps, q, p)
             if not abs(at.plant.x) + abs(at.plant.v) < BOUND:
                 return k + 1
         return count
 
-    arguments = [
-        *_mechanism(body, state),
-        _Argument("c_state", law_state, True),
-        _Argument("before", REAL),
-        _Argument("lag", REAL, True),
-        *(_Argument(name, VECTOR) for name in ("reference", "injected", "disturbance")),
-        *(_Argument(name, REAL) for name in ("limit", "dt")),
-        _Argument("steps", INTEGER),
-        *_models(plant, friction),
-        _Argument("c", controller),
-        _Argument("command", WRITTEN, True),
-    ]
-    return _with_tangents(driven, arguments)
+    begun = _Argument("begin", begin, True), _Argument("memory", WRITTEN, True), _Argument("law_state", law_state, True)
+    drive = _Argument("lag", REAL, True), _Argument("signals", VECTOR), _Argument("limit", REAL)
+    steps = _Argument("dt", REAL), _Argument("steps", INTEGER)
+    models = _Argument("q", plant, True), _Argument("p", friction, True), _Argument("c", controller)
+    return _with_tangents(driven, [*begun, *drive, *steps, *models, _Argument("command", WRITTEN, True)])
 
 
-def _mechanism(body: Structure, state: Structure) -> list[_Argument]:
-    return [_Argument("body", body), _Argument("s", state, True), _Argument("memory", WRITTEN, True)]
-
-
-def _models(plant: Structure, friction: Structure) -> list[_Argument]:
-    return [_Argument("q", plant, True), _Argument("p", friction, True)]
-
-
-# Plant at first; friction at first, its memory; effort, effort at the end of each step, dt, steps to a sample; parameters of
-# plant and friction; position of each sample: what moves is followed by its tangents.
-OpenLoop = Callable[
-    [Vector, Vector, Vector, Vector, Vector, Vector, Vector, float, int, Vector, Vector, Vector, Vector, Vector, Vector], float
-]
-# Plant at first; friction at first, its memory; controller at first, effort before, lag; reference, injected, disturbance,
-# limit, dt, steps in a sample; parameters of plant, friction and controller; command at each sample.
-_Begun, _Drive, _Signals = (Vector,) * 7, (float, float, Vector), (Vector, Vector, Vector, float, float, int)
-ClosedLoop = Callable[[*_Begun, *_Drive, *_Signals, *(Vector,) * 7], float]
+# What moves is followed by its tangents. Mechanism and memory at first; effort, effort at the end of each step, dt, steps to a
+# sample; parameters of plant and friction; position of each sample.
+OpenLoop = Callable[[*(Vector,) * 6, float, int, *(Vector,) * 6], float]
+# Mechanism, memory and controller at first; lag; signals, limit, dt, steps in a sample; parameters of plant, friction and
+# controller; command at each sample.
+ClosedLoop = Callable[[*(Vector,) * 6, float, Vector, Vector, float, float, int, *(Vector,) * 7], float]
 
 
 def open_loop_with_derivatives(
@@ -172,14 +158,14 @@ def open_loop_with_derivatives(
 
     It begins at rest at 0; both are NaN from where the motion left the finite numbers.
     """
-    count, given = -(-effort.size // steps), (effort, effort_end, float(dt), int(steps))
+    count, efforts = -(-effort.size // steps), (effort, effort_end, float(dt), int(steps))
 
     def run(first: int) -> tuple[np.ndarray, np.ndarray]:
-        (body, q), (part, p) = (_instance(sensitive, first) for sensitive in (plant, friction))
-        make = partial(make_open_loop, body.structures[1], part.structures[1], body.structures[0], part.structures[0])
+        body, part, begun, models = _mechanism(plant, friction, first)
+        make = partial(make_open_loop, _structure_of(body, part), body.structures[0], part.structures[0])
         entry = compiled(f"open_loop_with_tangents-{body.key}-{part.key}", make, OpenLoop, body.functions + part.functions)
         position, slopes = np.full(count, np.nan), np.full(count * DIRECTIONS, np.nan)
-        entry(body.state, *_begun(friction, part, first), *given, *q, *p, position, slopes)
+        entry(*begun, *efforts, *models, position, slopes)
         return position, slopes
 
     return _in_blocks(run, plant.tangents.shape[1])
@@ -208,44 +194,45 @@ def closed_loop_with_derivatives(
     The controller sees the position itself. `lag_tangents`, shape (direction,), are those of the lag of the drive [s]; the other
     arguments are those of `bristle.engine.run_closed_loop`, with the controller in `law_state`.
     """
-    count, c_state, c = injected.size, pack(law_state), Instance(controller)
+    count, control, c = injected.size, pack(law_state), Instance(controller)
+    signals = np.concatenate([reference.ravel(), injected, disturbance]), float(limit), float(dt), int(steps)
 
     def run(first: int) -> tuple[np.ndarray, np.ndarray]:
-        (body, q), (part, p) = (_instance(sensitive, first) for sensitive in (plant, friction))
-        body.state[:2] = x, v
-        structures = (
-            body.structures[1],
-            part.structures[1],
-            body.structures[0],
-            part.structures[0],
-            structure_of(law_state),
-            c.structures[0],
-        )
+        body, part, begun, models = _mechanism(plant, friction, first, x, v, effort_before)
+        structures = _structure_of(body, part), structure_of(law_state), body.structures[0], part.structures[0], c.structures[0]
         name = f"closed_loop_with_tangents-{body.key}-{part.key}-{c.key}"
         entry = compiled(name, partial(make_closed_loop, *structures), ClosedLoop, body.functions + part.functions + c.functions)
         command, slopes = np.full(count, np.nan), np.full(count * DIRECTIONS, np.nan)
-        loop = c_state, np.zeros(c_state.size * DIRECTIONS), effort_before, lag, padded(lag_tangents[None, first : first + DIRECTIONS], 1)
-        numbers = reference.ravel(), injected, disturbance, float(limit), float(dt), int(steps)
-        entry(body.state, *_begun(friction, part, first), *loop, *numbers, *q, *p, c.parameters, command, slopes)
+        drive = control, np.zeros(control.size * DIRECTIONS), lag, padded(lag_tangents[None, first : first + DIRECTIONS], 1)
+        entry(*begun, *drive, *signals, *models, c.parameters, command, slopes)
         return command, slopes
 
     return _in_blocks(run, plant.tangents.shape[1])
 
 
-def _instance(sensitive: Sensitive, first: int) -> tuple[Instance, tuple[np.ndarray, np.ndarray]]:
-    """Return a component, and its parameters with their tangents in the directions from the `first`."""
-    part = Instance(sensitive.model)
-    part.begin(sensitive.state)
-    return part, (part.parameters, padded(sensitive.tangents[:, first : first + DIRECTIONS], part.parameters.size))
+def _structure_of(body: Instance, part: Instance) -> Structure:
+    """Return the structure of a mechanism: plant, friction, and five numbers."""
+    return Mechanism, (body.structures[1], part.structures[1], *("number",) * 5)
 
 
-def _begun(friction: Sensitive, part: Instance, first: int) -> list[np.ndarray]:
-    """Return state and memory of friction at first, each with its tangents."""
-    memory = friction.model.component.new_memory(friction.model.parameters) if friction.memory is None else friction.memory.copy()
-    vectors = list[np.ndarray]()
-    for numbers, tangents in ((part.state, friction.state_tangents), (memory, friction.memory_tangents)):
-        vectors += [numbers, padded(None if tangents is None else tangents[:, first : first + DIRECTIONS], numbers.size)]
-    return vectors
+def _mechanism(
+    plant: Sensitive, friction: Sensitive, first: int, x: float = 0.0, v: float = 0.0, effort: float = 0.0
+) -> tuple[Instance, Instance, list[np.ndarray], list[np.ndarray]]:
+    """Return both components, the vectors of how they begin, and those of their parameters, each with its tangents."""
+
+    def beside(numbers: np.ndarray, tangents: np.ndarray | None) -> list[np.ndarray]:
+        return [numbers, padded(None if tangents is None else tangents[:, first : first + DIRECTIONS], numbers.size)]
+
+    body, part = Instance(plant.model), Instance(friction.model)
+    part.begin(friction.state)
+    body.state[:2] = x, v
+    virgin = friction.model.component.new_memory(friction.model.parameters)
+    state, d_state = beside(part.state, friction.state_tangents)
+    begin = np.concatenate([body.state, state, [effort, 0.0, 0.0, 0.0, 0.0]])
+    d_begin = np.concatenate([np.zeros(body.state.size * DIRECTIONS), d_state, np.zeros(5 * DIRECTIONS)])
+    memory = beside(virgin if friction.memory is None else friction.memory.copy(), friction.memory_tangents)
+    models = beside(body.parameters, plant.tangents) + beside(part.parameters, friction.tangents)
+    return body, part, [begin, d_begin, *memory], models
 
 
 def _in_blocks(run: Callable[[int], tuple[np.ndarray, np.ndarray]], directions: int) -> tuple[np.ndarray, np.ndarray]:

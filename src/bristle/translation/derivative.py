@@ -19,17 +19,7 @@ from typing import Any
 
 from bristle.core.exponent import mantissa
 from bristle.core.kernel import is_absorbed, kernel
-from bristle.core.tangent import (
-    keep_tangent,
-    moving,
-    still,
-    tangent_at,
-    tangent_combined,
-    tangent_difference,
-    tangent_last,
-    tangent_scaled,
-    tangent_sum,
-)
+from bristle.core.tangent import TANGENTS
 from bristle.translation import tree
 from bristle.translation.python_text import PythonText, part_of
 from bristle.translation.scope import defined, free_name
@@ -39,7 +29,6 @@ from bristle.translation.tree import REAL, VOID, Array, Struct, Type
 Activity = bool | tuple["Activity", ...]
 """Whether something has a tangent: of a tuple, field by field."""
 
-TANGENTS = (keep_tangent, moving, still, tangent_at, tangent_combined, tangent_difference, tangent_last, tangent_scaled, tangent_sum)
 TEMPORARY = "number__"  # before names that no kernel has
 ROUNDS = 30  # in which the tangents of all variables are known
 

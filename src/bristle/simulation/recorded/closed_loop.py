@@ -129,10 +129,10 @@ class ClosedLoop:
         start = self.beginning
         motion = start.x, start.v, start.acceleration
         law_state = begun(self.controller, Reference(*self.desired[:, 0]), *motion, self.resumed_effort, self.sample_time)
-        known = {name: part for name, part in start.state(friction.model).items() if name in ("state", "memory")}
+        start_of_contact = {name: part for name, part in start.state(friction.model).items() if name in ("state", "memory")}
         return closed_loop_with_derivatives(
             plant,
-            friction._replace(**known),
+            friction._replace(**start_of_contact),
             self.controller,
             law_state,
             self.desired,
