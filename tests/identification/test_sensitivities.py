@@ -175,6 +175,41 @@ def test_no_direction_is_lost_beyond_those_that_go_at_once(rows):
     assert np.array_equal(nothing.force, few.force)
 
 
+def test_a_start_at_an_end_of_its_range_does_not_follow_the_parameters(rows):
+    problem, values = problem_of("gap_slider", rows)
+    inner, outer = (replace(problem, contacts=(place,) * len(rows.segments)) for place in (0.5, 1.0))
+    _, held = with_start(replace(outer)).linearised(values)
+    assert np.array_equal(outer.linearised(values)[1], held)
+    assert not np.array_equal(inner.linearised(values)[1], with_start(replace(inner)).linearised(values)[1])
+
+
+def test_a_memory_that_was_full_along_a_log_is_told_of(rows):
+    component = find("preisach_lugre")
+
+    def model_of(values):
+        return component(**{**component.example, "capacity": 4})
+
+    with pytest.warns(InputWarning, match="memory of turning points was full"):
+        friction_rows(model_of, {}, [], rows, (None,) * len(rows.segments))
+
+
+def test_where_a_search_is_interrupted_on_a_part_of_a_long_log_its_best_is_that_of_all(monkeypatch):
+    monkeypatch.setattr(dataset, "EXCERPT", 1500)
+    sizes, linearised = [], InverseDynamics.linearised
+
+    def interrupted(self, free):
+        sizes.append(self.dataset.effort.size)
+        if len(sizes) == 12:
+            raise KeyboardInterrupt
+        return linearised(self, free)
+
+    monkeypatch.setattr(InverseDynamics, "linearised", interrupted)
+    best = identify(LOG, "lugre", axis=STATED, blocks=0, draws=0).best
+    assert best.unfinished
+    assert sizes[-1] > 2 * sizes[11]
+    assert sizes.count(max(sizes)) <= 2
+
+
 def test_a_search_of_a_long_log_begins_on_a_part_of_it_and_ends_on_all(monkeypatch):
     usual = identify(LOG, "lugre", axis=STATED, blocks=0, draws=0).best
     sizes, linearised = [], InverseDynamics.linearised
@@ -198,5 +233,9 @@ def test_an_excerpt_is_made_of_pieces_from_all_over_a_long_log(rows, monkeypatch
     first = int(np.flatnonzero(whole.time == pieces[2].time[0])[0])
     assert pieces[2].velocity.tolist() == whole.velocity[first : first + 500].tolist()
     assert replace(rows, segments=(replace(whole, first_cycle=700),)).excerpt() is None
+    assert InverseDynamics(rows, problem_of("lugre", rows)[0].parameters, contacts=(None,)).excerpt() is None
+    monkeypatch.setattr(dataset, "EXCERPT", 1)
+    assert [piece.time.size for piece in replace(rows, dropped=5).excerpt().segments] == [150] * 4  # a tenth of the log
+    monkeypatch.setattr(dataset, "EXCERPT", 1500)
     short = whole.cut(slice(0, 900))
     assert replace(rows, segments=(whole, short)).excerpt().segments[-1] is short

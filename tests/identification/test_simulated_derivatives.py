@@ -20,6 +20,7 @@ from bristle.identification.parameters import PriorKnowledge, parameters_of
 from bristle.identification.preprocessing import treat
 
 VALUES = {"M": 19.0, "F_C": 21.0, "F_S": 27.0, "v_S": 4e-3, "F_v": 210.0, "delta_S": 1.8, "offset": 0.2, LAG: 1e-3}
+VALUES |= {"sigma_0": 4e6, "sigma_1": 2e3, "sigma_2": 190.0}
 YIELDING = {"offset": 0.1, "M": 2.1, "c": 45.0, "k": 4.8e4, "alpha": 3.8e4, "beta": 1.1e3, "gamma": 0.85, "delta": 0.25}
 
 
@@ -47,8 +48,9 @@ def compare(problem, values, steps=(1e-5, 1e-6, 1e-7)):
         assert min(errors) < 1e-4 * np.linalg.norm(column), name
 
 
-def test_derivatives_of_the_effort_of_a_loop_are_those_of_its_simulation(log):
-    compare(problem_of(Effort, log, replace(AXIS, seeks_lag=True, presliding=5e-6), find("stribeck"), plants.inertia), VALUES)
+@pytest.mark.parametrize("name", ["stribeck", "lugre"])
+def test_derivatives_of_the_effort_of_a_loop_are_those_of_its_simulation(log, name):
+    compare(problem_of(Effort, log, replace(AXIS, seeks_lag=True, presliding=5e-6), find(name), plants.inertia), VALUES)
 
 
 def test_derivatives_of_a_settled_position_are_those_of_its_simulation():

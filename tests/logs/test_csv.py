@@ -265,3 +265,10 @@ def test_a_last_row_without_a_line_break_is_left_out_and_a_cut_row_is_refused(bo
     else:
         with pytest.raises(InputError, match=rf"line {5 + body.count(10)}: is truncated: it ends within a row"):
             _without_open_end(body, layout, Path("log.csv"), "utf-8")
+
+
+@pytest.mark.parametrize("blank", ["", "\n", "  \n\n"])
+def test_dates_behind_blank_lines_are_seconds_from_the_first(blank):
+    lines = "".join(f"2026-02-01 09:00:{k:02d};{k}\n" for k in range(20))
+    table = read_csv(f"time;x\n{blank}{lines}".encode(), HERE)
+    np.testing.assert_array_equal(table.columns["time"], np.arange(20.0))

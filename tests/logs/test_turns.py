@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from bristle.logs import turns
 from bristle.logs.turns import (
     by_lag,
     graininess,
@@ -170,3 +171,11 @@ def test_a_leg_that_is_nothing_beside_its_neighbours_is_part_of_one_motion():
     assert outward.distance == pytest.approx(2.0, abs=0.05)
     assert back.distance == pytest.approx(-2.0, abs=0.05)
     assert not outward.from_rest
+
+
+def test_the_period_of_a_long_motion_is_found_to_the_sample(monkeypatch):
+    phase = 2.0 * np.pi * np.arange(5000) / 137.0
+    motion = np.sin(phase) + 0.3 * np.sin(3.0 * phase)
+    monkeypatch.setattr(turns, "LONG", 1000)
+    assert period_of(motion, 0.5, 0.9, 2.0) == pytest.approx(68.5)
+    assert period_of(np.arange(5000.0) ** 2, 0.5, 0.9, 2.0) is None
