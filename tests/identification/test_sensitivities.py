@@ -9,6 +9,7 @@ import pytest
 from tests.identification.known_logs import STATED, log_of, sines, sliding_effort
 
 from bristle.core import FrictionModel, InputWarning
+from bristle.core.tangent import DIRECTIONS
 from bristle.friction import find
 from bristle.friction.quantities import CoulombForceAboveZero, ViscousCoefficient
 from bristle.identification import dataset, inverse_dynamics, sensitivities
@@ -170,6 +171,9 @@ def test_no_direction_is_lost_beyond_those_that_go_at_once(rows):
     many = friction_rows(problem.model, complete, [*names, *names, *names], rows, contacts)
     assert np.array_equal(many.by_parameters, np.tile(few.by_parameters, 3))
     assert np.array_equal(few.force, many.force)
+    eight = friction_rows(problem.model, complete, [*names, *names][:DIRECTIONS], rows, contacts)
+    assert np.array_equal(eight.by_parameters, many.by_parameters[:, :DIRECTIONS])
+    assert np.array_equal(eight.force, many.force)
     nothing = friction_rows(problem.model, complete, [], rows, contacts)
     assert nothing.by_parameters.shape == (few.force.size, 0)
     assert np.array_equal(nothing.force, few.force)

@@ -78,38 +78,48 @@ def friction_rows(
     `contacts` is where the contact stood before each segment, from -1 to 1; virgin where that is not known.
     """
     beside, rows, stood = Beside(model_of, values, names), list[np.ndarray](), any(place is not None for place in contacts)
-    model = beside.model
-    # The force itself goes through the filters as one more direction, the first one, in which nothing moves.
-    of_model = _led(beside.parameters(), 1 + stood)
+    model, dt, count = beside.model, dataset.sample_time, stood + len(names)
+    of_model = _led(beside.parameters(), stood)
     for segment, place in zip(dataset.segments, contacts, strict=True):
-        of_state = _led(beside.slopes(lambda near, place=place: pack(_begun(near, place))), 1 + stood)
+        of_state = _led(beside.slopes(lambda near, place=place: pack(_begun(near, place))), stood)
         if place is not None:
-            of_state[:, 1] = _by_place(model, place)
+            of_state[:, 0] = _by_place(model, place)
         acting = None if transmitted is None else transmitted(segment)
         parts = list[np.ndarray]()
-        for first in range(0, of_model.shape[1], DIRECTIONS):
-            now = slice(first, first + DIRECTIONS)
+        # The force itself goes through the filters as one more direction, the last one; alone where all others are full.
+        for first in range(0, count + 1, DIRECTIONS):
+            now, left = slice(first, first + DIRECTIONS), count - first
             run = TangentRun(model, of_model[:, now], _begun(model, place), of_state[:, now], acts=acting is not None)
-            moved = None if acting is None else (acting[0], _led(acting[1], 1 + stood)[:, now])
-            blocks = _blocks(run, segment, dataset.sample_time, moved, with_force=first == 0)
+            moved = None if acting is None else (acting[0], _led(acting[1], stood)[:, now])
+            if left or not count:
+                blocks = _blocks(run, segment, dt, moved, left)
+            else:
+                force = segment.friction(model, dt, place, None if acting is None else acting[0])
+                blocks = iter([(segment.time.size, partial(_alone, force))])
             parts.append(dataset.rows_of_tangents(blocks, segment.time.size))
             warn_of_lost(run.part)
-        rows.append(np.hstack(parts)[:, : of_model.shape[1]])
+        rows.append(np.hstack(parts)[:, : count + 1])
     stacked = np.concatenate(rows)[dataset.in_motion]
-    return FrictionRows(stacked[:, 0], stacked[:, 1] if stood else None, stacked[:, 1 + stood :])
+    return FrictionRows(stacked[:, -1], stacked[:, 0] if stood else None, stacked[:, stood:count])
+
+
+def _alone(force: np.ndarray, out: np.ndarray) -> None:
+    """Write a force as the first direction."""
+    out[:] = 0.0
+    out[:, 0] = force
 
 
 def _blocks(
-    run: TangentRun, segment: Segment, dt: float, acting: tuple[np.ndarray, np.ndarray] | None, *, with_force: bool
+    run: TangentRun, segment: Segment, dt: float, acting: tuple[np.ndarray, np.ndarray] | None, place_of_force: int
 ) -> Iterator[Block]:
-    """Yield what writes the tangents of the force along a segment, block by block; of the first direction the force itself."""
+    """Yield what writes the tangents of the force along a segment, block by block; in one direction the force itself."""
 
     def write(samples: slice, out: np.ndarray) -> None:
         signals = segment.part(samples, dt, None if acting is None else acting[0])
         moved = {} if acting is None else {"transmitted": acting[1][samples]}
         force = run.along(signals.pop("v"), dt, signals.pop("x"), signals, out, moved)
-        if with_force:
-            out[:, 0] = force
+        if place_of_force < DIRECTIONS:
+            out[:, place_of_force] = force
 
     if segment.first_cycle:
         write(slice(0, segment.first_cycle), np.empty((segment.first_cycle, DIRECTIONS)))
