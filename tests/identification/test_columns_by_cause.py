@@ -322,3 +322,13 @@ def test_a_single_row_that_is_left_out_ends_a_stretch():
     rows = rows_of()
     assert rows.stretch.max() == 0
     assert np.flatnonzero(np.diff(rows.at(np.arange(TIME.size) != 700).stretch)).tolist() == [699]
+
+
+def test_of_many_rows_pieces_from_all_over_the_log_are_looked_at():
+    rows = rows_of(temperature=np.linspace(0.0, 1.0, TIME.size))
+    assert rows.pieces(TIME.size) is rows
+    pieces = rows.pieces(2000)
+    assert pieces.time.tolist() == TIME[[*range(500), *range(1500, 2000), *range(3000, 3500), *range(4500, 5000)]].tolist()
+    assert pieces.jacobian.shape == (2000, 1)
+    assert pieces.surroundings["temperature"].tolist() == rows.surroundings["temperature"][np.isin(TIME, pieces.time)].tolist()
+    assert pieces.cycles.index.size == 2000

@@ -131,6 +131,13 @@ def test_the_jacobian_of_a_search_is_that_of_its_residual(rows):
         assert column == pytest.approx((high - low) / 2e-6, rel=1e-3, abs=1e-4 * np.abs(column).max())
 
 
+class Weighed(InverseDynamics):
+    """An estimator of one's own that predicts otherwise."""
+
+    def predicted(self, values):
+        return 0.5 * super().predicted(values)
+
+
 class Halved(InverseDynamics):
     """An estimator of one's own, which differs in its residual only."""
 
@@ -144,6 +151,8 @@ def test_a_residual_of_ones_own_is_the_one_that_a_search_makes_small(rows):
     residual, derivatives = own.linearised(values)
     assert np.array_equal(residual, own.residual(values))
     assert derivatives is None
+    weighed = Weighed(problem.dataset, problem.parameters)
+    assert np.array_equal(weighed.linearised(values)[0], weighed.residual(values))
     search = context_of(rows, PriorKnowledge(plant=inertia)).search(own)
     theta = search.space.theta(values)
     usual, columns = problem.linearised(values)
@@ -174,6 +183,11 @@ def test_no_direction_is_lost_beyond_those_that_go_at_once(rows):
     eight = friction_rows(problem.model, complete, [*names, *names][:DIRECTIONS], rows, contacts)
     assert np.array_equal(eight.by_parameters, many.by_parameters[:, :DIRECTIONS])
     assert np.array_equal(eight.force, many.force)
+    single = tuple(replace(segment, velocity=segment.velocity.astype(np.float32)) for segment in rows.segments)
+    assert friction_rows(problem.model, complete, names, replace(rows, segments=single), contacts).force == pytest.approx(
+        few.force, abs=1e-2
+    )
+    assert problem_of("lugre+transmitted", rows)[0]._transmitted(problem.plant(complete), [])(rows.segments[0])[1].shape[1] == 0
     nothing = friction_rows(problem.model, complete, [], rows, contacts)
     assert nothing.by_parameters.shape == (few.force.size, 0)
     assert np.array_equal(nothing.force, few.force)
@@ -197,21 +211,23 @@ def test_a_memory_that_was_full_along_a_log_is_told_of(rows):
         friction_rows(model_of, {}, [], rows, (None,) * len(rows.segments))
 
 
-def test_where_a_search_is_interrupted_on_a_part_of_a_long_log_its_best_is_that_of_all(monkeypatch):
+@pytest.mark.parametrize("on", ["a part", "all"])
+def test_where_a_search_of_a_long_log_is_interrupted_its_best_is_that_of_all(monkeypatch, on):
     monkeypatch.setattr(dataset, "EXCERPT", 1500)
-    sizes, linearised = [], InverseDynamics.linearised
+    sizes, linearised, ended = [], InverseDynamics.linearised, []
 
     def interrupted(self, free):
         sizes.append(self.dataset.effort.size)
-        if len(sizes) == 12:
+        if not ended and (len(sizes) == 12 if on == "a part" else sizes[-1] > 2 * sizes[0]):
+            ended.append(len(sizes))
             raise KeyboardInterrupt
         return linearised(self, free)
 
     monkeypatch.setattr(InverseDynamics, "linearised", interrupted)
     best = identify(LOG, "lugre", axis=STATED, blocks=0, draws=0).best
     assert best.unfinished
-    assert sizes[-1] > 2 * sizes[11]
-    assert sizes.count(max(sizes)) <= 2
+    assert min(sizes[ended[0] :]) > 2 * sizes[0]
+    assert len(sizes) - ended[0] <= 2
 
 
 def test_a_search_of_a_long_log_begins_on_a_part_of_it_and_ends_on_all(monkeypatch):
@@ -238,6 +254,10 @@ def test_an_excerpt_is_made_of_pieces_from_all_over_a_long_log(rows, monkeypatch
     assert pieces[2].velocity.tolist() == whole.velocity[first : first + 500].tolist()
     assert replace(rows, segments=(replace(whole, first_cycle=700),)).excerpt() is None
     assert InverseDynamics(rows, problem_of("lugre", rows)[0].parameters, contacts=(None,)).excerpt() is None
+    assert Halved(rows, problem_of("lugre", rows)[0].parameters).excerpt() is None
+    assert replace(rows, dropped=80).excerpt() is None  # the pieces would be more than half of it
+    rests = replace(whole, velocity=np.where(np.isin(whole.time, np.concatenate([piece.time for piece in pieces])), 0.0, whole.velocity))
+    assert replace(rows, segments=(rests,)).excerpt() is None  # the motion lies between them
     monkeypatch.setattr(dataset, "EXCERPT", 1)
     assert [piece.time.size for piece in replace(rows, dropped=5).excerpt().segments] == [150] * 4  # a tenth of the log
     monkeypatch.setattr(dataset, "EXCERPT", 1500)

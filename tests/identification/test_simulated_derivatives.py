@@ -77,6 +77,39 @@ def test_what_cannot_be_derived_is_differentiated_by_differences_and_says_so(log
     assert (residual.tolist(), derivatives) == ([1.0] * 3, None)
 
 
+def constant_trial(state, memory, motion, dt, p):
+    return 0.0, state
+
+
+def test_a_force_that_nothing_changes_is_differentiated_by_differences(log, monkeypatch):
+    class Parameters(NamedTuple):
+        F_C: CoulombForceAboveZero
+
+    class State(NamedTuple):
+        pass
+
+    own = FrictionModel(name="none", description="no force", Parameters=Parameters, State=State, trial=constant_trial, commit=own_commit)
+    problem = problem_of(Effort, log, AXIS, own, plants.inertia)
+    monkeypatch.setattr(OutputError, "residual", lambda self, free: np.ones(3))
+    with pytest.warns(InputWarning, match="gives a force that nothing changes"):
+        assert problem.linearised({name: VALUES[name] for name in problem.parameters.free})[1] is None
+
+
+class HalvedOutputError(OutputError):
+    """An estimator of one's own, which differs in its residual only."""
+
+    def residual(self, free):
+        return np.full(3, 0.5)
+
+
+def test_a_residual_of_ones_own_is_the_one_that_counts(log):
+    problem = problem_of(Effort, log, AXIS, find("coulomb_viscous"), plants.inertia)
+    residual, derivatives = HalvedOutputError(problem.inverse, problem.outputs).linearised(
+        {name: VALUES[name] for name in problem.parameters.free}
+    )
+    assert (residual.tolist(), derivatives) == ([0.5] * 3, None)
+
+
 def test_columns_of_the_log_that_act_beside_the_effort_leave_it_to_differences(log, monkeypatch):
     problem = problem_of(Effort, log, AXIS, find("coulomb_viscous"), plants.inertia)
     beside = replace(problem, outputs=tuple(replace(output, regressors=(output.position,)) for output in problem.outputs))

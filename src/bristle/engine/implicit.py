@@ -6,7 +6,8 @@ Of :math:`v = a + b\,F(v; \theta)` and of the time :math:`t` after which a body 
     \dot v = \frac{\dot a + \dot b\,F + b\,\partial_\theta F\,\dot\theta}{1 - b\,\partial_v F}, \qquad
     \dot t = -\frac{\partial_\theta R\,\dot\theta}{\partial_t R}
 
-whatever the search went through. A body that rests has :math:`\dot v = 0`, and the reaction is :math:`-a/b`. The slope
+whatever the search went through. A body whose velocity is exactly zero counts as resting: :math:`\dot v = 0`, and the
+reaction is :math:`-a/b`. The slope
 :math:`\partial_v F` is what the last direction changes by where the velocity changes by 1 as well.
 """
 
@@ -16,6 +17,7 @@ from typing import Any
 from bristle.engine import efim
 from bristle.translation import tree
 from bristle.translation.derivative import Derivatives, Derived, Rules, is_active
+from bristle.translation.scope import NotExportableError
 
 
 def mechanism_derivatives() -> Derivatives:
@@ -43,6 +45,9 @@ def _run(rules: Rules, called: tree.Function, derived: Derived, values: Mapping[
 def _of_solve(rules: Rules) -> None:
     """Derive `efim.solve`: with the velocity held, with that changing by 1, and with that which solves the equation."""
     called, derived = _derived(rules, efim.evaluate)
+    assert isinstance(derived.result, tuple)
+    if not is_active(derived.result[0]):
+        raise NotExportableError(efim.evaluate, None, "gives a force that nothing changes")
     tangent = {name: rules.fitted(rules.argument(name), True) for name in ("a", "b", "effort")}
     values = {"v": "at", "transmitted": "passed"}
 
@@ -69,7 +74,6 @@ def _of_solve(rules: Rules) -> None:
         "d_force = tangent_scaled(-1.0, reaction) if rests else found[0]",
     ):
         rules.line(line)
-    assert isinstance(derived.result, tuple)
     move = derived.result[1]
     rules.result = True, True, move, False, False
     rules.line(f"return solution, (d_v, d_force{', found[1]' if is_active(move) else ''})")

@@ -133,7 +133,10 @@ class Dataset:
     calmed_from: float = 0.0
 
     def excerpt(self) -> Dataset | None:
-        """Return pieces from all over a long log, enough to find where a search begins; None of a short one."""
+        """Return pieces from all over a long log, enough to find where a search begins; None of a short one.
+
+        None too where the pieces would be half of it, or lie where it rests.
+        """
         total = sum(segment.time.size for segment in self.segments)
         share = max(EXCERPT / total, EXCERPT_SHARE)
         if share > 0.5 or self.row_mask is not None or any(segment.first_cycle for segment in self.segments):
@@ -147,7 +150,10 @@ class Dataset:
                 continue
             firsts = np.linspace(0, size - length, PIECES).astype(int).tolist()
             pieces += [segment.cut(slice(first, first + length)) for first in firsts]
-        return replace(self, segments=tuple(pieces))
+        part = replace(self, segments=tuple(pieces))
+        share = sum(piece.time.size for piece in pieces) / total
+        is_like_all = np.count_nonzero(part.in_motion) > 0.5 * share * np.count_nonzero(self.in_motion)
+        return part if share <= 0.5 and is_like_all else None
 
     def explained(self, plant: Model, friction: Model, contacts: Sequence[float | None] | None = None) -> list[np.ndarray]:
         """Return the effort that plant and friction take along each segment [N or N*m]; `contacts` as below."""

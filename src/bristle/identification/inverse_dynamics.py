@@ -89,8 +89,11 @@ class InverseDynamics:
         return self.dataset.effort - self.predicted({**self.parameters.held, **free})
 
     def excerpt(self) -> Self | None:
-        """Return the same for a part of a long log, on which a search may look for its start; None of a short one."""
-        dataset = self.dataset.excerpt() if self.contacts is None else None
+        """Return the same for a part of a long log, on which a search may look for its start; None of a short one.
+
+        None too of a class of one's own, which may hold something of each row.
+        """
+        dataset = self.dataset.excerpt() if self.contacts is None and type(self) is InverseDynamics else None
         return None if dataset is None else replace(self, dataset=dataset)
 
     def linearised(self, free: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray | None]:
@@ -98,9 +101,9 @@ class InverseDynamics:
 
         Forward along the motion, beside the force; by differences where a kernel cannot be translated, which is told. Where
         the contact stood before a segment follows the parameters: what of a derivative it can explain is left out. None of a
-        class that has another `residual`.
+        class that has a `residual`, a `predicted` or a `friction` of its own.
         """
-        if type(self).residual is not InverseDynamics.residual:
+        if any(getattr(type(self), name) is not getattr(InverseDynamics, name) for name in ("residual", "predicted", "friction")):
             return self.residual(free), None
         parameters, values = self.parameters, self.parameters.complete(free)
         component, plant, model = parameters.component, self.plant(values), self.model(values)
@@ -127,7 +130,7 @@ class InverseDynamics:
 
         def along(segment: Segment) -> tuple[np.ndarray, np.ndarray]:
             columns = [np.zeros(segment.time.size) if unit is None else mechanical(unit, segment) for unit in units]
-            return mechanical(plant, segment), np.stack(columns, axis=1)
+            return mechanical(plant, segment), np.reshape(columns, (len(units), segment.time.size)).T
 
         return along
 

@@ -150,11 +150,17 @@ class Search:
         excerpt = self.problem.excerpt()
         if excerpt is None:
             return self.as_far_as_it_came(partial(self._from_several, report))
-        begun = replace(self, problem=excerpt).solve(between(report, 0.0, 0.5))
+        search = replace(self, problem=excerpt)
+        begun = search.as_far_as_it_came(partial(search._from_several, between(report, 0.0, 0.5)))
         if begun.unfinished:
             return replace(self.refit(begun.values, limit=1), unfinished=True)
         report(0.5)
-        return self.as_far_as_it_came(lambda best: best.take(self.refit(begun.values, limit=EVALUATIONS, best=best)))
+
+        def go_on(best: BestSoFar) -> None:
+            best.at = self.space.theta(begun.values)
+            best.take(self.refit(begun.values, limit=EVALUATIONS, best=best))
+
+        return self.as_far_as_it_came(go_on)
 
     def as_far_as_it_came(self, work: Callable[[BestSoFar], None]) -> Solution:
         """Return the best of all that `work` comes to; where a person interrupts it, the best until then."""

@@ -87,6 +87,16 @@ class Rows:
         surroundings = {name: signal[rows] for name, signal in self.surroundings.items()}
         return replace(self, **arrays, cycles=Groups(self.cycles.of_rows[rows]), surroundings=surroundings)
 
+    def pieces(self, most: int) -> Rows:
+        """Return so many rows at most: of more, four pieces from all over the log."""
+        size, length = self.residual.size, most // 4
+        if size <= most:
+            return self
+        chosen = np.zeros(size, dtype=bool)
+        for first in np.linspace(0, size - length, 4).astype(int).tolist():
+            chosen[first : first + length] = True
+        return self.at(chosen)
+
     @property
     def enough(self) -> bool:
         """Whether there are enough rows and half-cycles for some to be told by the others."""

@@ -138,10 +138,11 @@ class OutputError:
         """Return the residual of each sample, and the derivative of the simulated signal by each free parameter, shape (sample, free).
 
         Along the simulation, in one pass with it; by differences where a kernel cannot be translated, which is told, and where
-        known columns of the log act beside the effort.
+        known columns of the log act beside the effort, or a class has a `residual`, a `simulated` or a `mechanism` of its own.
         """
         values, names, inverse = self.parameters.complete(free), self.parameters.free, self.inverse
-        if any(output.regressors for output in self.outputs):
+        own = any(getattr(type(self), name) is not getattr(OutputError, name) for name in ("residual", "simulated", "mechanism"))
+        if own or any(output.regressors for output in self.outputs):
             return self.residual(free), None
         plant, friction = Beside(inverse.plant, values, names), Beside(inverse.model, values, names)
         lag = values.get(LAG), np.array([float(name == LAG) for name in names])

@@ -13,6 +13,7 @@ import numpy as np
 
 from bristle.core.contracts import Model
 from bristle.core.cores import abreast
+from bristle.core.edge import vector
 from bristle.core.packing import pack
 from bristle.core.tangent import DIRECTIONS
 from bristle.engine.contact import state_at
@@ -98,8 +99,8 @@ def friction_rows(
                 blocks = iter([(segment.time.size, partial(_alone, force))])
             parts.append(dataset.rows_of_tangents(blocks, segment.time.size))
             warn_of_lost(run.part)
-        rows.append(np.hstack(parts)[:, : count + 1])
-    stacked = np.concatenate(rows)[dataset.in_motion]
+        rows.append((parts[0] if len(parts) == 1 else np.hstack(parts))[:, : count + 1])
+    stacked = (rows[0] if len(rows) == 1 else np.concatenate(rows))[dataset.in_motion]
     return FrictionRows(stacked[:, -1], stacked[:, 0] if stood else None, stacked[:, stood:count])
 
 
@@ -117,7 +118,7 @@ def _blocks(
     def write(samples: slice, out: np.ndarray) -> None:
         signals = segment.part(samples, dt, None if acting is None else acting[0])
         moved = {} if acting is None else {"transmitted": acting[1][samples]}
-        force = run.along(signals.pop("v"), dt, signals.pop("x"), signals, out, moved)
+        force = run.along(vector(signals.pop("v"), "v"), dt, vector(signals.pop("x"), "x"), signals, out, moved)
         if place_of_force < DIRECTIONS:
             out[:, place_of_force] = force
 

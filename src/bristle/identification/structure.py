@@ -41,6 +41,7 @@ CODES = {
 LEVEL, DAMPED = "coulomb+", "coulomb_viscous+"
 WITHOUT_MODEL = ("gravity", "flanks")  # told by what to write or to look for
 NEARLY = 0.1  # of a turn, by which a period may miss a whole number of times
+MOST_ROWS = 120_000  # of a log, that are looked at for forces that a model lacks
 AMPLITUDE = 2.0**0.5  # of waves, over their root mean square
 
 
@@ -57,7 +58,7 @@ def missing_in(fit: Fit, estimation: Estimation, settings: Settings) -> tuple[tu
         solution.jacobian,
         fit.traces.predicted - fit.traces.mechanical,
         problem.friction_slope(values),
-    )
+    ).pieces(MOST_ROWS)
     for test in (missing_forces, slow_forces, play_at_flanks):
         missing, left = test(rows, settings)
         if missing:

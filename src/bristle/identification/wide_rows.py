@@ -288,8 +288,8 @@ def _stretch(
         yield from segment.regressors
 
     def wide(signals: Iterable[np.ndarray]) -> np.ndarray:
-        # Signal by signal: of a long log they take more memory than all that is left of them.
-        return np.stack([low_passed(signal, width, dt)[::stride] for signal in signals])
+        # Signal by signal, of which nothing else is kept: those of a long log take more memory than all that is left of them.
+        return np.stack([low_passed(signal, width, dt)[::stride].copy() for signal in signals])
 
     rows, smooth = wide(columns()), wide((segment.position - segment.position[0], speed))
     share = np.abs(smooth[1]) / top

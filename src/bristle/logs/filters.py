@@ -63,7 +63,7 @@ def between(time: np.ndarray, values: np.ndarray) -> Callable[[np.ndarray], np.n
     if time.size <= LONG:
         spline = CubicSpline(time, values, axis=-1)
         return lambda instants: np.asarray(spline(np.clip(instants, time[0], time[-1])))
-    bounds, slopes = np.linspace(0, time.size - 1, -(-time.size // LONG) + 1).astype(int), np.empty_like(values)
+    bounds, slopes = np.linspace(0, time.size - 1, -(-time.size // LONG) + 1).astype(int), np.empty(values.shape)
     parts = [slice(first, last + 1) for first, last in pairwise(bounds.tolist())]
     for part in parts:
         around = slice(max(part.start - BESIDE, 0), part.stop + BESIDE)

@@ -126,12 +126,15 @@ LONG = 2**17  # samples, beyond which a period is sought roughly first
 def period_of(position: np.ndarray, sample_time: float, correlated: float, periods: float) -> float | None:
     """Return the period [s] of a motion that, from so many periods on, correlates with itself so well; None where it has none."""
     if (step := -(-position.size // LONG)) > 1:
-        coarse = period_of(position[::step], step * sample_time, correlated, periods)
-        if coarse is None:
-            return None
-        middle = round(coarse / sample_time)
-        lags = range(max(middle - step, 1), middle + step + 1)
-        return sample_time * min(lags, key=lambda lag: float(np.mean((position[lag:] - position[:-lag]) ** 2)))
+        # A short period shows in the first samples, a long one in every so many: there short ones would look longer.
+        for part, stride in ((position[:LONG], 1), (position[::step], step)):
+            period = period_of(part, stride * sample_time, correlated, periods)
+            middle = 0 if period is None else round(period / sample_time)
+            lags = range(max(middle - stride, 1), middle + stride + 1) if stride > 1 else range(middle, middle + 1)
+            best = min(lags, key=lambda lag: float(np.mean((position[lag:] - position[:-lag]) ** 2))) if middle else 0
+            if best and np.corrcoef(position[best:], position[:-best])[0, 1] >= correlated:
+                return best * sample_time
+        return None
     x = position - np.mean(position)
     product, late, early = (part[x.size - 1 :] for part in by_lag(x, x)[1:])
     size = np.sqrt(late * early)
