@@ -76,14 +76,8 @@ def filtered_rows(
     c, start, half = sections.ravel(), settled.reshape(-1, 1), taps.size // 2
     # Counted from the first sample of the extended signal: those that rows may take, and the first one of `y`.
     low, high, begin = edge + dropped, edge + count - dropped - 1, 0
-    rows, parts, complete, taken, state, tail = (
-        -(-(count - 2 * dropped) // step),
-        list[np.ndarray](),
-        0,
-        0,
-        empty,
-        np.empty((edge, DIRECTIONS)),
-    )
+    rows, tail = np.empty((-(-(count - 2 * dropped) // step), DIRECTIONS)), np.empty((edge, DIRECTIONS))
+    complete, taken, state = 0, 0, empty
     for size, write in blocks:
         at, taken, is_first = len(tail), taken + size, taken == 0
         y = np.empty((at + size + edge * (taken == count), DIRECTIONS))
@@ -93,12 +87,11 @@ def filtered_rows(
         y[at + size :] = 2.0 * new[-1] - new[-2 : -edge - 2 : -1] if taken == count else 0.0
         state = (start * y[0]).ravel() if is_first else state
         entry(c, state, y[0 if is_first else at :].ravel(), 0, 0, 1, taps, 0, 0, empty)
-        ready = rows if taken == count else max(min((begin + len(y) - reach - half - low - 1) // step + 1, rows), complete)
-        first, part = low + complete * step - begin, np.empty((ready - complete) * DIRECTIONS)
+        ready = len(rows) if taken == count else max(min((begin + len(y) - reach - half - low - 1) // step + 1, len(rows)), complete)
+        first, part = low + complete * step - begin, rows[complete:ready].reshape(-1)
         needed = max(low + ready * step - half - begin, 0)
         tail = y[needed:].copy() if taken < count else y
         if part.size:
             entry(c, (start * y[-1]).ravel(), y.ravel(), 1, first, step, taps, max(low - begin, 0), high - begin, part)
-        parts.append(part.reshape(-1, DIRECTIONS))
         begin, complete = begin + needed, ready
-    return parts[0] if len(parts) == 1 else np.concatenate(parts)
+    return rows

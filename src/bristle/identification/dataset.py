@@ -318,10 +318,11 @@ class Dataset:
         total = float(np.mean(self.acceleration**2))
         return min(square / total, 1.0) if total > 0.0 else 1.0
 
-    @cached_property
+    @property
     def all_velocities(self) -> np.ndarray:
         """Velocity of every sample [m/s or rad/s], edges left out."""
-        return np.concatenate(list(map(self.without_edges, self._signals("velocity"))))
+        parts = list(map(self.without_edges, self._signals("velocity")))
+        return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
     @property
     def rest_share(self) -> float:

@@ -89,8 +89,11 @@ class WideRows:
         """Return whether these are enough; columns that a log in one direction does not have are dropped."""
         if not self.stretches:
             return False
-        weight, columns = self._together("weight"), self._together("columns")
-        present = np.max(np.abs(weight * columns), axis=1) > 1e-6 * np.max(np.abs(columns), axis=1)
+        weight, largest = self._together("weight"), list[list[tuple[float, float]]]()
+        for stretch in self.stretches:  # column by column: all of them together take as much memory as a long log
+            largest.append([(float(np.abs(stretch.weight * column).max()), float(np.abs(column).max())) for column in stretch.columns])
+        weighed, plain = np.moveaxis(np.max(largest, axis=0), -1, 0)
+        present = weighed > 1e-6 * plain
         for stretch in self.stretches:
             stretch.columns = stretch.columns[present]
         return bool(present[0] and np.count_nonzero(weight > 0.5) >= FEWEST)
