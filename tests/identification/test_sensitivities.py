@@ -83,7 +83,9 @@ def own_commit(state, memory, move, p):
     return state
 
 
-def test_a_law_that_cannot_be_translated_is_differentiated_by_differences_and_says_so(rows):
+def own_model(trial):
+    """A model of one's own with a level and a damping."""
+
     class Parameters(NamedTuple):
         F_C: CoulombForceAboveZero
         sigma_2: ViscousCoefficient = 0.0
@@ -91,7 +93,11 @@ def test_a_law_that_cannot_be_translated_is_differentiated_by_differences_and_sa
     class State(NamedTuple):
         pass
 
-    own = FrictionModel(name="own", description="smooth", Parameters=Parameters, State=State, trial=own_trial, commit=own_commit)
+    return FrictionModel(name="own", description="smooth", Parameters=Parameters, State=State, trial=trial, commit=own_commit)
+
+
+def test_a_law_that_cannot_be_translated_is_differentiated_by_differences_and_says_so(rows):
+    own = own_model(own_trial)
     problem = InverseDynamics(rows, parameters_of(own, PriorKnowledge(plant=inertia), rows))
     values = {"M": 12.0, "F_C": 8.0, "sigma_2": 30.0, "offset": 0.0}
     with pytest.warns(InputWarning, match="own is differentiated by differences: .*math.tanh"):

@@ -1,18 +1,16 @@
 """Output error in open and in closed loop: its derivatives are those of the simulated signal, which keeps its bits."""
 
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 import pytest
 from benchmarks.loops import AXIS, recorded_in_loop
 from tests.identification import test_output_error
-from tests.identification.test_sensitivities import own_commit, own_trial
+from tests.identification.test_sensitivities import own_model, own_trial
 
 from bristle import friction, plants
-from bristle.core import FrictionModel, InputWarning
+from bristle.core import InputWarning
 from bristle.friction import find
-from bristle.friction.quantities import CoulombForceAboveZero, ViscousCoefficient
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.output_error import LAG, OutputError
 from bristle.identification.outputs import Effort, Position
@@ -61,14 +59,7 @@ def test_derivatives_of_a_settled_position_are_those_of_its_simulation():
 
 
 def test_what_cannot_be_derived_is_differentiated_by_differences_and_says_so(log, monkeypatch):
-    class Parameters(NamedTuple):
-        F_C: CoulombForceAboveZero
-        sigma_2: ViscousCoefficient = 0.0
-
-    class State(NamedTuple):
-        pass
-
-    own = FrictionModel(name="own", description="smooth", Parameters=Parameters, State=State, trial=own_trial, commit=own_commit)
+    own = own_model(own_trial)
     problem = problem_of(Effort, log, AXIS, own, plants.inertia)
     values = {name: (VALUES | {"sigma_2": 200.0})[name] for name in problem.parameters.free}
     monkeypatch.setattr(OutputError, "residual", lambda self, free: np.ones(3))
@@ -82,13 +73,7 @@ def constant_trial(state, memory, motion, dt, p):
 
 
 def test_a_force_that_nothing_changes_is_differentiated_by_differences(log, monkeypatch):
-    class Parameters(NamedTuple):
-        F_C: CoulombForceAboveZero
-
-    class State(NamedTuple):
-        pass
-
-    own = FrictionModel(name="none", description="no force", Parameters=Parameters, State=State, trial=constant_trial, commit=own_commit)
+    own = own_model(constant_trial)
     problem = problem_of(Effort, log, AXIS, own, plants.inertia)
     monkeypatch.setattr(OutputError, "residual", lambda self, free: np.ones(3))
     with pytest.warns(InputWarning, match="gives a force that nothing changes"):

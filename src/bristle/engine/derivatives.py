@@ -9,9 +9,9 @@ its sign, or that of rest where a law has one, in which the contact does not mov
 and where a law has a form of its own for one value of an exponent it does not change with that. They are finite everywhere.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache, partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -27,16 +27,66 @@ from bristle.engine.instance import Instance, memory_of, warn_of_lost
 from bristle.engine.motion import _surroundings
 from bristle.engine.signature import Vector
 from bristle.translation.build import Builder
-from bristle.translation.derivative import Activity, Derivatives, activity_of, is_active
+from bristle.translation.derivative import Activity, Derivatives, activity_of, is_active, nowhere
 from bristle.translation.tree import INTEGER, REAL, Array, Struct, Type, struct_of
 
-# A friction model along a motion, each vector beside its tangents: (parameters, state, memory, v, x, surroundings one after
-# the other, dt, force).
-ForceWithTangents = Callable[
-    [Vector, Vector, Vector, Vector, Vector, Vector, Vector, Vector, Vector, Vector, Vector, Vector, float, Vector, Vector], float
-]
+# A friction model along a motion, each vector followed by its tangents: (state, memory, v, x, surroundings one after the other, dt,
+# parameters, force).
+ForceWithTangents = Callable[[*(Vector,) * 10, float, *(Vector,) * 4], float]
 
 UNMOVED: Mapping[str, np.ndarray] = {}
+
+
+class Argument(NamedTuple):
+    """An argument of a kernel: a structure that is packed, or a value of a type; whether it has tangents, or they are handed over."""
+
+    name: str
+    holds: Structure | Type
+    moves: bool = False
+    handed: bool = False
+
+    @property
+    def type(self) -> Type:
+        """Its type in the tree."""
+        return type_of_structure(self.holds) if isinstance(self.holds, tuple) else self.holds
+
+    @property
+    def activity(self) -> Activity:
+        """Which of its numbers have tangents."""
+        return activity_of(self.type) if self.moves else nowhere(self.type)
+
+
+def with_tangents(
+    derivatives: Derivatives, function: Callable[..., Any], arguments: Sequence[Argument], kept: str = ""
+) -> Callable[..., Any]:
+    """Return the entry that runs a kernel with tangents: each argument that moves is followed by its own.
+
+    What the kernel returns is a number, or is written back to the argument that is `kept`.
+    """
+    activities = [argument.activity for argument in arguments]
+    derived = derivatives.of(Builder().function(function, [argument.type for argument in arguments]), activities)
+    parts: dict[str, Any] = {"with_tangents": derivatives.scope[derived.name], "tangent_at": tangent_at}
+    heads, values, tangents = list[str](), list[str](), list[str]()
+    for (name, holds, moves, handed), activity in zip(arguments, activities, strict=True):
+        heads += [name, *([f"d_{name}"] if moves or handed else [])]
+        tangent = f"tangent_at(d_{name}, 0)" if holds == REAL else f"d_{name}"
+        if isinstance(holds, tuple):
+            parts |= {f"load_{name}": unpacker(holds), f"tangents_{name}": tangent_reader(holds, activity)}
+            tangent = f"tangents_{name}({name}, d_{name})"
+        values.append(f"load_{name}({name})" if isinstance(holds, tuple) else name)
+        tangents += [tangent] * is_active(activity)
+    call = f"with_tangents({', '.join(values + tangents)})"
+    lines = [f"return float({call})"]
+    if kept:
+        structure = next(argument.holds for argument in arguments if argument.name == kept)
+        assert isinstance(structure, tuple)
+        parts |= {"store": packer(structure), "keep": _tangent_packer(structure, derived.result)}
+        moved = is_active(derived.result)
+        lines = [f"end{', d_end' * moved} = {call}", f"store(end, {kept})", *[f"keep(d_end, d_{kept})"] * moved, "return 0.0"]
+    return kernel_of(f"entry({', '.join(heads)})", lines, parts, portable=False)
+
+
+VECTOR, WRITTEN = Array(-1), Array(-1, writable=True)
 
 
 @cache
@@ -45,33 +95,16 @@ def make_force_with_tangents(parameters: Structure, state: Structure, motion: An
     moved = motion_reader(motion)
 
     @kernel(portable=False)
-    def along(state, memory, v, x, around, dt, p, force):
+    def along(s, memory, v, x, around, dt, p, force):
         for k in range(v.size):
-            force[k], move = friction_trial(state, memory, moved(v, x, around, k), dt, p)
-            state = friction_commit(state, memory, move, p)
-        return state
+            force[k], move = friction_trial(s, memory, moved(v, x, around, k), dt, p)
+            s = friction_commit(s, memory, move, p)
+        return s
 
-    vectors, written = Array(-1), Array(-1, writable=True)
-    kinds = [type_of_structure(state), written, vectors, vectors, vectors, REAL, type_of_structure(parameters), written]
-    activities = [activity_of(kinds[0]), True, moves, moves, acts, False, activity_of(kinds[6]), True]
-    derivatives = Derivatives()
-    derived = derivatives.of(Builder().function(along, kinds), activities)
-    parts: dict[str, Any] = {
-        "with_tangents": derivatives.scope[derived.name],
-        "load_p": unpacker(parameters),
-        "load_s": unpacker(state),
-        "tangents_p": tangent_reader(parameters, activities[6]),
-        "tangents_s": tangent_reader(state, activities[0]),
-        "store": packer(state),
-        "keep_s": _tangent_packer(state, derived.result),
-    }
-    values = ("load_s(s)", "memory", "v", "x", "around", "dt", "load_p(p)", "force")
-    tangents = ("tangents_s(s, ds)", "dmemory", "dv", "dx", "daround", "", "tangents_p(p, dp)", "dforce")
-    arguments = [*values, *(text for text, activity in zip(tangents, activities, strict=True) if is_active(activity))]
-    ended = "end, dend" if is_active(derived.result) else "end"
-    head = "force_with_tangents(p, dp, s, ds, memory, dmemory, v, dv, x, dx, around, daround, dt, force, dforce)"
-    lines = [f"{ended} = with_tangents({', '.join(arguments)})", "store(end, s)"]
-    return kernel_of(head, [*lines, *(["keep_s(dend, ds)"] if is_active(derived.result) else []), "return 0.0"], parts, portable=False)
+    begun = Argument("s", state, True), Argument("memory", WRITTEN, True)
+    signals = Argument("v", VECTOR, moves, True), Argument("x", VECTOR, moves, True), Argument("around", VECTOR, acts, True)
+    arguments = [*begun, *signals, Argument("dt", REAL), Argument("p", parameters, True), Argument("force", WRITTEN, True)]
+    return with_tangents(Derivatives(), along, arguments, kept="s")
 
 
 def type_of_structure(structure: Structure) -> Struct:
@@ -82,7 +115,7 @@ def type_of_structure(structure: Structure) -> Struct:
 
 
 def tangent_reader(structure: Structure, activity: Activity) -> Callable[..., Any]:
-    """Return the kernel ``tangents(vector, all) -> tangent`` of a NamedTuple, beside what `unpacker` makes of the vector."""
+    """Return the kernel ``tangents(vector, all) -> tangent`` of a NamedTuple that `unpacker` makes of the vector."""
     lines = ["at = 0"]
 
     def part_of(structure: Structure, activity: Activity) -> str:
@@ -155,8 +188,8 @@ class TangentRun:
         d_v, d_x = (padded(moved.get(name), v.size * self.moves) for name in "vx")
         d_around = np.concatenate([padded(moved.get(name), v.size * self.acts) for name in part.motion._field_defaults])
         force = np.empty(v.size)
-        vectors = (part.parameters, dp, part.state, ds, self.memory, self._d_memory, v, d_v, x, d_x, signals, d_around)
-        self._entry(*vectors, float(dt), force, out.reshape(-1))
+        begun, motion = (part.state, ds, self.memory, self._d_memory), (v, d_v, x, d_x, signals, d_around)
+        self._entry(*begun, *motion, float(dt), part.parameters, dp, force, out.reshape(-1))
         return force
 
 

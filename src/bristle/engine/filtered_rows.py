@@ -94,4 +94,5 @@ def filtered_rows(
         if part.size:
             entry(c, (start * y[-1]).ravel(), y.ravel(), 1, first, step, taps, max(low - begin, 0), high - begin, part)
         begin, complete = begin + needed, ready
+    assert taken == count, f"{taken} of {count} samples"
     return rows

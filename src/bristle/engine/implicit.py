@@ -6,9 +6,8 @@ Of :math:`v = a + b\,F(v; \theta)` and of the time :math:`t` after which a body 
     \dot v = \frac{\dot a + \dot b\,F + b\,\partial_\theta F\,\dot\theta}{1 - b\,\partial_v F}, \qquad
     \dot t = -\frac{\partial_\theta R\,\dot\theta}{\partial_t R}
 
-whatever the search went through. A body whose velocity is exactly zero counts as resting: :math:`\dot v = 0`, and the
-reaction is :math:`-a/b`. The slope
-:math:`\partial_v F` is what the last direction changes by where the velocity changes by 1 as well.
+on every way through the search. A body whose velocity is exactly zero counts as resting: :math:`\dot v = 0`, and the reaction
+is :math:`-a/b`. The slope :math:`\partial_v F` is the change of the last direction where the velocity changes by 1 as well.
 """
 
 from collections.abc import Callable, Mapping

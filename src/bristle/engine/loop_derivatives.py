@@ -7,7 +7,7 @@ with the state :math:`s` of plant, friction, its memory, drive and controller. E
 `bristle.engine.run_open_loop` and `bristle.engine.run_closed_loop`.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import cache, partial
 from typing import Any, NamedTuple
 
@@ -16,18 +16,16 @@ import numpy as np
 from bristle.controllers.law import law
 from bristle.core.contracts import Model, Reference
 from bristle.core.kernel import kernel
-from bristle.core.packing import Structure, kernel_of, pack, structure_of, unpacker
-from bristle.core.tangent import DIRECTIONS, tangent_at
+from bristle.core.packing import Structure, pack, structure_of
+from bristle.core.tangent import DIRECTIONS
 from bristle.engine.compilation import compiled
-from bristle.engine.derivatives import padded, tangent_reader, type_of_structure
+from bristle.engine.derivatives import VECTOR, WRITTEN, Argument, padded, with_tangents
 from bristle.engine.drivers import BOUND
 from bristle.engine.implicit import mechanism_derivatives
 from bristle.engine.instance import Instance
 from bristle.engine.mechanism import Mechanism, mechanism
 from bristle.engine.signature import Vector
-from bristle.translation.build import Builder
-from bristle.translation.derivative import Activity, activity_of, is_active, nowhere
-from bristle.translation.tree import INTEGER, REAL, Array, Type
+from bristle.translation.tree import INTEGER, REAL
 
 
 class Sensitive(NamedTuple):
@@ -42,53 +40,6 @@ class Sensitive(NamedTuple):
     memory: np.ndarray | None = None
     state_tangents: np.ndarray | None = None
     memory_tangents: np.ndarray | None = None
-
-
-class _Argument(NamedTuple):
-    """An argument of a loop: a structure that is packed, or what has a type; and whether it has tangents."""
-
-    name: str
-    holds: Structure | Type
-    moves: bool = False
-
-    @property
-    def is_packed(self) -> bool:
-        return isinstance(self.holds, tuple)
-
-    @property
-    def type(self) -> Type:
-        return type_of_structure(self.holds) if isinstance(self.holds, tuple) else self.holds
-
-    @property
-    def activity(self) -> Activity:
-        return activity_of(self.type) if self.moves else nowhere(self.type)
-
-
-VECTOR, WRITTEN = Array(-1), Array(-1, writable=True)
-
-
-def _with_tangents(loop: Callable[..., Any], arguments: Sequence[_Argument]) -> Callable[..., Any]:
-    """Return the entry that runs a loop with tangents: each argument that moves is followed by its own."""
-    derivatives = mechanism_derivatives()
-    activities = [argument.activity for argument in arguments]
-    derived = derivatives.of(Builder().function(loop, [argument.type for argument in arguments]), activities)
-    parts: dict[str, Any] = {"with_tangents": derivatives.scope[derived.name], "tangent_at": tangent_at}
-    heads, values, tangents = list[str](), list[str](), list[str]()
-    for argument in arguments:
-        name = argument.name
-        heads += [name, *([f"d_{name}"] if argument.moves else [])]
-        values.append(f"load_{name}({name})" if argument.is_packed else name)
-        if isinstance(argument.holds, tuple):
-            parts[f"load_{name}"] = unpacker(argument.holds)
-        if not is_active(argument.activity):
-            continue
-        if isinstance(argument.holds, tuple):
-            parts[f"tangents_{name}"] = tangent_reader(argument.holds, argument.activity)
-            tangents.append(f"tangents_{name}({name}, d_{name})")
-        else:
-            tangents.append(f"tangent_at(d_{name}, 0)" if argument.holds == REAL else f"d_{name}")
-    lines = [f"return float(with_tangents({', '.join(values + tangents)}))"]
-    return kernel_of(f"driven({', '.join(heads)})", lines, parts, portable=False)
 
 
 @cache
@@ -107,10 +58,10 @@ def make_open_loop(begin: Structure, plant: Structure, friction: Structure) -> C
                 return k + 1
         return effort.size
 
-    efforts = _Argument("effort", VECTOR), _Argument("effort_end", VECTOR), _Argument("dt", REAL), _Argument("steps", INTEGER)
-    models = _Argument("q", plant, True), _Argument("p", friction, True)
-    begun = _Argument("begin", begin, True), _Argument("memory", WRITTEN, True)
-    return _with_tangents(driven, [*begun, *efforts, *models, _Argument("position", WRITTEN, True)])
+    efforts = Argument("effort", VECTOR), Argument("effort_end", VECTOR), Argument("dt", REAL), Argument("steps", INTEGER)
+    models = Argument("q", plant, True), Argument("p", friction, True)
+    begun = Argument("begin", begin, True), Argument("memory", WRITTEN, True)
+    return with_tangents(mechanism_derivatives(), driven, [*begun, *efforts, *models, Argument("position", WRITTEN, True)])
 
 
 @cache
@@ -136,11 +87,11 @@ def make_closed_loop(
                 return k + 1
         return count
 
-    begun = _Argument("begin", begin, True), _Argument("memory", WRITTEN, True), _Argument("law_state", law_state, True)
-    drive = _Argument("lag", REAL, True), _Argument("signals", VECTOR), _Argument("limit", REAL)
-    steps = _Argument("dt", REAL), _Argument("steps", INTEGER)
-    models = _Argument("q", plant, True), _Argument("p", friction, True), _Argument("c", controller)
-    return _with_tangents(driven, [*begun, *drive, *steps, *models, _Argument("command", WRITTEN, True)])
+    begun = Argument("begin", begin, True), Argument("memory", WRITTEN, True), Argument("law_state", law_state, True)
+    drive = Argument("lag", REAL, True), Argument("signals", VECTOR), Argument("limit", REAL)
+    steps = Argument("dt", REAL), Argument("steps", INTEGER)
+    models = Argument("q", plant, True), Argument("p", friction, True), Argument("c", controller)
+    return with_tangents(mechanism_derivatives(), driven, [*begun, *drive, *steps, *models, Argument("command", WRITTEN, True)])
 
 
 # What moves is followed by its tangents. Mechanism and memory at first; effort, effort at the end of each step, dt, steps to a
@@ -220,18 +171,18 @@ def _mechanism(
 ) -> tuple[Instance, Instance, list[np.ndarray], list[np.ndarray]]:
     """Return both components, the vectors of how they begin, and those of their parameters, each with its tangents."""
 
-    def beside(numbers: np.ndarray, tangents: np.ndarray | None) -> list[np.ndarray]:
+    def paired(numbers: np.ndarray, tangents: np.ndarray | None) -> list[np.ndarray]:
         return [numbers, padded(None if tangents is None else tangents[:, first : first + DIRECTIONS], numbers.size)]
 
     body, part = Instance(plant.model), Instance(friction.model)
     part.begin(friction.state)
     body.state[:2] = x, v
     virgin = friction.model.component.new_memory(friction.model.parameters)
-    state, d_state = beside(part.state, friction.state_tangents)
+    state, d_state = paired(part.state, friction.state_tangents)
     begin = np.concatenate([body.state, state, [effort, 0.0, 0.0, 0.0, 0.0]])
     d_begin = np.concatenate([np.zeros(body.state.size * DIRECTIONS), d_state, np.zeros(5 * DIRECTIONS)])
-    memory = beside(virgin if friction.memory is None else friction.memory.copy(), friction.memory_tangents)
-    models = beside(body.parameters, plant.tangents) + beside(part.parameters, friction.tangents)
+    memory = paired(virgin if friction.memory is None else friction.memory.copy(), friction.memory_tangents)
+    models = paired(body.parameters, plant.tangents) + paired(part.parameters, friction.tangents)
     return body, part, [begin, d_begin, *memory], models
 
 

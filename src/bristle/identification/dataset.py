@@ -29,6 +29,11 @@ REACH_PERIODS = 2  # of the cut-off, over which the zero-phase filter mixes samp
 EXCERPT, EXCERPT_SHARE, PIECES = 60_000, 0.1, 4  # samples at least, share of the log, and pieces of a segment, of an excerpt
 
 
+def spread(size: int, length: int) -> list[slice]:
+    """Return the `PIECES` of so many samples each that lie evenly from the first to the last one."""
+    return [slice(first, first + length) for first in np.linspace(0, size - length, PIECES).astype(int).tolist()]
+
+
 @cache
 def _taps(decimation: int) -> np.ndarray:
     from scipy.signal import firwin
@@ -148,8 +153,7 @@ class Dataset:
             if PIECES * length > 0.5 * size:
                 pieces.append(segment)
                 continue
-            firsts = np.linspace(0, size - length, PIECES).astype(int).tolist()
-            pieces += [segment.cut(slice(first, first + length)) for first in firsts]
+            pieces += map(segment.cut, spread(size, length))
         part = replace(self, segments=tuple(pieces))
         share = sum(piece.time.size for piece in pieces) / total
         is_like_all = np.count_nonzero(part.in_motion) > 0.5 * share * np.count_nonzero(self.in_motion)

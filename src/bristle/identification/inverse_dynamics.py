@@ -13,7 +13,6 @@ References
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Self
@@ -22,7 +21,7 @@ import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
-from bristle.core.errors import InputError, InputWarning
+from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
 from bristle.core.normal import NORMAL_95
 from bristle.core.variable import unit_of
@@ -31,8 +30,8 @@ from bristle.identification import half_cycles as cycles
 from bristle.identification.dataset import Dataset, Segment, mechanical, transmitted_by
 from bristle.identification.parameters import ParameterSet
 from bristle.identification.preprocessing import differentiated, treat
-from bristle.identification.problem import Away, Fold
-from bristle.identification.sensitivities import Transmitted, by_differences, friction_rows
+from bristle.identification.problem import Away, Fold, has_own
+from bristle.identification.sensitivities import Transmitted, by_differences, friction_rows, warn_of_differences
 from bristle.identification.settings import Settings
 from bristle.logs.filters import derivative
 from bristle.logs.log import Channel, Log
@@ -103,7 +102,7 @@ class InverseDynamics:
         the contact stood before a segment follows the parameters: what of a derivative it can explain is left out. None of a
         class that has a `residual`, a `predicted` or a `friction` of its own.
         """
-        if any(getattr(type(self), name) is not getattr(InverseDynamics, name) for name in ("residual", "predicted", "friction")):
+        if has_own(self, InverseDynamics, "residual", "predicted", "friction"):
             return self.residual(free), None
         parameters, values = self.parameters, self.parameters.complete(free)
         component, plant, model = parameters.component, self.plant(values), self.model(values)
@@ -113,7 +112,7 @@ class InverseDynamics:
         try:
             rows = friction_rows(self.model, values, names, self.dataset, contacts, self._transmitted(plant, names) if passes_on else None)
         except NotExportableError as error:
-            warnings.warn(f"{component.name} is differentiated by differences: {error}", InputWarning, stacklevel=2)
+            warn_of_differences(component, error)
             rows = by_differences(lambda near, places: replace(self, contacts=tuple(places)).friction(near), values, names, contacts)
         columns = np.zeros((rows.force.size, len(parameters.free)))
         columns[:, [parameters.free.index(name) for name in names]] = rows.by_parameters

@@ -1,7 +1,7 @@
 """Least squares for the parameters of one problem: linear, or by bounded descents from several starts.
 
-Descents are those of scipy (trust region reflective), with Jacobians by differences that are taken here: on all cores,
-never beyond an upper bound, and with steps that the events of a simulation do not disturb.
+Descents are those of scipy (trust region reflective), with Jacobians that come along with the residual; where a problem knows none,
+of differences that are taken here: on all cores, never beyond an upper bound, and with steps that events of a simulation do not disturb.
 """
 
 from __future__ import annotations

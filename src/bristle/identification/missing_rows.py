@@ -12,7 +12,7 @@ from bristle.core.lazy import cached_property
 from bristle.core.least_squares import unbounded
 from bristle.core.variable import Kind
 from bristle.friction.next_model import CHANNELS
-from bristle.identification.dataset import Dataset
+from bristle.identification.dataset import PIECES, Dataset, spread
 from bristle.identification.half_cycles import Groups, independent_rows
 from bristle.identification.parameters import holds
 
@@ -88,13 +88,13 @@ class Rows:
         return replace(self, **arrays, cycles=Groups(self.cycles.of_rows[rows]), surroundings=surroundings)
 
     def pieces(self, most: int) -> Rows:
-        """Return so many rows at most: of more, four pieces from all over the log."""
-        size, length = self.residual.size, most // 4
+        """Return so many rows at most: of more, pieces from all over the log."""
+        size = self.residual.size
         if size <= most:
             return self
         chosen = np.zeros(size, dtype=bool)
-        for first in np.linspace(0, size - length, 4).astype(int).tolist():
-            chosen[first : first + length] = True
+        for piece in spread(size, most // PIECES):
+            chosen[piece] = True
         return self.at(chosen)
 
     @property

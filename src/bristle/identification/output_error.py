@@ -10,7 +10,6 @@ the parameters as it does in inverse dynamics.
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -21,7 +20,7 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.core.contracts import FrictionModel, Model
 from bristle.core.diagnostic import BestSoFar, Diagnostic
-from bristle.core.errors import InputError, InputWarning
+from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
 from bristle.core.variable import Variable
 from bristle.identification.dataset import Dataset
@@ -32,9 +31,9 @@ from bristle.identification.least_squares import Report, Search, between, linear
 from bristle.identification.outputs import LAG, Effort, Mechanism, Output, Position, slices_of
 from bristle.identification.parameter_space import Solution
 from bristle.identification.parameters import ParameterSet
-from bristle.identification.problem import Away, Fold
+from bristle.identification.problem import Away, Fold, has_own
 from bristle.identification.refit import Refit
-from bristle.identification.sensitivities import Beside
+from bristle.identification.sensitivities import Perturbed, warn_of_differences
 from bristle.identification.settings import Settings
 from bristle.logs.log import Log
 from bristle.logs.turns import half_cycle_numbers, turning_points
@@ -141,16 +140,14 @@ class OutputError:
         known columns of the log act beside the effort, or a class has a `residual`, a `simulated` or a `mechanism` of its own.
         """
         values, names, inverse = self.parameters.complete(free), self.parameters.free, self.inverse
-        own = any(getattr(type(self), name) is not getattr(OutputError, name) for name in ("residual", "simulated", "mechanism"))
-        if own or any(output.regressors for output in self.outputs):
+        if has_own(self, OutputError, "residual", "simulated", "mechanism") or any(output.regressors for output in self.outputs):
             return self.residual(free), None
-        plant, friction = Beside(inverse.plant, values, names), Beside(inverse.model, values, names)
+        plant, friction = Perturbed(inverse.plant, values, names), Perturbed(inverse.model, values, names)
         lag = values.get(LAG), np.array([float(name == LAG) for name in names])
         try:
             parts = [output.with_derivatives(plant, friction, *lag) for output in self.outputs]
         except NotExportableError as error:
-            name = self.parameters.component.name
-            warnings.warn(f"{name} is differentiated by differences: {error}", InputWarning, stacklevel=2)
+            warn_of_differences(self.parameters.component, error)
             return self.residual(free), None
         signal, derivatives = (np.concatenate(part) for part in zip(*parts, strict=True))
         return self.measured - signal, derivatives

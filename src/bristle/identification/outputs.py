@@ -17,7 +17,7 @@ from bristle.engine.loop_derivatives import Sensitive
 from bristle.friction import is_static, with_presliding
 from bristle.identification.half_cycles import Disturbance
 from bristle.identification.parameters import offset_of
-from bristle.identification.sensitivities import Beside
+from bristle.identification.sensitivities import Perturbed
 from bristle.logs.log import Log
 from bristle.plants.terms import effort_of_columns
 from bristle.sensors import encoder
@@ -32,6 +32,10 @@ SEEDS = 2**31
 def slices_of(log: Log) -> tuple[slice, ...]:
     """Return the segments of a log; all of it where it has none."""
     return log.segments or (slice(0, len(log)),)
+
+
+Derived = tuple[np.ndarray, np.ndarray]
+"""A signal, shape (sample,), and its derivatives, shape (sample, parameter)."""
 
 
 class Mechanism(NamedTuple):
@@ -86,8 +90,10 @@ class Output(ABC):
         """Return the signal of the model, NaN from where it left the finite numbers, shape (sample,)."""
 
     @abstractmethod
-    def with_derivatives(self, plant: Beside, friction: Beside, lag: float | None, by_lag: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return that signal and its derivatives, shape (sample, parameter); `by_lag` is the derivative of the lag by each of them."""
+    def with_derivatives(
+        self, plant: Perturbed, friction: Perturbed, lag: float | None, by_lag: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return that signal and its derivatives; `by_lag` is the derivative of the lag by each parameter."""
 
     @abstractmethod
     def read(
@@ -149,7 +155,9 @@ class Position(Output):
         """Return the position of the model [m or rad]."""
         return self.loop.position(*mechanism[:2], effort_of_columns(mechanism.plant, self.regressors))[0]
 
-    def with_derivatives(self, plant: Beside, friction: Beside, lag: float | None, by_lag: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def with_derivatives(
+        self, plant: Perturbed, friction: Perturbed, lag: float | None, by_lag: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Return the position [m or rad] with its derivatives."""
         virgin = friction.slopes(lambda near: pack(near.component.initial_state(near.parameters)))
         moving = Sensitive(friction.model, friction.parameters(), state_tangents=virgin)
@@ -210,18 +218,21 @@ class Effort(Output):
         """Return the effort that the controller asks of the model [N or N*m]."""
         return self._whole(self._run(mechanism).command)
 
-    def with_derivatives(self, plant: Beside, friction: Beside, lag: float | None, by_lag: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def with_derivatives(
+        self, plant: Perturbed, friction: Perturbed, lag: float | None, by_lag: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Return that effort [N or N*m] with its derivatives."""
 
         def turned(near: Model) -> Model:
             return with_presliding(near, self.presliding)
 
-        moving = Sensitive(
-            turned(friction.model),
-            friction.slopes(lambda near: pack(turned(near).parameters)),
-            state_tangents=friction.slopes(lambda near: self.loop.begun(turned(near))[0]),
-            memory_tangents=friction.slopes(lambda near: self.loop.begun(turned(near))[1]),
-        )
+        def begun(near: Model) -> np.ndarray:
+            return np.concatenate(self.loop.begun(turned(near)))
+
+        states = self.loop.begun(turned(friction.model))[0].size
+        by_state, by_memory = np.split(friction.slopes(begun), [states])
+        parameters = friction.slopes(lambda near: pack(turned(near).parameters))
+        moving = Sensitive(turned(friction.model), parameters, state_tangents=by_state, memory_tangents=by_memory)
         return self.loop.with_derivatives(Sensitive(plant.model, plant.parameters()), moving, lag, by_lag)
 
     def read(

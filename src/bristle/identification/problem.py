@@ -170,6 +170,11 @@ class Replicates(Protocol):
         ...
 
 
+def has_own(problem: Residual, base: type[Residual], *methods: str) -> bool:
+    """Return whether the class of a problem has methods of its own in place of those of its base."""
+    return any(getattr(type(problem), name) is not getattr(base, name) for name in methods)
+
+
 class Problem(Residual, Protocol):
     """What least squares makes small, and what resampling needs to know of it.
 

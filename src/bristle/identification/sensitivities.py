@@ -4,6 +4,7 @@ A log goes by block by block, so that a long one takes no more memory than its r
 """
 
 import math
+import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import pairwise
@@ -11,9 +12,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.core.contracts import Model
+from bristle.core.contracts import FrictionModel, Model
 from bristle.core.cores import abreast
 from bristle.core.edge import vector
+from bristle.core.errors import InputWarning
 from bristle.core.packing import pack
 from bristle.core.tangent import DIRECTIONS
 from bristle.engine.contact import state_at
@@ -21,6 +23,7 @@ from bristle.engine.derivatives import TangentRun
 from bristle.engine.filtered_rows import Block
 from bristle.engine.instance import warn_of_lost
 from bristle.identification.dataset import Dataset, Segment
+from bristle.translation.scope import NotExportableError
 
 STEP = 1e-4  # of a parameter: the numbers that a model is made of are linear in it, or nearly so
 NUDGE = 1e-4  # of where a contact stood, from -1 to 1, towards the middle
@@ -28,31 +31,40 @@ DIFFERENCE = float(np.sqrt(np.finfo(float).eps))  # of a parameter, where a law 
 BLOCK = 2**15  # samples that are worked on at once
 
 ModelOf = Callable[[Mapping[str, float]], Model]
-# The effort that passes on to the load along a segment, shape (sample,), and its derivatives, shape (sample, parameter).
 Contacts = Sequence[float | None]
+# The effort that passes on to the load along a segment, shape (sample,), and its derivatives, shape (sample, parameter).
 Transmitted = Callable[[Segment], tuple[np.ndarray, np.ndarray]]
 
 
-class Beside:
-    """A model, and models beside it, each with another one of its parameters a little larger and smaller."""
+class Perturbed:
+    """A model, and copies of it, in each of which one of its parameters is a little larger or smaller."""
 
     def __init__(self, model_of: ModelOf, values: Mapping[str, float], names: Sequence[str]) -> None:
-        self.model, self._pairs = model_of(values), list[tuple[Model, Model, float]]()
-        for name in names:
+        self.model, self.count = model_of(values), len(names)
+        # Parameters of another component do not change this one.
+        self.places = [place for place, name in enumerate(names) if name in self.model.component.variables]
+        self._pairs = list[tuple[Model, Model, float]]()
+        for name in map(names.__getitem__, self.places):
             step = STEP * (abs(values[name]) or 1.0)
             high, low = (model_of({**values, name: values[name] + change}) for change in (step, -step))
             self._pairs.append((high, low, 2.0 * step))
 
     def slopes(self, numbers: Callable[[Model], np.ndarray]) -> np.ndarray:
         """Return the derivative of numbers of the model by each of the parameters, shape (number, parameter)."""
+        slopes = np.zeros((numbers(self.model).size, self.count))
         with np.errstate(invalid="ignore"):
-            columns = [(numbers(high) - numbers(low)) / width for high, low, width in self._pairs]
-        # What is infinite in both does not change.
-        return np.nan_to_num(np.reshape(columns, (len(self._pairs), numbers(self.model).size)).T, nan=0.0)
+            for place, (high, low, width) in zip(self.places, self._pairs, strict=True):
+                slopes[:, place] = (numbers(high) - numbers(low)) / width
+        return np.nan_to_num(slopes, copy=False, nan=0.0)  # what is infinite in both does not change
 
     def parameters(self) -> np.ndarray:
-        """Return that of its packed parameters."""
+        """Return the derivative of the packed parameters."""
         return self.slopes(lambda near: pack(near.parameters))
+
+
+def warn_of_differences(component: FrictionModel, error: NotExportableError) -> None:
+    """Warn that a law is differentiated by differences, and why."""
+    warnings.warn(f"{component.name} is differentiated by differences: {error}", InputWarning, stacklevel=3)
 
 
 class FrictionRows(NamedTuple):
@@ -78,11 +90,11 @@ def friction_rows(
 
     `contacts` is where the contact stood before each segment, from -1 to 1; virgin where that is not known.
     """
-    beside, rows, stood = Beside(model_of, values, names), list[np.ndarray](), any(place is not None for place in contacts)
-    model, dt, count = beside.model, dataset.sample_time, stood + len(names)
-    of_model = _led(beside.parameters(), stood)
+    perturbed, rows, stood = Perturbed(model_of, values, names), list[np.ndarray](), any(place is not None for place in contacts)
+    model, dt, count = perturbed.model, dataset.sample_time, stood + len(names)
+    of_model = _led(perturbed.parameters(), stood)
     for segment, place in zip(dataset.segments, contacts, strict=True):
-        of_state = _led(beside.slopes(lambda near, place=place: pack(_begun(near, place))), stood)
+        of_state = _led(perturbed.slopes(lambda near, place=place: pack(_begun(near, place))), stood)
         if place is not None:
             of_state[:, 0] = _by_place(model, place)
         acting = None if transmitted is None else transmitted(segment)

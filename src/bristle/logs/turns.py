@@ -125,16 +125,8 @@ LONG = 2**17  # samples, beyond which a period is sought roughly first
 
 def period_of(position: np.ndarray, sample_time: float, correlated: float, periods: float) -> float | None:
     """Return the period [s] of a motion that, from so many periods on, correlates with itself so well; None where it has none."""
-    if (step := -(-position.size // LONG)) > 1:
-        # A short period shows in the first samples, a long one in every so many: there short ones would look longer.
-        for part, stride in ((position[:LONG], 1), (position[::step], step)):
-            period = period_of(part, stride * sample_time, correlated, periods)
-            middle = 0 if period is None else round(period / sample_time)
-            lags = range(max(middle - stride, 1), middle + stride + 1) if stride > 1 else range(middle, middle + 1)
-            best = min(lags, key=lambda lag: float(np.mean((position[lag:] - position[:-lag]) ** 2))) if middle else 0
-            if best and np.corrcoef(position[best:], position[:-best])[0, 1] >= correlated:
-                return best * sample_time
-        return None
+    if position.size > LONG:
+        return _period_of_long(position, sample_time, correlated, periods)
     x = position - np.mean(position)
     product, late, early = (part[x.size - 1 :] for part in by_lag(x, x)[1:])
     size = np.sqrt(late * early)
@@ -148,6 +140,21 @@ def period_of(position: np.ndarray, sample_time: float, correlated: float, perio
     first = int(np.argmax(beyond >= correlated * np.max(beyond)))
     period = first + int(np.argmax(beyond[first : first + (below[0] + first) // 2]))
     return float((below[0] + period) * sample_time)
+
+
+def _period_of_long(position: np.ndarray, sample_time: float, correlated: float, periods: float) -> float | None:
+    """Return the period [s] of a long motion: a short one shows in its first samples, a long one in every so many of all."""
+    step = -(-position.size // LONG)
+    for part, stride in ((position[:LONG], 1), (position[::step], step)):
+        rough = period_of(part, stride * sample_time, correlated, periods)
+        if rough is None:
+            continue
+        middle, reach = round(rough / sample_time), stride - 1
+        lags = range(max(middle - reach, 1), middle + reach + 1)
+        lag = min(lags, key=lambda lag: float(np.mean((position[lag:] - position[:-lag]) ** 2)))
+        if np.corrcoef(position[lag:], position[:-lag])[0, 1] >= correlated:
+            return lag * sample_time
+    return None
 
 
 def by_lag(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
