@@ -1,5 +1,6 @@
 """Which cut-offs of the instruments are believed, and what is left out of the rows."""
 
+import importlib
 import math
 from types import SimpleNamespace
 
@@ -9,12 +10,13 @@ from scipy.signal import lfilter
 from tests.identification.known_logs import TRUTH, Motion, log_of, sines, sliding_effort
 
 from bristle.identification import first_stage, identify
-from bristle.identification.dataset import Alignment
+from bristle.identification.dataset import Alignment, Segment
 from bristle.identification.first_stage import Rung, _alignment_from, agreeing, alignment_of, believed
 from bristle.identification.settings import DEFAULT
 from bristle.identification.wide_rows import STEPS, InstrumentFit, WideRows, wide_rows
 from bristle.logs import Log
 
+wide = importlib.import_module("bristle.identification.wide_rows")
 DT = 1e-3
 FAST = {"amplitudes": (0.02, 0.004, 0.0015), "frequencies": (0.5, 3.1, 7.3), "phases": (0.3, 1.1, 2.5)}
 
@@ -418,3 +420,25 @@ def test_a_filter_is_one_where_a_step_from_none_sees_half_of_it(c, seen):
     item = rung(c=2e-5)
     assert (aligned_by(item, item, bent=instruments(c=c)).smoothing is not None) is seen
     assert aligned_by(item, item, bent=instruments(c=2e-5, converged=False)).smoothing is None
+
+
+def test_columns_of_a_slide_are_those_of_friction_in_its_direction():
+    time, speed = DT * np.arange(4000), 0.1
+    motion = {"velocity": np.full(4000, speed), "acceleration": np.zeros(4000), "effort": np.zeros(4000)}
+    segment = Segment(time, speed * time, recorded=speed * time, **motion)
+    stretch = wide._stretch(segment, segment.velocity, 100.0, DT, 2, 2.0 * speed)
+    acceleration, position, *shapes = stretch.columns[:, 1000]
+    assert (acceleration, position) == pytest.approx((0.0, 2000 * DT * speed), abs=1e-9)
+    falls = np.exp(-0.5 / np.array(wide.SPEEDS))  # at half of the top speed
+    assert shapes == pytest.approx([speed, 1.0, *falls, *[0.0] * 5], abs=1e-9)
+    assert stretch.columns.base is None  # nothing of the whole log is kept
+
+
+def test_columns_that_a_log_in_one_direction_does_not_have_are_dropped():
+    time, columns = DT * np.arange(500), np.random.default_rng(1).standard_normal((3, 500))
+    columns[2] = 1e-9
+    columns[2, 0] = 1.0  # where nothing is weighed
+    weight = np.where(time > 0.01, 1.0, 0.0)
+    stretches = [wide._Stretch(time, time, columns.copy(), weight, np.zeros_like) for _ in range(2)]
+    assert WideRows(stretches, 100.0, DT, DT, 0.0).suffice()
+    assert [stretch.columns.tolist() for stretch in stretches] == [columns[:2].tolist()] * 2

@@ -126,9 +126,12 @@ def test_a_search_differentiates_along_the_motion_and_not_by_differences(monkeyp
         assert forward.parameters[parameter].value == pytest.approx(stepwise.parameters[parameter].value, rel=1e-4)
 
 
-def test_the_jacobian_of_a_search_is_that_of_its_residual(rows):
+@pytest.mark.parametrize("order", [1, -1])
+def test_the_jacobian_of_a_search_is_that_of_its_residual(rows, order):
     problem, values = problem_of("lugre", rows)
+    problem = replace(problem, parameters=replace(problem.parameters, free=problem.parameters.free[::order]))
     search: Search = context_of(rows, PriorKnowledge(plant=inertia)).search(problem)
+    assert (search.space.names == problem.parameters.free) is (order == 1)  # F_S is computed from F_C
     theta, some = search.space.theta(values), np.arange(rows.effort.size) % 3 == 0
     linearised = Linearised(search, some)
     assert linearised.at(theta)[1] == pytest.approx(search.residuals([theta], some)[0], abs=1e-12)
@@ -264,6 +267,10 @@ def test_an_excerpt_is_made_of_pieces_from_all_over_a_long_log(rows, monkeypatch
     assert replace(rows, dropped=80).excerpt() is None  # the pieces would be more than half of it
     rests = replace(whole, velocity=np.where(np.isin(whole.time, np.concatenate([piece.time for piece in pieces])), 0.0, whole.velocity))
     assert replace(rows, segments=(rests,)).excerpt() is None  # the motion lies between them
+    first, both = (np.isin(whole.time, np.concatenate([piece.time for piece in pieces[:count]])) for count in (1, 3))
+    for resting, is_enough in ((first, True), (both, False)):
+        partly = replace(rows, segments=(replace(whole, velocity=np.where(resting, 0.0, whole.velocity)),))
+        assert (partly.excerpt() is not None) is is_enough
     monkeypatch.setattr(dataset, "EXCERPT", 1)
     assert [piece.time.size for piece in replace(rows, dropped=5).excerpt().segments] == [150] * 4  # a tenth of the log
     monkeypatch.setattr(dataset, "EXCERPT", 1500)

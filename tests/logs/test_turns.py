@@ -179,6 +179,8 @@ def test_the_period_of_a_long_motion_is_found_to_the_sample(monkeypatch):
     monkeypatch.setattr(turns, "LONG", 1000)
     assert period_of(motion, 0.5, 0.9, 2.0) == pytest.approx(68.5)
     assert period_of(np.arange(5000.0) ** 2, 0.5, 0.9, 2.0) is None
+    long = np.sin(2.0 * np.pi * np.arange(5000) / 637.0)  # which the first thousand do not show
+    assert period_of(long, 0.5, 0.9, 2.0) == pytest.approx(318.5)
     short = np.sin(2.0 * np.pi * np.arange(5000) / 7.0)  # of which every fifth sample looks five times as slow
     assert period_of(short, 0.5, 0.9, 2.0) == pytest.approx(3.5)
     assert period_of(np.where(np.arange(5000) < 1500, short, np.random.default_rng(1).standard_normal(5000)), 0.5, 0.9, 2.0) is None
