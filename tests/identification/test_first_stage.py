@@ -2,6 +2,7 @@
 
 import importlib
 import math
+import tracemalloc
 from types import SimpleNamespace
 
 import numpy as np
@@ -14,7 +15,7 @@ from bristle.identification.dataset import Alignment, Segment
 from bristle.identification.first_stage import Rung, _alignment_from, agreeing, alignment_of, believed
 from bristle.identification.settings import DEFAULT
 from bristle.identification.wide_rows import STEPS, InstrumentFit, WideRows, wide_rows
-from bristle.logs import Log
+from bristle.logs import Log, filters
 
 wide = importlib.import_module("bristle.identification.wide_rows")
 DT = 1e-3
@@ -422,16 +423,30 @@ def test_a_filter_is_one_where_a_step_from_none_sees_half_of_it(c, seen):
     assert aligned_by(item, item, bent=instruments(c=2e-5, converged=False)).smoothing is None
 
 
+def slide(count, speed):
+    """A segment at a constant speed."""
+    time = DT * np.arange(count)
+    motion = {"velocity": np.full(count, speed), "acceleration": np.zeros(count), "effort": np.zeros(count)}
+    return Segment(time, speed * time, recorded=speed * time, **motion)
+
+
+def test_wide_rows_of_a_long_log_hold_one_of_its_columns_at_a_time(monkeypatch):
+    monkeypatch.setattr(filters, "LONG", 20_000)
+    segment = slide(200_000, 0.1)
+    tracemalloc.start()
+    wide._stretch(segment, segment.velocity, 5.0, DT, 40, 0.2)
+    most = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert most < 7 * segment.time.nbytes  # of its twelve columns
+
+
 def test_columns_of_a_slide_are_those_of_friction_in_its_direction():
-    time, speed = DT * np.arange(4000), 0.1
-    motion = {"velocity": np.full(4000, speed), "acceleration": np.zeros(4000), "effort": np.zeros(4000)}
-    segment = Segment(time, speed * time, recorded=speed * time, **motion)
+    speed, segment = 0.1, slide(4000, 0.1)
     stretch = wide._stretch(segment, segment.velocity, 100.0, DT, 2, 2.0 * speed)
     acceleration, position, *shapes = stretch.columns[:, 1000]
     assert (acceleration, position) == pytest.approx((0.0, 2000 * DT * speed), abs=1e-9)
     falls = np.exp(-0.5 / np.array(wide.SPEEDS))  # at half of the top speed
     assert shapes == pytest.approx([speed, 1.0, *falls, *[0.0] * 5], abs=1e-9)
-    assert stretch.columns.base is None  # nothing of the whole log is kept
 
 
 def test_columns_that_a_log_in_one_direction_does_not_have_are_dropped():

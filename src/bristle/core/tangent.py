@@ -133,13 +133,13 @@ def _store(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
 
 @_compiled("", "t", _zero)
 def still():
-    """Return the tangent of what does not change."""
+    """Return the tangent of a constant."""
     return np.zeros(DIRECTIONS)
 
 
 @_compiled("", "t", _one)
 def moving():
-    """Return the tangent of what changes by 1 in each direction."""
+    """Return the tangent of a number that changes by 1 in each direction."""
     return np.ones(DIRECTIONS)
 
 

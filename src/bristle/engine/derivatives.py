@@ -61,7 +61,7 @@ def with_tangents(
 ) -> Callable[..., Any]:
     """Return the entry that runs a kernel with tangents: each argument that moves is followed by its own.
 
-    What the kernel returns is a number, or is written back to the argument that is `kept`.
+    The result of the kernel is a number, or the structure that is written back to the argument `kept`.
     """
     activities = [argument.activity for argument in arguments]
     derived = derivatives.of(Builder().function(function, [argument.type for argument in arguments]), activities)
@@ -162,7 +162,7 @@ class TangentRun:
     """A friction model on its way along a motion, block by block, with tangents in at most `DIRECTIONS` directions.
 
     `tangents` are those of the packed parameters, shape (number, direction), `state_tangents` those of the packed state
-    before; those of the motion are handed over where it `moves`, those of what surrounds the contact where that `acts`.
+    before; those of the motion are handed over where it `moves`, those of the surroundings of the contact where they `act`.
     """
 
     def __init__(

@@ -20,7 +20,7 @@ from bristle.engine.signature import Vector
 # row, samples to a row, taps, its first and last sample that rows may take, rows).
 Rows = Callable[[Vector, Vector, Vector, int, int, int, Vector, int, int, Vector], float]
 
-# How many samples a block has, and what writes them, shape (sample, direction).
+# The number of samples of a block, and the function that writes them, shape (sample, direction).
 Block = tuple[int, Callable[[np.ndarray], Any]]
 
 

@@ -20,13 +20,13 @@ from bristle.translation.scope import NotExportableError
 
 
 def mechanism_derivatives() -> Derivatives:
-    """Return what derives a plant with friction: its model is compiled once with tangents, for all that evaluates it."""
+    """Return the rules for a plant with friction: its model is compiled once with tangents, for all its callers."""
     rules = {efim.solve: _of_solve, efim.stopping_time: _of_stopping_time}
     return Derivatives(frozenset({efim.evaluate, efim.stop_residual}), rules)
 
 
 def _derived(rules: Rules, source: Callable[..., Any]) -> tuple[tree.Function, Derived]:
-    """Return what the function calls of this source, and that derived for all that may have a tangent."""
+    """Return the function of this source that is called, and its derived function for all arguments that may have a tangent."""
     calls = (part.function for part in tree.walk(rules.function.body) if isinstance(part, tree.Call))
     called = next(function for function in calls if function.source is source)
     activities = [rules.entering.get(part.name, True) for part in called.parameters]

@@ -70,7 +70,7 @@ def make_closed_loop(
 ) -> Callable[..., Any]:
     """Return the entry that runs one plant with friction in the loop of a controller that sees its position, with tangents.
 
-    `signals` has the reference, four rows, what is injected, and the disturbance, one after the other.
+    `signals` has the reference, four rows, the injected effort, and the disturbance, one after the other.
     """
 
     @kernel(portable=False)
@@ -94,7 +94,7 @@ def make_closed_loop(
     return with_tangents(mechanism_derivatives(), driven, [*begun, *drive, *steps, *models, Argument("command", WRITTEN, True)])
 
 
-# What moves is followed by its tangents. Mechanism and memory at first; effort, effort at the end of each step, dt, steps to a
+# An argument that moves is followed by its tangents. Mechanism and memory at first; effort, effort at the end of each step, dt, steps to a
 # sample; parameters of plant and friction; position of each sample.
 OpenLoop = Callable[[*(Vector,) * 6, float, int, *(Vector,) * 6], float]
 # Mechanism, memory and controller at first; lag; signals, limit, dt, steps in a sample; parameters of plant, friction and

@@ -87,7 +87,7 @@ class Segment:
     regressors: tuple[np.ndarray, ...] = ()
 
     def part(self, samples: slice, dt: float, transmitted: np.ndarray | None = None) -> dict[str, np.ndarray]:
-        """Return what friction depends on along some samples."""
+        """Return the signals that friction depends on along some samples."""
         v, x = self.velocity[samples], self.position[samples]
         # The velocity at a sample is the mean over the step around it, which ends half a step later.
         signals = {"v": v, "x": x + 0.5 * dt * v} | {name: values[samples] for name, values in self.surroundings.items()}
@@ -138,9 +138,9 @@ class Dataset:
     calmed_from: float = 0.0
 
     def excerpt(self) -> Dataset | None:
-        """Return pieces from all over a long log, enough to find where a search begins; None of a short one.
+        """Return pieces from all over a long log, enough to find where a search begins.
 
-        None too where the pieces would be half of it, or lie where it rests.
+        None for a short log, and where the pieces would be half of it or lie where it rests.
         """
         total = sum(segment.time.size for segment in self.segments)
         share = max(EXCERPT / total, EXCERPT_SHARE)

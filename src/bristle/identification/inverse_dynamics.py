@@ -88,9 +88,9 @@ class InverseDynamics:
         return self.dataset.effort - self.predicted({**self.parameters.held, **free})
 
     def excerpt(self) -> Self | None:
-        """Return the same for a part of a long log, on which a search may look for its start; None of a short one.
+        """Return the same for a part of a long log, on which a search may look for its start.
 
-        None too of a class of one's own, which may hold something of each row.
+        None for a short log, and for a class of one's own, which may hold a number for each row.
         """
         dataset = self.dataset.excerpt() if self.contacts is None and type(self) is InverseDynamics else None
         return None if dataset is None else replace(self, dataset=dataset)
@@ -98,9 +98,9 @@ class InverseDynamics:
     def linearised(self, free: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray | None]:
         """Return the residual of each row, and the derivative of the predicted effort by each free parameter, shape (row, free).
 
-        Forward along the motion, beside the force; by differences where a kernel cannot be translated, which is told. Where
-        the contact stood before a segment follows the parameters: what of a derivative it can explain is left out. None of a
-        class that has a `residual`, a `predicted` or a `friction` of its own.
+        Forward along the motion, beside the force; by differences, with a warning, where a kernel cannot be translated.
+        The place of the contact before a segment follows the parameters: the part of a derivative that it explains is left out.
+        The derivative is None for a class that has a `residual`, a `predicted` or a `friction` of its own.
         """
         if has_own(self, InverseDynamics, "residual", "predicted", "friction"):
             return self.residual(free), None
@@ -124,7 +124,7 @@ class InverseDynamics:
         return self.dataset.effort - self.mechanical(values) - rows.force, columns
 
     def _transmitted(self, plant: Model, names: Sequence[str]) -> Transmitted:
-        """Return what finds the effort that passes on to the load along a segment, and its derivatives by these parameters."""
+        """Return a function of a segment: the effort that passes on to the load, and its derivatives by these parameters."""
         units = [self.plant(self.unit(name)) if name in self.parameters.plant.variables else None for name in names]
 
         def along(segment: Segment) -> tuple[np.ndarray, np.ndarray]:
@@ -134,7 +134,7 @@ class InverseDynamics:
         return along
 
     def _without_start(self, columns: np.ndarray, change: np.ndarray, contacts: Sequence[float | None]) -> None:
-        """Leave out of derivatives what the start of the contact makes up for (variable projection [1]_).
+        """Leave out the part of derivatives that the start of the contact makes up for (variable projection [1]_).
 
         At an end of its range it does not follow.
         """

@@ -136,7 +136,7 @@ class OutputError:
     def linearised(self, free: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray | None]:
         """Return the residual of each sample, and the derivative of the simulated signal by each free parameter, shape (sample, free).
 
-        Along the simulation, in one pass with it; by differences where a kernel cannot be translated, which is told, and where
+        Along the simulation, in one pass with it; by differences where a kernel cannot be translated, with a warning, and where
         known columns of the log act beside the effort, or a class has a `residual`, a `simulated` or a `mechanism` of its own.
         """
         values, names, inverse = self.parameters.complete(free), self.parameters.free, self.inverse

@@ -55,7 +55,7 @@ class Perturbed:
         with np.errstate(invalid="ignore"):
             for place, (high, low, width) in zip(self.places, self._pairs, strict=True):
                 slopes[:, place] = (numbers(high) - numbers(low)) / width
-        return np.nan_to_num(slopes, copy=False, nan=0.0)  # what is infinite in both does not change
+        return np.nan_to_num(slopes, copy=False, nan=0.0)  # an infinite number of both does not change
 
     def parameters(self) -> np.ndarray:
         """Return the derivative of the packed parameters."""
@@ -125,7 +125,7 @@ def _alone(force: np.ndarray, out: np.ndarray) -> None:
 def _blocks(
     run: TangentRun, segment: Segment, dt: float, acting: tuple[np.ndarray, np.ndarray] | None, place_of_force: int
 ) -> Iterator[Block]:
-    """Yield what writes the tangents of the force along a segment, block by block; in one direction the force itself."""
+    """Yield the blocks of the tangents of the force along a segment; in one direction they hold the force itself."""
 
     def write(samples: slice, out: np.ndarray) -> None:
         signals = segment.part(samples, dt, None if acting is None else acting[0])
@@ -144,7 +144,7 @@ def _blocks(
 def by_differences(
     force: Callable[[Mapping[str, float], Contacts], np.ndarray], values: Mapping[str, float], names: Sequence[str], contacts: Contacts
 ) -> FrictionRows:
-    """Return what `friction_rows` does of a law that cannot be differentiated, from the force of each row."""
+    """Return the `friction_rows` of a law that cannot be differentiated, from the force of each row."""
 
     def column(name: str) -> np.ndarray:
         step = DIFFERENCE * (abs(values[name]) or 1.0)

@@ -54,7 +54,7 @@ def derivative(signal: np.ndarray, dt: float) -> np.ndarray:
 
 
 def between(time: np.ndarray, values: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
-    """Return what tells a signal, shape (..., sample), between its samples; beyond its ends it stays.
+    """Return a signal, shape (..., sample), as a function of time; beyond its ends it stays.
 
     A cubic spline; of a long signal one for each part, whose slopes see the samples around it: those further away do not matter.
     """

@@ -1,1 +1,1 @@
-"""Kernels as a typed tree: what every other language is printed from, and the derivatives."""
+"""Kernels as a typed tree: the source of every other language, and of the derivatives."""

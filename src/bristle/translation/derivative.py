@@ -44,7 +44,7 @@ def is_active(activity: Activity) -> bool:
 
 
 def joined(first: Activity, second: Activity) -> Activity:
-    """Return what has a tangent in either of two."""
+    """Return the activity of a value that comes from either of two."""
     if isinstance(first, tuple) and isinstance(second, tuple):
         return tuple(map(joined, first, second))
     return first or second
@@ -52,7 +52,7 @@ def joined(first: Activity, second: Activity) -> Activity:
 
 @dataclass(frozen=True)
 class Derived:
-    """A derived function: what it is called, what of its arguments and of its result has a tangent, and whether it does more."""
+    """A derived function: its name, which of its arguments and of its result have tangents, and whether it writes tangents."""
 
     name: str
     entering: Sequence[Activity]
@@ -69,8 +69,8 @@ class Derived:
 class Derivatives:
     """Derives functions as they are asked for, into one scope.
 
-    What is `apart` is derived once, for tangents of all its arguments, and compiled once. The `rules` are those of functions
-    that differentiate otherwise than what they are made of: a search for a root.
+    A function `apart` is derived once, for tangents of all its arguments, and compiled once. The `rules` are those of functions
+    that are not differentiated statement by statement: a search for a root.
     """
 
     apart: frozenset[Callable[..., Any]] = frozenset()
@@ -93,7 +93,7 @@ class Derivatives:
 
 
 def nowhere(kind: Type) -> Activity:
-    """Return the activity of what has no tangent."""
+    """Return the activity of a value without tangents."""
     return tuple(nowhere(part) for _, part in kind.fields) if isinstance(kind, Struct) else False
 
 
@@ -107,7 +107,7 @@ class Dual:
 
 
 class Rules(PythonText):
-    """Derives one function for arguments of which some have tangents: what it writes stands in `lines`."""
+    """Derives one function for arguments of which some have tangents: its text stands in `lines`."""
 
     def __init__(self, derivatives: Derivatives, function: tree.Function, activities: Sequence[Activity]) -> None:
         super().__init__(derivatives.scope)
@@ -288,7 +288,7 @@ class Rules(PythonText):
             alone = f"tangent_scaled(-1.0, {b.tangent})" if node.operator == "-" and b.activity else a.tangent or b.tangent
             return Dual(value, a.activity or b.activity, alone)
         if node.operator == "*":
-            # What is infinite stays so.
+            # An infinite number stays infinite.
             return (
                 Dual(value) if _is_infinite(node.left) or _is_infinite(node.right) else self._combined(value, [(b.value, a), (a.value, b)])
             )
@@ -315,7 +315,7 @@ class Rules(PythonText):
         return Dual(name, activity, tangent_of(name) if is_active(activity) else "")
 
     def _activity(self, node: tree.Expression) -> Activity:
-        """Return what of a value has a tangent; nothing is written."""
+        """Return the activity of a value without writing a line."""
         written, count = len(self.lines), self.count
         activity = self.dual(node).activity
         del self.lines[written:]
@@ -383,7 +383,7 @@ class Rules(PythonText):
 
 
 def tangent_of(name: str) -> str:
-    """Return what the tangent of a variable is called; kernels have names of their own such as ``d_v``."""
+    """Return the name of the tangent of a variable; kernels have names of their own such as ``d_v``."""
     return f"tangent__{name}"
 
 

@@ -83,7 +83,7 @@ class PythonText:
         return self.name_of(source, f"of_{source.__name__}")
 
     def intrinsic(self, node: tree.Intrinsic, values: list[str]) -> str:
-        """Return the text of what every target computes exactly, of these values."""
+        """Return the text of an operation that every target computes exactly, of these values."""
         if node.name == "size":
             return f"{values[0]}.size"
         if node.name in PARTS:

@@ -66,7 +66,7 @@ class OpenLoop:
         return rows[:, 0], rows[:, 1:]
 
     def _settled(self, run: Callable[[np.ndarray], np.ndarray], effort: np.ndarray) -> np.ndarray:
-        """Return what a run gives at each sample of the record, of which the first column is the position; of a period settled."""
+        """Return the rows of a run, one for each sample of the record, the position first; those of a period are settled."""
         if not self.periodic:
             return run(effort)
         size, period = effort.size // self.steps, np.empty(0)
