@@ -34,10 +34,6 @@ def slices_of(log: Log) -> tuple[slice, ...]:
     return log.segments or (slice(0, len(log)),)
 
 
-Derived = tuple[np.ndarray, np.ndarray]
-"""A signal, shape (sample,), and its derivatives, shape (sample, parameter)."""
-
-
 class Mechanism(NamedTuple):
     """A plant with friction, and all parameters of both and of their loop by name [SI]."""
 
