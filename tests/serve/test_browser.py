@@ -122,9 +122,9 @@ def test_reload_two_tabs_and_cancel(server, folder, tmp_path):
         assert tab.run("state.files.length") == 0
         assert tab.run("location.href") != address
         tab.session = first
-        person.ticks("model", "coulomb_viscous", "lugre", "elastoplastic", "gms", "preisach_lugre")
+        person.ticks("model", "coulomb_viscous", "lugre", "elastoplastic", "gms", "leuven", "preisach_lugre")
         person.clicks("#identify")
-        person.waits("state.job.task === 'identify' && state.job.share > 0.1")
+        person.waits("state.job.task === 'identify' && state.job.state === 'runs'")
         tab.session = sessions["same"]
         until = time.monotonic() + 20
         while tab.run("state.job.task") != "identify":

@@ -275,10 +275,10 @@ def test_ctrl_c_keeps_what_is_written_and_takes_back_the_rest(slow_bench, dask):
 
 
 @pytest.mark.timeout(1200)
-def test_thirty_kills_in_two_hundred_blocks(bench, own_dask):
+def test_ten_kills_in_a_hundred_blocks(bench, own_dask):
     bench.rig(duration="10 s", substeps=20)
-    study = bench.study(runs=("runs = 12", "runs = 800"))
-    assert len(study.blocks) == 200
+    study = bench.study(runs=("runs = 12", "runs = 400"))
+    assert len(study.blocks) == 100
     file, out = bench.folder / "study.toml", bench.folder / "out"
     run_study(study, bench.folder / "here", workers=2)
     joined = {"nanny": [], "plain": []}
@@ -289,13 +289,13 @@ def test_thirty_kills_in_two_hundred_blocks(bench, own_dask):
                 joined[kind].append(own_dask.worker(*options))
         return [joined["plain"][-1].pid, *own_dask.nursed(joined["nanny"][-1])]
 
-    fallen = siege(lambda: begun(file, out, "--scheduler", own_dask.address), workers, kills=30, longest=3.0)
+    fallen = siege(lambda: begun(file, out, "--scheduler", own_dask.address), workers, kills=10, longest=3.0)
     print(fallen, {kind: len(processes) for kind, processes in joined.items()})
-    assert fallen["command"] >= 5, "the study was over before it was disturbed"
-    assert fallen["worker"] >= 10, "the study was over before it was disturbed"
+    assert fallen["command"] >= 1, "the study was over before it was disturbed"
+    assert fallen["worker"] >= 5, "the study was over before it was disturbed"
     until(lambda: own_dask.joined() or (workers(None) and False), "a worker")
     assert run_study(study, out, scheduler=own_dask.address).is_whole
-    assert numbers(out) == list(range(800))
+    assert numbers(out) == list(range(400))
     assert content(out) == content(bench.folder / "here")
     assert not (out / ".partial").exists()
 
