@@ -84,7 +84,8 @@ def fit_of(estimation: Estimation, context: Context) -> Fit:
     values = problem.parameters.complete(solution.values)
     predicted = finite(problem.predicted(values), problem.model(values))
     residual = estimation.problem.residual(solution.values) if estimation.simulates else dataset.effort - predicted
-    uncertainty = covariance_of(solution, residual, () if estimation.simulates else problem.found_first())
+    found_first = () if estimation.simulates else problem.found_first()
+    uncertainty = estimation.covariance or covariance_of(solution, residual, found_first)
     excitation = Excitation(dataset, context.scales, values, problem.parameters.variables, settings)
     estimates = Judgement(problem, solution, uncertainty, excitation, filtered=not estimation.simulates).estimates()
     error = relative_error_percent(dataset.effort, predicted)
