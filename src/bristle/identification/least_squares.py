@@ -23,7 +23,7 @@ from bristle.core.variable import OF_SLOTS, Variable
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.parameter_space import ParameterSpace, Solution, Transform, TransformedSpace
 from bristle.identification.parameters import Scales
-from bristle.identification.problem import Problem
+from bristle.identification.problem import Sought
 
 CANDIDATES = 24
 STARTS = 3
@@ -126,7 +126,7 @@ class Search:
     it `simulates`, the steps of its differences are coarse.
     """
 
-    problem: Problem
+    problem: Sought
     scales: Scales
     sliding: Sliding
     unit: float

@@ -9,9 +9,9 @@ observer errs by other things than a looser one, and a replicate by those that b
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -21,7 +21,8 @@ from bristle.core.cores import Abreast
 from bristle.core.diagnostic import Diagnostic, Number, Severity
 from bristle.core.errors import InputError
 from bristle.engine import run_closed_loop
-from bristle.identification.dataset import Segment
+from bristle.engine.motion import along
+from bristle.identification.dataset import Dataset
 from bristle.identification.estimation import Context, Estimation
 from bristle.identification.fitting import fit_of
 from bristle.identification.least_squares import Report, between, silent
@@ -29,7 +30,7 @@ from bristle.identification.observer import BEND, DELAY, Ladder, PredictionError
 from bristle.identification.parameter_space import Solution
 from bristle.identification.problem import Covariance
 from bristle.identification.result import Estimate, Fit
-from bristle.logs.filters import through_filter
+from bristle.logs.filters import low_passed, through_filter
 from bristle.logs.log import Log
 from bristle.sensors import encoder
 
@@ -37,7 +38,7 @@ BLOCKS, STUDENT = 30, 2.045  # of time; the 97.5 % quantile of Student's t of on
 WORSE = 1.5  # times the prediction error of replicates: what the model does not explain
 MOVE_MOST = 3.0  # standard errors: what a stiffer observer may say else
 REPLICATES, SEED = 10, 20_261_126
-HELD_AT, DAMPED = 25.0, 0.7  # Hz and damping of the loop that leads a replicate along the motion
+HELD_AT, LED_AT, DAMPED = 25.0, 25.0, 0.7  # Hz: of the motion that a replicate follows, and of the loop that leads it; its damping
 DRAWS = 400
 """Sets of parameters that stand for what a log allows."""
 
@@ -105,14 +106,7 @@ def covariance_of(seen: Observed) -> Covariance:
 def with_observer(fit: Fit, estimation: Estimation, context: Context, ladder: Ladder, replicates: np.ndarray | None = None) -> Fit:
     """Return a fit with the parameters of the believed rung, and with intervals."""
     believed, seen = ladder.believed, observed(ladder, replicates)
-    of_observer = replace(
-        estimation,
-        inverse=believed.problem.inverse,
-        solution=believed.solution,
-        problem=believed.problem,
-        resampled=(believed.problem, believed.solution),
-        covariance=covariance_of(seen),
-    )
+    of_observer = replace(estimation, inverse=believed.problem.inverse, solution=believed.solution, covariance=covariance_of(seen))
     try:
         better = fit_of(of_observer, context)
     except InputError:  # what a model does not allow
@@ -152,13 +146,14 @@ def _with_interval(estimate: Estimate, solution: Solution, draws: np.ndarray) ->
 def foreseen(fit: Fit, estimation: Estimation, context: Context, logs: Sequence[Log], draws: int, report: Report = silent) -> Fit:
     """Return a fit with the parameters with which an observer foresees its logs best; intervals are those of replicates, too."""
     ladder = climb(estimation.inverse, estimation.solution.values, logs, context, between(report, 0.0, 0.4))
-    believed, thetas, scale = ladder.believed, None, {}
+    believed, thetas, times = ladder.believed, None, 0.0
     if draws:
         scatter = 0.0 if fit.resampling is None else fit.resampling.scatter.value
         thetas, errors = fits_to_replicates(ladder, context, scatter, between(report, 0.4, 1.0))
-        scale = {"times": believed.error / float(np.median(errors))}
-    numbers: dict[str, Number] = {"bandwidth": believed.problem.bandwidth, "error": believed.error, **scale}
-    severity: Severity = "warning" if numbers.get("times", 0.0) > WORSE else "note"
+        times = believed.error / float(np.median(errors))
+    numbers: dict[str, Number] = {"bandwidth": believed.problem.bandwidth, "error": believed.error}
+    numbers |= {"times": times} if times > 0.0 else {}
+    severity: Severity = "warning" if times > WORSE else "note"
     about = Diagnostic("prediction_error", severity=severity, numbers=numbers, kind=fit.friction.kind)
     return with_observer(replace(fit, diagnostics=(*fit.diagnostics, about)), estimation, context, ladder, thetas)
 
@@ -167,10 +162,10 @@ def fits_to_replicates(ladder: Ladder, context: Context, scatter: float, report:
     """Return the coordinates of fits to replicates of a log, shape (replicate, coordinate), and their prediction errors [m or rad]."""
     believed = ladder.believed
     first, *seeds = np.random.SeedSequence(SEED).spawn(REPLICATES + 1)
-    scatter = scatter_of(believed, scatter, first)
+    unseen = unseen_in(believed, Unseen(scatter, believed.problem.inverse.dataset.effort_noise), first)
 
     def fitted(seed: np.random.SeedSequence) -> tuple[np.ndarray, float]:
-        problem = replicate(believed, scatter, np.random.default_rng(seed))
+        problem = replicate(believed, unseen, np.random.default_rng(seed))
         rung = climbed(problem, believed.solution.values, context)
         return rung.solution.theta, rung.error
 
@@ -183,75 +178,90 @@ def fits_to_replicates(ladder: Ladder, context: Context, scatter: float, report:
     return np.array(thetas), np.array(errors)
 
 
-def scatter_of(rung: Rung, most: float, seed: np.random.SeedSequence) -> float:
-    """Return the scatter of the level, as a share of it, with which a replicate is foreseen as badly as the log was; at `most` this."""
-    if most <= 0.0:
-        return 0.0
+class Unseen(NamedTuple):
+    """What a replicate has beside the model: scatter of the level, as a share of it, and noise of the recorded effort [N or N*m]."""
 
-    def square(scatter: float) -> float:
-        drawn = replicate(rung, scatter, np.random.default_rng(seed))
+    scatter: float
+    noise: float
+
+
+def unseen_in(rung: Rung, most: Unseen, seed: np.random.SeedSequence) -> Unseen:
+    """Return of both as much as lets a replicate be foreseen as badly as the log was: noise first, at `most` these."""
+
+    def square(unseen: Unseen) -> float:
+        drawn = replicate(rung, unseen, np.random.default_rng(seed))
         return float(np.mean(drawn.residual(rung.solution.values)[: drawn.settled_rows] ** 2))
 
-    quiet, loud = square(0.0), square(most)
-    share = (rung.error**2 - quiet) / (loud - quiet) if loud > quiet else 1.0
-    return most * min(max(share, 0.0), 1.0) ** 0.5
+    def share(low: float, high: float) -> float:
+        return min(max((rung.error**2 - low) / (high - low), 0.0), 1.0) ** 0.5 if high > low else 1.0
+
+    quiet, noisy, loud = square(Unseen(0.0, 0.0)), square(most._replace(scatter=0.0)), square(most)
+    return Unseen(most.scatter * share(noisy, loud), most.noise * share(quiet, noisy))
 
 
-def replicate(rung: Rung, scatter: float, rng: np.random.Generator) -> PredictionErrors:
+def replicate(rung: Rung, unseen: Unseen, rng: np.random.Generator) -> PredictionErrors:
     """Return the same problem on a log that the identified axis made: along the same motion, read by its encoder."""
     problem, inverse = rung.problem, rung.problem.inverse
     values = inverse.parameters.complete(rung.solution.values)
-    plant, friction = inverse.plant(values), inverse.model(values)
-    mass = float(next(values[name] for name in inverse.parameters.variables if name == "M"))
-    parts, dataset = list[Recorded](), inverse.dataset
-    for part, segment in zip(problem.parts, dataset.segments, strict=True):
-        parts.append(_replicated(part, segment, plant, friction, mass, values, scatter, problem, rng))
-    return replace(problem, parts=tuple(parts))
+    channel = Channel(values[DELAY], values[BEND], problem.lag)
+    axis = Made(inverse.plant(values), inverse.model(values), inverse.dataset, problem.dt, problem.steps, channel)
+    return replace(problem, parts=tuple(axis.replicate(part, unseen, rng) for part in problem.parts))
 
 
-def _replicated(
-    part: Recorded,
-    segment: Segment,
-    plant: Model,
-    friction: Model,
-    mass: float,
-    values: Mapping[str, float],
-    scatter: float,
-    problem: PredictionErrors,
-    rng: np.random.Generator,
-) -> Recorded:
-    dataset, dt, omega = problem.inverse.dataset, problem.dt, 2.0 * np.pi * HELD_AT
-    count = part.position.size
-    acted = part.efforts(values[DELAY], values[BEND], dt)[0, :count]
-    commanded = np.append(0.5 * (acted[1:] + acted[:-1]), acted[-1])  # what is held until the next sample
-    reference = np.zeros((4, count))
-    reference[0], reference[1], reference[2] = segment.position, segment.velocity, segment.acceleration
-    level = np.zeros(count)
-    if scatter > 0.0:
-        turns = np.cumsum(np.diff(np.signbit(segment.velocity), prepend=segment.velocity[0] < 0.0))
-        level = scatter * rng.standard_normal(int(turns[-1]) + 1)[turns] * segment.friction(friction, dt)
-    controller = cascade(kind=plant.kind, k_p=omega / (2.0 * DAMPED), k_v=2.0 * DAMPED * omega * mass, k_ff=1.0)
-    trace = run_closed_loop(
-        plant,
-        friction,
-        controller,
-        encoder(kind=plant.kind, resolution=0.0),
-        reference,
-        dt,
-        steps=problem.steps,
-        injected=commanded,
-        disturbance=level,
-        x=float(segment.position[0]),
-        v=float(segment.velocity[0]),
-    )
-    if trace.position.size < count:
-        return part
-    # What is held until the next sample acts half of one later, and smoothed by that.
-    told = Recorded(trace.position, trace.effort, ()).efforts(-values[DELAY] - 0.5 * dt, -values[BEND] - dt**2 / 24.0, dt)[0, :count]
-    noise = dataset.effort_noise * rng.standard_normal(count)
-    effort = told + (through_filter(noise, problem.lag, dt) if problem.lag else noise)
-    phase = rng.uniform(0.0, dataset.resolution)
-    position = trace.position
-    if dataset.resolution > 0.0:
-        position = dataset.resolution * np.round((position + phase) / dataset.resolution) - phase
-    return Recorded(position, effort, part.columns)
+class Channel(NamedTuple):
+    """How the effort of a log lags and is smoothed, and the filter that was taken out of it [s, s^2, s]."""
+
+    delay: float
+    bend: float
+    lag: float
+
+
+class Made(NamedTuple):
+    """The identified axis: its models, the log that it was identified from, and the channel of its effort."""
+
+    plant: Model
+    friction: Model
+    dataset: Dataset
+    dt: float
+    steps: int
+    channel: Channel
+
+    def replicate(self, part: Recorded, unseen: Unseen, rng: np.random.Generator) -> Recorded:
+        """Return what this axis records of the motion of a segment; that itself where it left the finite numbers."""
+        dt, count, (delay, bend, lag), resolution = self.dt, part.position.size, self.channel, self.dataset.resolution
+        smooth = low_passed(part.position - part.position[0], min(HELD_AT, 0.2 / dt), dt) + part.position[0]
+        velocity = np.gradient(smooth, dt)
+        acted = part.efforts(delay, bend, dt)[0, :count]
+        commanded = np.append(0.5 * (acted[1:] + acted[:-1]), acted[-1:])  # what is held until the next sample
+        _, slope = self.plant.component.port(self._begun(smooth[0], velocity[0]), 0.0, dt, self.plant.parameters)
+        omega, mass = 2.0 * np.pi * LED_AT, -0.5 * dt / slope
+        trace = run_closed_loop(
+            self.plant,
+            self.friction,
+            cascade(kind=self.plant.kind, k_p=omega / (2.0 * DAMPED), k_v=2.0 * DAMPED * omega * mass, k_ff=1.0),
+            encoder(kind=self.plant.kind, resolution=0.0),
+            np.stack([smooth, velocity, np.zeros(count), np.zeros(count)]),
+            dt,
+            steps=self.steps,
+            injected=commanded,
+            disturbance=unseen.scatter * self._leaning(smooth, velocity, rng),
+            x=float(smooth[0]),
+            v=float(velocity[0]),
+        )
+        if trace.position.size < count:
+            return part
+        # What is held until the next sample acts half of one later, and smoothed by that.
+        recorded = Recorded(trace.position, trace.effort, ()).efforts(-delay - 0.5 * dt, -bend - dt**2 / 24.0, dt)[0, :count]
+        noise = unseen.noise * rng.standard_normal(count)
+        phase = rng.uniform(0.0, resolution)
+        position = resolution * np.round((trace.position + phase) / resolution) - phase if resolution > 0.0 else trace.position
+        return Recorded(position, recorded + (through_filter(noise, lag, dt) if lag else noise), part.columns)
+
+    def _begun(self, x: float, v: float) -> Any:
+        return self.plant.component.State(x, v)
+
+    def _leaning(self, position: np.ndarray, velocity: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        """Return friction along a motion, of a level of its own in each half-cycle: a standard normal number."""
+        turns = np.cumsum(np.diff(np.signbit(velocity), prepend=velocity[0] < 0.0))
+        force = along(self.friction, v=velocity, x=position, dt=self.dt)
+        return rng.standard_normal(int(turns[-1]) + 1)[turns] * force

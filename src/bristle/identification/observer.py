@@ -45,8 +45,8 @@ from bristle.logs.log import Log
 
 DELAY, BEND = "delay", "bend"
 RATE = 4e3  # steps of the integration in a second, at least
-FIRST, LOOSER, RUNGS = 50.0, 0.6, 6  # bandwidth of the stiffest observer [Hz] and each next one as a share of it
-HIGHEST = 0.05  # of the sampling frequency: the stiffest observer
+FIRST, LOOSER, RUNGS = 100.0, 0.6, 7  # bandwidth of the stiffest observer [Hz] and each next one as a share of it
+HIGHEST = 0.1  # of the sampling frequency: the stiffest observer
 NEARLY, DRIFTS = 1.08, 1.5  # times the least prediction error: the loosest that is believed, and where a ladder ends
 FEW = 6  # evaluations of a further start
 STARTS = ((1.0, 0.01, 0.15), (0.5, 0.02, 0.5), (1.0, 0.03, 0.5))
@@ -54,7 +54,7 @@ STARTS = ((1.0, 0.01, 0.15), (0.5, 0.02, 0.5), (1.0, 0.03, 0.5))
 SETTLES = 0.3  # s, after which nothing is left of how an observer began
 SHARPEST = 0.7  # most that an effort is sharpened by, in the exponent
 WEIGHT = 30.0  # rows that a weak prior is worth
-BEND_STD = 2e-6  # s^2: of the bend beforehand
+BEND_STD = 5e-7  # s^2: of the bend beforehand
 FALLS, EXCESS = 0.02, 0.3  # beforehand: of the largest speed, friction falls with; logarithm of break-away over the level
 SHORTEST = 1.0  # s: of a segment
 EVALUATIONS, ENDED = 15, 1e-4  # of a descent; relative change of its cost that ends it
@@ -72,11 +72,12 @@ class Recorded(NamedTuple):
         """Return the effort as it acted, and its derivatives by delay and bend, at the samples and once beyond, shape (3, sample + 1)."""
         count, ramp = self.effort.size, np.linspace(self.effort[0], self.effort[-1], self.effort.size)
         swing, slope = self.effort - ramp, (self.effort[-1] - self.effort[0]) / (max(self.effort.size - 1, 1) * dt)
-        omega = 2.0 * np.pi * np.fft.rfftfreq(2 * count, dt)
+        around = 2 * (count - 1)
+        omega = 2.0 * np.pi * np.fft.rfftfreq(around, dt)
         sharper = bend * omega**2
-        # Mirrored about its first sample the swing has no jump.
-        moved = np.fft.rfft(np.concatenate([-swing[::-1], swing])) * np.exp(1j * omega * delay + np.minimum(sharper, SHARPEST))
-        parts = np.fft.irfft([moved, 1j * omega * moved, np.where(sharper < SHARPEST, omega**2, 0.0) * moved], 2 * count)[:, count:]
+        # The swing is 0 at both ends: turned about them it goes on without a jump.
+        moved = np.fft.rfft(np.concatenate([swing, -swing[-2:0:-1]])) * np.exp(1j * omega * delay + np.minimum(sharper, SHARPEST))
+        parts = np.fft.irfft([moved, 1j * omega * moved, np.where(sharper < SHARPEST, omega**2, 0.0) * moved], around)[:, :count]
         parts[0] += ramp + slope * delay
         parts[1] += slope
         return np.hstack([parts, parts[:, -1:]])
@@ -144,17 +145,10 @@ class PredictionErrors:
         moving = ["", DELAY, BEND, *known]
         return weights, np.array([[float(name == column) for name in names] for column in moving])
 
-    is_effort = False
-    in_loop = False
-
     @property
     def steps(self) -> int:
         """Steps of the integration in a sample."""
         return max(math.ceil(RATE * self.dt), 2)
-
-    def errors(self, free: Mapping[str, float]) -> dict[str, float]:
-        """Return nothing: the error of the effort along the motion is known of every fit."""
-        return {}
 
     @property
     def settled_rows(self) -> int:
@@ -240,16 +234,19 @@ def climb(inverse: InverseDynamics, start: Mapping[str, float], logs: Sequence[L
 
 def _starts(values: Mapping[str, float], inverse: InverseDynamics, speed: float) -> Iterator[dict[str, float]]:
     """Yield further starts: other stiffnesses, other falls of friction, other damping of the contact."""
-    variables, mass = inverse.parameters.component.variables, name_of(Role.INERTIA, inverse.parameters.plant.variables)
-    free = set(inverse.parameters.free)
-    stiff, falls, damped = (sorted(free.intersection(names_of(role, variables))) for role in (Role.STIFFNESS, Role.FALL, Role.MICRO_DAMPING))
+    variables, free = inverse.parameters.component.variables, inverse.parameters.free
+    mass = name_of(Role.INERTIA, inverse.parameters.plant.variables)
+    roles = (Role.STIFFNESS, Role.FALL, Role.MICRO_DAMPING)
+    stiff, falls, damped = ([name for name in names_of(role, variables) if name in free] for role in roles)
+    pairs = list(zip(names_of(Role.BREAK_AWAY, variables), names_of(Role.LEVEL, variables), strict=False))
     for softer, fall, damping in STARTS:
-        start = {**values, **{name: softer * values[name] for name in stiff}, **{name: fall * speed for name in falls}}
+        start = dict(values)
+        start.update((name, softer * values[name]) for name in stiff)
+        start.update((name, fall * speed) for name in falls)
+        start.update((name, math.exp(EXCESS) * values[level]) for name, level in pairs if name in free)
         if stiff and mass:
-            start |= {name: damping * (start[stiff[0]] * values[mass]) ** 0.5 for name in damped}
-        levels = names_of(Role.LEVEL, variables)
-        pairs = zip(names_of(Role.BREAK_AWAY, variables), levels, strict=False)
-        yield start | {name: math.exp(EXCESS) * values[level] for name, level in pairs if name in free}
+            start.update((name, damping * (start[stiff[0]] * values[mass]) ** 0.5) for name in damped)
+        yield start
 
 
 def climbed(errors: PredictionErrors, start: Mapping[str, float], context: Context, limit: int = EVALUATIONS) -> Rung:
@@ -275,15 +272,15 @@ def _parts(logs: Sequence[Log], alignment: Alignment, dt: float) -> Iterator[Rec
         for part in log.segments or (slice(None),):
             position, effort = log.position.values[part], log.effort.values[part]
             if position.size * dt > SHORTEST:
-                yield Recorded(position.copy(), through_filter(effort, lag, dt) if lag else effort, tuple(one.values[part] for one in log.regressors))
+                effort = through_filter(effort, lag, dt) if lag else effort
+                yield Recorded(position.copy(), effort, tuple(one.values[part] for one in log.regressors))
 
 
 def _channel(dt: float) -> dict[str, Variable]:
     """Return what is unknown of the channel of the effort."""
-    about = {"excitation": "drive"}
     return {
-        DELAY: Variable("time", "delay of the effort", min=-20.0 * dt, max=20.0 * dt, nominal=dt, **about),
-        BEND: Variable("time^2", "smoothing of the effort", nominal=dt**2, **about),
+        DELAY: Variable("time", "delay of the effort", min=-20.0 * dt, max=20.0 * dt, nominal=dt, excitation="drive"),
+        BEND: Variable("time^2", "smoothing of the effort", nominal=dt**2, excitation="drive"),
     }
 
 
@@ -293,15 +290,13 @@ def _expected(inverse: InverseDynamics, bend: float, speed: float) -> tuple[Expe
     expected = [Expected({BEND: 1.0}, False, bend, BEND_STD)]
     for name, entry in parameters.fixed.items():
         if entry.half_width is not None:
-            expected.append(Expected({name: 1.0}, False, entry.value, entry.half_width / NORMAL_95, 1.0))
+            expected.append(Expected({name: 1.0}, False, entry.value, entry.half_width / NORMAL_95))
     free, levels = set(parameters.free), names_of(Role.LEVEL, variables)
     stiffness, mass = name_of(Role.STIFFNESS, variables), name_of(Role.INERTIA, parameters.plant.variables)
-    for name in free.intersection(names_of(Role.FALL, variables)):
-        expected.append(Expected({name: 1.0}, True, math.log(FALLS * speed), 1.5))
-    for name, level in zip(names_of(Role.BREAK_AWAY, variables), levels, strict=False):
-        if name in free:
-            expected.append(Expected({name: 1.0, level: -1.0}, True, EXCESS, EXCESS))
-    for name in free.intersection(names_of(Role.MICRO_DAMPING, variables)):
-        if stiffness and mass:
-            expected.append(Expected({name: 1.0, stiffness: -0.5, mass: -0.5}, False, 0.5, 0.6))
+    falls = [name for name in names_of(Role.FALL, variables) if name in free]
+    firsts = [pair for pair in zip(names_of(Role.BREAK_AWAY, variables), levels, strict=False) if pair[0] in free]
+    damped = [name for name in names_of(Role.MICRO_DAMPING, variables) if name in free and stiffness and mass]
+    expected += [Expected({name: 1.0}, True, math.log(FALLS * speed), 1.5) for name in falls]
+    expected += [Expected({name: 1.0, level: -1.0}, True, EXCESS, EXCESS) for name, level in firsts]
+    expected += [Expected({name: 1.0, str(stiffness): -0.5, str(mass): -0.5}, False, 0.5, 0.6) for name in damped]
     return tuple(expected)
