@@ -31,6 +31,7 @@ from bristle.exports.writing import files_for
 from bristle.files.axis import axis_from
 from bristle.plants.terms import with_terms
 from bristle.prediction.drive_table import reversal_distance
+from bristle.simulation.run import simulate_with
 
 DT = 1e-3
 MASS = 25.0
@@ -355,3 +356,23 @@ def test_a_loop_to_compare_with_has_no_friction_fed_forward_and_the_limits_of_th
     assert loop_for(replace(export_request(), plant=None)) is None
     passed = loop_for(replace(export_request(), loop=loop))
     assert passed.plant is loop.plant
+
+
+@pytest.mark.parametrize(("ahead", "own"), [(3, [(3, 1.0), (0, 1.0)]), (0, [(0, 1.0)])])
+def test_along_its_own_motion_a_loop_is_compared_without_with_all_and_with_nothing_ahead(ahead, own):
+    there = br.references.recorded(position=1e-3 * np.sin(0.02 * np.arange(300)), sample_time=DT)
+    loop = loop_for(export_request())
+    loop = replace(loop, reference=there, run=replace(loop.run, duration=0.3))
+    asked = []
+
+    def compensated(variant, ahead, share=1.0):
+        asked.append((ahead, share))
+        return simulate_with(variant, None)
+
+    effect = effect_in_loop(loop, compensated, Limits(0.1, 1.6), (1e-5, False), ahead)
+    assert asked[: -len(own)] == [(ahead, 1.0), (ahead, 1.1)] * len(TIMES)
+    assert asked[-len(own) :] == own
+    assert len(effect.along) == len(TIMES) + 1
+    last = effect.along[-1]
+    assert last.without == pytest.approx(last.with_it)
+    assert last.without > 0.0
