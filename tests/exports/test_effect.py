@@ -11,7 +11,9 @@ import pytest
 
 import bristle as br
 from bristle.cli.main import main
+from bristle.core.experiment import Feedforward
 from bristle.engine.contact import steady_force
+from bristle.exports import effect
 from bristle.exports.described import Source
 from bristle.exports.effect import (
     TIMES,
@@ -376,3 +378,23 @@ def test_along_its_own_motion_a_loop_is_compared_without_with_all_and_with_nothi
     last = effect.along[-1]
     assert last.without == pytest.approx(last.with_it)
     assert last.without > 0.0
+
+
+def test_a_law_is_compared_with_a_loop_in_which_no_friction_and_no_offset_is_fed(monkeypatch):
+    fed = Feedforward(mass=MASS, friction=LUGRE, offset=3.0)
+    there = br.references.recorded(position=1e-3 * np.sin(0.02 * np.arange(300)), sample_time=DT)
+    loop = loop_for(export_request())
+    loop = replace(loop, feedforward=fed, reference=there, run=replace(loop.run, duration=0.3, delay=2))
+    asked = []
+
+    def judged(variant, compensated, limits, distance, ahead):
+        asked.append((variant, limits, ahead))
+        return Effect((), "translational", 1e-5, assumed=False, in_loop=True, ahead=ahead)
+
+    monkeypatch.setattr(effect, "effect_in_loop", judged)
+    assert effect.effect_of_law(loop).ahead == 3
+    ((variant, limits, ahead),) = asked
+    assert variant == replace(loop, feedforward=Feedforward(mass=MASS))
+    assert ahead == 0
+    assert limits.velocity == pytest.approx(1e-3 * 0.02 / DT, rel=1e-2)
+    assert effect.effect_of_law(variant) is None
