@@ -361,7 +361,7 @@ def test_a_loop_to_compare_with_has_no_friction_fed_forward_and_the_limits_of_th
 
 
 @pytest.mark.parametrize(("ahead", "own"), [(3, [(3, 1.0), (0, 1.0)]), (0, [(0, 1.0)])])
-def test_along_its_own_motion_a_loop_is_compared_without_with_all_and_with_nothing_ahead(ahead, own):
+def test_along_its_own_motion_a_loop_is_run_without_feedforward_with_it_and_with_it_not_ahead(ahead, own):
     there = br.references.recorded(position=1e-3 * np.sin(0.02 * np.arange(300)), sample_time=DT)
     loop = loop_for(export_request())
     loop = replace(loop, reference=there, run=replace(loop.run, duration=0.3))

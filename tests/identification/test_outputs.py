@@ -291,7 +291,7 @@ def test_each_segment_of_each_log_is_an_output_with_the_axis_of_its_log(fine):
     assert {finely for *_, finely in outputs} == {fine}
 
 
-def test_a_lag_that_one_axis_asks_for_is_free_in_all_logs_from_none_to_twenty_samples():
+def test_a_lag_that_one_axis_asks_for_is_free_in_all_logs_from_zero_to_twenty_samples():
     without, sought = Axis(controller=LAW), Axis(controller=LAW, seeks_lag=True)
     plain = told_of(without, without)
     assert (plain.parameters.free, plain.parameters.loop) == (("F_C",), None)

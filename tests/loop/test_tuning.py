@@ -84,9 +84,7 @@ def test_another_lag_changes_nothing_else():
 
 
 @pytest.mark.parametrize(("stated", "tried"), [(0.0, {2e-4, 1e-3}), (7e-4, {7e-4, 1.2e-3})])
-def test_gains_hold_for_lags_from_a_fifth_of_a_millisecond_to_one_where_none_is_stated_and_for_half_a_millisecond_more_elsewhere(
-    monkeypatch, stated, tried
-):
+def test_gains_hold_for_lags_up_to_a_millisecond_or_half_a_millisecond_beyond_a_stated_lag(monkeypatch, stated, tried):
     lags = set()
     monkeypatch.setattr(tuning, "lagging", lambda variant, lag: lags.add(round(lag, 9)) or lagging(variant, lag))
     monkeypatch.setattr(tuning, "_widest", lambda keeps, rate, most: None)

@@ -237,7 +237,7 @@ def test_a_loop_that_rests_begins_its_derivatives_at_rest():
     assert effort.tolist() == loop.run(PLANT, FILM, encoder(resolution=0.0)).command.tolist()
 
 
-def test_a_beginning_is_at_rest_with_a_velocity_of_nothing_where_it_does_not_move():
+def test_a_beginning_that_does_not_move_has_a_velocity_of_zero():
     begun = Beginning(0.3)
     assert (begun.v, begun.acceleration, begun.moves) == (0.0, 0.0, False)
     assert begun.state(FILM) == {"x": 0.3, "v": 0.0}
