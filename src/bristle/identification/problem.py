@@ -53,10 +53,10 @@ class Away:
         if residual is None or np.count_nonzero(self.rows) < FEWEST:
             return speed
         left = np.where(self.rows, residual, 0.0)
-        frequency = frequency_in(x, np.ones_like(x), left, self.turns, LEAST_TURNS)
+        frequency = frequency_in(x, None, left, self.turns, LEAST_TURNS)
         if frequency is None:
             return speed
-        pair = waves(x, np.ones_like(x), frequency)[:, :2]
+        pair = waves(x, None, frequency)
         basis = np.linalg.qr(pair[self.rows])[0]
         square = float(np.sum((basis.T @ left[self.rows]) ** 2))
         return np.hstack([speed, pair]) if square > WAVE_SHARE * float(left @ left) else speed
