@@ -19,7 +19,7 @@ from bristle.core.kernel import kernel
 from bristle.core.packing import Structure, pack, structure_of
 from bristle.core.tangent import DIRECTIONS
 from bristle.engine.compilation import compiled
-from bristle.engine.derivatives import VECTOR, WRITTEN, Argument, padded, with_tangents
+from bristle.engine.derivatives import VECTOR, WRITTEN, Argument, in_blocks, padded, with_tangents
 from bristle.engine.drivers import BOUND
 from bristle.engine.implicit import mechanism_derivatives
 from bristle.engine.instance import Instance
@@ -119,7 +119,7 @@ def open_loop_with_derivatives(
         entry(*begun, *efforts, *models, position, slopes)
         return position, slopes
 
-    return _in_blocks(run, plant.tangents.shape[1])
+    return in_blocks(run, plant.tangents.shape[1])
 
 
 def closed_loop_with_derivatives(
@@ -158,7 +158,7 @@ def closed_loop_with_derivatives(
         entry(*begun, *drive, *signals, *models, c.parameters, command, slopes)
         return command, slopes
 
-    return _in_blocks(run, plant.tangents.shape[1])
+    return in_blocks(run, plant.tangents.shape[1])
 
 
 def _structure_of(body: Instance, part: Instance) -> Structure:
@@ -184,9 +184,3 @@ def _mechanism(
     memory = paired(virgin if friction.memory is None else friction.memory.copy(), friction.memory_tangents)
     models = paired(body.parameters, plant.tangents) + paired(part.parameters, friction.tangents)
     return body, part, [begin, d_begin, *memory], models
-
-
-def _in_blocks(run: Callable[[int], tuple[np.ndarray, np.ndarray]], directions: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return a signal with its derivatives in all directions, from runs of so many of them as go at once."""
-    signals, slopes = zip(*(run(first) for first in range(0, max(directions, 1), DIRECTIONS)), strict=True)
-    return signals[0], np.hstack([part.reshape(-1, DIRECTIONS) for part in slopes])[:, :directions]
