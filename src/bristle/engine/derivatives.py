@@ -59,10 +59,7 @@ class Argument(NamedTuple):
 def with_tangents(
     derivatives: Derivatives, function: Callable[..., Any], arguments: Sequence[Argument], kept: str = ""
 ) -> Callable[..., Any]:
-    """Return the entry that runs a kernel with tangents: each argument that moves is followed by its own.
-
-    The result of the kernel is a number, or the structure that is written back to the argument `kept`.
-    """
+    """Return the entry that runs a kernel with tangents, each behind what moves; its result is a number, or written back to `kept`."""
     activities = [argument.activity for argument in arguments]
     derived = derivatives.of(Builder().function(function, [argument.type for argument in arguments]), activities)
     parts: dict[str, Any] = {"with_tangents": derivatives.scope[derived.name], "tangent_at": tangent_at}
@@ -152,11 +149,7 @@ def _tangent_packer(structure: Structure) -> Callable[..., Any]:
 
 
 class TangentRun:
-    """A friction model on its way along a motion, block by block, with tangents in at most `DIRECTIONS` directions.
-
-    `tangents` are those of the packed parameters, shape (number, direction), `state_tangents` those of the packed state
-    before; those of the motion are handed over where it `moves`, those of the surroundings of the contact where they `act`.
-    """
+    """A friction model along a motion, block by block, with tangents of shape (number, direction), in at most `DIRECTIONS` directions."""
 
     def __init__(
         self,
@@ -198,10 +191,7 @@ def force_with_derivatives(
     motion_tangents: tuple[np.ndarray, np.ndarray] | None = None,
     around: Mapping[str, Any] | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the force of `force_along`, to the bit, and its derivatives, shape (step, direction).
-
-    Those of the packed parameters, of the packed state before the first step, and of `v` and `x` have shape (number, direction).
-    """
+    """Return the force of `force_along`, to the bit, and its derivatives; all tangents have shape (number, direction)."""
     v, x = vector(v, "v"), vector(x, "x")
     check_run(v.size, x=x)
 

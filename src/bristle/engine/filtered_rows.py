@@ -72,10 +72,7 @@ def filtered_rows(
     step: int,
     taps: np.ndarray,
 ) -> np.ndarray:
-    """Return the rows of tangents, shape (row, direction), of which `blocks` write all `count` samples in turn.
-
-    The filter is extended by `edge` samples at either end of a signal, and `reach` samples further on a start has died out.
-    """
+    """Return rows, shape (row, direction), of all `count` samples that `blocks` write; a start dies out in `reach` samples."""
     entry, empty = compiled("filtered_rows", lambda: rows_entry, Rows), np.empty(0)
     c, start, half = sections.ravel(), settled.reshape(-1, 1), taps.size // 2
     # Counted from the first sample of the extended signal: those that rows may take, and the first one of `y`.

@@ -119,10 +119,7 @@ class WideRows:
         return self.narrow[cutoff]
 
     def springiness(self, cutoff: float) -> float:
-        """Return the correlation of acceleration and position, its sign apart: in a single sine both are one.
-
-        Where the axis has its zero does not matter.
-        """
+        """Return the correlation of acceleration and position, but for its sign and zero: in a single sine they are one."""
         constant = self.behind(cutoff, [np.ones((1, s.weight.size)) for s in self.stretches])[0]
         both = self.regressor(cutoff)[:2]
         both = both - np.outer(both @ constant, constant) / max(float(constant @ constant), np.finfo(float).tiny)
@@ -206,10 +203,7 @@ class WideRows:
         return [np.stack([s.effort_at(delay) for delay in delays]) for s in self.stretches]
 
     def lowered(self, bent: InstrumentFit, delay: float) -> np.ndarray:
-        """Return by how much a filter lowers the squared residual of each block, told by the others, shape (block,).
-
-        Without it the effort is late by `delay`. Both meet the same effort: noise that a filter took is no merit of it.
-        """
+        """Return by how much a filter lowers the squared residual of each block by the others; without it the effort is late by `delay`."""
         rows, target = self._weighed(bent.cutoff, bent.delay, bent.c)
         plain = self._weighed(bent.cutoff, delay, bent.c)[1]
         lag = (2.0 * abs(bent.c)) ** 0.5

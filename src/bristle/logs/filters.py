@@ -25,10 +25,7 @@ def low_passed(signal: np.ndarray, cutoff: float, sample_time: float) -> np.ndar
 
 @cache
 def butterworth(cutoff: float, sample_time: float) -> tuple[np.ndarray, np.ndarray, int, int]:
-    """Return the sections of the filter, their settled state, by how much a signal is extended, and when a start has died out.
-
-    Both in samples, the latter to rounding.
-    """
+    """Return sections, settled state, and by how many samples a signal is extended and a start dies out to rounding."""
     from scipy.signal import butter, sosfilt_zi
 
     sections = np.asarray(butter(4, cutoff, fs=1.0 / sample_time, output="sos"))
@@ -48,10 +45,7 @@ def derivative(signal: np.ndarray, dt: float) -> np.ndarray:
 
 
 def through_filter(signal: np.ndarray, lag: float, dt: float) -> np.ndarray:
-    """Return a signal, shape (..., sample), behind a first-order filter of this time constant [s], its delay taken out.
-
-    Before one where the time constant is negative.
-    """
+    """Return a signal, shape (..., sample), behind, or before if negative, a filter of this time constant [s], not delayed."""
     from scipy.signal import lfilter
 
     if lag < 0.0:

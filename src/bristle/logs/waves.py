@@ -21,10 +21,7 @@ def waves(x: np.ndarray, side: np.ndarray | None, frequency: float) -> np.ndarra
 
 
 def frequency_in(x: np.ndarray, side: np.ndarray | None, residual: np.ndarray, most: float, least: float = TURNS_LEAST) -> float | None:
-    """Return the frequency [1/m or 1/rad] of the waves that take most of a residual; None where the range is too short.
-
-    From `least` to `most` turns over the range are looked for; alike in both directions where no `side` is given.
-    """
+    """Return the frequency [1/m or 1/rad] of the waves that take most, of `least` to `most` turns; None in a short range."""
     stroke = float(np.ptp(x))
     most = min(most, BINS / 2.0)
     if stroke <= 0.0 or most < least:

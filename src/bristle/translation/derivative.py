@@ -67,11 +67,7 @@ class Derived:
 
 @dataclass
 class Derivatives:
-    """Derives functions as they are asked for, into one scope.
-
-    A function `apart` is derived once, for tangents of all its arguments, and compiled once. The `rules` are those of functions
-    that are not differentiated statement by statement: a search for a root.
-    """
+    """Derives functions as asked for; those `apart` once for all arguments, those with `rules`, such as a search for a root, by them."""
 
     apart: frozenset[Callable[..., Any]] = frozenset()
     rules: Mapping[Callable[..., Any], Callable[[Rules], None]] = field(default_factory=dict)

@@ -46,7 +46,7 @@ RULES = {
     math.sqrt: "0.5 / y if y > 0.0 else 0.0",
 }
 SLOPES: dict[Callable[..., Any], Callable[..., Any]] = {
-    **{function: kernel_of("slope(x, y)", [f"return {rule}"], vars(mathematics)) for function, rule in RULES.items()},
+    **{function: kernel_of("slope(x, y)", [f"return {rule}"], dict(vars(mathematics))) for function, rule in RULES.items()},
     mathematics.power: power_slopes,
     mathematics.relaxation: relaxation_slope,
 }
