@@ -149,7 +149,10 @@ def test_without_a_reference_the_motion_is_the_position():
     assert recorded(item, follows=False, tells_effort=True)[0][0].effort.tolist() == item.effort.values.tolist()
 
 
-@pytest.mark.parametrize(("times", "rows"), [(1.0005, range(500)), (2.0, range(0, 500, 2)), (3.0, range(0, 500, 3))])
+@pytest.mark.parametrize(
+    ("times", "rows"),
+    [(1.0005, range(500)), (2.0, range(0, 500, 2)), (3.0, range(0, 500, 3)), (499.0 / 99.0, [round(499.0 * k / 99.0) for k in range(100)])],
+)
 def test_a_log_with_more_samples_gives_as_many_as_the_other(times, rows):
     motion = sine(2)
     (part,), _ = recorded(log(1, motion, effort=None), times * STEP)

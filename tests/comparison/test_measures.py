@@ -150,6 +150,15 @@ def test_ranges_of_speed_are_even_from_a_tenth_of_the_usual_top_to_the_largest()
     assert rows.weights.sum() == 4 * 2 * 91
 
 
+@pytest.mark.parametrize("scale", [1e-3, 1.0, 50.0])
+def test_ranges_of_speed_and_friction_in_them_are_those_of_an_axis_of_any_speed(scale):
+    rows = SlidingRows(*(strokes(sliding(scale * SPEEDS), sliding(scale * SPEEDS)) for _ in range(2)))
+    usual = SlidingRows(*(strokes(sliding(), sliding()) for _ in range(2)))
+    assert rows.edges / scale == pytest.approx(usual.edges)
+    assert rows.ranges.tolist() == [0, 1, 2, 3]
+    assert np.array(rows.speeds) / scale == pytest.approx(usual.speeds)
+
+
 @pytest.mark.parametrize("faster", [0, 1])
 def test_ranges_of_speed_reach_to_the_largest_of_either_side(faster):
     sides = [strokes(sliding(), sliding()), strokes(sliding(), sliding())]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bristle import friction
-from bristle.engine import force_along, interpreted
+from bristle.engine import contact, force_along, interpreted
 from bristle.engine.contact import Contact, _forgotten, place_of, state_at, steady_force
 
 LUGRE = friction.lugre(F_C=20.0, F_S=28.0, v_S=2e-3, sigma_0=1e6, sigma_1=1e3, sigma_2=200.0)
@@ -68,6 +68,16 @@ def test_where_a_contact_stood_at_first_is_found_from_its_force(place):
     motion = motion_of()
     measured = force_along(SLIDER, motion["v"], 1e-3, motion["x"], state=state_at(SLIDER, place))
     assert place_of(SLIDER, motion, 1e-3, measured) == pytest.approx(place, abs=2e-3)
+
+
+@pytest.mark.parametrize("place", [-0.93, -0.317, 0.041, 0.7])
+def test_between_the_places_that_were_tried_the_parabola_through_the_best_tells_where_a_contact_stood(monkeypatch, place):
+    motion, tried = motion_of(), []
+    monkeypatch.setattr(contact, "state_at", lambda friction, at: tried.append(at) or at)
+    monkeypatch.setattr(contact, "along", lambda friction, dt, state, **motion: np.full(motion["v"].size, 7.0 * state))
+    assert place_of(SLIDER, motion, 1e-3, np.full(300, 7.0 * place)) == pytest.approx(place, abs=1e-9)
+    assert min(abs(at - place) for at in tried) > 1e-6  # none of them was tried
+    assert len(tried) < 40
 
 
 def test_where_a_contact_stood_is_found_in_noise_from_what_is_not_forgotten():

@@ -10,7 +10,7 @@ from bristle.core import FrictionModel, Variable
 from bristle.core.mathematics import direction
 from bristle.core.status import Status
 from bristle.engine import interpreted, run_adaptive
-from bristle.engine.entry_points import FAILED, FORCE, MechanismVectors
+from bristle.engine.entry_points import ACCELERATION, FAILED, FORCE, MechanismVectors
 from bristle.engine.instance import Instance
 from bristle.engine.step_doubling import (
     Course,
@@ -260,6 +260,23 @@ def test_an_effort_runs_straight_through_the_halves_of_a_step():
     assert whole == pytest.approx((1.0, 2.0, 0.5))
     assert first == pytest.approx((1.0, 1.5, 0.25))
     assert second == pytest.approx((1.5, 2.0, 0.25))
+
+
+def test_each_solve_is_told_the_acceleration_straight_on_in_time_from_the_last_ones():
+    told = []
+
+    class Told(Driven):
+        def substeps(self, vectors, effort, effort_end, dt, steps):
+            told.append(float(vectors.out[ACCELERATION]))
+            super().substeps(vectors, effort, effort_end, dt, steps)
+            vectors.out[ACCELERATION] = 0.5 * (effort + effort_end)  # the mean acceleration of a mass of 1 kg
+
+    Told(thrown).run(course_of(1.0, 9.0, knots=[0.0, 8.0]), Limits(1e9, 1e9, 1.0, 1.0, 1.0, 1e9, 1e9), np.zeros(0))
+    whole, first, second = np.reshape(told, (-1, 3)).T
+    middles = 1.5 + np.arange(8.0)  # of the effort over each step of 1 s
+    assert second == pytest.approx(middles + 0.25)
+    assert whole[1:] == pytest.approx(middles[1:])
+    assert first[1:] == pytest.approx(middles[1:] - 0.25)
 
 
 def bent(x, v, effort, effort_end, dt):

@@ -11,7 +11,9 @@ import pytest
 
 import bristle as br
 from bristle.cli.main import main
+from bristle.core.experiment import Feedforward
 from bristle.engine.contact import steady_force
+from bristle.exports import effect
 from bristle.exports.described import Source
 from bristle.exports.effect import (
     TIMES,
@@ -31,6 +33,7 @@ from bristle.exports.writing import files_for
 from bristle.files.axis import axis_from
 from bristle.plants.terms import with_terms
 from bristle.prediction.drive_table import reversal_distance
+from bristle.simulation.run import simulate_with
 
 DT = 1e-3
 MASS = 25.0
@@ -355,3 +358,43 @@ def test_a_loop_to_compare_with_has_no_friction_fed_forward_and_the_limits_of_th
     assert loop_for(replace(export_request(), plant=None)) is None
     passed = loop_for(replace(export_request(), loop=loop))
     assert passed.plant is loop.plant
+
+
+@pytest.mark.parametrize(("ahead", "own"), [(3, [(3, 1.0), (0, 1.0)]), (0, [(0, 1.0)])])
+def test_along_its_own_motion_a_loop_is_run_without_feedforward_with_it_and_with_it_not_ahead(ahead, own):
+    there = br.references.recorded(position=1e-3 * np.sin(0.02 * np.arange(300)), sample_time=DT)
+    loop = loop_for(export_request())
+    loop = replace(loop, reference=there, run=replace(loop.run, duration=0.3))
+    asked = []
+
+    def compensated(variant, ahead, share=1.0):
+        asked.append((ahead, share))
+        return simulate_with(variant, None)
+
+    effect = effect_in_loop(loop, compensated, Limits(0.1, 1.6), (1e-5, False), ahead)
+    assert asked[: -len(own)] == [(ahead, 1.0), (ahead, 1.1)] * len(TIMES)
+    assert asked[-len(own) :] == own
+    assert len(effect.along) == len(TIMES) + 1
+    last = effect.along[-1]
+    assert last.without == pytest.approx(last.with_it)
+    assert last.without > 0.0
+
+
+def test_a_law_is_compared_with_a_loop_in_which_no_friction_and_no_offset_is_fed(monkeypatch):
+    fed = Feedforward(mass=MASS, friction=LUGRE, offset=3.0)
+    there = br.references.recorded(position=1e-3 * np.sin(0.02 * np.arange(300)), sample_time=DT)
+    loop = loop_for(export_request())
+    loop = replace(loop, feedforward=fed, reference=there, run=replace(loop.run, duration=0.3, delay=2))
+    asked = []
+
+    def judged(variant, compensated, limits, distance, ahead):
+        asked.append((variant, limits, ahead))
+        return Effect((), "translational", 1e-5, assumed=False, in_loop=True, ahead=ahead)
+
+    monkeypatch.setattr(effect, "effect_in_loop", judged)
+    assert effect.effect_of_law(loop).ahead == 3
+    ((variant, limits, ahead),) = asked
+    assert variant == replace(loop, feedforward=Feedforward(mass=MASS))
+    assert ahead == 0
+    assert limits.velocity == pytest.approx(1e-3 * 0.02 / DT, rel=1e-2)
+    assert effect.effect_of_law(variant) is None

@@ -102,6 +102,9 @@ def test_a_self_test_compares_the_sum_or_in_single_precision_some_numbers():
     names = {single: [variable.name for variable in Judged("axis", outputs, single).variables()] for single in (False, True)}
     assert set(names[True]) - set(names[False]) == {"worst", "expected"}
     assert set(names[False]) - set(names[True]) == {"total", "lost", "added"}
+    for single, gave in ((True, "within what single precision explains"), (False, "to the bit")):
+        (passed,) = [variable for variable in Judged("axis", outputs, single).variables() if variable.name == "passed"]
+        assert passed.meaning.endswith(gave)
 
 
 def test_types_in_use_stay_with_the_types_inside():

@@ -20,6 +20,7 @@ from bristle.figures import (
     recorded,
     rig_layout,
     small_multiples,
+    style,
 )
 
 DRAWS, FROZEN = gallery(), frozen()
@@ -51,6 +52,13 @@ def test_the_gallery_draws_every_figure():
     }
     assert len(styled) > 25
     assert {name for name in styled if f"{name}(" not in inspect.getsource(gallery)} == set()
+
+
+def test_figures_are_as_wide_as_the_page_and_their_lines_have_colors_of_the_style():
+    assert {figure["size"][0] for figure in FROZEN.values()} == {style.WIDTH}
+    lines = [artist for figure in FROZEN.values() for panel in figure["panels"] for artist in panel["artists"] if artist[0] == "line"]
+    known = {look["color"] for look in (*style.LINES, style.AID, style.DASHED)}
+    assert sum(line[2] in known for line in lines) > 0.95 * len(lines)
 
 
 def with_values(item, **values):

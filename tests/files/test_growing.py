@@ -1,5 +1,6 @@
 """A folder that grows: what is in it, what is damaged, and that files are on the disk before they appear."""
 
+import json
 import os
 
 import pytest
@@ -108,6 +109,22 @@ def test_a_write_that_fails_leaves_nothing_half_written(out, monkeypatch):
             with pytest.raises(InputError, match=r"cannot be written: no space left on device.*Make room"):
                 grown.write("c.csv", "x")
         assert {file.name for file in out.iterdir()} == before
+
+
+def test_what_a_process_that_was_killed_left_half_written_is_removed(out):
+    *lines, last = (out / NOTE).read_text().splitlines(keepends=True)
+    partial = json.loads(lines[-1])["file"]
+    assert partial.endswith(".partial")
+    assert json.loads(last)["file"] == "runs/b.csv"
+    (out / NOTE).write_text("".join(lines))  # killed before the file got its name
+    (out / "runs" / "b.csv").unlink()
+    (out / partial).write_text("3,")
+    with growing_folder(out, "study") as (grown, damaged):
+        assert not (out / partial).exists()
+        assert damaged == []
+        assert grown.names == ["a.csv"]
+        grown.write("runs/b.csv", b"3,4\n")
+    assert (out / "runs" / "b.csv").read_text() == "3,4\n"
 
 
 def test_a_folder_of_another_kind_or_of_a_person_is_refused(out, tmp_path):

@@ -206,6 +206,19 @@ def test_scatter_of_the_level_from_half_cycle_to_half_cycle_is_weighed_down():
     assert set(np.unique(scattered.part)) <= set(range(10))
 
 
+def test_rows_of_a_band_that_is_almost_exact_count_four_times_as_much_as_others_at_most():
+    rows = rows_of()
+    lacking = with_residual(rows, 0.0 * TIME)
+    first, last = rows.from_ends(rows.time)
+    exact = np.minimum(first, last) * rows.cutoff > 12.0
+    assert 0.1 < np.mean(exact) < 0.9
+    weight = Weighed.of(replace(lacking, residual=np.where(exact, 1e-4, 1.0) * lacking.residual)).weight
+    assert np.median(weight[exact]) > 1.5 * np.median(weight[~exact])
+    assert np.max(weight) < 4.0 * np.median(weight[~exact])
+    even = Weighed.of(lacking).weight
+    assert np.max(even) < 1.5 * np.median(even)
+
+
 def test_a_slow_force_is_seen_below_the_noise_of_single_rows():
     rows = rows_of()
     place = rows.position / np.max(np.abs(rows.position))
@@ -255,7 +268,7 @@ def test_forces_far_from_reversals_are_explained_before_forces_around_reversals(
     assert np.array_equal(explained[:, : rows.explained.shape[1]], rows.explained)
 
 
-def knocks(times, *, trains=20, flips=1, first=None, friction=1.0, settings=DEFAULT):
+def knocks(times, *, trains=20, flips=1, first=None, friction=1.0, settings=DEFAULT, beside=None):
     """What is found in rows of one speed whose load changes sides amid strokes, and leaves so many times the usual residual there."""
     count = 5000
     row, residual, load = np.arange(count), 0.1 * np.random.default_rng(2).choice([-1.0, 1.0], count), np.ones(count)
@@ -273,8 +286,8 @@ def knocks(times, *, trains=20, flips=1, first=None, friction=1.0, settings=DEFA
         0.1 * side,
         none,
         load,
-        residual,
-        none[:, None],
+        residual if beside is None else residual + beside @ np.arange(1.0, 1.0 + beside.shape[1]),
+        none[:, None] if beside is None else beside,
         load,
         friction * side,
         side,
@@ -299,6 +312,15 @@ def test_play_shows_where_the_residual_is_twice_the_usual_one_around_changes_of_
     assert knocks(2.4)[0] != ()
     assert knocks(3.0, friction=3.0)[0] != ()
     assert knocks(3.0, friction=6.0) == ((), 0.0)  # less than a hundredth of it
+
+
+def test_what_parameters_of_the_model_explain_is_no_play():
+    turn = 2.0 * np.pi * np.arange(5000) / 5000
+    beside = np.column_stack([50.0 * np.sin(11.0 * turn), np.cos(17.0 * turn), 1e-3 * np.sin(23.0 * turn)])
+    ((plain,), usual), ((play,), as_usual) = knocks(3.0), knocks(3.0, beside=beside)
+    assert play.ratio == pytest.approx(plain.ratio, rel=0.02)
+    assert play.force == pytest.approx(plain.force, rel=0.02)
+    assert as_usual == pytest.approx(usual, rel=0.02)
 
 
 def test_play_shows_in_four_changes_and_more_of_which_none_is_most_of_it():

@@ -15,7 +15,7 @@ from bristle.identification.dataset import Alignment, Segment
 from bristle.identification.first_stage import Rung, _alignment_from, agreeing, alignment_of, believed
 from bristle.identification.settings import DEFAULT
 from bristle.identification.wide_rows import STEPS, InstrumentFit, WideRows, wide_rows
-from bristle.logs import Log, filters
+from bristle.logs import Log
 
 wide = importlib.import_module("bristle.identification.wide_rows")
 DT = 1e-3
@@ -109,9 +109,9 @@ def test_one_sine_is_a_spring_and_several_are_none():
 def test_the_slope_of_the_acceleration_is_kept_to_sixty_hertz_behind_the_narrowest_filter(frequency, kept):
     time = DT * np.arange(4000)
     columns = np.stack([np.sin(2.0 * np.pi * frequency * time), np.cos(2.0 * np.pi * frequency * time)])
-    rows = WideRows([], 200.0, DT, DT, 0.0)
-    explained = rows._explained(np.array([3.0, 2.0]), columns, 8.0)
-    assert explained[500:-500] == pytest.approx((3.0 * kept * columns[0] + 2.0 * columns[1])[500:-500], abs=0.35)
+    rows = WideRows([wide._Stretch(time, columns, np.ones_like(time), np.zeros_like)], 200.0, DT, DT, 0.0)
+    (calm,) = rows._calm(8.0, 0.0)
+    assert calm[500:-500] == pytest.approx(kept * columns[0, 500:-500], abs=0.12)
 
 
 def test_a_filter_that_is_hardly_known_moves_the_inertia_little():
@@ -430,8 +430,7 @@ def slide(count, speed):
     return Segment(time, speed * time, recorded=speed * time, **motion)
 
 
-def test_wide_rows_of_a_long_log_hold_one_of_its_columns_at_a_time(monkeypatch):
-    monkeypatch.setattr(filters, "LONG", 20_000)
+def test_wide_rows_of_a_long_log_hold_one_of_its_columns_at_a_time():
     segment = slide(200_000, 0.1)
     tracemalloc.start()
     wide._stretch(segment, segment.velocity, 5.0, DT, 40, 0.2)
@@ -454,6 +453,6 @@ def test_columns_that_a_log_in_one_direction_does_not_have_are_dropped():
     columns[2] = 1e-9
     columns[2, 0] = 1.0  # where nothing is weighed
     weight = np.where(time > 0.01, 1.0, 0.0)
-    stretches = [wide._Stretch(time, time, columns.copy(), weight, np.zeros_like) for _ in range(2)]
+    stretches = [wide._Stretch(time, columns.copy(), weight, np.zeros_like) for _ in range(2)]
     assert WideRows(stretches, 100.0, DT, DT, 0.0).suffice()
     assert [stretch.columns.tolist() for stretch in stretches] == [columns[:2].tolist()] * 2

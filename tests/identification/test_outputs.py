@@ -1,5 +1,6 @@
 """Signals that a model simulates, and logs drawn anew of them: what disturbs them, by how much, and what is held out."""
 
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -8,8 +9,9 @@ import pytest
 from bristle import controllers, friction
 from bristle.core.axis import Axis
 from bristle.core.errors import InputError
+from bristle.identification import output_error
 from bristle.identification.half_cycles import Disturbance, Groups
-from bristle.identification.output_error import LAG, Changed, OutputError, SignalReplicates, loop_of
+from bristle.identification.output_error import LAG, Changed, OutputError, SignalReplicates, Simulation, loop_of
 from bristle.identification.outputs import Effort, Mechanism, Position
 from bristle.logs.log import Log
 from bristle.plants import inertia
@@ -247,3 +249,200 @@ def test_half_cycles_of_a_simulation_are_counted_through_all_segments_without_tr
     for resolution, count in ((0.4, 4), (0.01, 8)):  # a step of 0.1 back is no turn, and is two
         dataset = SimpleNamespace(resolution=resolution, noise=0.0)
         assert OutputError(SimpleNamespace(dataset=dataset), outputs).half_cycles.count == count
+
+
+@dataclass(frozen=True)
+class Whole:
+    """An inverse problem that knows its parameters alone."""
+
+    parameters: object
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """Names that are free, and quantities of the loop."""
+
+    free: tuple
+    loop: object = None
+
+
+def told_of(*axes, fine=False):
+    """The problem of logs with two segments each, whose outputs are what they are made from."""
+
+    class Outputs:
+        of = staticmethod(lambda log, axis, part, fine: (log.reference is not None, axis, part, fine))
+
+    parts = (slice(0, 50), slice(60, 200))
+    logs = [replace(log, segments=parts) for log in (LOG, BLIND)]
+    return OutputError.of(Outputs, Whole(Parameters(("F_C",))), logs, axes, fine=fine)
+
+
+@pytest.mark.parametrize("fine", [False, True])
+def test_each_segment_of_each_log_is_an_output_with_the_axis_of_its_log(fine):
+    one, two = Axis(controller=LAW), Axis(controller=LAW, seeks_lag=True)
+    outputs = told_of(one, two, fine=fine).outputs
+    assert [(followed, part.start, part.stop) for followed, _, part, _ in outputs] == [
+        (True, 0, 50),
+        (True, 60, 200),
+        (False, 0, 50),
+        (False, 60, 200),
+    ]
+    assert [axis for _, axis, _, _ in outputs] == [one, one, two, two]
+    assert {finely for *_, finely in outputs} == {fine}
+
+
+def test_a_lag_that_one_axis_asks_for_is_free_in_all_logs_from_zero_to_twenty_samples():
+    without, sought = Axis(controller=LAW), Axis(controller=LAW, seeks_lag=True)
+    plain = told_of(without, without)
+    assert (plain.parameters.free, plain.parameters.loop) == (("F_C",), None)
+    parameters = told_of(without, sought).parameters
+    assert parameters.free == ("F_C", LAG)
+    lag = parameters.loop[LAG]
+    assert (lag.quantity, lag.min, lag.excitation) == ("time", 0.0, "drive")
+    assert lag.max == pytest.approx(20.0 * LOG.sample_time)
+    assert 0.0 < lag.nominal <= LOG.sample_time
+
+
+class Refits:
+    """Searches that end where they begin, at errors that they are told; they note where they begin and for how long."""
+
+    def __init__(self, *costs):
+        self.costs, self.starts, self.problems, self.told = iter(costs), [], [], []
+
+    def search(self, problem, unit=0.0, *, simulates=False):
+        self.problems.append((problem, unit, simulates))
+        return self
+
+    def refit(self, start, rows=None, limit=None, best=None):
+        self.starts.append((dict(start), limit))
+        return Ended(dict(start), next(self.costs))
+
+    def as_far_as_it_came(self, work):
+        best = output_error.BestSoFar()
+        work(best)
+        self.best = best
+        return best.result
+
+    def percent(self, cost):
+        return 12.0
+
+
+@dataclass(frozen=True)
+class Ended:
+    """A descent that ended."""
+
+    values: dict
+    cost: float
+    unfinished: bool = False
+    theta: object = None
+
+    @property
+    def space(self):
+        return SimpleNamespace(names=tuple(self.values))
+
+
+def estimated(*costs, refined=False, unfinished=False, lag=None):
+    """The searches of an estimation by simulation, and what it ends with."""
+    loop = SimpleNamespace(is_refined=refined, away_evaluations=7, code="output_error_open")
+    refits, problems, reports = Refits(*costs), [], []
+
+    class Told(Simulation):
+        def error(self, inverse, *, fine=False):
+            problems.append(SimpleNamespace(inverse=inverse, magnitude=3.0, fine=fine))
+            return problems[-1]
+
+    if unfinished:
+        work = refits.as_far_as_it_came
+        refits.as_far_as_it_came = lambda part: replace(work(part), unfinished=True)
+    start = Ended({"F_C": 8.0, "F_v": 30.0} | ({} if lag is None else {LAG: lag}), 9.0)
+    result = Told([LOG], [Axis()], loop).estimate(refits, "inverse", start, lambda share, text="": reports.append(share))
+    return refits, result, reports
+
+
+def test_a_simulation_begins_where_inverse_dynamics_ended_and_twice_away_from_the_best():
+    refits, result, reports = estimated(5.0, 4.0, 6.0)
+    (first, most), (second, fewer), (third, few) = refits.starts
+    assert first == {"F_C": 8.0, "F_v": 30.0, LAG: pytest.approx(0.2 * LOG.sample_time)}
+    assert most > fewer == few == 7
+    for away, best in ((second, first), (third, second)):
+        for name, value in away.items():
+            assert value != best[name]
+            assert abs(np.log(value / best[name])) < 1.2
+    assert result.solution.cost == 4.0
+    assert reports == sorted(set(reports))
+    assert 0.0 < reports[0] < 0.5 < reports[-1] < 1.0
+    assert estimated(5.0, 4.0, 6.0)[0].starts == refits.starts  # the same fit twice
+
+
+def test_a_lag_that_is_known_at_the_start_is_where_a_simulation_begins():
+    assert estimated(5.0, 5.0, 5.0, lag=3e-3)[0].starts[0][0][LAG] == 3e-3
+
+
+def test_starts_away_from_the_best_scatter_by_a_third():
+    ratios = []
+    for lag in np.linspace(1e-3, 2e-3, 3):
+        (first, _), *others = estimated(1.0, 2.0, 2.0, lag=float(lag))[0].starts
+        ratios += [np.log(away[name] / first[name]) for away, _ in others for name in first]
+    assert 0.1 < np.std(ratios) < 0.6
+
+
+def test_a_loop_is_integrated_more_finely_at_the_end_where_it_asks_for_that():
+    plain, estimation, _ = estimated(5.0, 4.0, 6.0)
+    assert [(problem.fine, unit, simulates) for problem, unit, simulates in plain.problems] == [(False, 3.0, True)]
+    assert (estimation.problem, estimation.inverse) == (plain.problems[0][0], "inverse")
+    assert estimation.problem.fine is False
+    refits, estimation, _ = estimated(5.0, 4.0, 6.0, 3.5, refined=True)
+    assert [(problem.fine, unit, simulates) for problem, unit, simulates in refits.problems] == [(False, 3.0, True), (True, 3.0, True)]
+    start, limit = refits.starts[-1]
+    assert start == refits.starts[1][0]
+    assert 1 < limit < refits.starts[0][1]
+    assert (estimation.problem.fine, estimation.solution.cost, estimation.solution.unfinished) == (True, 3.5, False)
+    assert [note.code for note in estimation.diagnostics] == ["output_error_open"]
+    assert [note.severity for note in estimation.diagnostics] == ["note"]
+
+
+def test_a_search_that_was_interrupted_is_read_off_the_finer_loop_without_going_on():
+    refits, estimation, _ = estimated(5.0, 4.0, 6.0, 3.5, refined=True, unfinished=True)
+    assert refits.starts[-1][1] == 1
+    assert estimation.solution.unfinished
+
+
+@pytest.mark.parametrize("linear", [True, False])
+def test_a_start_that_was_interrupted_is_what_is_returned(monkeypatch, linear):
+    start, problem = Ended({"F_C": 8.0}, 1.0, unfinished=True), SimpleNamespace(parameters=SimpleNamespace(is_linear=linear))
+    problem.residual = lambda values: [values["F_C"]]
+    asked, reports = [], []
+    monkeypatch.setattr(output_error, "linear", lambda given: asked.append("linear") or start)
+
+    def solve(report):
+        asked.append("search")
+        report(1.0)
+        return start
+
+    context = SimpleNamespace(problem=lambda component: problem, search=lambda given, simulates: SimpleNamespace(solve=solve))
+    estimation = Simulation([LOG], [Axis()], Position)(context, friction.coulomb, lambda share, text="": reports.append(share))
+    assert (estimation.problem, estimation.inverse, estimation.solution) == (problem, problem, start)
+    assert estimation.residual_without(None) == [8.0]
+    assert asked == ["linear" if linear else "search"]
+    assert all(0.0 < share < 0.5 for share in reports)
+
+
+def test_an_error_simulates_each_segment_once_and_measures_them_all():
+    outputs = tuple(
+        SimpleNamespace(measured=np.array(part), simulated=lambda mechanism, part=part: mechanism.values["a"] * np.array(part))
+        for part in ([1.0, 2.0], [6.0])
+    )
+    inverse = SimpleNamespace(
+        parameters=SimpleNamespace(complete=dict),
+        plant=lambda values: PLANT,
+        model=lambda values: SLIDING,
+        dataset=SimpleNamespace(sample_time=0.02),
+    )
+    error = OutputError(inverse, outputs)
+    assert error.measured.tolist() == [1.0, 2.0, 6.0]
+    assert error.residual({"a": 0.5}).tolist() == [0.5, 1.0, 3.0]
+    assert error.magnitude == pytest.approx(14.0**0.5 / 3.0**0.5)
+    assert error.row_time == 0.02
+    assert error.mechanism({"a": 1.0})[:2] == (PLANT, SLIDING)
+    assert not error.away.rows.any()
+    assert error.away.position.tolist() == [0.0] * 3

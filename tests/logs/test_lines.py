@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from tests.identification.known_logs import Motion, log_of
 
-from bristle.logs.lines import Line, lost_in, piled_up, rows_of, work_share
+from bristle.logs.lines import Line, _piled, lost_in, piled_up, rows_of, work_share
 
 DT = 1e-3
 
@@ -102,3 +102,15 @@ def test_an_effort_that_ends_short_of_what_the_motion_takes_piles_up():
     assert piled_up(below, rows_of(below, 1e-7), 1e-7, 10, 4.0).level == pytest.approx(-level, rel=0.03)
     whole = log_along(x, requested)
     assert piled_up(whole, rows_of(whole, 1e-7), 1e-7, 10, 4.0) is None
+
+
+def test_a_sine_and_a_triangle_do_not_pile_up_and_a_sine_that_is_cut_off_does():
+    sine, triangle = np.sin(2.0 * np.pi * np.arange(5000) / 1000.0), np.abs((np.arange(5000) / 250.0) % 4.0 - 2.0) - 1.0
+    assert not _piled(sine, 20).any()
+    assert not _piled(triangle, 20).any()
+    for height in (0.8, 0.95):
+        cut = np.minimum(sine, height)
+        assert np.all(_piled(cut, 20)[cut == height])
+        assert np.min(cut[_piled(cut, 20)]) > 0.9 * height
+    assert not _piled(np.minimum(sine, 0.8), 1000).any()  # it lasts no longer than 205 samples
+    assert not _piled(-np.abs(sine), 5).any()

@@ -83,6 +83,15 @@ def test_another_lag_changes_nothing_else():
     assert replace(late, run=loop().run) == loop()
 
 
+@pytest.mark.parametrize(("stated", "tried"), [(0.0, {2e-4, 1e-3}), (7e-4, {7e-4, 1.2e-3})])
+def test_gains_hold_for_lags_up_to_a_millisecond_or_half_a_millisecond_beyond_a_stated_lag(monkeypatch, stated, tried):
+    lags = set()
+    monkeypatch.setattr(tuning, "lagging", lambda variant, lag: lags.add(round(lag, 9)) or lagging(variant, lag))
+    monkeypatch.setattr(tuning, "_widest", lambda keeps, rate, most: None)
+    assert tuning.tuned(lagging(loop(), stated), "cascade") is None
+    assert lags == tried
+
+
 def test_a_law_feeds_inertia_where_it_answers_the_acceleration():
     assert feeds_inertia(controllers.sliding_mode(J=20.0, lambda_=100.0, K_1=100.0), 1e-3)
     assert not feeds_inertia(controllers.cascade(k_p=80.0, k_v=4000.0), 1e-3)

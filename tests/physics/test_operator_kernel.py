@@ -11,6 +11,7 @@ from bristle.core import InputError
 from bristle.core.contracts import make_model
 from bristle.engine import Contact, interpreted
 from bristle.friction.next_model import model_with
+from bristle.friction.operator_kernel import _lengths
 from bristle.hysteresis import sliders
 from bristle.testing import example_of
 
@@ -219,6 +220,13 @@ def test_the_length_over_which_an_operator_turns_is_that_of_half_a_stroke():
     # One stop goes from one end to the other over twice its threshold, at an even rate.
     stop = hysteresis.prandtl_ishlinskii(thresholds=[4e-6], weights=[1e6])
     assert over("preisach_contact", stop).parameters.lengths.turn == pytest.approx(2e-6)
+
+
+def test_an_operator_without_a_force_turns_over_the_shortest_length():
+    limp = hysteresis.prandtl_ishlinskii(thresholds=[4e-6], weights=[0.0])
+    stiff = hysteresis.prandtl_ishlinskii(thresholds=[4e-6], weights=[1e6])
+    turns = [_lengths(model.component, model.parameters).turn for model in (limp, stiff)]
+    assert 0.0 < turns[0] < 1e-4 * turns[1]
 
 
 def test_the_model_to_try_next_keeps_its_operator():

@@ -111,3 +111,13 @@ def test_friction_varies_with_nothing_that_no_slot_asks_for(slot):
     around = {name: value for name, value in (("load", 3.0), ("temperature", 350.0), ("transmitted", 9.0)) if name != slot}
     with interpreted():
         assert force_along(made, v, 1e-9, x, **around).tolist() == [1.0, -1.0]
+
+
+@pytest.mark.parametrize(("pitch", "allowed"), [(1e-12, True), (0.9e-12, False), (0.0, False)])
+def test_a_turn_of_the_screw_goes_a_picometre_at_least(pitch, allowed):
+    made = {"F_v": 1.0, "pitch": pitch, "c_1": 0.1, "s_1": 0.0}
+    if allowed:
+        assert find("viscous+periodic")(**made).values["pitch"] == pitch
+    else:
+        with pytest.raises(InputError, match="pitch"):
+            find("viscous+periodic")(**made)

@@ -211,3 +211,13 @@ def test_bands_stand_around_what_is_predicted_stretch_by_stretch(monkeypatch):
     assert set(inverse.half_width) == {7.0}
     plain = predict(PLANT, MODEL, log, axis, "closed-loop")
     assert plain.half_width is plain.position_half_width is None
+
+
+def test_an_unexplained_force_is_zero_at_rest_under_any_effort():
+    held = np.maximum(TIME - 3.0, 0.0)  # 3 s of rest under an effort, with an axis that keeps its rests
+    position = 0.0125 * (1.0 - np.cos(4.0 * held))
+    log = replace(log_of(np.full(3000, 1.7)), position=Channel(position, "m", "q"))
+    force = unexplained_force(PLANT, MODEL, log, Axis(resolution=1e-6, held=True))
+    rest = slice(100, 1300)
+    assert force[rest].tolist() == [0.0] * 1200
+    assert np.mean(np.abs(force[1700:2900])) > 1.0

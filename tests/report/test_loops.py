@@ -59,6 +59,13 @@ def test_errors_of_loops_stand_in_the_unit_of_the_smallest():
     ]
 
 
+def test_errors_of_loops_stand_in_no_smaller_unit_than_the_micrometre():
+    table = variant_table(result(ran("a", 3e-8), ran("b", 4e-9)))
+    assert table.heads[1] == "Following error, peak to peak [µm]"
+    assert [row[1] for row in table.rows] == ["0.03000", "0.00400"]
+    assert variant_table(result(ran("a", 3e-2), ran("b", 2e-3))).heads[1] == "Following error, peak to peak [mm]"
+
+
 def test_measured_errors_stand_above_simulated_errors():
     table = variant_table(result(ran("a", 4e-6)), errors(6e-6, 3e-6, 1e-6))
     assert table.rows[0] == ["measured", "6.00", "3.00", "1.00", "–", "–", "–"]

@@ -78,6 +78,8 @@ def test_an_interval_without_width_is_reported_to_a_thousandth_of_a_percent():
     [
         ((-2.0, 4.0), "N", "−2.0 to 4.0"),
         ((-4.0, 2.0), "N", "−4.0 to 2.0"),
+        ((-4.0, 2e-3), "N", "−4.0 to 0.0"),
+        ((-2e-3, 4.0), "N", "0.0 to 4.0"),
         ((1e-3, 4.0), "mN", "0 to 4000"),
         ((-4.0, -1e-3), "mN", "−4000 to 0"),
     ],

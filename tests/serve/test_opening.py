@@ -14,6 +14,7 @@ from starlette.testclient import TestClient
 from tests.lab.browser import browser
 from tests.serve.yard import TOKEN, lab_process, served
 
+from bristle.server import gate
 from bristle.server.application import application
 
 PORT = 8765
@@ -48,6 +49,27 @@ def led_to(file):
     assert base == f"127.0.0.1:{PORT}"
     path, _, fragment = rest.partition("#")
     return f"/{path}", fragment
+
+
+def test_a_file_that_no_browser_comes_for_is_gone_after_a_minute(opening, monkeypatch):
+    begun = []
+
+    class Timer:
+        daemon = False
+
+        def __init__(self, seconds, function):
+            self.seconds, self.function = seconds, function
+
+        def start(self):
+            begun.append(self)
+
+    monkeypatch.setattr(gate.threading, "Timer", Timer)
+    file = opening.offer()
+    (timer,) = begun
+    assert (timer.seconds, timer.daemon) == (60.0, True)
+    assert file.exists()
+    timer.function()
+    assert not file.exists()
 
 
 def test_the_file_is_for_this_user_only_and_leads_to_the_page_with_the_token(opening, client):

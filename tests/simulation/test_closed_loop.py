@@ -9,9 +9,12 @@ import pytest
 from bristle import controllers, friction, plants
 from bristle.core import Axis
 from bristle.core.errors import InputError
+from bristle.core.packing import pack
 from bristle.core.status import Status
 from bristle.engine import interpreted, run_open_loop
+from bristle.engine.loop_derivatives import Sensitive
 from bristle.logs.log import Channel, Log
+from bristle.sensors import encoder
 from bristle.simulation.recorded.closed_loop import (
     Beginning,
     Stretch,
@@ -214,3 +217,27 @@ def test_a_closed_loop_tells_what_is_measured_and_commanded():
     assert course.diagnostics == ()
     pushed = stretch.run(PLANT, FILM, np.full(40, 3.0))
     assert pushed.position[-1] < course.position[-1]
+
+
+@pytest.mark.parametrize("lag", [None, 2e-3])
+def test_derivatives_of_a_loop_come_with_the_effort_of_its_run_through_a_perfect_encoder(lag):
+    loop = closed_loop_of(log_of(cubic(), 3.0 + np.arange(100.0)), axis_of(), slice(20, 40))
+    plain = loop.run(PLANT, FILM, encoder(resolution=0.0), lag=lag)
+    tangents = (np.zeros((pack(PLANT.parameters).size, 1)), np.ones((pack(FILM.parameters).size, 1)))
+    effort, slopes = loop.with_derivatives(Sensitive(PLANT, tangents[0]), Sensitive(FILM, tangents[1]), lag, np.zeros(1))
+    assert effort.tolist() == plain.command.tolist()
+    beside = [loop.run(PLANT, friction.viscous(F_v=5.0 + step), encoder(resolution=0.0), lag=lag).command for step in (1e-4, -1e-4)]
+    assert slopes[:, 0] == pytest.approx((beside[0] - beside[1]) / 2e-4, rel=1e-3, abs=1e-6)
+
+
+def test_a_loop_that_rests_begins_its_derivatives_at_rest():
+    loop = closed_loop_of(log_of(np.full(100, 0.3)), axis_of(), slice(0, 20))
+    assert not loop.beginning.moves
+    effort, _ = loop.with_derivatives(Sensitive(PLANT, np.zeros((1, 1))), Sensitive(FILM, np.ones((1, 1))), None, np.zeros(1))
+    assert effort.tolist() == loop.run(PLANT, FILM, encoder(resolution=0.0)).command.tolist()
+
+
+def test_a_beginning_that_does_not_move_has_a_velocity_of_zero():
+    begun = Beginning(0.3)
+    assert (begun.v, begun.acceleration, begun.moves) == (0.0, 0.0, False)
+    assert begun.state(FILM) == {"x": 0.3, "v": 0.0}

@@ -13,6 +13,7 @@ from bristle.core.status import Status
 from bristle.engine import interpreted
 from bristle.engine.loop import sensed
 from bristle.files.variant import at_rest
+from bristle.simulation import run as module
 from bristle.simulation.run import learn, seeded, simulate, simulate_with
 
 DT = 1e-2
@@ -197,3 +198,15 @@ def test_the_first_run_has_the_random_numbers_of_the_variant():
     noisy = sensors.encoder(noise=1e-3, seed=5)
     result = ran(loop(20, sensor=noisy, run=Run(duration=20 * DT, sample_time=DT, substeps=1, seeds=2)))
     assert result.measured == pytest.approx(sensed(noisy, result.position, DT), abs=1e-15)
+
+
+def test_a_law_takes_over_position_velocity_and_acceleration_of_the_first_sample(monkeypatch):
+    t, asked = DT * np.arange(40), []
+    run_closed_loop = module.run_closed_loop
+    monkeypatch.setattr(module, "run_closed_loop", lambda *loop, **facts: asked.append(facts) or run_closed_loop(*loop, **facts))
+    ran(loop(reference=references.recorded(position=0.2 + 0.1 * t + 0.5 * t**2 + 2.0 * t**3, sample_time=DT)))
+    desired = references.recorded(position=0.2 + 0.1 * t + 0.5 * t**2 + 2.0 * t**3, sample_time=DT)
+    first = [float(signal[0]) for signal in desired.component.sample(t, desired.parameters)]
+    (facts,) = asked
+    assert [facts[name] for name in ("x", "v", "acceleration")] == first
+    assert len(set(first)) == 3

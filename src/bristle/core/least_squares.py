@@ -20,16 +20,22 @@ def unbounded(A: np.ndarray, b: np.ndarray, *, rcond: float | None = None) -> np
 
 
 def normal(gram: np.ndarray, right: np.ndarray, *, rcond: float) -> np.ndarray:
-    """Return the solution of normal equations, their diagonal made ones."""
-    scale = np.sqrt(np.maximum(np.diag(gram), np.finfo(float).tiny))
-    return unbounded(gram / np.outer(scale, scale), right / scale, rcond=rcond) / scale
+    """Return the solution of normal equations, their diagonal made ones; shapes (..., n, n) and (..., n)."""
+    scale = np.sqrt(np.maximum(np.diagonal(gram, axis1=-2, axis2=-1), np.finfo(float).tiny))
+    A, b, unit = _in_reach(gram / (scale[..., None] * scale[..., None, :]), right / scale)
+    values, vectors = np.linalg.eigh(A)
+    clear = np.abs(values) > rcond * np.max(np.abs(values), axis=-1, keepdims=True)
+    parts = np.where(clear, (b[..., None, :] @ vectors)[..., 0, :], 0.0) / np.where(clear, values, 1.0)
+    return (vectors @ parts[..., None])[..., 0] * unit / scale
 
 
 def left_out(A: np.ndarray, b: np.ndarray, count: int, *, rcond: float) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
     """Return each of so many blocks of equations, columns of `A` and parts of `b`, and the solution of all others."""
-    gram, right = A @ A.T, A @ b
-    blocks = zip(np.array_split(A, count, 1), np.array_split(b, count), strict=True)
-    return [(part, of_b, normal(gram - part @ part.T, right - part @ of_b, rcond=rcond)) for part, of_b in blocks]
+    blocks = np.array_split(A, count, 1), np.array_split(b, count)
+    pairs = list(zip(*blocks, strict=True))
+    grams = A @ A.T - np.array([part @ part.T for part, _ in pairs])
+    rights = A @ b - np.array([part @ of_b for part, of_b in pairs])
+    return list(zip(*blocks, normal(grams, rights, rcond=rcond), strict=True))
 
 
 def bounded(A: np.ndarray, b: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

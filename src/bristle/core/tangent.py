@@ -39,7 +39,7 @@ def tangent_type() -> Any:
 
 
 def _compiled(arguments: str, result: str, generate: Callable[..., Any]) -> Callable[[F], F]:
-    """Mark a function of tangents (t), reals (r), indices (i) and arrays (a), and how the compiler generates it."""
+    """Mark a function of tangents (t), reals (r), indices (i) and addresses of arrays (a), and how the compiler generates it."""
 
     def mark(plain: F) -> F:
         on_activation(lambda: _make_known(plain, arguments, result, generate))
@@ -56,9 +56,16 @@ def _make_known(plain: Callable[..., Any], arguments: str, result: str, generate
     names = ", ".join("abcd"[: len(arguments)])
     all_names = f"context, {names}".rstrip(", ")
 
+    def write(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        def plain_value(letter: str, kind: Any, value: Any) -> Any:
+            return context.make_array(kind)(context, builder, value).data if letter == "a" else value
+
+        made = generate(builder, *map(plain_value, arguments, signature.args, values))
+        return context.get_dummy_value() if result == "-" else made
+
     def typing(context: Any, *argument_types: Any) -> Any:
         pairs = zip(arguments, argument_types, strict=True)
-        return types_by_letter[result](*(kind if letter == "a" else types_by_letter[letter] for letter, kind in pairs)), generate
+        return types_by_letter[result](*(kind if letter == "a" else types_by_letter[letter] for letter, kind in pairs)), write
 
     # The compiler goes by the names of arguments.
     scope: dict[str, Any] = {"typing": typing}
@@ -68,76 +75,43 @@ def _make_known(plain: Callable[..., Any], arguments: str, result: str, generate
     overload(plain, jit_options=cast(Any, kernel_options(inline=True)), strict=False)(scope["implementation"])
 
 
-def _spread(builder: Any, number: Any) -> Any:
+def _uniform(number: float) -> Any:
     """Return a vector of one number."""
     from llvmlite import ir
 
-    kind, index = ir.VectorType(number.type, DIRECTIONS), ir.IntType(32)
-    first = builder.insert_element(ir.Constant(kind, ir.Undefined), number, ir.Constant(index, 0))
-    return builder.shuffle_vector(first, ir.Constant(kind, ir.Undefined), ir.Constant(ir.VectorType(index, DIRECTIONS), [0] * DIRECTIONS))
+    return ir.Constant(ir.VectorType(ir.DoubleType(), DIRECTIONS), [number] * DIRECTIONS)
 
 
-def _place(context: Any, builder: Any, kind: Any, array: Any, at: Any) -> Any:
+def _product(builder: Any, number: Any, tangent: Any) -> Any:
+    from llvmlite import ir
+
+    index = ir.IntType(32)
+    first = builder.insert_element(ir.Constant(tangent.type, ir.Undefined), number, ir.Constant(index, 0))
+    everywhere = ir.Constant(ir.VectorType(index, DIRECTIONS), [0] * DIRECTIONS)
+    return builder.fmul(builder.shuffle_vector(first, ir.Constant(tangent.type, ir.Undefined), everywhere), tangent)
+
+
+def _last(builder: Any, tangent: Any) -> Any:
+    from llvmlite import ir
+
+    return builder.extract_element(tangent, ir.Constant(ir.IntType(32), DIRECTIONS - 1))
+
+
+def _place(builder: Any, data: Any, at: Any) -> Any:
     """Return the address of a tangent in an array of them."""
     from llvmlite import ir
 
-    lent = context.make_array(kind)(context, builder, array)
-    first = builder.mul(at, at.type(DIRECTIONS))
-    number = builder.gep(lent.data, [first])
+    number = builder.gep(data, [builder.mul(at, at.type(DIRECTIONS))])
     return builder.bitcast(number, ir.VectorType(ir.DoubleType(), DIRECTIONS).as_pointer())
 
 
-def _zero(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    from llvmlite import ir
-
-    return ir.Constant(ir.VectorType(ir.DoubleType(), DIRECTIONS), [0.0] * DIRECTIONS)
-
-
-def _one(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    from llvmlite import ir
-
-    return ir.Constant(ir.VectorType(ir.DoubleType(), DIRECTIONS), [1.0] * DIRECTIONS)
-
-
-def _last(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    from llvmlite import ir
-
-    return builder.extract_element(arguments[0], ir.Constant(ir.IntType(32), DIRECTIONS - 1))
-
-
-def _sum(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    return builder.fadd(*arguments)
-
-
-def _difference(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    return builder.fsub(*arguments)
-
-
-def _product(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    return builder.fmul(_spread(builder, arguments[0]), arguments[1])
-
-
-def _combination(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    a, x, b, y = arguments
-    return builder.fadd(builder.fmul(_spread(builder, a), x), builder.fmul(_spread(builder, b), y))
-
-
-def _load(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    return builder.load(_place(context, builder, signature.args[0], arguments[0], arguments[1]), align=8)
-
-
-def _store(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    builder.store(arguments[2], _place(context, builder, signature.args[0], arguments[0], arguments[1]), align=8)
-    return context.get_dummy_value()
-
-
-@_compiled("", "t", _zero)
+@_compiled("", "t", lambda builder: _uniform(0.0))
 def still():
     """Return the tangent of a constant."""
     return np.zeros(DIRECTIONS)
 
 
-@_compiled("", "t", _one)
+@_compiled("", "t", lambda builder: _uniform(1.0))
 def moving():
     """Return the tangent of a number that changes by 1 in each direction."""
     return np.ones(DIRECTIONS)
@@ -149,13 +123,13 @@ def tangent_last(a):
     return a[DIRECTIONS - 1]
 
 
-@_compiled("tt", "t", _sum)
+@_compiled("tt", "t", lambda builder, a, b: builder.fadd(a, b))
 def tangent_sum(a, b):
     """Return the sum of two tangents."""
     return a + b
 
 
-@_compiled("tt", "t", _difference)
+@_compiled("tt", "t", lambda builder, a, b: builder.fsub(a, b))
 def tangent_difference(a, b):
     """Return the difference of two tangents."""
     return a - b
@@ -167,19 +141,19 @@ def tangent_scaled(a, b):
     return a * b
 
 
-@_compiled("rtrt", "t", _combination)
+@_compiled("rtrt", "t", lambda builder, a, b, c, d: builder.fadd(_product(builder, a, b), _product(builder, c, d)))
 def tangent_combined(a, b, c, d):
     """Return `a` times one tangent and `c` times another."""
     return a * b + c * d
 
 
-@_compiled("ai", "t", _load)
+@_compiled("ai", "t", lambda builder, a, b: builder.load(_place(builder, a, b), align=8))
 def tangent_at(a, b):
     """Return the tangent of number `b` of an array of tangents."""
     return a[b * DIRECTIONS : (b + 1) * DIRECTIONS].copy()
 
 
-@_compiled("ait", "-", _store)
+@_compiled("ait", "-", lambda builder, a, b, c: builder.store(c, _place(builder, a, b), align=8))
 def keep_tangent(a, b, c):
     """Keep a tangent as that of number `b` in an array of them."""
     a[b * DIRECTIONS : (b + 1) * DIRECTIONS] = c

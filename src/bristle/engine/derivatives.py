@@ -59,10 +59,7 @@ class Argument(NamedTuple):
 def with_tangents(
     derivatives: Derivatives, function: Callable[..., Any], arguments: Sequence[Argument], kept: str = ""
 ) -> Callable[..., Any]:
-    """Return the entry that runs a kernel with tangents: each argument that moves is followed by its own.
-
-    The result of the kernel is a number, or the structure that is written back to the argument `kept`.
-    """
+    """Return the entry that runs a kernel with tangents, each behind what moves; its result is a number, or written back to `kept`."""
     activities = [argument.activity for argument in arguments]
     derived = derivatives.of(Builder().function(function, [argument.type for argument in arguments]), activities)
     parts: dict[str, Any] = {"with_tangents": derivatives.scope[derived.name], "tangent_at": tangent_at}
@@ -71,7 +68,7 @@ def with_tangents(
         heads += [name, *([f"d_{name}"] if moves or handed else [])]
         tangent = f"tangent_at(d_{name}, 0)" if holds == REAL else f"d_{name}"
         if isinstance(holds, tuple):
-            parts |= {f"load_{name}": unpacker(holds), f"tangents_{name}": tangent_reader(holds, activity)}
+            parts |= {f"load_{name}": unpacker(holds), f"tangents_{name}": _tangent_reader(holds)}
             tangent = f"tangents_{name}({name}, d_{name})"
         values.append(f"load_{name}({name})" if isinstance(holds, tuple) else name)
         tangents += [tangent] * is_active(activity)
@@ -80,7 +77,7 @@ def with_tangents(
     if kept:
         structure = next(argument.holds for argument in arguments if argument.name == kept)
         assert isinstance(structure, tuple)
-        parts |= {"store": packer(structure), "keep": _tangent_packer(structure, derived.result)}
+        parts |= {"store": packer(structure), "keep": _tangent_packer(structure)}
         moved = is_active(derived.result)
         lines = [f"end{', d_end' * moved} = {call}", f"store(end, {kept})", *[f"keep(d_end, d_{kept})"] * moved, "return 0.0"]
     return kernel_of(f"entry({', '.join(heads)})", lines, parts, portable=False)
@@ -114,56 +111,45 @@ def type_of_structure(structure: Structure) -> Struct:
     return struct_of(cls, [type_of_structure(part) if isinstance(part, tuple) else kinds[part] for part in parts])
 
 
-def tangent_reader(structure: Structure, activity: Activity) -> Callable[..., Any]:
-    """Return the kernel ``tangents(vector, all) -> tangent`` of a NamedTuple that `unpacker` makes of the vector."""
+def _tangent_reader(structure: Structure) -> Callable[..., Any]:
+    """Return the kernel ``tangents(vector, all)`` of the reals of a NamedTuple that `unpacker` makes of the vector."""
     lines = ["at = 0"]
 
-    def part_of(structure: Structure, activity: Activity) -> str:
-        assert isinstance(activity, tuple)
-        texts = list[str]()
-        for part, active in zip(structure[1], activity, strict=True):
-            name, size = f"part_{len(lines)}", f"size_{len(lines)}"
-            if isinstance(part, tuple):
-                name = part_of(part, active)
-            elif part == "array":
-                lines.append(f"{size} = int(vector[at])")
-                lines.append(f"{name} = unowned(all[(at + 1) * {DIRECTIONS} : (at + 1 + {size}) * {DIRECTIONS}])")
-                lines.append(f"at += 1 + {size}")
-            else:
-                lines.extend([f"{name} = tangent_at(all, at)"] * is_active(active))
-                lines.append("at += 1")
-            texts += [name] * is_active(active)
-        return f"({', '.join(texts)},)" if texts else "()"
+    def text_of(part: Any) -> str:
+        if isinstance(part, tuple):
+            inside = [text for text in map(text_of, part[1]) if text]
+            return f"({', '.join(inside)},)" if inside else ""
+        name = f"part_{len(lines)}"
+        if part == "array":
+            begin = f"{name} = unowned(all[(at + 1) * {DIRECTIONS} : (at + 1 + size) * {DIRECTIONS}])"
+            lines.extend(["size = int(vector[at])", begin, "at += 1 + size"])
+            return name
+        lines.extend([*[f"{name} = tangent_at(all, at)"] * (part == "number"), "at += 1"])
+        return name * (part == "number")
 
-    text = part_of(structure, activity)
+    text = text_of(structure)
     return kernel_of("tangents(vector, all)", [*lines, f"return {text}"], {"tangent_at": tangent_at, "unowned": unowned}, portable=False)
 
 
-def _tangent_packer(structure: Structure, activity: Activity) -> Callable[..., Any]:
-    """Return the kernel ``keep(tangent, all)`` that writes those of a NamedTuple of scalars; others are 0 from then on."""
+def _tangent_packer(structure: Structure) -> Callable[..., Any]:
+    """Return the kernel ``keep(tangent, all)`` that writes those of the reals of a NamedTuple of scalars."""
     lines = list[str]()
 
-    def write(structure: Structure, activity: Activity, at: int, of: str) -> None:
-        assert isinstance(activity, tuple)
+    def write(part: Any, at: int, of: str) -> None:
+        if part == "number":
+            lines.append(f"keep_tangent(all, {at}, {of})")
         place = 0
-        for part, active in zip(structure[1], activity, strict=True):
-            if is_active(active) and isinstance(part, tuple):
-                write(part, active, at, f"{of}[{place}]")
-            elif active:
-                lines.append(f"keep_tangent(all, {at}, {of}[{place}])")
-            at, place = at + number_count(part), place + is_active(active)
+        for inner in part[1] if isinstance(part, tuple) else ():
+            before = len(lines)
+            write(inner, at, f"{of}[{place}]")
+            at, place = at + number_count(inner), place + (len(lines) > before)
 
-    if is_active(activity):
-        write(structure, activity, 0, "tangent")
+    write(structure, 0, "tangent")
     return kernel_of("keep(tangent, all)", lines or ["return"], {"keep_tangent": keep_tangent}, portable=False)
 
 
 class TangentRun:
-    """A friction model on its way along a motion, block by block, with tangents in at most `DIRECTIONS` directions.
-
-    `tangents` are those of the packed parameters, shape (number, direction), `state_tangents` those of the packed state
-    before; those of the motion are handed over where it `moves`, those of the surroundings of the contact where they `act`.
-    """
+    """A friction model along a motion, block by block, with tangents of shape (number, direction), in at most `DIRECTIONS` directions."""
 
     def __init__(
         self,
@@ -205,48 +191,27 @@ def force_with_derivatives(
     motion_tangents: tuple[np.ndarray, np.ndarray] | None = None,
     around: Mapping[str, Any] | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the friction force along a motion, and its derivatives in some directions.
-
-    Parameters
-    ----------
-    model : Model
-        A friction model with parameters.
-    tangents : ndarray, shape (number, direction)
-        Derivatives of the packed parameters (`bristle.core.packing.pack`) in each direction.
-    v, x : ndarray, shape (step,)
-        Mean velocity of each step [m/s or rad/s], position at its end [m or rad].
-    dt : float
-        Length of a step [s].
-    state : NamedTuple, optional
-        State before the first step; virgin where not given.
-    state_tangents : ndarray, shape (number, direction), optional
-        Derivatives of the packed state before the first step; 0 where not given.
-    motion_tangents : tuple of ndarray, shape (step, direction), optional
-        Derivatives of `v` and `x`; 0 where not given.
-    around : mapping, optional
-        What surrounds the contact, as of `force_along`.
-
-    Returns
-    -------
-    force : ndarray, shape (step,)
-        Mean friction force of each step [N or N*m], to the bit that of `force_along`.
-    derivatives : ndarray, shape (step, direction)
-        Its derivatives in the branches that were taken.
-    """
-    v, x, directions = vector(v, "v"), vector(x, "x"), tangents.shape[1]
+    """Return the force of `force_along`, to the bit, and its derivatives; all tangents have shape (number, direction)."""
+    v, x = vector(v, "v"), vector(x, "x")
     check_run(v.size, x=x)
-    force, blocks = np.empty(0), list[np.ndarray]()
-    for first in range(0, max(directions, 1), DIRECTIONS):
-        now = slice(first, min(first + DIRECTIONS, directions))
+
+    def run(first: int) -> tuple[np.ndarray, np.ndarray]:
+        now, force_tangents = slice(first, first + DIRECTIONS), np.empty((v.size, DIRECTIONS))
         begun = None if state_tangents is None else state_tangents[:, now]
-        run = TangentRun(model, tangents[:, now], state, begun, moves=motion_tangents is not None)
+        part = TangentRun(model, tangents[:, now], state, begun, moves=motion_tangents is not None)
         moved = {name: columns[:, now] for name, columns in zip("vx", motion_tangents or (), strict=False)}
-        d_force = np.empty((v.size, DIRECTIONS))
-        force = run.along(v, dt, x, around or {}, d_force, moved)
-        blocks.append(d_force[:, : now.stop - first])
+        force = part.along(v, dt, x, around or {}, force_tangents, moved)
         if first == 0:
-            warn_of_lost(run.part)
-    return force, np.hstack(blocks)
+            warn_of_lost(part.part)
+        return force, force_tangents
+
+    return in_blocks(run, tangents.shape[1])
+
+
+def in_blocks(run: Callable[[int], tuple[np.ndarray, np.ndarray]], directions: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return a signal with its derivatives in all directions, from runs of so many of them as go at once."""
+    signals, slopes = zip(*(run(first) for first in range(0, max(directions, 1), DIRECTIONS)), strict=True)
+    return signals[0], np.hstack([part.reshape(-1, DIRECTIONS) for part in slopes])[:, :directions]
 
 
 def padded(columns: np.ndarray | None, count: int) -> np.ndarray:

@@ -7,6 +7,7 @@ let its start die out: a log of any length takes the memory of a block.
 """
 
 from collections.abc import Callable, Iterable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -25,30 +26,33 @@ Block = tuple[int, Callable[[np.ndarray], Any]]
 
 
 @kernel(portable=False)
-def section(c, z, first, y, start, stop, step):
-    """Send the tangents of `y` through one section, in place; `c` begins with its coefficients at `first`."""
-    at = first // 3
-    z_0, z_1 = tangent_at(z, at), tangent_at(z, at + 1)
+def pass_through(c, z, y, start, stop, step):
+    """Send the tangents of `y` through both sections of the filter, in place."""
+    z_0, z_1, z_2, z_3 = tangent_at(z, 0), tangent_at(z, 1), tangent_at(z, 2), tangent_at(z, 3)
     k = start
     while k != stop:
         x = tangent_at(y, k)
-        out = tangent_sum(tangent_scaled(c[first], x), z_0)
-        z_0 = tangent_sum(tangent_difference(tangent_scaled(c[first + 1], x), tangent_scaled(c[first + 4], out)), z_1)
-        z_1 = tangent_difference(tangent_scaled(c[first + 2], x), tangent_scaled(c[first + 5], out))
+        half = tangent_sum(tangent_scaled(c[0], x), z_0)
+        z_0 = tangent_sum(tangent_difference(tangent_scaled(c[1], x), tangent_scaled(c[4], half)), z_1)
+        z_1 = tangent_difference(tangent_scaled(c[2], x), tangent_scaled(c[5], half))
+        out = tangent_sum(tangent_scaled(c[6], half), z_2)
+        z_2 = tangent_sum(tangent_difference(tangent_scaled(c[7], half), tangent_scaled(c[10], out)), z_3)
+        z_3 = tangent_difference(tangent_scaled(c[8], half), tangent_scaled(c[11], out))
         keep_tangent(y, k, out)
         k += step
-    keep_tangent(z, at, z_0)
-    keep_tangent(z, at + 1, z_1)
+    keep_tangent(z, 0, z_0)
+    keep_tangent(z, 1, z_1)
+    keep_tangent(z, 2, z_2)
+    keep_tangent(z, 3, z_3)
 
 
 def rows_entry(c, z, y, backward, first, step, taps, low, high, rows):
     """Send a signal through the filter, in place, and write its rows."""
     count, half = y.size // DIRECTIONS, taps.size // 2
-    for of in range(0, c.size, 6):
-        if backward == 1:
-            section(c, z, of, y, count - 1, -1, -1)
-        else:
-            section(c, z, of, y, 0, count, 1)
+    if backward == 1:
+        pass_through(c, z, y, count - 1, -1, -1)
+    else:
+        pass_through(c, z, y, 0, count, 1)
     for row in range(rows.size // DIRECTIONS):
         at, mean = first + row * step - half, still()
         for j in range(taps.size):
@@ -68,10 +72,7 @@ def filtered_rows(
     step: int,
     taps: np.ndarray,
 ) -> np.ndarray:
-    """Return the rows of tangents, shape (row, direction), of which `blocks` write all `count` samples in turn.
-
-    The filter is extended by `edge` samples at either end of a signal, and `reach` samples further on a start has died out.
-    """
+    """Return rows, shape (row, direction), of all `count` samples that `blocks` write; a start dies out in `reach` samples."""
     entry, empty = compiled("filtered_rows", lambda: rows_entry, Rows), np.empty(0)
     c, start, half = sections.ravel(), settled.reshape(-1, 1), taps.size // 2
     # Counted from the first sample of the extended signal: those that rows may take, and the first one of `y`.
@@ -96,3 +97,18 @@ def filtered_rows(
         begin, complete = begin + needed, ready
     assert taken == count, f"{taken} of {count} samples"
     return rows
+
+
+def filtered_every(step: int, signals: np.ndarray, sections: np.ndarray, settled: np.ndarray, edge: int, reach: int) -> np.ndarray:
+    """Return every so many samples of signals, shape (signal, sample), behind the filter: as many of them at once as go in one pass."""
+    count, rows = signals.shape[1], list[np.ndarray]()
+    for first in range(0, max(len(signals), 1), DIRECTIONS):
+        blocks = [(count, partial(_transpose, signals[first : first + DIRECTIONS]))]
+        rows.append(filtered_rows(blocks, count, sections, settled, edge, reach, 0, step, np.ones(1)).T)
+    return np.concatenate(rows)[: len(signals)]
+
+
+def _transpose(signals: np.ndarray, out: np.ndarray) -> None:
+    """Write signals as the first directions."""
+    out[:] = 0.0
+    out[:, : len(signals)] = signals.T

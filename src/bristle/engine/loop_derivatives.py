@@ -19,7 +19,7 @@ from bristle.core.kernel import kernel
 from bristle.core.packing import Structure, pack, structure_of
 from bristle.core.tangent import DIRECTIONS
 from bristle.engine.compilation import compiled
-from bristle.engine.derivatives import VECTOR, WRITTEN, Argument, padded, with_tangents
+from bristle.engine.derivatives import VECTOR, WRITTEN, Argument, in_blocks, padded, with_tangents
 from bristle.engine.drivers import BOUND
 from bristle.engine.implicit import mechanism_derivatives
 from bristle.engine.instance import Instance
@@ -29,10 +29,7 @@ from bristle.translation.tree import INTEGER, REAL
 
 
 class Sensitive(NamedTuple):
-    """A model with derivatives of its packed parameters, of its packed state at first, and of its memory; 0 where not given.
-
-    Each has shape (number, direction). State and memory are those of a virgin model where not given.
-    """
+    """A model, virgin where no state is given, with derivatives of its packed numbers, shape (number, direction); 0 where not given."""
 
     model: Model
     tangents: np.ndarray
@@ -68,10 +65,7 @@ def make_open_loop(begin: Structure, plant: Structure, friction: Structure) -> C
 def make_closed_loop(
     begin: Structure, law_state: Structure, plant: Structure, friction: Structure, controller: Structure
 ) -> Callable[..., Any]:
-    """Return the entry that runs one plant with friction in the loop of a controller that sees its position, with tangents.
-
-    `signals` has the reference, four rows, the injected effort, and the disturbance, one after the other.
-    """
+    """Return the entry that runs a plant with friction under a controller; `signals` are reference (4 rows), injected, disturbance."""
 
     @kernel(portable=False)
     def driven(begin, memory, law_state, lag, signals, limit, dt, steps, q, p, c, command):
@@ -105,10 +99,7 @@ ClosedLoop = Callable[[*(Vector,) * 6, float, Vector, Vector, float, float, int,
 def open_loop_with_derivatives(
     plant: Sensitive, friction: Sensitive, effort: np.ndarray, effort_end: np.ndarray, dt: float, steps: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the position at every so many steps [m or rad], and its derivatives, shape (sample, direction).
-
-    It begins at rest at 0; both are NaN from where the motion left the finite numbers.
-    """
+    """Return the position at every so many steps [m or rad], NaN where it is not finite, and its derivatives, from rest at 0."""
     count, efforts = -(-effort.size // steps), (effort, effort_end, float(dt), int(steps))
 
     def run(first: int) -> tuple[np.ndarray, np.ndarray]:
@@ -140,11 +131,7 @@ def closed_loop_with_derivatives(
     x: float,
     v: float,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the effort that a controller asks for at each sample [N or N*m], and its derivatives, shape (sample, direction).
-
-    The controller sees the position itself. `lag_tangents`, shape (direction,), are those of the lag of the drive [s]; the other
-    arguments are those of `bristle.engine.run_closed_loop`, with the controller in `law_state`.
-    """
+    """Return the command at each sample [N or N*m] and its derivatives, of a loop as of `run_closed_loop` with a perfect encoder."""
     count, control, c = injected.size, pack(law_state), Instance(controller)
     signals = np.concatenate([reference.ravel(), injected, disturbance]), float(limit), float(dt), int(steps)
 
@@ -184,9 +171,3 @@ def begun_mechanism(
     memory = paired(virgin if friction.memory is None else friction.memory.copy(), friction.memory_tangents)
     models = paired(body.parameters, plant.tangents) + paired(part.parameters, friction.tangents)
     return body, part, [begin, d_begin, *memory], models
-
-
-def in_blocks(run: Callable[[int], tuple[np.ndarray, np.ndarray]], directions: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return a signal with its derivatives in all directions, from runs of so many of them as go at once."""
-    signals, slopes = zip(*(run(first) for first in range(0, max(directions, 1), DIRECTIONS)), strict=True)
-    return signals[0], np.hstack([part.reshape(-1, DIRECTIONS) for part in slopes])[:, :directions]

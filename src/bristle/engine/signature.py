@@ -85,11 +85,7 @@ def handed_over(function: Callable[..., Any], kind: Any, body: Callable[..., Any
 
 
 def _gathered(annotation: Any, scope: dict[str, Any], arguments: list[str], place: str | None) -> str:
-    """Return the expression of an argument.
-
-    It stands at a place in another one, is an argument of its own where that is None, or is gathered from several
-    where it is empty.
-    """
+    """Return the expression of an argument: at a place in another one, by itself where that is None, gathered where it is empty."""
     if place is None or not (place or _is_tuple(annotation)):
         arguments.append(f"argument_{len(arguments)}")
         place = arguments[-1]

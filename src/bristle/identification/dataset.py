@@ -107,10 +107,7 @@ class Segment:
         return {name: np.concatenate([values[: self.first_cycle], values]) for name, values in signals.items()}
 
     def friction(self, model: Model, dt: float, contact: float | None = None, transmitted: np.ndarray | None = None) -> np.ndarray:
-        """Return the force of a friction model along the segment [N or N*m], after its first cycle if that is known.
-
-        `contact` is where it stood before, from -1 to 1; virgin where not given. `transmitted` passes on to the load.
-        """
+        """Return the force of a friction model along the segment [N or N*m]; its contact stood at `contact` before, from -1 to 1."""
         state = None if contact is None else state_at(model, contact)
         return along(model, dt=dt, state=state, **self.signals(dt, transmitted))[self.first_cycle :]
 
@@ -138,10 +135,7 @@ class Dataset:
     calmed_from: float = 0.0
 
     def excerpt(self) -> Dataset | None:
-        """Return pieces from all over a long log, enough to find where a search begins.
-
-        None for a short log, and where the pieces would be half of it or lie where it rests.
-        """
+        """Return pieces from all over a long log, in which a search begins; None where they would be half of it, or rest."""
         total = sum(segment.time.size for segment in self.segments)
         share = max(EXCERPT / total, EXCERPT_SHARE)
         if share > 0.5 or self.row_mask is not None or any(segment.first_cycle for segment in self.segments):
@@ -165,11 +159,7 @@ class Dataset:
         return [self.mechanical_along(plant, segment) + force for segment, force in pairs]
 
     def mechanical_along(self, plant: Model, segment: Segment) -> np.ndarray:
-        """Return the effort that a plant takes along a segment [N or N*m], behind the filter that the effort passed.
-
-        The filter has been over the motion, so that what is linear in it is behind it; what bends over the position,
-        as cogging does, is not.
-        """
+        """Return the effort that a plant takes along a segment [N or N*m], what bends over the position behind the filter too."""
         terms = terms_of(plant)
         if terms is None:
             return mechanical(plant, segment)
@@ -185,10 +175,7 @@ class Dataset:
     def friction_along(
         self, friction: Model, plant: Model | None = None, contacts: Sequence[float | None] | None = None
     ) -> list[np.ndarray]:
-        """Return the friction force along each segment [N or N*m], filtered as the effort is.
-
-        `contacts` are those before each segment; where not given, what fits the effort best beside `plant`.
-        """
+        """Return the friction force along each segment [N or N*m], filtered; `contacts` fit the effort best where not given."""
         contacts = self.contacts(friction, plant) if contacts is None else contacts
         return [
             self.filtered(segment.friction(friction, self.sample_time, contact, transmitted_by(friction, plant, segment)))

@@ -45,10 +45,7 @@ AWAY, AWAY_TIME = 2.0, 15e-3  # periods of the cut-off, and seconds, of filters 
 
 @dataclass(frozen=True)
 class InverseDynamics:
-    """Rows ``effort = M acceleration + ... + F(motion)`` for one plant and one friction model.
-
-    `contacts` is where the contact stood before each segment; found from the effort where not given.
-    """
+    """Rows ``effort = M acceleration + ... + F(motion)``; `contacts` before each segment fit the effort best where not given."""
 
     dataset: Dataset
     parameters: ParameterSet
@@ -88,10 +85,7 @@ class InverseDynamics:
         return self.dataset.effort - self.predicted({**self.parameters.held, **free})
 
     def excerpt(self) -> Self | None:
-        """Return the same for a part of a long log, on which a search may look for its start.
-
-        None for a short log, and for a class of one's own, which may hold a number for each row.
-        """
+        """Return the same for a part of a long log; None for a short one, and for a class of one's own, which may hold rows."""
         dataset = self.dataset.excerpt() if self.contacts is None and type(self) is InverseDynamics else None
         return None if dataset is None else replace(self, dataset=dataset)
 
@@ -134,10 +128,7 @@ class InverseDynamics:
         return along
 
     def _without_start(self, columns: np.ndarray, change: np.ndarray, contacts: Sequence[float | None]) -> None:
-        """Leave out the part of derivatives that the start of the contact makes up for (variable projection [1]_).
-
-        At an end of its range it does not follow.
-        """
+        """Leave out what the start of the contact makes up for, which follows (variable projection [1]_) but at an end of its range."""
         for number, contact in enumerate(contacts):
             within = self.dataset.segment_of_row == number
             direction = change[within]
@@ -151,10 +142,7 @@ class InverseDynamics:
         return {name: self.mechanical(self.unit(name)) for name in self.parameters.free if name in self.parameters.plant.variables}
 
     def found_first(self) -> list[np.ndarray]:
-        """Return what an error of what was found before the fit does to the effort of the rows [N or N*m].
-
-        Arrays of shape (row,): one for the delay, and one for each parameter found with it; each of one standard error.
-        """
+        """Return what one standard error of delay, bend and each known parameter does to the effort, shape (row,) each [N or N*m]."""
         changes, step = list[np.ndarray](), self.dataset.sample_time
         for name, entry in self.parameters.fixed.items():
             if entry.half_width is not None:
@@ -223,10 +211,7 @@ class InverseDynamics:
         return np.stack(columns, axis=1) if columns else np.empty((self.dataset.effort.size, 0))
 
     def unit(self, *names: str) -> dict[str, float]:
-        """Return all parameters, these 1 and the others 0: what is linear in one of them answers with its column.
-
-        What a force does not depend on linearly keeps the value it is fixed at: a length, a ratio.
-        """
+        """Return all parameters, these 1 and the others 0, but what a force is not linear in, such as a length, as it is fixed."""
         values, of_friction = {name: float(name in names) for name in self.parameters.variables}, self.parameters.component.variables
         for name, fixed in self.parameters.fixed.items():
             variable = self.parameters.variables[name]

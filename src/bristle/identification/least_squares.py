@@ -59,10 +59,7 @@ def between(report: Report, low: float, high: float) -> Report:
 
 
 class Sliding(NamedTuple):
-    """Coulomb and viscous friction of a log with its plant, as a linear fit finds them [SI].
-
-    `values` are the parameters of the plant and the offset by name.
-    """
+    """Coulomb and viscous friction of a log, as a linear fit finds them beside its plant and offset, by name [SI]."""
 
     values: Mapping[str, float]
     coulomb: float
@@ -87,10 +84,7 @@ def linear(problem: InverseDynamics, rows: np.ndarray | slice = slice(None)) -> 
 
 @dataclass
 class Linearised:
-    """The residual of a search over its unit, of some rows, at the last coordinates, with its Jacobian.
-
-    Where the derivative is not known, it is that of differences; none is taken beyond an upper bound.
-    """
+    """The residual of a search over its unit, of some rows, with its Jacobian, by differences where no derivative is known."""
 
     search: Search
     rows: np.ndarray | slice
@@ -120,11 +114,7 @@ class Linearised:
 
 @dataclass(frozen=True)
 class Search:
-    """The search for the parameters of one problem, within typical magnitudes of its log.
-
-    Starts are drawn around the `sliding` friction of the same log. `unit` is the typical magnitude of the residual. Where
-    it `simulates`, the steps of its differences are coarse.
-    """
+    """The search for the parameters of a problem, from starts around its `sliding` friction, with a residual of about `unit`."""
 
     problem: Sought
     scales: Scales
@@ -143,10 +133,7 @@ class Search:
         return TransformedSpace.within(self.problem.parameters, self.scales)
 
     def solve(self, report: Report = silent) -> Solution:
-        """Return the best solution from several starts; where a person interrupts, the best until then, which says so.
-
-        Of a long log, starts are compared on a part of it, and the best of their ends goes on with all of it.
-        """
+        """Return the best of several starts, which are compared on a part of a long log, and which an interruption ends early."""
         excerpt = self.problem.excerpt()
         if excerpt is None:
             return self.as_far_as_it_came(partial(self._from_several, report))
@@ -192,10 +179,7 @@ class Search:
     def refit(
         self, start: Mapping[str, float], rows: np.ndarray | None = None, limit: int = EVALUATIONS // 3, best: BestSoFar | None = None
     ) -> Solution:
-        """Return the solution from a start nearby; `best` takes note.
-
-        Where `rows` are given, it is that of them only, as closely as the error on all others is judged.
-        """
+        """Return the solution from a start nearby; of some `rows` as closely as the error on all others is judged."""
         chosen, tolerance = (slice(None), 0.0) if rows is None else (rows, HELD_OUT)
         return self.descend(self.space.theta(start), chosen, limit, best, tolerance)
 

@@ -134,11 +134,7 @@ class OutputError:
         return Mechanism(self.inverse.plant(values), self.inverse.model(values), values)
 
     def linearised(self, free: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray | None]:
-        """Return the residual of each sample, and the derivative of the simulated signal by each free parameter, shape (sample, free).
-
-        Along the simulation, in one pass with it; by differences where a kernel cannot be translated, with a warning, and where
-        known columns of the log act beside the effort, or a class has a `residual`, a `simulated` or a `mechanism` of its own.
-        """
+        """Return the residual, shape (sample,), and the derivatives of the signal, (sample, free), where kernels and classes have them."""
         values, names, inverse = self.parameters.complete(free), self.parameters.free, self.inverse
         if has_own(self, OutputError, "residual", "simulated", "mechanism") or any(output.regressors for output in self.outputs):
             return self.residual(free), None

@@ -44,10 +44,7 @@ class Mechanism(NamedTuple):
 
 @dataclass(frozen=True)
 class Output(ABC):
-    """A segment of a log that a model simulates: what was measured of it, and what the model says.
-
-    `measured` is the signal, `position` the measured position [m or rad], shape (sample,) each.
-    """
+    """A segment of a log that a model simulates: the `measured` signal and the `position` [m or rad], shape (sample,) each."""
 
     measured: np.ndarray
     position: np.ndarray
@@ -95,10 +92,7 @@ class Output(ABC):
     def read(
         self, mechanism: Mechanism, pure: np.ndarray, push: np.ndarray, disturbance: Disturbance, rng: np.random.Generator
     ) -> np.ndarray:
-        """Return what a force that pushes against the motion and an encoder add to the `pure` signal.
-
-        Nobody knows where the steps of the encoder lie.
-        """
+        """Return what a push against the motion and an encoder, whose steps lie anywhere, add to the `pure` signal."""
 
     @abstractmethod
     def leaning(self, mechanism: Mechanism, slope: np.ndarray) -> np.ndarray:

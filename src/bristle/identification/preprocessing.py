@@ -30,7 +30,7 @@ from bristle.core.normal import DEVIATION_OVER_MEDIAN
 from bristle.core.typography import with_unit
 from bristle.core.variable import Kind, unit_of
 from bristle.identification.dataset import Alignment, Dataset, Segment
-from bristle.logs.filters import at, derivative, low_passed, through_filter
+from bristle.logs.filters import ahead, derivative, low_passed, through_filter
 from bristle.logs.log import Channel, Log
 from bristle.logs.turns import rests, whole_cycle, with_sides
 
@@ -247,7 +247,7 @@ def shifted(dataset: Dataset, delay: float, smoothing: float = 0.0, position_smo
     dt, moved = dataset.sample_time, []
     for segment in dataset.segments:
         sharp = segment.effort if not smoothing else through_filter(segment.effort, -smoothing, dt)
-        changes = {"effort": at(segment.time + delay, segment.time, sharp)}
+        changes = {"effort": ahead(sharp, delay / dt)}
         if position_smoothing:
             origin = segment.position[0]
             position, recorded = through_filter(np.stack([segment.position, segment.recorded]) - origin, -position_smoothing, dt)

@@ -45,18 +45,15 @@ class Away:
         return cls(none, none, np.zeros(count), np.zeros(count))
 
     def beside(self, residual: np.ndarray | None = None) -> np.ndarray:
-        """Return forces beside friction, shape (row, force): a damping by direction, and waves that a residual shows.
-
-        Waves over the position that are alike in both directions are cogging.
-        """
+        """Return forces beside friction, shape (row, force): a damping by direction, and the cogging that a residual shows."""
         speed, x = np.abs(self.velocity)[:, None], self.position
         if residual is None or np.count_nonzero(self.rows) < FEWEST:
             return speed
         left = np.where(self.rows, residual, 0.0)
-        frequency = frequency_in(x, np.ones_like(x), left, self.turns, LEAST_TURNS)
+        frequency = frequency_in(x, None, left, self.turns, LEAST_TURNS)
         if frequency is None:
             return speed
-        pair = waves(x, np.ones_like(x), frequency)[:, :2]
+        pair = waves(x, None, frequency)
         basis = np.linalg.qr(pair[self.rows])[0]
         square = float(np.sum((basis.T @ left[self.rows]) ** 2))
         return np.hstack([speed, pair]) if square > WAVE_SHARE * float(left @ left) else speed
@@ -143,10 +140,7 @@ class Residual(Protocol):
 
 
 class Fold(NamedTuple):
-    """What is held out together: rows of the signal, those that may be fitted meanwhile, and rows of the data set.
-
-    Each has shape (row,) of bool.
-    """
+    """What is held out together: rows of the signal, those fitted meanwhile, rows of the data set, shape (row,) of bool."""
 
     held_out: np.ndarray
     fitted: np.ndarray
@@ -278,10 +272,7 @@ class Covariance:
 
 
 def covariance_of(solution: Solution, residual: np.ndarray, errors: Sequence[np.ndarray] = ()) -> Covariance:
-    """Return the standard errors of a solution with this residual [N or N*m], shape (row,).
-
-    The `errors` are further ones of the rows, each of one standard error and of all rows at once, as that of a delay.
-    """
+    """Return the standard errors of a solution with this residual [N or N*m], beside `errors` of all rows at once."""
     names = list(solution.space.reported)
     inner = np.array([name not in solution.at_edge for name in names], dtype=bool)
     jacobian = solution.jacobian[:, inner]

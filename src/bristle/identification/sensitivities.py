@@ -68,10 +68,7 @@ def warn_of_differences(component: FrictionModel, error: NotExportableError) -> 
 
 
 class FrictionRows(NamedTuple):
-    """The friction force of each row [N or N*m], and its derivatives by where the contact stood at first, and by parameters.
-
-    Shapes (row,), (row,) and (row, parameter); the first derivative is None where nothing is known of the contact.
-    """
+    """The friction of each row [N or N*m], its derivatives by where the contact stood, (row,) or None, and by parameters, (row, name)."""
 
     force: np.ndarray
     by_contact: np.ndarray | None
@@ -86,17 +83,14 @@ def friction_rows(
     contacts: Contacts,
     transmitted: Transmitted | None = None,
 ) -> FrictionRows:
-    """Return the friction of each row with its derivatives by the parameters of these names.
-
-    `contacts` is where the contact stood before each segment, from -1 to 1; virgin where that is not known.
-    """
+    """Return the friction of each row with its derivatives; a contact stood from -1 to 1 before a segment, or is virgin."""
     perturbed, rows, stood = Perturbed(model_of, values, names), list[np.ndarray](), any(place is not None for place in contacts)
     model, dt, count = perturbed.model, dataset.sample_time, stood + len(names)
     of_model = _led(perturbed.parameters(), stood)
     for segment, place in zip(dataset.segments, contacts, strict=True):
         of_state = _led(perturbed.slopes(lambda near, place=place: pack(_begun(near, place))), stood)
         if place is not None:
-            of_state[:, 0] = _by_place(model, place)
+            of_state[:, 0] = (pack(state_at(model, place)) - pack(state_at(model, _inside(place)))) / (place - _inside(place))
         acting = None if transmitted is None else transmitted(segment)
         parts = list[np.ndarray]()
         # The force itself goes through the filters as one more direction, the last one; alone where all others are full.
@@ -171,8 +165,3 @@ def _begun(model: Model, place: float | None) -> Any:
 def _inside(place: float) -> float:
     """Return where a contact stands that is a little nearer to the middle."""
     return place - math.copysign(NUDGE, place)
-
-
-def _by_place(model: Model, place: float) -> np.ndarray:
-    """Return how the packed state changes with where the contact stands."""
-    return (pack(state_at(model, place)) - pack(state_at(model, _inside(place)))) / (place - _inside(place))

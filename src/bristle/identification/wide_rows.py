@@ -14,9 +14,11 @@ import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.least_squares import left_out, normal
+from bristle.core.tangent import DIRECTIONS
+from bristle.engine.filtered_rows import filtered_every
 from bristle.identification.dataset import Segment
 from bristle.identification.preprocessing import segment_of, smallest_step
-from bristle.logs.filters import between, derivative, low_passed, through_filter
+from bristle.logs.filters import at_spline, butterworth, derivative, low_passed, through_filter
 from bristle.logs.log import Log
 from bristle.logs.waves import frequency_in, waves
 
@@ -43,14 +45,13 @@ SINGULAR = 1e-9  # of normal equations with a diagonal of ones
 
 @dataclass
 class _Stretch:
-    """A stretch of the log on the grid of the wide rows: time [s], regressor (column, row), weight, effort."""
+    """A stretch of the log on the grid of the wide rows: position, regressor (column, row), weight, and effort so much later [s]."""
 
-    time: np.ndarray
     position: np.ndarray
     columns: np.ndarray
     weight: np.ndarray
 
-    effort_at: Callable[[np.ndarray], np.ndarray]
+    effort_at: Callable[[float], np.ndarray]
 
 
 class InstrumentFit(NamedTuple):
@@ -84,6 +85,7 @@ class WideRows:
     noise: float  # of the position, sample by sample
     narrow: dict[float, np.ndarray] = field(default_factory=dict)
     passed: tuple[float, list[np.ndarray]] | None = None  # filter [s^2], and the columns behind it
+    calm: tuple[tuple[float, float], list[np.ndarray]] | None = None  # cut-off and filter, and the acceleration behind both
 
     def suffice(self) -> bool:
         """Return whether these are enough; columns that a log in one direction does not have are dropped."""
@@ -106,10 +108,9 @@ class WideRows:
         return np.concatenate(self._signals(name), axis=-1)
 
     def behind(self, cutoff: float, signals: Sequence[np.ndarray]) -> np.ndarray:
-        """Return signals weighed and behind the narrow filter, all stretches one after the other."""
-        stride = max(int(0.2 / (cutoff * self.step)), 1)
-        parts = zip(self.stretches, signals, strict=True)
-        return np.concatenate([low_passed(s.weight * x, cutoff, self.step)[..., ::stride] for s, x in parts], axis=-1)
+        """Return signals, shape (signal, sample), weighed and behind the narrow filter, all stretches one after the other."""
+        stride, narrow = max(int(0.2 / (cutoff * self.step)), 1), butterworth(cutoff, self.step)
+        return np.hstack([filtered_every(stride, s.weight * x, *narrow) for s, x in zip(self.stretches, signals, strict=True)])
 
     def regressor(self, cutoff: float) -> np.ndarray:
         """Return the columns weighed and behind the narrow filter, shape (column, row)."""
@@ -118,11 +119,8 @@ class WideRows:
         return self.narrow[cutoff]
 
     def springiness(self, cutoff: float) -> float:
-        """Return the correlation of acceleration and position, its sign apart: in a single sine both are one.
-
-        Where the axis has its zero does not matter.
-        """
-        constant = self.behind(cutoff, [np.ones_like(s.time) for s in self.stretches])
+        """Return the correlation of acceleration and position, but for its sign and zero: in a single sine they are one."""
+        constant = self.behind(cutoff, [np.ones((1, s.weight.size)) for s in self.stretches])[0]
         both = self.regressor(cutoff)[:2]
         both = both - np.outer(both @ constant, constant) / max(float(constant @ constant), np.finfo(float).tiny)
         lengths = float(np.prod(np.sum(both**2, axis=1)))
@@ -133,12 +131,11 @@ class WideRows:
         cutoff = min(ROUGH, self.width)
         basis = np.linalg.qr(self.regressor(cutoff).T)[0]
         reach = max(REACH * self.dt, REACH_TIME)
-
-        def left(delay: float) -> float:
-            effort = self.behind(cutoff, self._efforts(delay))
-            return float(np.sum((effort - basis @ (basis.T @ effort)) ** 2))
-
-        return float(min(np.arange(-reach, reach, max(0.5 * self.dt, REACH_STEP)).tolist(), key=left))
+        delays, left = np.arange(-reach, reach, max(0.5 * self.dt, REACH_STEP)), list[np.ndarray]()
+        for some in np.array_split(delays, -(-delays.size // DIRECTIONS)):
+            efforts = self.behind(cutoff, self._efforts(*some))
+            left.append(np.sum((efforts - efforts @ basis @ basis.T) ** 2, axis=1))
+        return float(delays[np.argmin(np.concatenate(left))])
 
     def fit(self, cutoff: float, delay: float, c: float = 0.0, *, free: tuple[bool, bool], steps: int = STEPS) -> InstrumentFit:
         """Return what the equations say at one cut-off, after so many steps; `free` are delay and filter."""
@@ -147,11 +144,13 @@ class WideRows:
         for step in range(steps):
             # A little more delay and a little more of a filter, those of them that are free.
             columns = self._filtered(c)
-            late = [-derivative(self._explained(theta, x, cutoff), self.step) for x in columns]
-            bent = [derivative(derivative(theta @ x, self.step), self.step) for x in columns]
-            slopes = [self.behind(cutoff, late)] * free[0]
-            slopes += [self.behind(cutoff, bent)] if free[1] else []
-            equations = np.vstack([rows, *slopes])
+            slopes = list[np.ndarray]()
+            for x, calm in zip(columns, self._calm(cutoff, c), strict=True):
+                effort = theta @ x
+                late = [-derivative(effort + theta[0] * (calm - x[0]), self.step)] if free[0] else []
+                bent = [derivative(derivative(effort, self.step), self.step)] if free[1] else []
+                slopes.append(np.reshape(late + bent, (-1, effort.size)))
+            equations = np.vstack([rows, self.behind(cutoff, slopes)])
             full = normal(equations @ equations.T, equations @ target, rcond=SINGULAR)
             theta = full[: rows.shape[0]]
             moved, further = float(full[theta.size]) if free[0] else 0.0, float(full[-1]) if free[1] else 0.0
@@ -173,13 +172,14 @@ class WideRows:
             rows, target = self._weighed(cutoff, delay, c)
         raise AssertionError
 
-    def _explained(self, theta: np.ndarray, columns: np.ndarray, cutoff: float) -> np.ndarray:
-        """Return the effort without what noise makes of the acceleration, which a weight would carry into all rows."""
-        calm, without = max(CALM * cutoff, CALMEST), theta.copy()
+    def _calm(self, cutoff: float, c: float) -> list[np.ndarray]:
+        """Return the acceleration of `_filtered` without what is noise, which a weight would carry into all rows."""
+        calm = max(CALM * cutoff, CALMEST)
         if calm >= self.width:
-            return theta @ columns
-        without[0] = 0.0
-        return without @ columns + theta[0] * low_passed(columns[0], calm, self.step)
+            return [x[0] for x in self._filtered(c)]
+        if self.calm is None or self.calm[0] != (calm, max(c, 0.0)):
+            self.calm = (calm, max(c, 0.0)), [low_passed(x[0], calm, self.step) for x in self._filtered(c)]
+        return self.calm[1]
 
     def _filtered(self, c: float) -> list[np.ndarray]:
         """Return the columns, behind the filter that the effort passed; each step of a fit asks twice for the same."""
@@ -196,17 +196,14 @@ class WideRows:
         if c < 0.0:
             efforts = [through_filter(x, (-2.0 * c) ** 0.5, self.step) for x in efforts]
         rows = self.behind(cutoff, self._filtered(c)) if c > 0.0 else self.regressor(cutoff)
-        return rows, self.behind(cutoff, efforts)
+        return rows, self.behind(cutoff, efforts)[0]
 
-    def _efforts(self, delay: float) -> list[np.ndarray]:
-        """Return the effort of all stretches that much later."""
-        return [s.effort_at(s.time + delay) for s in self.stretches]
+    def _efforts(self, *delays: float) -> list[np.ndarray]:
+        """Return the effort of all stretches so much later each, shape (delay, row)."""
+        return [np.stack([s.effort_at(delay) for delay in delays]) for s in self.stretches]
 
     def lowered(self, bent: InstrumentFit, delay: float) -> np.ndarray:
-        """Return by how much a filter lowers the squared residual of each block, told by the others, shape (block,).
-
-        Without it the effort is late by `delay`. Both meet the same effort: noise that a filter took is no merit of it.
-        """
+        """Return by how much a filter lowers the squared residual of each block by the others; without it the effort is late by `delay`."""
         rows, target = self._weighed(bent.cutoff, bent.delay, bent.c)
         plain = self._weighed(bent.cutoff, delay, bent.c)[1]
         lag = (2.0 * abs(bent.c)) ** 0.5
@@ -223,18 +220,18 @@ class WideRows:
         for _ in range(WAVES):
             weight, x = self._together("weight"), self._together("position")
             rows = weight * self._together("columns")
-            target = weight * np.concatenate(self._efforts(delay))
+            target = weight * np.hstack(self._efforts(delay))[0]
             basis = np.linalg.qr(rows.T)[0]
-            residual, alike = target - basis @ (basis.T @ target), np.ones_like(x)
-            frequency = frequency_in(x, alike, weight * residual, MOST_TURNS, TURNS)
+            residual = target - basis @ (basis.T @ target)
+            frequency = frequency_in(x, None, weight * residual, MOST_TURNS, TURNS)
             if frequency is None:
                 return
-            pair = weight[:, None] * waves(x, alike, frequency)[:, :2]
+            pair = weight[:, None] * waves(x, None, frequency)
             pair -= basis @ (basis.T @ pair)
             if np.sum((np.linalg.qr(pair)[0].T @ residual) ** 2) < WAVE_SHARE * np.sum(residual**2):
                 return
             for s in self.stretches:
-                s.columns = np.vstack([s.columns, waves(s.position, np.ones_like(s.position), frequency)[:, :2].T])
+                s.columns = np.vstack([s.columns, waves(s.position, None, frequency).T])
             self.narrow.clear()
             self.passed = None
 
@@ -277,7 +274,7 @@ def wide_rows(logs: Sequence[Log], axes: Sequence[Axis | None]) -> WideRows | No
 def _stretch(
     segment: Segment, speed: np.ndarray, width: float, dt: float, stride: int, top: float, plant: Sequence[float] = ()
 ) -> _Stretch:
-    from scipy.ndimage import minimum_filter1d, uniform_filter1d
+    from scipy.ndimage import minimum_filter1d, spline_filter1d, uniform_filter1d
 
     def columns() -> Iterator[np.ndarray]:
         yield derivative(speed, dt)
@@ -303,4 +300,5 @@ def _stretch(
     weight = uniform_filter1d(moving, max(guard, 3)) * moving * rise**2 * (3.0 - 2.0 * rise)
     edge = int(EDGE / (stride * dt))
     weight[:edge], weight[-edge:] = 0.0, 0.0
-    return _Stretch(segment.time[::stride], smooth[0] + segment.position[0], rows, weight, between(segment.time, segment.effort))
+    effort = spline_filter1d(segment.effort)
+    return _Stretch(smooth[0] + segment.position[0], rows, weight, lambda delay: at_spline(effort, delay / dt)[::stride])

@@ -1,14 +1,9 @@
 """Filters whose delay is none, or taken out, and the derivative that goes with them; signals of shape (..., sample)."""
 
 import math
-from collections.abc import Callable
 from functools import cache
-from itertools import pairwise
 
 import numpy as np
-
-LONG = 2**18  # samples of a signal that one spline goes through
-BESIDE = 50  # samples beside a part of a signal that its slopes depend on, to rounding
 
 
 def low_passed(signal: np.ndarray, cutoff: float, sample_time: float) -> np.ndarray:
@@ -30,10 +25,7 @@ def low_passed(signal: np.ndarray, cutoff: float, sample_time: float) -> np.ndar
 
 @cache
 def butterworth(cutoff: float, sample_time: float) -> tuple[np.ndarray, np.ndarray, int, int]:
-    """Return the sections of the filter, their settled state, by how much a signal is extended, and when a start has died out.
-
-    Both in samples, the latter to rounding.
-    """
+    """Return sections, settled state, and by how many samples a signal is extended and a start dies out to rounding."""
     from scipy.signal import butter, sosfilt_zi
 
     sections = np.asarray(butter(4, cutoff, fs=1.0 / sample_time, output="sos"))
@@ -47,54 +39,36 @@ def derivative(signal: np.ndarray, dt: float) -> np.ndarray:
 
     Of the second order, as `numpy.gradient` is, the acceleration of 10 Hz at 500 samples a second is 0.5 % small.
     """
-    slope = np.gradient(signal, dt, axis=-1)
     near, far = signal[..., 3:-1] - signal[..., 1:-3], signal[..., 4:] - signal[..., :-4]
-    slope[..., 2:-2] = (8.0 * near - far) / (12.0 * dt)
-    return slope
-
-
-def between(time: np.ndarray, values: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
-    """Return a signal, shape (..., sample), as a function of time; beyond its ends it stays.
-
-    A cubic spline; of a long signal one for each part, whose slopes see the samples around it: those further away do not matter.
-    """
-    from scipy.interpolate import CubicHermiteSpline, CubicSpline
-
-    if time.size <= LONG:
-        spline = CubicSpline(time, values, axis=-1)
-        return lambda instants: np.asarray(spline(np.clip(instants, time[0], time[-1])))
-    bounds, slopes = np.linspace(0, time.size - 1, -(-time.size // LONG) + 1).astype(int), np.empty(values.shape)
-    parts = [slice(first, last + 1) for first, last in pairwise(bounds.tolist())]
-    for part in parts:
-        around = slice(max(part.start - BESIDE, 0), part.stop + BESIDE)
-        slopes[..., part] = CubicSpline(time[around], values[..., around], axis=-1)(time[part], 1)
-
-    def interpolated(instants: np.ndarray) -> np.ndarray:
-        instants = np.clip(instants, time[0], time[-1])
-        of, signal = np.searchsorted(time[bounds[1:-1]], instants, side="right"), np.empty((*values.shape[:-1], instants.size))
-        for number, part in enumerate(parts):
-            spline = CubicHermiteSpline(time[part], values[..., part], slopes[..., part], axis=-1)
-            signal[..., of == number] = spline(instants[of == number])
-        return signal
-
-    return interpolated
-
-
-def at(instants: np.ndarray, time: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Return a signal, shape (..., sample), at these instants, as `between` tells it."""
-    return between(time, values)(instants)
+    first, last = (np.gradient(part, dt, axis=-1) for part in (signal[..., :3], signal[..., -3:]))
+    return np.concatenate([first[..., :2], (8.0 * near - far) / (12.0 * dt), last[..., 1:]], axis=-1)
 
 
 def through_filter(signal: np.ndarray, lag: float, dt: float) -> np.ndarray:
-    """Return a signal, shape (..., sample), behind a first-order filter of this time constant [s], its delay taken out.
-
-    Before one where the time constant is negative.
-    """
+    """Return a signal, shape (..., sample), behind, or before if negative, a filter of this time constant [s], not delayed."""
     from scipy.signal import lfilter
 
-    time = dt * np.arange(signal.shape[-1])
     if lag < 0.0:
-        return at(time + lag, time, signal - lag * derivative(signal, dt))
+        return ahead(signal - lag * derivative(signal, dt), lag / dt)
     gain = dt / (2.0 * lag + dt)
     behind, _ = lfilter([gain, gain], [1.0, (dt - 2.0 * lag) / (dt + 2.0 * lag)], signal, zi=(1.0 - gain) * signal[..., :1])
-    return at(time + lag, time, np.asarray(behind))
+    return ahead(np.asarray(behind), lag / dt)
+
+
+def ahead(signal: np.ndarray, samples: float) -> np.ndarray:
+    """Return a signal, shape (..., sample), so many samples earlier, as a cubic spline tells it; beyond its ends it stays."""
+    from scipy.ndimage import spline_filter1d
+
+    return at_spline(spline_filter1d(signal), samples)
+
+
+def at_spline(coefficients: np.ndarray, samples: float) -> np.ndarray:
+    """Return the signal of the coefficients of a spline, shape (..., sample), so many samples earlier."""
+    from scipy.ndimage import correlate1d
+
+    whole, part = math.floor(samples), samples - math.floor(samples)
+    # B-splines of third order, at four samples around an instant.
+    weights = [0.0, (1.0 - part) ** 3, 4.0 + 3.0 * part**2 * (part - 2.0), 1.0 + 3.0 * part * (1.0 + part - part**2), part**3]
+    moved = correlate1d(coefficients, np.array(weights) / 6.0, mode="mirror")
+    last = coefficients.shape[-1] - 1
+    return moved[..., np.clip(np.arange(last + 1) + whole, 0, last)]

@@ -119,10 +119,7 @@ def _of_counts(cells: Sequence[str]) -> np.ndarray:
 
 
 def partly_empty(body: bytes, layout: Layout, encoding: str) -> dict[int, np.ndarray] | None:
-    """Return all columns of numbers, NaN where a cell is empty; None where a cell is something else.
-
-    Rows may be shorter than the first ones, where columns end early.
-    """
+    """Return all columns of numbers, NaN where a cell is empty or its row ends early; None where one is something else."""
     text = without_comments(body.decode(encoding, "replace"))
     rows = [cells_of(line, layout.delimiter) for line in text.split("\n") if line.strip()]
     columns = {}
@@ -136,10 +133,7 @@ def partly_empty(body: bytes, layout: Layout, encoding: str) -> dict[int, np.nda
 
 
 def with_own_times(columns: dict[int, np.ndarray], layout: Layout, request: Request, notes: Sequence[str]) -> Table | None:
-    """Return the table of columns of which several are times, or some were recorded less often than the others.
-
-    None where the columns are of one length and have one time, as most files do.
-    """
+    """Return the table where several columns are times or some are shorter; None where all have one time, as in most files."""
     clocks = [index for index, values in columns.items() if _is_clock(layout.names[index], values)]
     if not clocks or (len(clocks) < 2 and not any(np.isnan(values).any() for values in columns.values())) or clocks[0] != min(columns):
         return None

@@ -75,10 +75,7 @@ def runs(inside: np.ndarray) -> list[slice]:
 
 
 def rests(position: np.ndarray, window: int, step: float) -> np.ndarray:
-    """Return the windows in which the position goes no further than a step, shape (sample,) of bool.
-
-    From its middle to either end, because around a turning point both ends are alike though the body moves.
-    """
+    """Return where the position goes no further than a step from the middle of a window to either end, shape (sample,)."""
     padded = np.pad(position, window, mode="edge")
     before, after = padded[: -2 * window], padded[2 * window :]
     middles = (np.abs(after - position) <= step) & (np.abs(position - before) <= step)

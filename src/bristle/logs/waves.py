@@ -13,18 +13,15 @@ CLEARED = 4  # quarters of a turn around a peak that are no other one
 SMALL = 1e-6
 
 
-def waves(x: np.ndarray, side: np.ndarray, frequency: float) -> np.ndarray:
-    """Return cosine and sine of a frequency [1/m or 1/rad], and both by the side of motion, shape (row, 4)."""
+def waves(x: np.ndarray, side: np.ndarray | None, frequency: float) -> np.ndarray:
+    """Return cosine and sine of a frequency [1/m or 1/rad], and both by the side of motion if that is given, shape (row, 2 or 4)."""
     phase = 2.0 * np.pi * frequency * x
     pair = np.column_stack([np.cos(phase), np.sin(phase)])
-    return np.hstack([pair, side[:, None] * pair])
+    return pair if side is None else np.hstack([pair, side[:, None] * pair])
 
 
-def frequency_in(x: np.ndarray, side: np.ndarray, residual: np.ndarray, most: float, least: float = TURNS_LEAST) -> float | None:
-    """Return the frequency [1/m or 1/rad] of the waves that take most of a residual; None where the range is too short.
-
-    From `least` to `most` turns over the range are looked for.
-    """
+def frequency_in(x: np.ndarray, side: np.ndarray | None, residual: np.ndarray, most: float, least: float = TURNS_LEAST) -> float | None:
+    """Return the frequency [1/m or 1/rad] of the waves that take most, of `least` to `most` turns; None in a short range."""
     stroke = float(np.ptp(x))
     most = min(most, BINS / 2.0)
     if stroke <= 0.0 or most < least:
@@ -32,7 +29,7 @@ def frequency_in(x: np.ndarray, side: np.ndarray, residual: np.ndarray, most: fl
     place = ((x - x.min()) / stroke * (BINS - 1)).astype(int)
     power = sum(
         np.abs(np.fft.rfft(np.bincount(place, weights=signal, minlength=BINS), PADDED * BINS)) ** 2
-        for signal in (residual, side * residual)
+        for signal in (residual, *(() if side is None else (side * residual,)))
     )
     turns = np.arange(PADDED * BINS // 2 + 1) / PADDED
     power = np.where((turns >= least) & (turns <= most), power, 0.0)
@@ -53,8 +50,8 @@ def refined(x: np.ndarray, side: np.ndarray, residual: np.ndarray, frequency: fl
     return max(close, key=lambda near: _explained(x, side, residual, near))
 
 
-def _explained(x: np.ndarray, side: np.ndarray, residual: np.ndarray, frequency: float) -> float:
+def _explained(x: np.ndarray, side: np.ndarray | None, residual: np.ndarray, frequency: float) -> float:
     """Return the sum of squares that the waves of a frequency take of a residual, beside a constant for each side."""
-    columns = np.column_stack([waves(x, side, frequency), np.ones_like(x), side])
+    columns = np.column_stack([waves(x, side, frequency), np.ones_like(x), *(() if side is None else (side,))])
     gram, right = columns.T @ columns, columns.T @ residual
     return float(right @ np.linalg.solve(gram + (SMALL * float(np.trace(gram)) * np.eye(right.size)), right))

@@ -272,7 +272,7 @@ def derivatives_agree(model: Model) -> Fact:
     """Have finite derivatives along a motion, which agree with differences to one side or the other."""
     x, unpack = np.cumsum(np.random.default_rng(SEED).standard_normal(150)) * 1e-6, unpacker(structure_of(model.parameters))
     # A little beside the example: a law may have a form of its own for one value of an exponent.
-    numbers, reals = pack(model.parameters), _reals(model.parameters)
+    numbers, reals = pack(model.parameters), np.array(_reals(model.parameters), dtype=bool)
     numbers[reals] *= BESIDE
     directions = np.diag(np.where(np.isfinite(numbers) & reals, numbers, 0.0))[:, np.isfinite(numbers) & reals & (numbers != 0.0)]
 
@@ -381,14 +381,8 @@ def _bytes_of(memory: Any) -> bytes:
     return memory.tobytes() if isinstance(memory, np.ndarray) else b""
 
 
-def _reals(parameters: Any) -> np.ndarray:
+def _reals(value: Any) -> list[bool]:
     """Return which of the packed numbers are reals: no whole number, and no length of an array."""
-    places = list[bool]()
-    for value in parameters:
-        if hasattr(value, "_fields"):
-            places += _reals(value).tolist()
-        elif isinstance(value, np.ndarray):
-            places += [False, *[True] * value.size]
-        else:
-            places.append(isinstance(value, float))
-    return np.array(places, dtype=bool)
+    if hasattr(value, "_fields"):
+        return [real for part in value for real in _reals(part)]
+    return [False, *[True] * value.size] if isinstance(value, np.ndarray) else [isinstance(value, float)]

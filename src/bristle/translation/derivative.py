@@ -67,11 +67,7 @@ class Derived:
 
 @dataclass
 class Derivatives:
-    """Derives functions as they are asked for, into one scope.
-
-    A function `apart` is derived once, for tangents of all its arguments, and compiled once. The `rules` are those of functions
-    that are not differentiated statement by statement: a search for a root.
-    """
+    """Derives functions as asked for; those `apart` once for all arguments, those with `rules`, such as a search for a root, by them."""
 
     apart: frozenset[Callable[..., Any]] = frozenset()
     rules: Mapping[Callable[..., Any], Callable[[Rules], None]] = field(default_factory=dict)
@@ -115,6 +111,7 @@ class Rules(PythonText):
         self.entering = dict(zip((parameter.name for parameter in function.parameters), activities, strict=True))
         self.activities = dict(self.entering)
         self.result, self.lines, self.indent, self.count, self.does = nowhere(function.result), list[str](), 1, 0, False
+        self.choices = dict[int, str]()
 
     def argument(self, name: str) -> Dual:
         """Return an argument of the function."""
@@ -158,7 +155,26 @@ class Rules(PythonText):
 
     def _block(self, statements: Iterable[tree.Statement]) -> None:
         for statement in statements:
-            getattr(self, f"_do_{type(statement).__name__.lower()}")(statement)
+            match statement:
+                case tree.Assign():
+                    self._assign(statement)
+                case tree.Store():
+                    self._store(statement)
+                case tree.Return():
+                    self._return(statement)
+                case tree.Evaluate():
+                    self.line(self.dual(statement.call).value)
+                case tree.If():
+                    self._inside(f"if {self.plain(statement.test)}:", statement.body)
+                    if statement.otherwise:
+                        self._inside("else:", statement.otherwise)
+                case tree.For():
+                    ends = f"{self.plain(statement.start)}, {self.plain(statement.stop)}"
+                    self._inside(f"for {statement.variable.name} in range({ends}):", statement.body)
+                case tree.While():
+                    self._inside(f"while {self.plain(statement.test)}:", statement.body)
+                case _:
+                    self.line("break" if isinstance(statement, tree.Break) else "continue")
 
     def _inside(self, head: str, statements: Sequence[tree.Statement]) -> None:
         self.line(head)
@@ -168,7 +184,7 @@ class Rules(PythonText):
             self.line("pass")
         self.indent -= 1
 
-    def _do_assign(self, statement: tree.Assign) -> None:
+    def _assign(self, statement: tree.Assign) -> None:
         name, value = statement.variable.name, self.dual(statement.value)
         before = self.activities.get(name, nowhere(statement.variable.type))
         self.activities[name] = joined(before, value.activity)
@@ -176,35 +192,14 @@ class Rules(PythonText):
             self.line(f"{tangent_of(name)} = {self.fitted(value, self.activities[name])}")
         self.line(f"{name} = {value.value}")
 
-    def _do_store(self, statement: tree.Store) -> None:
+    def _store(self, statement: tree.Store) -> None:
         array, at, value = self.dual(statement.array), self._held(self.plain(statement.at)), self.dual(statement.value)
         if array.activity:
             self.does = True
             self.line(f"keep_tangent({array.tangent}, {at}, {self.fitted(value, True)})")
         self.line(f"{array.value}[{at}] = {value.value}")
 
-    def _do_evaluate(self, statement: tree.Evaluate) -> None:
-        self.line(self.dual(statement.call).value)
-
-    def _do_if(self, statement: tree.If) -> None:
-        self._inside(f"if {self.plain(statement.test)}:", statement.body)
-        if statement.otherwise:
-            self._inside("else:", statement.otherwise)
-
-    def _do_for(self, statement: tree.For) -> None:
-        head = f"for {statement.variable.name} in range({self.plain(statement.start)}, {self.plain(statement.stop)}):"
-        self._inside(head, statement.body)
-
-    def _do_while(self, statement: tree.While) -> None:
-        self._inside(f"while {self.plain(statement.test)}:", statement.body)
-
-    def _do_break(self, statement: tree.Break) -> None:
-        self.line("break")
-
-    def _do_continue(self, statement: tree.Continue) -> None:
-        self.line("continue")
-
-    def _do_return(self, statement: tree.Return) -> None:
+    def _return(self, statement: tree.Return) -> None:
         if statement.value is None:
             self.line("return")
             return
@@ -305,33 +300,9 @@ class Rules(PythonText):
         return Dual(value, True, f"{rule}({', '.join(part for pair in active for part in pair)})") if active else Dual(value)
 
     def _dual_select(self, node: tree.Select) -> Dual:
-        activity = joined(self._activity(node.first), self._activity(node.second))
-        self.count += 1
-        name = f"{TEMPORARY}{self.count}"
-        self.line(f"if {self.plain(node.test)}:")
-        self._branch(name, node.first, activity)
-        self.line("else:")
-        self._branch(name, node.second, activity)
-        return Dual(name, activity, tangent_of(name) if is_active(activity) else "")
-
-    def _activity(self, node: tree.Expression) -> Activity:
-        """Return the activity of a value without writing a line."""
-        written, count = len(self.lines), self.count
-        activity = self.dual(node).activity
-        del self.lines[written:]
-        self.count = count
-        return activity
-
-    def _branch(self, name: str, node: tree.Expression, activity: Activity) -> None:
-        self.indent += 1
-        dual = self.dual(node)
-        if is_active(activity):
-            self.line(f"{tangent_of(name)} = {self.fitted(dual, activity)}")
-        self.line(f"{name} = {dual.value}")
-        self.indent -= 1
-
-    def _dual_convert(self, node: tree.Convert) -> Dual:
-        return Dual(self.plain(node))
+        choice = tree.Variable(node.type, self.choices.setdefault(id(node), f"choice__{len(self.choices)}"))
+        self._block([tree.If(node.test, [tree.Assign(choice, node.first)], [tree.Assign(choice, node.second)])])
+        return self._dual_variable(choice)
 
     def _dual_intrinsic(self, node: tree.Intrinsic) -> Dual:
         if node.type != REAL or node.name in ("power_of_two", "exponent"):

@@ -32,51 +32,36 @@ class PythonText:
 
     def plain(self, node: tree.Expression) -> str:
         """Return the text of a value alone."""
-        return getattr(self, f"_plain_{type(node).__name__.lower()}")(node)
-
-    def _plain_constant(self, node: tree.Constant) -> str:
-        if isinstance(node.value, float) and not math.isfinite(node.value):
-            return f"({'-' * (node.value < 0.0)}math.{'nan' if math.isnan(node.value) else 'inf'})"
-        return repr(node.value)
-
-    def _plain_variable(self, node: tree.Variable) -> str:
-        return node.name
-
-    def _plain_field(self, node: tree.Field) -> str:
-        return part_of(self.plain(node.of), node)
-
-    def _plain_index(self, node: tree.Index) -> str:
-        return f"{self.plain(node.array)}[{self.plain(node.at)}]"
-
-    def _plain_negative(self, node: tree.Negative) -> str:
-        return f"(-{self.plain(node.of)})"
-
-    def _plain_not(self, node: tree.Not) -> str:
-        return f"(not {self.plain(node.of)})"
-
-    def _plain_binary(self, node: tree.Binary) -> str:
-        return f"({self.plain(node.left)} {node.operator} {self.plain(node.right)})"
-
-    _plain_compare = _plain_binary
-
-    def _plain_logic(self, node: tree.Logic) -> str:
-        return "(" + f" {node.operator} ".join(map(self.plain, node.parts)) + ")"
-
-    def _plain_select(self, node: tree.Select) -> str:
-        return f"({self.plain(node.first)} if {self.plain(node.test)} else {self.plain(node.second)})"
-
-    def _plain_convert(self, node: tree.Convert) -> str:
-        return f"{'float' if node.type == REAL else 'int'}({self.plain(node.of)})"
-
-    def _plain_call(self, node: tree.Call) -> str:
-        called = self.kernel(node.function.source)
-        return f"{called}({', '.join(map(self.plain, node.arguments))})"
-
-    def _plain_intrinsic(self, node: tree.Intrinsic) -> str:
-        return self.intrinsic(node, list(map(self.plain, node.arguments)))
-
-    def _plain_make(self, node: tree.Make) -> str:
-        return self.tuple_text(node, list(map(self.plain, node.parts)))
+        match node:
+            case tree.Constant(value=float(number)) if not math.isfinite(number):
+                return f"({'-' * (number < 0.0)}math.{'nan' if math.isnan(number) else 'inf'})"
+            case tree.Constant():
+                return repr(node.value)
+            case tree.Variable():
+                return node.name
+            case tree.Field():
+                return part_of(self.plain(node.of), node)
+            case tree.Index():
+                return f"{self.plain(node.array)}[{self.plain(node.at)}]"
+            case tree.Negative():
+                return f"(-{self.plain(node.of)})"
+            case tree.Not():
+                return f"(not {self.plain(node.of)})"
+            case tree.Binary() | tree.Compare():
+                return f"({self.plain(node.left)} {node.operator} {self.plain(node.right)})"
+            case tree.Logic():
+                return "(" + f" {node.operator} ".join(map(self.plain, node.parts)) + ")"
+            case tree.Select():
+                return f"({self.plain(node.first)} if {self.plain(node.test)} else {self.plain(node.second)})"
+            case tree.Convert():
+                return f"{'float' if node.type == REAL else 'int'}({self.plain(node.of)})"
+            case tree.Call():
+                return f"{self.kernel(node.function.source)}({', '.join(map(self.plain, node.arguments))})"
+            case tree.Intrinsic():
+                return self.intrinsic(node, list(map(self.plain, node.arguments)))
+            case tree.Make():
+                return self.tuple_text(node, list(map(self.plain, node.parts)))
+        raise AssertionError(node)
 
     def kernel(self, source: Callable[..., Any]) -> str:
         """Return the name of a kernel."""

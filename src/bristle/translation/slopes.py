@@ -10,67 +10,8 @@ from typing import Any
 from bristle.core import mathematics
 from bristle.core.exponent import mantissa
 from bristle.core.kernel import kernel
-from bristle.core.mathematics import ANGLE_WITHOUT_DIGITS, EXP_MAX, EXP_MIN, LARGEST, NORMAL_MIN, cos, exp, log, sin
-
-
-@kernel
-def exp_slope(x, y):
-    r"""Return :math:`e^x`."""
-    return y if EXP_MIN <= x <= EXP_MAX else 0.0
-
-
-@kernel
-def decay_slope(x, y):
-    r"""Return :math:`-e^{-x}`."""
-    return -y
-
-
-@kernel
-def expm1_slope(x, y):
-    r"""Return :math:`e^x`."""
-    return y + 1.0 if x <= EXP_MAX else 0.0
-
-
-@kernel
-def tanh_slope(x, y):
-    r"""Return :math:`1 - \tanh^2 x`."""
-    return 1.0 - y * y
-
-
-@kernel
-def log_slope(x, y):
-    """Return 1/x."""
-    return 1.0 / x if NORMAL_MIN <= x <= LARGEST else 0.0
-
-
-@kernel
-def log1p_slope(x, y):
-    """Return 1/(1 + x)."""
-    return 1.0 / (1.0 + x) if NORMAL_MIN <= 1.0 + x <= LARGEST else 0.0
-
-
-@kernel
-def sin_slope(x, y):
-    """Return the cosine; 0 where the unit of the last place is a tenth of a turn."""
-    return cos(x) if abs(x) <= ANGLE_WITHOUT_DIGITS else 0.0
-
-
-@kernel
-def cos_slope(x, y):
-    """Return minus the sine."""
-    return -sin(x)
-
-
-@kernel
-def sqrt_slope(x, y):
-    """Return one over twice the root; 0 at 0, where there is none."""
-    return 0.5 / y if y > 0.0 else 0.0
-
-
-@kernel
-def mantissa_slope(x, y):
-    """Return the power of two that makes the mantissa of the number."""
-    return y / x if x > 0.0 else 0.0
+from bristle.core.mathematics import LARGEST, exp, log
+from bristle.core.packing import kernel_of
 
 
 @kernel
@@ -92,17 +33,20 @@ def relaxation_slope(rate, y):
     return (exp(-rate) - y) / rate
 
 
+RULES = {
+    mathematics.exp: "y if EXP_MIN <= x <= EXP_MAX else 0.0",
+    mathematics.decay: "-y",
+    mathematics.expm1: "y + 1.0 if x <= EXP_MAX else 0.0",
+    mathematics.tanh: "1.0 - y * y",
+    mathematics.log: "1.0 / x if NORMAL_MIN <= x <= LARGEST else 0.0",
+    mathematics.log1p: "1.0 / (1.0 + x) if NORMAL_MIN <= 1.0 + x <= LARGEST else 0.0",
+    mathematics.sin: "cos(x) if abs(x) <= ANGLE_WITHOUT_DIGITS else 0.0",
+    mathematics.cos: "-sin(x)",
+    mantissa: "y / x if x > 0.0 else 0.0",
+    math.sqrt: "0.5 / y if y > 0.0 else 0.0",
+}
 SLOPES: dict[Callable[..., Any], Callable[..., Any]] = {
-    mathematics.exp: exp_slope,
-    mathematics.decay: decay_slope,
-    mathematics.expm1: expm1_slope,
-    mathematics.tanh: tanh_slope,
-    mathematics.log: log_slope,
-    mathematics.log1p: log1p_slope,
-    mathematics.sin: sin_slope,
-    mathematics.cos: cos_slope,
+    **{function: kernel_of("slope(x, y)", [f"return {rule}"], dict(vars(mathematics))) for function, rule in RULES.items()},
     mathematics.power: power_slopes,
     mathematics.relaxation: relaxation_slope,
-    mantissa: mantissa_slope,
-    math.sqrt: sqrt_slope,
 }

@@ -58,10 +58,7 @@ def tuple_of(parts: typing.Sequence[Type]) -> Struct:
 
 
 def struct_of(cls: type, parts: typing.Sequence[Type]) -> Struct:
-    """Return the type of a NamedTuple made of values of these types.
-
-    A field that is annotated as a number is one, whatever is put there; what another field is, its value says.
-    """
+    """Return the type of a NamedTuple of values of these types; a field that is annotated as a number is one."""
     declared = _annotations(cls)
     fields: typing.Any = cls
     return Struct(cls, tuple((name, declared.get(name) or part) for name, part in zip(fields._fields, parts, strict=True)))

@@ -237,10 +237,7 @@ class Stretch:
 
     @classmethod
     def of(cls, log: Log, axis: Axis, loop: str, part: slice) -> Stretch:
-        """Return what of a part of a log is simulated.
-
-        An open loop that does not begin at rest begins where the velocity is known from both sides.
-        """
+        """Return what of a part of a log is simulated: from where the velocity is known from both sides, or from rest."""
         first, last, _ = part.indices(len(log))
         first += START_SAMPLES if loop == "open-loop" and not axis.at_rest else 0
         return cls(log, axis, loop, slice(first, last))

@@ -1,0 +1,95 @@
+"""The text of a model in CUDA C++: how large a lane is, which rows its values have, and where C++ is not C."""
+
+import re
+
+import pytest
+
+import bristle as br
+from bristle.core.errors import InputError
+from bristle.exports import cuda
+from bristle.exports.cuda import write
+from bristle.exports.targets import Request
+from bristle.friction import MODELS
+from bristle.hysteresis import OPERATORS
+from bristle.testing import example_of
+
+LUGRE = br.friction.lugre(F_C=22.0, F_S=29.0, v_S=3e-3, sigma_0=2e6, sigma_1=1e3, sigma_2=40.0)
+NAMES = ["F_C", "F_S", "v_S", "sigma_0", "sigma_1", "sigma_2", "v_d"]
+SIZES = {"double": 8, "int32_t": 4, "int64_t": 8, "bool": 1}
+
+
+def texts(model, **options):
+    product = write(Request(model, "axis_x", 1e-3, **options))
+    assert list(product.files) == ["axis_x.cu", "README.md"]
+    return product.files["axis_x.cu"], product.files["README.md"], product.notes
+
+
+def size_of(body):
+    """The bytes of a structure of C, each number at a multiple of its own size, the whole of eight."""
+    at = 0
+    for kind, count in re.findall(r"^\s*(double|int32_t|int64_t|bool) \w+(?:\[(\d+)\])?;", body, re.MULTILINE):
+        at = -(-at // SIZES[kind]) * SIZES[kind] + SIZES[kind] * int(count or 1)
+    return -(-at // 8) * 8
+
+
+@pytest.mark.parametrize(
+    "model",
+    [LUGRE, br.friction.coulomb(F_C=2.0), example_of(MODELS["preisach_lugre"]), example_of(OPERATORS["prandtl_ishlinskii"])],
+    ids=lambda model: model.name,
+)
+def test_a_lane_is_as_large_as_its_structure(model):
+    source, readme, _ = texts(model)
+    told = re.findall(r"(\d+) bytes", readme)
+    assert len(set(told)) == 1
+    parameters = re.search(r"typedef struct \{\n([^}]*)\} axis_x_parameters;", source)[1]
+    lane = re.search(r"typedef struct axis_x \{\n(.*?)\} axis_x;", source, re.DOTALL)[1]
+    state = re.search(r"struct \{\n(.*?)\} state;", lane, re.DOTALL)
+    own = re.sub(r"struct \{\n.*?\} state;", "", lane, flags=re.DOTALL)
+    head, memory = own.partition("double memory")[::2]
+    sizes = [size_of(head), size_of("    double memory" + memory) if memory else 0, size_of(parameters)]
+    assert int(told[0]) == sum(sizes) + (size_of(state[1]) if state else 0)
+
+
+def test_a_lane_of_lugre_has_twelve_numbers():
+    _, readme, _ = texts(LUGRE)
+    assert "axis: 96 bytes" in readme
+
+
+def test_rows_of_values_are_the_parameters_in_their_order_and_each_number_of_a_list():
+    _, readme, _ = texts(LUGRE)
+    assert f"double values[{len(NAMES)}][lanes]" in readme
+    assert ", ".join(f"`{name}`" for name in NAMES) in readme
+    _, readme, _ = texts(example_of(OPERATORS["prandtl_ishlinskii"]))
+    assert "`thresholds[0]`, `thresholds[1]`, `thresholds[2]`" in readme
+    assert "output[samples][lanes]" in readme
+    assert "force[samples][lanes]" not in readme
+
+
+def test_functions_are_those_of_the_device_and_structures_are_made_by_their_names():
+    source, _, _ = texts(LUGRE)
+    assert "__device__ double axis_x_force(" in source
+    assert "static __device__ inline double lugre_stribeck_force(" in source
+    assert re.search(r"\((State|Move|Motion|Parameters)\)\{", source) is None  # which is C
+    assert re.search(r"\b(State|Move|Motion|Parameters)\{", source)
+    assert re.search(r"^static __device__ const \w+", source, re.MULTILINE) or "static const" not in source
+
+
+def test_the_same_text_is_written_whether_values_were_asked_to_be_tunable_or_not():
+    first, second = texts(LUGRE)[0], texts(LUGRE, tunable=True)[0]
+    assert first == second
+
+
+def test_of_parameters_that_cannot_be_changed_every_lane_has_those_of_the_model(monkeypatch):
+    _, _, notes = texts(LUGRE)
+    assert len(notes) == 1
+    assert "--fmad=false" in notes[0]
+
+    def refuses(model, fixed=()):
+        raise InputError("makes something else of them", path="model")
+
+    monkeypatch.setattr(cuda, "tunable_of", refuses)
+    source, readme, notes = texts(LUGRE)
+    assert notes[1] == "every lane has the parameters of the model"
+    assert "values[" not in readme
+    assert "axis: 40 bytes" in readme
+    assert "_set_lanes" not in source

@@ -1,0 +1,142 @@
+"""What an experiment identifies before it is simulated, with the fits left out: what is kept, read, excited and written."""
+
+from contextlib import nullcontext
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from tests.simulation.test_run import loop
+
+from bristle import controllers, sensors
+from bristle.core import InputError
+from bristle.core.axis import Axis
+from bristle.core.experiment import Run
+from bristle.engine import interpreted
+from bristle.report import identified, prepared
+from bristle.report.prepared import Prepared, prepare
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is to be identified, as an experiment file tells it."""
+
+    name: str
+    folder: Path
+    is_current: bool = False
+    logs: tuple = ()
+    axis: object = None
+    excited: object = None
+    options: dict = field(default_factory=dict)
+    note: tuple = ("depends_on.json", "digest")
+
+    @property
+    def path(self):
+        return f"identify.{self.name}"
+
+
+def written(tmp_path, monkeypatch, *plans):
+    """An experiment file that plans to identify these."""
+    (tmp_path / "experiment.toml").write_text("schema = 1\n", encoding="utf-8")
+    monkeypatch.setattr(prepared, "planned_in", lambda data, source, sources: {plan.name: plan for plan in plans})
+    return tmp_path / "experiment.toml"
+
+
+def test_models_that_are_there_already_are_not_fitted_again_and_all_are_told_in_order(tmp_path, monkeypatch):
+    plans = [Plan("first", tmp_path / "1"), Plan("second", tmp_path / "2", is_current=True), Plan("third", tmp_path / "3")]
+    file, fitted, reports = written(tmp_path, monkeypatch, *plans), [], []
+
+    def identify(plan, source, size_limit, progress):
+        fitted.append((plan.name, source, size_limit))
+        progress(0.0, "begins")
+        progress(0.5, "goes on")
+        return f"fit of {plan.name}"
+
+    monkeypatch.setattr(prepared, "_identified", identify)
+    result = prepare(file, size_limit="2 kB", progress=lambda share, text: reports.append(share))
+    assert result == (
+        Prepared("first", tmp_path / "1", "fit of first"),
+        Prepared("second", tmp_path / "2", None),
+        Prepared("third", tmp_path / "3", "fit of third"),
+    )
+    assert fitted == [("first", file, 2000), ("third", file, 2000)]
+    assert reports == pytest.approx([0.0, 1.0 / 6.0, 2.0 / 3.0, 5.0 / 6.0])
+    assert prepare(file)[0].best == "fit of first"  # whoever asks for no progress gets none
+
+
+def identified_of(tmp_path, monkeypatch, plan):
+    """What a plan leads to, beside the fit: what was asked for, and what was written."""
+    asked, files = {}, {}
+    outcome = SimpleNamespace(provenance={"log": "sum"})
+
+    @dataclass(frozen=True)
+    class Outcome:
+        provenance: dict
+
+        def write(self, folder):
+            files["outcome"] = self
+
+    def outcome_with(command):
+        asked["command"] = command
+        return Outcome(outcome.provenance)
+
+    def identify(logs, axis, progress, **options):
+        asked.update(logs=logs, axis=axis, options=options)
+        return SimpleNamespace(finished=SimpleNamespace(best="best", outcome_with=outcome_with))
+
+    folder = SimpleNamespace(write=lambda name, text: files.update({name: text}))
+    monkeypatch.setattr(prepared, "results_folder", lambda place, force: asked.update(force=force) or nullcontext(folder))
+    monkeypatch.setattr("bristle.files.read_log", lambda log, axis, size_limit: (log, axis, size_limit))
+    monkeypatch.setattr("bristle.files.read_axis", lambda file: f"axis of {file}")
+    monkeypatch.setattr(identified, "identify", identify)
+    best = prepared._identified(plan, Path("experiment.toml"), 1000, lambda share, text: None)
+    return best, asked, files
+
+
+def test_logs_are_read_with_their_axis_and_results_lie_in_the_folder(tmp_path, monkeypatch):
+    plan = Plan("axis_x", tmp_path / "identified" / "axis_x", logs=("a.csv", "b.csv"), axis="axis.toml", options={"model": "lugre"})
+    best, asked, files = identified_of(tmp_path, monkeypatch, plan)
+    assert best == "best"
+    assert asked["logs"] == [("a.csv", "axis of axis.toml", 1000), ("b.csv", "axis of axis.toml", 1000)]
+    assert asked["options"] == {"draws": 0, "model": "lugre"}
+    assert asked["command"] == "[identify.axis_x] of experiment.toml"
+    assert asked["force"] is True
+    assert files["outcome"].provenance == {"log": "sum"}
+    assert files["depends_on.json"] == "digest"
+    assert plan.folder.parent.is_dir()
+    _, asked, _ = identified_of(tmp_path, monkeypatch, replace(plan, axis=None, options={"draws": 50}))
+    assert (asked["axis"], asked["options"]) == (None, {"draws": 50})
+
+
+def test_of_a_rig_that_is_excited_it_is_told_which_and_with_what_friction(tmp_path, monkeypatch):
+    excited = loop(name="learning")
+    monkeypatch.setattr(prepared, "_excited", lambda variant, axis: (["log of the run"], "axis of the run"))
+    plan = Plan("axis_x", tmp_path / "identified" / "axis_x", excited=excited)
+    _, asked, files = identified_of(tmp_path, monkeypatch, plan)
+    assert (asked["logs"], asked["axis"]) == (["log of the run"], "axis of the run")
+    provenance = files["outcome"].provenance
+    assert provenance["identified from a run of"] == "experiment.toml: learning"
+    assert provenance["log"] == "sum"
+    assert len(provenance) == 3
+
+
+def test_a_run_of_a_loop_is_the_log_that_its_drive_would_record():
+    with interpreted():
+        (log,), axis = prepared._excited(loop(120, sensor=sensors.encoder(resolution=1e-4)), None)
+    assert (axis.kind, axis.resolution) == ("translational", 1e-4)
+    assert log.sample_time == pytest.approx(1e-2)
+    assert log.position.values / 1e-4 == pytest.approx(np.round(log.position.values / 1e-4), abs=1e-6)
+    assert log.reference.values[:30] == pytest.approx(1e-3 * np.arange(30))
+    assert np.max(np.abs(log.effort.values)) > 3.0  # more than Coulomb friction
+    known = Axis(resolution=2e-4)
+    with interpreted():
+        assert prepared._excited(loop(120), known)[1] is known
+
+
+def test_a_loop_that_is_lost_identifies_no_model():
+    fast = controllers.cascade(k_p=10.0, k_v=1e8)
+    wild = loop(200, controller=fast, run=Run(duration=2.0, sample_time=1e-2, substeps=1))
+    refused = pytest.raises(InputError, match=r"compare\.loop: does not run to its end.*Mend its loop")
+    with interpreted(), np.errstate(all="ignore"), refused:
+        prepared._excited(wild, None)
