@@ -30,10 +30,10 @@ from bristle.core.kernel import kernel
 from bristle.core.packing import Structure
 from bristle.core.tangent import DIRECTIONS
 from bristle.engine.compilation import compiled
-from bristle.engine.derivatives import VECTOR, WRITTEN, Argument, padded, with_tangents
+from bristle.engine.derivatives import VECTOR, WRITTEN, Argument, in_blocks, padded, with_tangents
 from bristle.engine.drivers import BOUND
 from bristle.engine.implicit import mechanism_derivatives
-from bristle.engine.loop_derivatives import Sensitive, begun_mechanism, in_blocks, mechanism_structure
+from bristle.engine.loop_derivatives import Sensitive, begun_mechanism, mechanism_structure
 from bristle.engine.mechanism import Mechanism, mechanism
 from bristle.engine.signature import Vector
 from bristle.translation.tree import INTEGER, REAL
