@@ -71,13 +71,13 @@ def sandwich(rung: Rung) -> np.ndarray:
     inverse = np.linalg.pinv(columns.T @ columns, rcond=1e-12, hermitian=True)
     starts = np.linspace(0, count, BLOCKS, endpoint=False).astype(int)
     scores = np.add.reduceat(columns[:count] * residual[:count, None], starts, axis=0)
-    weights = np.array([one.weight for one in rung.problem.expected])
-    known = columns[count:] * (rung.problem.unit * np.sqrt(weights))[:, None]  # what is expected has an error of its own
-    matrix = inverse @ (BLOCKS / (BLOCKS - 1) * (scores.T @ scores) + known.T @ known) @ inverse
+    weights = np.array([expectation.weight for expectation in rung.problem.expected])
+    beforehand = columns[count:] * (rung.problem.unit * np.sqrt(weights))[:, None]  # what is expected has an error of its own
+    matrix = inverse @ (BLOCKS / (BLOCKS - 1) * (scores.T @ scores) + beforehand.T @ beforehand) @ inverse
     return matrix / np.where(scale > 0.0, scale, np.inf)[:, None] / np.where(scale > 0.0, scale, np.inf)
 
 
-def observed(ladder: Ladder, replicates: np.ndarray | None = None) -> Observed:
+def observed_of(ladder: Ladder, replicates: np.ndarray | None = None) -> Observed:
     """Return what a ladder says, with the coordinates of fits to replicates, shape (replicate, coordinate), where there are any."""
     believed = ladder.believed
     matrix = sandwich(believed)
@@ -91,10 +91,10 @@ def observed(ladder: Ladder, replicates: np.ndarray | None = None) -> Observed:
     return Observed(ladder, matrix)
 
 
-def covariance_of(seen: Observed) -> Covariance:
+def covariance_of(observed: Observed) -> Covariance:
     """Return the standard errors of what is reported."""
-    solution = seen.solution
-    matrix = solution.derivative @ seen.matrix @ solution.derivative.T
+    solution = observed.solution
+    matrix = solution.derivative @ observed.matrix @ solution.derivative.T
     std = np.sqrt(np.maximum(np.diag(matrix), 0.0))
     at_edge = np.array([name in solution.at_edge for name in solution.space.reported])
     correlation = matrix / np.outer(np.where(std > 0.0, std, np.nan), np.where(std > 0.0, std, np.nan))
@@ -105,15 +105,16 @@ def covariance_of(seen: Observed) -> Covariance:
 
 def with_observer(fit: Fit, estimation: Estimation, context: Context, ladder: Ladder, replicates: np.ndarray | None = None) -> Fit:
     """Return a fit with the parameters of the believed rung, and with intervals."""
-    believed, seen = ladder.believed, observed(ladder, replicates)
-    of_observer = replace(estimation, inverse=believed.problem.inverse, solution=believed.solution, covariance=covariance_of(seen))
+    believed, observed = ladder.believed, observed_of(ladder, replicates)
+    of_observer = replace(estimation, inverse=believed.problem.inverse, solution=believed.solution, covariance=covariance_of(observed))
     try:
         better = fit_of(of_observer, context)
     except InputError:  # what a model does not allow
         return fit
-    draws = np.array([believed.solution.space.numbers(theta) for theta in seen.draws()])
-    seen_here = {one.name: _with_interval(one, believed.solution, draws) for one in better.estimates}
-    estimates = tuple(seen_here[one.name] if one.name in believed.solution.space.reported else one for one in fit.estimates)
+    draws = np.array([believed.solution.space.numbers(theta) for theta in observed.draws()])
+    renewed = {estimate.name: _with_interval(estimate, believed.solution, draws) for estimate in better.estimates}
+    reported = believed.solution.space.reported
+    estimates = tuple(renewed[old.name] if old.name in reported else old for old in fit.estimates)
     bands = None
     if fit.resampling is not None:
         columns = {name: draws[:, place] for place, name in enumerate(believed.solution.space.reported) if name not in (DELAY, BEND)}
@@ -204,7 +205,7 @@ def replicate(rung: Rung, unseen: Unseen, rng: np.random.Generator) -> Predictio
     problem, inverse = rung.problem, rung.problem.inverse
     values = inverse.parameters.complete(rung.solution.values)
     channel = Channel(values[DELAY], values[BEND], problem.lag)
-    axis = Made(inverse.plant(values), inverse.model(values), inverse.dataset, problem.dt, problem.steps, channel)
+    axis = IdentifiedAxis(inverse.plant(values), inverse.model(values), inverse.dataset, problem.dt, problem.steps, channel)
     return replace(problem, parts=tuple(axis.replicate(part, unseen, rng) for part in problem.parts))
 
 
@@ -216,7 +217,7 @@ class Channel(NamedTuple):
     lag: float
 
 
-class Made(NamedTuple):
+class IdentifiedAxis(NamedTuple):
     """The identified axis: its models, the log that it was identified from, and the channel of its effort."""
 
     plant: Model

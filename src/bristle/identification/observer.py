@@ -129,11 +129,13 @@ class PredictionErrors:
         settled, rows = round(SETTLES / self.dt), list[np.ndarray]()
         weights, tangents = self._weights(values, names)
         for part in self.parts:
-            efforts = np.vstack([part.efforts(values[DELAY], values[BEND], self.dt), *(-np.append(one, one[-1:]) for one in part.columns)])
+            efforts = np.vstack(
+                [part.efforts(values[DELAY], values[BEND], self.dt), *(-np.append(column, column[-1:]) for column in part.columns)]
+            )
             omega = 2.0 * np.pi * self.bandwidth
             errors = prediction_errors(body, contact, part.position, efforts, weights, tangents, omega, self.dt, self.steps)
             rows.append(np.column_stack(errors)[settled:])
-        beforehand = [one.row(values, names, self.unit) for one in self.expected]
+        beforehand = [expectation.row(values, names, self.unit) for expectation in self.expected]
         stacked = np.vstack([*rows, *beforehand])
         return stacked[:, 0], -stacked[:, 1:]
 
@@ -208,11 +210,11 @@ def climb(inverse: InverseDynamics, start: Mapping[str, float], logs: Sequence[L
     constant = names_of(OFFSET, parameters.component.variables)
     free = [name for name in parameters.free if name not in constant]
     bend = 0.0 if dataset.held is False else -(dt**2) / 24.0
-    found = [name for name, fixed in parameters.fixed.items() if fixed.half_width is not None]
+    measured = [name for name, fixed in parameters.fixed.items() if fixed.half_width is not None]
     values = {**parameters.complete(start), DELAY: alignment.delay or 0.0, BEND: bend}
-    fixed = {name: entry for name, entry in parameters.fixed.items() if name not in found}
+    fixed = {name: entry for name, entry in parameters.fixed.items() if name not in measured}
     fixed |= {name: Fixed(values[name], "held_known") for name in constant if name not in fixed}
-    parameters = replace(parameters, free=(*found, *free, DELAY, BEND), fixed=fixed, loop=_channel(dt))
+    parameters = replace(parameters, free=(*measured, *free, DELAY, BEND), fixed=fixed, loop=_channel(dt))
     problem = replace(inverse, parameters=parameters)
     speed = float(np.max(np.abs(dataset.velocity)))
     parts, expected = tuple(_parts(logs, alignment, dt)), _expected(inverse, bend, speed)
@@ -273,7 +275,7 @@ def _parts(logs: Sequence[Log], alignment: Alignment, dt: float) -> Iterator[Rec
             position, effort = log.position.values[part], log.effort.values[part]
             if position.size * dt > SHORTEST:
                 effort = through_filter(effort, lag, dt) if lag else effort
-                yield Recorded(position.copy(), effort, tuple(one.values[part] for one in log.regressors))
+                yield Recorded(position.copy(), effort, tuple(column.values[part] for column in log.regressors))
 
 
 def _channel(dt: float) -> dict[str, Variable]:
