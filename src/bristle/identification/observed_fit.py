@@ -2,9 +2,10 @@ r"""A fit with the parameters of a contact as an observer foresees them, and the
 
 .. math:: V = A^{-1} \Bigl(\sum_b g_b g_b^T\Bigr) A^{-1} + d\,d^T + S + b\,b^T
 
-with the information :math:`A` of the believed observer, the scores :math:`g_b` of blocks of time, what the next stiffer
-observer says else :math:`d`, and spread :math:`S` and bias :math:`b` of the same fit to replicates of the log: a stiffer
-observer errs by other things than a looser one, and a replicate by those that both have in common.
+with the information :math:`A` of the believed observer, the scores :math:`g_b` of blocks of time, the difference :math:`d`
+from the next stiffer observer (of the stiffest: from the next looser one), and the spread :math:`S` and bias :math:`b` of the
+same fit to replicates of the log. A stiffer observer errs by other causes than a looser one; replicates show those that both
+have in common.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from bristle.core.contracts import Model
 from bristle.core.cores import Abreast
 from bristle.core.diagnostic import Diagnostic, Number, Severity
 from bristle.core.errors import InputError
+from bristle.core.normal import NORMAL_95
 from bristle.engine import run_closed_loop
 from bristle.engine.motion import along
 from bristle.identification.dataset import Dataset
@@ -81,9 +83,9 @@ def observed_of(ladder: Ladder, replicates: np.ndarray | None = None) -> Observe
     """Return what a ladder says, with the coordinates of fits to replicates, shape (replicate, coordinate), where there are any."""
     believed = ladder.believed
     matrix = sandwich(believed)
-    if ladder.place > 0:
+    if ladder.beside is not None:
         most = MOVE_MOST * np.sqrt(np.diag(matrix))
-        move = np.clip(believed.solution.theta - ladder.rungs[ladder.place - 1].solution.theta, -most, most)
+        move = np.clip(believed.solution.theta - ladder.beside.solution.theta, -most, most)
         matrix = matrix + np.outer(move, move)
     if replicates is not None:
         bias = np.median(replicates, axis=0) - believed.solution.theta
@@ -140,7 +142,7 @@ def _with_interval(estimate: Estimate, solution: Solution, draws: np.ndarray) ->
         return estimate
     drawn = draws[:, solution.space.reported.index(estimate.name)]
     low, high = np.percentile(drawn, [2.5, 97.5])
-    wider = STUDENT / 1.96
+    wider = STUDENT / NORMAL_95
     return replace(estimate, interval=(estimate.value + wider * (low - estimate.value), estimate.value + wider * (high - estimate.value)))
 
 

@@ -194,6 +194,11 @@ class Ladder(NamedTuple):
         """The loosest rung that foresees nearly as well as the best."""
         return self.rungs[self.place]
 
+    @property
+    def beside(self) -> Rung | None:
+        """The next stiffer rung, of the stiffest the next looser one; None where there is no other."""
+        return self.rungs[self.place - 1] if self.place else self.rungs[1] if len(self.rungs) > 1 else None
+
 
 def observable(inverse: InverseDynamics) -> bool:
     """Return whether an observer can lead a model: its contact bends, and it needs no channel that was recorded."""
