@@ -3,14 +3,14 @@ r"""A fit with the parameters of a contact as an observer foresees them, and the
 .. math:: V = A^{-1} \Bigl(\sum_b g_b g_b^T\Bigr) A^{-1} + d\,d^T + S + b\,b^T
 
 with the information :math:`A` of the believed observer, the scores :math:`g_b` of blocks of time, the difference :math:`d`
-from the next stiffer observer (of the stiffest: from the next looser one), and the spread :math:`S` and bias :math:`b` of the
-same fit to replicates of the log. A stiffer observer errs by other causes than a looser one; replicates show those that both
-have in common.
+from the next stiffer observer (of the stiffest: from the next looser one) and, in what acceleration and steady sliding show,
+from inverse dynamics, and the spread :math:`S` and bias :math:`b` of the same fit to replicates of the log. Methods err by
+different causes; replicates show those that an observer shares with itself.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -41,6 +41,7 @@ WORSE = 1.5  # times the prediction error of replicates: what the model does not
 MOVE_MOST = 3.0  # standard errors: what a stiffer observer may say else
 REPLICATES, SEED = 10, 20_261_126
 HELD_AT, LED_AT, DAMPED = 25.0, 25.0, 0.7  # Hz: of the motion that a replicate follows, and of the loop that leads it; its damping
+SHOWN_BY_SLIDING = ("acceleration", "sliding", "speed")
 DRAWS = 400
 """Sets of parameters that stand for what a log allows."""
 
@@ -79,18 +80,29 @@ def sandwich(rung: Rung) -> np.ndarray:
     return matrix / np.where(scale > 0.0, scale, np.inf)[:, None] / np.where(scale > 0.0, scale, np.inf)
 
 
-def observed_of(ladder: Ladder, replicates: np.ndarray | None = None) -> Observed:
-    """Return what a ladder says, with the coordinates of fits to replicates, shape (replicate, coordinate), where there are any."""
+def observed_of(ladder: Ladder, inverse: Mapping[str, float], replicates: np.ndarray | None = None) -> Observed:
+    """Return what a ladder says beside the parameters of inverse dynamics [SI], and fits to replicates, shape (replicate, coordinate)."""
     believed = ladder.believed
     matrix = sandwich(believed)
     if ladder.beside is not None:
         most = MOVE_MOST * np.sqrt(np.diag(matrix))
         move = np.clip(believed.solution.theta - ladder.beside.solution.theta, -most, most)
         matrix = matrix + np.outer(move, move)
+    matrix = matrix + np.diag(_apart(ladder, np.diag(matrix) ** 0.5, inverse) ** 2)
     if replicates is not None:
         bias = np.median(replicates, axis=0) - believed.solution.theta
         matrix = matrix + np.cov(replicates, rowvar=False) + np.outer(bias, bias)
     return Observed(ladder, matrix)
+
+
+def _apart(ladder: Ladder, errors: np.ndarray, inverse: Mapping[str, float]) -> np.ndarray:
+    """Return by how much inverse dynamics says else of each coordinate that acceleration or steady sliding shows, within some errors."""
+    solution, variables = ladder.believed.solution, ladder.believed.problem.parameters.variables
+    apart = np.zeros(solution.theta.size)
+    for place, name in enumerate(solution.space.names):
+        if name in inverse and variables[name].excitation in SHOWN_BY_SLIDING:
+            apart[place] = (inverse[name] - solution.values[name]) / solution.derivative[place, place]
+    return np.clip(apart, -MOVE_MOST * errors, MOVE_MOST * errors)
 
 
 def covariance_of(observed: Observed) -> Covariance:
@@ -107,7 +119,8 @@ def covariance_of(observed: Observed) -> Covariance:
 
 def with_observer(fit: Fit, estimation: Estimation, context: Context, ladder: Ladder, replicates: np.ndarray | None = None) -> Fit:
     """Return a fit with the parameters of the believed rung, and with intervals."""
-    believed, observed = ladder.believed, observed_of(ladder, replicates)
+    of_inverse = {estimate.name: estimate.value for estimate in fit.estimates}
+    believed, observed = ladder.believed, observed_of(ladder, of_inverse, replicates)
     of_observer = replace(estimation, inverse=believed.problem.inverse, solution=believed.solution, covariance=covariance_of(observed))
     try:
         better = fit_of(of_observer, context)
