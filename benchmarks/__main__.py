@@ -26,6 +26,7 @@ from benchmarks.lanes import lanes
 from benchmarks.last_digits import last_digits
 from benchmarks.lies import lies
 from benchmarks.loop_coverage import loop_coverage
+from benchmarks.observer import observer
 from benchmarks.one_loop import one_loop
 from benchmarks.open_loop import open_loop
 from benchmarks.preisach import preisach
@@ -193,7 +194,7 @@ BENCHMARKS: dict[str, Callable[[], Iterator[Ratio]]] = {
 # No times but shares, of hundreds of identifications: half an hour, so only where it is asked for.
 LONG: dict[str, Callable[[], Iterator[Share]]] = {
     one.__name__: one
-    for one in (coverage, corners, loop_coverage, strange_logs, lies, structures, one_loop, unstated_lag, pushes, last_digits)
+    for one in (coverage, corners, loop_coverage, strange_logs, lies, structures, one_loop, unstated_lag, pushes, last_digits, observer)
 }
 
 

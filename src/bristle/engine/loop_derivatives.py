@@ -103,8 +103,8 @@ def open_loop_with_derivatives(
     count, efforts = -(-effort.size // steps), (effort, effort_end, float(dt), int(steps))
 
     def run(first: int) -> tuple[np.ndarray, np.ndarray]:
-        body, part, begun, models = _mechanism(plant, friction, first)
-        make = partial(make_open_loop, _structure_of(body, part), body.structures[0], part.structures[0])
+        body, part, begun, models = begun_mechanism(plant, friction, first)
+        make = partial(make_open_loop, mechanism_structure(body, part), body.structures[0], part.structures[0])
         entry = compiled(f"open_loop_with_tangents-{body.key}-{part.key}", make, OpenLoop, body.functions + part.functions)
         position, slopes = np.full(count, np.nan), np.full(count * DIRECTIONS, np.nan)
         entry(*begun, *efforts, *models, position, slopes)
@@ -136,8 +136,8 @@ def closed_loop_with_derivatives(
     signals = np.concatenate([reference.ravel(), injected, disturbance]), float(limit), float(dt), int(steps)
 
     def run(first: int) -> tuple[np.ndarray, np.ndarray]:
-        body, part, begun, models = _mechanism(plant, friction, first, x, v, effort_before)
-        structures = _structure_of(body, part), structure_of(law_state), body.structures[0], part.structures[0], c.structures[0]
+        body, part, begun, models = begun_mechanism(plant, friction, first, x, v, effort_before)
+        structures = mechanism_structure(body, part), structure_of(law_state), body.structures[0], part.structures[0], c.structures[0]
         name = f"closed_loop_with_tangents-{body.key}-{part.key}-{c.key}"
         entry = compiled(name, partial(make_closed_loop, *structures), ClosedLoop, body.functions + part.functions + c.functions)
         command, slopes = np.full(count, np.nan), np.full(count * DIRECTIONS, np.nan)
@@ -148,12 +148,12 @@ def closed_loop_with_derivatives(
     return in_blocks(run, plant.tangents.shape[1])
 
 
-def _structure_of(body: Instance, part: Instance) -> Structure:
+def mechanism_structure(body: Instance, part: Instance) -> Structure:
     """Return the structure of a mechanism: plant, friction, and five numbers."""
     return Mechanism, (body.structures[1], part.structures[1], *("number",) * 5)
 
 
-def _mechanism(
+def begun_mechanism(
     plant: Sensitive, friction: Sensitive, first: int, x: float = 0.0, v: float = 0.0, effort: float = 0.0
 ) -> tuple[Instance, Instance, list[np.ndarray], list[np.ndarray]]:
     """Return both components, the vectors of how they begin, and those of their parameters, each with its tangents."""

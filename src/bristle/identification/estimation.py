@@ -25,7 +25,7 @@ from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.least_squares import Report, Search, Sliding, linear
 from bristle.identification.parameter_space import Solution
 from bristle.identification.parameters import Fixed, ParameterSet, PriorKnowledge, Role, Scales, names_of, parameters_of, scales_of
-from bristle.identification.problem import Problem
+from bristle.identification.problem import Covariance, Problem, Sought
 from bristle.identification.settings import DEFAULT, Settings
 from bristle.plants.terms import TURNS, TermedPlant, with_terms
 
@@ -53,7 +53,7 @@ class Context:
         """Return inverse dynamics of a model."""
         return InverseDynamics(self.dataset, self.parameters(component))
 
-    def search(self, problem: Problem, unit: float = 0.0, *, simulates: bool = False) -> Search:
+    def search(self, problem: Sought, unit: float = 0.0, *, simulates: bool = False) -> Search:
         """Return the search for the parameters of a problem; `unit` is that of the friction force where it is 0."""
         return Search(problem, self.scales, self.sliding, unit or self.scales.force, simulates)
 
@@ -71,6 +71,7 @@ class Estimation:
     written: Callable[[Model], Model] = lambda friction: friction
     further: int = 0
     diagnostics: tuple[Diagnostic, ...] = ()
+    covariance: Covariance | None = None
 
     @property
     def simulates(self) -> bool:

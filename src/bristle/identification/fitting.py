@@ -83,8 +83,11 @@ def fit_of(estimation: Estimation, context: Context) -> Fit:
     dataset, component = problem.dataset, problem.parameters.component
     values = problem.parameters.complete(solution.values)
     predicted = finite(problem.predicted(values), problem.model(values))
-    residual = estimation.problem.residual(solution.values) if estimation.simulates else dataset.effort - predicted
-    uncertainty = covariance_of(solution, residual, () if estimation.simulates else problem.found_first())
+    residual, uncertainty = dataset.effort - predicted, estimation.covariance
+    if uncertainty is None and estimation.simulates:
+        uncertainty = covariance_of(solution, estimation.problem.residual(solution.values))
+    elif uncertainty is None:
+        uncertainty = covariance_of(solution, residual, problem.found_first())
     excitation = Excitation(dataset, context.scales, values, problem.parameters.variables, settings)
     estimates = Judgement(problem, solution, uncertainty, excitation, filtered=not estimation.simulates).estimates()
     error = relative_error_percent(dataset.effort, predicted)

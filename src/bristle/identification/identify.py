@@ -25,6 +25,8 @@ from bristle.identification.first_stage import alignment_of
 from bristle.identification.fitting import fit
 from bristle.identification.half_cycles import blocks_for
 from bristle.identification.least_squares import Report, silent
+from bristle.identification.observed_fit import foreseen
+from bristle.identification.observer import observable
 from bristle.identification.output_error import Simulation, loop_of
 from bristle.identification.parameters import PriorKnowledge, Role, names_of, offset_of
 from bristle.identification.preprocessing import aligned, calmed, treat_all
@@ -100,9 +102,9 @@ def identify(
         several separated by commas.
     draws : int
         Logs that are simulated with the best model and fitted again, for its 95 % intervals; 0 for none.
-    method : {"inverse_dynamics", "output_error"}, optional
-        What is made small: the error of the effort along the measured motion, or that of a simulation; the axis decides
-        where it is not given.
+    method : {"inverse_dynamics", "prediction_error", "output_error"}, optional
+        What is made small: the error of the effort along the measured motion; that of the position which an observer
+        predicts, of the best model, where it has pre-sliding; or that of a simulation. The axis decides where it is not given.
     settings : Settings or mapping of str to float, optional
         Thresholds from where on something is said or doubted, by name; those that are not given are as the axis says,
         or at their defaults.
@@ -141,7 +143,8 @@ def identify(
     prior = replace(request.prior_knowledge_of(first_axis, mass, offset, kind), free=request.freed(free, components))
     of_logs, pairs = checks_of(pairs, prior, chosen), [(parted(log, axis, chosen), axis) for log, axis in pairs]
     context = _context(pairs, prior, chosen, progress, *request.treatment_of(cutoff, decimation, kind))
-    count, held_out = len(components) + extended + bool(draws), blocks_for(context.dataset, blocks, chosen)
+    observed = "prediction_error" in {axis.method for _, axis in pairs if axis is not None}
+    count, held_out = len(components) + extended + bool(draws or observed), blocks_for(context.dataset, blocks, chosen)
     share, short = partial(_share, progress, count), blocks is None and not held_out
     fits, estimations, left_out, unfinished = _all_fits(context, components, extended, held_out, share)
 
@@ -152,10 +155,13 @@ def identify(
 
     (best, *rest), interrupted = to_the_end(judged)
     unfinished = unfinished or WITHOUT_DRAWS * (interrupted and bool(draws))
-    if draws and not unfinished:
-        report = share(count - 1, f"fitting {best.name} to simulated logs")
+    if not unfinished:
+        report, estimation = share(count - 1, f"fitting {best.name} to simulated logs"), estimations[best.name]
         try:
-            best = with_loops(with_uncertainty(best, estimations[best.name], draws, chosen, report), pairs)
+            best = with_uncertainty(best, estimation, draws, chosen, report) if draws else best
+            if observed and observable(estimation.inverse):
+                best = foreseen(best, estimation, context, [log for log, _ in pairs], draws, report)
+            best = with_loops(best, pairs)
         except KeyboardInterrupt:
             unfinished = WITHOUT_DRAWS
     dataset = context.dataset

@@ -23,7 +23,7 @@ from bristle.core.variable import OF_SLOTS, Variable
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.parameter_space import ParameterSpace, Solution, Transform, TransformedSpace
 from bristle.identification.parameters import Scales
-from bristle.identification.problem import Problem
+from bristle.identification.problem import Sought
 
 CANDIDATES = 24
 STARTS = 3
@@ -116,7 +116,7 @@ class Linearised:
 class Search:
     """The search for the parameters of a problem, from starts around its `sliding` friction, with a residual of about `unit`."""
 
-    problem: Problem
+    problem: Sought
     scales: Scales
     sliding: Sliding
     unit: float

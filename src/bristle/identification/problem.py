@@ -169,7 +169,32 @@ def has_own(problem: Residual, base: type[Residual], *methods: str) -> bool:
     return any(getattr(type(problem), name) is not getattr(base, name) for name in methods)
 
 
-class Problem(Residual, Protocol):
+class Sought(Residual, Protocol):
+    """What a search makes small."""
+
+    @property
+    def parameters(self) -> ParameterSet:
+        """What is free and what is fixed."""
+        ...
+
+    @cached_property
+    def measured(self) -> np.ndarray:
+        """The signal, shape (row,)."""
+        ...
+
+    def excerpt(self) -> Sought | None:
+        """Return the same for a part of a long log, on which a search may look for its start; None where there is none."""
+        ...
+
+    def linearised(self, free: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray | None]:
+        """Return the residual, and the derivative of the predicted signal by each free parameter, shape (row, free).
+
+        None where only differences of the residual can tell the derivative.
+        """
+        ...
+
+
+class Problem(Sought, Protocol):
     """What least squares makes small, and what resampling needs to know of it.
 
     `is_effort` says whether the signal is an effort [N or N*m], as the bands around it are; `in_loop` whether a controller
@@ -184,18 +209,8 @@ class Problem(Residual, Protocol):
     def intervals_code(self) -> str: ...  # noqa: D102
 
     @property
-    def parameters(self) -> ParameterSet:
-        """What is free and what is fixed."""
-        ...
-
-    @property
     def dataset(self) -> Dataset:
         """The log as rows of inverse dynamics."""
-        ...
-
-    @cached_property
-    def measured(self) -> np.ndarray:
-        """The signal, shape (row,)."""
         ...
 
     @property
@@ -211,14 +226,6 @@ class Problem(Residual, Protocol):
     @cached_property
     def away(self) -> Away:
         """Where nothing of how friction turns disturbs the signal; nowhere, where that cannot be told."""
-        ...
-
-    def excerpt(self) -> Problem | None:
-        """Return the same for a part of a long log, on which a search may look for its start; None where there is none."""
-        ...
-
-    def linearised(self, free: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray | None]:
-        """Return the residual and the derivative of the prediction, shape (row, free); None where only differences tell it."""
         ...
 
     def errors(self, free: Mapping[str, float]) -> dict[str, float]:

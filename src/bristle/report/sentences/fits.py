@@ -158,6 +158,17 @@ FITS: dict[str, Sentence] = {
         "reference and the known inputs; what is said of rows of the effort holds along the measured motion and serves as the start only",
         "the effort of the simulated loop was fitted",
     ),
+    "prediction_error": Sentence(
+        (
+            "an observer of {bandwidth:.3g} Hz predicts the next position {times:.2g} times as badly as in logs that the identified axis "
+            "made: the model does not explain all of the motion",
+            "the contact parameters are those with which an observer of {bandwidth:.3g} Hz predicts the next position best, to "
+            "{error:length} rms",
+        ),
+        "prediction errors of the position were fitted",
+        "compare other models",
+        choose=lambda texts, numbers: texts[0 if numbers.get("times", 0.0) > 1.5 else 1],
+    ),
     "filtered": Sentence(
         (
             "in as many rows as usual, noise of the position would have made the inertia take {percent:.0f} % of what "

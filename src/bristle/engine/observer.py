@@ -1,0 +1,140 @@
+r"""A loose observer around a plant with friction: what the recorded effort makes of it, held to the recorded position.
+
+With the prediction error :math:`e_k = q_k - \hat q_k`, before each sample
+
+.. math:: \hat q \mathrel{+}= l_1 e, \quad \dot{\hat q} \mathrel{+}= l_2 e, \quad \hat d \mathrel{+}= l_3 M e,
+
+after which the plant moves by :math:`u + \hat d` against its friction until the next one. Of a double integrator all
+three poles are :math:`a = e^{-\omega \Delta t}`:
+
+.. math:: l_1 = 1 - a^3, \quad l_2 = \tfrac{3}{2\Delta t} (1 - a)^2 (1 + a), \quad l_3 = \tfrac{1}{\Delta t^2} (1 - a)^3.
+
+The velocity is corrected by an impulse spread over the sample, so that a body that sticks stays where it is; the position
+by a shift of the scale, so that no correction bends a contact. Derivatives go along in the same pass.
+
+References
+----------
+.. [1] L. Ljung, "System Identification: Theory for the User", 2nd ed., Prentice Hall, 1999: prediction errors of a model in
+   innovations form.
+"""
+
+import math
+from collections.abc import Callable
+from functools import cache, partial
+from typing import Any
+
+import numpy as np
+
+from bristle.core.dispatch import plant_port
+from bristle.core.kernel import kernel
+from bristle.core.packing import Structure
+from bristle.core.tangent import DIRECTIONS
+from bristle.engine.compilation import compiled
+from bristle.engine.derivatives import VECTOR, WRITTEN, Argument, in_blocks, padded, with_tangents
+from bristle.engine.drivers import BOUND
+from bristle.engine.implicit import mechanism_derivatives
+from bristle.engine.loop_derivatives import Sensitive, begun_mechanism, mechanism_structure
+from bristle.engine.mechanism import Mechanism, mechanism
+from bristle.engine.signature import Vector
+from bristle.translation.tree import INTEGER, REAL
+
+
+@cache
+def make_observer(begin: Structure, plant: Structure, friction: Structure) -> Callable[..., Any]:
+    """Return the entry that leads one plant with friction along a recorded position, with tangents.
+
+    `efforts` has rows of one sample more than the position, weighed by `weights`, one after the other.
+    """
+
+    @kernel(portable=False)
+    def observed(begin, memory, position, efforts, weights, gains, dt, steps, q, p, error):
+        at, shift, push, count = begin, 0.0, 0.0, error.size
+        for k in range(count):
+            e = position[k] - (at.plant.x + shift)
+            error[k] = e
+            shift = shift + gains[0] * e
+            push = push + gains[2] * e
+            _, b = plant_port(at.plant, 0.0, dt, q)
+            start = (push + gains[1] * e) * (-0.5 * dt / b)  # the mass times an acceleration
+            end = start
+            for j in range(weights.size):
+                first = j * (count + 1) + k
+                start = start + weights[j] * efforts[first]
+                end = end + weights[j] * efforts[first + 1]
+            before = Mechanism(at.plant, at.friction, at.effort, at.slope, at.acceleration, 0.0, 0.0)
+            at = mechanism(before, memory, start, end, 0.0, 0.0, dt, steps, q, p)
+            if not abs(at.plant.x) + abs(at.plant.v) < BOUND:
+                return k + 1
+        return count
+
+    begun = Argument("begin", begin, True), Argument("memory", WRITTEN, True), Argument("position", VECTOR)
+    pushed = Argument("efforts", VECTOR), Argument("weights", VECTOR, True), Argument("gains", VECTOR)
+    steps = Argument("dt", REAL), Argument("steps", INTEGER)
+    models = Argument("q", plant, True), Argument("p", friction, True)
+    return with_tangents(mechanism_derivatives(), observed, [*begun, *pushed, *steps, *models, Argument("error", WRITTEN, True)])
+
+
+# An argument that moves is followed by its tangents. Mechanism and memory at first; position; efforts, their weights, gains; dt, steps in a
+# sample; parameters of plant and friction; prediction error of each sample.
+Observer = Callable[[*(Vector,) * 5, *(Vector,) * 4, float, int, *(Vector,) * 6], float]
+
+
+def gains_of(bandwidth: float, dt: float) -> np.ndarray:
+    """Return the gains of position, acceleration by velocity, and acceleration for poles at `bandwidth` [rad/s]."""
+    a = math.exp(-bandwidth * dt)
+    velocity, force = 1.5 * (1.0 - a) ** 2 * (1.0 + a) / dt, (1.0 - a) ** 3 / dt**2
+    # An impulse that is spread over a sample moves the position by half of what one at its beginning does.
+    return np.array([1.0 - a**3 + 0.5 * dt * velocity, velocity / dt, force])
+
+
+def prediction_errors(
+    plant: Sensitive,
+    friction: Sensitive,
+    position: np.ndarray,
+    efforts: np.ndarray,
+    weights: np.ndarray,
+    weight_tangents: np.ndarray,
+    bandwidth: float,
+    dt: float,
+    steps: int,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the prediction error of each sample of a position, and its derivatives.
+
+    Parameters
+    ----------
+    plant, friction : Sensitive
+        The models with derivatives of their parameters and of the state at first.
+    position : ndarray, shape (sample,)
+        As it was recorded [m or rad]; the plant begins at rest at the first one.
+    efforts : ndarray, shape (column, sample + 1)
+        Efforts at the samples, linear in between, whose weighed sum acts [N or N*m].
+    weights : ndarray, shape (column,)
+        Of the columns.
+    weight_tangents : ndarray, shape (column, direction)
+        Derivatives of the weights.
+    bandwidth : float
+        Of the observer [rad/s].
+    dt : float
+        Sample time [s].
+    steps : int
+        Steps of the integration in a sample.
+
+    Returns
+    -------
+    errors : ndarray, shape (sample,)
+        Recorded less predicted position [m or rad]; NaN from where the motion left the finite numbers.
+    derivatives : ndarray, shape (sample, direction)
+        Of these errors.
+    """
+    count, gains = position.size, gains_of(bandwidth, dt)
+
+    def run(first: int) -> tuple[np.ndarray, np.ndarray]:
+        body, part, begun, models = begun_mechanism(plant, friction, first, float(position[0]))
+        make = partial(make_observer, mechanism_structure(body, part), body.structures[0], part.structures[0])
+        entry = compiled(f"observer_with_tangents-{body.key}-{part.key}", make, Observer, body.functions + part.functions)
+        errors, slopes = np.full(count, np.nan), np.full(count * DIRECTIONS, np.nan)
+        moved = padded(weight_tangents[:, first : first + DIRECTIONS], weights.size)
+        entry(*begun, position, efforts.ravel(), weights, moved, gains, float(dt), int(steps), *models, errors, slopes)
+        return errors, slopes
+
+    return in_blocks(run, plant.tangents.shape[1])

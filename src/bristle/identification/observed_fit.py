@@ -1,0 +1,283 @@
+r"""A fit with the parameters of a contact as an observer foresees them, and their intervals.
+
+.. math:: V = A^{-1} \Bigl(\sum_b g_b g_b^T\Bigr) A^{-1} + d\,d^T + S + b\,b^T
+
+with the information :math:`A` of the believed observer, the scores :math:`g_b` of blocks of time, the difference :math:`d`
+from the next stiffer observer (of the stiffest: from the next looser one) and, in what acceleration and steady sliding show,
+from inverse dynamics, and the spread :math:`S` and bias :math:`b` of the same fit to replicates of the log. Methods err by
+different causes; replicates show those that an observer shares with itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from bristle.controllers import cascade
+from bristle.core.contracts import Model
+from bristle.core.cores import Abreast
+from bristle.core.diagnostic import Diagnostic, Number, Severity
+from bristle.core.errors import InputError
+from bristle.core.normal import NORMAL_95
+from bristle.engine import run_closed_loop
+from bristle.engine.motion import along
+from bristle.identification.dataset import Dataset
+from bristle.identification.estimation import Context, Estimation
+from bristle.identification.fitting import fit_of
+from bristle.identification.least_squares import Report, between, silent
+from bristle.identification.observer import BEND, DELAY, Ladder, PredictionErrors, Recorded, Rung, climb, climbed
+from bristle.identification.parameter_space import Solution
+from bristle.identification.problem import Covariance
+from bristle.identification.result import Estimate, Fit
+from bristle.logs.filters import low_passed, through_filter
+from bristle.logs.log import Log
+from bristle.sensors import encoder
+
+BLOCKS, STUDENT = 30, 2.045  # of time; the 97.5 % quantile of Student's t of one degree of freedom less
+WORSE = 1.5  # times the prediction error of replicates: what the model does not explain
+MOVE_MOST = 3.0  # standard errors: what a stiffer observer may say else
+REPLICATES, SEED = 10, 20_261_126
+HELD_AT, LED_AT, DAMPED = 25.0, 25.0, 0.7  # Hz: of the motion that a replicate follows, and of the loop that leads it; its damping
+SHOWN_BY_SLIDING = ("acceleration", "sliding", "speed")
+DRAWS = 400
+"""Sets of parameters that stand for what a log allows."""
+
+
+class Observed(NamedTuple):
+    """What an observer says of a fit: its ladder, and the covariance of its coordinates."""
+
+    ladder: Ladder
+    matrix: np.ndarray
+
+    @property
+    def solution(self) -> Solution:
+        """Where the believed rung ended."""
+        return self.ladder.believed.solution
+
+    def draws(self, count: int = DRAWS) -> np.ndarray:
+        """Return sets of coordinates that the log allows, shape (draw, coordinate), the mirror image of each behind it."""
+        values, vectors = np.linalg.eigh(self.matrix)
+        half = np.random.default_rng(SEED).standard_normal((count // 2, values.size)) * np.sqrt(np.maximum(values, 0.0))
+        drawn = self.solution.theta + np.vstack([half, -half]) @ vectors.T
+        return np.clip(drawn, self.solution.space.low, self.solution.space.high)
+
+
+def sandwich(rung: Rung) -> np.ndarray:
+    """Return the covariance of the coordinates from the scores of blocks of time, shape (coordinate, coordinate)."""
+    jacobian, count = rung.solution.jacobian, rung.problem.settled_rows
+    residual = rung.problem.residual(rung.solution.values)
+    scale = np.linalg.norm(jacobian, axis=0)
+    columns = jacobian / np.where(scale > 0.0, scale, 1.0)
+    inverse = np.linalg.pinv(columns.T @ columns, rcond=1e-12, hermitian=True)
+    starts = np.linspace(0, count, BLOCKS, endpoint=False).astype(int)
+    scores = np.add.reduceat(columns[:count] * residual[:count, None], starts, axis=0)
+    weights = np.array([expectation.weight for expectation in rung.problem.expected])
+    beforehand = columns[count:] * (rung.problem.unit * np.sqrt(weights))[:, None]  # what is expected has an error of its own
+    matrix = inverse @ (BLOCKS / (BLOCKS - 1) * (scores.T @ scores) + beforehand.T @ beforehand) @ inverse
+    return matrix / np.where(scale > 0.0, scale, np.inf)[:, None] / np.where(scale > 0.0, scale, np.inf)
+
+
+def observed_of(ladder: Ladder, inverse: Mapping[str, float], replicates: np.ndarray | None = None) -> Observed:
+    """Return what a ladder says beside the parameters of inverse dynamics [SI], and fits to replicates, shape (replicate, coordinate)."""
+    believed = ladder.believed
+    matrix = sandwich(believed)
+    if ladder.beside is not None:
+        most = MOVE_MOST * np.sqrt(np.diag(matrix))
+        move = np.clip(believed.solution.theta - ladder.beside.solution.theta, -most, most)
+        matrix = matrix + np.outer(move, move)
+    matrix = matrix + np.diag(_apart(ladder, np.diag(matrix) ** 0.5, inverse) ** 2)
+    if replicates is not None:
+        bias = np.median(replicates, axis=0) - believed.solution.theta
+        matrix = matrix + np.cov(replicates, rowvar=False) + np.outer(bias, bias)
+    return Observed(ladder, matrix)
+
+
+def _apart(ladder: Ladder, errors: np.ndarray, inverse: Mapping[str, float]) -> np.ndarray:
+    """Return by how much inverse dynamics says else of each coordinate that acceleration or steady sliding shows, within some errors."""
+    solution, variables = ladder.believed.solution, ladder.believed.problem.parameters.variables
+    apart = np.zeros(solution.theta.size)
+    for place, name in enumerate(solution.space.names):
+        if name in inverse and variables[name].excitation in SHOWN_BY_SLIDING:
+            apart[place] = (inverse[name] - solution.values[name]) / solution.derivative[place, place]
+    return np.clip(apart, -MOVE_MOST * errors, MOVE_MOST * errors)
+
+
+def covariance_of(observed: Observed) -> Covariance:
+    """Return the standard errors of what is reported."""
+    solution = observed.solution
+    matrix = solution.derivative @ observed.matrix @ solution.derivative.T
+    std = np.sqrt(np.maximum(np.diag(matrix), 0.0))
+    at_edge = np.array([name in solution.at_edge for name in solution.space.reported])
+    correlation = matrix / np.outer(np.where(std > 0.0, std, np.nan), np.where(std > 0.0, std, np.nan))
+    scale = np.linalg.norm(solution.jacobian, axis=0)
+    condition = float(np.linalg.cond(solution.jacobian[:, scale > 0.0] / scale[scale > 0.0]))
+    return Covariance(np.where(at_edge, np.nan, std), np.where(at_edge, np.nan, std), correlation, condition)
+
+
+def with_observer(fit: Fit, estimation: Estimation, context: Context, ladder: Ladder, replicates: np.ndarray | None = None) -> Fit:
+    """Return a fit with the parameters of the believed rung, and with intervals."""
+    of_inverse = {estimate.name: estimate.value for estimate in fit.estimates}
+    believed, observed = ladder.believed, observed_of(ladder, of_inverse, replicates)
+    of_observer = replace(estimation, inverse=believed.problem.inverse, solution=believed.solution, covariance=covariance_of(observed))
+    try:
+        better = fit_of(of_observer, context)
+    except InputError:  # what a model does not allow
+        return fit
+    draws = np.array([believed.solution.space.numbers(theta) for theta in observed.draws()])
+    renewed = {estimate.name: _with_interval(estimate, believed.solution, draws) for estimate in better.estimates}
+    reported = believed.solution.space.reported
+    estimates = tuple(renewed[old.name] if old.name in reported else old for old in fit.estimates)
+    bands = None
+    if fit.resampling is not None:
+        columns = {name: draws[:, place] for place, name in enumerate(believed.solution.space.reported) if name not in (DELAY, BEND)}
+        bands = replace(fit.resampling, bands=replace(fit.resampling.bands, draws=columns))
+    return replace(
+        fit,
+        plant=better.plant,
+        friction=better.friction,
+        estimates=estimates,
+        combinations=better.combinations,
+        correlation=better.correlation,
+        correlation_names=better.correlation_names,
+        condition_number=better.condition_number,
+        traces=better.traces,
+        force_error_percent=better.force_error_percent,
+        resampling=bands,
+    )
+
+
+def _with_interval(estimate: Estimate, solution: Solution, draws: np.ndarray) -> Estimate:
+    """Return an estimate with its interval: Student's t for the normal distribution of draws."""
+    if estimate.status != "identified" or estimate.name not in solution.space.reported:
+        return estimate
+    drawn = draws[:, solution.space.reported.index(estimate.name)]
+    low, high = np.percentile(drawn, [2.5, 97.5])
+    wider = STUDENT / NORMAL_95
+    return replace(estimate, interval=(estimate.value + wider * (low - estimate.value), estimate.value + wider * (high - estimate.value)))
+
+
+def foreseen(fit: Fit, estimation: Estimation, context: Context, logs: Sequence[Log], draws: int, report: Report = silent) -> Fit:
+    """Return a fit with the parameters with which an observer foresees its logs best; intervals are those of replicates, too."""
+    ladder = climb(estimation.inverse, estimation.solution.values, logs, context, between(report, 0.0, 0.4))
+    believed, thetas, times = ladder.believed, None, 0.0
+    if draws:
+        scatter = 0.0 if fit.resampling is None else fit.resampling.scatter.value
+        thetas, errors = fits_to_replicates(ladder, context, scatter, between(report, 0.4, 1.0))
+        times = believed.error / float(np.median(errors))
+    numbers: dict[str, Number] = {"bandwidth": believed.problem.bandwidth, "error": believed.error}
+    numbers |= {"times": times} if times > 0.0 else {}
+    severity: Severity = "warning" if times > WORSE else "note"
+    about = Diagnostic("prediction_error", severity=severity, numbers=numbers, kind=fit.friction.kind)
+    return with_observer(replace(fit, diagnostics=(*fit.diagnostics, about)), estimation, context, ladder, thetas)
+
+
+def fits_to_replicates(ladder: Ladder, context: Context, scatter: float, report: Report = silent) -> tuple[np.ndarray, np.ndarray]:
+    """Return the coordinates of fits to replicates of a log, shape (replicate, coordinate), and their prediction errors [m or rad]."""
+    believed = ladder.believed
+    first, *seeds = np.random.SeedSequence(SEED).spawn(REPLICATES + 1)
+    unseen = unseen_in(believed, Unseen(scatter, believed.problem.inverse.dataset.effort_noise), first)
+
+    def fitted(seed: np.random.SeedSequence) -> tuple[np.ndarray, float]:
+        problem = replicate(believed, unseen, np.random.default_rng(seed))
+        rung = climbed(problem, believed.solution.values, context)
+        return rung.solution.theta, rung.error
+
+    ends = list[tuple[np.ndarray, float]]()
+    with Abreast() as pool:
+        for number, end in enumerate(pool.map(fitted, seeds)):
+            ends.append(end)
+            report((number + 1) / REPLICATES)
+    thetas, errors = zip(*ends, strict=True)
+    return np.array(thetas), np.array(errors)
+
+
+class Unseen(NamedTuple):
+    """What a replicate has beside the model: scatter of the level, as a share of it, and noise of the recorded effort [N or N*m]."""
+
+    scatter: float
+    noise: float
+
+
+def unseen_in(rung: Rung, most: Unseen, seed: np.random.SeedSequence) -> Unseen:
+    """Return of both as much as lets a replicate be foreseen as badly as the log was: noise first, at `most` these."""
+
+    def square(unseen: Unseen) -> float:
+        drawn = replicate(rung, unseen, np.random.default_rng(seed))
+        return float(np.mean(drawn.residual(rung.solution.values)[: drawn.settled_rows] ** 2))
+
+    def share(low: float, high: float) -> float:
+        return min(max((rung.error**2 - low) / (high - low), 0.0), 1.0) ** 0.5 if high > low else 1.0
+
+    quiet, noisy, loud = square(Unseen(0.0, 0.0)), square(most._replace(scatter=0.0)), square(most)
+    return Unseen(most.scatter * share(noisy, loud), most.noise * share(quiet, noisy))
+
+
+def replicate(rung: Rung, unseen: Unseen, rng: np.random.Generator) -> PredictionErrors:
+    """Return the same problem on a log that the identified axis made: along the same motion, read by its encoder."""
+    problem, inverse = rung.problem, rung.problem.inverse
+    values = inverse.parameters.complete(rung.solution.values)
+    channel = Channel(values[DELAY], values[BEND], problem.lag)
+    axis = IdentifiedAxis(inverse.plant(values), inverse.model(values), inverse.dataset, problem.dt, problem.steps, channel)
+    return replace(problem, parts=tuple(axis.replicate(part, unseen, rng) for part in problem.parts))
+
+
+class Channel(NamedTuple):
+    """How the effort of a log lags and is smoothed, and the filter that was taken out of it [s, s^2, s]."""
+
+    delay: float
+    bend: float
+    lag: float
+
+
+class IdentifiedAxis(NamedTuple):
+    """The identified axis: its models, the log that it was identified from, and the channel of its effort."""
+
+    plant: Model
+    friction: Model
+    dataset: Dataset
+    dt: float
+    steps: int
+    channel: Channel
+
+    def replicate(self, part: Recorded, unseen: Unseen, rng: np.random.Generator) -> Recorded:
+        """Return what this axis records of the motion of a segment; that itself where it left the finite numbers."""
+        dt, count, (delay, bend, lag), resolution = self.dt, part.position.size, self.channel, self.dataset.resolution
+        smooth = low_passed(part.position - part.position[0], min(HELD_AT, 0.2 / dt), dt) + part.position[0]
+        velocity = np.gradient(smooth, dt)
+        acted = part.efforts(delay, bend, dt)[0, :count]
+        commanded = np.append(0.5 * (acted[1:] + acted[:-1]), acted[-1:])  # what is held until the next sample
+        _, slope = self.plant.component.port(self._begun(smooth[0], velocity[0]), 0.0, dt, self.plant.parameters)
+        omega, mass = 2.0 * np.pi * LED_AT, -0.5 * dt / slope
+        trace = run_closed_loop(
+            self.plant,
+            self.friction,
+            cascade(kind=self.plant.kind, k_p=omega / (2.0 * DAMPED), k_v=2.0 * DAMPED * omega * mass, k_ff=1.0),
+            encoder(kind=self.plant.kind, resolution=0.0),
+            np.stack([smooth, velocity, np.zeros(count), np.zeros(count)]),
+            dt,
+            steps=self.steps,
+            injected=commanded,
+            disturbance=unseen.scatter * self._leaning(smooth, velocity, rng),
+            x=float(smooth[0]),
+            v=float(velocity[0]),
+        )
+        if trace.position.size < count:
+            return part
+        # What is held until the next sample acts half of one later, and smoothed by that.
+        recorded = Recorded(trace.position, trace.effort, ()).efforts(-delay - 0.5 * dt, -bend - dt**2 / 24.0, dt)[0, :count]
+        noise = unseen.noise * rng.standard_normal(count)
+        phase = rng.uniform(0.0, resolution)
+        position = resolution * np.round((trace.position + phase) / resolution) - phase if resolution > 0.0 else trace.position
+        return Recorded(position, recorded + (through_filter(noise, lag, dt) if lag else noise), part.columns)
+
+    def _begun(self, x: float, v: float) -> Any:
+        return self.plant.component.State(x, v)
+
+    def _leaning(self, position: np.ndarray, velocity: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        """Return friction along a motion, of a level of its own in each half-cycle: a standard normal number."""
+        turns = np.cumsum(np.diff(np.signbit(velocity), prepend=velocity[0] < 0.0))
+        force = along(self.friction, v=velocity, x=position, dt=self.dt)
+        return rng.standard_normal(int(turns[-1]) + 1)[turns] * force

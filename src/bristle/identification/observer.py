@@ -1,0 +1,309 @@
+r"""Prediction errors: the parameters with which a loose observer foresees the recorded position best.
+
+.. math:: \hat\theta = \arg\min_\theta \sum_k \bigl[q_k - \hat q_{k|k-1}(\theta)\bigr]^2
+
+The recorded effort moves the simulated axis, which an observer holds to the recorded position
+(`bristle.engine.observer`). Rounding of the encoder is noise of the output there, and the position is differentiated
+nowhere: what moves a contact is the simulated motion, at rest too. The effort acts when it did: it lags by a delay
+:math:`\tau`, and was smoothed by :math:`e^{-c\,\omega^2}`, which a filter of time constant `T` does with
+:math:`c = T^2 / 2`, and a hold with :math:`-\Delta t^2 / 24`.
+
+The observer is loosened step by step, each from where the last one ended. A stiff one sees little but rounding, a loose
+one drifts: the loosest that foresees nearly as well as the best is believed [1]_.
+
+References
+----------
+.. [1] L. Ljung, "System Identification: Theory for the User", 2nd ed., Prentice Hall, 1999.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from bristle.core.lazy import cached_property
+from bristle.core.normal import NORMAL_95
+from bristle.core.packing import pack
+from bristle.core.variable import Variable
+from bristle.engine.loop_derivatives import Sensitive
+from bristle.engine.observer import prediction_errors
+from bristle.friction.level import TRANSMITTED
+from bristle.friction.slots import OFFSET
+from bristle.identification.dataset import Alignment
+from bristle.identification.estimation import Context
+from bristle.identification.inverse_dynamics import InverseDynamics
+from bristle.identification.least_squares import Report, silent
+from bristle.identification.parameter_space import Solution
+from bristle.identification.parameters import Fixed, ParameterSet, Role, name_of, names_of
+from bristle.identification.sensitivities import Perturbed
+from bristle.logs.filters import through_filter
+from bristle.logs.log import Log
+
+DELAY, BEND = "delay", "bend"
+RATE = 4e3  # steps of the integration in a second, at least
+FIRST, LOOSER, RUNGS = 100.0, 0.6, 7  # bandwidth of the stiffest observer [Hz] and each next one as a share of it
+HIGHEST = 0.1  # of the sampling frequency: the stiffest observer
+NEARLY, DRIFTS = 1.08, 1.5  # times the least prediction error: the loosest that is believed, and where a ladder ends
+FEW = 6  # evaluations of a further start
+STARTS = ((1.0, 0.01, 0.15), (0.5, 0.02, 0.5), (1.0, 0.03, 0.5))
+"""Of further starts: times the stiffness, of the largest speed, of the square root of stiffness and mass."""
+SETTLES = 0.3  # s, after which nothing is left of how an observer began
+SHARPEST = 0.7  # most that an effort is sharpened by, in the exponent
+WEIGHT = 30.0  # rows that a weak prior is worth
+BEND_STD = 5e-7  # s^2: of the bend beforehand
+FALLS, EXCESS = 0.02, 0.3  # beforehand: of the largest speed, friction falls with; logarithm of break-away over the level
+SHORTEST = 1.0  # s: of a segment
+EVALUATIONS, ENDED = 15, 1e-4  # of a descent; relative change of its cost that ends it
+ROUNDED = 0.25  # of an encoder step: prediction errors are no smaller
+
+
+class Recorded(NamedTuple):
+    """A segment of a log: position [m or rad], effort [N or N*m], and known columns, shape (sample,) each."""
+
+    position: np.ndarray
+    effort: np.ndarray
+    columns: tuple[np.ndarray, ...]
+
+    def efforts(self, delay: float, bend: float, dt: float) -> np.ndarray:
+        """Return the effort as it acted, and its derivatives by delay and bend, at the samples and once beyond, shape (3, sample + 1)."""
+        count, ramp = self.effort.size, np.linspace(self.effort[0], self.effort[-1], self.effort.size)
+        swing, slope = self.effort - ramp, (self.effort[-1] - self.effort[0]) / (max(self.effort.size - 1, 1) * dt)
+        around = 2 * (count - 1)
+        omega = 2.0 * np.pi * np.fft.rfftfreq(around, dt)
+        sharper = bend * omega**2
+        # The swing is 0 at both ends: turned about them it goes on without a jump.
+        moved = np.fft.rfft(np.concatenate([swing, -swing[-2:0:-1]])) * np.exp(1j * omega * delay + np.minimum(sharper, SHARPEST))
+        parts = np.fft.irfft([moved, 1j * omega * moved, np.where(sharper < SHARPEST, omega**2, 0.0) * moved], around)[:, :count]
+        parts[0] += ramp + slope * delay
+        parts[1] += slope
+        return np.hstack([parts, parts[:, -1:]])
+
+
+@dataclass(frozen=True)
+class PredictionErrors:
+    """The prediction errors of an observer as a least-squares problem, for one bandwidth [Hz].
+
+    `inverse` is the same model as inverse dynamics: it knows what is free and what is fixed. What is `expected` of a
+    coordinate beforehand, by the name of a parameter, is one more row.
+    """
+
+    inverse: InverseDynamics
+    parts: tuple[Recorded, ...]
+    bandwidth: float
+    expected: tuple[Expected, ...] = ()
+    unit: float = 1.0
+    lag: float = 0.0
+
+    @property
+    def parameters(self) -> ParameterSet:
+        """What is free and what is fixed."""
+        return self.inverse.parameters
+
+    @property
+    def dt(self) -> float:
+        """Sample time [s]."""
+        return self.inverse.dataset.sample_time
+
+    @cached_property
+    def measured(self) -> np.ndarray:
+        """The recorded position of all segments [m or rad], shape (sample,)."""
+        return np.concatenate([part.position for part in self.parts])
+
+    def excerpt(self) -> None:
+        """Return None: the ladder begins where inverse dynamics ends."""
+
+    def residual(self, free: Mapping[str, float]) -> np.ndarray:
+        """Return the prediction error of each sample [m or rad], and what is expected beforehand as further rows."""
+        return self.linearised(free)[0]
+
+    def linearised(self, free: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
+        """Return the residual, and the derivative of the foreseen position by each free parameter, shape (row, free)."""
+        values, names = self.parameters.complete(free), self.parameters.free
+        plant, friction = Perturbed(self.inverse.plant, values, names), Perturbed(self.inverse.model, values, names)
+        virgin = friction.slopes(lambda near: pack(near.component.initial_state(near.parameters)))
+        body, contact = Sensitive(plant.model, plant.parameters()), Sensitive(friction.model, friction.parameters(), state_tangents=virgin)
+        settled, rows = round(SETTLES / self.dt), list[np.ndarray]()
+        weights, tangents = self._weights(values, names)
+        for part in self.parts:
+            efforts = np.vstack(
+                [part.efforts(values[DELAY], values[BEND], self.dt), *(-np.append(column, column[-1:]) for column in part.columns)]
+            )
+            omega = 2.0 * np.pi * self.bandwidth
+            errors = prediction_errors(body, contact, part.position, efforts, weights, tangents, omega, self.dt, self.steps)
+            rows.append(np.column_stack(errors)[settled:])
+        beforehand = [expectation.row(values, names, self.unit) for expectation in self.expected]
+        stacked = np.vstack([*rows, *beforehand])
+        return stacked[:, 0], -stacked[:, 1:]
+
+    def _weights(self, values: Mapping[str, float], names: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
+        """Return the weights of efforts and known columns, and their derivatives, shapes (column,) and (column, parameter)."""
+        plant = self.parameters.plant
+        known = [f"known_{name}" for name in getattr(plant, "columns", ())]
+        weights = np.array([1.0, 0.0, 0.0, *map(values.__getitem__, known)])
+        moving = ["", DELAY, BEND, *known]
+        return weights, np.array([[float(name == column) for name in names] for column in moving])
+
+    @property
+    def steps(self) -> int:
+        """Steps of the integration in a sample."""
+        return max(math.ceil(RATE * self.dt), 2)
+
+    @property
+    def settled_rows(self) -> int:
+        """How many rows are prediction errors."""
+        return sum(max(part.position.size - round(SETTLES / self.dt), 0) for part in self.parts)
+
+
+class Expected(NamedTuple):
+    """What is known beforehand of a product of powers of parameters, or of its logarithm: `mean` and `std`, as so many rows."""
+
+    powers: Mapping[str, float]
+    logarithmic: bool
+    mean: float
+    std: float
+    weight: float = WEIGHT
+
+    def row(self, values: Mapping[str, float], names: Sequence[str], unit: float) -> np.ndarray:
+        """Return how far it lies from what is expected, and its derivatives, as a row of a residual of this unit."""
+        product = math.prod(values[name] ** power for name, power in self.powers.items())
+        slopes = [self.powers.get(name, 0.0) * (product / values[name] if values[name] else 1.0) for name in names]
+        far, slopes = (math.log(product), np.array(slopes) / product) if self.logarithmic else (product, np.array(slopes))
+        return unit * math.sqrt(self.weight) / self.std * np.array([far - self.mean, *slopes])
+
+
+class Rung(NamedTuple):
+    """One step of the ladder: its problem, where it ended, and the root mean square of its prediction errors [m or rad]."""
+
+    problem: PredictionErrors
+    solution: Solution
+    error: float
+
+
+class Ladder(NamedTuple):
+    """The rungs from the stiffest observer to the loosest, and which of them is believed."""
+
+    rungs: tuple[Rung, ...]
+    place: int
+
+    @property
+    def believed(self) -> Rung:
+        """The loosest rung that foresees nearly as well as the best."""
+        return self.rungs[self.place]
+
+    @property
+    def beside(self) -> Rung | None:
+        """The next stiffer rung, of the stiffest the next looser one; None where there is no other."""
+        return self.rungs[self.place - 1] if self.place else self.rungs[1] if len(self.rungs) > 1 else None
+
+
+def observable(inverse: InverseDynamics) -> bool:
+    """Return whether an observer can lead a model: its contact bends, and it needs no channel that was recorded."""
+    component = inverse.parameters.component
+    recorded = any(surrounding.is_recorded for surrounding in component.surroundings)
+    return bool(names_of(Role.STIFFNESS, component.variables)) and not recorded and TRANSMITTED not in component.variables.values()
+
+
+def climb(inverse: InverseDynamics, start: Mapping[str, float], logs: Sequence[Log], context: Context, report: Report = silent) -> Ladder:
+    """Return the ladder of observers that begins at these free parameters of an inverse model [SI]."""
+    dataset, dt, parameters = inverse.dataset, inverse.dataset.sample_time, inverse.parameters
+    alignment = dataset.alignment or Alignment()
+    # The observer takes a constant force for its own.
+    constant = names_of(OFFSET, parameters.component.variables)
+    free = [name for name in parameters.free if name not in constant]
+    bend = 0.0 if dataset.held is False else -(dt**2) / 24.0
+    measured = [name for name, fixed in parameters.fixed.items() if fixed.half_width is not None]
+    values = {**parameters.complete(start), DELAY: alignment.delay or 0.0, BEND: bend}
+    fixed = {name: entry for name, entry in parameters.fixed.items() if name not in measured}
+    fixed |= {name: Fixed(values[name], "held_known") for name in constant if name not in fixed}
+    parameters = replace(parameters, free=(*measured, *free, DELAY, BEND), fixed=fixed, loop=_channel(dt))
+    problem = replace(inverse, parameters=parameters)
+    speed = float(np.max(np.abs(dataset.velocity)))
+    parts, expected = tuple(_parts(logs, alignment, dt)), _expected(inverse, bend, speed)
+    stiffest, least, rungs = min(FIRST, HIGHEST / dt), math.inf, list[Rung]()
+    for number in range(RUNGS):
+        report(number / RUNGS)
+        errors = PredictionErrors(problem, parts, stiffest * LOOSER**number, expected, lag=-(alignment.smoothing or 0.0))
+        rung = climbed(errors, values, context)
+        if number == 0:
+            ends = [rung, *(climbed(errors, further, context, FEW) for further in _starts(values, problem, speed))]
+            best = min(ends, key=lambda end: end.error)
+            rung = rung if best is rung else climbed(errors, {**values, **best.solution.values}, context)
+        if rungs and not rung.error <= DRIFTS * least:
+            break
+        rungs.append(rung)
+        values, least = {**values, **rung.solution.values}, min(least, rung.error)
+    return Ladder(tuple(rungs), max(number for number, rung in enumerate(rungs) if rung.error <= NEARLY * least))
+
+
+def _starts(values: Mapping[str, float], inverse: InverseDynamics, speed: float) -> Iterator[dict[str, float]]:
+    """Yield further starts: other stiffnesses, other falls of friction, other damping of the contact."""
+    variables, free = inverse.parameters.component.variables, inverse.parameters.free
+    mass = name_of(Role.INERTIA, inverse.parameters.plant.variables)
+    roles = (Role.STIFFNESS, Role.FALL, Role.MICRO_DAMPING)
+    stiff, falls, damped = ([name for name in names_of(role, variables) if name in free] for role in roles)
+    pairs = list(zip(names_of(Role.BREAK_AWAY, variables), names_of(Role.LEVEL, variables), strict=False))
+    for softer, fall, damping in STARTS:
+        start = dict(values)
+        start.update((name, softer * values[name]) for name in stiff)
+        start.update((name, fall * speed) for name in falls)
+        start.update((name, math.exp(EXCESS) * values[level]) for name, level in pairs if name in free)
+        if stiff and mass:
+            start.update((name, damping * (start[stiff[0]] * values[mass]) ** 0.5) for name in damped)
+        yield start
+
+
+def climbed(errors: PredictionErrors, start: Mapping[str, float], context: Context, limit: int = EVALUATIONS) -> Rung:
+    """Return where one rung ends that begins at these parameters."""
+
+    def mean(free: Mapping[str, float]) -> float:
+        return float(np.sqrt(np.mean(errors.residual(free)[: errors.settled_rows] ** 2)))
+
+    begun = {name: start[name] for name in errors.parameters.free}
+    unit = max(mean(begun), ROUNDED * errors.inverse.dataset.resolution)
+    errors = replace(errors, unit=unit)
+    search = context.search(errors, unit)
+    solution = search.descend(search.space.theta(begun), limit=limit, tolerance=ENDED)
+    return Rung(errors, solution, mean(solution.values))
+
+
+def _parts(logs: Sequence[Log], alignment: Alignment, dt: float) -> Iterator[Recorded]:
+    """Yield the segments of logs that last, their effort as it was before a filter that was found."""
+    # Of a filter in the position the effort gets another one: what the axis does is shown through both.
+    lag = -(alignment.smoothing or 0.0)
+    for log in logs:
+        assert log.effort is not None
+        for part in log.segments or (slice(None),):
+            position, effort = log.position.values[part], log.effort.values[part]
+            if position.size * dt > SHORTEST:
+                effort = through_filter(effort, lag, dt) if lag else effort
+                yield Recorded(position.copy(), effort, tuple(column.values[part] for column in log.regressors))
+
+
+def _channel(dt: float) -> dict[str, Variable]:
+    """Return what is unknown of the channel of the effort."""
+    return {
+        DELAY: Variable("time", "delay of the effort", min=-20.0 * dt, max=20.0 * dt, nominal=dt, excitation="drive"),
+        BEND: Variable("time^2", "smoothing of the effort", nominal=dt**2, excitation="drive"),
+    }
+
+
+def _expected(inverse: InverseDynamics, bend: float, speed: float) -> tuple[Expected, ...]:
+    """Return what is known beforehand of the parameters that a log may not show."""
+    variables, parameters = inverse.parameters.component.variables, inverse.parameters
+    expected = [Expected({BEND: 1.0}, False, bend, BEND_STD)]
+    for name, entry in parameters.fixed.items():
+        if entry.half_width is not None:
+            expected.append(Expected({name: 1.0}, False, entry.value, entry.half_width / NORMAL_95))
+    free, levels = set(parameters.free), names_of(Role.LEVEL, variables)
+    stiffness, mass = name_of(Role.STIFFNESS, variables), name_of(Role.INERTIA, parameters.plant.variables)
+    falls = [name for name in names_of(Role.FALL, variables) if name in free]
+    firsts = [pair for pair in zip(names_of(Role.BREAK_AWAY, variables), levels, strict=False) if pair[0] in free]
+    damped = [name for name in names_of(Role.MICRO_DAMPING, variables) if name in free and stiffness and mass]
+    expected += [Expected({name: 1.0}, True, math.log(FALLS * speed), 1.5) for name in falls]
+    expected += [Expected({name: 1.0, level: -1.0}, True, EXCESS, EXCESS) for name, level in firsts]
+    expected += [Expected({name: 1.0, str(stiffness): -0.5, str(mass): -0.5}, False, 0.5, 0.6) for name in damped]
+    return tuple(expected)

@@ -1,0 +1,96 @@
+"""Prediction errors: the contact as an observer foresees it, on logs of an axis that is simulated here in plain Python."""
+
+import math
+
+import numpy as np
+import pytest
+
+import bristle as br
+from bristle.core import Axis
+from bristle.identification.observer import BEND, DELAY, Expected, Recorded
+
+TRUTH = {"M": 3.0, "F_C": 12.0, "F_S": 16.0, "v_S": 4e-3, "sigma_0": 2.5e6, "sigma_1": 1200.0, "sigma_2": 25.0}
+DT, FINER, STEP = 1e-3, 20, 2e-7
+LATE = 2  # samples, by which the effort is recorded late
+
+
+@pytest.fixture(scope="module")
+def columns():
+    """A loop of position and velocity that follows strokes at several speeds; the encoder rounds, the record is late."""
+    count, h, p = 5000, DT / FINER, TRUTH
+    time = DT * np.arange(count)
+    speed = np.repeat([0.004, 0.02, 0.06, 0.01, 0.03], count // 5)
+    reference = np.cumsum(speed * np.sin(2.0 * np.pi * 2.2 * time)) * DT
+    x, v, z, u, before = 0.0, 0.0, 0.0, 0.0, 0.0
+    position, effort = np.empty(count), np.empty(count)
+    for k in range(count):
+        position[k] = STEP * math.floor(x / STEP + 0.5)
+        u = 3e4 * (reference[k] - position[k]) - 500.0 * (position[k] - before) / DT
+        before, effort[k] = position[k], u
+        for _ in range(FINER):
+            g = (p["F_C"] + (p["F_S"] - p["F_C"]) * math.exp(-((v / p["v_S"]) ** 2))) / p["sigma_0"]
+            # The bristle by its exact solution for a velocity that is constant over the step.
+            end = math.copysign(g, v) if v else z
+            z_next = end + (z - end) * math.exp(-abs(v) * h / g)
+            force = p["sigma_0"] * 0.5 * (z + z_next) + p["sigma_1"] * (z_next - z) / h + p["sigma_2"] * v
+            v += h / p["M"] * (u - force)
+            x, z = x + h * v, z_next
+    return {"time": time, "position": position, "effort": np.concatenate([np.full(LATE, effort[0]), effort[:-LATE]])}
+
+
+@pytest.fixture(scope="module")
+def identified(columns):
+    return br.identify(columns, "lugre", axis=Axis(resolution=STEP), method="prediction_error", blocks=0, draws=20)
+
+
+def test_an_observer_finds_the_contact_behind_a_coarse_encoder(identified):
+    errors = {name: identified.parameters[name].value / value - 1.0 for name, value in TRUTH.items()}
+    assert abs(errors["M"]) < 2e-3
+    assert abs(errors["F_C"]) < 5e-3
+    assert abs(errors["F_S"]) < 0.01
+    assert abs(errors["sigma_0"]) < 0.02
+    assert abs(errors["v_S"]) < 0.03
+
+
+def test_intervals_of_an_observer_hold_the_truth_and_are_narrow(identified):
+    for name in ("M", "F_C", "F_S", "v_S", "sigma_0"):
+        low, high = identified.parameters[name].interval
+        assert low < TRUTH[name] < high, name
+        assert high - low < 0.3 * TRUTH[name], name
+
+
+def test_the_report_tells_what_predicted_the_position(identified):
+    (told,) = [one for one in identified.best.diagnostics if one.code == "prediction_error"]
+    assert told.severity == "note"
+    assert 0.25 * STEP < told.numbers["error"] < STEP
+    assert 0.5 < told.numbers["times"] < 1.5
+
+
+def test_a_model_without_a_contact_keeps_the_parameters_of_inverse_dynamics(columns):
+    plain, asked = (
+        br.identify(columns, "coulomb_viscous", axis=Axis(resolution=STEP), method=method, blocks=0, draws=0)
+        for method in ("inverse_dynamics", "prediction_error")
+    )
+    assert {name: one.value for name, one in plain.parameters.items()} == {name: one.value for name, one in asked.parameters.items()}
+
+
+def test_an_effort_is_moved_by_its_delay_and_sharpened_by_its_bend():
+    omega, dt = 2.0 * np.pi * 5.0, 1e-3
+    time = dt * np.arange(1001)
+    recorded = Recorded(np.zeros(1001), np.sin(omega * time), ())
+    moved, by_delay, by_bend = recorded.efforts(3e-3, 2e-5, dt)
+    inner = slice(300, 700)
+    sharper = math.exp(2e-5 * omega**2)
+    assert moved[:-1][inner] == pytest.approx(sharper * np.sin(omega * (time + 3e-3))[inner], abs=2e-3)
+    assert by_delay[:-1][inner] == pytest.approx(sharper * omega * np.cos(omega * (time + 3e-3))[inner], abs=0.1)
+    assert by_bend[:-1][inner] == pytest.approx(sharper * omega**2 * np.sin(omega * (time + 3e-3))[inner], abs=2.0)
+
+
+def test_what_is_expected_of_a_ratio_is_a_row_with_its_derivatives():
+    expected = Expected({"F_S": 1.0, "F_C": -1.0}, logarithmic=True, mean=0.3, std=0.5, weight=4.0)
+    names = ("F_C", "F_S", DELAY, BEND)
+    values = {"F_C": 10.0, "F_S": 15.0, DELAY: 0.0, BEND: 0.0}
+    row = expected.row(values, names, 0.1)
+    assert row[0] == pytest.approx(0.1 * 2.0 / 0.5 * (math.log(1.5) - 0.3))
+    near = expected.row({**values, "F_S": 15.0 + 1e-6}, names, 0.1)
+    assert row[1:] == pytest.approx([-0.4 / 10.0, (near[0] - row[0]) / 1e-6, 0.0, 0.0], rel=1e-6, abs=1e-12)
