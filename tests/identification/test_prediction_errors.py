@@ -74,6 +74,16 @@ def test_a_model_without_a_contact_keeps_the_parameters_of_inverse_dynamics(colu
     assert {name: one.value for name, one in plain.parameters.items()} == {name: one.value for name, one in asked.parameters.items()}
 
 
+def test_a_log_of_segments_below_a_second_keeps_the_parameters_of_inverse_dynamics(columns, monkeypatch):
+    monkeypatch.setattr("bristle.identification.observer.SHORTEST", 10.0)
+    plain, asked = (
+        br.identify(columns, "lugre", axis=Axis(resolution=STEP), method=method, blocks=0, draws=0)
+        for method in ("inverse_dynamics", "prediction_error")
+    )
+    assert plain.parameters["sigma_0"].value == asked.parameters["sigma_0"].value
+    assert "prediction_error" not in [one.code for one in asked.best.diagnostics]
+
+
 def test_an_effort_is_moved_by_its_delay_and_sharpened_by_its_bend():
     omega, dt = 2.0 * np.pi * 5.0, 1e-3
     time = dt * np.arange(1001)

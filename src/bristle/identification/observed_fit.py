@@ -162,6 +162,8 @@ def _with_interval(estimate: Estimate, solution: Solution, draws: np.ndarray) ->
 def foreseen(fit: Fit, estimation: Estimation, context: Context, logs: Sequence[Log], draws: int, report: Report = silent) -> Fit:
     """Return a fit with the parameters with which an observer foresees its logs best; intervals are those of replicates, too."""
     ladder = climb(estimation.inverse, estimation.solution.values, logs, context, between(report, 0.0, 0.4))
+    if ladder is None:
+        return fit
     believed, thetas, times = ladder.believed, None, 0.0
     if draws:
         scatter = 0.0 if fit.resampling is None else fit.resampling.scatter.value

@@ -207,8 +207,13 @@ def observable(inverse: InverseDynamics) -> bool:
     return bool(names_of(Role.STIFFNESS, component.variables)) and not recorded and TRANSMITTED not in component.variables.values()
 
 
-def climb(inverse: InverseDynamics, start: Mapping[str, float], logs: Sequence[Log], context: Context, report: Report = silent) -> Ladder:
-    """Return the ladder of observers that begins at these free parameters of an inverse model [SI]."""
+def climb(
+    inverse: InverseDynamics, start: Mapping[str, float], logs: Sequence[Log], context: Context, report: Report = silent
+) -> Ladder | None:
+    """Return the ladder of observers that begins at these free parameters of an inverse model [SI].
+
+    None where no segment lasts long enough, or where the stiffest observer already loses the motion.
+    """
     dataset, dt, parameters = inverse.dataset, inverse.dataset.sample_time, inverse.parameters
     alignment = dataset.alignment or Alignment()
     # The observer takes a constant force for its own.
@@ -223,6 +228,8 @@ def climb(inverse: InverseDynamics, start: Mapping[str, float], logs: Sequence[L
     problem = replace(inverse, parameters=parameters)
     speed = float(np.max(np.abs(dataset.velocity)))
     parts, expected = tuple(_parts(logs, alignment, dt)), _expected(inverse, bend, speed)
+    if not parts:
+        return None
     stiffest, least, rungs = min(FIRST, HIGHEST / dt), math.inf, list[Rung]()
     for number in range(RUNGS):
         report(number / RUNGS)
@@ -230,12 +237,14 @@ def climb(inverse: InverseDynamics, start: Mapping[str, float], logs: Sequence[L
         rung = climbed(errors, values, context)
         if number == 0:
             ends = [rung, *(climbed(errors, further, context, FEW) for further in _starts(values, problem, speed))]
-            best = min(ends, key=lambda end: end.error)
+            best = min(ends, key=lambda end: end.error if math.isfinite(end.error) else math.inf)
             rung = rung if best is rung else climbed(errors, {**values, **best.solution.values}, context)
-        if rungs and not rung.error <= DRIFTS * least:
+        if not rung.error <= DRIFTS * least:
             break
         rungs.append(rung)
         values, least = {**values, **rung.solution.values}, min(least, rung.error)
+    if not rungs:
+        return None
     return Ladder(tuple(rungs), max(number for number, rung in enumerate(rungs) if rung.error <= NEARLY * least))
 
 
