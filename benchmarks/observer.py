@@ -27,7 +27,7 @@ from bristle.core.errors import InputError
 
 __all__ = ["Judged", "made", "observer", "tried"]
 
-FIRST, LOGS, DRAWS = 7500, 30, 40
+FIRST, LOGS, DRAWS = 7600, 24, 40
 STEPS = (10.0, 100.0)  # of the encoder in the pre-sliding zone
 METHODS = ("inverse_dynamics", "prediction_error")
 NAMES = ("M", "F_C", "F_S", "v_S", "sigma_0", "sigma_1", "sigma_2")
