@@ -1,13 +1,14 @@
 """Prediction errors: the contact as an observer foresees it, on logs of an axis that is simulated here in plain Python."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import bristle as br
 from bristle.core import Axis
-from bristle.identification.observer import BEND, DELAY, Expected, Recorded
+from bristle.identification.observer import BEND, DELAY, Expected, Ladder, Recorded
 
 TRUTH = {"M": 3.0, "F_C": 12.0, "F_S": 16.0, "v_S": 4e-3, "sigma_0": 2.5e6, "sigma_1": 1200.0, "sigma_2": 25.0}
 DT, FINER, STEP = 1e-3, 20, 2e-7
@@ -72,6 +73,32 @@ def test_a_model_without_a_contact_keeps_the_parameters_of_inverse_dynamics(colu
         for method in ("inverse_dynamics", "prediction_error")
     )
     assert {name: one.value for name, one in plain.parameters.items()} == {name: one.value for name, one in asked.parameters.items()}
+
+
+def test_the_constant_force_is_that_of_inverse_dynamics(columns, identified):
+    plain = br.identify(columns, "lugre", axis=Axis(resolution=STEP), blocks=0, draws=0)
+    assert plain.parameters["sigma_0"].value != identified.parameters["sigma_0"].value
+    assert plain.parameters["offset"].value == identified.parameters["offset"].value
+
+
+def test_the_loosest_observer_that_predicts_nearly_as_well_as_the_best_is_reported():
+    rungs = [SimpleNamespace(error=error) for error in (1.2, 1.0, 1.07, 1.09)]
+    ladder = Ladder.of(rungs)
+    assert ladder.believed is rungs[2]
+    assert ladder.beside is rungs[1]
+    assert Ladder.of(rungs[1:2]).beside is None
+    assert Ladder.of([rungs[1], rungs[3]]).beside is rungs[3]
+
+
+def test_intervals_of_sliding_reach_to_inverse_dynamics(identified, columns, monkeypatch):
+    def width(result):
+        low, high = result.parameters["F_C"].interval
+        return high - low
+
+    monkeypatch.setattr("bristle.identification.observed_fit.SHOWN_BY_SLIDING", ())
+    narrow = br.identify(columns, "lugre", axis=Axis(resolution=STEP), method="prediction_error", blocks=0, draws=20)
+    assert narrow.parameters["F_C"].value == identified.parameters["F_C"].value
+    assert width(narrow) < width(identified)
 
 
 def test_a_log_of_segments_below_a_second_keeps_the_parameters_of_inverse_dynamics(columns, monkeypatch):

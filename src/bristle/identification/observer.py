@@ -189,6 +189,12 @@ class Ladder(NamedTuple):
     rungs: tuple[Rung, ...]
     place: int
 
+    @classmethod
+    def of(cls, rungs: Sequence[Rung]) -> Ladder:
+        """Return the ladder of some rungs."""
+        least = min(rung.error for rung in rungs)
+        return cls(tuple(rungs), max(number for number, rung in enumerate(rungs) if rung.error <= NEARLY * least))
+
     @property
     def believed(self) -> Rung:
         """The loosest rung that foresees nearly as well as the best."""
@@ -243,9 +249,7 @@ def climb(
             break
         rungs.append(rung)
         values, least = {**values, **rung.solution.values}, min(least, rung.error)
-    if not rungs:
-        return None
-    return Ladder(tuple(rungs), max(number for number, rung in enumerate(rungs) if rung.error <= NEARLY * least))
+    return Ladder.of(rungs) if rungs else None
 
 
 def _starts(values: Mapping[str, float], inverse: InverseDynamics, speed: float) -> Iterator[dict[str, float]]:
