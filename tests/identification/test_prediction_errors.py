@@ -1,14 +1,20 @@
 """Prediction errors: the contact as an observer foresees it, on logs of an axis that is simulated here in plain Python."""
 
 import math
+from dataclasses import replace
+from importlib import import_module
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import bristle as br
-from bristle.core import Axis
+from bristle.core import Axis, InputError
+from bristle.core.diagnostic import Diagnostic
+from bristle.identification import observed_fit
+from bristle.identification.observed_fit import foreseen
 from bristle.identification.observer import BEND, DELAY, Expected, Ladder, Recorded
+from bristle.report.messages import message
 
 TRUTH = {"M": 3.0, "F_C": 12.0, "F_S": 16.0, "v_S": 4e-3, "sigma_0": 2.5e6, "sigma_1": 1200.0, "sigma_2": 25.0}
 DT, FINER, STEP = 1e-3, 20, 2e-7
@@ -73,6 +79,66 @@ def test_a_model_without_a_contact_keeps_the_parameters_of_inverse_dynamics(colu
         for method in ("inverse_dynamics", "prediction_error")
     )
     assert {name: one.value for name, one in plain.parameters.items()} == {name: one.value for name, one in asked.parameters.items()}
+    (told,) = [one for one in asked.best.diagnostics if one.code == "prediction_error"]
+    assert "coulomb_viscous has no pre-sliding" in message(told)
+
+
+def test_a_doubt_of_inverse_dynamics_about_a_parameter_goes_with_its_value(columns, monkeypatch):
+    def doubted(fit, *arguments):
+        doubts = (
+            Diagnostic("unseen", "sigma_0", numbers={"percent": 30.0}),
+            Diagnostic("widened", numbers={"names": ("sigma_0",), "times": 2.5}),
+        )
+        return foreseen(replace(fit, diagnostics=(*fit.diagnostics, *doubts)), *arguments)
+
+    monkeypatch.setattr(import_module("bristle.identification.identify"), "foreseen", doubted)
+    result = br.identify(columns, "lugre", axis=Axis(resolution=STEP), method="prediction_error", blocks=0, draws=0)
+    assert result.parameters["sigma_0"].status == "identified"
+    assert not {"unseen", "widened"}.intersection(one.code for one in result.best.diagnostics)
+
+
+def test_values_that_a_model_does_not_allow_are_told_and_not_taken(columns, monkeypatch):
+    def refused(*_):
+        raise InputError("the best fit of lugre is not what the model allows", path="model")
+
+    monkeypatch.setattr("bristle.identification.observed_fit.fit_of", refused)
+    result = br.identify(columns, "lugre", axis=Axis(resolution=STEP), method="prediction_error", blocks=0, draws=0)
+    plain = br.identify(columns, "lugre", axis=Axis(resolution=STEP), blocks=0, draws=0)
+    (told,) = [one for one in result.best.diagnostics if one.code == "prediction_error"]
+    assert "is not what the model allows" in message(told)
+    assert result.parameters["sigma_0"].value == plain.parameters["sigma_0"].value
+
+
+def test_of_a_long_log_pieces_are_observed_and_find_the_same_contact(columns, identified, monkeypatch):
+    monkeypatch.setattr("bristle.identification.observer.MOST", 4000)
+    result = br.identify(columns, "lugre", axis=Axis(resolution=STEP), method="prediction_error", blocks=0, draws=0)
+    assert result.parameters["sigma_0"].value != identified.parameters["sigma_0"].value
+    assert result.parameters["sigma_0"].value == pytest.approx(TRUTH["sigma_0"], rel=0.06)
+
+
+def test_progress_never_goes_back_beside_an_observer(columns):
+    shares = []
+    br.identify(
+        columns,
+        "lugre",
+        axis=Axis(resolution=STEP),
+        method="prediction_error",
+        blocks=0,
+        draws=20,
+        progress=lambda share, _: shares.append(share),
+    )
+    assert shares == sorted(shares)
+    assert shares[-1] <= 1.0
+
+
+def test_a_replicate_that_leaves_the_finite_numbers_is_none(monkeypatch):
+    axis = SimpleNamespace(replicate=lambda *_: None)
+    monkeypatch.setattr(observed_fit, "IdentifiedAxis", lambda *_: axis)
+    inverse = SimpleNamespace(parameters=SimpleNamespace(complete=lambda _: {DELAY: 0.0, BEND: 0.0}), plant=str, model=str, dataset=None)
+    rung = SimpleNamespace(
+        problem=SimpleNamespace(inverse=inverse, parts=(None,), lag=0.0, dt=DT, steps=2), solution=SimpleNamespace(values={})
+    )
+    assert observed_fit.replicate(rung, observed_fit.Unseen(0.0, 0.0), None) is None
 
 
 def test_the_constant_force_is_that_of_inverse_dynamics(columns, identified):
@@ -108,7 +174,9 @@ def test_a_log_of_segments_below_a_second_keeps_the_parameters_of_inverse_dynami
         for method in ("inverse_dynamics", "prediction_error")
     )
     assert plain.parameters["sigma_0"].value == asked.parameters["sigma_0"].value
-    assert "prediction_error" not in [one.code for one in asked.best.diagnostics]
+    (told,) = [one for one in asked.best.diagnostics if one.code == "prediction_error"]
+    assert told.severity == "warning"
+    assert "those of inverse dynamics: no segment of the log lasts a second" in message(told)
 
 
 def test_an_effort_is_moved_by_its_delay_and_sharpened_by_its_bend():

@@ -63,3 +63,8 @@ def test_a_constant_and_a_ramp_pass_a_lag_without_its_delay():
     for lag in (3e-3, -3e-3):
         assert through_filter(np.full(300, 4.0), lag, DT) == pytest.approx(4.0)
         assert inner(through_filter(5.0 * TIME[:600], lag, DT), 50) == pytest.approx(inner(5.0 * TIME[:600], 50), abs=1e-6)
+
+
+@pytest.mark.parametrize("count", [2, 3, 4, 5, 9])
+def test_the_derivative_of_a_short_signal_has_its_samples_and_the_slope_of_a_line(count):
+    assert derivative(3.0 * np.arange(float(count)), 0.5) == pytest.approx(np.full(count, 6.0))

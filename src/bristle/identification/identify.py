@@ -24,9 +24,8 @@ from bristle.identification.excitation import checks_of, spread_between_repeats,
 from bristle.identification.first_stage import alignment_of
 from bristle.identification.fitting import fit
 from bristle.identification.half_cycles import blocks_for
-from bristle.identification.least_squares import Report, silent
+from bristle.identification.least_squares import Report, between, silent
 from bristle.identification.observed_fit import foreseen
-from bristle.identification.observer import observable
 from bristle.identification.output_error import Simulation, loop_of
 from bristle.identification.parameters import PriorKnowledge, Role, names_of, offset_of
 from bristle.identification.preprocessing import aligned, calmed, treat_all
@@ -42,6 +41,7 @@ from bristle.logs.log import Log
 FEWEST_DRAWS, MOST_DRAWS = 20, 100_000
 WITHOUT_SLOTS = "interrupted: slots were not looked for to the end"
 WITHOUT_DRAWS = "interrupted: the intervals are not those of simulated logs"
+WITHOUT_OBSERVER = "interrupted: the parameters are those of inverse dynamics"
 TELLS_CHANNEL = "lugre"
 TURNS = 2  # of slots added to the best of all models
 
@@ -156,14 +156,14 @@ def identify(
     (best, *rest), interrupted = to_the_end(judged)
     unfinished = unfinished or WITHOUT_DRAWS * (interrupted and bool(draws))
     if not unfinished:
-        report, estimation = share(count - 1, f"fitting {best.name} to simulated logs"), estimations[best.name]
+        report, estimation, first = share(count - 1, f"fitting {best.name} to simulated logs"), estimations[best.name], 0.3 * bool(draws)
         try:
-            best = with_uncertainty(best, estimation, draws, chosen, report) if draws else best
-            if observed and observable(estimation.inverse):
-                best = foreseen(best, estimation, context, [log for log, _ in pairs], draws, report)
+            best = with_uncertainty(best, estimation, draws, chosen, between(report, 0.0, first if observed else 1.0)) if draws else best
+            if observed:
+                best = foreseen(best, estimation, context, [log for log, _ in pairs], draws, between(report, first, 1.0))
             best = with_loops(best, pairs)
         except KeyboardInterrupt:
-            unfinished = WITHOUT_DRAWS
+            unfinished = WITHOUT_DRAWS if draws else WITHOUT_OBSERVER
     dataset = context.dataset
     treatment = {
         "cutoff": dataset.cutoff,

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -28,9 +28,9 @@ from bristle.identification.dataset import Dataset
 from bristle.identification.estimation import Context, Estimation
 from bristle.identification.fitting import fit_of
 from bristle.identification.least_squares import Report, between, silent
-from bristle.identification.observer import BEND, DELAY, Ladder, PredictionErrors, Recorded, Rung, climb, climbed
+from bristle.identification.observer import BEND, DELAY, Ladder, PredictionErrors, Recorded, Rung, climb, climbed, observable
 from bristle.identification.parameter_space import Solution
-from bristle.identification.problem import Covariance
+from bristle.identification.problem import Covariance, scores_of
 from bristle.identification.result import Estimate, Fit
 from bristle.logs.filters import low_passed, through_filter
 from bristle.logs.log import Log
@@ -42,6 +42,7 @@ MOVE_MOST = 3.0  # standard errors: what a stiffer observer may say else
 REPLICATES, SEED = 10, 20_261_126
 HELD_AT, LED_AT, DAMPED = 25.0, 25.0, 0.7  # Hz: of the motion that a replicate follows, and of the loop that leads it; its damping
 SHOWN_BY_SLIDING = ("acceleration", "sliding", "speed")
+REPLACED = ("widened", "coarse_elements")  # codes of intervals of inverse dynamics
 DRAWS = 400
 """Sets of parameters that stand for what a log allows."""
 
@@ -56,6 +57,17 @@ class Observed(NamedTuple):
     def solution(self) -> Solution:
         """Where the believed rung ended."""
         return self.ladder.believed.solution
+
+    @property
+    def covariance(self) -> Covariance:
+        """The standard errors of the reported parameters."""
+        solution = self.solution
+        matrix = solution.derivative @ self.matrix @ solution.derivative.T
+        std = np.sqrt(np.maximum(np.diag(matrix), 0.0))
+        errors = np.where([name not in solution.at_edge for name in solution.space.reported], std, np.nan)
+        scale, length = np.where(std > 0.0, std, np.nan), np.linalg.norm(solution.jacobian, axis=0)
+        condition = float(np.linalg.cond(solution.jacobian[:, length > 0.0] / length[length > 0.0]))
+        return Covariance(errors, errors, matrix / np.outer(scale, scale), condition)
 
     def draws(self, count: int = DRAWS) -> np.ndarray:
         """Return sets of coordinates that the log allows, shape (draw, coordinate), the mirror image of each behind it."""
@@ -72,8 +84,7 @@ def sandwich(rung: Rung) -> np.ndarray:
     scale = np.linalg.norm(jacobian, axis=0)
     columns = jacobian / np.where(scale > 0.0, scale, 1.0)
     inverse = np.linalg.pinv(columns.T @ columns, rcond=1e-12, hermitian=True)
-    starts = np.linspace(0, count, BLOCKS, endpoint=False).astype(int)
-    scores = np.add.reduceat(columns[:count] * residual[:count, None], starts, axis=0)
+    scores = scores_of(columns[:count], residual[:count], BLOCKS)
     weights = np.array([expectation.weight for expectation in rung.problem.expected])
     beforehand = columns[count:] * (rung.problem.unit * np.sqrt(weights))[:, None]  # what is expected has an error of its own
     matrix = inverse @ (BLOCKS / (BLOCKS - 1) * (scores.T @ scores) + beforehand.T @ beforehand) @ inverse
@@ -89,7 +100,7 @@ def observed_of(ladder: Ladder, inverse: Mapping[str, float], replicates: np.nda
         move = np.clip(believed.solution.theta - ladder.beside.solution.theta, -most, most)
         matrix = matrix + np.outer(move, move)
     matrix = matrix + np.diag(_apart(ladder, np.diag(matrix) ** 0.5, inverse) ** 2)
-    if replicates is not None:
+    if replicates is not None and len(replicates) > 1:
         bias = np.median(replicates, axis=0) - believed.solution.theta
         matrix = matrix + np.cov(replicates, rowvar=False) + np.outer(bias, bias)
     return Observed(ladder, matrix)
@@ -105,47 +116,35 @@ def _apart(ladder: Ladder, errors: np.ndarray, inverse: Mapping[str, float]) -> 
     return np.clip(apart, -MOVE_MOST * errors, MOVE_MOST * errors)
 
 
-def covariance_of(observed: Observed) -> Covariance:
-    """Return the standard errors of what is reported."""
-    solution = observed.solution
-    matrix = solution.derivative @ observed.matrix @ solution.derivative.T
-    std = np.sqrt(np.maximum(np.diag(matrix), 0.0))
-    at_edge = np.array([name in solution.at_edge for name in solution.space.reported])
-    correlation = matrix / np.outer(np.where(std > 0.0, std, np.nan), np.where(std > 0.0, std, np.nan))
-    scale = np.linalg.norm(solution.jacobian, axis=0)
-    condition = float(np.linalg.cond(solution.jacobian[:, scale > 0.0] / scale[scale > 0.0]))
-    return Covariance(np.where(at_edge, np.nan, std), np.where(at_edge, np.nan, std), correlation, condition)
-
-
 def with_observer(fit: Fit, estimation: Estimation, context: Context, ladder: Ladder, replicates: np.ndarray | None = None) -> Fit:
-    """Return a fit with the parameters of the believed rung, and with intervals."""
+    """Return a fit with the parameters of the believed rung, and with intervals; refused where a model does not allow them."""
     of_inverse = {estimate.name: estimate.value for estimate in fit.estimates}
     believed, observed = ladder.believed, observed_of(ladder, of_inverse, replicates)
-    of_observer = replace(estimation, inverse=believed.problem.inverse, solution=believed.solution, covariance=covariance_of(observed))
-    try:
-        better = fit_of(of_observer, context)
-    except InputError:  # what a model does not allow
-        return fit
-    draws = np.array([believed.solution.space.numbers(theta) for theta in observed.draws()])
+    of_observer = replace(estimation, inverse=believed.problem.inverse, solution=believed.solution, covariance=observed.covariance)
+    better, thetas, space = fit_of(of_observer, context), observed.draws(), believed.solution.space
+    draws = np.array([space.numbers(theta) for theta in thetas])
     renewed = {estimate.name: _with_interval(estimate, believed.solution, draws) for estimate in better.estimates}
-    reported = believed.solution.space.reported
-    estimates = tuple(renewed[old.name] if old.name in reported else old for old in fit.estimates)
-    bands = None
-    if fit.resampling is not None:
-        columns = {name: draws[:, place] for place, name in enumerate(believed.solution.space.reported) if name not in (DELAY, BEND)}
-        bands = replace(fit.resampling, bands=replace(fit.resampling.bands, draws=columns))
+    # What inverse dynamics said of a parameter holds no more.
+    about = [diagnostic for diagnostic in fit.diagnostics if diagnostic.parameter not in space.reported and diagnostic.code not in REPLACED]
+    about += [diagnostic for diagnostic in better.diagnostics if diagnostic.parameter in space.reported]
+    resampling = fit.resampling
+    if resampling is not None:
+        members = [estimation.finished(space.values(theta)) for theta in thetas]
+        columns = {name: np.array([member[name] for member in members]) for name in members[0] if name not in (DELAY, BEND)}
+        resampling = replace(resampling, bands=replace(resampling.bands, draws=columns))
     return replace(
         fit,
         plant=better.plant,
         friction=better.friction,
-        estimates=estimates,
+        estimates=tuple(renewed[old.name] if old.name in space.reported else old for old in fit.estimates),
         combinations=better.combinations,
         correlation=better.correlation,
         correlation_names=better.correlation_names,
         condition_number=better.condition_number,
         traces=better.traces,
         force_error_percent=better.force_error_percent,
-        resampling=bands,
+        diagnostics=tuple(about),
+        resampling=resampling,
     )
 
 
@@ -160,20 +159,29 @@ def _with_interval(estimate: Estimate, solution: Solution, draws: np.ndarray) ->
 
 
 def foreseen(fit: Fit, estimation: Estimation, context: Context, logs: Sequence[Log], draws: int, report: Report = silent) -> Fit:
-    """Return a fit with the parameters with which an observer foresees its logs best; intervals are those of replicates, too."""
+    """Return a fit with the parameters with which an observer foresees its logs best; a fit that keeps its own says why."""
+
+    def told(fit: Fit, severity: Severity, numbers: dict[str, Number]) -> Fit:
+        about = Diagnostic("prediction_error", severity=severity, numbers=numbers, kind=fit.friction.kind)
+        return replace(fit, diagnostics=(*fit.diagnostics, about))
+
+    if not observable(estimation.inverse):
+        return told(fit, "note", {"why": f"{fit.name} has no pre-sliding, or needs a further channel of the log"})
     ladder = climb(estimation.inverse, estimation.solution.values, logs, context, between(report, 0.0, 0.4))
     if ladder is None:
-        return fit
-    believed, thetas, times = ladder.believed, None, 0.0
+        return told(fit, "warning", {"why": "no segment of the log lasts a second, or the observer loses the motion"})
+    believed, thetas = ladder.believed, None
+    numbers: dict[str, Number] = {"bandwidth": believed.problem.bandwidth, "error": believed.error}
     if draws:
         scatter = 0.0 if fit.resampling is None else fit.resampling.scatter.value
         thetas, errors = fits_to_replicates(ladder, context, scatter, between(report, 0.4, 1.0))
-        times = believed.error / float(np.median(errors))
-    numbers: dict[str, Number] = {"bandwidth": believed.problem.bandwidth, "error": believed.error}
-    numbers |= {"times": times} if times > 0.0 else {}
-    severity: Severity = "warning" if times > WORSE else "note"
-    about = Diagnostic("prediction_error", severity=severity, numbers=numbers, kind=fit.friction.kind)
-    return with_observer(replace(fit, diagnostics=(*fit.diagnostics, about)), estimation, context, ladder, thetas)
+        times = believed.error / float(np.median(errors)) if errors.size else np.inf
+        numbers |= {"times": times, **({"unexplained": 1} if times > WORSE else {})}
+    try:
+        better = with_observer(fit, estimation, context, ladder, thetas)
+    except InputError as error:
+        return told(fit, "warning", {"why": error.message})
+    return told(better, "warning" if "unexplained" in numbers else "note", numbers)
 
 
 def fits_to_replicates(ladder: Ladder, context: Context, scatter: float, report: Report = silent) -> tuple[np.ndarray, np.ndarray]:
@@ -182,18 +190,17 @@ def fits_to_replicates(ladder: Ladder, context: Context, scatter: float, report:
     first, *seeds = np.random.SeedSequence(SEED).spawn(REPLICATES + 1)
     unseen = unseen_in(believed, Unseen(scatter, believed.problem.inverse.dataset.effort_noise), first)
 
-    def fitted(seed: np.random.SeedSequence) -> tuple[np.ndarray, float]:
+    def fitted(seed: np.random.SeedSequence) -> tuple[np.ndarray, float] | None:
         problem = replicate(believed, unseen, np.random.default_rng(seed))
-        rung = climbed(problem, believed.solution.values, context)
-        return rung.solution.theta, rung.error
+        rung = None if problem is None else climbed(problem, believed.solution.values, context)
+        return None if rung is None else (rung.solution.theta, rung.error)
 
     ends = list[tuple[np.ndarray, float]]()
     with Abreast() as pool:
         for number, end in enumerate(pool.map(fitted, seeds)):
-            ends.append(end)
+            ends += [] if end is None else [end]
             report((number + 1) / REPLICATES)
-    thetas, errors = zip(*ends, strict=True)
-    return np.array(thetas), np.array(errors)
+    return np.array([theta for theta, _ in ends]), np.array([error for _, error in ends])
 
 
 class Unseen(NamedTuple):
@@ -208,7 +215,7 @@ def unseen_in(rung: Rung, most: Unseen, seed: np.random.SeedSequence) -> Unseen:
 
     def square(unseen: Unseen) -> float:
         drawn = replicate(rung, unseen, np.random.default_rng(seed))
-        return float(np.mean(drawn.residual(rung.solution.values)[: drawn.settled_rows] ** 2))
+        return np.inf if drawn is None else float(np.mean(drawn.residual(rung.solution.values)[: drawn.settled_rows] ** 2))
 
     def share(low: float, high: float) -> float:
         return min(max((rung.error**2 - low) / (high - low), 0.0), 1.0) ** 0.5 if high > low else 1.0
@@ -217,13 +224,15 @@ def unseen_in(rung: Rung, most: Unseen, seed: np.random.SeedSequence) -> Unseen:
     return Unseen(most.scatter * share(noisy, loud), most.noise * share(quiet, noisy))
 
 
-def replicate(rung: Rung, unseen: Unseen, rng: np.random.Generator) -> PredictionErrors:
-    """Return the same problem on a log that the identified axis made: along the same motion, read by its encoder."""
+def replicate(rung: Rung, unseen: Unseen, rng: np.random.Generator) -> PredictionErrors | None:
+    """Return the same problem on a log that the identified axis made along the same motion; None where that left the finite numbers."""
     problem, inverse = rung.problem, rung.problem.inverse
     values = inverse.parameters.complete(rung.solution.values)
     channel = Channel(values[DELAY], values[BEND], problem.lag)
     axis = IdentifiedAxis(inverse.plant(values), inverse.model(values), inverse.dataset, problem.dt, problem.steps, channel)
-    return replace(problem, parts=tuple(axis.replicate(part, unseen, rng) for part in problem.parts))
+    parts = [axis.replicate(part, unseen, rng) for part in problem.parts]
+    recorded = tuple(part for part in parts if part is not None)
+    return replace(problem, parts=recorded) if len(recorded) == len(parts) else None
 
 
 class Channel(NamedTuple):
@@ -244,14 +253,14 @@ class IdentifiedAxis(NamedTuple):
     steps: int
     channel: Channel
 
-    def replicate(self, part: Recorded, unseen: Unseen, rng: np.random.Generator) -> Recorded:
-        """Return what this axis records of the motion of a segment; that itself where it left the finite numbers."""
+    def replicate(self, part: Recorded, unseen: Unseen, rng: np.random.Generator) -> Recorded | None:
+        """Return what this axis records of the motion of a segment, through its encoder; None where it left the finite numbers."""
         dt, count, (delay, bend, lag), resolution = self.dt, part.position.size, self.channel, self.dataset.resolution
         smooth = low_passed(part.position - part.position[0], min(HELD_AT, 0.2 / dt), dt) + part.position[0]
         velocity = np.gradient(smooth, dt)
         acted = part.efforts(delay, bend, dt)[0, :count]
         commanded = np.append(0.5 * (acted[1:] + acted[:-1]), acted[-1:])  # what is held until the next sample
-        _, slope = self.plant.component.port(self._begun(smooth[0], velocity[0]), 0.0, dt, self.plant.parameters)
+        _, slope = self.plant.component.port(self.plant.component.State(smooth[0], velocity[0]), 0.0, dt, self.plant.parameters)
         omega, mass = 2.0 * np.pi * LED_AT, -0.5 * dt / slope
         trace = run_closed_loop(
             self.plant,
@@ -267,16 +276,13 @@ class IdentifiedAxis(NamedTuple):
             v=float(velocity[0]),
         )
         if trace.position.size < count:
-            return part
+            return None
         # What is held until the next sample acts half of one later, and smoothed by that.
         recorded = Recorded(trace.position, trace.effort, ()).efforts(-delay - 0.5 * dt, -bend - dt**2 / 24.0, dt)[0, :count]
         noise = unseen.noise * rng.standard_normal(count)
         phase = rng.uniform(0.0, resolution)
         position = resolution * np.round((trace.position + phase) / resolution) - phase if resolution > 0.0 else trace.position
         return Recorded(position, recorded + (through_filter(noise, lag, dt) if lag else noise), part.columns)
-
-    def _begun(self, x: float, v: float) -> Any:
-        return self.plant.component.State(x, v)
 
     def _leaning(self, position: np.ndarray, velocity: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """Return friction along a motion, of a level of its own in each half-cycle: a standard normal number."""

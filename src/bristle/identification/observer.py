@@ -33,7 +33,7 @@ from bristle.engine.loop_derivatives import Sensitive
 from bristle.engine.observer import prediction_errors
 from bristle.friction.level import TRANSMITTED
 from bristle.friction.slots import OFFSET
-from bristle.identification.dataset import Alignment
+from bristle.identification.dataset import PIECES, Alignment, spread
 from bristle.identification.estimation import Context
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.least_squares import Report, silent
@@ -56,7 +56,7 @@ SHARPEST = 0.7  # most that an effort is sharpened by, in the exponent
 WEIGHT = 30.0  # rows that a weak prior is worth
 BEND_STD = 5e-7  # s^2: of the bend beforehand
 FALLS, EXCESS = 0.02, 0.3  # beforehand: of the largest speed, friction falls with; logarithm of break-away over the level
-SHORTEST = 1.0  # s: of a segment
+SHORTEST, MOST = 1.0, 150_000  # s: of a segment; samples of logs in all, of which pieces are observed beyond
 EVALUATIONS, ENDED = 15, 1e-4  # of a descent; relative change of its cost that ends it
 ROUNDED = 0.25  # of an encoder step: prediction errors are no smaller
 
@@ -227,7 +227,7 @@ def climb(
     free = [name for name in parameters.free if name not in constant]
     bend = 0.0 if dataset.held is False else -(dt**2) / 24.0
     measured = [name for name, fixed in parameters.fixed.items() if fixed.half_width is not None]
-    values = {**parameters.complete(start), DELAY: alignment.delay or 0.0, BEND: bend}
+    values = {**parameters.complete(start), DELAY: (alignment.delay or 0.0) - 0.5 * dt * bool(dataset.held), BEND: bend}
     fixed = {name: entry for name, entry in parameters.fixed.items() if name not in measured}
     fixed |= {name: Fixed(values[name], "held_known") for name in constant if name not in fixed}
     parameters = replace(parameters, free=(*measured, *free, DELAY, BEND), fixed=fixed, loop=_channel(dt))
@@ -284,16 +284,19 @@ def climbed(errors: PredictionErrors, start: Mapping[str, float], context: Conte
 
 
 def _parts(logs: Sequence[Log], alignment: Alignment, dt: float) -> Iterator[Recorded]:
-    """Yield the segments of logs that last, their effort as it was before a filter that was found."""
+    """Yield the segments of logs that last, pieces of long ones; their effort as it was before a filter that was found."""
     # Of a filter in the position the effort gets another one: what the axis does is shown through both.
-    lag = -(alignment.smoothing or 0.0)
+    lag, share = -(alignment.smoothing or 0.0), min(MOST / sum(map(len, logs)), 1.0)
     for log in logs:
         assert log.effort is not None
         for part in log.segments or (slice(None),):
             position, effort = log.position.values[part], log.effort.values[part]
-            if position.size * dt > SHORTEST:
-                effort = through_filter(effort, lag, dt) if lag else effort
-                yield Recorded(position.copy(), effort, tuple(column.values[part] for column in log.regressors))
+            if position.size * dt <= SHORTEST:
+                continue
+            effort = through_filter(effort, lag, dt) if lag else effort
+            length = max(int(share * position.size / PIECES), math.ceil(SHORTEST / dt))
+            for piece in spread(position.size, length) if PIECES * length < position.size else [slice(None)]:
+                yield Recorded(position[piece].copy(), effort[piece], tuple(column.values[part][piece] for column in log.regressors))
 
 
 def _channel(dt: float) -> dict[str, Variable]:

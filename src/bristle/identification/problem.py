@@ -287,8 +287,7 @@ def covariance_of(solution: Solution, residual: np.ndarray, errors: Sequence[np.
     pulls = columns.T @ np.column_stack([*errors, np.zeros_like(residual)])
     # The scatter of the scores, summed over blocks of consecutive rows.
     rows, count = residual.size, min(CLUSTERS, residual.size)
-    starts = np.linspace(0, rows, count, endpoint=False).astype(int)
-    sums = np.add.reduceat(columns * residual[:, None], starts, axis=0)
+    sums = scores_of(columns, residual, count)
     # Makes up for the freedom that the fit took from the residuals.
     factor = count / max(count - 1, 1) * (rows - 1) / max(rows - len(names), 1)
     robust = inverse @ (factor * (sums.T @ sums) + pulls @ pulls.T) @ inverse
@@ -305,6 +304,12 @@ def covariance_of(solution: Solution, residual: np.ndarray, errors: Sequence[np.
     correlation[np.ix_(usable, usable)] = covariance[np.ix_(usable, usable)] / np.outer(std[usable], std[usable])
     condition = float(singular[0] / max(singular[-1], np.finfo(float).tiny)) if singular.size else 1.0
     return Covariance(std, robust_std, correlation, condition)
+
+
+def scores_of(columns: np.ndarray, residual: np.ndarray, blocks: int) -> np.ndarray:
+    """Return the scores of columns, shape (row, column), summed over blocks of consecutive rows, shape (block, column)."""
+    starts = np.linspace(0, residual.size, blocks, endpoint=False).astype(int)
+    return np.add.reduceat(columns * residual[:, None], starts, axis=0)
 
 
 def _root(variance: np.ndarray) -> np.ndarray:

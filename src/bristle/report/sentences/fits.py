@@ -164,10 +164,11 @@ FITS: dict[str, Sentence] = {
             "made: the model does not explain all of the motion",
             "the contact parameters are those with which an observer of {bandwidth:.3g} Hz predicts the next position best, to "
             "{error:length} rms",
+            "no observer predicted the position, and the parameters are those of inverse dynamics: {why}",
         ),
         "prediction errors of the position were fitted",
         "compare other models",
-        choose=lambda texts, numbers: texts[0 if numbers.get("times", 0.0) > 1.5 else 1],
+        choose=where("unexplained", "bandwidth"),
     ),
     "filtered": Sentence(
         (
