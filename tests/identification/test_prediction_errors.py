@@ -199,3 +199,44 @@ def test_what_is_expected_of_a_ratio_is_a_row_with_its_derivatives():
     assert row[0] == pytest.approx(0.1 * 2.0 / 0.5 * (math.log(1.5) - 0.3))
     near = expected.row({**values, "F_S": 15.0 + 1e-6}, names, 0.1)
     assert row[1:] == pytest.approx([-0.4 / 10.0, (near[0] - row[0]) / 1e-6, 0.0, 0.0], rel=1e-6, abs=1e-12)
+
+
+def test_the_search_begins_half_a_sample_later_where_the_effort_is_held(columns, monkeypatch):
+    starts = []
+
+    def first(errors, start, *_):
+        starts.append(start[DELAY])
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("bristle.identification.observer.climbed", first)
+    result = br.identify(columns, "lugre", axis=Axis(resolution=STEP, held=True), method="prediction_error", blocks=0, draws=0)
+    assert starts == [pytest.approx(result.treatment["delay"] - 0.5 * DT)]
+    assert result.unfinished == "interrupted: the parameters are those of inverse dynamics"
+
+
+def of_observer(columns, monkeypatch, **changes):
+    """Identify where replicates are those of the log itself, and its estimation is changed."""
+
+    def asked(fit, estimation, *arguments):
+        return foreseen(fit, replace(estimation, **changes), *arguments)
+
+    def few(ladder, *_):
+        theta = ladder.believed.solution.theta
+        return np.array([theta, theta + 1e-3]), np.full(2, ladder.believed.error / 3.0)
+
+    monkeypatch.setattr(import_module("bristle.identification.identify"), "foreseen", asked)
+    monkeypatch.setattr(observed_fit, "fits_to_replicates", few)
+    return br.identify(columns, "lugre", axis=Axis(resolution=STEP), method="prediction_error", blocks=0, draws=20)
+
+
+def test_a_log_that_is_predicted_worse_than_its_replicates_is_warned_of(columns, monkeypatch):
+    (told,) = [one for one in of_observer(columns, monkeypatch).best.diagnostics if one.code == "prediction_error"]
+    assert told.severity == "warning"
+    assert "predicts the next position 3 times as badly" in message(told)
+
+
+def test_bands_hold_the_parameters_as_the_model_takes_them(columns, monkeypatch):
+    result = of_observer(columns, monkeypatch, finished=lambda values: {"F_C": 2.0 * values["F_C"]})
+    draws = result.best.resampling.bands.draws
+    assert set(draws) == {"F_C"}
+    assert np.mean(draws["F_C"]) == pytest.approx(2.0 * result.parameters["F_C"].value, rel=0.01)
