@@ -161,15 +161,15 @@ def _with_interval(estimate: Estimate, solution: Solution, draws: np.ndarray) ->
 def foreseen(fit: Fit, estimation: Estimation, context: Context, logs: Sequence[Log], draws: int, report: Report = silent) -> Fit:
     """Return a fit with the parameters with which an observer foresees its logs best; a fit that keeps its own says why."""
 
-    def told(fit: Fit, severity: Severity, numbers: dict[str, Number]) -> Fit:
+    def with_remark(fit: Fit, severity: Severity, numbers: dict[str, Number]) -> Fit:
         about = Diagnostic("prediction_error", severity=severity, numbers=numbers, kind=fit.friction.kind)
         return replace(fit, diagnostics=(*fit.diagnostics, about))
 
     if not observable(estimation.inverse):
-        return told(fit, "note", {"why": f"{fit.name} has no pre-sliding, or needs a further channel of the log"})
+        return with_remark(fit, "note", {"why": f"{fit.name} has no pre-sliding, or needs a further channel of the log"})
     ladder = climb(estimation.inverse, estimation.solution.values, logs, context, between(report, 0.0, 0.4))
     if ladder is None:
-        return told(fit, "warning", {"why": "no segment of the log lasts a second, or the observer loses the motion"})
+        return with_remark(fit, "warning", {"why": "no segment of the log lasts a second, or the observer loses the motion"})
     believed, thetas = ladder.believed, None
     numbers: dict[str, Number] = {"bandwidth": believed.problem.bandwidth, "error": believed.error}
     if draws:
@@ -180,8 +180,8 @@ def foreseen(fit: Fit, estimation: Estimation, context: Context, logs: Sequence[
     try:
         better = with_observer(fit, estimation, context, ladder, thetas)
     except InputError as error:
-        return told(fit, "warning", {"why": error.message})
-    return told(better, "warning" if "unexplained" in numbers else "note", numbers)
+        return with_remark(fit, "warning", {"why": error.message})
+    return with_remark(better, "warning" if "unexplained" in numbers else "note", numbers)
 
 
 def fits_to_replicates(ladder: Ladder, context: Context, scatter: float, report: Report = silent) -> tuple[np.ndarray, np.ndarray]:

@@ -142,9 +142,9 @@ class PredictionErrors:
     def _weights(self, values: Mapping[str, float], names: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
         """Return the weights of efforts and known columns, and their derivatives, shapes (column,) and (column, parameter)."""
         plant = self.parameters.plant
-        known = [f"known_{name}" for name in getattr(plant, "columns", ())]
-        weights = np.array([1.0, 0.0, 0.0, *map(values.__getitem__, known)])
-        moving = ["", DELAY, BEND, *known]
+        columns = [f"known_{name}" for name in getattr(plant, "columns", ())]
+        weights = np.array([1.0, 0.0, 0.0, *map(values.__getitem__, columns)])
+        moving = ["", DELAY, BEND, *columns]
         return weights, np.array([[float(name == column) for name in names] for column in moving])
 
     @property
