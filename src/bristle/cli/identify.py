@@ -43,7 +43,7 @@ EXAMPLE = """Example:
 
 Method = Annotated[
     str | None,
-    typer.Option("--method", metavar="METHOD", help="inverse_dynamics, prediction_error or output_error, else as the axis file says."),
+    typer.Option("--method", metavar="METHOD", help="prediction_error, inverse_dynamics or output_error, else as the axis file says."),
 ]
 Separate = Annotated[bool, typer.Option("--each", help="Each log by itself: a row each in DIR, which is gone on with and may grow.")]
 Workers = Annotated[int | None, typer.Option(metavar="COUNT", min=1, max=1024, help="With --each: processes; as many as cores by default.")]

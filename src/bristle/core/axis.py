@@ -218,11 +218,11 @@ class Axis:
     keeps_rests : bool
         Whether the identification keeps samples at rest: where the effort is the friction itself, as a sensor beside
         the contact sees it, a model with pre-sliding tells it there too.
-    method : {"inverse_dynamics", "prediction_error", "output_error"}
-        What an identification makes small: the error of the effort along the measured motion, or, from there on, the
-        error with which an observer predicts the next position from the measured effort (of the best model, where it has
-        pre-sliding), or the error of a simulation: in open loop that of the position that the measured effort makes of the
-        model, in closed loop that of the effort that the controller asks for.
+    method : {"prediction_error", "inverse_dynamics", "output_error"}
+        What an identification makes small: the error of the effort along the measured motion, and from there on, for the
+        best model where it has pre-sliding, the error with which an observer predicts the next position from the measured
+        effort; the error of the effort alone; or the error of a simulation: in open loop that of the position that the
+        measured effort makes of the model, in closed loop that of the effort that the controller asks for.
     loop : {"open", "closed"} or None
         Which loop is simulated there; None where controller and reference decide: with both it is the closed one.
     settings : mapping of str to float
@@ -272,7 +272,7 @@ class Axis:
     cutoff: float | None = _positive("frequency", "cut-off")
     decimation: int | None = taken(optional(whole(1, 10_000)), None)
     keeps_rests: bool = _flag()
-    method: str = taken(among("inverse_dynamics", "prediction_error", "output_error"), "inverse_dynamics")
+    method: str = taken(among("prediction_error", "inverse_dynamics", "output_error"), "prediction_error")
     loop: str | None = taken(optional(among("open", "closed")), None)
     settings: Mapping[str, float] = taken(mapping(_NUMBER), default_factory=dict)
     text: bytes = field(default=b"", repr=False, compare=False)

@@ -263,7 +263,7 @@ class IdentificationEntry(Strict):
     cutoff: Quantity | None = None
     decimation: Annotated[int, Field(ge=1)] | None = None
     rests: Literal["drop", "keep"] = "drop"
-    method: Literal["inverse_dynamics", "prediction_error", "output_error"] = "inverse_dynamics"
+    method: Literal["prediction_error", "inverse_dynamics", "output_error"] = "prediction_error"
     loop: Literal["open", "closed"] | None = None
     settings: dict[str, Quantity] = Field(default_factory=dict)
 

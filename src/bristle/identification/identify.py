@@ -102,9 +102,10 @@ def identify(
         several separated by commas.
     draws : int
         Logs that are simulated with the best model and fitted again, for its 95 % intervals; 0 for none.
-    method : {"inverse_dynamics", "prediction_error", "output_error"}, optional
-        What is made small: the error of the effort along the measured motion; that of the position which an observer
-        predicts, of the best model, where it has pre-sliding; or that of a simulation. The axis decides where it is not given.
+    method : {"prediction_error", "inverse_dynamics", "output_error"}, optional
+        What is made small: the error of the effort along the measured motion, and for the best model, where it has
+        pre-sliding and `draws` are asked for, that of the position which an observer predicts; the first alone; or the
+        error of a simulation. The axis decides where it is not given.
     settings : Settings or mapping of str to float, optional
         Thresholds from where on something is said or doubted, by name; those that are not given are as the axis says,
         or at their defaults.
@@ -143,8 +144,7 @@ def identify(
     prior = replace(request.prior_knowledge_of(first_axis, mass, offset, kind), free=request.freed(free, components))
     of_logs, pairs = checks_of(pairs, prior, chosen), [(parted(log, axis, chosen), axis) for log, axis in pairs]
     context = _context(pairs, prior, chosen, progress, *request.treatment_of(cutoff, decimation, kind))
-    observed = "prediction_error" in {axis.method for _, axis in pairs if axis is not None}
-    count, held_out = len(components) + extended + bool(draws or observed), blocks_for(context.dataset, blocks, chosen)
+    count, held_out = len(components) + extended + bool(draws), blocks_for(context.dataset, blocks, chosen)
     share, short = partial(_share, progress, count), blocks is None and not held_out
     fits, estimations, left_out, unfinished = _all_fits(context, components, extended, held_out, share)
 
@@ -155,15 +155,16 @@ def identify(
 
     (best, *rest), interrupted = to_the_end(judged)
     unfinished = unfinished or WITHOUT_DRAWS * (interrupted and bool(draws))
-    if not unfinished:
-        report, estimation, first = share(count - 1, f"fitting {best.name} to simulated logs"), estimations[best.name], 0.3 * bool(draws)
+    if draws and not unfinished:
+        report, estimation = share(count - 1, f"fitting {best.name} to simulated logs"), estimations[best.name]
+        observed = all(axis is None or axis.method == "prediction_error" for _, axis in pairs)
         try:
-            best = with_uncertainty(best, estimation, draws, chosen, between(report, 0.0, first if observed else 1.0)) if draws else best
+            best = with_uncertainty(best, estimation, draws, chosen, between(report, 0.0, 0.5 if observed else 1.0))
             if observed:
-                best = foreseen(best, estimation, context, [log for log, _ in pairs], draws, between(report, first, 1.0))
+                best = foreseen(best, estimation, context, [log for log, _ in pairs], between(report, 0.5, 1.0))
             best = with_loops(best, pairs)
         except KeyboardInterrupt:
-            unfinished = WITHOUT_DRAWS if draws else WITHOUT_OBSERVER
+            unfinished = WITHOUT_DRAWS if best.resampling is None else WITHOUT_OBSERVER
     dataset = context.dataset
     treatment = {
         "cutoff": dataset.cutoff,

@@ -32,14 +32,15 @@ from bristle.identification.observer import BEND, DELAY, Ladder, PredictionError
 from bristle.identification.parameter_space import Solution
 from bristle.identification.problem import Covariance, scores_of
 from bristle.identification.result import Estimate, Fit
+from bristle.identification.uncertainty import birge_ratio
 from bristle.logs.filters import low_passed, through_filter
 from bristle.logs.log import Log
 from bristle.sensors import encoder
 
 BLOCKS, STUDENT = 30, 2.045  # of time; the 97.5 % quantile of Student's t of one degree of freedom less
-WORSE = 1.5  # times the prediction error of replicates: what the model does not explain
+WORSE = 1.35  # times the prediction error of replicates: what the model does not explain
 MOVE_MOST = 3.0  # standard errors: what a stiffer observer may say else
-REPLICATES, SEED = 10, 20_261_126
+REPLICATES, REFITTED, SEED = 10, 8, 20_261_126  # evaluations of a refit
 HELD_AT, LED_AT, DAMPED = 25.0, 25.0, 0.7  # Hz: of the motion that a replicate follows, and of the loop that leads it; its damping
 SHOWN_BY_SLIDING = ("acceleration", "sliding", "speed")
 REPLACED = ("widened", "coarse_elements")  # codes of intervals of inverse dynamics
@@ -78,21 +79,31 @@ class Observed(NamedTuple):
 
 
 def sandwich(rung: Rung) -> np.ndarray:
-    """Return the covariance of the coordinates from the scores of blocks of time, shape (coordinate, coordinate)."""
-    jacobian, count = rung.solution.jacobian, rung.problem.settled_rows
-    residual = rung.problem.residual(rung.solution.values)
-    scale = np.linalg.norm(jacobian, axis=0)
-    columns = jacobian / np.where(scale > 0.0, scale, 1.0)
+    """Return the covariance of the coordinates from the scores of blocks of time, shape (coordinate, coordinate).
+
+    What is known to half of its interval, as an inertia by instruments is, moves them by as much as it may be wrong.
+    """
+    solution, parameters, count = rung.solution, rung.problem.parameters, rung.problem.settled_rows
+    unsure = {name: fixed.half_width / NORMAL_95 for name, fixed in parameters.fixed.items() if fixed.half_width}
+    known = replace(rung.problem.inverse, parameters=replace(parameters, free=(*parameters.free, *unsure)))
+    values = {**solution.values, **{name: parameters.fixed[name].value for name in unsure}}
+    residual, derivatives = replace(rung.problem, inverse=known).linearised(values)
+    scale = np.linalg.norm(solution.jacobian, axis=0)
+    columns = solution.jacobian / np.where(scale > 0.0, scale, 1.0)
     inverse = np.linalg.pinv(columns.T @ columns, rcond=1e-12, hermitian=True)
     scores = scores_of(columns[:count], residual[:count], BLOCKS)
     weights = np.array([expectation.weight for expectation in rung.problem.expected])
     beforehand = columns[count:] * (rung.problem.unit * np.sqrt(weights))[:, None]  # what is expected has an error of its own
-    matrix = inverse @ (BLOCKS / (BLOCKS - 1) * (scores.T @ scores) + beforehand.T @ beforehand) @ inverse
+    pulls = columns.T @ (derivatives[:, len(parameters.free) :] * np.array([*unsure.values()]))
+    matrix = inverse @ (BLOCKS / (BLOCKS - 1) * (scores.T @ scores) + beforehand.T @ beforehand + pulls @ pulls.T) @ inverse
     return matrix / np.where(scale > 0.0, scale, np.inf)[:, None] / np.where(scale > 0.0, scale, np.inf)
 
 
-def observed_of(ladder: Ladder, inverse: Mapping[str, float], replicates: np.ndarray | None = None) -> Observed:
-    """Return what a ladder says beside the parameters of inverse dynamics [SI], and fits to replicates, shape (replicate, coordinate)."""
+def observed_of(ladder: Ladder, inverse: Mapping[str, float], replicates: np.ndarray, scale: float) -> Observed:
+    """Return what a ladder says beside the parameters of inverse dynamics [SI], and fits to replicates, shape (replicate, coordinate).
+
+    Errors are so many times as large as by chance.
+    """
     believed = ladder.believed
     matrix = sandwich(believed)
     if ladder.beside is not None:
@@ -100,10 +111,10 @@ def observed_of(ladder: Ladder, inverse: Mapping[str, float], replicates: np.nda
         move = np.clip(believed.solution.theta - ladder.beside.solution.theta, -most, most)
         matrix = matrix + np.outer(move, move)
     matrix = matrix + np.diag(_apart(ladder, np.diag(matrix) ** 0.5, inverse) ** 2)
-    if replicates is not None and len(replicates) > 1:
+    if len(replicates) > 1:
         bias = np.median(replicates, axis=0) - believed.solution.theta
         matrix = matrix + np.cov(replicates, rowvar=False) + np.outer(bias, bias)
-    return Observed(ladder, matrix)
+    return Observed(ladder, scale**2 * matrix)
 
 
 def _apart(ladder: Ladder, errors: np.ndarray, inverse: Mapping[str, float]) -> np.ndarray:
@@ -116,10 +127,10 @@ def _apart(ladder: Ladder, errors: np.ndarray, inverse: Mapping[str, float]) -> 
     return np.clip(apart, -MOVE_MOST * errors, MOVE_MOST * errors)
 
 
-def with_observer(fit: Fit, estimation: Estimation, context: Context, ladder: Ladder, replicates: np.ndarray | None = None) -> Fit:
+def with_observer(fit: Fit, estimation: Estimation, context: Context, ladder: Ladder, replicates: np.ndarray, scale: float) -> Fit:
     """Return a fit with the parameters of the believed rung, and with intervals; refused where a model does not allow them."""
     of_inverse = {estimate.name: estimate.value for estimate in fit.estimates}
-    believed, observed = ladder.believed, observed_of(ladder, of_inverse, replicates)
+    believed, observed = ladder.believed, observed_of(ladder, of_inverse, replicates, scale)
     of_observer = replace(estimation, inverse=believed.problem.inverse, solution=believed.solution, covariance=observed.covariance)
     better, thetas, space = fit_of(of_observer, context), observed.draws(), believed.solution.space
     draws = np.array([space.numbers(theta) for theta in thetas])
@@ -158,30 +169,30 @@ def _with_interval(estimate: Estimate, solution: Solution, draws: np.ndarray) ->
     return replace(estimate, interval=(estimate.value + wider * (low - estimate.value), estimate.value + wider * (high - estimate.value)))
 
 
-def foreseen(fit: Fit, estimation: Estimation, context: Context, logs: Sequence[Log], draws: int, report: Report = silent) -> Fit:
+def foreseen(fit: Fit, estimation: Estimation, context: Context, logs: Sequence[Log], report: Report = silent) -> Fit:
     """Return a fit with the parameters with which an observer foresees its logs best; a fit that keeps its own says why."""
 
     def with_remark(fit: Fit, severity: Severity, numbers: dict[str, Number]) -> Fit:
         about = Diagnostic("prediction_error", severity=severity, numbers=numbers, kind=fit.friction.kind)
         return replace(fit, diagnostics=(*fit.diagnostics, about))
 
-    if not observable(estimation.inverse):
-        return with_remark(fit, "note", {"why": f"{fit.name} has no pre-sliding, or needs a further channel of the log"})
+    if not observable(estimation.inverse, estimation.solution.values):
+        return with_remark(fit, "note", {"why": f"{fit.name} has no pre-sliding, no mass, or needs a further channel of the log"})
     ladder = climb(estimation.inverse, estimation.solution.values, logs, context, between(report, 0.0, 0.4))
     if ladder is None:
         return with_remark(fit, "warning", {"why": "no segment of the log lasts a second, or the observer loses the motion"})
-    believed, thetas = ladder.believed, None
-    numbers: dict[str, Number] = {"bandwidth": believed.problem.bandwidth, "error": believed.error}
-    if draws:
-        scatter = 0.0 if fit.resampling is None else fit.resampling.scatter.value
-        thetas, errors = fits_to_replicates(ladder, context, scatter, between(report, 0.4, 1.0))
-        times = believed.error / float(np.median(errors)) if errors.size else np.inf
-        numbers |= {"times": times, **({"unexplained": 1} if times > WORSE else {})}
+    believed = ladder.believed
+    scatter = 0.0 if fit.resampling is None else fit.resampling.scatter.value
+    thetas, errors = fits_to_replicates(ladder, context, scatter, between(report, 0.4, 1.0))
+    times = believed.error / float(np.median(errors)) if errors.size else np.inf
+    numbers: dict[str, Number] = {"bandwidth": believed.problem.bandwidth, "error": believed.error, "times": times}
+    if times > WORSE:
+        return with_remark(fit, "warning", numbers | {"unexplained": 1})
     try:
-        better = with_observer(fit, estimation, context, ladder, thetas)
+        better = with_observer(fit, estimation, context, ladder, thetas, max(times, 1.0) * birge_ratio(fit))
     except InputError as error:
         return with_remark(fit, "warning", {"why": error.message})
-    return with_remark(better, "warning" if "unexplained" in numbers else "note", numbers)
+    return with_remark(better, "note", numbers)
 
 
 def fits_to_replicates(ladder: Ladder, context: Context, scatter: float, report: Report = silent) -> tuple[np.ndarray, np.ndarray]:
@@ -192,7 +203,7 @@ def fits_to_replicates(ladder: Ladder, context: Context, scatter: float, report:
 
     def fitted(seed: np.random.SeedSequence) -> tuple[np.ndarray, float] | None:
         problem = replicate(believed, unseen, np.random.default_rng(seed))
-        rung = None if problem is None else climbed(problem, believed.solution.values, context)
+        rung = None if problem is None else climbed(problem.of_size(believed.error), believed.solution.values, context, REFITTED)
         return None if rung is None else (rung.solution.theta, rung.error)
 
     ends = list[tuple[np.ndarray, float]]()

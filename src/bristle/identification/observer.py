@@ -21,7 +21,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 
@@ -47,12 +47,13 @@ DELAY, BEND = "delay", "bend"
 RATE = 4e3  # steps of the integration in a second, at least
 FIRST, LOOSER, RUNGS = 100.0, 0.6, 7  # bandwidth of the stiffest observer [Hz] and each next one as a share of it
 HIGHEST = 0.1  # of the sampling frequency: the stiffest observer
-NEARLY, DRIFTS = 1.08, 1.5  # times the least prediction error: the loosest that is believed, and where a ladder ends
+NEARLY, DRIFTS = 1.15, 1.5  # times the least prediction error: the loosest that is believed, and where a ladder ends
 FEW = 6  # evaluations of a further start
 STARTS = ((1.0, 0.01, 0.15), (0.5, 0.02, 0.5), (1.0, 0.03, 0.5))
 """Of further starts: times the stiffness, of the largest speed, of the square root of stiffness and mass."""
 SETTLES = 0.3  # s, after which nothing is left of how an observer began
 SHARPEST = 0.7  # most that an effort is sharpened by, in the exponent
+BESIDE = 256  # samples by which an effort goes on beyond its ends
 WEIGHT = 30.0  # rows that a weak prior is worth
 BEND_STD = 5e-7  # s^2: of the bend beforehand
 FALLS, EXCESS = 0.02, 0.3  # beforehand: of the largest speed, friction falls with; logarithm of break-away over the level
@@ -61,23 +62,38 @@ EVALUATIONS, ENDED = 15, 1e-4  # of a descent; relative change of its cost that 
 ROUNDED = 0.25  # of an encoder step: prediction errors are no smaller
 
 
-class Recorded(NamedTuple):
+@dataclass(frozen=True)
+class Recorded:
     """A segment of a log: position [m or rad], effort [N or N*m], and known columns, shape (sample,) each."""
 
     position: np.ndarray
     effort: np.ndarray
     columns: tuple[np.ndarray, ...]
 
+    @cached_property
+    def _swing(self) -> tuple[np.ndarray, np.ndarray, int]:
+        """The straight line between the ends of the effort, the spectrum of what swings around it, and of how many samples that is."""
+        from scipy.fft import next_fast_len, rfft
+
+        count = self.effort.size
+        ramp, beside = np.linspace(self.effort[0], self.effort[-1], count), min(count - 1, BESIDE)
+        swing, fades = self.effort - ramp, 0.5 + 0.5 * np.cos(np.pi * np.arange(1, beside + 1) / beside)
+        around = np.zeros(cast(int, next_fast_len(count + 2 * beside, real=True)))
+        # The swing is 0 at both ends: turned about them it goes on without a jump.
+        around[:count], around[count : count + beside] = swing, -fades * swing[-2 : -2 - beside : -1]
+        around[around.size - beside :] = -fades[::-1] * swing[beside:0:-1]
+        return ramp, np.asarray(rfft(around)), around.size
+
     def efforts(self, delay: float, bend: float, dt: float) -> np.ndarray:
         """Return the effort as it acted, and its derivatives by delay and bend, at the samples and once beyond, shape (3, sample + 1)."""
-        count, ramp = self.effort.size, np.linspace(self.effort[0], self.effort[-1], self.effort.size)
-        swing, slope = self.effort - ramp, (self.effort[-1] - self.effort[0]) / (max(self.effort.size - 1, 1) * dt)
-        around = 2 * (count - 1)
+        from scipy.fft import irfft
+
+        ramp, spectrum, around = self._swing
+        count, slope = ramp.size, (ramp[-1] - ramp[0]) / (max(ramp.size - 1, 1) * dt)
         omega = 2.0 * np.pi * np.fft.rfftfreq(around, dt)
         sharper = bend * omega**2
-        # The swing is 0 at both ends: turned about them it goes on without a jump.
-        moved = np.fft.rfft(np.concatenate([swing, -swing[-2:0:-1]])) * np.exp(1j * omega * delay + np.minimum(sharper, SHARPEST))
-        parts = np.fft.irfft([moved, 1j * omega * moved, np.where(sharper < SHARPEST, omega**2, 0.0) * moved], around)[:, :count]
+        moved = spectrum * np.exp(1j * omega * delay + np.minimum(sharper, SHARPEST))
+        parts = np.asarray(irfft([moved, 1j * omega * moved, np.where(sharper < SHARPEST, omega**2, 0.0) * moved], around))[:, :count]
         parts[0] += ramp + slope * delay
         parts[1] += slope
         return np.hstack([parts, parts[:, -1:]])
@@ -135,9 +151,22 @@ class PredictionErrors:
             omega = 2.0 * np.pi * self.bandwidth
             errors = prediction_errors(body, contact, part.position, efforts, weights, tangents, omega, self.dt, self.steps)
             rows.append(np.column_stack(errors)[settled:])
-        beforehand = [expectation.row(values, names, self.unit) for expectation in self.expected]
-        stacked = np.vstack([*rows, *beforehand])
+        stacked = np.vstack([*rows, self.beforehand(free)])
         return stacked[:, 0], -stacked[:, 1:]
+
+    def beforehand(self, free: Mapping[str, float]) -> np.ndarray:
+        """Return how far the parameters are from what is expected of them, and the derivatives, shape (expectation, 1 + free)."""
+        values, names = self.parameters.complete(free), self.parameters.free
+        rows = [expectation.row(values, names, self.unit) for expectation in self.expected]
+        return np.reshape(rows, (len(rows), 1 + len(names)))
+
+    def size_at(self, values: Mapping[str, float]) -> float:
+        """Return the root mean square of the prediction errors at these parameters [m or rad]."""
+        return float(np.sqrt(np.mean(self.residual({name: values[name] for name in self.parameters.free})[: self.settled_rows] ** 2)))
+
+    def of_size(self, size: float) -> PredictionErrors:
+        """Return the same problem, whose prediction errors are about so large [m or rad]."""
+        return replace(self, unit=max(size, ROUNDED * self.inverse.dataset.resolution))
 
     def _weights(self, values: Mapping[str, float], names: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
         """Return the weights of efforts and known columns, and their derivatives, shapes (column,) and (column, parameter)."""
@@ -206,11 +235,12 @@ class Ladder(NamedTuple):
         return self.rungs[self.place - 1] if self.place else self.rungs[1] if len(self.rungs) > 1 else None
 
 
-def observable(inverse: InverseDynamics) -> bool:
-    """Return whether an observer can lead a model: its contact bends, and it needs no channel that was recorded."""
-    component = inverse.parameters.component
-    recorded = any(surrounding.is_recorded for surrounding in component.surroundings)
-    return bool(names_of(Role.STIFFNESS, component.variables)) and not recorded and TRANSMITTED not in component.variables.values()
+def observable(inverse: InverseDynamics, free: Mapping[str, float]) -> bool:
+    """Return whether an observer can lead a model: the effort moves a mass, the contact bends, no channel that was recorded is needed."""
+    component, values = inverse.parameters.component, inverse.parameters.complete(free)
+    recorded = any(surrounding.is_recorded for surrounding in component.surroundings) or TRANSMITTED in component.variables.values()
+    moves = all(values[name] > 0.0 for name in names_of(Role.INERTIA, inverse.parameters.plant.variables))
+    return moves and bool(names_of(Role.STIFFNESS, component.variables)) and not recorded
 
 
 def climb(
@@ -224,23 +254,26 @@ def climb(
     alignment = dataset.alignment or Alignment()
     # The observer takes a constant force for its own.
     constant = names_of(OFFSET, parameters.component.variables)
-    free = [name for name in parameters.free if name not in constant]
     bend = 0.0 if dataset.held is False else -(dt**2) / 24.0
-    measured = [name for name, fixed in parameters.fixed.items() if fixed.half_width is not None]
     values = {**parameters.complete(start), DELAY: (alignment.delay or 0.0) - 0.5 * dt * bool(dataset.held), BEND: bend}
-    fixed = {name: entry for name, entry in parameters.fixed.items() if name not in measured}
-    fixed |= {name: Fixed(values[name], "held_known") for name in constant if name not in fixed}
-    parameters = replace(parameters, free=(*measured, *free, DELAY, BEND), fixed=fixed, loop=_channel(dt))
-    problem = replace(inverse, parameters=parameters)
+    # Rows behind a filter may hide a fall of friction that a contact shows.
     speed = float(np.max(np.abs(dataset.velocity)))
-    parts, expected = tuple(_parts(logs, alignment, dt)), _expected(inverse, bend, speed)
+    falls = [name for name in names_of(Role.FALL, parameters.component.variables) if parameters.is_redundant(name)]
+    values |= dict.fromkeys(falls, FALLS * speed)
+    fixed = {name: Fixed(values[name], "held_known") for name in constant} | dict(parameters.fixed)
+    fixed = {name: entry for name, entry in fixed.items() if name not in falls}
+    free = [name for name in parameters.variables if name not in fixed]
+    parameters = replace(parameters, free=(*free, DELAY, BEND), fixed=fixed, loop=_channel(dt))
+    problem = replace(inverse, parameters=parameters)
+    parts, expected = tuple(_parts(logs, alignment, dt)), _expected(problem, values, speed)
     if not parts:
         return None
     stiffest, least, rungs = min(FIRST, HIGHEST / dt), math.inf, list[Rung]()
+    errors = PredictionErrors(problem, parts, stiffest, expected, lag=-(alignment.smoothing or 0.0))
+    errors = errors.of_size(errors.size_at(values))
     for number in range(RUNGS):
         report(number / RUNGS)
-        errors = PredictionErrors(problem, parts, stiffest * LOOSER**number, expected, lag=-(alignment.smoothing or 0.0))
-        rung = climbed(errors, values, context)
+        rung = climbed(replace(errors, bandwidth=stiffest * LOOSER**number), values, context)
         if number == 0:
             ends = [rung, *(climbed(errors, further, context, FEW) for further in _starts(values, problem, speed))]
             best = min(ends, key=lambda end: end.error if math.isfinite(end.error) else math.inf)
@@ -249,6 +282,7 @@ def climb(
             break
         rungs.append(rung)
         values, least = {**values, **rung.solution.values}, min(least, rung.error)
+        errors = errors.of_size(rung.error)
     return Ladder.of(rungs) if rungs else None
 
 
@@ -271,16 +305,12 @@ def _starts(values: Mapping[str, float], inverse: InverseDynamics, speed: float)
 
 def climbed(errors: PredictionErrors, start: Mapping[str, float], context: Context, limit: int = EVALUATIONS) -> Rung:
     """Return where one rung ends that begins at these parameters."""
-
-    def mean(free: Mapping[str, float]) -> float:
-        return float(np.sqrt(np.mean(errors.residual(free)[: errors.settled_rows] ** 2)))
-
+    search = context.search(errors, errors.unit)
     begun = {name: start[name] for name in errors.parameters.free}
-    unit = max(mean(begun), ROUNDED * errors.inverse.dataset.resolution)
-    errors = replace(errors, unit=unit)
-    search = context.search(errors, unit)
     solution = search.descend(search.space.theta(begun), limit=limit, tolerance=ENDED)
-    return Rung(errors, solution, mean(solution.values))
+    beforehand = errors.beforehand(solution.values)[:, 0]
+    squares = 2.0 * solution.cost * errors.unit**2 - float(beforehand @ beforehand)
+    return Rung(errors, solution, math.sqrt(max(squares, 0.0) / errors.settled_rows))
 
 
 def _parts(logs: Sequence[Log], alignment: Alignment, dt: float) -> Iterator[Recorded]:
@@ -307,13 +337,12 @@ def _channel(dt: float) -> dict[str, Variable]:
     }
 
 
-def _expected(inverse: InverseDynamics, bend: float, speed: float) -> tuple[Expected, ...]:
-    """Return what is known beforehand of the parameters that a log may not show."""
+def _expected(inverse: InverseDynamics, start: Mapping[str, float], speed: float) -> tuple[Expected, ...]:
+    """Return what is known beforehand of the channel, and of the parameters that a log may not show."""
     variables, parameters = inverse.parameters.component.variables, inverse.parameters
-    expected = [Expected({BEND: 1.0}, False, bend, BEND_STD)]
-    for name, entry in parameters.fixed.items():
-        if entry.half_width is not None:
-            expected.append(Expected({name: 1.0}, False, entry.value, entry.half_width / NORMAL_95))
+    expected, alignment = [Expected({BEND: 1.0}, False, start[BEND], BEND_STD)], inverse.dataset.alignment
+    if alignment is not None and alignment.delay_half_width is not None:
+        expected.append(Expected({DELAY: 1.0}, False, start[DELAY], alignment.delay_half_width / NORMAL_95))
     free, levels = set(parameters.free), names_of(Role.LEVEL, variables)
     stiffness, mass = name_of(Role.STIFFNESS, variables), name_of(Role.INERTIA, parameters.plant.variables)
     falls = [name for name in names_of(Role.FALL, variables) if name in free]

@@ -24,7 +24,7 @@ from bristle.plants import PLANTS, with_terms
 from bristle.plants.terms import TURNS
 
 ALL = "all"
-METHODS = ("inverse_dynamics", "prediction_error", "output_error")
+METHODS = ("prediction_error", "inverse_dynamics", "output_error")
 CUTOFF = Variable("frequency", "cut-off of the zero-phase filter")
 MASS = Variable("mass", "moving mass or inertia")
 

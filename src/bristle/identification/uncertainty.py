@@ -49,14 +49,7 @@ def with_uncertainty(
     flat = {parameter.name for parameter in lost if parameter.flat}
     free = np.array([name not in flat for name in solution.space.names])
     linear = problem.refits_linearly(fit.friction)
-    # Replicates know of what chance leaves over alone: where a force is missing, errors are as much larger as the square root
-    # of what is left over by both is over that of chance (Birge's ratio).
-    structures = (diagnostic.numbers for diagnostic in fit.diagnostics if diagnostic.code == "structure")
-    missing, chance = next(((numbers["missing"], numbers["chance"]) for numbers in structures), (0.0, 1.0))
-    assert isinstance(missing, float)
-    assert isinstance(chance, float)
-    scale = min(math.hypot(missing, chance) / max(chance, np.finfo(float).tiny), MOST_SCALE)
-    unsure = _unsure(fit.diagnostics, estimation)
+    scale, unsure = birge_ratio(fit), _unsure(fit.diagnostics, estimation)
     wide = np.array([IN_DOUBT if name in unsure else 1.0 for name in solution.space.reported]) if unsure else None
     replicates = bootstrap(problem, solution, draws, free=free, linear=linear, scale=scale, wide=wide, report=report)
     bands, resolution = _bands(replicates, estimation), replicates.disturbance.resolution
@@ -103,6 +96,18 @@ def with_uncertainty(
     }
     diagnostics.append(Diagnostic(problem.intervals_code, "", "note", numbers, fit.friction.kind))
     return replace(fit, estimates=estimates, resampling=resampling, diagnostics=tuple(diagnostics))
+
+
+def birge_ratio(fit: Fit) -> float:
+    """Return how many times as large as by chance the errors of a fit are whose model lacks a force, at least 1.
+
+    Replicates know of what chance leaves over alone. R. T. Birge, Physical Review 40(2), 1932, doi:10.1103/PhysRev.40.207
+    """
+    structures = (diagnostic.numbers for diagnostic in fit.diagnostics if diagnostic.code == "structure")
+    missing, chance = next(((numbers["missing"], numbers["chance"]) for numbers in structures), (0.0, 1.0))
+    assert isinstance(missing, float)
+    assert isinstance(chance, float)
+    return min(math.hypot(missing, chance) / max(chance, np.finfo(float).tiny), MOST_SCALE)
 
 
 def _unsure(diagnostics: Sequence[Diagnostic], estimation: Estimation) -> tuple[str, ...]:
