@@ -122,14 +122,7 @@ def test_of_a_long_log_pieces_are_observed_and_find_the_same_contact(columns, id
 
 def test_progress_never_goes_back_beside_an_observer(columns):
     shares = []
-    br.identify(
-        columns,
-        "lugre",
-        axis=Axis(resolution=STEP),
-        blocks=0,
-        draws=20,
-        progress=lambda share, _: shares.append(share),
-    )
+    br.identify(columns, "lugre", axis=Axis(resolution=STEP), blocks=0, draws=20, progress=lambda share, _: shares.append(share))
     assert shares == sorted(shares)
     assert shares[-1] <= 1.0
 

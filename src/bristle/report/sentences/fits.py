@@ -160,8 +160,8 @@ FITS: dict[str, Sentence] = {
     ),
     "prediction_error": Sentence(
         (
-            "the parameters are those of inverse dynamics: an observer of {bandwidth:.3g} Hz predicts the next position {times:.2g} times as "
-            "badly as in logs that the identified axis made, so that the model does not explain all of the motion",
+            "an observer of {bandwidth:.3g} Hz predicts the next position {times:.2g} times as badly as in logs that the identified axis "
+            "made: the model does not explain all of the motion, and the parameters are those of inverse dynamics",
             "the contact parameters are those with which an observer of {bandwidth:.3g} Hz predicts the next position best, to "
             "{error:length} rms",
             "the parameters are those of inverse dynamics, for no observer predicted the position: {why}",
