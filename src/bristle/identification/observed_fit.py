@@ -3,7 +3,7 @@ r"""A fit with the parameters of a contact as an observer foresees them, and the
 .. math:: V = A^{-1} \Bigl(\sum_b g_b g_b^T\Bigr) A^{-1} + d\,d^T + S + b\,b^T
 
 with the information :math:`A` of the believed observer, the scores :math:`g_b` of blocks of time, the difference :math:`d`
-from the next stiffer observer (of the stiffest: from the next looser one) and, in what acceleration and steady sliding show,
+from the next stiffer observer (of the stiffest: from the next looser one) and, in what steady sliding shows,
 from inverse dynamics, and the spread :math:`S` and bias :math:`b` of the same fit to replicates of the log. Methods err by
 different causes; replicates show those that an observer shares with itself.
 """
@@ -24,12 +24,14 @@ from bristle.core.errors import InputError
 from bristle.core.normal import NORMAL_95
 from bristle.engine import run_closed_loop
 from bristle.engine.motion import along
+from bristle.friction.slots import OFFSET, directional
 from bristle.identification.dataset import Dataset
 from bristle.identification.estimation import Context, Estimation
 from bristle.identification.fitting import fit_of
 from bristle.identification.least_squares import Report, between, silent
 from bristle.identification.observer import BEND, DELAY, Ladder, PredictionErrors, Recorded, Rung, climb, climbed, observable
 from bristle.identification.parameter_space import Solution
+from bristle.identification.parameters import Fixed, Role, names_of
 from bristle.identification.problem import Covariance, scores_of
 from bristle.identification.result import Estimate, Fit
 from bristle.identification.uncertainty import birge_ratio
@@ -42,10 +44,10 @@ WORSE = 1.35  # times the prediction error of replicates: what the model does no
 MOVE_MOST = 3.0  # standard errors: what a stiffer observer may say else
 REPLICATES, REFITTED, SEED = 10, 8, 20_261_126  # evaluations of a refit
 HELD_AT, LED_AT, DAMPED = 25.0, 25.0, 0.7  # Hz: of the motion that a replicate follows, and of the loop that leads it; its damping
-SHOWN_BY_SLIDING = ("acceleration", "sliding", "speed")
+SHOWN_BY_SLIDING = ("sliding", "speed")
+SIDED = (Role.LEVEL, Role.VISCOUS)
 REPLACED = ("widened", "coarse_elements")  # codes of intervals of inverse dynamics
-DRAWS = 400
-"""Sets of parameters that stand for what a log allows."""
+DRAWS = 400  # that intervals are read from
 
 
 class Observed(NamedTuple):
@@ -71,10 +73,10 @@ class Observed(NamedTuple):
         return Covariance(errors, errors, matrix / np.outer(scale, scale), condition)
 
     def draws(self, count: int = DRAWS) -> np.ndarray:
-        """Return sets of coordinates that the log allows, shape (draw, coordinate), the mirror image of each behind it."""
+        """Return sets of coordinates that the log allows, shape (draw, coordinate), each followed by its mirror image."""
         values, vectors = np.linalg.eigh(self.matrix)
-        half = np.random.default_rng(SEED).standard_normal((count // 2, values.size)) * np.sqrt(np.maximum(values, 0.0))
-        drawn = self.solution.theta + np.vstack([half, -half]) @ vectors.T
+        half = np.random.default_rng(SEED).standard_normal((-(-count // 2), values.size)) * np.sqrt(np.maximum(values, 0.0))
+        drawn = self.solution.theta + np.stack([half, -half], axis=1).reshape(-1, values.size)[:count] @ vectors.T
         return np.clip(drawn, self.solution.space.low, self.solution.space.high)
 
 
@@ -118,7 +120,7 @@ def observed_of(ladder: Ladder, inverse: Mapping[str, float], replicates: np.nda
 
 
 def _apart(ladder: Ladder, errors: np.ndarray, inverse: Mapping[str, float]) -> np.ndarray:
-    """Return by how much inverse dynamics says else of each coordinate that acceleration or steady sliding shows, within some errors."""
+    """Return by how much inverse dynamics says else of each coordinate that steady sliding shows, within some errors."""
     solution, variables = ladder.believed.solution, ladder.believed.problem.parameters.variables
     apart = np.zeros(solution.theta.size)
     for place, name in enumerate(solution.space.names):
@@ -140,9 +142,9 @@ def with_observer(fit: Fit, estimation: Estimation, context: Context, ladder: La
     about += [diagnostic for diagnostic in better.diagnostics if diagnostic.parameter in space.reported]
     resampling = fit.resampling
     if resampling is not None:
-        members = [estimation.finished(space.values(theta)) for theta in thetas]
+        members = [estimation.finished(space.values(theta)) for theta in observed.draws(resampling.bands.count)]
         columns = {name: np.array([member[name] for member in members]) for name in members[0] if name not in (DELAY, BEND)}
-        resampling = replace(resampling, bands=replace(resampling.bands, draws=columns))
+        resampling = replace(resampling, bands=replace(resampling.bands, draws={**resampling.bands.draws, **columns}))
     return replace(
         fit,
         plant=better.plant,
@@ -178,7 +180,8 @@ def foreseen(fit: Fit, estimation: Estimation, context: Context, logs: Sequence[
 
     if not observable(estimation.inverse, estimation.solution.values):
         return with_remark(fit, "note", {"why": f"{fit.name} has no pre-sliding, no mass, or needs a further channel of the log"})
-    ladder = climb(estimation.inverse, estimation.solution.values, logs, context, between(report, 0.0, 0.4))
+    held = held_in(fit, estimation)
+    ladder = climb(estimation.inverse, estimation.solution.values, logs, context, held, between(report, 0.0, 0.4))
     if ladder is None:
         return with_remark(fit, "warning", {"why": "no segment of the log lasts a second, or the observer loses the motion"})
     believed = ladder.believed
@@ -193,6 +196,18 @@ def foreseen(fit: Fit, estimation: Estimation, context: Context, logs: Sequence[
     except InputError as error:
         return with_remark(fit, "warning", {"why": error.message})
     return with_remark(better, "note", numbers)
+
+
+def held_in(fit: Fit, estimation: Estimation) -> dict[str, Fixed]:
+    """Return what stays as inverse dynamics has it: the plant, and what pushes to one side, which an observer takes for its own."""
+    parameters = estimation.inverse.parameters
+    component, values = parameters.component, parameters.complete(estimation.solution.values)
+    sided = [name for name in directional(component) for role in SIDED if role.fits(component.variables[name])]
+    held = dict[str, Fixed]()
+    for name in (*parameters.plant.variables, *names_of(OFFSET, component.variables), *sided):
+        low, high = fit.parameters[name].interval or (values[name], values[name])
+        held[name] = parameters.fixed.get(name) or Fixed(values[name], "", half_width=0.5 * (high - low))
+    return held
 
 
 def fits_to_replicates(ladder: Ladder, context: Context, scatter: float, report: Report = silent) -> tuple[np.ndarray, np.ndarray]:

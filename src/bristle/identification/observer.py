@@ -32,7 +32,6 @@ from bristle.core.variable import Variable
 from bristle.engine.loop_derivatives import Sensitive
 from bristle.engine.observer import prediction_errors
 from bristle.friction.level import TRANSMITTED
-from bristle.friction.slots import OFFSET
 from bristle.identification.dataset import PIECES, Alignment, spread
 from bristle.identification.estimation import Context
 from bristle.identification.inverse_dynamics import InverseDynamics
@@ -238,30 +237,34 @@ class Ladder(NamedTuple):
 def observable(inverse: InverseDynamics, free: Mapping[str, float]) -> bool:
     """Return whether an observer can lead a model: the effort moves a mass, the contact bends, no channel that was recorded is needed."""
     component, values = inverse.parameters.component, inverse.parameters.complete(free)
+    if inverse.dataset.keeps_rests and not inverse.dataset.creeping:
+        return False  # the effort is that of a sensor beside the contact
     recorded = any(surrounding.is_recorded for surrounding in component.surroundings) or TRANSMITTED in component.variables.values()
     moves = all(values[name] > 0.0 for name in names_of(Role.INERTIA, inverse.parameters.plant.variables))
     return moves and bool(names_of(Role.STIFFNESS, component.variables)) and not recorded
 
 
 def climb(
-    inverse: InverseDynamics, start: Mapping[str, float], logs: Sequence[Log], context: Context, report: Report = silent
+    inverse: InverseDynamics,
+    start: Mapping[str, float],
+    logs: Sequence[Log],
+    context: Context,
+    held: Mapping[str, Fixed],
+    report: Report = silent,
 ) -> Ladder | None:
-    """Return the ladder of observers that begins at these free parameters of an inverse model [SI].
+    """Return the ladder of observers that begins at these free parameters of an inverse model [SI], those that are `held` apart.
 
     None where no segment lasts long enough, or where the stiffest observer already loses the motion.
     """
     dataset, dt, parameters = inverse.dataset, inverse.dataset.sample_time, inverse.parameters
     alignment = dataset.alignment or Alignment()
-    # The observer takes a constant force for its own.
-    constant = names_of(OFFSET, parameters.component.variables)
     bend = 0.0 if dataset.held is False else -(dt**2) / 24.0
     values = {**parameters.complete(start), DELAY: (alignment.delay or 0.0) - 0.5 * dt * bool(dataset.held), BEND: bend}
     # Rows behind a filter may hide a fall of friction that a contact shows.
     speed = float(np.max(np.abs(dataset.velocity)))
     falls = [name for name in names_of(Role.FALL, parameters.component.variables) if parameters.is_redundant(name)]
     values |= dict.fromkeys(falls, FALLS * speed)
-    fixed = {name: Fixed(values[name], "held_known") for name in constant} | dict(parameters.fixed)
-    fixed = {name: entry for name, entry in fixed.items() if name not in falls}
+    fixed = {name: entry for name, entry in ({**parameters.fixed, **held}).items() if name not in falls}
     free = [name for name in parameters.variables if name not in fixed]
     parameters = replace(parameters, free=(*free, DELAY, BEND), fixed=fixed, loop=_channel(dt))
     problem = replace(inverse, parameters=parameters)
@@ -307,7 +310,7 @@ def climbed(errors: PredictionErrors, start: Mapping[str, float], context: Conte
     """Return where one rung ends that begins at these parameters."""
     search = context.search(errors, errors.unit)
     begun = {name: start[name] for name in errors.parameters.free}
-    solution = search.descend(search.space.theta(begun), limit=limit, tolerance=ENDED)
+    solution = search.descend(search.space.theta(errors.parameters.complete(begun)), limit=limit, tolerance=ENDED)
     beforehand = errors.beforehand(solution.values)[:, 0]
     squares = 2.0 * solution.cost * errors.unit**2 - float(beforehand @ beforehand)
     return Rung(errors, solution, math.sqrt(max(squares, 0.0) / errors.settled_rows))
