@@ -37,7 +37,7 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.identification.dataset import Alignment
 from bristle.identification.settings import Settings
-from bristle.identification.wide_rows import BLOCKS, FILTER, STEPS, WIDTHS, InstrumentFit, WideRows, wide_rows
+from bristle.identification.wide_rows import FILTER, STEPS, WIDTHS, InstrumentFit, WideRows, wide_rows
 from bristle.logs.log import Log
 
 RUNGS, LOWEST = 8, 0.04  # cut-offs of the instruments: how many, the lowest as a share of the widest rows
@@ -105,33 +105,29 @@ def _without_noise(alignment: Alignment, logs: Sequence[Log], axes: Sequence[Axi
     what a log could hide; friction does not bend with speed, or little would be left of a few steps of the effort.
     """
     dt, delay, mass = logs[0].sample_time, alignment.delay or 0.0, alignment.mass
-    squares, sharpest = None, list[tuple[WideRows, InstrumentFit, float]]()
+    too_small, sharpest = 0.0, list[tuple[WideRows, InstrumentFit, float]]()
     for share in WIDTHS[1:]:
         rows = wide_rows(logs, axes, (share * max(SLOWEST / dt, 1.0),), few=True)
         if rows is not None:
             fits = [rows.fit(cutoff, delay, free=(False, False), steps=1) for cutoff in _cutoffs(rows)]
-            squares = squares or fits[-1]  # but for their name: the widest cut-off leaves out next to nothing
+            # The widest cut-off makes least squares of the rows; noise grows with it, what a model lacks of friction does not.
+            too_small = max(too_small, fits[-1].below(fits[RUNGS // 2], STUDENT, settings.stages_apart))
             if run := agreeing([Rung(fit, fit) for fit in fits], dt, sought=False):
-                spread = float(np.ptp([rung.plain.theta[0] for rung in run]))
-                sharpest.append((rows, _sharpest(run)[0].plain, spread))
-    if squares is None or not sharpest:
-        return alignment
+                sharpest.append((rows, _sharpest(run)[0].plain, float(np.ptp([rung.plain.theta[0] for rung in run]))))
+    lowered = replace(alignment, too_small=too_small)
+    if not too_small or not sharpest:
+        return lowered
     # Narrow rows blur where friction turns, wide ones have noise: what scatters least has least of both.
     rows, chosen, spread = min(sharpest, key=lambda entry: entry[1].std(0) / entry[1].theta[0])
-    # Durbin, Wu and Hausman: what both have of chance, by the same blocks of time, is not in their difference.
-    inertia, differences = float(chosen.theta[0]), chosen.parts - squares.parts
-    change, error = inertia - float(squares.theta[0]), ((BLOCKS - 1) / BLOCKS * float(differences @ differences)) ** 0.5
-    if change <= max(STUDENT * error, settings.stages_apart * inertia):
-        return alignment
+    inertia = float(chosen.theta[0])
     late = alignment.delay_half_width or settings.delay_unsure * dt * alignment.sought
     ends = [float(rows.fit(chosen.cutoff, delay + end, free=(False, False), steps=1).theta[0]) for end in (-late, late)]
     half_width = math.hypot(STUDENT * chosen.std(0), 0.5 * (ends[1] - ends[0])) + CHANGED * spread
-    lowered = replace(alignment, too_small=change / inertia, slow=alignment.slow or chosen.cutoff)
-    if mass is not None and (wide := alignment.mass_half_width or 0.0) <= settings.inertia_unsure * mass:
-        return replace(lowered, mass_half_width=wide + abs(mass - inertia))
+    if mass is not None and (width := alignment.mass_half_width or 0.0) <= max(half_width, settings.inertia_unsure * mass):
+        inertia, half_width = mass, width + abs(mass - inertia)
     if half_width > settings.unsure_std * inertia:
         return replace(lowered, mass=None, mass_half_width=None)
-    return replace(lowered, mass=inertia, mass_half_width=half_width)
+    return replace(lowered, mass=inertia, mass_half_width=half_width, slow=alignment.slow or chosen.cutoff)
 
 
 def believed(rungs: Sequence[Rung], dt: float, *, sought: bool) -> tuple[list[Rung], float]:

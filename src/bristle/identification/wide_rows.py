@@ -70,6 +70,15 @@ class InstrumentFit(NamedTuple):
         """Return the standard error of one of them, by its place in the covariance."""
         return float(self.covariance[place, place]) ** 0.5
 
+    def below(self, other: InstrumentFit, errors: float, least: float) -> float:
+        """Return by what share of the other inertia this one is smaller; 0 within so many standard errors, or the `least` share.
+
+        What both fits have of chance, by the same blocks of time, is not in their difference (Durbin, Wu, Hausman).
+        """
+        apart, change = other.parts - self.parts, float(other.theta[0] - self.theta[0])
+        surely = change > errors * ((BLOCKS - 1) / BLOCKS * float(apart @ apart)) ** 0.5
+        return change / float(other.theta[0]) if surely and change > least * float(other.theta[0]) else 0.0
+
     def doubted(self, scale: float) -> InstrumentFit:
         """Return the same with errors so many times as large."""
         return self._replace(covariance=scale**2 * self.covariance)
