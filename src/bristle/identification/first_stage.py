@@ -14,7 +14,7 @@ effort passed it. A `c` that is not seen clearly is drawn to zero, as one of som
 
 The cut-off of `H` is the widest at which neither noise of the encoder nor an estimate from narrower ones speaks against
 it [2]_. Errors are those of a jackknife over blocks of time; where all cut-offs contradict each other, as many times as
-large as lets some agree [3]_.
+large as lets some agree [3]_. Where noise lowers the inertia of wide cut-offs, on the same rows [5]_, narrow ones say it.
 
 References
 ----------
@@ -25,6 +25,7 @@ References
 .. [3] R. T. Birge, "The calculation of errors by the method of least squares", Physical Review 40(2), 1932.
    doi:10.1103/PhysRev.40.207
 .. [4] F. Wilcoxon, "Individual comparisons by ranking methods", Biometrics Bulletin 1(6), 1945. doi:10.2307/3001968
+.. [5] J. A. Hausman, "Specification tests in econometrics", Econometrica 46(6), 1978. doi:10.2307/1913827
 """
 
 import math
@@ -99,7 +100,7 @@ def _cutoffs(rows: WideRows) -> list[float]:
 
 
 def _without_noise(alignment: Alignment, logs: Sequence[Log], axes: Sequence[Axis | None], settings: Settings) -> Alignment:
-    """Return an alignment with the inertia of narrow rows where noise of the position lowers that of least squares.
+    """Return an alignment with the inertia of few columns where noise of the position lowers that of least squares.
 
     An encoder errs in a band as often as not, which wide rows contain. A delay that is not known is held at none, within
     what a log could hide; friction does not bend with speed, or little would be left of a few steps of the effort.
