@@ -33,6 +33,7 @@ from benchmarks.preisach import preisach
 from benchmarks.presliding import presliding
 from benchmarks.pushes import pushes
 from benchmarks.readers import readers
+from benchmarks.rotors import rotors
 from benchmarks.stick_slip import stick_slip
 from benchmarks.strange_logs import strange_logs
 from benchmarks.structure import structures
@@ -194,7 +195,20 @@ BENCHMARKS: dict[str, Callable[[], Iterator[Ratio]]] = {
 # No times but shares, of hundreds of identifications: half an hour, so only where it is asked for.
 LONG: dict[str, Callable[[], Iterator[Share]]] = {
     one.__name__: one
-    for one in (coverage, corners, loop_coverage, strange_logs, lies, structures, one_loop, unstated_lag, pushes, last_digits, observer)
+    for one in (
+        coverage,
+        corners,
+        loop_coverage,
+        strange_logs,
+        lies,
+        structures,
+        one_loop,
+        unstated_lag,
+        pushes,
+        last_digits,
+        observer,
+        rotors,
+    )
 }
 
 

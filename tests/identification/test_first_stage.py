@@ -2,6 +2,7 @@
 
 import importlib
 import math
+import sys
 import tracemalloc
 from types import SimpleNamespace
 
@@ -353,6 +354,34 @@ def swung(step):
     return recorded(effort, motion, step=step)
 
 
+def in_a_band(size):
+    """A log whose encoder errs between 20 and 40 Hz, the effort late by two samples."""
+    motion = sines(20.0, DT, amplitudes=(0.02, 0.004), frequencies=(0.5, 3.1), phases=(0.3, 1.1))
+    effort = np.interp(motion.time - 2.0 * DT, motion.time, sliding_effort(motion, noise=0.0))
+    white = np.fft.rfft(np.random.default_rng(3).standard_normal(motion.time.size))
+    frequency = np.fft.rfftfreq(motion.time.size, DT)
+    error = np.fft.irfft(np.where((frequency > 20.0) & (frequency < 40.0), white, 0.0), motion.time.size)
+    return recorded(effort, motion._replace(position=motion.position + size / np.std(error) * error))
+
+
+@pytest.mark.parametrize("size", [0.0, 1e-4, 3e-4])
+def test_an_error_of_the_encoder_in_a_band_makes_no_inertia_too_small(size):
+    best = identify(in_a_band(size), "coulomb_viscous", blocks=0, draws=0).best.parameters["M"]
+    assert best.value == pytest.approx(TRUTH["M"], rel=0.1)
+    assert best.status == "identified"
+    low, high = best.interval
+    assert low <= TRUTH["M"] <= high
+    assert high - low < 0.5 * TRUTH["M"]
+
+
+def test_least_squares_are_not_printed_where_instruments_say_more_and_know_nothing(monkeypatch):
+    lowered = Alignment(too_small=0.3)
+    monkeypatch.setattr(sys.modules["bristle.identification.identify"], "alignment_of", lambda *_, **__: lowered)
+    fit = identify(in_a_band(0.0), "coulomb_viscous", blocks=0, draws=0).best
+    assert (fit.parameters["M"].status, fit.parameters["M"].reason.code) == ("unidentifiable", "noisy_acceleration")
+    assert fit.parameters["M"].reason.numbers["percent"] == pytest.approx(30.0)
+
+
 def test_a_coarse_encoder_hides_no_delay():
     result = alignment_of([swung(1.5e-3)], [None], DEFAULT)
     assert result.delay == pytest.approx(2.0 * DT, abs=result.delay_half_width)
@@ -384,6 +413,7 @@ def ladder(monkeypatch, *, width=100.0, sought=True, **said):
 
     rows = SimpleNamespace(dt=DT, width=width, scanned=lambda: 7e-3, find_waves=asked.append, fit=fit)
     monkeypatch.setattr(first_stage, "wide_rows", lambda logs, axes: rows)
+    monkeypatch.setattr(first_stage, "_without_noise", lambda alignment, *_: alignment)
     monkeypatch.setattr(first_stage, "believed", lambda rungs, dt, *, sought: ([], 1.0))
     assert alignment_of([], [], DEFAULT, sought=sought) == Alignment(sought=sought)
     start, *fits = asked

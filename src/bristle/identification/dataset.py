@@ -303,11 +303,12 @@ class Dataset:
         r"""Share of noise in the mean square of the acceleration, by which the inertia comes out too small.
 
         White noise of the position, differentiated twice up to the bandwidth `f`, has the mean square
-        :math:`\tfrac{2}{5} \Delta t \sigma^2 (2\pi)^4 f^5`.
+        :math:`\tfrac{2}{5} \Delta t \sigma^2 (2\pi)^4 f^5`. Noise that is not white is known by what it does to the inertia.
         """
         square = 0.4 * self.sample_time * self.noise**2 * (2.0 * np.pi) ** 4 * self.bandwidth**5
         total = float(np.mean(self.acceleration**2))
-        return min(square / total, 1.0) if total > 0.0 else 1.0
+        share = min(square / total, 1.0) if total > 0.0 else 1.0
+        return max(share, self.alignment.too_small) if self.alignment else share
 
     @property
     def all_velocities(self) -> np.ndarray:
@@ -363,6 +364,7 @@ class Alignment:
     sought: bool = True
     of_position: bool = False
     filter_open: bool = False
+    too_small: float = 0.0  # share by which noise of the position lowers the inertia of least squares; 0 where it does not for certain
 
     def as_data(self) -> dict[str, float]:
         """Return what is known of it, as the treatment of a log tells it."""

@@ -14,7 +14,7 @@ effort passed it. A `c` that is not seen clearly is drawn to zero, as one of som
 
 The cut-off of `H` is the widest at which neither noise of the encoder nor an estimate from narrower ones speaks against
 it [2]_. Errors are those of a jackknife over blocks of time; where all cut-offs contradict each other, as many times as
-large as lets some agree [3]_.
+large as lets some agree [3]_. Where noise lowers the inertia of wide cut-offs, on the same rows [5]_, narrow ones say it.
 
 References
 ----------
@@ -25,10 +25,12 @@ References
 .. [3] R. T. Birge, "The calculation of errors by the method of least squares", Physical Review 40(2), 1932.
    doi:10.1103/PhysRev.40.207
 .. [4] F. Wilcoxon, "Individual comparisons by ranking methods", Biometrics Bulletin 1(6), 1945. doi:10.2307/3001968
+.. [5] J. A. Hausman, "Specification tests in econometrics", Econometrica 46(6), 1978. doi:10.2307/1913827
 """
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -36,11 +38,12 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.identification.dataset import Alignment
 from bristle.identification.settings import Settings
-from bristle.identification.wide_rows import FILTER, STEPS, InstrumentFit, WideRows, wide_rows
+from bristle.identification.wide_rows import FILTER, STEPS, WIDTHS, InstrumentFit, WideRows, wide_rows
 from bristle.logs.log import Log
 
 RUNGS, LOWEST = 8, 0.04  # cut-offs of the instruments: how many, the lowest as a share of the widest rows
 NARROWEST, HIGHEST = 3.0, 110.0  # Hz: of the instruments
+SLOWEST = 1e-3  # s from sample to sample: rows of faster logs are as narrow
 SPARE_MASS, SPARE_DELAY = 1e-3, 0.05  # of the inertia, samples: what no log says better
 CLEARLY = 2.0  # half-widths from which a delay is one, whatever made the first stage err
 MAY_BE_NONE = 0.25  # of the half-width of the inertia with which a delay is taken out, where there may be none
@@ -48,6 +51,7 @@ STUDENT = 2.093  # the 97.5 % quantile of Student's t of one degree of freedom l
 BIAS_OVER_ERROR, BIAS_UNSURE = 0.3, 50.0  # noise is not white and may bias so many times more than computed
 AGREE, ALIKE, POOR, SHARPER = 2.0, 0.7, 6.0, 1.3  # of rungs: see `agreeing`
 SCALES = 1.0, 2.0, 4.0  # of errors: as little as lets two cut-offs agree
+CHANGED = 0.4  # of the change to another cut-off, which is put to the error
 SHORT = 0.5  # of a filter: by how much less a step from none may see
 GROWS, FADES = 0.3, 0.8  # of a filter: by how much more a wider cut-off may see of it (noise), or less (its tail)
 
@@ -76,9 +80,8 @@ def alignment_of(logs: Sequence[Log], axes: Sequence[Axis | None], settings: Set
         return Alignment(sought=sought)
     start = rows.scanned() if sought else 0.0
     rows.find_waves(start)
-    highest, rungs = min(0.8 * rows.width, HIGHEST), list[Rung]()
-    lowest = min(max(LOWEST * rows.width, NARROWEST), 0.5 * highest)
-    for cutoff in np.geomspace(lowest, highest, RUNGS).tolist():
+    rungs = list[Rung]()
+    for cutoff in _cutoffs(rows):
         plain = rows.fit(cutoff, start, free=(sought, False))
         free = rows.fit(cutoff, plain.delay, free=(sought, True), steps=1)
         if abs(free.c) > max(AGREE * free.std(-1), FILTER):
@@ -86,7 +89,46 @@ def alignment_of(logs: Sequence[Log], axes: Sequence[Axis | None], settings: Set
             free = rows.fit(cutoff, free.delay, free.c, free=(sought, True), steps=3)  # to a filter that is not small
         rungs.append(Rung(plain, free))
     run, scale = believed(rungs, rows.dt, sought=sought)
-    return _alignment_from(rows, run, settings, scale, sought=sought) if run else Alignment(sought=sought)
+    alignment = _alignment_from(rows, run, settings, scale, sought=sought) if run else Alignment(sought=sought)
+    return _without_noise(alignment, logs, axes, settings)
+
+
+def _cutoffs(rows: WideRows) -> list[float]:
+    """Return the cut-offs of the instruments [Hz], the narrowest first."""
+    highest = min(0.8 * rows.width, HIGHEST)
+    return np.geomspace(min(max(LOWEST * rows.width, NARROWEST), 0.5 * highest), highest, RUNGS).tolist()
+
+
+def _without_noise(alignment: Alignment, logs: Sequence[Log], axes: Sequence[Axis | None], settings: Settings) -> Alignment:
+    """Return an alignment with the inertia of few columns where noise of the position lowers that of least squares.
+
+    An encoder errs in a band as often as not, which wide rows contain. A delay that is not known is held at none, within
+    what a log could hide; friction does not bend with speed, or little would be left of a few steps of the effort.
+    """
+    dt, delay, mass = logs[0].sample_time, alignment.delay or 0.0, alignment.mass
+    too_small, sharpest = 0.0, list[tuple[WideRows, InstrumentFit, float]]()
+    for share in WIDTHS[1:]:
+        rows = wide_rows(logs, axes, (share * max(SLOWEST / dt, 1.0),), few=True)
+        if rows is not None:
+            fits = [rows.fit(cutoff, delay, free=(False, False), steps=1) for cutoff in _cutoffs(rows)]
+            # The widest cut-off makes least squares of the rows; noise grows with it, what a model lacks of friction does not.
+            too_small = max(too_small, fits[-1].below(fits[RUNGS // 2], STUDENT, settings.stages_apart))
+            if run := agreeing([Rung(fit, fit) for fit in fits], dt, sought=False):
+                sharpest.append((rows, _sharpest(run)[0].plain, float(np.ptp([rung.plain.theta[0] for rung in run]))))
+    lowered = replace(alignment, too_small=too_small)
+    if not too_small or not sharpest:
+        return lowered
+    # Narrow rows blur where friction turns, wide ones have noise: what scatters least has least of both.
+    rows, chosen, spread = min(sharpest, key=lambda entry: entry[1].std(0) / entry[1].theta[0])
+    inertia = float(chosen.theta[0])
+    late = alignment.delay_half_width or settings.delay_unsure * dt * alignment.sought
+    ends = [float(rows.fit(chosen.cutoff, delay + end, free=(False, False), steps=1).theta[0]) for end in (-late, late)]
+    half_width = math.hypot(STUDENT * chosen.std(0), 0.5 * (ends[1] - ends[0])) + CHANGED * spread
+    if mass is not None and (width := alignment.mass_half_width or 0.0) <= max(half_width, settings.inertia_unsure * mass):
+        inertia, half_width = mass, width + abs(mass - inertia)
+    if half_width > settings.unsure_std * inertia:
+        return replace(lowered, mass=None, mass_half_width=None)
+    return replace(lowered, mass=inertia, mass_half_width=half_width, slow=alignment.slow or chosen.cutoff)
 
 
 def believed(rungs: Sequence[Rung], dt: float, *, sought: bool) -> tuple[list[Rung], float]:
@@ -133,18 +175,23 @@ def _contradicts(wide: InstrumentFit, narrow: InstrumentFit, dt: float, *, sough
     )
 
 
-def _alignment_from(rows: WideRows, rungs: list[Rung], settings: Settings, scale: float, *, sought: bool) -> Alignment:
-    """Return what the sharpest of the rungs says, noise being nothing in it, and how sure that is."""
+def _sharpest(rungs: Sequence[Rung]) -> tuple[Rung, Rung]:
+    """Return the widest of the sharp rungs in which noise is nothing, and the one that is narrower by two."""
     errors = [rung.plain.std(0) for rung in rungs]
     bounds = zip(rungs, errors, strict=True)
     clean = [n for n, (rung, error) in enumerate(bounds) if BIAS_UNSURE * rung.plain.bias <= BIAS_OVER_ERROR * error]
     sharp = SHARPER * min(map(errors.__getitem__, clean or [0]))
     sharpest = max(n for n in clean or [0] if errors[n] <= sharp)
-    chosen, narrower, dt = rungs[sharpest], rungs[max(sharpest - 2, 0)], rows.dt
+    return rungs[sharpest], rungs[max(sharpest - 2, 0)]
+
+
+def _alignment_from(rows: WideRows, rungs: list[Rung], settings: Settings, scale: float, *, sought: bool) -> Alignment:
+    """Return what the sharpest of the rungs says, noise being nothing in it, and how sure that is."""
+    (chosen, narrower), dt = _sharpest(rungs), rows.dt
     filtered = _with_filter(rows, chosen, narrower, settings.filter_seen, scale, sought=sought)
     channels = filtered or _without_filter(chosen, narrower, sought=sought)
     pairs = zip(channels.errors, channels.changes, strict=False)
-    widths = [STUDENT * error + 0.4 * abs(change) for error, change in pairs]  # of the change to another cut-off that is put to the error
+    widths = [STUDENT * error + CHANGED * abs(change) for error, change in pairs]
     (mass, delay), lag = channels.values, channels.lag
     mass_width, width = widths[0] + SPARE_MASS * mass, widths[1] + SPARE_DELAY * dt if sought else math.inf
     # What does not show the inertia does not show the jerk either; in one sine, it is told from a spring by nothing.

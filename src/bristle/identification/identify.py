@@ -222,12 +222,13 @@ def _context(
 def _aligned(treated: Dataset, prior: PriorKnowledge, alignment: Alignment, settings: Settings) -> tuple[Dataset, PriorKnowledge]:
     """Return a log whose channels stand in time as they were found to, and what is known then before the fit."""
     # The noise, from half of what is told on, biases the own inertia of each model.
-    unsure = 1.0 if treated.acceleration_noise_share > 0.5 * settings.acceleration_noise else settings.inertia_unsure
+    moved = aligned(treated, alignment)
+    unsure = 1.0 if moved.acceleration_noise_share > 0.5 * settings.acceleration_noise else settings.inertia_unsure
     measured, mass, half_width = {}, alignment.mass, alignment.mass_half_width
     if mass is not None and half_width is not None and half_width <= unsure * mass:
         names = names_of(Role.INERTIA, prior.plant.variables)
         measured = {name: (mass, half_width) for name in names if name not in prior.values}
-    return aligned(treated, alignment), replace(prior, measured=measured)
+    return moved, replace(prior, measured=measured)
 
 
 def _of_channel(context: Context, treated: Dataset, report: Report) -> Context:

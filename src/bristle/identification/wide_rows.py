@@ -64,10 +64,20 @@ class InstrumentFit(NamedTuple):
     covariance: np.ndarray
     bias: float
     converged: bool
+    parts: np.ndarray = np.empty(0)  # of the inertia, one block of time left out after the other
 
     def std(self, place: int) -> float:
         """Return the standard error of one of them, by its place in the covariance."""
         return float(self.covariance[place, place]) ** 0.5
+
+    def below(self, other: InstrumentFit, errors: float, least: float) -> float:
+        """Return by what share of the other inertia this one is smaller; 0 within so many standard errors, or the `least` share.
+
+        What both fits have of chance, by the same blocks of time, is not in their difference (Durbin, Wu, Hausman).
+        """
+        apart, change = other.parts - self.parts, float(other.theta[0] - self.theta[0])
+        surely = change > errors * ((BLOCKS - 1) / BLOCKS * float(apart @ apart)) ** 0.5
+        return change / float(other.theta[0]) if surely and change > least * float(other.theta[0]) else 0.0
 
     def doubted(self, scale: float) -> InstrumentFit:
         """Return the same with errors so many times as large."""
@@ -166,7 +176,7 @@ class WideRows:
                 *_, parts = zip(*left_out(equations, target, BLOCKS, rcond=SINGULAR), strict=True)
                 changes = np.array(parts) - np.mean(parts, axis=0)
                 covariance = (BLOCKS - 1) / BLOCKS * changes.T @ changes
-                return InstrumentFit(cutoff, theta, delay + moved, c + further, covariance, bias, converged)
+                return InstrumentFit(cutoff, theta, delay + moved, c + further, covariance, bias, converged, changes[:, 0])
             delay += float(np.clip(moved, -2.0 * self.dt, 2.0 * self.dt))
             c = float(np.clip(c + np.clip(further, -FILTER, FILTER), -25.0 * FILTER, 25.0 * FILTER))
             rows, target = self._weighed(cutoff, delay, c)
@@ -236,11 +246,14 @@ class WideRows:
             self.passed = None
 
 
-def wide_rows(logs: Sequence[Log], axes: Sequence[Axis | None]) -> WideRows | None:
-    """Return the rows behind the widest filter in which noise of the speed is little; None of a log too short."""
+def wide_rows(logs: Sequence[Log], axes: Sequence[Axis | None], widths: Sequence[float] = WIDTHS, *, few: bool = False) -> WideRows | None:
+    """Return the rows behind the widest filter in which noise of the speed is little; None of a log too short.
+
+    The `widths` are those tried, the sampling frequency over the cut-off. Of `few` columns friction does not bend.
+    """
     dt = float(logs[0].sample_time)
-    narrowest = 1.0 / (WIDTHS[-1] * dt)
-    for share in WIDTHS:
+    narrowest = 1.0 / (widths[-1] * dt)
+    for share in widths:
         width = 1.0 / (share * dt)
         if width > max(WIDEST, narrowest):
             continue
@@ -265,23 +278,26 @@ def wide_rows(logs: Sequence[Log], axes: Sequence[Axis | None]) -> WideRows | No
                 # The waves over the position that the plant has for certain [1/m or 1/rad]: gravity, cogging.
                 frequencies = [2.0 * np.pi * n / cogging.turn for cogging in axes[0].cogging for n in cogging.harmonics or ()]
                 frequencies = [1.0] * axes[0].gravity + frequencies
-            stretches = [_stretch(*pair, width, dt, stride, top, frequencies) for pair in pairs if top > 0.0]
+            stretches = [_stretch(*pair, width, dt, stride, top, frequencies, few=few) for pair in pairs if top > 0.0]
             rows = WideRows(stretches, width, stride * dt, dt, noise)
             return rows if rows.suffice() else None
     return None
 
 
 def _stretch(
-    segment: Segment, speed: np.ndarray, width: float, dt: float, stride: int, top: float, plant: Sequence[float] = ()
+    segment: Segment, speed: np.ndarray, width: float, dt: float, stride: int, top: float, plant: Sequence[float] = (), *, few: bool = False
 ) -> _Stretch:
     from scipy.ndimage import minimum_filter1d, spline_filter1d, uniform_filter1d
 
     def columns() -> Iterator[np.ndarray]:
         yield derivative(speed, dt)
         yield segment.position
+        if few:
+            yield speed
+        rates = (0.0,) if few else (None, 0.0, *(1.0 / (share * top) for share in SPEEDS))
         for side in (1.0, -1.0):
             along = speed * side > 0.0
-            for rate in (None, 0.0, *(1.0 / (share * top) for share in SPEEDS)):
+            for rate in rates:
                 yield np.where(along, speed if rate is None else side * np.exp(-np.abs(speed) * rate), 0.0)
         for wave in plant:
             yield from (bend(wave * segment.position) for bend in (np.cos, np.sin))
