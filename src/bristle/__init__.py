@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from bristle.prediction import predict
     from bristle.report.compared import compare
     from bristle.report.identified import identify
+    from bristle.report.known_truth import known_truth
     from bristle.report.model_in_hand import load
     from bristle.report.prepared import prepare
     from bristle.simulation import simulate
@@ -63,6 +64,7 @@ __all__ = [
     "hysteresis",
     "identify",
     "identify_operator",
+    "known_truth",
     "load",
     "load_code",
     "plants",
