@@ -8,9 +8,9 @@ along the recorded motion instead. The fit to a simulated log knows what the per
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,13 +20,13 @@ from bristle.core.errors import InputError
 from bristle.core.values import numbers_of
 from bristle.friction.level import TRANSMITTED
 from bristle.friction.slots import OFFSET
-from bristle.identification.dataset import Alignment, Dataset
+from bristle.identification.dataset import Alignment
 from bristle.identification.half_cycles import disturbance_of
 from bristle.identification.identify import identify
 from bristle.identification.inverse_dynamics import InverseDynamics, RowReplicates
 from bristle.identification.observed_fit import Channel, IdentifiedAxis, Unseen
 from bristle.identification.observer import Recorded, steps_of
-from bristle.identification.parameters import ParameterSet, Role, names_of
+from bristle.identification.parameters import ParameterSet, Role, name_of, names_of
 from bristle.identification.preprocessing import aligned, treat
 from bristle.identification.result import Estimate, Fit
 from bristle.logs.filters import through_filter
@@ -34,7 +34,7 @@ from bristle.logs.log import Log
 
 SEED = 20_261_127
 DETERMINED, ROUGH = 10.0, 50.0  # percent: what errors stay within
-FEWEST = 0.5  # share of the simulated logs: a parameter that fewer identify is not determined
+FEWEST = 0.5  # share of the simulated logs: a parameter that no more identify is not determined
 FEWEST_DRAWS, MOST_DRAWS = 20, 100  # behind the intervals of a fit to a simulated log
 HOLD_LEAST, TELLING = 0.75, 5  # share of the intervals: where fewer hold, of so many at least, they are too narrow
 
@@ -49,12 +49,10 @@ class Determined:
         Name, SI unit of the kind of axis, meaning.
     truth : float
         The value of the simulated axis in `unit`.
-    scale : float
-        What errors are a share of: the truth, or of a constant force the level of friction, `scale_name`.
-    scale_name : str
-        Name of that level; empty where errors are a share of the truth.
-    values : tuple of float
-        The value of each fit that identified the parameter, in `unit`.
+    relative_to : str
+        The parameter that errors are a share of: itself, or of a constant force the level of friction.
+    errors : ndarray, shape (fit,)
+        Relative error of each fit that identified the parameter [%], not finite where the truth is zero.
     intervals, hold : int
         How many of these fits have a 95 % interval, and how many intervals hold the truth.
     logs : int
@@ -65,49 +63,48 @@ class Determined:
     unit: str
     description: str
     truth: float
-    scale: float
-    scale_name: str
-    values: tuple[float, ...]
+    relative_to: str
+    errors: np.ndarray
     intervals: int
     hold: int
     logs: int
 
     @property
-    def errors(self) -> np.ndarray:
-        """Relative error of each fit [%]; none where the scale is zero."""
-        return 100.0 * (np.array(self.values) - self.truth) / self.scale if self.scale else np.zeros(0)
+    def identified(self) -> int:
+        """How many fits identified the parameter."""
+        return self.errors.size
 
     @property
-    def median_error(self) -> float | None:
+    def median_error_percent(self) -> float | None:
         """Median of the errors, with its sign [%]."""
-        return float(np.median(self.errors)) if self.errors.size else None
+        return float(np.median(self.errors)) if np.isfinite(self.errors).any() else None
 
     @property
-    def spread(self) -> float | None:
+    def spread_percent(self) -> float | None:
         """Standard deviation of the errors [%]."""
-        return float(np.std(self.errors, ddof=1)) if self.errors.size > 1 else None
+        return float(np.std(self.errors, ddof=1)) if np.isfinite(self.errors).sum() > 1 else None
 
     @property
-    def within(self) -> float | None:
+    def within_percent(self) -> float | None:
         """Median error and a 95 % prediction interval about it [%]: what the error of a further log stays within."""
         from scipy.special import stdtrit
 
-        if self.median_error is None or self.spread is None:
+        if self.median_error_percent is None or self.spread_percent is None:
             return None
-        count = self.errors.size
-        return abs(self.median_error) + float(stdtrit(count - 1, 0.975)) * self.spread * (1.0 + 1.0 / count) ** 0.5
+        count = self.identified
+        return abs(self.median_error_percent) + float(stdtrit(count - 1, 0.975)) * self.spread_percent * (1.0 + 1.0 / count) ** 0.5
 
     @property
     def verdict(self) -> str:
         """``determined``, ``rough`` or ``not determined``."""
-        if self.within is None or self.within > ROUGH or self.is_rare:
+        if self.within_percent is None or self.within_percent > ROUGH or self.is_rare:
             return "not determined"
-        return "determined" if self.within <= DETERMINED else "rough"
+        return "determined" if self.within_percent <= DETERMINED else "rough"
 
     @property
     def is_rare(self) -> bool:
         """Whether no more than half of the fits identified the parameter."""
-        return len(self.values) <= FEWEST * self.logs
+        return self.identified <= FEWEST * self.logs
 
     @property
     def too_narrow(self) -> bool:
@@ -115,7 +112,7 @@ class Determined:
         return self.intervals >= TELLING and self.hold < HOLD_LEAST * self.intervals
 
 
-def simulated_again(
+def determined_by(
     logs: Sequence[Log],
     axes: Sequence[Axis | None],
     fit: Fit,
@@ -140,10 +137,8 @@ def simulated_again(
 
         told(0.0, "")
         try:
-            drawn = [simulated(log, axis, fit, treatment, rng) for log, axis in zip(logs, axes, strict=True)]
-            estimates.append(
-                identify(drawn, fit.friction.component, settings=settings, progress=told, **options).best.parameters
-            )
+            drawn = [SimulatedLog(log, axis, fit, treatment).drawn(rng) for log, axis in zip(logs, axes, strict=True)]
+            estimates.append(identify(drawn, fit.friction.component, settings=settings, progress=told, **options).best.parameters)
         except InputError as error:
             refused.append(error)
     if not estimates:
@@ -152,93 +147,94 @@ def simulated_again(
 
 
 def _options(logs: Sequence[Log], axes: Sequence[Axis | None], fit: Fit, treatment: Mapping[str, float]) -> dict[str, Any]:
-    """Return what a person asked of the fit, beside what the axes say; a fit that cannot be simulated is refused."""
+    """Return what a person asked of the fit; a fit that cannot be simulated is refused."""
     if fit.position_rmse is not None or fit.loop_rmse is not None:
-        allowed = "inverse_dynamics or prediction_error"
-        message = "were identified by a method whose logs are not simulated"
+        message, allowed = "were identified by a method whose logs are not simulated", "inverse_dynamics or prediction_error"
         raise InputError(message, path="results", value="output_error", allowed=allowed, mend="Identify again with one of these methods")
     if fit.resampling is None:
         message = "were identified without simulated logs: neither intervals nor the scatter of the friction level are known"
         raise InputError(message, path="results", value="--draws 0", allowed="20 or more", mend="Identify again with --draws 100")
-    variables, shapes = fit.friction.component.variables, fit.friction.component.defaults
-    free = [
-        estimate.name
-        for estimate in fit.estimates
-        if estimate.name in shapes and estimate.status != "held" and not variables[estimate.name].excitation
-    ]
+    component = fit.friction.component
+    shapes = [name for name, variable in component.variables.items() if name in component.defaults and not variable.excitation]
     known = {one.name: one.value for one in fit.estimates if one.reason is not None and one.reason.code == "held_known"}
-    (mass, *_), offset = (*names_of(Role.INERTIA, fit.plant.component.variables), ""), names_of(OFFSET, variables)
-    usual = treat(logs[0], axes[0]).cutoff
     return {
         "axis": list(axes),
-        "cutoff": treatment["cutoff"] if treatment["cutoff"] != usual else None,
-        "free": [name for name in free if variables[name] != OFFSET],
-        "mass": known.get(mass),
-        "offset": next((known[name] for name in offset if name in known), None),
+        "cutoff": treatment["cutoff"] if treatment["cutoff"] != treat(logs[0], axes[0]).cutoff else None,
+        "free": [one.name for one in fit.estimates if one.name in shapes and one.status != "held"],
+        "mass": known.get(name_of(Role.INERTIA, fit.plant.component.variables) or ""),
+        "offset": known.get(name_of(OFFSET, component.variables) or ""),
         "draws": min(max(fit.resampling.bands.count, FEWEST_DRAWS), MOST_DRAWS),
         "method": "prediction_error" if any(one.code == "prediction_error" for one in fit.diagnostics) else "inverse_dynamics",
     }
 
 
-def simulated(log: Log, axis: Axis | None, fit: Fit, treatment: Mapping[str, float], rng: np.random.Generator) -> Log:
-    """Return a log that the identified axis makes along the motion of a recorded one."""
-    assert fit.resampling is not None
-    dataset, bands, component = treat(log, axis, treatment["cutoff"]), fit.resampling.bands, fit.friction.component
-    lag = treatment.get("position_smoothing", 0.0) - treatment.get("smoothing", 0.0)
-    bend = 0.0 if dataset.held is False else -(log.sample_time**2) / 24.0
-    channel = Channel(treatment.get("delay", 0.0) - 0.5 * log.sample_time * bool(dataset.held), bend, lag)
-    needs_record = any(surrounding.is_recorded for surrounding in component.surroundings) or TRANSMITTED in component.variables.values()
-    make = _along if needs_record or getattr(fit.plant.component, "columns", ()) else _in_loop
-    assert log.effort is not None
-    position, effort, segments = log.position.values.copy(), log.effort.values.copy(), list[slice]()
-    for place, part in make(log, dataset, fit, channel, Unseen(bands.scatter, bands.noise), rng):
-        position[place], effort[place] = part.position, through_filter(part.effort, -lag, log.sample_time) if lag else part.effort
-        segments.append(place)
-    channels = {"position": replace(log.position, values=position), "effort": replace(log.effort, values=effort)}
-    return replace(log, **channels, velocity=None, reference=None, injected=(), segments=tuple(segments))
+class SimulatedLog(NamedTuple):
+    """A log that the identified axis makes along the motion of a recorded one."""
 
+    log: Log
+    axis: Axis | None
+    fit: Fit
+    treatment: Mapping[str, float]
 
-def _in_loop(
-    log: Log, dataset: Dataset, fit: Fit, channel: Channel, unseen: Unseen, rng: np.random.Generator
-) -> list[tuple[slice, Recorded]]:
-    """Return the segments that the axis records in a loop around the recorded motion, and where they stand."""
-    dt, made = log.sample_time, list[tuple[slice, Recorded]]()
-    axis = IdentifiedAxis(fit.plant, fit.friction, dataset, dt, steps_of(dt), channel)
-    assert log.effort is not None
-    for segment in dataset.segments:
-        place = _place(log, segment.time)
-        effort = log.effort.values[place]
-        recorded = Recorded(log.position.values[place], through_filter(effort, channel.lag, dt) if channel.lag else effort, ())
-        part = axis.replicate(recorded, unseen, rng)
-        if part is None:
-            mend = "Check the parameters in model.toml"
-            raise InputError("the identified axis does not follow the recorded motion in simulation", path="model", mend=mend)
-        made.append((place, part))
-    return made
+    def drawn(self, rng: np.random.Generator) -> Log:
+        """Return such a log."""
+        log, component = self.log, self.fit.friction.component
+        along = any(part.is_recorded for part in component.surroundings) or TRANSMITTED in component.variables.values()
+        make = self._along if along or getattr(self.fit.plant.component, "columns", ()) else self._in_loop
+        assert log.effort is not None
+        position, effort, segments, lag = log.position.values.copy(), log.effort.values.copy(), list[slice](), self._channel.lag
+        for place, part in make(rng):
+            position[place], effort[place] = part.position, through_filter(part.effort, -lag, log.sample_time) if lag else part.effort
+            segments.append(place)
+        channels = {"position": replace(log.position, values=position), "effort": replace(log.effort, values=effort)}
+        return replace(log, **channels, velocity=None, reference=None, injected=(), segments=tuple(segments))
 
+    @property
+    def _channel(self) -> Channel:
+        dt, held, found = self.log.sample_time, self.axis.held if self.axis else None, self.treatment
+        lag = found.get("position_smoothing", 0.0) - found.get("smoothing", 0.0)
+        return Channel(found.get("delay", 0.0) - 0.5 * dt * bool(held), 0.0 if held is False else -(dt**2) / 24.0, lag)
 
-def _along(
-    log: Log, dataset: Dataset, fit: Fit, channel: Channel, unseen: Unseen, rng: np.random.Generator
-) -> list[tuple[slice, Recorded]]:
-    """Return the segments with the effort that the axis takes along the recorded motion, and where they stand."""
-    delay = channel.delay + 0.5 * log.sample_time * bool(dataset.held)
-    dataset = aligned(dataset, Alignment(delay, smoothing=-channel.lag or None, sought=False))
-    values = numbers_of(fit.plant.component, fit.plant.parameters) | numbers_of(fit.friction.component, fit.friction.parameters)
-    problem = InverseDynamics(dataset, ParameterSet(fit.friction.component, (), {}, fit.plant.component))
-    drawn = RowReplicates(problem, values).log(disturbance_of(dataset, unseen.scatter)._replace(noise=unseen.noise), rng)
-    made = list[tuple[slice, Recorded]]()
-    for segment, part in zip(dataset.segments, drawn.segments, strict=True):
+    @property
+    def _unseen(self) -> Unseen:
+        assert self.fit.resampling is not None
+        return Unseen(self.fit.resampling.bands.scatter, self.fit.resampling.bands.noise)
+
+    def _in_loop(self, rng: np.random.Generator) -> Iterator[tuple[slice, Recorded]]:
+        """Yield where segments stand, and what the axis records there in a loop around the recorded motion."""
+        log, dt, channel = self.log, self.log.sample_time, self._channel
+        dataset = treat(log, self.axis, self.treatment["cutoff"])
+        axis = IdentifiedAxis(self.fit.plant, self.fit.friction, dataset, dt, steps_of(dt), channel)
+        assert log.effort is not None
+        for segment in dataset.segments:
+            place = self._place(segment.time)
+            effort = log.effort.values[place]
+            acted = through_filter(effort, channel.lag, dt) if channel.lag else effort
+            part = axis.replicate(Recorded(log.position.values[place], acted, ()), self._unseen, rng)
+            if part is None:
+                message = "do not follow the recorded motion in simulation"
+                raise InputError(message, path="plant and friction", mend="Check their parameters in model.toml")
+            yield place, part
+
+    def _along(self, rng: np.random.Generator) -> Iterator[tuple[slice, Recorded]]:
+        """Yield where segments stand, and the effort that the axis takes along the recorded motion."""
+        (plant, friction), delay, channel = (self.fit.plant, self.fit.friction), self.treatment.get("delay", 0.0), self._channel
+        alignment = Alignment(delay, smoothing=-channel.lag or None, sought=False)
+        dataset = aligned(treat(self.log, self.axis, self.treatment["cutoff"]), alignment)
+        values = numbers_of(plant.component, plant.parameters) | numbers_of(friction.component, friction.parameters)
+        problem = InverseDynamics(dataset, ParameterSet(friction.component, (), {}, plant.component))
+        disturbance = disturbance_of(dataset, self._unseen.scatter)._replace(noise=self._unseen.noise)
+        drawn = RowReplicates(problem, values).log(disturbance, rng)
         assert drawn.effort is not None
-        recorded = Recorded(drawn.position.values[part], drawn.effort.values[part], ())
-        late = recorded.efforts(-channel.delay, 0.0, log.sample_time)[0, :-1]
-        made.append((_place(log, segment.time), recorded._replace(effort=late)))
-    return made
+        for segment, part in zip(dataset.segments, drawn.segments, strict=True):
+            recorded = Recorded(drawn.position.values[part], drawn.effort.values[part], ())
+            late = recorded.efforts(-channel.delay, 0.0, dataset.sample_time)[0, :-1]
+            yield self._place(segment.time), recorded._replace(effort=late)
 
-
-def _place(log: Log, time: np.ndarray) -> slice:
-    """Return where the samples of a segment stand in a log."""
-    first = int(np.searchsorted(log.time.values, time[0]))
-    return slice(first, first + time.size)
+    def _place(self, time: np.ndarray) -> slice:
+        """Return where the samples of a segment stand in the log."""
+        first = int(np.searchsorted(self.log.time.values, time[0]))
+        return slice(first, first + time.size)
 
 
 def _determined(fit: Fit, estimate: Estimate, fits: Sequence[Mapping[str, Estimate]], count: int) -> Determined:
@@ -246,20 +242,12 @@ def _determined(fit: Fit, estimate: Estimate, fits: Sequence[Mapping[str, Estima
     name, values, variables = estimate.name, {**fit.plant.values, **fit.friction.values}, fit.friction.component.variables
     # The stiffness of all elements is none of the parameters of their model.
     truth = float(values.get(name, estimate.value))
-    levels = [level for level in names_of(Role.LEVEL, variables) if variables.get(name) == OFFSET]
-    scale_name = max(levels, key=lambda level: abs(values[level]), default="")
+    levels = names_of(Role.LEVEL, variables) if variables.get(name) == OFFSET else []
+    scale = max(levels, key=lambda level: abs(values[level]), default=name)
     # A constant force near zero is no share of itself, and known all the same.
-    found = [one[name] for one in fits if name in one and (one[name].status == "identified" or scale_name)]
+    found = [one[name] for one in fits if name in one and (one[name].status == "identified" or scale != name)]
     ends = [one.interval for one in found if one.interval is not None]
-    return Determined(
-        name,
-        estimate.unit,
-        estimate.description,
-        truth,
-        abs(values[scale_name]) if scale_name else abs(truth),
-        scale_name,
-        tuple(one.value for one in found),
-        len(ends),
-        sum(low <= truth <= high for low, high in ends),
-        count,
-    )
+    size = abs(values[scale]) if levels else abs(truth)
+    errors = 100.0 * (np.array([one.value for one in found]) - truth) / (size or np.nan)
+    hold = sum(low <= truth <= high for low, high in ends)
+    return Determined(name, estimate.unit, estimate.description, truth, scale, errors, len(ends), hold, count)

@@ -11,13 +11,15 @@ from typing import Any
 
 from bristle.core import PROGRESS, Axis, Card, InputError, Progress, WithCard, guarded, number, whole, with_unit
 from bristle.files import SUMMARY, axes_for, read_axis
-from bristle.identification import Determined, simulated_again
+from bristle.identification import Determined, determined_by
 from bristle.logs import Log, read_log
 from bristle.report.identified import Identified
 from bristle.report.model_in_hand import load
 from bristle.report.table import Table
 
 NOTE = "The simulated axis is exactly as the model says: what the model does not explain of the recorded log comes on top of these errors."
+KEYS = ("truth", "unit", "description", "relative_to", "median_error_percent", "spread_percent", "within_percent")
+KEYS += ("identified", "intervals", "hold", "verdict")
 VERDICTS = {
     "determined": ("determines {}", "determines no parameter"),
     "rough": ("determines {} roughly", ""),
@@ -59,8 +61,8 @@ class KnownTruth(WithCard):
             {
                 "Parameter": one.name,
                 "True value": with_unit(one.truth, one.unit, digits=4),
-                "Median error [%]": _percent(one.median_error),
-                "Spread [%]": _percent(one.spread),
+                "Median error [%]": _percent(one.median_error_percent),
+                "Spread [%]": _percent(one.spread_percent),
                 "Intervals that hold": f"{one.hold} of {one.intervals}" if one.intervals else "–",
                 "Verdict": _words(one),
             }
@@ -70,22 +72,7 @@ class KnownTruth(WithCard):
 
     def to_dict(self) -> dict[str, Any]:
         """Return the numbers as plain data, in SI of the axis, as ``bristle check --json`` prints them."""
-        parameters = {
-            name: {
-                "truth": one.truth,
-                "unit": one.unit,
-                "description": one.description,
-                "relative_to": one.scale_name or name,
-                "median_error_percent": one.median_error,
-                "spread_percent": one.spread,
-                "within_percent": one.within,
-                "identified": len(one.values),
-                "intervals": one.intervals,
-                "hold": one.hold,
-                "verdict": one.verdict,
-            }
-            for name, one in self.parameters.items()
-        }
+        parameters = {name: {key: getattr(one, key) for key in KEYS} for name, one in self.parameters.items()}
         return {"model": self.model, "draws": self.draws, "sentence": self.sentence, "parameters": parameters}
 
     def _card(self) -> Card:
@@ -99,15 +86,15 @@ def _percent(value: float | None) -> str:
 
 def _words(one: Determined) -> str:
     """Return the verdict on a parameter in words."""
-    of = f" of {one.scale_name}" if one.scale_name else ""
-    narrow = "; intervals too narrow" if one.too_narrow else ""
+    of = f" of {one.relative_to}" if one.relative_to != one.name else ""
+    within = f"within {_percent(one.within_percent)} %{of}{'; intervals too narrow' if one.too_narrow else ''}"
     if one.verdict != "not determined":
-        return f"{one.verdict}{':' if one.verdict == 'rough' else ''} within {_percent(one.within)} %{of}{narrow}"
-    if not one.scale:
+        return f"{one.verdict}{':' if one.verdict == 'rough' else ''} {within}"
+    if one.truth == 0.0 and not of:
         return "not determined: the true value is 0"
-    if one.within is None or one.is_rare:
-        return f"not determined: identified in {len(one.values)} of {one.logs} logs"
-    return f"not determined: error up to {_percent(one.within)} %{of}"
+    if one.within_percent is None or one.is_rare:
+        return f"not determined: identified in {one.identified} of {one.logs} logs"
+    return f"not determined: error up to {_percent(one.within_percent)} %{of}"
 
 
 @guarded(draws=whole(3, 1000), progress=PROGRESS)
@@ -159,7 +146,7 @@ def known_truth(
         files = sorted(folder.glob("axis*.toml"), key=lambda file: (len(file.name), file.name))
         given = list(log) if isinstance(log, (list, tuple)) else [] if log is None else [log]
         logs, axes = _logs_of(folder, loaded.summary["provenance"], given, [read_axis(file) for file in files])
-    found = simulated_again(logs, axes, best, treatment, settings, count=draws, progress=progress)
+    found = determined_by(logs, axes, best, treatment, settings, count=draws, progress=progress)
     return KnownTruth(best.name, {one.name: one for one in found}, draws)
 
 
