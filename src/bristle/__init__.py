@@ -38,7 +38,6 @@ if TYPE_CHECKING:
     from bristle.prediction import predict
     from bristle.report.compared import compare
     from bristle.report.identified import identify
-    from bristle.report.known_truth import known_truth
     from bristle.report.model_in_hand import load
     from bristle.report.prepared import prepare
     from bristle.simulation import simulate
@@ -64,7 +63,6 @@ __all__ = [
     "hysteresis",
     "identify",
     "identify_operator",
-    "known_truth",
     "load",
     "load_code",
     "plants",

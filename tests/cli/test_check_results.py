@@ -9,7 +9,6 @@ import pytest
 import bristle as br
 from bristle.core import InputError
 from bristle.identification import Determined
-from bristle.report import known_truth as told
 
 AXIS = """schema = 1
 kind = "translational"
@@ -51,16 +50,17 @@ def determined(monkeypatch):
     """What is asked of simulated logs, which are not simulated."""
     asked = {}
 
-    def noted(logs, axes, fit, treatment, settings, **options):
-        asked.update(options, logs=logs, axes=axes, fit=fit, treatment=treatment, settings=settings)
+    def noted(recorded, axes, fit, treatment, settings, **options):
+        asked.update(options, logs=recorded, axes=axes, fit=fit, treatment=treatment, settings=settings)
         errors = {"M": [0.1, -0.1, 0.2], "F_C": [20.0, 21.0, 19.0], "F_v": [np.nan] * 3, "offset": [1.0, 1.1, 1.0], "k": [3.0]}
-        scales, truths = {"offset": "F_C"}, {"F_v": 0.0}
+        errors["rare"] = [2.0, 2.1]
+        scales, truths, logs = {"offset": "F_C"}, {"F_v": 0.0}, {"rare": 5}
         return tuple(
-            Determined(name, "N", "a parameter", truths.get(name, 8.0), scales.get(name, name), np.array(each), 3, 2, 3)
+            Determined(name, "N", "", truths.get(name, 8.0), scales.get(name, name), np.array(each), 3, 2, logs.get(name, 3))
             for name, each in errors.items()
         )
 
-    monkeypatch.setattr(told, "determined_by", noted)
+    monkeypatch.setattr(Determined, "by_simulated_logs", noted)
     return asked
 
 
@@ -78,13 +78,14 @@ def test_the_verdict_comes_first_and_names_what_the_log_determines(bristle, plac
 def test_the_table_has_a_verdict_in_words_for_each_parameter(bristle, place, determined):
     result = bristle("check", "results_20", "--draws", "3")
     words = " ".join(result.out.split())
-    assert "This log determines M and offset; determines F_C roughly; does not determine F_v and k." in words
+    assert "This log determines M and offset; determines F_C roughly; does not determine F_v, k and rare." in words
     for verdict in (
         "determined within 0.86 %",
         "rough: within 25 %",
         "not determined: the true value is 0",
         "within 1.3 % of F_C",
         "not determined: identified in 1 of 3 logs",
+        "not determined: identified in 2 of 5 logs, there within 3.2 %",  # Student's t of one degree of freedom: 12.7
     ):
         assert verdict in words
     assert "2 of 3" in words
@@ -114,7 +115,7 @@ def test_the_truth_is_what_the_model_file_says(bristle, place, determined):
 
 def test_an_identification_is_checked_in_python_with_the_log_that_it_holds(place, determined):
     result = br.identify("log.csv", "coulomb_viscous", axis="axis.toml", draws=20, blocks=0, settings={"poor_error": 41.0})
-    known = br.known_truth(result, draws=3)
+    known = result.known_truth(draws=3)
     assert determined["logs"] == [result.log]
     assert determined["settings"]["poor_error"] == 41.0
     assert known.parameters["M"].verdict == "determined"
@@ -176,4 +177,4 @@ def test_results_from_memory_ask_for_their_log(place):
     columns = dict(zip(("time", "position", "effort"), table.T, strict=True))
     br.identify(columns, "coulomb_viscous", draws=20, blocks=0).save("memory")
     with pytest.raises(InputError, match="holds no file name of its log"):
-        br.known_truth("memory")
+        br.load("memory").known_truth()

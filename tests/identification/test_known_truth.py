@@ -11,7 +11,7 @@ from bristle.core import InputError
 from bristle.core.diagnostic import Diagnostic
 from bristle.friction import find
 from bristle.identification import known_truth
-from bristle.identification.known_truth import Determined, SimulatedLog, determined_by
+from bristle.identification.known_truth import Determined, SimulatedLog
 from bristle.logs.filters import low_passed
 
 DT, COUNT, STEP = 1e-3, 3000, 2e-6
@@ -31,7 +31,7 @@ def identified():
 
 
 def determined(identified, *, axis=AXIS, fit=None, count=2):
-    found = determined_by([identified.log], [axis], fit or identified.best, identified.treatment, {}, count=count)
+    found = Determined.by_simulated_logs([identified.log], [axis], fit or identified.best, identified.treatment, {}, count=count)
     return {one.name: one for one in found}
 
 
@@ -106,7 +106,7 @@ def test_friction_over_a_recorded_channel_acts_along_the_recorded_motion(identif
 def test_a_fit_to_a_simulated_log_knows_what_the_person_said_and_no_more(identified, monkeypatch):
     asked = {}
 
-    def noted(logs, component, **options):
+    def noted(logs, **options):
         asked.update(options)
         return SimpleNamespace(best=SimpleNamespace(parameters={}))
 
@@ -121,20 +121,20 @@ def test_a_fit_to_a_simulated_log_knows_what_the_person_said_and_no_more(identif
     ]
     changed = replace(best, estimates=tuple(estimates), diagnostics=(Diagnostic("prediction_error"),))
     treatment = dict(identified.treatment) | {"cutoff": 60.0}
-    determined_by([identified.log], [AXIS], changed, treatment, {"hidden_shape": 0.1}, count=1)
+    Determined.by_simulated_logs([identified.log], [AXIS], changed, treatment, {"hidden_shape": 0.1}, count=1)
     assert (asked["cutoff"], asked["free"], asked["mass"]) == (60.0, ["exponent"], identified.parameters["M"].value)
     assert (asked["method"], asked["settings"]) == ("prediction_error", {"hidden_shape": 0.1})
 
 
 def test_progress_goes_from_log_to_log(identified, monkeypatch):
-    def noted(logs, component, *, progress, **options):
+    def noted(logs, *, progress, **options):
         progress(0.5, "fitting")
         return SimpleNamespace(best=SimpleNamespace(parameters={}))
 
     shares = []
     monkeypatch.setattr(known_truth, "identify", noted)
-    treatment = identified.treatment
-    determined_by([identified.log], [AXIS], identified.best, treatment, {}, count=2, progress=lambda *told: shares.append(told))
+    record = [identified.log], [AXIS], identified.best, identified.treatment, {}
+    Determined.by_simulated_logs(*record, count=2, progress=lambda *told: shares.append(told))
     assert [share for share, _ in shares] == [0.0, 0.25, 0.5, 0.75]
     assert shares[-1][1] == "identifying simulated log 2 of 2"
 

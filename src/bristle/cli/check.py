@@ -65,14 +65,21 @@ def check(
 
 def _of_results(results: Path, log: list[Path] | None, draws: int, *, as_json: bool) -> int:
     """Tell what the log of an identification can determine."""
-    from bristle.report.known_truth import NOTE, known_truth
+    from bristle.core import InputError
+    from bristle.files import SUMMARY
+    from bristle.report.known_truth import NOTE
+    from bristle.report.model_in_hand import load
 
+    folder = results.parent if results.name == SUMMARY else results
+    if not (folder / SUMMARY).is_file():
+        mend = "Name a folder that bristle identify --out wrote"
+        raise InputError("is no folder of results", path=str(folder), allowed=f"a folder with {SUMMARY}", mend=mend)
     with progress("simulating") as report:
-        known = known_truth(results, log, draws=draws, progress=report)
+        truth = load(folder).known_truth(log, draws=draws, progress=report)
     if as_json:
-        print_json(known.to_dict())
+        print_json(truth.to_dict())
     else:
-        show(known.sentence, known.table, f"Note: {NOTE}")
+        show(truth.sentence, truth.table, f"Note: {NOTE}")
     return 0
 
 

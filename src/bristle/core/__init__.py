@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from bristle.core.diagnostic import Diagnostic
     from bristle.core.dimensions import NAMES, Kind
     from bristle.core.dispatch import everett
-    from bristle.core.edge import PROGRESS, TEXT, Amount, Progress, amount, array, guarded, model, optional, whole
+    from bristle.core.edge import TEXT, Amount, Progress, amount, array, guarded, model, optional, whole
     from bristle.core.errors import (
         BristleError,
         InputError,

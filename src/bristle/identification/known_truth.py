@@ -8,9 +8,10 @@ along the recorded motion instead. The fit to a simulated log knows what the per
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
@@ -28,7 +29,7 @@ from bristle.identification.observed_fit import Channel, IdentifiedAxis, Unseen
 from bristle.identification.observer import Recorded, steps_of
 from bristle.identification.parameters import ParameterSet, Role, name_of, names_of
 from bristle.identification.preprocessing import aligned, treat
-from bristle.identification.result import Estimate, Fit
+from bristle.identification.result import Estimate, Fit, Identification
 from bristle.logs.filters import through_filter
 from bristle.logs.log import Log
 
@@ -111,43 +112,46 @@ class Determined:
         """Whether too few of the intervals hold the truth, of as many as tell."""
         return self.intervals >= TELLING and self.hold < HOLD_LEAST * self.intervals
 
+    @classmethod
+    def by_simulated_logs(
+        cls,
+        logs: Sequence[Log],
+        axes: Sequence[Axis | None],
+        fit: Fit,
+        treatment: Mapping[str, float],
+        settings: Mapping[str, float],
+        *,
+        count: int = 10,
+        progress: Progress | None = None,
+    ) -> tuple[Determined, ...]:
+        """Return how well each parameter of a fit comes out of simulated logs, of which `fit` has the truth in its models.
 
-def determined_by(
-    logs: Sequence[Log],
-    axes: Sequence[Axis | None],
-    fit: Fit,
-    treatment: Mapping[str, float],
-    settings: Mapping[str, float],
-    *,
-    count: int = 10,
-    progress: Progress | None = None,
-) -> tuple[Determined, ...]:
-    """Return how well each parameter of a fit comes out of simulated logs, of which `fit` has the truth in its models.
+        `treatment` and `settings` are those of the fit. One without intervals, or to a simulated signal, is refused.
+        """
+        again = _same_fit(logs, axes, fit, treatment, settings)
+        estimates, refused = list[Mapping[str, Estimate]](), list[InputError]()
+        for number, seed in enumerate(np.random.SeedSequence(SEED).spawn(count)):
+            rng = np.random.default_rng(seed)
 
-    `treatment` and `settings` are those of the fit. One without intervals, or to a simulated signal, is refused.
-    """
-    options = _options(logs, axes, fit, treatment)
-    estimates, refused = list[Mapping[str, Estimate]](), list[InputError]()
-    for number, seed in enumerate(np.random.SeedSequence(SEED).spawn(count)):
-        rng = np.random.default_rng(seed)
+            def report(share: float, _: str, number: int = number) -> None:
+                if progress is not None:
+                    progress((number + share) / count, f"identifying simulated log {number + 1} of {count}")
 
-        def told(share: float, _: str, number: int = number) -> None:
-            if progress is not None:
-                progress((number + share) / count, f"identifying simulated log {number + 1} of {count}")
-
-        told(0.0, "")
-        try:
-            drawn = [SimulatedLog(log, axis, fit, treatment).drawn(rng) for log, axis in zip(logs, axes, strict=True)]
-            estimates.append(identify(drawn, fit.friction.component, settings=settings, progress=told, **options).best.parameters)
-        except InputError as error:
-            refused.append(error)
-    if not estimates:
-        raise refused[0]
-    return tuple(_determined(fit, estimate, estimates, count) for estimate in fit.estimates if estimate.status != "held")
+            report(0.0, "")
+            try:
+                drawn = [SimulatedLog(log, axis, fit, treatment).drawn(rng) for log, axis in zip(logs, axes, strict=True)]
+                estimates.append(again(drawn, progress=report).best.parameters)
+            except InputError as error:
+                refused.append(error)
+        if not estimates:
+            raise refused[0]
+        return tuple(_determined(fit, estimate, estimates, count) for estimate in fit.estimates if estimate.status != "held")
 
 
-def _options(logs: Sequence[Log], axes: Sequence[Axis | None], fit: Fit, treatment: Mapping[str, float]) -> dict[str, Any]:
-    """Return what a person asked of the fit; a fit that cannot be simulated is refused."""
+def _same_fit(
+    logs: Sequence[Log], axes: Sequence[Axis | None], fit: Fit, treatment: Mapping[str, float], settings: Mapping[str, float]
+) -> Callable[..., Identification]:
+    """Return what identifies logs as a person asked of a fit; a fit that cannot be simulated is refused."""
     if fit.position_rmse is not None or fit.loop_rmse is not None:
         message, allowed = "were identified by a method whose logs are not simulated", "inverse_dynamics or prediction_error"
         raise InputError(message, path="results", value="output_error", allowed=allowed, mend="Identify again with one of these methods")
@@ -156,16 +160,21 @@ def _options(logs: Sequence[Log], axes: Sequence[Axis | None], fit: Fit, treatme
         raise InputError(message, path="results", value="--draws 0", allowed="20 or more", mend="Identify again with --draws 100")
     component = fit.friction.component
     shapes = [name for name, variable in component.variables.items() if name in component.defaults and not variable.excitation]
-    known = {one.name: one.value for one in fit.estimates if one.reason is not None and one.reason.code == "held_known"}
-    return {
-        "axis": list(axes),
-        "cutoff": treatment["cutoff"] if treatment["cutoff"] != treat(logs[0], axes[0]).cutoff else None,
-        "free": [one.name for one in fit.estimates if one.name in shapes and one.status != "held"],
-        "mass": known.get(name_of(Role.INERTIA, fit.plant.component.variables) or ""),
-        "offset": known.get(name_of(OFFSET, component.variables) or ""),
-        "draws": min(max(fit.resampling.bands.count, FEWEST_DRAWS), MOST_DRAWS),
-        "method": "prediction_error" if any(one.code == "prediction_error" for one in fit.diagnostics) else "inverse_dynamics",
-    }
+    held = [estimate for estimate in fit.estimates if estimate.reason is not None and estimate.reason.code == "held_known"]
+    stated = {estimate.name: estimate.value for estimate in held}
+    observed = any(diagnostic.code == "prediction_error" for diagnostic in fit.diagnostics)
+    return partial(
+        identify,
+        model=component,
+        axis=list(axes),  # type: ignore[arg-type]
+        cutoff=treatment["cutoff"] if treatment["cutoff"] != treat(logs[0], axes[0]).cutoff else None,
+        free=[estimate.name for estimate in fit.estimates if estimate.name in shapes and estimate.status != "held"],
+        mass=stated.get(name_of(Role.INERTIA, fit.plant.component.variables) or ""),
+        offset=stated.get(name_of(OFFSET, component.variables) or ""),
+        draws=min(max(fit.resampling.bands.count, FEWEST_DRAWS), MOST_DRAWS),
+        method="prediction_error" if observed else "inverse_dynamics",
+        settings=settings,
+    )
 
 
 class SimulatedLog(NamedTuple):
@@ -191,9 +200,9 @@ class SimulatedLog(NamedTuple):
 
     @property
     def _channel(self) -> Channel:
-        dt, held, found = self.log.sample_time, self.axis.held if self.axis else None, self.treatment
-        lag = found.get("position_smoothing", 0.0) - found.get("smoothing", 0.0)
-        return Channel(found.get("delay", 0.0) - 0.5 * dt * bool(held), 0.0 if held is False else -(dt**2) / 24.0, lag)
+        dt, held, treatment = self.log.sample_time, self.axis.held if self.axis else None, self.treatment
+        lag = treatment.get("position_smoothing", 0.0) - treatment.get("smoothing", 0.0)
+        return Channel(treatment.get("delay", 0.0) - 0.5 * dt * bool(held), 0.0 if held is False else -(dt**2) / 24.0, lag)
 
     @property
     def _unseen(self) -> Unseen:
@@ -245,9 +254,10 @@ def _determined(fit: Fit, estimate: Estimate, fits: Sequence[Mapping[str, Estima
     levels = names_of(Role.LEVEL, variables) if variables.get(name) == OFFSET else []
     scale = max(levels, key=lambda level: abs(values[level]), default=name)
     # A constant force near zero is no share of itself, and known all the same.
-    found = [one[name] for one in fits if name in one and (one[name].status == "identified" or scale != name)]
-    ends = [one.interval for one in found if one.interval is not None]
+    of_fits = [parameters[name] for parameters in fits if name in parameters]
+    identified = [again for again in of_fits if again.status == "identified" or scale != name]
+    ends = [again.interval for again in identified if again.interval is not None]
     size = abs(values[scale]) if levels else abs(truth)
-    errors = 100.0 * (np.array([one.value for one in found]) - truth) / (size or np.nan)
+    errors = 100.0 * (np.array([again.value for again in identified]) - truth) / (size or np.nan)
     hold = sum(low <= truth <= high for low, high in ends)
     return Determined(name, estimate.unit, estimate.description, truth, scale, errors, len(ends), hold, count)

@@ -1,20 +1,17 @@
-"""`known_truth`: what a log can and cannot determine, told parameter by parameter."""
+"""What a log can and cannot determine, told parameter by parameter."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
-from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from bristle.core import PROGRESS, Axis, Card, InputError, Progress, WithCard, guarded, number, whole, with_unit
-from bristle.files import SUMMARY, axes_for, read_axis
-from bristle.identification import Determined, determined_by
+from bristle.core import Axis, Card, InputError, WithCard, number, with_unit
+from bristle.files import axes_for, read_axis
+from bristle.identification import Determined
 from bristle.logs import Log, read_log
-from bristle.report.identified import Identified
-from bristle.report.model_in_hand import load
 from bristle.report.table import Table
 
 NOTE = "The simulated axis is exactly as the model says: what the model does not explain of the recorded log comes on top of these errors."
@@ -49,9 +46,11 @@ class KnownTruth(WithCard):
     def sentence(self) -> str:
         """Which parameters the log determines."""
         parts = list[str]()
-        for verdict, (some, none) in VERDICTS.items():
-            names = [one.name for one in self.parameters.values() if one.verdict == verdict]
-            parts += [some.format(" and ".join(filter(None, (", ".join(names[:-1]), names[-1]))))] if names else [none] if none else []
+        for verdict, (phrase, lacking) in VERDICTS.items():
+            names = [parameter.name for parameter in self.parameters.values() if parameter.verdict == verdict]
+            parts += (
+                [phrase.format(" and ".join(filter(None, (", ".join(names[:-1]), names[-1]))))] if names else [lacking] if lacking else []
+            )
         return f"This log {'; '.join(parts)}."
 
     @property
@@ -59,20 +58,20 @@ class KnownTruth(WithCard):
         """The parameters: truth, errors, intervals, verdict."""
         rows = [
             {
-                "Parameter": one.name,
-                "True value": with_unit(one.truth, one.unit, digits=4),
-                "Median error [%]": _percent(one.median_error_percent),
-                "Spread [%]": _percent(one.spread_percent),
-                "Intervals that hold": f"{one.hold} of {one.intervals}" if one.intervals else "–",
-                "Verdict": _words(one),
+                "Parameter": parameter.name,
+                "True value": with_unit(parameter.truth, parameter.unit, digits=4),
+                "Median error [%]": _percent(parameter.median_error_percent),
+                "Spread [%]": _percent(parameter.spread_percent),
+                "Intervals that hold": f"{parameter.hold} of {parameter.intervals}" if parameter.intervals else "–",
+                "Verdict": _words(parameter),
             }
-            for one in self.parameters.values()
+            for parameter in self.parameters.values()
         ]
         return Table.of(f"What this log can and cannot determine: {self.model}, {self.draws} simulated logs", rows)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the numbers as plain data, in SI of the axis, as ``bristle check --json`` prints them."""
-        parameters = {name: {key: getattr(one, key) for key in KEYS} for name, one in self.parameters.items()}
+        parameters = {name: {key: getattr(parameter, key) for key in KEYS} for name, parameter in self.parameters.items()}
         return {"model": self.model, "draws": self.draws, "sentence": self.sentence, "parameters": parameters}
 
     def _card(self) -> Card:
@@ -84,83 +83,31 @@ def _percent(value: float | None) -> str:
     return "–" if value is None else number(value, digits=2)
 
 
-def _words(one: Determined) -> str:
+def _words(parameter: Determined) -> str:
     """Return the verdict on a parameter in words."""
-    of = f" of {one.relative_to}" if one.relative_to != one.name else ""
-    within = f"within {_percent(one.within_percent)} %{of}{'; intervals too narrow' if one.too_narrow else ''}"
-    if one.verdict != "not determined":
-        return f"{one.verdict}{':' if one.verdict == 'rough' else ''} {within}"
-    if one.truth == 0.0 and not of:
+    of = f" of {parameter.relative_to}" if parameter.relative_to != parameter.name else ""
+    within = f"within {_percent(parameter.within_percent)} %{of}{'; intervals too narrow' if parameter.too_narrow else ''}"
+    if parameter.verdict != "not determined":
+        return f"{parameter.verdict}{':' if parameter.verdict == 'rough' else ''} {within}"
+    if parameter.truth == 0.0 and not of:
         return "not determined: the true value is 0"
-    if one.within_percent is None or one.is_rare:
-        return f"not determined: identified in {one.identified} of {one.logs} logs"
-    return f"not determined: error up to {_percent(one.within_percent)} %{of}"
+    if parameter.within_percent is None or parameter.is_rare:
+        within = "" if parameter.within_percent is None else f", there {within}"
+        return f"not determined: identified in {parameter.identified} of {parameter.logs} logs{within}"
+    return f"not determined: error up to {_percent(parameter.within_percent)} %{of}"
 
 
-@guarded(draws=whole(3, 1000), progress=PROGRESS)
-def known_truth(
-    results: Identified | str | PathLike[str],
-    log: Log | str | PathLike[str] | Sequence[Log | str | PathLike[str]] | None = None,
-    *,
-    draws: int = 10,
-    allow_code: bool = False,
-    progress: Progress | None = None,
-) -> KnownTruth:
-    """Simulate the identified axis along its log, identify it again, and compare with the known truth.
-
-    Parameters
-    ----------
-    results : Identified or path-like
-        What `identify` returned, or the folder that ``save`` or ``bristle identify --out`` wrote: its ``model.toml``
-        holds the truth.
-    log : path-like or Log, or list of these, optional
-        The log of the identification, where it does not lie beside the folder or in the current folder.
-    draws : int
-        How many logs are simulated and identified.
-    allow_code : bool
-        Whether a model of a person's own, in a file beside the model file, may run without having been allowed before.
-    progress : callable, optional
-        Called with the share of the work done and what is being done.
-
-    Returns
-    -------
-    KnownTruth
-        Each parameter with its errors, its intervals and a verdict.
-
-    Raises
-    ------
-    InputError
-        If the folder holds no identification with intervals, or the log is not the one that was identified.
-    """
-    if isinstance(results, Identified):
-        best, logs, axes = results.best, [results.log, *results.further_logs], list(results.axes)
-        treatment, settings = results.treatment, results.settings.as_data()
-    else:
-        folder = Path(results)
-        folder = folder.parent if folder.name == SUMMARY else folder
-        if not (folder / SUMMARY).is_file():
-            mend = "Name a folder that bristle identify --out wrote"
-            raise InputError("is no folder of results", path=str(folder), allowed=f"a folder with {SUMMARY}", mend=mend)
-        loaded = load(folder, allow_code=allow_code)
-        best, treatment, settings = loaded.best, loaded.treatment, loaded.summary["settings"]
-        files = sorted(folder.glob("axis*.toml"), key=lambda file: (len(file.name), file.name))
-        given = list(log) if isinstance(log, (list, tuple)) else [] if log is None else [log]
-        logs, axes = _logs_of(folder, loaded.summary["provenance"], given, [read_axis(file) for file in files])
-    found = determined_by(logs, axes, best, treatment, settings, count=draws, progress=progress)
-    return KnownTruth(best.name, {one.name: one for one in found}, draws)
-
-
-def _logs_of(
-    folder: Path, provenance: Mapping[str, str], given: Sequence[Any], axes: Sequence[Axis]
-) -> tuple[list[Log], list[Axis | None]]:
+def logs_of(folder: Path, provenance: Mapping[str, str], log: Any = None) -> tuple[list[Log], list[Axis | None]]:
     """Return the logs of the results in a folder, each with its axis; a log with another content is refused."""
+    named = list(log) if isinstance(log, (list, tuple)) else [] if log is None else [log]
+    axes = [read_axis(file) for file in sorted(folder.glob("axis*.toml"), key=lambda file: (len(file.name), file.name))]
     keys = [key for key in provenance if re.fullmatch(r"log(_\d+)?", key)]
-    if given and len(given) != len(keys):
+    if named and len(named) != len(keys):
         message = "are another number of logs than were identified together"
-        raise InputError(message, path="log", value=len(given), allowed=str(len(keys)), mend="Name each of them once")
+        raise InputError(message, path="log", value=len(named), allowed=str(len(keys)), mend="Name each of them once")
     described, logs = axes_for(axes, len(keys)), list[Log]()
-    for key, axis, named in zip(keys, described, given or [None] * len(keys), strict=True):
-        file = named if named is not None else _beside(folder, provenance[key])
+    for key, axis, path in zip(keys, described, named or [None] * len(keys), strict=True):
+        file = path if path is not None else _beside(folder, provenance[key])
         read, checksum = file if isinstance(file, Log) else read_log(file, axis), provenance[f"{key}_sha256"]
         if checksum and read.origin.checksum != checksum:
             raise InputError(
