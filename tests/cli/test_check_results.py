@@ -1,5 +1,6 @@
 """``bristle check RESULTS``: what a log can and cannot determine, from simulated logs of known truth."""
 
+import re
 import shutil
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import bristle as br
 from bristle.core import InputError
 from bristle.identification import Determined
 
+REFERENCE = Path(__file__).parents[2] / "docs/reference/json.md"
 AXIS = """schema = 1
 kind = "translational"
 columns.time = { column = "time", unit = "s" }
@@ -100,6 +102,9 @@ def test_json_has_the_same_as_numbers(bristle, place, determined):
     assert result.data["parameters"]["F_C"]["verdict"] == "rough"
     assert result.data["parameters"]["F_v"]["median_error_percent"] is None
     assert result.data["parameters"]["offset"]["relative_to"] == "F_C"
+    section = REFERENCE.read_text(encoding="utf-8").partition("## What a log determines")[2].partition("\n## ")[0]
+    named = {word.rpartition(".")[2] for word in re.findall(r"`([\w.…]+)`", section)}
+    assert {*result.data, *result.data["parameters"]["M"]} - {"parameters"} <= named
 
 
 def test_the_truth_is_what_the_model_file_says(bristle, place, determined):

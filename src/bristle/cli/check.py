@@ -1,4 +1,4 @@
-"""``bristle check``: whether a model is fit to be used."""
+"""``bristle check``: whether a model is fit to be used, and what a log determines."""
 
 from __future__ import annotations
 
@@ -37,9 +37,9 @@ def check(
     ] = None,
     as_json: Json = False,
 ) -> int:
-    """Check whether a model, or what else you wrote, is fit, and what a log can determine.
+    """Check a model, what else you wrote, or what a log determines.
 
-    Where it is not, tells what to change.
+    Tells whether a model or code of your own is fit to be used, and where not, what to change.
     Of RESULTS, the folder that identify wrote or its summary.json, the identified axis is simulated along its own log,
     and each simulated log is identified with the same model and settings: the truth is known, and a table tells which
     parameters this log determines, how well, and how many intervals hold the truth.

@@ -48,9 +48,8 @@ class KnownTruth(WithCard):
         parts = list[str]()
         for verdict, (phrase, lacking) in VERDICTS.items():
             names = [parameter.name for parameter in self.parameters.values() if parameter.verdict == verdict]
-            parts += (
-                [phrase.format(" and ".join(filter(None, (", ".join(names[:-1]), names[-1]))))] if names else [lacking] if lacking else []
-            )
+            listed = " and ".join(filter(None, (", ".join(names[:-1]), *names[-1:])))
+            parts += filter(None, [phrase.format(listed) if names else lacking])
         return f"This log {'; '.join(parts)}."
 
     @property
