@@ -1,4 +1,4 @@
-"""``bristle check``: whether a model is fit to be used."""
+"""``bristle check``: whether a model is fit to be used, and what a log determines."""
 
 from __future__ import annotations
 
@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import typer
 
 from bristle.cli.options import Json, code_in, print_json, refuse, toml_content
-from bristle.cli.terminal import NO, complain, progress, show_table
+from bristle.cli.terminal import NO, complain, progress, show, show_table
 
 if TYPE_CHECKING:
     from bristle.report.table import Table
 
 EXAMPLE = """Example:
+  bristle check results
   bristle check model.toml --force-ripple "40 mN*m,80 mN*m"
   bristle check my_model.py"""
 
@@ -22,23 +23,36 @@ def check(
     model: Annotated[
         Path,
         typer.Argument(
-            metavar="MODEL.toml|OWN.py",
-            help="A model file, or a model, slot, law, sensor, reader, figure or target of the export of your own.",
+            metavar="RESULTS|MODEL.toml|OWN.py",
+            help="Results of identify, a model file, or a model, slot, law, sensor, reader, figure or target of the export of your own.",
         ),
     ],
     force_ripple: Annotated[str | None, typer.Option(metavar="LOW,HIGH", help="Forces between which drift is looked for.")] = None,
     loop: Annotated[str | None, typer.Option(metavar="X1,X2", help="Where the loop turns that has to close.")] = None,
+    log: Annotated[
+        list[Path] | None, typer.Option("--log", metavar="LOG", help="With RESULTS: their log, where it was moved; repeated for several.")
+    ] = None,
+    draws: Annotated[
+        int | None, typer.Option("--draws", metavar="COUNT", min=3, max=1000, help="With RESULTS: simulated logs; 10 by default.")
+    ] = None,
     as_json: Json = False,
 ) -> int:
-    """Check whether a model, or what else you wrote, is fit.
+    """Check a model, what else you wrote, or what a log determines.
 
-    Where it is not, tells what to change.
+    Tells whether a model or code of your own is fit to be used, and where not, what to change.
+    Of RESULTS, the folder that identify wrote or its summary.json, the identified axis is simulated along its own log,
+    and each simulated log is identified with the same model and settings: the truth is known, and a table tells which
+    parameters this log determines, how well, and how many intervals hold the truth.
     A model file has its certificates: bounded deflection, passivity, drift, closure of a minor loop, dissipation.
     A Python file is executed, and its friction model, slot, control law, sensor, reader of logs, figure or target of
     the export held against its contract.
     The exit code is 1 if one of them fails.
     """
     options = {"--force-ripple": force_ripple, "--loop": loop}
+    if model.is_dir() or model.name == "summary.json":
+        refuse(options, "is for a model file", "Leave it out, or check model.toml in that folder")
+        return _of_results(model, log or None, draws or 10, as_json=as_json)
+    refuse({"--log": log, "--draws": draws}, "is for a folder of results")
     judged = _of_values(model, options) if model.suffix == ".toml" else _of_code(model, options)
     if as_json:
         print_json({"model": judged.name, "passed": not judged.failures, "certificates": judged.certificates})
@@ -47,6 +61,26 @@ def check(
     for failure in judged.failures:
         complain(failure)
     return NO if judged.failures else 0
+
+
+def _of_results(results: Path, log: list[Path] | None, draws: int, *, as_json: bool) -> int:
+    """Tell what the log of an identification can determine."""
+    from bristle.core import InputError
+    from bristle.files import SUMMARY
+    from bristle.report.known_truth import NOTE
+    from bristle.report.model_in_hand import load
+
+    folder = results.parent if results.name == SUMMARY else results
+    if not (folder / SUMMARY).is_file():
+        mend = "Name a folder that bristle identify --out wrote"
+        raise InputError("is no folder of results", path=str(folder), allowed=f"a folder with {SUMMARY}", mend=mend)
+    with progress("simulating") as report:
+        truth = load(folder).known_truth(log, draws=draws, progress=report)
+    if as_json:
+        print_json(truth.to_dict())
+    else:
+        show(truth.sentence, truth.table, f"Note: {NOTE}")
+    return 0
 
 
 class _Judged(NamedTuple):
@@ -89,9 +123,9 @@ def _of_code(model: Path, options: dict[str, str | None]) -> _Judged:
 
     if model.suffix != ".py":
         raise InputError(
-            "is neither a model file nor a model of your own",
+            "is neither a model file, a model of your own, nor a folder of results",
             path=str(model),
-            allowed="a file .toml or .py",
+            allowed="a file .toml or .py, or a folder of results",
             mend="For the models of bristle itself see: bristle models",
         )
     mend = f'Write a model file with file = "{model.name}" and its parameters, and check that'

@@ -6,6 +6,7 @@ from bristle.identification.identify import identify
 from bristle.loading import loaded_from
 
 if TYPE_CHECKING:
+    from bristle.identification.known_truth import Determined
     from bristle.identification.request import models_of, prior_knowledge_of
     from bristle.identification.result import Estimate, Fit, HeldOut, Identification
     from bristle.identification.settings import Settings

@@ -178,12 +178,17 @@ class PredictionErrors:
     @property
     def steps(self) -> int:
         """Steps of the integration in a sample."""
-        return max(math.ceil(RATE * self.dt), 2)
+        return steps_of(self.dt)
 
     @property
     def settled_rows(self) -> int:
         """How many rows are prediction errors."""
         return sum(max(part.position.size - round(SETTLES / self.dt), 0) for part in self.parts)
+
+
+def steps_of(dt: float) -> int:
+    """Return the steps of the integration in a sample [s]."""
+    return max(math.ceil(RATE * dt), 2)
 
 
 class Expected(NamedTuple):

@@ -138,6 +138,9 @@ class Identified(Identification, ModelInHand, Result):
         """Write all of it into a folder of results that is open."""
         self.outcome.write(folder)
 
+    def _recorded(self, log: Any) -> tuple[list[Log], list[Axis | None], Mapping[str, float]]:
+        return [self.log, *self.further_logs], list(self.axes), self.settings.as_data()
+
     def _words(self) -> tuple[str, list[str]]:
         logs = ", ".join(log.origin.name for log in (self.log, *self.further_logs) if log.origin.name)
         behind = [f"{fit.name} ({fit.error_percent:.3g} %)" for fit in self.fits[1:]]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from os import PathLike
@@ -11,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bristle.core import Axis, Card, Diagnostic, InputError, Model, WithCard, content_of, library
+from bristle.core import Axis, Card, Diagnostic, InputError, Model, Progress, WithCard, content_of, library
 from bristle.files import SUMMARY, read_arrays, read_axis, read_model, write_whole
 from bristle.identification import Estimate, Fit
 from bristle.prediction import fit_of
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 
     from bristle.lab.widget import Widget
     from bristle.logs import Log
+    from bristle.report.known_truth import KnownTruth
     from bristle.simulation import Prediction
 
 COLUMNS = ("Parameter", "Value", "95 % interval", "Unit", "Standard error [%]", "Remark")
@@ -122,6 +124,22 @@ class ModelInHand(WithCard):
 
         return drive_table(self.best, entries)
 
+    def known_truth(self, log: Any = None, *, draws: int = 10, progress: Progress | None = None) -> KnownTruth:
+        """Return which parameters the log determines: simulated logs of this axis, whose truth is known, are identified again.
+
+        The log of loaded results is looked for beside their folder, in it and in the current folder, where it is not named.
+        """
+        from bristle.identification import Determined
+        from bristle.report.known_truth import KnownTruth
+
+        best, (logs, axes, settings) = self.best, self._recorded(log)
+        parameters = Determined.by_simulated_logs(logs, axes, best, self.treatment, settings, count=draws, progress=progress)
+        return KnownTruth(best.name, {parameter.name: parameter for parameter in parameters}, draws)
+
+    @abstractmethod
+    def _recorded(self, log: Any) -> tuple[list[Log], list[Axis | None], Mapping[str, float]]:
+        """Return the logs of the identification, their axes and the thresholds."""
+
     def plot(self) -> Figure:
         """Return measured and predicted effort over time, whole and where they differ most, as a figure of matplotlib."""
         from bristle.figures.fit import effort_over_time
@@ -186,6 +204,8 @@ class Loaded(ModelInHand):
         What ``summary.json`` holds, of all models.
     page : str
         The report.
+    folder : Path
+        Where it was saved.
     """
 
     best: Fit
@@ -193,6 +213,7 @@ class Loaded(ModelInHand):
     axis: Axis | None
     summary: Mapping[str, Any]
     page: str
+    folder: Path = Path()
 
     def to_dict(self) -> dict[str, Any]:
         """Return the numbers as plain data, as ``summary.json`` holds them."""
@@ -207,6 +228,11 @@ class Loaded(ModelInHand):
             The file; one that is there is replaced.
         """
         return write_whole(path, self.page)
+
+    def _recorded(self, log: Any) -> tuple[list[Log], list[Axis | None], Mapping[str, float]]:
+        from bristle.report.known_truth import logs_of
+
+        return *logs_of(self.folder, self.summary["provenance"], log), self.summary["settings"]
 
     def _words(self) -> tuple[str, list[str]]:
         behind = ", ".join(model["name"] for model in self.summary["models"][1:])
@@ -253,4 +279,5 @@ def load(folder: str | PathLike[str], *, allow_code: bool = False) -> Loaded:
         read_axis(axis) if axis.is_file() else None,
         summary,
         page.read_text(encoding="utf-8") if page.is_file() else "",
+        place,
     )

@@ -1,0 +1,185 @@
+"""``bristle check RESULTS``: what a log can and cannot determine, from simulated logs of known truth."""
+
+import re
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import bristle as br
+from bristle.core import InputError
+from bristle.identification import Determined
+
+REFERENCE = Path(__file__).parents[2] / "docs/reference/json.md"
+AXIS = """schema = 1
+kind = "translational"
+columns.time = { column = "time", unit = "s" }
+columns.position = { column = "position", unit = "m" }
+columns.effort = { column = "force", unit = "N" }
+[encoder]
+resolution = "1 um"
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A log with the results of its identification beside it, and results without simulated logs."""
+    place = tmp_path_factory.mktemp("axis")
+    time = 1e-3 * np.arange(3000)
+    position = 4e-3 * np.sin(6.9 * time) * (1.0 + 0.6 * np.sin(1.95 * time))
+    effort = 3.0 * np.gradient(np.gradient(position, time), time) + 8.0 * np.sign(np.gradient(position, time))
+    effort += 0.03 * np.random.default_rng(1).standard_normal(time.size)
+    table = np.column_stack([time, np.round(position, 6), effort])
+    np.savetxt(place / "log.csv", table, delimiter=",", header="time,position,force", comments="", fmt="%.9g")
+    (place / "axis.toml").write_text(AXIS)
+    for draws in (20, 0):
+        result = br.identify(place / "log.csv", "coulomb_viscous", axis=place / "axis.toml", draws=draws, blocks=0)
+        result.save(place / f"results_{draws}")
+    return place
+
+
+@pytest.fixture
+def place(folder, tmp_path, monkeypatch):
+    """A copy of it, as the current folder."""
+    shutil.copytree(folder, tmp_path / "axis")
+    monkeypatch.chdir(tmp_path / "axis")
+    return tmp_path / "axis"
+
+
+@pytest.fixture
+def determined(monkeypatch):
+    """What is asked of simulated logs, which are not simulated."""
+    asked = {}
+
+    def noted(recorded, axes, fit, treatment, settings, **options):
+        asked.update(options, logs=recorded, axes=axes, fit=fit, treatment=treatment, settings=settings)
+        errors = {"M": [0.1, -0.1, 0.2], "F_C": [20.0, 21.0, 19.0], "F_v": [np.nan] * 3, "offset": [1.0, 1.1, 1.0], "k": [3.0]}
+        errors["rare"] = [2.0, 2.1]
+        scales, truths, logs = {"offset": "F_C"}, {"F_v": 0.0}, {"rare": 5}
+        return tuple(
+            Determined(name, "N", "", truths.get(name, 8.0), scales.get(name, name), np.array(each), 3, 2, logs.get(name, 3))
+            for name, each in errors.items()
+        )
+
+    monkeypatch.setattr(Determined, "by_simulated_logs", noted)
+    return asked
+
+
+def test_the_verdict_comes_first_and_names_what_the_log_determines(bristle, place):
+    result = bristle("check", "results_20", "--draws", "3")
+    assert (result.code, result.err) == (0, "")
+    first = result.out.splitlines()[0]
+    assert first.startswith("This log determines F_C")
+    assert "determine F_v" in first
+    assert "What this log can and cannot determine: coulomb_viscous, 3 simulated logs" in result.out
+    assert "3 of 3" in result.out
+    assert "exactly as the model says" in result.out
+
+
+def test_the_table_has_a_verdict_in_words_for_each_parameter(bristle, place, determined):
+    result = bristle("check", "results_20", "--draws", "3")
+    words = " ".join(result.out.split())
+    assert "This log determines M and offset; determines F_C roughly; does not determine F_v, k and rare." in words
+    for verdict in (
+        "determined within 0.86 %",
+        "rough: within 25 %",
+        "not determined: the true value is 0",
+        "within 1.3 % of F_C",
+        "not determined: identified in 1 of 3 logs",
+        "not determined: identified in 2 of 5 logs, there within 3.2 %",  # Student's t of one degree of freedom: 12.7
+    ):
+        assert verdict in words
+    assert "2 of 3" in words
+
+
+def test_json_has_the_same_as_numbers(bristle, place, determined):
+    result = bristle("check", "results_20/summary.json", "--json")
+    assert (result.code, result.err) == (0, "")
+    assert (result.data["model"], result.data["draws"], determined["count"]) == ("coulomb_viscous", 10, 10)
+    assert result.data["sentence"].startswith("This log determines M")
+    assert result.data["parameters"]["F_C"]["median_error_percent"] == 20.0
+    assert result.data["parameters"]["F_C"]["verdict"] == "rough"
+    assert result.data["parameters"]["F_v"]["median_error_percent"] is None
+    assert result.data["parameters"]["offset"]["relative_to"] == "F_C"
+    section = REFERENCE.read_text(encoding="utf-8").partition("## What a log determines")[2].partition("\n## ")[0]
+    named = {word.rpartition(".")[2] for word in re.findall(r"`([\w.…]+)`", section)}
+    assert {*result.data, *result.data["parameters"]["M"]} - {"parameters"} <= named
+
+
+def test_the_truth_is_what_the_model_file_says(bristle, place, determined):
+    file = place / "results_20/model.toml"
+    text = file.read_text()
+    (line,) = [line for line in text.splitlines() if line.startswith("F_C = ") and "#" in line]
+    file.write_text(text.replace(line, "F_C = 11.0"))
+    assert bristle("check", "results_20").code == 0
+    assert determined["fit"].friction.values["F_C"] == 11.0
+    assert determined["axes"][0].resolution == 1e-6
+    assert determined["treatment"]["cutoff"] == 100.0
+
+
+def test_an_identification_is_checked_in_python_with_the_log_that_it_holds(place, determined):
+    result = br.identify("log.csv", "coulomb_viscous", axis="axis.toml", draws=20, blocks=0, settings={"poor_error": 41.0})
+    known = result.known_truth(draws=3)
+    assert determined["logs"] == [result.log]
+    assert determined["settings"]["poor_error"] == 41.0
+    assert known.parameters["M"].verdict == "determined"
+    assert repr(known).startswith("This log determines M")
+
+
+def test_a_log_that_was_moved_is_named_or_looked_for_in_the_current_folder(bristle, place, determined, monkeypatch):
+    (place / "log.csv").rename(place.parent / "moved.csv")
+    result = bristle("check", "results_20")
+    assert result.code == 2
+    assert "the log of these results is not there; found 'log.csv', allowed beside the folder" in result.err
+    assert "--log PATH" in result.err
+    assert bristle("check", "results_20", "--log", "../moved.csv").code == 0
+    (place.parent / "moved.csv").rename(place.parent / "log.csv")
+    monkeypatch.chdir(place.parent)
+    assert bristle("check", "axis/results_20").code == 0
+
+
+def test_a_log_that_has_changed_is_refused(bristle, place, determined):
+    text = Path("log.csv").read_text()
+    Path("log.csv").write_text(text.replace("0.001,", "0.00100,", 1))
+    result = bristle("check", "results_20")
+    assert result.code == 2
+    assert "log.csv: is not the log of these results, or has changed since" in result.err
+    assert "found 'SHA-256 " in result.err
+    assert not determined
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ((".",), "is no folder of results; allowed a folder with summary.json"),
+        (("results_0",), "without simulated logs"),
+        (("results_20", "--log", "log.csv", "--log", "log.csv"), "another number of logs"),
+        (("results_20", "--log", "nowhere.csv"), "nowhere.csv"),
+        (("results_20", "--loop", "1 mm,2 mm"), "--loop"),
+        (("results_20/model.toml", "--log", "log.csv"), "--log: is for a folder of results"),
+        (("results_20/model.toml", "--draws", "5"), "--draws: is for a folder of results"),
+        (("results_20", "--draws", "2"), "--draws"),
+        (("nowhere",), "a folder of results"),
+    ],
+)
+def test_what_cannot_be_checked_is_refused_with_the_mend(bristle, place, arguments, words):
+    result = bristle("check", *arguments)
+    assert result.code == 2
+    assert words in result.err
+    assert result.out == ""
+
+
+def test_a_folder_of_other_results_is_refused(bristle, place):
+    Path("results_20/summary.json").write_text('{"variants": {}}')
+    result = bristle("check", "results_20")
+    assert result.code == 2
+    assert "holds no identification" in result.err
+
+
+def test_results_from_memory_ask_for_their_log(place):
+    table = np.loadtxt("log.csv", delimiter=",", skiprows=1)
+    columns = dict(zip(("time", "position", "effort"), table.T, strict=True))
+    br.identify(columns, "coulomb_viscous", draws=20, blocks=0).save("memory")
+    with pytest.raises(InputError, match="holds no file name of its log"):
+        br.load("memory").known_truth()

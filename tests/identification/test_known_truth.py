@@ -1,0 +1,181 @@
+"""Known truth: an identified axis is simulated along its log, identified again, and compared with itself."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import bristle as br
+from bristle.core import InputError
+from bristle.core.diagnostic import Diagnostic
+from bristle.friction import find
+from bristle.identification import known_truth
+from bristle.identification.known_truth import Determined, SimulatedLog
+from bristle.logs.filters import low_passed
+
+DT, COUNT, STEP = 1e-3, 3000, 2e-6
+TIME = DT * np.arange(COUNT)
+POSITION = 4e-3 * np.sin(6.9 * TIME) * (1.0 + 0.6 * np.sin(1.95 * TIME)) + 1e-3 * np.sin(18.2 * TIME)
+AXIS = br.Axis(resolution=STEP)
+
+
+@pytest.fixture(scope="module")
+def identified():
+    """A mass with Dahl friction, identified from a log of a fine encoder."""
+    friction = br.friction.dahl(F_C=8.0, sigma_0=2e4, sigma_2=20.0)
+    inertia = 3.0 * np.gradient(np.gradient(POSITION, DT), DT)
+    effort = inertia + br.response(friction, POSITION, dt=DT) + 0.03 * np.random.default_rng(1).standard_normal(COUNT)
+    log = br.Log.from_columns({"time": TIME, "position": STEP * np.round(POSITION / STEP), "effort": effort}, axis=AXIS)
+    return br.identify(log, "dahl", axis=AXIS, draws=20, blocks=0)
+
+
+def determined(identified, *, axis=AXIS, fit=None, count=2):
+    found = Determined.by_simulated_logs([identified.log], [axis], fit or identified.best, identified.treatment, {}, count=count)
+    return {one.name: one for one in found}
+
+
+def test_what_a_log_shows_is_determined_within_percents(identified):
+    found = determined(identified)
+    assert list(found) == ["M", "sigma_0", "F_C", "sigma_2", "offset"]  # and no shape that is held
+    for name in ("M", "sigma_0", "F_C"):
+        assert found[name].verdict == "determined", name
+        assert found[name].truth == identified.parameters[name].value
+        assert abs(found[name].median_error_percent) < 5.0
+    assert found["sigma_0"].hold == found["sigma_0"].intervals == 2
+    assert found["offset"].relative_to == "F_C"
+
+
+def test_an_encoder_forty_decibels_coarser_hides_the_stiffness(identified):
+    found = determined(identified, axis=replace(AXIS, resolution=100.0 * STEP))
+    assert found["sigma_0"].verdict == "not determined"
+    assert found["sigma_0"].identified < found["F_C"].identified == 2
+
+
+def test_the_truth_is_that_of_the_models_and_not_that_of_the_log(identified):
+    best = identified.best
+    stronger = best.friction.component(**best.friction.values | {"F_C": 12.0})
+    found = determined(identified, fit=replace(best, friction=stronger), count=1)
+    assert found["F_C"].truth == 12.0
+    assert abs(found["F_C"].median_error_percent) < 5.0
+
+
+def test_a_simulated_log_has_the_delay_and_the_encoder_of_the_recorded_one(identified):
+    late = dict(identified.treatment) | {"delay": 4e-3}
+    drawn = SimulatedLog(identified.log, AXIS, identified.best, late).drawn(np.random.default_rng(3))
+    position, effort = (low_passed(signal.values, 40.0, DT) for signal in (drawn.position, drawn.effort))
+    friction = br.response(identified.model, position, dt=DT)
+    friction[:-1] = 0.5 * (friction[:-1] + friction[1:])  # that of a step is the one in its middle
+    acted = identified.plant.values["M"] * np.gradient(np.gradient(position, DT), DT) + friction
+    off = [np.std((effort[lag:] - acted[: COUNT - lag])[200:-200]) for lag in range(10)]
+    assert np.argmin(off) == 4
+    steps = np.diff(drawn.position.values) / STEP
+    assert steps == pytest.approx(np.round(steps), abs=1e-6)
+    phase = drawn.position.values[0] / STEP % 1.0
+    assert 0.05 < phase < 0.95  # not that of the recorded log, which is 0
+    coarse = SimulatedLog(identified.log, replace(AXIS, resolution=5.0 * STEP), identified.best, late).drawn(np.random.default_rng(3))
+    assert np.min(np.abs(np.diff(np.unique(coarse.position.values)))) > 4.9 * STEP
+    assert np.std(drawn.position.values - identified.log.position.values) > STEP  # friction moves the axis by itself
+
+
+def test_a_simulated_log_has_the_filter_of_the_effort(identified):
+    def roughness(smoothing):
+        treatment = dict(identified.treatment) | {"smoothing": smoothing}
+        drawn = SimulatedLog(identified.log, AXIS, identified.best, treatment).drawn(np.random.default_rng(3))
+        return np.std(np.diff(drawn.effort.values, 2))
+
+    assert roughness(3e-3) < 0.5 * roughness(0.0)
+
+
+def test_friction_over_a_recorded_channel_acts_along_the_recorded_motion(identified):
+    log, best = identified.log, identified.best
+    warm = np.where(TIME < 1.5, 283.15, 303.15)
+    columns = {"time": TIME, "position": log.position.values, "effort": log.effort.values, "temperature": warm}
+    log = br.Log.from_columns(columns, axis=AXIS)
+    model = find("coulomb_viscous+temperature")(F_C=8.0, F_v=20.0, k_T=-0.02)
+    late = SimulatedLog(log, AXIS, replace(best, friction=model), dict(identified.treatment) | {"delay": 5e-3})
+    drawn = late.drawn(np.random.default_rng(3))
+    assert np.max(np.abs(drawn.position.values - log.position.values)) < 20.0 * STEP
+    velocity = np.gradient(POSITION, DT)
+    ahead = drawn.effort.values - 3.0 * np.gradient(np.gradient(np.roll(POSITION, 5), DT), DT)
+    sliding = np.abs(velocity) > 0.02
+    cold, hot = (np.mean(np.abs(ahead[sliding & part])) for part in ((TIME > 0.2) & (TIME < 1.4), (TIME > 1.6) & (TIME < 2.8)))
+    assert hot / cold == pytest.approx(0.8 / 1.2, rel=0.08)
+
+
+def test_a_fit_to_a_simulated_log_knows_what_the_person_said_and_no_more(identified, monkeypatch):
+    asked = {}
+
+    def noted(logs, **options):
+        asked.update(options)
+        return SimpleNamespace(best=SimpleNamespace(parameters={}))
+
+    monkeypatch.setattr(known_truth, "identify", noted)
+    determined(identified)
+    assert (asked["cutoff"], asked["free"], asked["mass"], asked["offset"]) == (None, [], None, None)
+    assert (asked["method"], asked["draws"], asked["axis"]) == ("inverse_dynamics", 20, [AXIS])
+    best = identified.best
+    told = Diagnostic("held_known", "M")
+    estimates = [
+        replace(one, status="held", reason=told) if one.name == "M" else replace(one, status="identified") for one in best.estimates
+    ]
+    changed = replace(best, estimates=tuple(estimates), diagnostics=(Diagnostic("prediction_error"),))
+    treatment = dict(identified.treatment) | {"cutoff": 60.0}
+    Determined.by_simulated_logs([identified.log], [AXIS], changed, treatment, {"hidden_shape": 0.1}, count=1)
+    assert (asked["cutoff"], asked["free"], asked["mass"]) == (60.0, ["exponent"], identified.parameters["M"].value)
+    assert (asked["method"], asked["settings"]) == ("prediction_error", {"hidden_shape": 0.1})
+
+
+def test_progress_goes_from_log_to_log(identified, monkeypatch):
+    def noted(logs, *, progress, **options):
+        progress(0.5, "fitting")
+        return SimpleNamespace(best=SimpleNamespace(parameters={}))
+
+    shares = []
+    monkeypatch.setattr(known_truth, "identify", noted)
+    record = [identified.log], [AXIS], identified.best, identified.treatment, {}
+    Determined.by_simulated_logs(*record, count=2, progress=lambda *told: shares.append(told))
+    assert [share for share, _ in shares] == [0.0, 0.25, 0.5, 0.75]
+    assert shares[-1][1] == "identifying simulated log 2 of 2"
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [({"resampling": None}, "without simulated logs"), ({"loop_rmse": 1.0}, "output_error"), ({"position_rmse": 1e-6}, "output_error")],
+)
+def test_a_fit_that_cannot_be_simulated_is_refused(identified, changes, words):
+    with pytest.raises(InputError, match=words):
+        determined(identified, fit=replace(identified.best, **changes))
+
+
+def test_a_log_that_is_refused_again_counts_and_all_refused_are_told(identified, monkeypatch):
+    calls = iter([InputError("is too short", path="log"), None])
+
+    def refused(*_, **__):
+        if (error := next(calls)) is not None:
+            raise error
+        return identified
+
+    refused_once = SimpleNamespace(best=identified.best)
+    monkeypatch.setattr(known_truth, "identify", lambda *a, **k: refused(*a, **k) and refused_once)
+    found = determined(identified)
+    assert (found["F_C"].identified, found["F_C"].logs, found["F_C"].verdict) == (1, 2, "not determined")
+    calls = iter([InputError("is too short", path="log")] * 2)
+    with pytest.raises(InputError, match="is too short"):
+        determined(identified)
+
+
+@pytest.mark.parametrize(
+    ("errors", "hold", "verdict", "narrow"),
+    [
+        ([1.0, -1.0, 2.0, 0.0, -2.0, 1.0], 6, "determined", False),
+        ([1.0, -1.0, 2.0, 0.0, -2.0, 1.0], 4, "determined", True),
+        ([31.0, 29.0, 32.0, 30.0, 28.0, 31.0], 6, "rough", False),
+        ([60.0, -55.0, 40.0, 30.0, -28.0, 31.0], 6, "not determined", False),
+        ([1.0, -1.0, 2.0], 2, "not determined", False),  # identified in no more than half of the logs
+        ([np.nan] * 6, 6, "not determined", False),  # the true value is 0
+    ],
+)
+def test_a_verdict_follows_errors_and_intervals(errors, hold, verdict, narrow):
+    one = Determined("F_C", "N", "level", 8.0, "F_C", np.array(errors), len(errors), hold, 6)
+    assert (one.verdict, one.too_narrow) == (verdict, narrow)
