@@ -134,7 +134,7 @@ def test_a_replicate_that_leaves_the_finite_numbers_is_none(monkeypatch):
     rung = SimpleNamespace(
         problem=SimpleNamespace(inverse=inverse, parts=(None,), lag=0.0, dt=DT, steps=2), solution=SimpleNamespace(values={})
     )
-    assert observed_fit.replicate(rung, observed_fit.Unseen(0.0, 0.0), None) is None
+    assert observed_fit.replicate(rung, observed_fit.Unseen(0.0, 0.0, 0.0), None) is None
 
 
 def test_the_constant_force_is_that_of_inverse_dynamics(plain, identified):

@@ -21,7 +21,7 @@ from bristle.core.errors import InputError
 from bristle.core.values import numbers_of
 from bristle.friction.level import TRANSMITTED
 from bristle.friction.slots import OFFSET
-from bristle.identification.dataset import Alignment
+from bristle.identification.dataset import Alignment, Dataset
 from bristle.identification.half_cycles import disturbance_of
 from bristle.identification.identify import identify
 from bristle.identification.inverse_dynamics import InverseDynamics, RowReplicates
@@ -204,10 +204,9 @@ class SimulatedLog(NamedTuple):
         lag = treatment.get("position_smoothing", 0.0) - treatment.get("smoothing", 0.0)
         return Channel(treatment.get("delay", 0.0) - 0.5 * dt * bool(held), 0.0 if held is False else -(dt**2) / 24.0, lag)
 
-    @property
-    def _unseen(self) -> Unseen:
+    def _unseen(self, dataset: Dataset) -> Unseen:
         assert self.fit.resampling is not None
-        return Unseen(self.fit.resampling.bands.scatter, self.fit.resampling.bands.noise)
+        return Unseen(self.fit.resampling.bands.scatter, self.fit.resampling.bands.noise, dataset.resolution)
 
     def _in_loop(self, rng: np.random.Generator) -> Iterator[tuple[slice, Recorded]]:
         """Yield where segments stand, and what the axis records there in a loop around the recorded motion."""
@@ -219,7 +218,7 @@ class SimulatedLog(NamedTuple):
             place = self._place(segment.time)
             effort = log.effort.values[place]
             acted = through_filter(effort, channel.lag, dt) if channel.lag else effort
-            part = axis.replicate(Recorded(log.position.values[place], acted, ()), self._unseen, rng)
+            part = axis.replicate(Recorded(log.position.values[place], acted, ()), self._unseen(dataset), rng)
             if part is None:
                 message = "do not follow the recorded motion in simulation"
                 raise InputError(message, path="plant and friction", mend="Check their parameters in model.toml")
@@ -232,13 +231,14 @@ class SimulatedLog(NamedTuple):
         dataset = aligned(treat(self.log, self.axis, self.treatment["cutoff"]), alignment)
         values = numbers_of(plant.component, plant.parameters) | numbers_of(friction.component, friction.parameters)
         problem = InverseDynamics(dataset, ParameterSet(friction.component, (), {}, plant.component))
-        disturbance = disturbance_of(dataset, self._unseen.scatter)._replace(noise=self._unseen.noise)
+        unseen = self._unseen(dataset)
+        disturbance = disturbance_of(dataset, unseen.scatter)._replace(noise=unseen.noise)
         drawn = RowReplicates(problem, values).log(disturbance, rng)
         assert drawn.effort is not None
         for segment, part in zip(dataset.segments, drawn.segments, strict=True):
             recorded = Recorded(drawn.position.values[part], drawn.effort.values[part], ())
             late = recorded.efforts(-channel.delay, 0.0, dataset.sample_time)[0, :-1]
-            yield self._place(segment.time), recorded._replace(effort=late)
+            yield self._place(segment.time), replace(recorded, effort=late)
 
     def _place(self, time: np.ndarray) -> slice:
         """Return where the samples of a segment stand in the log."""

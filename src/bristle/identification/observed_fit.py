@@ -138,8 +138,9 @@ def with_observer(fit: Fit, estimation: Estimation, context: Context, ladder: La
     draws = np.array([space.numbers(theta) for theta in thetas])
     renewed = {estimate.name: _with_interval(estimate, believed.solution, draws) for estimate in better.estimates}
     # What inverse dynamics said of a parameter holds no more.
-    about = [diagnostic for diagnostic in fit.diagnostics if diagnostic.parameter not in space.reported and diagnostic.code not in REPLACED]
-    about += [diagnostic for diagnostic in better.diagnostics if diagnostic.parameter in space.reported]
+    observed_names = set(space.reported).difference((DELAY, BEND))
+    about = [diagnostic for diagnostic in fit.diagnostics if diagnostic.parameter not in observed_names and diagnostic.code not in REPLACED]
+    about += [diagnostic for diagnostic in better.diagnostics if diagnostic.parameter in observed_names]
     resampling = fit.resampling
     if resampling is not None:
         members = [estimation.finished(space.values(theta)) for theta in observed.draws(resampling.bands.count)]
@@ -214,7 +215,8 @@ def fits_to_replicates(ladder: Ladder, context: Context, scatter: float, report:
     """Return the coordinates of fits to replicates of a log, shape (replicate, coordinate), and their prediction errors [m or rad]."""
     believed = ladder.believed
     first, *seeds = np.random.SeedSequence(SEED).spawn(REPLICATES + 1)
-    unseen = unseen_in(believed, Unseen(scatter, believed.problem.inverse.dataset.effort_noise), first)
+    dataset = believed.problem.inverse.dataset
+    unseen = unseen_in(believed, Unseen(scatter, dataset.effort_noise, dataset.resolution), first)
 
     def fitted(seed: np.random.SeedSequence) -> tuple[np.ndarray, float] | None:
         problem = replicate(believed, unseen, np.random.default_rng(seed))
@@ -230,14 +232,18 @@ def fits_to_replicates(ladder: Ladder, context: Context, scatter: float, report:
 
 
 class Unseen(NamedTuple):
-    """What a replicate has beside the model: scatter of the level, as a share of it, and noise of the recorded effort [N or N*m]."""
+    """What a replicate has beside the model: steps of the encoder, scatter of the level as a share of it, noise of the effort [SI]."""
 
     scatter: float
     noise: float
+    step: float
 
 
 def unseen_in(rung: Rung, most: Unseen, seed: np.random.SeedSequence) -> Unseen:
-    """Return of both as much as lets a replicate be foreseen as badly as the log was: noise first, at `most` these."""
+    """Return as much as lets a replicate be foreseen as badly as the log was: steps first, then noise, at `most` these.
+
+    A position that was filtered behind its encoder shows less than whole steps.
+    """
 
     def square(unseen: Unseen) -> float:
         drawn = replicate(rung, unseen, np.random.default_rng(seed))
@@ -246,8 +252,9 @@ def unseen_in(rung: Rung, most: Unseen, seed: np.random.SeedSequence) -> Unseen:
     def share(low: float, high: float) -> float:
         return min(max((rung.error**2 - low) / (high - low), 0.0), 1.0) ** 0.5 if high > low else 1.0
 
-    quiet, noisy, loud = square(Unseen(0.0, 0.0)), square(most._replace(scatter=0.0)), square(most)
-    return Unseen(most.scatter * share(noisy, loud), most.noise * share(quiet, noisy))
+    smooth, quiet = square(Unseen(0.0, 0.0, 0.0)), square(Unseen(0.0, 0.0, most.step))
+    noisy, loud = square(most._replace(scatter=0.0)), square(most)
+    return Unseen(most.scatter * share(noisy, loud), most.noise * share(quiet, noisy), most.step * share(smooth, quiet))
 
 
 def replicate(rung: Rung, unseen: Unseen, rng: np.random.Generator) -> PredictionErrors | None:
@@ -281,7 +288,7 @@ class IdentifiedAxis(NamedTuple):
 
     def replicate(self, part: Recorded, unseen: Unseen, rng: np.random.Generator) -> Recorded | None:
         """Return what this axis records of the motion of a segment, through its encoder; None where it left the finite numbers."""
-        dt, count, (delay, bend, lag), resolution = self.dt, part.position.size, self.channel, self.dataset.resolution
+        dt, count, (delay, bend, lag), step = self.dt, part.position.size, self.channel, unseen.step
         smooth = low_passed(part.position - part.position[0], min(HELD_AT, 0.2 / dt), dt) + part.position[0]
         velocity = np.gradient(smooth, dt)
         acted = part.efforts(delay, bend, dt)[0, :count]
@@ -306,8 +313,8 @@ class IdentifiedAxis(NamedTuple):
         # What is held until the next sample acts half of one later, and smoothed by that.
         recorded = Recorded(trace.position, trace.effort, ()).efforts(-delay - 0.5 * dt, -bend - dt**2 / 24.0, dt)[0, :count]
         noise = unseen.noise * rng.standard_normal(count)
-        phase = rng.uniform(0.0, resolution)
-        position = resolution * np.round((trace.position + phase) / resolution) - phase if resolution > 0.0 else trace.position
+        phase = rng.uniform(0.0, step)
+        position = step * np.round((trace.position + phase) / step) - phase if step > 0.0 else trace.position
         return Recorded(position, recorded + (through_filter(noise, lag, dt) if lag else noise), part.columns)
 
     def _leaning(self, position: np.ndarray, velocity: np.ndarray, rng: np.random.Generator) -> np.ndarray:
