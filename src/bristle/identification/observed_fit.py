@@ -254,7 +254,8 @@ def unseen_in(rung: Rung, most: Unseen, seed: np.random.SeedSequence) -> Unseen:
 
     smooth, quiet = square(Unseen(0.0, 0.0, 0.0)), square(Unseen(0.0, 0.0, most.step))
     noisy, loud = square(most._replace(scatter=0.0)), square(most)
-    return Unseen(most.scatter * share(noisy, loud), most.noise * share(quiet, noisy), most.step * share(smooth, quiet))
+    step = most.step * (share(smooth, quiet) if smooth < rung.error**2 else 1.0)  # what smooth positions show too is not of their steps
+    return Unseen(most.scatter * share(noisy, loud), most.noise * share(quiet, noisy), step)
 
 
 def replicate(rung: Rung, unseen: Unseen, rng: np.random.Generator) -> PredictionErrors | None:
