@@ -27,7 +27,7 @@ def identified():
     inertia = 3.0 * np.gradient(np.gradient(POSITION, DT), DT)
     effort = inertia + br.response(friction, POSITION, dt=DT) + 0.03 * np.random.default_rng(1).standard_normal(COUNT)
     log = br.Log.from_columns({"time": TIME, "position": STEP * np.round(POSITION / STEP), "effort": effort}, axis=AXIS)
-    return br.identify(log, "dahl", axis=AXIS, draws=20, blocks=0)
+    return br.identify(log, "dahl", axis=AXIS, method="inverse_dynamics", draws=20, blocks=0)
 
 
 def determined(identified, *, axis=AXIS, fit=None, count=2):

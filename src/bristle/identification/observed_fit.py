@@ -19,7 +19,7 @@ import numpy as np
 from bristle.controllers import cascade
 from bristle.core.contracts import Model
 from bristle.core.cores import Abreast
-from bristle.core.diagnostic import Diagnostic, Number, Severity
+from bristle.core.diagnostic import Diagnostic, Number
 from bristle.core.errors import InputError
 from bristle.core.normal import NORMAL_95
 from bristle.engine import run_closed_loop
@@ -175,28 +175,28 @@ def _with_interval(estimate: Estimate, solution: Solution, draws: np.ndarray) ->
 def foreseen(fit: Fit, estimation: Estimation, context: Context, logs: Sequence[Log], report: Report = silent) -> Fit:
     """Return a fit with the parameters with which an observer foresees its logs best; a fit that keeps its own says why."""
 
-    def with_remark(fit: Fit, severity: Severity, numbers: dict[str, Number]) -> Fit:
-        about = Diagnostic("prediction_error", severity=severity, numbers=numbers, kind=fit.friction.kind)
+    def with_remark(fit: Fit, numbers: dict[str, Number]) -> Fit:
+        about = Diagnostic("prediction_error", severity="note", numbers=numbers, kind=fit.friction.kind)
         return replace(fit, diagnostics=(*fit.diagnostics, about))
 
     if not observable(estimation.inverse, estimation.solution.values):
-        return with_remark(fit, "note", {"why": f"{fit.name} has no pre-sliding, no mass, or needs a further channel of the log"})
+        return fit
     held = held_in(fit, estimation)
     ladder = climb(estimation.inverse, estimation.solution.values, logs, context, held, between(report, 0.0, 0.4))
     if ladder is None:
-        return with_remark(fit, "warning", {"why": "no segment of the log lasts a second, or the observer loses the motion"})
+        return with_remark(fit, {"why": "no segment of the log lasts a second, or the observer loses the motion"})
     believed = ladder.believed
     scatter = 0.0 if fit.resampling is None else fit.resampling.scatter.value
     thetas, errors = fits_to_replicates(ladder, context, scatter, between(report, 0.4, 1.0))
     times = believed.error / float(np.median(errors)) if errors.size else np.inf
     numbers: dict[str, Number] = {"bandwidth": believed.problem.bandwidth, "error": believed.error, "times": times}
     if times > WORSE:
-        return with_remark(fit, "warning", numbers | {"unexplained": 1})
+        return with_remark(fit, numbers | {"unexplained": 1})
     try:
         better = with_observer(fit, estimation, context, ladder, thetas, max(times, 1.0) * birge_ratio(fit))
     except InputError as error:
-        return with_remark(fit, "warning", {"why": error.message})
-    return with_remark(better, "note", numbers)
+        return with_remark(fit, {"why": error.message})
+    return with_remark(better, numbers)
 
 
 def held_in(fit: Fit, estimation: Estimation) -> dict[str, Fixed]:
