@@ -70,7 +70,7 @@ def test_the_verdict_comes_first_and_names_what_the_log_determines(bristle, plac
     result = bristle("check", "results_20", "--draws", "3")
     assert (result.code, result.err) == (0, "")
     first = result.out.splitlines()[0]
-    assert first.startswith("This log determines F_C")
+    assert first.startswith("This log determines M, F_C and offset")
     assert "determine F_v" in first
     assert "What this log can and cannot determine: coulomb_viscous, 3 simulated logs" in result.out
     assert "3 of 3" in result.out

@@ -26,7 +26,7 @@ def test_an_axis_of_which_nothing_is_said_is_a_mass_that_is_driven_and_fitted_by
     axis = Axis()
     assert (axis.name, axis.kind, axis.plant) == ("axis", "translational", "inertia")
     assert (axis.columns, axis.injected, axis.settings, axis.cogging, axis.regressors, axis.text) == ({}, (), {}, (), (), b"")
-    assert (axis.delay, axis.lag, axis.offset, axis.method) == (0.0, 0.0, "identify", "inverse_dynamics")
+    assert (axis.delay, axis.lag, axis.offset, axis.method) == (0.0, 0.0, "identify", "prediction_error")
     absent = (*POSITIVE, *OF_THE_GROUND, "table", "held", "hold", "periodic", "span", "stroke", "controller", "decimation", "loop")
     assert [name for name in absent if getattr(axis, name) is not None] == []
     assert axis.seeks_delay

@@ -78,6 +78,17 @@ def test_the_report_tells_what_predicted_the_position(identified):
     assert 0.5 < told.numbers["times"] < 1.5
 
 
+def test_behind_a_filtered_position_an_observer_finds_the_contact(columns):
+    kept, shown = math.exp(-DT / 3e-3), np.empty(columns["position"].size)
+    last = columns["position"][0]
+    for k, position in enumerate(columns["position"]):
+        last = shown[k] = kept * last + (1.0 - kept) * position
+    result = br.identify({**columns, "position": shown}, "lugre", axis=Axis(resolution=STEP), blocks=0, draws=20)
+    assert result.treatment["position_smoothing"] == pytest.approx(3e-3, rel=0.1)
+    assert result.parameters["sigma_0"].value == pytest.approx(TRUTH["sigma_0"], rel=0.05)
+    assert result.parameters["F_S"].value == pytest.approx(TRUTH["F_S"], rel=0.02)
+
+
 def test_a_model_without_a_contact_keeps_the_parameters_of_inverse_dynamics(columns):
     plain, asked = (
         br.identify(columns, "coulomb_viscous", axis=Axis(resolution=STEP), method=method, blocks=0, draws=20)

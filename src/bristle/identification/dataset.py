@@ -26,6 +26,8 @@ from bristle.plants.terms import effort_of_columns, effort_of_place, terms_of
 REACH = 10  # rows on either side that the decimating filter takes in
 REACH_PERIODS = 2  # of the cut-off, over which the zero-phase filter mixes samples
 
+OFF_GRID, OFTEN = 0.1, 0.2  # of an encoder step, by which a change misses a whole number; share of such changes
+
 EXCERPT, EXCERPT_SHARE, PIECES = 60_000, 0.1, 4  # samples at least, share of the log, and pieces of a segment, of an excerpt
 
 
@@ -292,6 +294,14 @@ class Dataset:
     def segment_of_row(self) -> np.ndarray:
         """Which segment each row is from."""
         return self.sampled([np.full(segment.time.size, number) for number, segment in enumerate(self.segments)])
+
+    @property
+    def off_grid(self) -> bool:
+        """Whether the recorded position changes by parts of an encoder step, as one does that was filtered."""
+        if self.resolution <= 0.0:
+            return False
+        steps = np.concatenate([np.diff(segment.recorded) for segment in self.segments]) / self.resolution
+        return bool(np.mean(np.abs(steps - np.round(steps)) > OFF_GRID) > OFTEN)
 
     @property
     def bandwidth(self) -> float:

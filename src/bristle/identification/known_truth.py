@@ -192,8 +192,10 @@ class SimulatedLog(NamedTuple):
         make = self._along if along or getattr(self.fit.plant.component, "columns", ()) else self._in_loop
         assert log.effort is not None
         position, effort, segments, lag = log.position.values.copy(), log.effort.values.copy(), list[slice](), self._channel.lag
+        position_lag = self.treatment.get("position_smoothing", 0.0)
         for place, part in make(rng):
-            position[place], effort[place] = part.position, through_filter(part.effort, -lag, log.sample_time) if lag else part.effort
+            effort[place] = through_filter(part.effort, -lag, log.sample_time) if lag else part.effort
+            position[place] = through_filter(part.position, position_lag, log.sample_time) if position_lag else part.position
             segments.append(place)
         channels = {"position": replace(log.position, values=position), "effort": replace(log.effort, values=effort)}
         return replace(log, **channels, velocity=None, reference=None, injected=(), segments=tuple(segments))
@@ -201,7 +203,7 @@ class SimulatedLog(NamedTuple):
     @property
     def _channel(self) -> Channel:
         dt, held, treatment = self.log.sample_time, self.axis.held if self.axis else None, self.treatment
-        lag = treatment.get("position_smoothing", 0.0) - treatment.get("smoothing", 0.0)
+        lag = -treatment.get("smoothing", 0.0)
         return Channel(treatment.get("delay", 0.0) - 0.5 * dt * bool(held), 0.0 if held is False else -(dt**2) / 24.0, lag)
 
     def _unseen(self, dataset: Dataset) -> Unseen:
@@ -227,7 +229,8 @@ class SimulatedLog(NamedTuple):
     def _along(self, rng: np.random.Generator) -> Iterator[tuple[slice, Recorded]]:
         """Yield where segments stand, and the effort that the axis takes along the recorded motion."""
         (plant, friction), delay, channel = (self.fit.plant, self.fit.friction), self.treatment.get("delay", 0.0), self._channel
-        alignment = Alignment(delay, smoothing=-channel.lag or None, sought=False)
+        lag = self.treatment.get("position_smoothing", 0.0)
+        alignment = Alignment(delay, smoothing=-(lag or channel.lag) or None, sought=False, of_position=lag > 0.0)
         dataset = aligned(treat(self.log, self.axis, self.treatment["cutoff"]), alignment)
         values = numbers_of(plant.component, plant.parameters) | numbers_of(friction.component, friction.parameters)
         problem = InverseDynamics(dataset, ParameterSet(friction.component, (), {}, plant.component))

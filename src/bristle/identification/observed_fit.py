@@ -34,7 +34,7 @@ from bristle.identification.parameter_space import Solution
 from bristle.identification.parameters import Fixed, Role, names_of
 from bristle.identification.problem import Covariance, scores_of
 from bristle.identification.result import Estimate, Fit
-from bristle.identification.uncertainty import birge_ratio
+from bristle.identification.uncertainty import IN_DOUBT, birge_ratio
 from bristle.logs.filters import low_passed, through_filter
 from bristle.logs.log import Log
 from bristle.sensors import encoder
@@ -193,10 +193,16 @@ def foreseen(fit: Fit, estimation: Estimation, context: Context, logs: Sequence[
     if times > WORSE:
         return with_remark(fit, numbers | {"unexplained": 1})
     try:
-        better = with_observer(fit, estimation, context, ladder, thetas, max(times, 1.0) * birge_ratio(fit))
+        scale = max(times, 1.0) * birge_ratio(fit) * (IN_DOUBT if _filtered_unseen(context.dataset) else 1.0)
+        better = with_observer(fit, estimation, context, ladder, thetas, scale)
     except InputError as error:
         return with_remark(fit, {"why": error.message})
     return with_remark(better, numbers)
+
+
+def _filtered_unseen(dataset: Dataset) -> bool:
+    """Return whether the position was filtered, and nobody knows by how much: the effort was, too."""
+    return dataset.off_grid and not (dataset.alignment is not None and dataset.alignment.of_position)
 
 
 def held_in(fit: Fit, estimation: Estimation) -> dict[str, Fixed]:

@@ -277,7 +277,7 @@ def climb(
     if not parts:
         return None
     stiffest, least, rungs = min(FIRST, HIGHEST / dt), math.inf, list[Rung]()
-    errors = PredictionErrors(problem, parts, stiffest, expected, lag=-(alignment.smoothing or 0.0))
+    errors = PredictionErrors(problem, parts, stiffest, expected, lag=effort_lag(alignment))
     errors = errors.of_size(errors.size_at(values))
     for number in range(RUNGS):
         report(number / RUNGS)
@@ -292,6 +292,11 @@ def climb(
         values, least = {**values, **rung.solution.values}, min(least, rung.error)
         errors = errors.of_size(rung.error)
     return Ladder.of(rungs) if rungs else None
+
+
+def effort_lag(alignment: Alignment) -> float:
+    """Return the time constant of the filter that the effort of a log gets [s], or loses if negative."""
+    return 0.0 if alignment.of_position else -(alignment.smoothing or 0.0)
 
 
 def _starts(values: Mapping[str, float], inverse: InverseDynamics, speed: float) -> Iterator[dict[str, float]]:
@@ -323,8 +328,8 @@ def climbed(errors: PredictionErrors, start: Mapping[str, float], context: Conte
 
 def _parts(logs: Sequence[Log], alignment: Alignment, dt: float) -> Iterator[Recorded]:
     """Yield the segments of logs that last, pieces of long ones; their effort as it was before a filter that was found."""
-    # Of a filter in the position the effort gets another one: what the axis does is shown through both.
-    lag, share = -(alignment.smoothing or 0.0), min(MOST / sum(map(len, logs)), 1.0)
+    lag, share = effort_lag(alignment), min(MOST / sum(map(len, logs)), 1.0)
+    position_lag = 0.0 if lag else alignment.smoothing or 0.0
     for log in logs:
         assert log.effort is not None
         for part in log.segments or (slice(None),):
@@ -332,6 +337,7 @@ def _parts(logs: Sequence[Log], alignment: Alignment, dt: float) -> Iterator[Rec
             if position.size * dt <= SHORTEST:
                 continue
             effort = through_filter(effort, lag, dt) if lag else effort
+            position = through_filter(position - position[0], position_lag, dt) + position[0] if position_lag else position
             length = max(int(share * position.size / PIECES), math.ceil(SHORTEST / dt))
             for piece in spread(position.size, length) if PIECES * length < position.size else [slice(None)]:
                 yield Recorded(position[piece].copy(), effort[piece], tuple(column.values[part][piece] for column in log.regressors))
