@@ -12,8 +12,10 @@ import bristle as br
 from bristle.core import Axis, InputError
 from bristle.core.diagnostic import Diagnostic
 from bristle.identification import observed_fit
+from bristle.identification.dataset import Dataset
 from bristle.identification.observed_fit import foreseen
 from bristle.identification.observer import BEND, DELAY, Expected, Ladder, Recorded
+from bristle.identification.parameters import ParameterSet
 from bristle.report.messages import message
 
 TRUTH = {"M": 3.0, "F_C": 12.0, "F_S": 16.0, "v_S": 4e-3, "sigma_0": 2.5e6, "sigma_1": 1200.0, "sigma_2": 25.0}
@@ -87,6 +89,63 @@ def test_behind_a_filtered_position_an_observer_finds_the_contact(columns):
     assert result.treatment["position_smoothing"] == pytest.approx(3e-3, rel=0.1)
     assert result.parameters["sigma_0"].value == pytest.approx(TRUTH["sigma_0"], rel=0.05)
     assert result.parameters["F_S"].value == pytest.approx(TRUTH["F_S"], rel=0.02)
+
+
+def test_a_position_of_whole_steps_was_not_filtered_and_parts_of_steps_were(columns, monkeypatch):
+    segments = [SimpleNamespace(recorded=STEP * np.array([0.0, 3.0, 3.0, 4.0, 9.0]))]
+    off_grid = Dataset.off_grid.fget
+    assert not off_grid(SimpleNamespace(segments=segments, resolution=STEP))
+    assert off_grid(SimpleNamespace(segments=segments, resolution=1.6 * STEP))
+    assert not off_grid(SimpleNamespace(segments=segments, resolution=0.0))
+
+    def left(_):
+        raise AssertionError("parts of steps decide")
+
+    monkeypatch.setattr(import_module("bristle.identification.identify"), "_left", left)
+    smooth = np.convolve(np.pad(columns["position"], (12, 0), mode="edge"), np.ones(13) / 13.0, mode="valid")
+    result = br.identify({**columns, "position": smooth}, "coulomb_viscous", axis=Axis(resolution=STEP), blocks=0, draws=0)
+    assert result.treatment["position_smoothing"] > 1e-3
+
+
+def test_a_filter_that_nobody_knows_widens_the_intervals_of_an_observer(columns, monkeypatch):
+    widths, filtered = [], SimpleNamespace(of_position=True)
+    assert observed_fit._filtered_unseen(SimpleNamespace(off_grid=True, alignment=None))
+    assert not observed_fit._filtered_unseen(SimpleNamespace(off_grid=True, alignment=filtered))
+    for unseen in (False, True):
+        monkeypatch.setattr(observed_fit, "_filtered_unseen", lambda _, unseen=unseen: unseen)
+        low, high = of_observer(columns, monkeypatch).parameters["sigma_1"].interval
+        widths.append(high - low)
+    assert widths[1] == pytest.approx(2.5 * widths[0], rel=0.05)
+
+
+def test_an_inertia_that_may_be_wrong_widens_what_hangs_on_it(columns, monkeypatch):
+    widths, held_in = [], observed_fit.held_in
+    for times in (1.0, 100.0):
+
+        def unsure(*arguments, times=times):
+            held = held_in(*arguments)
+            return {**held, "M": held["M"]._replace(half_width=times * held["M"].half_width)}
+
+        monkeypatch.setattr(observed_fit, "held_in", unsure)
+        low, high = of_observer(columns, monkeypatch).parameters["F_C"].interval
+        widths.append(high - low)
+    assert widths[1] > 1.3 * widths[0]
+
+
+def test_an_effort_that_a_sensor_beside_the_contact_measures_moves_nothing(columns):
+    result = br.identify(columns, "lugre", axis=Axis(resolution=STEP, keeps_rests=True), blocks=0, draws=20)
+    assert "prediction_error" not in {one.code for one in result.best.diagnostics}
+
+
+def test_what_pushes_to_one_side_stays_as_inverse_dynamics_has_it():
+    component = br.friction.find("lugre+asymmetry")
+    names = ("M", *component.variables)
+    parameters = ParameterSet(component, names, {})
+    estimation = SimpleNamespace(inverse=SimpleNamespace(parameters=parameters), solution=SimpleNamespace(values=dict.fromkeys(names, 2.0)))
+    fit = SimpleNamespace(parameters={name: SimpleNamespace(interval=(1.0, 4.0)) for name in names})
+    held = observed_fit.held_in(fit, estimation)
+    assert set(held) == {"M", "F_C_pos", "F_C_neg", "sigma_2_pos", "sigma_2_neg", "offset"}
+    assert {(entry.value, entry.half_width) for entry in held.values()} == {(2.0, 1.5)}
 
 
 def test_a_model_without_a_contact_keeps_the_parameters_of_inverse_dynamics(columns):
