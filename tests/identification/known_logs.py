@@ -10,7 +10,7 @@ from bristle.engine import force_along, run_closed_loop
 from bristle.logs.log import Channel, Log
 
 # The treatment is stated in full: least squares of the log as it comes, before which nothing is looked for.
-STATED = Axis(seeks_delay=False, cutoff=100.0)
+STATED = Axis(seeks_delay=False, cutoff=100.0, method="inverse_dynamics")
 
 
 class Motion(NamedTuple):

@@ -14,7 +14,7 @@ from bristle.identification.settings import DEFAULT
 from bristle.identification.uncertainty import NEARLY, _blurred
 from bristle.report.messages import warnings_of
 
-AXIS = Axis(kind="rotational", seeks_delay=False, cutoff=100.0)
+AXIS = Axis(kind="rotational", seeks_delay=False, cutoff=100.0, method="inverse_dynamics")
 
 
 @pytest.mark.slow

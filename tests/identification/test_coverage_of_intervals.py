@@ -412,7 +412,7 @@ def cornered(name: str):
     law = ROUNDED if name == "lugre" else {"F_C": 8.0, "F_v": 40.0}
     truth = friction.find(name)(**law)
     position = run_open_loop(plants.inertia(M=40.0), truth, effort, DT, steps=20).position
-    return br.identify({"time": t, "position": position, "effort": effort}, name, draws=40, blocks=0)
+    return br.identify({"time": t, "position": position, "effort": effort}, name, method="inverse_dynamics", draws=40, blocks=0)
 
 
 def test_a_value_outside_its_interval_is_told(monkeypatch):

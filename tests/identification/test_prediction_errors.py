@@ -12,7 +12,7 @@ import bristle as br
 from bristle.core import Axis, InputError
 from bristle.core.diagnostic import Diagnostic
 from bristle.identification import observed_fit
-from bristle.identification.dataset import Dataset
+from bristle.identification.dataset import Alignment, Dataset
 from bristle.identification.observed_fit import foreseen
 from bristle.identification.observer import BEND, DELAY, Expected, Ladder, Recorded
 from bristle.identification.parameters import ParameterSet
@@ -91,26 +91,19 @@ def test_behind_a_filtered_position_an_observer_finds_the_contact(columns):
     assert result.parameters["F_S"].value == pytest.approx(TRUTH["F_S"], rel=0.02)
 
 
-def test_a_position_of_whole_steps_was_not_filtered_and_parts_of_steps_were(columns, monkeypatch):
+def test_a_position_of_whole_steps_was_not_filtered_and_parts_of_steps_were():
     segments = [SimpleNamespace(recorded=STEP * np.array([0.0, 3.0, 3.0, 4.0, 9.0]))]
     off_grid = Dataset.off_grid.fget
     assert not off_grid(SimpleNamespace(segments=segments, resolution=STEP))
     assert off_grid(SimpleNamespace(segments=segments, resolution=1.6 * STEP))
     assert not off_grid(SimpleNamespace(segments=segments, resolution=0.0))
 
-    def left(_):
-        raise AssertionError("parts of steps decide")
-
-    monkeypatch.setattr(import_module("bristle.identification.identify"), "_left", left)
-    smooth = np.convolve(np.pad(columns["position"], (12, 0), mode="edge"), np.ones(13) / 13.0, mode="valid")
-    result = br.identify({**columns, "position": smooth}, "coulomb_viscous", axis=Axis(resolution=STEP), blocks=0, draws=0)
-    assert result.treatment["position_smoothing"] > 1e-3
-
 
 def test_a_filter_that_nobody_knows_widens_the_intervals_of_an_observer(columns, monkeypatch):
-    widths, filtered = [], SimpleNamespace(of_position=True)
-    assert observed_fit._filtered_unseen(SimpleNamespace(off_grid=True, alignment=None))
-    assert not observed_fit._filtered_unseen(SimpleNamespace(off_grid=True, alignment=filtered))
+    widths, seen = [], Alignment(smoothing=-3e-3)
+    assert observed_fit._filtered_unseen(SimpleNamespace(off_grid=True, alignment=seen))
+    for alignment in (None, Alignment(), replace(seen, of_position=True)):
+        assert not observed_fit._filtered_unseen(SimpleNamespace(off_grid=True, alignment=alignment))
     for unseen in (False, True):
         monkeypatch.setattr(observed_fit, "_filtered_unseen", lambda _, unseen=unseen: unseen)
         low, high = of_observer(columns, monkeypatch).parameters["sigma_1"].interval

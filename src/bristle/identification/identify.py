@@ -241,8 +241,7 @@ def _of_channel(context: Context, treated: Dataset, report: Report) -> Context:
     dataset = aligned(treated, replace(alignment, of_position=True))
     of_position = context_of(dataset, context.prior, settings=context.settings)
     report(0.0)
-    # A drive that filters the counts of its encoder records parts of a step.
-    return of_position if treated.off_grid else min((context, of_position), key=_left)
+    return min((context, of_position), key=_left)
 
 
 def _left(context: Context) -> float:
