@@ -33,7 +33,7 @@ SCATTER = 0.05  # of the level of friction, from reversal to reversal
 MASS = 20.0  # kg
 SAMPLE_TIME, FINER = 1e-3, 5
 ACCELERATION = 0.2  # m/s^2
-AXIS = Axis(mass=MASS, resolution=ENCODER, offset=0.0, decimation=5)
+AXIS = Axis(mass=MASS, resolution=ENCODER, offset=0.0, decimation=5, method="inverse_dynamics")
 TRIALS, DRAWS = 100, 120
 CURVE = 6  # points of the virgin curve, up to where all elements slip
 

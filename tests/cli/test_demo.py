@@ -49,7 +49,8 @@ def test_the_main_job_from_one_command(bristle, tmp_path, monkeypatch):
     assert result == pytest.approx([1e-3 * float(message[1]), 1e-6 * float(message[2]), 1e-6 * float(message[3])], rel=0.02)
 
     # What it wrote serves the other commands, and they agree with it.
-    again = bristle("identify", folder / "log.csv", "--axis", folder / "axis.toml", "--draws", "0", "--json").data
+    draws = json.loads((folder / "summary.json").read_text())["resampling"]["draws"]
+    again = bristle("identify", folder / "log.csv", "--axis", folder / "axis.toml", "--draws", str(draws), "--json").data
     values, values_again = (
         {model["name"]: {name: parameter["value"] for name, parameter in model["parameters"].items()} for model in summary["models"]}
         for summary in (json.loads((folder / "summary.json").read_text()), again)

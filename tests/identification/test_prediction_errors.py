@@ -12,7 +12,7 @@ import bristle as br
 from bristle.core import Axis, InputError
 from bristle.core.diagnostic import Diagnostic
 from bristle.identification import observed_fit
-from bristle.identification.dataset import Alignment, Dataset
+from bristle.identification.dataset import Dataset
 from bristle.identification.observed_fit import foreseen
 from bristle.identification.observer import BEND, DELAY, Expected, Ladder, Recorded
 from bristle.identification.parameters import ParameterSet
@@ -97,13 +97,14 @@ def test_a_position_of_whole_steps_was_not_filtered_and_parts_of_steps_were():
     assert not off_grid(SimpleNamespace(segments=segments, resolution=STEP))
     assert off_grid(SimpleNamespace(segments=segments, resolution=1.6 * STEP))
     assert not off_grid(SimpleNamespace(segments=segments, resolution=0.0))
+    segments = [SimpleNamespace(recorded=STEP * np.array([0.0, 1.0, 2.4, 5.1, 9.0]))]  # of no grid: the smallest step is no encoder's
+    assert not off_grid(SimpleNamespace(segments=segments, resolution=STEP))
 
 
 def test_a_filter_that_nobody_knows_widens_the_intervals_of_an_observer(columns, monkeypatch):
-    widths, seen = [], Alignment(smoothing=-3e-3)
-    assert observed_fit._filtered_unseen(SimpleNamespace(off_grid=True, alignment=seen))
-    for alignment in (None, Alignment(), replace(seen, of_position=True)):
-        assert not observed_fit._filtered_unseen(SimpleNamespace(off_grid=True, alignment=alignment))
+    widths, seen = [], SimpleNamespace(of_position=True)
+    assert observed_fit._filtered_unseen(SimpleNamespace(off_grid=True, alignment=None))
+    assert not observed_fit._filtered_unseen(SimpleNamespace(off_grid=True, alignment=seen))
     for unseen in (False, True):
         monkeypatch.setattr(observed_fit, "_filtered_unseen", lambda _, unseen=unseen: unseen)
         low, high = of_observer(columns, monkeypatch).parameters["sigma_1"].interval
@@ -127,6 +128,11 @@ def test_an_inertia_that_may_be_wrong_widens_what_hangs_on_it(columns, monkeypat
 
 def test_an_effort_that_a_sensor_beside_the_contact_measures_moves_nothing(columns):
     result = br.identify(columns, "lugre", axis=Axis(resolution=STEP, keeps_rests=True), blocks=0, draws=20)
+    assert "prediction_error" not in {one.code for one in result.best.diagnostics}
+
+
+def test_elements_that_slip_keep_the_parameters_of_inverse_dynamics(columns):
+    result = br.identify(columns, "maxwell_slip", axis=Axis(resolution=STEP), blocks=0, draws=20)
     assert "prediction_error" not in {one.code for one in result.best.diagnostics}
 
 

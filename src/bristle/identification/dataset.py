@@ -297,11 +297,12 @@ class Dataset:
 
     @property
     def off_grid(self) -> bool:
-        """Whether the recorded position changes by parts of an encoder step, as one does that was filtered."""
+        """Whether the recorded position changes by parts of a stated encoder step, as one does that was filtered."""
         if self.resolution <= 0.0:
             return False
         steps = np.concatenate([np.diff(segment.recorded) for segment in self.segments]) / self.resolution
-        return bool(np.mean(np.abs(steps - np.round(steps)) > OFF_GRID) > OFTEN)
+        smallest = np.min(np.abs(steps[steps != 0.0]), initial=1.0)  # 1 where the step is that of the log itself
+        return bool(smallest < 1.0 - OFF_GRID and np.mean(np.abs(steps - np.round(steps)) > OFF_GRID) > OFTEN)
 
     @property
     def bandwidth(self) -> float:

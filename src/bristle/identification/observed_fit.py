@@ -201,9 +201,8 @@ def foreseen(fit: Fit, estimation: Estimation, context: Context, logs: Sequence[
 
 
 def _filtered_unseen(dataset: Dataset) -> bool:
-    """Return whether a filter was found, and the position has parts of encoder steps, which the filter does not explain."""
-    alignment = dataset.alignment
-    return alignment is not None and alignment.smoothing is not None and not alignment.of_position and dataset.off_grid
+    """Return whether the position was filtered, and nobody knows by how much: the effort may have been, too."""
+    return dataset.off_grid and not (dataset.alignment is not None and dataset.alignment.of_position)
 
 
 def held_in(fit: Fit, estimation: Estimation) -> dict[str, Fixed]:
