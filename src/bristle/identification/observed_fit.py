@@ -213,7 +213,7 @@ def held_in(fit: Fit, estimation: Estimation) -> dict[str, Fixed]:
     held = dict[str, Fixed]()
     for name in (*parameters.plant.variables, *names_of(OFFSET, component.variables), *sided):
         low, high = fit.parameters[name].interval or (values[name], values[name])
-        held[name] = parameters.fixed.get(name) or Fixed(values[name], "", half_width=0.5 * (high - low))
+        held[name] = parameters.fixed.get(name) or Fixed(values[name], reason="", half_width=0.5 * (high - low))
     return held
 
 
