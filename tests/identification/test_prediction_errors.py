@@ -16,6 +16,8 @@ from bristle.identification.dataset import Dataset
 from bristle.identification.observed_fit import foreseen
 from bristle.identification.observer import BEND, DELAY, Expected, Ladder, Recorded
 from bristle.identification.parameters import ParameterSet
+from bristle.plants import inertia
+from bristle.plants.terms import with_terms
 from bristle.report.messages import message
 
 TRUTH = {"M": 3.0, "F_C": 12.0, "F_S": 16.0, "v_S": 4e-3, "sigma_0": 2.5e6, "sigma_1": 1200.0, "sigma_2": 25.0}
@@ -203,6 +205,21 @@ def test_a_replicate_that_leaves_the_finite_numbers_is_none(monkeypatch):
         problem=SimpleNamespace(inverse=inverse, parts=(None,), lag=0.0, dt=DT, steps=2), solution=SimpleNamespace(values={})
     )
     assert observed_fit.replicate(rung, observed_fit.Unseen(0.0, 0.0, 0.0), None) is None
+
+
+def test_a_replicate_has_the_known_forces_of_its_log(columns):
+    friction = br.friction.lugre(**{name: value for name, value in TRUTH.items() if name != "M"})
+    plain, pulled = inertia(M=3.0), with_terms(inertia, columns=("weight",))(M=3.0, known_weight=0.5)
+    dataset, channel = SimpleNamespace(resolution=STEP), observed_fit.Channel(0.0, 0.0, 0.0)
+    weight = np.linspace(20.0, 60.0, 5000)
+    logs = []
+    for plant, effort, known in ((plain, columns["effort"], ()), (pulled, columns["effort"] + 0.5 * weight, (weight,))):
+        axis = observed_fit.IdentifiedAxis(plant, friction, dataset, DT, 4, channel)
+        part = Recorded(columns["position"], effort, known)
+        logs.append(axis.replicate(part, observed_fit.Unseen(0.0, 0.0, 0.0), np.random.default_rng(1)))
+    assert logs[1].position == pytest.approx(logs[0].position, abs=0.2 * STEP)
+    assert (logs[1].effort - logs[0].effort)[100:-100] == pytest.approx(0.5 * weight[100:-100], abs=0.05)
+    assert logs[1].columns == (weight,)
 
 
 def test_the_constant_force_is_that_of_inverse_dynamics(plain, identified):

@@ -37,6 +37,7 @@ from bristle.identification.result import Estimate, Fit
 from bristle.identification.uncertainty import IN_DOUBT, birge_ratio
 from bristle.logs.filters import low_passed, through_filter
 from bristle.logs.log import Log
+from bristle.plants.terms import effort_of_columns
 from bristle.sensors import encoder
 
 BLOCKS, STUDENT = 30, 2.045  # of time; the 97.5 % quantile of Student's t of one degree of freedom less
@@ -302,6 +303,7 @@ class IdentifiedAxis(NamedTuple):
         commanded = np.append(0.5 * (acted[1:] + acted[:-1]), acted[-1:])  # what is held until the next sample
         _, slope = self.plant.component.port(self.plant.component.State(smooth[0], velocity[0]), 0.0, dt, self.plant.parameters)
         omega, mass = 2.0 * np.pi * LED_AT, -0.5 * dt / slope
+        unforeseen, known = unseen.scatter * self._leaning(smooth, velocity, rng), effort_of_columns(self.plant, part.columns)
         trace = run_closed_loop(
             self.plant,
             self.friction,
@@ -311,7 +313,7 @@ class IdentifiedAxis(NamedTuple):
             dt,
             steps=self.steps,
             injected=commanded,
-            disturbance=unseen.scatter * self._leaning(smooth, velocity, rng),
+            disturbance=unforeseen if known is None else unforeseen + known,
             x=float(smooth[0]),
             v=float(velocity[0]),
         )
