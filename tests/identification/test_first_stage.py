@@ -382,6 +382,25 @@ def test_least_squares_are_not_printed_where_instruments_say_more_and_know_nothi
     assert fit.parameters["M"].reason.numbers["percent"] == pytest.approx(30.0)
 
 
+def test_a_delay_that_is_not_known_widens_the_interval_of_an_inertia_that_noise_lowers():
+    logs = [in_a_band(3e-4)]
+    late, none = (first_stage._without_noise(Alignment(sought=sought), logs, [None], DEFAULT) for sought in (True, False))
+    assert late.mass == none.mass
+    assert late.mass_half_width > 1.05 * none.mass_half_width
+
+
+def test_an_inertia_is_below_another_by_more_than_chance_or_not_at_all():
+    parts = np.array([0.3, -0.3] * 10)
+    low, high = (
+        InstrumentFit(20.0, np.array([mass]), 0.0, 0.0, np.eye(1), 0.0, True, sign * parts) for mass, sign in ((9.0, 1.0), (12.0, -1.0))
+    )
+    error = (19.0 / 20.0 * 20.0 * 0.6**2) ** 0.5  # of a difference of 3, by the jackknife
+    assert low.below(high, 0.99 * 3.0 / error, 0.02) == pytest.approx(0.25)
+    assert low.below(high, 1.01 * 3.0 / error, 0.02) == 0.0
+    assert low.below(high, 0.5, 0.26) == 0.0
+    assert high.below(low, 0.0, 0.02) == 0.0
+
+
 def test_a_coarse_encoder_hides_no_delay():
     result = alignment_of([swung(1.5e-3)], [None], DEFAULT)
     assert result.delay == pytest.approx(2.0 * DT, abs=result.delay_half_width)

@@ -207,6 +207,25 @@ def test_a_replicate_that_leaves_the_finite_numbers_is_none(monkeypatch):
     assert observed_fit.replicate(rung, observed_fit.Unseen(0.0, 0.0, 0.0), None) is None
 
 
+def test_a_delay_is_expected_where_the_first_stage_found_it_and_the_error_is_that_of_the_position(columns, monkeypatch):
+    ladders = []
+
+    def noted(ladder, *_):
+        ladders.append(ladder)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(observed_fit, "fits_to_replicates", noted)
+    result = br.identify(columns, "lugre", axis=Axis(resolution=STEP), blocks=0, draws=20)
+    believed = ladders[0].believed
+    (delay,) = [expected for expected in believed.problem.expected if DELAY in expected.powers]
+    assert delay.mean == pytest.approx(result.treatment["delay"])
+    assert delay.std == pytest.approx(result.treatment["delay_half_width"] / 1.96, rel=1e-3)
+    residual = believed.problem.residual(believed.solution.values)
+    errors, beforehand = residual[: -len(believed.problem.expected)], residual[-len(believed.problem.expected) :]
+    assert np.sum(beforehand**2) > 1e-5 * np.sum(errors**2)
+    assert believed.error == pytest.approx(np.sqrt(np.mean(errors**2)), rel=1e-6)
+
+
 def test_a_replicate_has_the_known_forces_of_its_log(columns):
     friction = br.friction.lugre(**{name: value for name, value in TRUTH.items() if name != "M"})
     plain, pulled = inertia(M=3.0), with_terms(inertia, columns=("weight",))(M=3.0, known_weight=0.5)
