@@ -348,6 +348,12 @@ def test_without_draws_the_parameters_are_those_of_inverse_dynamics(columns, pla
     assert result.parameters["sigma_0"].value == plain.parameters["sigma_0"].value
 
 
+def test_an_observer_that_is_asked_for_without_draws_is_refused(columns):
+    with pytest.raises(InputError, match="draws") as refused:
+        br.identify(columns, "lugre", axis=Axis(resolution=STEP), method="prediction_error", blocks=0, draws=0)
+    assert "--method inverse_dynamics" in refused.value.mend
+
+
 def test_the_inertia_is_that_of_the_first_stage_and_widens_what_hangs_on_it(identified, plain):
     assert identified.parameters["M"].value == plain.parameters["M"].value
     assert identified.parameters["M"].interval == plain.parameters["M"].interval

@@ -133,6 +133,7 @@ def identify(
     >>> best.parameters["M"].status, round(best.parameters["M"].value, 1), best.parameters["M"].unit
     ('identified', 12.0, 'kg')
     """
+    request.refuse_without_draws(method, draws)
     pairs = request.with_method(logs_and_axes(log, axis), method)
     chosen = request.settings_of(pairs[0][1], settings)
     components, extended = request.models_of(model), request.asks_for_all(model)

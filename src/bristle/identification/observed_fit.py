@@ -303,7 +303,7 @@ class IdentifiedAxis(NamedTuple):
         commanded = np.append(0.5 * (acted[1:] + acted[:-1]), acted[-1:])  # what is held until the next sample
         _, slope = self.plant.component.port(self.plant.component.State(smooth[0], velocity[0]), 0.0, dt, self.plant.parameters)
         omega, mass = 2.0 * np.pi * LED_AT, -0.5 * dt / slope
-        unforeseen, known = unseen.scatter * self._leaning(smooth, velocity, rng), effort_of_columns(self.plant, part.columns)
+        unforeseen, pulls = unseen.scatter * self._leaning(smooth, velocity, rng), effort_of_columns(self.plant, part.columns)
         trace = run_closed_loop(
             self.plant,
             self.friction,
@@ -313,7 +313,7 @@ class IdentifiedAxis(NamedTuple):
             dt,
             steps=self.steps,
             injected=commanded,
-            disturbance=unforeseen if known is None else unforeseen + known,
+            disturbance=unforeseen if pulls is None else unforeseen + pulls,
             x=float(smooth[0]),
             v=float(velocity[0]),
         )

@@ -112,6 +112,13 @@ def freed(free: Sequence[str], components: Sequence[FrictionModel]) -> tuple[str
     return tuple(free)
 
 
+def refuse_without_draws(method: str | None, draws: int) -> None:
+    """Refuse an observer that is asked for where nothing tells whether it explains the log."""
+    if method == "prediction_error" and not draws:
+        mend = "Write --draws 100, or --method inverse_dynamics"
+        raise InputError("are needed, to tell whether an observer explains the log", path="draws", value=0, allowed="20 or more", mend=mend)
+
+
 def with_method(pairs: Sequence[tuple[Log, Axis | None]], method: str | None) -> list[tuple[Log, Axis | None]]:
     """Return logs with their axes, which say what is made small, as a person asks."""
     return [(log, axis if method is None else replace(axis or Axis(kind=log.kind), method=method)) for log, axis in pairs]
