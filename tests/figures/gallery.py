@@ -12,7 +12,7 @@ from bristle.comparison import Change, Course, Turn
 from bristle.core import Status
 from bristle.figures import loop_design, loop_rows, preisach, rig_layout, small_multiples
 from bristle.figures.following_error import loops_at_reversal, open_loop
-from bristle.identification.result import Estimate
+from bristle.identification.estimate import Estimate
 from bristle.logs.passages import Passage
 from bristle.loop import assess
 

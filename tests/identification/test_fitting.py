@@ -4,13 +4,15 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from tests.identification.known_logs import log_of, sines, sliding_effort
 
 from bristle.core.variable import Variable
 from bristle.friction import coulomb, coulomb_viscous, lugre, stribeck
+from bristle.identification import identify
+from bristle.identification.estimate import Estimate
 from bristle.identification.excitation import Excitation, shortest_zone
 from bristle.identification.fitting import Judgement, about_estimates, about_fixed, about_level, combinations_of, why_fixed
 from bristle.identification.parameters import Fixed, Scales
-from bristle.identification.result import Estimate
 from bristle.identification.settings import DEFAULT
 from bristle.plants import inertia
 
@@ -37,7 +39,7 @@ def data(**changes):
     return SimpleNamespace(**facts | changes)
 
 
-def judged(component=coulomb_viscous, values=None, std=0.1, at_edge=None, fixed=None, filtered=True, redundant=(), **changes):
+def judged(component=coulomb_viscous, values=None, std=0.1, at_edge=None, fixed=None, filtered=True, redundant=(), effects=None, **changes):
     """The estimates of a fit, by name, whose relative standard errors are given."""
     values, fixed = VALUES if values is None else values, fixed or {}
     variables = inertia.variables | {name: component.variables[name] for name in component.variables if name in values}
@@ -52,7 +54,7 @@ def judged(component=coulomb_viscous, values=None, std=0.1, at_edge=None, fixed=
     solution = SimpleNamespace(values=free, at_edge=at_edge or {}, space=SimpleNamespace(names=tuple(free)))
     uncertainty = SimpleNamespace(std=deviations, robust_std=0.5 * deviations)
     excitation = Excitation(dataset, SCALES, values, variables, DEFAULT)
-    return {entry.name: entry for entry in Judgement(problem, solution, uncertainty, excitation, filtered).estimates()}
+    return {entry.name: entry for entry in Judgement(problem, solution, uncertainty, excitation, effects or {}, filtered).estimates()}
 
 
 def test_a_parameter_is_identified_to_half_of_itself():
@@ -76,10 +78,23 @@ def test_of_an_error_that_says_nothing_none_is_given():
     assert (unknown.status, unknown.std) == ("unidentifiable", None)
 
 
-def test_a_force_whose_error_is_nothing_beside_the_effort_is_known_to_be_small():
-    small = VALUES | {"F_C": 0.01}
-    assert judged(values=small, std={"M": 0.1, "F_C": 15.0, "F_v": 0.1})["F_C"].status == "identified"  # 0.15 N of 10 N
-    assert judged(values=small, std={"M": 0.1, "F_C": 25.0, "F_v": 0.1})["F_C"].status == "unidentifiable"
+def test_a_force_is_known_to_be_small_where_all_of_its_interval_would_not_matter():
+    effects, std = {"F_C": 0.1, "F_v": 0.1}, {"M": 0.1, "F_C": 15.0, "F_v": 0.1}  # shares of friction per newton
+    small = VALUES | {"F_C": 0.006}
+    assert judged(values=small, std=std, effects=effects)["F_C"].status == "identified"  # 0.18 N of 10 N to either side
+    assert judged(values=small, std=std | {"F_C": 20.0}, effects=effects)["F_C"].status == "unidentifiable"
+    # What shapes friction is no force: it is known to half of itself, whatever its effect.
+    assert judged(std={"M": 20.0, "F_C": 0.1, "F_v": 0.1}, effects={"M": 1e-9})["M"].status == "unidentifiable"
+
+
+def test_an_effect_is_that_of_one_parameter_alone_as_a_share_of_friction():
+    motion = sines(4.0)
+    effort = sliding_effort(motion, F_C=8.0)
+    fit = identify(log_of(motion, effort), "coulomb_viscous", draws=0, blocks=0).best
+    friction = np.linalg.norm(fit.traces.friction)
+    assert fit.parameters["M"].effect == pytest.approx(np.linalg.norm(fit.traces.acceleration) / friction, rel=1e-2)
+    assert fit.parameters["F_v"].effect == pytest.approx(np.linalg.norm(fit.traces.velocity) / friction, rel=1e-2)
+    assert fit.parameters["F_v"].takes == pytest.approx(fit.parameters["F_v"].effect * fit.parameters["F_v"].value)
 
 
 def test_a_level_that_never_acted_is_beyond_the_effort():

@@ -8,7 +8,7 @@ from scipy.signal import lfilter
 from tests.identification.known_logs import TRUTH, log_of, sines, sliding_effort
 
 from bristle.identification import identify
-from bristle.identification.result import Estimate
+from bristle.identification.estimate import Estimate
 
 SETTLING = 2000  # samples after which the coloured noise has forgotten how it began
 

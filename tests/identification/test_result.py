@@ -11,7 +11,7 @@ from tests.identification.known_logs import TRUTH, sliding_log
 from bristle.core.diagnostic import Diagnostic
 from bristle.friction import coulomb, viscous, with_slots
 from bristle.identification import Identification, identify
-from bristle.identification.result import Estimate
+from bristle.identification.estimate import Estimate
 
 QUICK = {"draws": 0, "blocks": 0}
 

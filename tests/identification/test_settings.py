@@ -52,13 +52,13 @@ def test_what_is_no_threshold_or_out_of_range_is_refused(log, given, told):
 
 
 def test_thresholds_of_the_axis_hold_and_those_of_the_call_go_before(log):
-    axis = replace(AS_TREATED, settings={"unsure_std": 1e-9, "negligible_force": 0.0})
+    axis = replace(AS_TREATED, settings={"unsure_std": 1e-9, "inseparable": 0.9})
     strict = identify(log, "coulomb_viscous", axis=axis, draws=0, blocks=0)
-    assert {estimate.status for estimate in strict.best.estimates} == {"unidentifiable"}
-    assert strict.settings.changed == {"unsure_std": 1e-9, "negligible_force": 0.0}
+    assert strict.best.parameters["M"].status == "unidentifiable"
+    assert strict.settings.changed == {"unsure_std": 1e-9, "inseparable": 0.9}
     mild = identify(log, "coulomb_viscous", axis=axis, draws=0, blocks=0, settings={"unsure_std": 0.5})
     assert {estimate.status for estimate in mild.best.estimates} == {"identified"}
-    assert mild.settings.changed == {"negligible_force": 0.0}
+    assert mild.settings.changed == {"inseparable": 0.9}
     # Nothing but what is said of the fit depends on them.
     for name, estimate in strict.best.parameters.items():
         assert estimate.value == mild.best.parameters[name].value
@@ -78,7 +78,7 @@ def test_all_thresholds_given_at_once_leave_none_to_the_axis(log):
         ({"poor_error": 0.0}, "unexplained"),
         ({"coloured_error": 0.0, "coloured_correlation": -1.0}, "coloured_residual"),
         ({"inseparable": 0.0}, "correlated"),
-        ({"unsure_std": 1e-9, "negligible_force": 0.0}, "low_speed"),
+        ({"unsure_std": 1e-9}, "low_acceleration"),
     ],
 )
 def test_a_threshold_decides_what_is_said(log, changed, code):

@@ -14,10 +14,10 @@ from bristle.core.diagnostic import Diagnostic
 from bristle.friction import lugre
 from bristle.identification import identify, uncertainty
 from bristle.identification.dataset import Alignment
+from bristle.identification.estimate import Estimate
 from bristle.identification.half_cycles import Disturbance
 from bristle.identification.parameter_space import ParameterSpace, Solution
 from bristle.identification.problem import Fold, _root
-from bristle.identification.result import Estimate
 from bristle.identification.settings import DEFAULT
 from bristle.identification.uncertainty import _bands, _Followed, _inflation, _with_interval, as_soft, unidentifiable
 from bristle.plants import inertia

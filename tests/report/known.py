@@ -5,7 +5,8 @@ import math
 import numpy as np
 
 from bristle import friction, plants
-from bristle.identification.result import Estimate, Fit, Traces
+from bristle.identification.estimate import Estimate
+from bristle.identification.result import Fit, Traces
 from bristle.loop.assessment import Assessment, Friction, Motions, WorkingPoint
 from bristle.loop.linear_system import LinearSystem, Margins, SampledLoop
 

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import pytest
 
 from bristle.core.diagnostic import Diagnostic
-from bristle.identification.result import Estimate
+from bristle.identification.estimate import Estimate
 from bristle.logs.break_away import BreakAway
 from bristle.report.log import break_away_table
 from bristle.report.messages import message

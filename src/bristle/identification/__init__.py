@@ -6,9 +6,10 @@ from bristle.identification.identify import identify
 from bristle.loading import loaded_from
 
 if TYPE_CHECKING:
+    from bristle.identification.estimate import Estimate
     from bristle.identification.known_truth import Determined
     from bristle.identification.request import models_of, prior_knowledge_of
-    from bristle.identification.result import Estimate, Fit, HeldOut, Identification
+    from bristle.identification.result import Fit, HeldOut, Identification
     from bristle.identification.settings import Settings
     from bristle.identification.simulated_bands import Bands
 

@@ -19,15 +19,16 @@ from bristle.friction.level import LEVELS, has_level
 from bristle.friction.slots import variations_of
 from bristle.identification import structure
 from bristle.identification.element_models import estimate_elements
+from bristle.identification.estimate import MATTERS, Estimate
 from bristle.identification.estimation import Context, Estimation, Estimator, along_the_motion, with_pitch
 from bristle.identification.excitation import Excitation, about_amplitudes, about_repeated_logs, about_repetition
 from bristle.identification.fixed_shape import ELEMENT_MODELS, TOTAL, ShapedModel
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.least_squares import Report, between
 from bristle.identification.parameter_space import Solution
-from bristle.identification.parameters import Fixed, Role, acts_in_sliding, names_of
+from bristle.identification.parameters import Fixed, Role, Scales, acts_in_sliding, names_of
 from bristle.identification.problem import Contrast, Covariance, covariance_of
-from bristle.identification.result import Estimate, Fit, Traces
+from bristle.identification.result import Fit, Traces
 from bristle.identification.stribeck_element_models import estimate_stribeck_elements
 from bristle.identification.validation import held_out_error
 from bristle.simulation.result import relative_error_percent
@@ -89,7 +90,8 @@ def fit_of(estimation: Estimation, context: Context) -> Fit:
     elif uncertainty is None:
         uncertainty = covariance_of(solution, residual, problem.found_first())
     excitation = Excitation(dataset, context.scales, values, problem.parameters.variables, settings)
-    estimates = Judgement(problem, solution, uncertainty, excitation, filtered=not estimation.simulates).estimates()
+    effects = effects_of(problem, values, context.scales)
+    estimates = Judgement(problem, solution, uncertainty, excitation, effects, filtered=not estimation.simulates).estimates()
     error = relative_error_percent(dataset.effort, predicted)
     rows: tuple[Diagnostic, ...] = ()
     if not estimation.simulates:
@@ -127,6 +129,19 @@ def fit_of(estimation: Estimation, context: Context) -> Fit:
     )
 
 
+def effects_of(problem: InverseDynamics, values: Mapping[str, float], scales: Scales) -> dict[str, float]:
+    """Return the change of the effort per unit of each parameter alone, as a share of the friction force (root mean squares)."""
+    parameters, friction, effects = problem.parameters, float(np.linalg.norm(problem.friction(values))), dict[str, float]()
+    held = {name for name, entry in parameters.fixed.items() if not (entry.redundant or entry.half_width)}
+    predicted = problem.predicted(values)
+    for name, variable in ({**parameters.plant.variables, **parameters.component.variables}).items():
+        if friction > 0.0 and name not in held and not variable.choices:
+            step = STEP * (abs(values[name]) or scales.magnitude(variable))
+            change = problem.predicted({**values, name: values[name] + step}) - predicted
+            effects[name] = float(np.linalg.norm(change)) / (step * friction)
+    return effects
+
+
 def _valid(component: FrictionModel, values: Mapping[str, float], kind: Kind) -> Model:
     """Return the friction model with its values, refused where a model file with them could not be read again."""
     try:
@@ -141,6 +156,7 @@ def _valid(component: FrictionModel, values: Mapping[str, float], kind: Kind) ->
         ) from None
 
 
+STEP = 1e-3  # of a parameter, by which it is changed to see its effect
 GUESSED = "held_constant"  # a constant that is held without that anybody told it
 PARTNER = {Role.FALL: Role.BREAK_AWAY, Role.BREAK_AWAY: Role.FALL}
 """What a velocity is that friction falls with says nothing without the force that it falls from, and so the force."""
@@ -148,7 +164,7 @@ PARTNER = {Role.FALL: Role.BREAK_AWAY, Role.BREAK_AWAY: Role.FALL}
 
 @dataclass(frozen=True)
 class Judgement:
-    """What one fit tells of each parameter: where it ended, how sure that is, and what the log shows.
+    """What one fit tells of each parameter: where it ended, how sure that is, its effect on the effort, and what the log shows.
 
     The rows that were fitted are `filtered`, or not.
     """
@@ -157,6 +173,7 @@ class Judgement:
     solution: Solution
     uncertainty: Covariance
     excitation: Excitation
+    effects: Mapping[str, float]
     filtered: bool
 
     def estimates(self) -> tuple[Estimate, ...]:
@@ -167,6 +184,7 @@ class Judgement:
                 continue
             fixed, value = self.problem.parameters.fixed.get(name), self.excitation.values[name]
             estimate = Estimate(name, variable.unit(kind), variable.description, value if fixed is None else fixed.value, None)
+            estimate = replace(estimate, effect=self.effects.get(name, math.inf))
             if fixed is not None and fixed.half_width is not None:
                 std, ends = fixed.half_width / NORMAL_95, (fixed.value - fixed.half_width, fixed.value + fixed.half_width)
                 estimates.append(replace(estimate, std=std, robust_std=std, interval=ends))
@@ -248,10 +266,9 @@ class Judgement:
             return self.excitation.cause(name) if is_inertia else None
         if acts_in_sliding(variable) and value > least.beyond_effort * largest:
             return Diagnostic("beyond_effort", name, "warning", {"effort": largest}, dataset.kind)
-        # No value of a constant force within its error would matter.
-        rms_effort = float(np.sqrt(np.mean(dataset.effort**2)))
-        small = variable.quantity == "force" and std < least.negligible_force * rms_effort
-        if small or std <= least.unsure_std * abs(value):
+        # No value of a force within its interval would matter.
+        is_force = variable.quantity == "force" or Role.VISCOUS.fits(variable)
+        if (is_force and NORMAL_95 * std * self.effects.get(name, math.inf) <= MATTERS) or std <= least.unsure_std * abs(value):
             return None
         cause = self.excitation.cause(name)
         if not math.isfinite(std) or value == 0.0 or std > 10.0 * abs(value):  # relative standard error that is worth a number

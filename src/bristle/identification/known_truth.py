@@ -22,6 +22,7 @@ from bristle.core.values import numbers_of
 from bristle.friction.level import TRANSMITTED
 from bristle.friction.slots import OFFSET
 from bristle.identification.dataset import Alignment, Dataset
+from bristle.identification.estimate import Estimate
 from bristle.identification.half_cycles import disturbance_of
 from bristle.identification.identify import identify
 from bristle.identification.inverse_dynamics import InverseDynamics, RowReplicates
@@ -29,7 +30,7 @@ from bristle.identification.observed_fit import Channel, IdentifiedAxis, Unseen
 from bristle.identification.observer import Recorded, steps_of
 from bristle.identification.parameters import ParameterSet, Role, name_of, names_of
 from bristle.identification.preprocessing import aligned, treat
-from bristle.identification.result import Estimate, Fit, Identification
+from bristle.identification.result import Fit, Identification
 from bristle.logs.filters import through_filter
 from bristle.logs.log import Log
 

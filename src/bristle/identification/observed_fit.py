@@ -26,6 +26,7 @@ from bristle.engine import run_closed_loop
 from bristle.engine.motion import along
 from bristle.friction.slots import OFFSET, directional
 from bristle.identification.dataset import Dataset
+from bristle.identification.estimate import Estimate
 from bristle.identification.estimation import Context, Estimation
 from bristle.identification.fitting import fit_of
 from bristle.identification.least_squares import Report, between, silent
@@ -33,7 +34,9 @@ from bristle.identification.observer import BEND, DELAY, Ladder, PredictionError
 from bristle.identification.parameter_space import Solution
 from bristle.identification.parameters import Fixed, Role, names_of
 from bristle.identification.problem import Covariance, scores_of
-from bristle.identification.result import Estimate, Fit
+from bristle.identification.result import Fit
+from bristle.identification.settings import Settings
+from bristle.identification.structure import about_delay
 from bristle.identification.uncertainty import IN_DOUBT, birge_ratio
 from bristle.logs.filters import low_passed, through_filter
 from bristle.logs.log import Log
@@ -47,7 +50,9 @@ REPLICATES, REFITTED, SEED = 10, 8, 20_261_126  # evaluations of a refit
 HELD_AT, LED_AT, DAMPED = 25.0, 25.0, 0.7  # Hz: of the motion that a replicate follows, and of the loop that leads it; its damping
 SHOWN_BY_SLIDING = ("sliding", "speed")
 SIDED = (Role.LEVEL, Role.VISCOUS)
-REPLACED = ("widened", "coarse_elements")  # codes of intervals of inverse dynamics
+REPLACED = ("widened", "coarse_elements", "delay_found", "delay_rough", "delay_unknown", "delay_or_filter")
+"""Codes of intervals of inverse dynamics, and of a delay that the first stage did not see well."""
+FILTERED = "filter_suspect"
 DRAWS = 400  # that intervals are read from
 
 
@@ -141,6 +146,11 @@ def with_observer(fit: Fit, estimation: Estimation, context: Context, ladder: La
     # What inverse dynamics said of a parameter holds no more.
     observed_names = set(space.reported).difference((DELAY, BEND))
     about = [diagnostic for diagnostic in fit.diagnostics if diagnostic.parameter not in observed_names and diagnostic.code not in REPLACED]
+    # A filter that was taken out rightly is no doubt: the log is predicted as well as its replicates are.
+    about = [replace(diagnostic, severity="note") if diagnostic.code == FILTERED else diagnostic for diagnostic in about]
+    dataset = believed.problem.inverse.dataset
+    if dataset.alignment is not None and dataset.alignment.sought:
+        about.append(_about_delay(dataset, draws[:, space.reported.index(DELAY)], context.settings))
     about += [diagnostic for diagnostic in better.diagnostics if diagnostic.parameter in observed_names]
     resampling = fit.resampling
     if resampling is not None:
@@ -161,6 +171,13 @@ def with_observer(fit: Fit, estimation: Estimation, context: Context, ladder: La
         diagnostics=tuple(about),
         resampling=resampling,
     )
+
+
+def _about_delay(dataset: Dataset, draws: np.ndarray, settings: Settings) -> Diagnostic:
+    """Return the delay of the effort as an observer has it, and its half-width from draws [s]."""
+    low, middle, high = np.percentile(draws, [2.5, 50.0, 97.5]).tolist()
+    delay = middle + 0.5 * dataset.sample_time * bool(dataset.held)
+    return about_delay(delay, 0.5 * STUDENT / NORMAL_95 * (high - low), dataset.sample_time, settings)
 
 
 def _with_interval(estimate: Estimate, solution: Solution, draws: np.ndarray) -> Estimate:

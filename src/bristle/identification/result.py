@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, NamedTuple, Self
 import numpy as np
 
 from bristle.core.diagnostic import HeldOut
-from bristle.core.normal import NORMAL_95
 from bristle.core.typography import with_unit
+from bristle.identification.estimate import Estimate
 from bristle.identification.parameters import Role, acts_in_sliding, constant_of, name_of, names_of
 from bristle.identification.settings import DEFAULT, Settings
 from bristle.logs.passages import Passage, passages
@@ -29,65 +29,6 @@ CONSTANT_HELD = ("held_levels", "held_constant")
 LARGE_OFFSET, SURE_OFFSET = 0.25, 3.0  # of the level by direction, and standard errors: a constant force that is told
 LACKING = ("structure", "clipped", "saturates")
 """Codes that a force is missing, in the model or in the effort of a log: their `names` make up for it."""
-
-
-@dataclass(frozen=True)
-class Estimate:
-    """One parameter: its value and how sure we are of it.
-
-    Parameters
-    ----------
-    name, unit, description : str
-        Name, SI unit of the kind of axis, meaning.
-    value : float
-        The value in `unit`.
-    std : float or None
-        Standard error in `unit` for independent residuals; None where it was held, at an edge or not determined.
-    status : {"identified", "held", "at_edge", "unidentifiable"}
-        ``held`` at a given value; ``at_edge`` of its range; ``unidentifiable`` where the log does not determine it.
-    reason : Diagnostic or None
-        Why it is held, at an edge or unidentifiable; None otherwise.
-    robust_std : float or None
-        Standard error in `unit` that holds for residuals correlated over time.
-    interval : tuple of float or None
-        Low and high end of the 95 % interval in `unit`, from fits to replicates of the log; None where there were none.
-    """
-
-    name: str
-    unit: str
-    description: str
-    value: float
-    std: float | None
-    status: str = "identified"
-    reason: Diagnostic | None = None
-    robust_std: float | None = None
-    interval: tuple[float, float] | None = None
-
-    @property
-    def relative_std_percent(self) -> float | None:
-        """Standard error as a percentage of the value; None where there is none."""
-        if self.std is None or self.value == 0.0:
-            return None
-        return 100.0 * abs(self.std / self.value)
-
-    @property
-    def larger_std(self) -> float | None:
-        """The larger of both standard errors in `unit`; None where there is none."""
-        return max((std for std in (self.std, self.robust_std) if std is not None), default=None)
-
-    @property
-    def ends(self) -> tuple[float, float] | None:
-        """Ends of the 95 % interval in `unit`, from the larger standard error if need be; None where there is neither."""
-        if self.interval is not None or self.larger_std is None:
-            return self.interval
-        return self.value - NORMAL_95 * self.larger_std, self.value + NORMAL_95 * self.larger_std
-
-    @property
-    def interval_percent(self) -> float | None:
-        """Half-width of the 95 % interval as a percentage of the value, from the larger standard error if need be."""
-        if self.value == 0.0 or self.ends is None:
-            return None
-        return 50.0 * (self.ends[1] - self.ends[0]) / abs(self.value)
 
 
 class Information(NamedTuple):
@@ -276,6 +217,11 @@ class Fit:
         return tuple(estimate.name for estimate in self.estimates if estimate.status == "identified" and estimate.name in names)
 
     @property
+    def levels(self) -> tuple[str, ...]:
+        """Names of the levels of friction: of one, of one for each direction, or none."""
+        return names_of(Role.LEVEL, self.friction.component.variables)
+
+    @property
     def with_constant(self) -> tuple[str, ...]:
         """Levels of friction by direction: what they differ by and a constant force look alike, and one was held."""
         reasons = [estimate.reason for estimate in self.estimates if estimate.reason is not None]
@@ -293,6 +239,15 @@ class Fit:
         """The same as a percentage of friction alone, its constant part (weight, bias) taken out."""
         friction = self.traces.friction - constant_of(self.friction.component.variables, self.friction.values)
         return relative_error_percent(friction, friction - self.traces.residual)
+
+    @property
+    def missed_percent(self) -> float:
+        """The same without noise of the effort and steps of the encoder, where fits to replicates tell how much they are."""
+        percent, size = self.friction_alone_error_percent, float(np.sqrt(np.mean(self.traces.residual**2)))
+        if self.resampling is None or not size > 0.0:
+            return percent
+        bands = self.resampling.bands
+        return min(float(np.hypot(percent * bands.unexplained / size, 100.0 * bands.scatter)), percent)
 
     @property
     def error_percent(self) -> float:

@@ -24,7 +24,6 @@ class Settings(CheckThresholds):
     # Parameters: which of them count as identified.
     unsure_std: float = _set(0.5, "relative standard error above which a parameter counts as not identified")
     hopeless_std = 100.0  # relative standard error above which none is given
-    negligible_force: float = _set(0.02, "share of the root mean square effort: a constant force with a smaller error is known to be small")
     beyond_effort: float = _set(1.2, "share of the largest effort beyond which a friction force counts as one that never acted")
     inseparable: float = _set(0.99, "correlation above which two parameters are told to be hardly separable", most=1.0)
 

@@ -14,6 +14,7 @@ from bristle.core.variable import KINDS
 from bristle.friction import is_static
 from bristle.friction.next_model import SLOT_OF, goes_by_name, model_with
 from bristle.identification.dataset import Dataset
+from bristle.identification.estimate import Estimate
 from bristle.identification.estimation import Estimation
 from bristle.identification.half_cycles import neighbour_correlation
 from bristle.identification.inverse_dynamics import InverseDynamics
@@ -22,7 +23,7 @@ from bristle.identification.missing_rows import Rows
 from bristle.identification.parameter_space import Solution
 from bristle.identification.parameters import Role, name_of, names_of
 from bristle.identification.problem import CLUSTERS
-from bristle.identification.result import Estimate, Fit
+from bristle.identification.result import Fit
 from bristle.identification.settings import Settings
 
 CODES = {
@@ -235,11 +236,7 @@ def about_alignment(problem: InverseDynamics, solution: Solution, residual: np.n
     if alignment is None:
         return ()
     if alignment.delay is not None:
-        half_width = alignment.delay_half_width or 0.0
-        numbers = {"delay": alignment.delay, "samples": alignment.delay / dataset.sample_time, "half_width": half_width}
-        rough = half_width > settings.delay_rough * dataset.sample_time
-        code, severity = ("delay_rough", "warning") if rough else ("delay_found", "note")
-        about.append(Diagnostic(code, severity=severity, numbers=numbers))
+        about.append(about_delay(alignment.delay, alignment.delay_half_width or 0.0, dataset.sample_time, settings))
     elif alignment.sought:
         about.append(Diagnostic("delay_unknown"))
     if alignment.smoothing is not None:
@@ -272,6 +269,12 @@ def about_alignment(problem: InverseDynamics, solution: Solution, residual: np.n
             numbers = {"first": held.value, "value": held.value + change}
             about.append(Diagnostic("stages_differ", inertia, "warning", numbers, dataset.kind))
     return tuple(about)
+
+
+def about_delay(delay: float, half_width: float, dt: float, settings: Settings) -> Diagnostic:
+    """Return by how much the effort lags the position, and how well that is known [s]."""
+    code, severity = ("delay_rough", "warning") if half_width > settings.delay_rough * dt else ("delay_found", "note")
+    return Diagnostic(code, severity=severity, numbers={"delay": delay, "samples": delay / dt, "half_width": half_width})
 
 
 def about_treatment(dataset: Dataset) -> tuple[Diagnostic, ...]:

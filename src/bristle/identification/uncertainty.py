@@ -14,6 +14,7 @@ from bristle.core.diagnostic import Diagnostic, Number
 from bristle.core.lazy import cached_property
 from bristle.core.least_squares import unbounded
 from bristle.identification.bootstrap import SEED, Bootstrap, bootstrap
+from bristle.identification.estimate import Estimate
 from bristle.identification.estimation import Estimation
 from bristle.identification.excitation import shortest_zone
 from bristle.identification.half_cycles import BLOCKS, correlation_time, within_cycles
@@ -22,13 +23,13 @@ from bristle.identification.parameter_space import Solution
 from bristle.identification.parameters import Role, names_of
 from bristle.identification.problem import Problem, is_white
 from bristle.identification.refit import Refit
-from bristle.identification.result import Estimate, Fit, Resampling
+from bristle.identification.result import Fit, Resampling
 from bristle.identification.settings import Settings
 from bristle.identification.simulated_bands import Bands, half_width
 
 NEARLY = 4.0  # times the least pre-sliding that is told: what is so short is asked about once more
 IN_DOUBT = 2.5  # times the scatter of replicates: what it takes to hold where the treatment is in doubt, as measured
-AT_REVERSALS = ("presliding", "stribeck")
+AT_REVERSALS, ACTING = ("presliding", "stribeck"), ("sliding", "speed")  # what excites parameters that shape friction, and forces
 TREATMENT_DOUBTS = frozenset({"delay_unknown", "delay_rough", "delay_or_filter", "filter_suspect", "stages_differ"})
 MOST_SCALE = 2.0  # of errors, of a model that lacks a force: what that was measured for
 
@@ -38,11 +39,13 @@ def with_uncertainty(
 ) -> Fit:
     """Return a fit with what so many replicates of its log say of it; `report` is told the share of the work done."""
     problem, solution = estimation.resampled
-    # 30 % of a value mean nothing where it is known to be next to nothing.
+    # 30 % of a force mean nothing where all of it would not matter.
+    variables = problem.parameters.variables
     clear = frozenset(
         estimate.name
         for estimate in fit.estimates
         if estimate.status == "identified" and (std := estimate.larger_std) is not None and std <= settings.clear_std * abs(estimate.value)
+        if estimate.matters or variables[estimate.name].excitation not in ACTING
     )
     lost = unidentifiable(problem, solution, clear, settings)
     # What is only weakly seen stays free: held, it would make the others look surer than they are.

@@ -89,34 +89,39 @@ def misfit(fit: Fit) -> list[str]:
 def judged(fit: Fit, settings: Settings, following: Following | None = None) -> Ruling:
     """Return whether a fit is usable, to be used with care, or no reason to type anything into a drive.
 
-    It takes another record where the log contradicts itself, half of the parameters are open, or the model misses most
-    of what friction takes. It takes care where anything is doubted that a number stands on.
+    It takes another record where the log contradicts itself, no level of friction is identified, or the model misses most
+    of what friction takes. It takes care where anything is doubted that the force along a motion like this one stands on.
     """
     misses = f"the model misses {_error(fit):.3g} % of what friction takes"
     grave = [SENTENCES[doubt.code].means for doubt in fit.diagnostics if doubt.severity == "error"]
     sought = [estimate for estimate in fit.estimates if estimate.status != "held"]
-    unknown = [estimate.name for estimate in sought if estimate.status != "identified"]
-    if unknown and len(unknown) >= settings.doubtful_share * len(sought):
-        grave.append(f"{len(unknown)} of {len(sought)} parameters are open: {', '.join(unknown)}")
+    unknown = [estimate for estimate in sought if estimate.status != "identified"]
+    if fit.levels and set(fit.levels) <= {estimate.name for estimate in unknown}:
+        grave.append(f"the level of friction is not identified: {', '.join(fit.levels)}")
     grave += [misses] if _error(fit) > settings.useless_error else []
     doubted = {doubt.code: doubt for doubt in fit.diagnostics if doubt.severity == "warning"}
     doubts = []
     for doubt in (doubted[code] for code in DOUBTS if code in doubted):
         causes = doubt.numbers.get("causes")
         doubts.append(SENTENCES[doubt.code].means + (f": {', '.join(map(str, causes))}" if isinstance(causes, tuple) else ""))
-    unknown = [estimate.name for estimate in fit.estimates if estimate.status in ("unidentifiable", "at_edge")]
-    doubts += [f"not identified: {', '.join(unknown)}"] if unknown else []
+    most = len(unknown) >= settings.doubtful_share * len(sought)
+    matter = [estimate.name for estimate in unknown if most or estimate.matters]
+    little = [estimate.name for estimate in unknown if estimate.name not in matter]
+    rough = [estimate.name for estimate in sought if estimate.is_rough]
+    doubts += [f"not identified: {', '.join(matter)}"] if matter else []
+    doubts += [f"identified roughly: {', '.join(rough)}"] if rough else []
     doubts += [misses] if settings.usable_error < _error(fit) <= settings.useless_error else []
     if following is not None and following.contradiction is not None:
         doubts.append(SENTENCES[following.contradiction.code].means)
     level = "measure_again" if grave else "with_care" if doubts else "usable"
-    return Ruling(level, LEVELS[level], (*dict.fromkeys(grave), *doubts))
+    remarks = [f"not identified, and of little effect on the force: {', '.join(little)}"] if little else []
+    return Ruling(level, LEVELS[level], (*dict.fromkeys(grave), *doubts, *remarks))
 
 
 def _error(fit: Fit) -> float:
-    """Return how much the model misses, of what friction takes where it was fitted to the effort [%]."""
+    """Return how much the model misses, of what friction takes where it was fitted to the effort, noise apart [%]."""
     simulated = fit.position_rmse is not None or fit.loop_rmse is not None
-    return fit.error_percent if simulated else fit.friction_alone_error_percent
+    return fit.error_percent if simulated else fit.missed_percent
 
 
 def next_measurements(fit: Fit) -> list[tuple[str, str]]:
