@@ -219,7 +219,7 @@ class Fit:
     @property
     def levels(self) -> tuple[str, ...]:
         """Names of the levels of friction: of one, of one for each direction, or none."""
-        return names_of(Role.LEVEL, self.friction.component.variables)
+        return tuple(names_of(Role.LEVEL, self.friction.component.variables))
 
     @property
     def with_constant(self) -> tuple[str, ...]:
