@@ -199,7 +199,9 @@ class Judgement:
             if unsure is None and name not in at_edge:
                 unsure = self._unsure_beside(name)
             if unsure is None and name in at_edge:
-                estimates.append(replace(estimate, status="at_edge", reason=self._at_edge(name)))
+                # No viscous friction is none that would be missed.
+                reason = replace(self._at_edge(name), severity="note" if Role.VISCOUS.fits(variable) and not value else "warning")
+                estimates.append(replace(estimate, status="at_edge", reason=reason))
                 continue
             most = self.excitation.settings.hopeless_std * abs(value)
             std, robust = (deviation if unsure is None or deviation <= most else None for deviation in self._std[name])
@@ -267,8 +269,8 @@ class Judgement:
         if acts_in_sliding(variable) and value > least.beyond_effort * largest:
             return Diagnostic("beyond_effort", name, "warning", {"effort": largest}, dataset.kind)
         # No value of a force within its interval would matter.
-        is_force = variable.quantity == "force" or Role.VISCOUS.fits(variable)
-        if (is_force and NORMAL_95 * std * self.effects.get(name, math.inf) <= MATTERS) or std <= least.unsure_std * abs(value):
+        small = variable.quantity == "force" and NORMAL_95 * std * self.effects.get(name, math.inf) <= MATTERS
+        if small or std <= least.unsure_std * abs(value):
             return None
         cause = self.excitation.cause(name)
         if not math.isfinite(std) or value == 0.0 or std > 10.0 * abs(value):  # relative standard error that is worth a number

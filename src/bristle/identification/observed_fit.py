@@ -1,11 +1,11 @@
 r"""A fit with the parameters of a contact as an observer foresees them, and their intervals.
 
-.. math:: V = A^{-1} \Bigl(\sum_b g_b g_b^T\Bigr) A^{-1} + d\,d^T + S + b\,b^T
+.. math:: V = D A^{-1} \Bigl(\sum_b g_b g_b^T\Bigr) A^{-1} D + \tfrac14\,d\,d^T + e\,e^T + b\,b^T
 
-with the information :math:`A` of the believed observer, the scores :math:`g_b` of blocks of time, the difference :math:`d`
-from the next stiffer observer (of the stiffest: from the next looser one) and, in what steady sliding shows,
-from inverse dynamics, and the spread :math:`S` and bias :math:`b` of the same fit to replicates of the log. Methods err by
-different causes; replicates show those that an observer shares with itself.
+with the information :math:`A` of the believed observer and the scores :math:`g_b` of blocks of time. The diagonal :math:`D \geq 1` makes
+no standard error smaller than the spread of the same fit to replicates of the log, whose bias is :math:`b`. The difference from the next
+stiffer observer (of the stiffest: from the next looser one) is :math:`d`, that from inverse dynamics in what steady sliding
+shows :math:`e`. Methods err by different causes; replicates show those that an observer shares with itself.
 """
 
 from __future__ import annotations
@@ -43,9 +43,9 @@ from bristle.logs.log import Log
 from bristle.plants.terms import effort_of_columns
 from bristle.sensors import encoder
 
-BLOCKS, STUDENT = 30, 2.045  # of time; the 97.5 % quantile of Student's t of one degree of freedom less
+BLOCKS = 30  # of time
 WORSE = 1.35  # times the prediction error of replicates: what the model does not explain
-MOVE_MOST = 3.0  # standard errors: what a stiffer observer may say else
+MOVED, MOVE_MOST = 0.5, 3.0  # share of what a stiffer observer says else that counts as an error, and the most of it in standard errors
 REPLICATES, REFITTED, SEED = 10, 8, 20_261_126  # evaluations of a refit
 HELD_AT, LED_AT, DAMPED = 25.0, 25.0, 0.7  # Hz: of the motion that a replicate follows, and of the loop that leads it; its damping
 SHOWN_BY_SLIDING = ("sliding", "speed")
@@ -114,15 +114,16 @@ def observed_of(ladder: Ladder, inverse: Mapping[str, float], replicates: np.nda
     """
     believed = ladder.believed
     matrix = sandwich(believed)
-    if ladder.beside is not None:
-        most = MOVE_MOST * np.sqrt(np.diag(matrix))
-        move = np.clip(believed.solution.theta - ladder.beside.solution.theta, -most, most)
-        matrix = matrix + np.outer(move, move)
-    matrix = matrix + np.diag(_apart(ladder, np.diag(matrix) ** 0.5, inverse) ** 2)
+    errors = np.diag(matrix) ** 0.5
     if len(replicates) > 1:
+        spread = np.std(replicates, axis=0, ddof=1)
+        wider = np.maximum(spread / np.where(errors > 0.0, errors, np.inf), 1.0)
         bias = np.median(replicates, axis=0) - believed.solution.theta
-        matrix = matrix + np.cov(replicates, rowvar=False) + np.outer(bias, bias)
-    return Observed(ladder, scale**2 * matrix)
+        matrix = matrix * np.outer(wider, wider) + np.outer(bias, bias)
+    if ladder.beside is not None:
+        move = MOVED * np.clip(believed.solution.theta - ladder.beside.solution.theta, -MOVE_MOST * errors, MOVE_MOST * errors)
+        matrix = matrix + np.outer(move, move)
+    return Observed(ladder, scale**2 * (matrix + np.diag(_apart(ladder, errors, inverse) ** 2)))
 
 
 def _apart(ladder: Ladder, errors: np.ndarray, inverse: Mapping[str, float]) -> np.ndarray:
@@ -177,17 +178,15 @@ def _about_delay(dataset: Dataset, draws: np.ndarray, settings: Settings) -> Dia
     """Return the delay of the effort as an observer has it, and its half-width from draws [s]."""
     low, middle, high = np.percentile(draws, [2.5, 50.0, 97.5]).tolist()
     delay = middle + 0.5 * dataset.sample_time * bool(dataset.held)
-    return about_delay(delay, 0.5 * STUDENT / NORMAL_95 * (high - low), dataset.sample_time, settings)
+    return about_delay(delay, 0.5 * (high - low), dataset.sample_time, settings)
 
 
 def _with_interval(estimate: Estimate, solution: Solution, draws: np.ndarray) -> Estimate:
-    """Return an estimate with its interval: Student's t for the normal distribution of draws."""
+    """Return an estimate with its interval."""
     if estimate.status != "identified" or estimate.name not in solution.space.reported:
         return estimate
-    drawn = draws[:, solution.space.reported.index(estimate.name)]
-    low, high = np.percentile(drawn, [2.5, 97.5])
-    wider = STUDENT / NORMAL_95
-    return replace(estimate, interval=(estimate.value + wider * (low - estimate.value), estimate.value + wider * (high - estimate.value)))
+    low, high = np.percentile(draws[:, solution.space.reported.index(estimate.name)], [2.5, 97.5]).tolist()
+    return replace(estimate, interval=(low, high))
 
 
 def foreseen(fit: Fit, estimation: Estimation, context: Context, logs: Sequence[Log], report: Report = silent) -> Fit:

@@ -29,7 +29,7 @@ from bristle.identification.simulated_bands import Bands, half_width
 
 NEARLY = 4.0  # times the least pre-sliding that is told: what is so short is asked about once more
 IN_DOUBT = 2.5  # times the scatter of replicates: what it takes to hold where the treatment is in doubt, as measured
-AT_REVERSALS, ACTING = ("presliding", "stribeck"), ("sliding", "speed")  # what excites parameters that shape friction, and forces
+AT_REVERSALS = ("presliding", "stribeck")
 TREATMENT_DOUBTS = frozenset({"delay_unknown", "delay_rough", "delay_or_filter", "filter_suspect", "stages_differ"})
 MOST_SCALE = 2.0  # of errors, of a model that lacks a force: what that was measured for
 
@@ -45,7 +45,7 @@ def with_uncertainty(
         estimate.name
         for estimate in fit.estimates
         if estimate.status == "identified" and (std := estimate.larger_std) is not None and std <= settings.clear_std * abs(estimate.value)
-        if estimate.matters or variables[estimate.name].excitation not in ACTING
+        if estimate.matters or variables[estimate.name].quantity != "force"
     )
     lost = unidentifiable(problem, solution, clear, settings)
     # What is only weakly seen stays free: held, it would make the others look surer than they are.
