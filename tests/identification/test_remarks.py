@@ -16,7 +16,6 @@ from bristle.identification.settings import DEFAULT
 from bristle.identification.structure import (
     _diagnostic,
     about_alignment,
-    about_held_effort,
     about_noise,
     about_residual,
     about_rise,
@@ -95,12 +94,9 @@ def test_much_of_the_residual_is_more_than_a_quarter_and_three_times_the_share_o
     assert residual_said(10.0, near=0.2, share=0.65) == [("no_presliding", {"percent": 10.0})]
 
 
-def test_a_residual_without_presliding_is_unexplained_or_lasts():
+def test_a_large_residual_without_presliding_is_unexplained():
     assert residual_said(41.0, lag=-0.3) == [("unexplained", {"percent": 41.0})]
-    slow = np.sin(np.linspace(0.0, 20.0, 1000))
-    assert residual_said(16.0, noise=slow) == [("coloured_residual", {"percent": 16.0})]
-    assert residual_said(14.0, noise=slow) == []
-    assert residual_said(16.0, noise=np.random.default_rng(1).standard_normal(1000)) == []
+    assert residual_said(39.0, noise=np.random.default_rng(1).standard_normal(1000)) == []
 
 
 def test_friction_that_rises_to_its_level_is_remarked_in_each_direction():
@@ -114,24 +110,6 @@ def test_friction_that_rises_to_its_level_is_remarked_in_each_direction():
     values = {"F_C_pos": 10.0, "F_S_pos": 12.0, "F_C_neg": 10.0, "F_S_neg": 8.0, "v_S": 0.1}
     (remark,) = about_rise(problem_of(both), values)
     assert (remark.parameter, remark.numbers["direction"]) == ("F_S_neg", "backward")
-
-
-def held_said(dataset=None, stiffness=1e5, damping=100.0, status="identified", settings=DEFAULT):
-    estimates = [estimate("sigma_0", stiffness), estimate("sigma_1", damping, status)]
-    return about_held_effort(problem_of(lugre, dataset), estimates, settings)
-
-
-def test_half_a_sample_matters_where_the_stiffness_over_it_is_a_tenth_of_the_damping():
-    (remark,) = held_said()
-    assert (remark.code, remark.parameter) == ("half_sample", "sigma_1")
-    assert remark.numbers == {"names": ("sigma_1",), "shift": 50.0}
-    assert held_said(damping=499.0) != ()
-    assert held_said(damping=501.0) == ()
-    assert held_said(damping=-499.0) != ()
-    assert held_said(status="unidentifiable") == ()
-    assert held_said(data(held=True)) == held_said(data(held=False)) == ()
-    assert held_said(data(alignment=Alignment(delay=1e-3))) == ()
-    assert held_said(data(alignment=Alignment())) != ()
 
 
 def test_noise_that_makes_the_inertia_too_small_is_told_where_a_fit_tells_the_inertia():

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.identification.known_logs import held_log, log_of, sines, sliding_effort, slow_log
+from tests.identification.known_logs import held_log, slow_log
 
 from bristle import friction
 from bristle.core import Axis
@@ -72,14 +72,3 @@ def test_presliding_is_lacking_only_where_much_is_left_over_and_lags(presliding,
     assert any(diagnostic.code == "no_presliding" for diagnostic in fit_to(presliding, "coulomb_viscous").diagnostics)
     doubtful = fit_to(presliding, "coulomb_viscous", settings={threshold: most})
     assert not any(diagnostic.code == "no_presliding" for diagnostic in doubtful.diagnostics)
-
-
-def test_what_is_left_over_in_waves_is_told_and_white_noise_is_not():
-    motion = sines()
-    waves = 4.0 * np.sin(2.0 * np.pi * 2.3 * motion.time)
-    white = np.random.default_rng(2).normal(0.0, 12.0, motion.time.size)
-    in_waves, noisy = (fit_to(log_of(motion, sliding_effort(motion) + diagnostic), "coulomb_viscous") for diagnostic in (waves, white))
-    assert in_waves.force_error_percent > 15.0
-    assert noisy.force_error_percent > 15.0
-    assert any("lasts from row to row" in diagnostic for diagnostic in warnings_of(in_waves))
-    assert not any(diagnostic.severity == "warning" for diagnostic in noisy.diagnostics)

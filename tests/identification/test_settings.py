@@ -76,7 +76,6 @@ def test_all_thresholds_given_at_once_leave_none_to_the_axis(log):
     [
         ({"acceleration_noise": 0.0}, "noisy_acceleration"),
         ({"poor_error": 0.0}, "unexplained"),
-        ({"coloured_error": 0.0, "coloured_correlation": -1.0}, "coloured_residual"),
         ({"inseparable": 0.0}, "correlated"),
         ({"unsure_std": 1e-9}, "low_acceleration"),
     ],
@@ -122,7 +121,7 @@ def test_levels_and_ratios_of_the_literature_are_those_that_are_set():
     for name in ("unsure_std", "inseparable", "usable_error", "poor_error", "useless_error"):
         assert by_name[name].least <= by_name[name].default <= by_name[name].most
     # What is said grows graver with the error.
-    assert DEFAULT.coloured_error < DEFAULT.usable_error < DEFAULT.poor_error < DEFAULT.useless_error
+    assert DEFAULT.usable_error < DEFAULT.poor_error < DEFAULT.useless_error
     assert DEFAULT.unsure_std < DEFAULT.hopeless_std
     assert DEFAULT.acceleration_noise < DEFAULT.noisy_inertia
     assert DEFAULT.delay_rough < DEFAULT.delay_unsure

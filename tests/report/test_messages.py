@@ -139,11 +139,6 @@ def test_an_edge_names_its_cause():
     )
 
 
-def test_the_unit_of_a_shift_is_that_of_a_damping():
-    text = Diagnostic("half_sample", "sigma_1", numbers={"names": ("sigma_1", "sigma_2"), "shift": 12.0})
-    assert message(text).startswith("sigma_1, sigma_2 may be too large by 12 N·s/m and more")
-
-
 @pytest.mark.parametrize(("samples", "held"), [(0.48, False), (-0.48, True), (-0.55, True), (-0.3, False), (-1.5, False)])
 def test_an_effort_that_leads_by_half_a_sample_is_told_why(samples, held):
     numbers = {"delay": samples * 1e-3, "samples": samples, "half_width": 1e-5}

@@ -97,7 +97,6 @@ def fit_of(estimation: Estimation, context: Context) -> Fit:
     if not estimation.simulates:
         rows = (
             *structure.about_alignment(problem, solution, residual, settings),
-            *structure.about_held_effort(problem, estimates, settings),
             *structure.about_noise(problem, estimates, settings),
             *structure.about_residual(problem, values, error, settings),
         )

@@ -44,12 +44,9 @@ class Settings(CheckThresholds):
     # Noise and residual.
     acceleration_noise: float = _set(0.01, "share of noise in the mean square acceleration from which it is told", most=1.0)
     noisy_inertia = 0.05  # share of noise in the mean square acceleration beyond which a fit does not tell the inertia
-    half_sample_damping = 0.1  # share of a damping from which the stiffness over half a sample is told to matter
     poor_error: float = _set(40.0, "error of the effort from which units and signs are doubted", "%")
     usable_error: float = _set(20.0, "error of a model, of what friction takes, above which it is used with care", "%")
     useless_error: float = _set(60.0, "error of a model, of what friction takes, above which it is not used", "%")
-    coloured_error: float = _set(15.0, "error of the effort from which a residual that lasts is told", "%")
-    coloured_correlation: float = _set(0.8, "correlation of the residual from row to row above which it lasts", least=-1.0, most=1.0)
     reversal_error = 5.0  # error of the effort from which missing pre-sliding is looked for [%]
     reversal_periods = 3.0  # periods of the cut-off that count as around a reversal [periods]
     reversal_share: float = _set(0.25, "share of the squared residual around reversals that is much", most=1.0)

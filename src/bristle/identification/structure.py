@@ -16,7 +16,6 @@ from bristle.friction.next_model import SLOT_OF, goes_by_name, model_with
 from bristle.identification.dataset import Dataset
 from bristle.identification.estimate import Estimate
 from bristle.identification.estimation import Estimation
-from bristle.identification.half_cycles import neighbour_correlation
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.missing_force import Missing, missing_forces, play_at_flanks, slow_forces
 from bristle.identification.missing_rows import Rows
@@ -167,8 +166,6 @@ def about_residual(problem: InverseDynamics, values: Mapping[str, float], percen
         code = "no_presliding"
     elif percent >= settings.poor_error:
         code = "unexplained"
-    elif percent >= settings.coloured_error and neighbour_correlation(residual) > settings.coloured_correlation:
-        code = "coloured_residual"
     else:
         return ()
     return (Diagnostic(code, numbers={"percent": percent}),)
@@ -192,22 +189,6 @@ def about_rise(problem: InverseDynamics, values: Mapping[str, float]) -> tuple[D
         for first, level, direction in zip(firsts, levels, DIRECTIONS.get(len(firsts), ()), strict=False)
         if values[first] < values[level]
     )
-
-
-def about_held_effort(problem: InverseDynamics, estimates: Sequence[Estimate], settings: Settings) -> tuple[Diagnostic, ...]:
-    """Return a warning where half a sample between effort and position decides on the damping of the bristles."""
-    dataset, shift, touched = problem.dataset, 0.0, ()
-    for estimate in estimates:
-        if estimate.status == "identified" and Role.STIFFNESS.fits(problem.parameters.variables[estimate.name]):
-            shift = max(shift, 0.5 * dataset.sample_time * estimate.value)
-    for estimate in estimates:
-        damps = estimate.status == "identified" and Role.MICRO_DAMPING.fits(problem.parameters.variables[estimate.name])
-        if damps and shift > settings.half_sample_damping * abs(estimate.value):
-            touched += (estimate.name,)
-    aligned = dataset.alignment is not None and dataset.alignment.delay is not None
-    if dataset.held is not None or aligned or not touched:
-        return ()
-    return (Diagnostic("half_sample", touched[0], "warning", {"names": touched, "shift": shift}, dataset.kind),)
 
 
 def about_noise(problem: InverseDynamics, estimates: Sequence[Estimate], settings: Settings) -> tuple[Diagnostic, ...]:

@@ -56,12 +56,6 @@ FITS: dict[str, Sentence] = {
         "a level of friction is told at slow speeds only",
         "slide at several speeds, as fast as the axis works",
     ),
-    "half_sample": says(
-        "{names:list} may be too large by {shift:force*time/length} and more: an effort that the controller holds until its next sample "
-        "leads the position by half a sample. Write `held = true` under [effort] of the axis file if it does so, `held = false` if not",
-        "half a sample between effort and position decides on a damping",
-        "write `held` under [effort]",
-    ),
     "noisy_acceleration": says(
         "{parameter} is too small by about {percent:.2g} %: so much of the acceleration is noise of the position; lower the cut-off to "
         "{cutoff:.0f} Hz",
@@ -80,12 +74,6 @@ FITS: dict[str, Sentence] = {
         "the axis file, and whether gravity of a link, cogging or a spring acts on the axis (`[plant]` and `[[cogging]]`)",
         "the model explains little",
         "check units, signs, delay, mass, and what else acts on the axis",
-    ),
-    "coloured_residual": says(
-        "the model leaves {percent:.0f} % of the effort unexplained, and that is no noise but lasts from row to "
-        "row: compare it with models that know more, and take the intervals for too narrow",
-        "what the model leaves over is no noise",
-        "compare with models that know more",
     ),
     "rising_friction": Sentence(
         (
