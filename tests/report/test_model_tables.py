@@ -24,7 +24,7 @@ from bristle.report.model_tables import (
 def estimate(name="F_C", value=8.0, unit="N", **changes):
     """An estimate with a standard error of 1 % and an interval of twice that."""
     known = {"name": name, "value": value, "unit": unit, "description": "sliding", "status": "identified", "std": 0.01 * abs(value)}
-    known |= {"relative_std_percent": 1.0, "interval": (0.98 * value, 1.02 * value), "interval_percent": 2.0}
+    known |= {"relative_std_percent": 1.0, "interval": (0.98 * value, 1.02 * value), "interval_percent": 2.0, "is_rough": False}
     return Some(**known | changes)
 
 
@@ -116,6 +116,7 @@ def test_remarks_of_a_parameter_stand_in_a_row():
     row = row_of(estimate(), effective=("F_C",), doubted=("F_C",), with_constant=("M",))
     assert row["Remark"] == "effective; doubted: see the warnings"
     assert row_of(estimate(), with_constant=("F_C",))["Remark"] == "holds with the offset as it is held"
+    assert row_of(estimate(is_rough=True), effective=("F_C",))["Remark"] == "roughly; effective"
     assert row_of(estimate(status="unidentifiable"), effective=("F_C",))["Remark"] == "not identified"
 
 

@@ -74,7 +74,6 @@ class Settings(CheckThresholds):
     repeated_overlap = 0.5  # share of the shorter of two logs over which they are compared
 
     # Identifiability by refitting.
-    clear_std = 0.5  # relative standard error up to which a parameter is asked whether the log sees it
     # profile likelihood: A. Raue et al., Bioinformatics 25(15), 2009
     moved: float = _set(0.3, "share by which a parameter is moved away", least=0.01, most=0.9, source="doi:10.1093/bioinformatics/btp358")
     seen_rise: float = _set(3.841, "rise of the held-out squared error from which a parameter is seen", source="95 % of chi-square")

@@ -44,8 +44,9 @@ def with_uncertainty(
     clear = frozenset(
         estimate.name
         for estimate in fit.estimates
-        if estimate.status == "identified" and (std := estimate.larger_std) is not None and std <= settings.clear_std * abs(estimate.value)
-        if estimate.matters or variables[estimate.name].quantity != "force"
+        if estimate.status == "identified"
+        and estimate.larger_std is not None
+        and (estimate.matters or variables[estimate.name].quantity != "force")
     )
     lost = unidentifiable(problem, solution, clear, settings)
     # What is only weakly seen stays free: held, it would make the others look surer than they are.

@@ -79,7 +79,8 @@ def _remark(fit: Fit, estimate: Estimate) -> str:
     """Return what is to be known of a parameter before its numbers are used."""
     if estimate.status != "identified":
         return STATUS_WORDS.get(estimate.status, estimate.status)
-    remarks = {"effective": fit.effective, DOUBTED: fit.doubted, WITH_CONSTANT: fit.with_constant}
+    rough = (estimate.name,) if estimate.is_rough else ()
+    remarks = {"roughly": rough, "effective": fit.effective, DOUBTED: fit.doubted, WITH_CONSTANT: fit.with_constant}
     return "; ".join(text for text, names in remarks.items() if estimate.name in names)
 
 
