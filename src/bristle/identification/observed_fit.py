@@ -44,6 +44,7 @@ from bristle.plants.terms import effort_of_columns
 from bristle.sensors import encoder
 
 BLOCKS = 30  # of time
+STUDENT = 2.045 / NORMAL_95  # 97.5 % quantile of Student's t of one degree of freedom less, over that of the normal distribution
 WORSE = 1.35  # times the prediction error of replicates: what the model does not explain
 MOVED, MOVE_MOST = 0.5, 3.0  # share of what a stiffer observer says else that counts as an error, and the most of it in standard errors
 REPLICATES, REFITTED, SEED = 10, 8, 20_261_126  # evaluations of a refit
@@ -123,7 +124,7 @@ def observed_of(ladder: Ladder, inverse: Mapping[str, float], replicates: np.nda
     if ladder.beside is not None:
         move = MOVED * np.clip(believed.solution.theta - ladder.beside.solution.theta, -MOVE_MOST * errors, MOVE_MOST * errors)
         matrix = matrix + np.outer(move, move)
-    return Observed(ladder, scale**2 * (matrix + np.diag(_apart(ladder, errors, inverse) ** 2)))
+    return Observed(ladder, (STUDENT * scale) ** 2 * (matrix + np.diag(_apart(ladder, errors, inverse) ** 2)))
 
 
 def _apart(ladder: Ladder, errors: np.ndarray, inverse: Mapping[str, float]) -> np.ndarray:
