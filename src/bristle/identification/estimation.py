@@ -234,7 +234,7 @@ def _pitch_in(problem: InverseDynamics, values: Mapping[str, float]) -> float:
     """Return the period over the position of what a simple model without the slot leaves of a log [m or rad]."""
     # The wave that takes most of the residual is looked for, evenly in the number of turns over the range, and refined.
     dataset = problem.dataset
-    x, residual = dataset.position, dataset.effort - problem.predicted(values)
+    x, residual, side = dataset.position, dataset.effort - problem.predicted(values), np.sign(dataset.velocity)[:, None]
     stroke = float(np.ptp(x))
     # At half of the speeds the wave passes the filter.
     most = stroke * dataset.cutoff / float(np.median(np.abs(dataset.velocity)))
@@ -247,6 +247,7 @@ def _pitch_in(problem: InverseDynamics, values: Mapping[str, float]) -> float:
     def explained(count: float) -> float:
         phase = 2.0 * np.pi * (count / stroke) * x
         waves = np.stack([np.cos(phase), np.sin(phase), np.ones_like(x)], axis=1)
+        waves = np.hstack([waves, side * waves])  # of a force of the place, and of a level that turns with the motion
         gram, right = waves.T @ waves, waves.T @ residual
         return float(right @ unbounded(gram, right))
 
