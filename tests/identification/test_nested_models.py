@@ -12,8 +12,8 @@ from bristle.engine import force_along
 from bristle.friction import find
 from bristle.friction.next_model import nested_in
 from bristle.friction.slots import slotted
+from bristle.identification import estimation as estimating
 from bristle.identification import identify
-from bristle.identification import least_squares as searching
 from bristle.identification.estimation import along_the_motion, context_of, richer
 from bristle.identification.least_squares import Search, silent
 from bristle.identification.parameters import PriorKnowledge
@@ -24,9 +24,9 @@ SHAPE = {"v_S": 2e-3, "sigma_0": 3e5, "sigma_1": 600.0}
 LUGRE = {"F_C": 6.0, "F_S": 9.0, "sigma_2": 30.0, **SHAPE}
 
 
-def context(duration=4.0, offset=1.0):
+def context(duration=4.0, **changes):
     motion = sines(duration)
-    force = force_along(find("lugre")(offset=offset, **LUGRE), motion.velocity, dt=1e-3)
+    force = force_along(find("lugre")(offset=1.0, **(LUGRE | changes)), motion.velocity, dt=1e-3)
     log = log_of(motion, force + 12.0 * motion.acceleration)
     return context_of(treat(log, Axis(cutoff=100.0)), PriorKnowledge(pitch=PITCH))
 
@@ -37,6 +37,7 @@ def context(duration=4.0, offset=1.0):
         ("lugre", set()),
         ("lugre+ripple", {"lugre"}),
         ("dahl+position+asymmetry", {"dahl+asymmetry", "dahl+position"}),
+        ("preisach_lugre+everett_table+position", {"preisach_lugre+everett_table"}),
         ("stribeck_free+ripple", {"stribeck_free", "stribeck+ripple"}),
     ],
 )
@@ -74,7 +75,12 @@ def test_a_search_begins_from_the_nested_optimum_too(monkeypatch, of_a_long_log)
     shared = context()
     best = along_the_motion(shared, find("lugre"), silent)
     monkeypatch.setattr(Search, "_start", lambda self, rng: self.space.high.clip(-5.0, 5.0))
-    monkeypatch.setattr(searching, "EVALUATIONS", 2)
+    descend = Search.descend
+
+    def short(self, theta, rows=slice(None), limit=0, best=None, tolerance=0.0, *, again=True):
+        return descend(self, theta, rows, 2, best, tolerance, again=again)
+
+    monkeypatch.setattr(Search, "descend", short)
     if of_a_long_log:
         problem = shared.problem(find("lugre+ripple"))
         search = shared.search(problem)
@@ -85,6 +91,15 @@ def test_a_search_begins_from_the_nested_optimum_too(monkeypatch, of_a_long_log)
     else:
         solution = along_the_motion(shared, find("lugre+ripple"), silent).solution
     assert solution.cost <= best.solution.cost
+
+
+def test_a_velocity_of_the_fall_is_not_held_where_the_nested_model_fits_better(monkeypatch):
+    shared = context(v_S=2e-2)
+    best = along_the_motion(shared, find("lugre"), silent).solution
+    monkeypatch.setattr(estimating, "FLAT", 1e6)
+    richer_one = along_the_motion(shared, find("lugre+ripple"), silent).solution
+    assert "v_S" in richer_one.values
+    assert richer_one.cost <= best.cost
 
 
 def test_an_interruption_of_a_nested_fit_ends_the_richer_one(monkeypatch):
