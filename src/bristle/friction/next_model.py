@@ -48,9 +48,9 @@ def nested_in(component: FrictionModel) -> tuple[FrictionModel, ...]:
     base, slots = base_of(component), _slots_of(component)
     if with_slots(base, slots) != component:
         return ()
-    fewer = [tuple(other for other in slots if other is not slot) for slot in slots if slot not in REACHES]
+    fewer = [tuple(part for part in slots if part is not slot) for slot in slots if slot not in REACHES]
     falling = [with_slots(MODELS["stribeck"], slots)] if base is MODELS["stribeck_free"] else []
-    return (*(with_slots(base, some) for some in fewer), *falling)
+    return (*(with_slots(base, parts) for parts in fewer), *falling)
 
 
 def goes_by_name(component: FrictionModel) -> bool:

@@ -128,7 +128,7 @@ def richer(parameters: ParameterSet, nested: FrictionModel, optimum: Mapping[str
     component = parameters.component
     first, nested_first = (names_of(Role.BREAK_AWAY, model.variables) for model in (component, nested))
     values: dict[str, float] = {**component.defaults, **optimum, **parameters.held}
-    values |= {name: optimum[other] for name, other in zip(first, nested_first, strict=False) if name not in optimum}
+    values |= {name: optimum[level] for name, level in zip(first, nested_first, strict=False) if name not in optimum}
     shift = offset_of(nested.variables, optimum) - offset_of(component.variables, values)
     for name, variable in nested.variables.items():
         for part, sign in zip(by_direction(component, name), (1.0, -1.0), strict=False):
