@@ -81,9 +81,9 @@ def test_a_constant_force_is_large_beside_the_level_not_beside_break_away():
     """It is told from a quarter of the level on: 2.2 N beside 6 N, whatever the axis breaks away at."""
     shape = {"v_S": 2e-3, "sigma_0": 3e5, "sigma_1": 600.0, "offset": 2.2}
     log = slow_log(find("lugre")(F_C=6.0, F_S=12.0, sigma_2=30.0, **shape), duration=10.0)
-    identification = identify(log, ["lugre+asymmetry", "lugre"], axis=STATED, blocks=0, draws=0)
+    identification = identify(log, ["stribeck+asymmetry", "lugre"], axis=STATED, blocks=0, draws=0)
     fits = {fit.name: fit for fit in identification.fits}
-    notes = replace(identification, fits=(fits["lugre+asymmetry"], fits["lugre"])).notes
+    notes = replace(identification, fits=(fits["stribeck+asymmetry"], fits["lugre"])).notes
     assert any("holds offset at 0" in note for note in notes)
 
 

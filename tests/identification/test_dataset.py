@@ -185,7 +185,10 @@ def test_a_cutoff_lies_below_half_of_the_sampling_frequency_and_is_a_tenth_of_th
     for wrong in (0.0, 500.0, np.nan, -1.0):
         with pytest.raises(InputError, match="between 0 and 500 Hz"):
             treat(log, None, wrong)
-    assert treat(log, replace(STATED, gravity=True, kind="translational"), 100.0).decimation == 4
+    link = replace(STATED, gravity=True, kind="translational")
+    short = sines(2.0)
+    assert treat(log, link, 100.0).decimation == 10
+    assert treat(log_of(short, sliding_effort(short)), link, 100.0).decimation == 5
 
 
 def test_an_effort_that_is_held_acts_half_a_sample_later(dataset):

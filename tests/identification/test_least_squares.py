@@ -135,7 +135,7 @@ def long_search(unfinished=False):
             result = best.result
             return replace(result, unfinished=True) if unfinished and self.problem.name == "excerpt" else result
 
-        def _from_several(self, report, best):
+        def _from_several(self, nested, report, best):
             report(0.0)
             report(1.0)
             best.take(Ended({"F_C": 8.0}, 2.0))
@@ -143,6 +143,9 @@ def long_search(unfinished=False):
         def refit(self, start, rows=None, limit=None, best=None):
             asked.append((self.problem.name, start, limit, None if best is None else best.at))
             return Ended({"F_C": 9.0}, 1.0)
+
+        def _costs(self, thetas):
+            return [0.0 for _ in thetas]
 
         space = SimpleNamespace(theta=lambda values: np.array([values["F_C"]]))
 

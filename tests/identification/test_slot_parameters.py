@@ -31,6 +31,14 @@ def test_the_pitch_is_found_and_the_wave_with_it():
     assert {known.parameters[name].status for name in ("c_1", "s_1")} == {"identified"}
 
 
+def test_the_pitch_of_a_level_that_turns_with_the_motion_is_found():
+    motion = sines(20.0)
+    level = 0.8 * np.cos(2.0 * np.pi * motion.position / PITCH) * np.sign(motion.velocity)
+    fit = identify(log_of(motion, sliding_effort(motion, noise=0.2) + level), "coulomb_viscous+ripple", axis=STATED, blocks=0, draws=0).best
+    assert fit.parameters["pitch"].value == pytest.approx(PITCH, rel=2e-3)
+    assert fit.parameters["h_c1"].value == pytest.approx(0.8, abs=0.05)
+
+
 def test_a_search_takes_slots_as_well():
     fit = identify(screw_log(), "coulomb_viscous+periodic+position", axis=Axis(pitch=PITCH), blocks=0, draws=0).best
     assert np.hypot(fit.parameters["c_1"].value, fit.parameters["s_1"].value) == pytest.approx(0.943, abs=0.05)

@@ -43,6 +43,16 @@ def model_with(cause: str, friction: Model) -> str:
     return "" if base is MODELS["stribeck_free"] else "stribeck_free"
 
 
+def nested_in(component: FrictionModel) -> tuple[FrictionModel, ...]:
+    """Return the models that one is for some values of its parameters: with one slot less, or of a curve that only falls."""
+    base, slots = base_of(component), _slots_of(component)
+    if with_slots(base, slots) != component:
+        return ()
+    fewer = [tuple(part for part in slots if part is not slot) for slot in slots if slot not in REACHES]
+    falling = [with_slots(MODELS["stribeck"], slots)] if base is MODELS["stribeck_free"] else []
+    return (*(with_slots(base, parts) for parts in fewer), *falling)
+
+
 def goes_by_name(component: FrictionModel) -> bool:
     """Return whether a model is found by its name: neither it nor a slot of it is a person's own."""
     base = base_of(component)
@@ -64,9 +74,11 @@ def _beside(component: FrictionModel, base: FrictionModel, slot: str) -> str:
     # A slot that raises a level needs a level, and no elements that share it.
     if slot in (*LEVELS, *CHANNEL_SLOTS) and (not has_level(base) or any(map(base.is_array, base.variables))):
         return ""
-    operators = tuple(part for part in component.name.split("+") if part in REACHES)
-    slots = (*operators, *reversed(variations_of(component)), *(("asymmetry",) if directional(component) else ()))
-    if slot in slots:
-        return ""
-    own = _own_slots(component)
-    return with_slots(base, (*(own.get(name, name) for name in slots), slot)).name
+    return "" if slot in component.name.split("+") else with_slots(base, (*_slots_of(component), slot)).name
+
+
+def _slots_of(component: FrictionModel) -> tuple[str | Slot, ...]:
+    """Return the slots of a model, those of bristle by name, as `with_slots` takes them."""
+    operators, own = (part for part in component.name.split("+") if part in REACHES), _own_slots(component)
+    names = (*operators, *reversed(variations_of(component)), *(("asymmetry",) if directional(component) else ()))
+    return tuple(own.get(name, name) for name in names)

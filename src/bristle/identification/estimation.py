@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
@@ -17,14 +17,27 @@ from bristle.core.errors import InputError
 from bristle.core.least_squares import unbounded
 from bristle.core.typography import with_unit
 from bristle.core.variable import unit_of
-from bristle.friction import find
+from bristle.friction import find, is_static
+from bristle.friction.next_model import nested_in
+from bristle.friction.slots import by_direction
 from bristle.friction.variation import PITCH
 from bristle.identification.dataset import Dataset
 from bristle.identification.excitation import Excitation
 from bristle.identification.inverse_dynamics import InverseDynamics
-from bristle.identification.least_squares import Report, Search, Sliding, linear
+from bristle.identification.least_squares import EVALUATIONS, Report, Search, Sliding, linear, silent
 from bristle.identification.parameter_space import Solution
-from bristle.identification.parameters import Fixed, ParameterSet, PriorKnowledge, Role, Scales, names_of, parameters_of, scales_of
+from bristle.identification.parameters import (
+    Fixed,
+    ParameterSet,
+    PriorKnowledge,
+    Role,
+    Scales,
+    acts_in_sliding,
+    names_of,
+    offset_of,
+    parameters_of,
+    scales_of,
+)
 from bristle.identification.problem import Covariance, Problem, Sought
 from bristle.identification.settings import DEFAULT, Settings
 from bristle.plants.terms import TURNS, TermedPlant, with_terms
@@ -35,7 +48,7 @@ class Context:
     """What the fits of all models to one log share.
 
     `sliding` and `scales` are its friction, as a linear fit finds it, and its typical magnitudes; an `estimator` takes the
-    place of `along_the_motion`.
+    place of `along_the_motion`, whose `optima` are the starts of richer models.
     """
 
     dataset: Dataset
@@ -44,6 +57,7 @@ class Context:
     scales: Scales
     settings: Settings = DEFAULT
     estimator: Estimator | None = None
+    optima: dict[FrictionModel, dict[str, float]] = field(default_factory=dict)
 
     def parameters(self, component: FrictionModel) -> ParameterSet:
         """Return which parameters of a model are free and which are fixed."""
@@ -52,6 +66,15 @@ class Context:
     def problem(self, component: FrictionModel) -> InverseDynamics:
         """Return inverse dynamics of a model."""
         return InverseDynamics(self.dataset, self.parameters(component))
+
+    def nested_starts(self, parameters: ParameterSet) -> list[dict[str, float]]:
+        """Return the parameters with which a model is the best of each model with one slot less."""
+        starts = list[dict[str, float]]()
+        for component in nested_in(parameters.component):
+            if component not in self.optima and along_the_motion(self, component, silent).solution.unfinished:
+                raise KeyboardInterrupt
+            starts.append(richer(parameters, component, self.optima[component]))
+        return starts
 
     def search(self, problem: Sought, unit: float = 0.0, *, simulates: bool = False) -> Search:
         """Return the search for the parameters of a problem; `unit` is that of the friction force where it is 0."""
@@ -79,6 +102,7 @@ class Estimation:
         return self.problem is not self.inverse
 
 
+ALIKE = 1e-7  # Share by which two sums of squares may differ that are one
 FLAT = 1e-4  # Share by which a sum of squares may rise with a parameter held that the log does not show
 
 Estimator = Callable[[Context, FrictionModel, Report], Estimation]
@@ -91,10 +115,52 @@ def along_the_motion(context: Context, component: FrictionModel, report: Report)
         solution, on_rows = linear(problem), partial(linear, problem)
     else:
         search = context.search(problem)
-        solution = search.solve(report)
+        solution = search.solve(report, context.nested_starts(problem.parameters))
+        problem, search, solution = _with_offset(context, problem, search, solution)
         problem, search, solution = _without_flat(context, problem, search, solution)
         on_rows = partial(search.refit, solution.values)
+    context.optima[component] = problem.parameters.complete(solution.values)
     return Estimation(problem, solution, problem, (problem, solution), lambda rows: problem.residual(on_rows(rows).values))
+
+
+def richer(parameters: ParameterSet, nested: FrictionModel, optimum: Mapping[str, float]) -> dict[str, float]:
+    """Return the parameters of a model with which it is a nested one with these; forces by direction take an offset that is held."""
+    component = parameters.component
+    first, nested_first = (names_of(Role.BREAK_AWAY, model.variables) for model in (component, nested))
+    values: dict[str, float] = {**component.defaults, **optimum, **parameters.held}
+    values |= {name: optimum[level] for name, level in zip(first, nested_first, strict=False) if name not in optimum}
+    shift = offset_of(nested.variables, optimum) - offset_of(component.variables, values)
+    for name, variable in nested.variables.items():
+        for part, sign in zip(by_direction(component, name), (1.0, -1.0), strict=False):
+            if part not in optimum:
+                values[part] = optimum[name] + sign * shift * acts_in_sliding(variable)
+    return values
+
+
+def _with_offset(
+    context: Context, problem: InverseDynamics, search: Search, solution: Solution
+) -> tuple[InverseDynamics, Search, Solution]:
+    """Return the same fit with its offset identified beside levels by direction where a model without those fits better."""
+    # A weight shifts where friction turns to and fro, which levels by direction do not: only what remembers shows it.
+    parameters, values = problem.parameters, problem.parameters.complete(solution.values)
+    held = {name: entry for name, entry in parameters.fixed.items() if "levels" in entry.numbers}
+
+    def with_fixed(offsets: Mapping[str, Fixed]) -> InverseDynamics:
+        fixed = {name: entry for name, entry in parameters.fixed.items() if name not in held} | dict(offsets)
+        free = tuple(name for name in parameters.variables if name not in fixed)
+        return replace(problem, parameters=replace(parameters, free=free, fixed=fixed))
+
+    if not held or solution.unfinished:
+        return problem, search, solution
+    together = with_fixed({})
+    again = context.search(together)
+    least, start = again.lowest(context.nested_starts(together.parameters))
+    if again.lowest([values])[0] <= (1.0 + ALIKE) * least:
+        return problem, search, solution
+    if is_static(problem.model(values)):
+        together = with_fixed({name: entry._replace(value=start[name], reason="held_constant") for name, entry in held.items()})
+        again = context.search(together)
+    return together, again, again.refit(start, limit=EVALUATIONS)
 
 
 def _without_flat(
@@ -104,7 +170,7 @@ def _without_flat(
     # Where friction does not fall, the sum of squares is the same for every such velocity: rounding decides where in that
     # flat valley a search ends, and with it the status and all standard errors. So the velocity is held at the smallest
     # that the log could show wherever the fit is as good there.
-    parameters = problem.parameters
+    parameters, nested = problem.parameters, context.nested_starts(problem.parameters)
     for name in names_of(Role.FALL, parameters.component.variables):
         if solution.unfinished or name not in solution.space.logarithmic:
             continue
@@ -117,7 +183,8 @@ def _without_flat(
         held = replace(problem, parameters=replace(parameters, free=free, fixed={**parameters.fixed, name: fixed}))
         again = context.search(held)
         settled = again.refit({part: value for part, value in solution.values.items() if part != name})
-        if settled.cost <= (1.0 + FLAT) * solution.cost:
+        most = (1.0 + FLAT) * solution.cost
+        if settled.cost <= (min(most, (1.0 + ALIKE) * search.lowest(nested)[0]) if nested else most):
             problem, search, solution, parameters = held, again, settled, held.parameters
     return problem, search, solution
 
@@ -167,7 +234,7 @@ def _pitch_in(problem: InverseDynamics, values: Mapping[str, float]) -> float:
     """Return the period over the position of what a simple model without the slot leaves of a log [m or rad]."""
     # The wave that takes most of the residual is looked for, evenly in the number of turns over the range, and refined.
     dataset = problem.dataset
-    x, residual = dataset.position, dataset.effort - problem.predicted(values)
+    x, residual, side = dataset.position, dataset.effort - problem.predicted(values), np.sign(dataset.velocity)[:, None]
     stroke = float(np.ptp(x))
     # At half of the speeds the wave passes the filter.
     most = stroke * dataset.cutoff / float(np.median(np.abs(dataset.velocity)))
@@ -180,6 +247,7 @@ def _pitch_in(problem: InverseDynamics, values: Mapping[str, float]) -> float:
     def explained(count: float) -> float:
         phase = 2.0 * np.pi * (count / stroke) * x
         waves = np.stack([np.cos(phase), np.sin(phase), np.ones_like(x)], axis=1)
+        waves = np.hstack([waves, side * waves])  # of a force of the place, and of a level that turns with the motion
         gram, right = waves.T @ waves, waves.T @ residual
         return float(right @ unbounded(gram, right))
 

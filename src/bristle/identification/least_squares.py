@@ -132,20 +132,21 @@ class Search:
         """The coordinates in which the parameters are sought."""
         return TransformedSpace.within(self.problem.parameters, self.scales)
 
-    def solve(self, report: Report = silent) -> Solution:
-        """Return the best of several starts, which are compared on a part of a long log, and which an interruption ends early."""
+    def solve(self, report: Report = silent, nested: Sequence[Mapping[str, float]] = ()) -> Solution:
+        """Return the best of several starts, `nested` optima first, which a long log compares on a part; an interruption ends it early."""
         excerpt = self.problem.excerpt()
         if excerpt is None:
-            return self.as_far_as_it_came(partial(self._from_several, report))
+            return self.as_far_as_it_came(partial(self._from_several, nested, report))
         search = replace(self, problem=excerpt)
-        begun = search.as_far_as_it_came(partial(search._from_several, between(report, 0.0, 0.5)))
+        begun = search.as_far_as_it_came(partial(search._from_several, nested, between(report, 0.0, 0.5)))
         if begun.unfinished:
             return replace(self.refit(begun.values, limit=1), unfinished=True)
         report(0.5)
 
         def go_on(best: BestSoFar) -> None:
-            best.at = self.space.theta(begun.values)
-            best.take(self.refit(begun.values, limit=EVALUATIONS, best=best))
+            _, start = self.lowest([begun.values, *nested])
+            best.at = self.space.theta(start)
+            best.take(self.refit(start, limit=EVALUATIONS, best=best))
 
         return self.as_far_as_it_came(go_on)
 
@@ -162,15 +163,24 @@ class Search:
             return replace(best.result, unfinished=True)
         return best.result
 
-    def _from_several(self, report: Report, best: BestSoFar) -> None:
+    def _from_several(self, nested: Sequence[Mapping[str, float]], report: Report, best: BestSoFar) -> None:
         rng = np.random.default_rng(SEED)
         candidates = [self._start(rng) for _ in range(CANDIDATES)]
-        costs = [0.5 * float(residual @ residual) for residual in self.residuals(candidates)]
-        for number, index in enumerate(np.argsort(costs)[:STARTS]):
-            report((number + 0.3) / (STARTS + 0.3), f"best so far {self.percent(best.cost):.3g} %" if number else "")
+        drawn = [candidates[index] for index in np.argsort(self._costs(candidates))]
+        starts = [*map(self.space.theta, nested), *drawn][: max(STARTS, len(nested) + 1)]
+        for number, start in enumerate(starts):
+            report((number + 0.3) / (len(starts) + 0.3), f"best so far {self.percent(best.cost):.3g} %" if number else "")
             # A start that comes to where another one ended would end there, too.
             with suppress(_KnownError):
-                best.take(self.descend(candidates[index], best=best, again=False))
+                best.take(self.descend(start, best=best, again=False))
+
+    def lowest(self, starts: Sequence[Mapping[str, float]]) -> tuple[float, Mapping[str, float]]:
+        """Return the smallest cost of several starts, and the first that has it."""
+        costs = self._costs([*map(self.space.theta, starts)])
+        return min(costs), starts[int(np.argmin(costs))]
+
+    def _costs(self, thetas: Sequence[np.ndarray]) -> list[float]:
+        return [0.5 * float(residual @ residual) for residual in self.residuals(thetas)]
 
     def percent(self, cost: float) -> float:
         """Return what half a sum of squares is of the measured signal [%]."""

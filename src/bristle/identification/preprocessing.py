@@ -36,7 +36,7 @@ from bristle.logs.turns import rests, whole_cycle, with_sides
 
 CUTOFF_SHARE = 0.1  # of the sampling frequency
 DECIMATION = 10
-BENT_DECIMATION, BENT_ROWS = 4, 400  # of a plant with terms, and rows that are left of a short log
+BENT_ROWS = 400  # that are left of a short log, of a plant with terms
 ROWS_MIN = 50
 HIDES, CALM = 0.3, 0.03  # of what friction takes: noise that hides it, and that does not
 CREEPS = 10.0  # encoder steps of the range from which an axis moves, be it ever so slowly
@@ -88,7 +88,7 @@ def treat(log: Log, axis: Axis | None, cutoff: float | None = None, decimation: 
     """Return the regression rows of a log.
 
     The axis has the cut-off [Hz], the decimation and the encoder resolution, where no argument overrides them; a tenth
-    of the sampling frequency and 10 where nothing is given, at most 4 for a plant with terms. Noise and rows are taken
+    of the sampling frequency and 10 where nothing is given, less for a plant with terms on a short log. Noise and rows are taken
     from a data set `like` it, of the same motion, instead of being found once more.
     """
     dt, axis = float(log.sample_time), axis or Axis(kind=log.kind)
@@ -98,9 +98,9 @@ def treat(log: Log, axis: Axis | None, cutoff: float | None = None, decimation: 
         raise InputError("out of range", path="cutoff", value=cutoff, allowed=f"between 0 and {0.5 / dt:g} Hz, half the sampling frequency")
     decimation = axis.decimation if decimation is None else decimation
     if decimation is None:
-        # Tooth by tooth effort may change as fast as the filter lets it, and an arm swings for some seconds only.
+        # An arm swings for some seconds only; the rows of a longer log are those of a plant without terms.
         bends = axis.gravity or axis.cogging or axis.regressors
-        decimation = min(max(len(log) // BENT_ROWS, 1), BENT_DECIMATION) if bends else DECIMATION
+        decimation = min(max(len(log) // BENT_ROWS, 1), DECIMATION) if bends else DECIMATION
     for name in ("time", "position", "effort"):
         values = getattr(log, name).values
         bad = np.flatnonzero(~np.isfinite(values))
