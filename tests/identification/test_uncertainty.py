@@ -59,12 +59,12 @@ def test_of_a_variance_that_rounding_left_below_nothing_no_error_is_known():
 # Patterns of eight rows that are orthogonal on each chunk of eight, so on each quarter of the rows too.
 WALSH = [np.tile(part, 40) for part in ([1.0, -1.0] * 4, [1.0, 1.0, -1.0, -1.0] * 2, [1.0] * 4 + [-1.0] * 4, [1.0] * 8)]
 COUNT = 320
-CLEAR = [
-    ("sure", 0.1, "identified"),
-    ("half", 1.0, "identified"),
-    ("unsure", 1.01, "identified"),
-    ("none", None, "identified"),
-    ("edge", 0.1, "at_edge"),
+CLEAR = [  # name, standard error, status, share of friction per unit
+    ("F_S", 0.1, "identified", 0.034),  # 30 % of 2 N take 2.04 % of it
+    ("F_C", 0.1, "identified", 0.033),
+    ("v_S", 1.0, "identified", 0.001),
+    ("sigma_0", None, "identified", 1.0),
+    ("sigma_1", 0.1, "at_edge", 1.0),
 ]
 
 
@@ -261,14 +261,14 @@ def test_errors_of_replicates_grow_by_a_missing_force_and_where_the_treatment_is
 
     monkeypatch.setattr(uncertainty, "unidentifiable", lose)
     monkeypatch.setattr(uncertainty, "bootstrap", bootstrap)
-    estimates = [Estimate(name, "N", "", -2.0, std, status) for name, std, status in CLEAR]
+    estimates = [Estimate(name, "N", "", -2.0, std, status, effect=effect) for name, std, status, effect in CLEAR]
     about = [Diagnostic("structure", numbers={"missing": structure[0], "chance": structure[1]})] if structure else []
     for doubts, wide in (([], None), ([Diagnostic("delay_rough")], [1.0, 2.5])):
         fit = SimpleNamespace(estimates=estimates, diagnostics=[*about, *doubts], friction=None)
         with pytest.raises(AskedError):
             uncertainty.with_uncertainty(fit, SimpleNamespace(resampled=(problem, solution)), 7, DEFAULT)
         clear, requested = asked[-2:]
-        assert clear == {"sure", "half"}
+        assert clear == {"F_S", "v_S"}
         assert (requested["draws"], requested["linear"], requested["scale"]) == (7, True, pytest.approx(scale))
         assert requested["free"].tolist() == [True, structure is not None]  # what is seen weakly stays free
         assert (None if requested["wide"] is None else requested["wide"].tolist()) == wide

@@ -14,7 +14,7 @@ from bristle.core.diagnostic import Diagnostic, Number
 from bristle.core.lazy import cached_property
 from bristle.core.least_squares import unbounded
 from bristle.identification.bootstrap import SEED, Bootstrap, bootstrap
-from bristle.identification.estimate import Estimate
+from bristle.identification.estimate import MATTERS, Estimate
 from bristle.identification.estimation import Estimation
 from bristle.identification.excitation import shortest_zone
 from bristle.identification.half_cycles import BLOCKS, correlation_time, within_cycles
@@ -39,14 +39,14 @@ def with_uncertainty(
 ) -> Fit:
     """Return a fit with what so many replicates of its log say of it; `report` is told the share of the work done."""
     problem, solution = estimation.resampled
-    # 30 % of a force mean nothing where all of it would not matter.
+    # A share of a force that would not matter is not asked about.
     variables = problem.parameters.variables
     clear = frozenset(
         estimate.name
         for estimate in fit.estimates
         if estimate.status == "identified"
         and estimate.larger_std is not None
-        and (estimate.matters or variables[estimate.name].quantity != "force")
+        and (settings.moved * estimate.takes > MATTERS or variables[estimate.name].quantity != "force")
     )
     lost = unidentifiable(problem, solution, clear, settings)
     # What is only weakly seen stays free: held, it would make the others look surer than they are.
