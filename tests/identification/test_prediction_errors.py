@@ -247,7 +247,7 @@ def test_the_constant_force_is_that_of_inverse_dynamics(plain, identified):
 
 
 def test_the_loosest_observer_that_predicts_nearly_as_well_as_the_best_is_reported():
-    rungs = [SimpleNamespace(error=error) for error in (1.2, 1.0, 1.14, 1.16)]
+    rungs = [SimpleNamespace(error=error) for error in (1.2, 1.0, 1.09, 1.11)]
     ladder = Ladder.of(rungs)
     assert ladder.believed is rungs[2]
     assert ladder.beside is rungs[1]

@@ -1,6 +1,6 @@
 r"""A fit with the parameters of a contact as an observer foresees them, and their intervals.
 
-.. math:: V = D A^{-1} \Bigl(\sum_b g_b g_b^T\Bigr) A^{-1} D + \tfrac14\,d\,d^T + e\,e^T + b\,b^T
+.. math:: V = D A^{-1} \Bigl(\sum_b g_b g_b^T\Bigr) A^{-1} D + d\,d^T + e\,e^T + b\,b^T
 
 with the information :math:`A` of the believed observer and the scores :math:`g_b` of blocks of time. The diagonal :math:`D \geq 1` makes
 no standard error smaller than the spread of the same fit to replicates of the log, whose bias is :math:`b`. The difference from the next
@@ -46,7 +46,7 @@ from bristle.sensors import encoder
 BLOCKS = 30  # of time
 STUDENT = 2.045 / NORMAL_95  # 97.5 % quantile of Student's t of one degree of freedom less, over that of the normal distribution
 WORSE = 1.35  # times the prediction error of replicates: what the model does not explain
-MOVED, MOVE_MOST = 0.5, 3.0  # share of what a stiffer observer says else that counts as an error, and the most of it in standard errors
+MOVE_MOST = 3.0  # standard errors: what a stiffer observer may say else
 REPLICATES, REFITTED, SEED = 10, 8, 20_261_126  # evaluations of a refit
 HELD_AT, LED_AT, DAMPED = 25.0, 25.0, 0.7  # Hz: of the motion that a replicate follows, and of the loop that leads it; its damping
 SHOWN_BY_SLIDING = ("sliding", "speed")
@@ -122,7 +122,7 @@ def observed_of(ladder: Ladder, inverse: Mapping[str, float], replicates: np.nda
         bias = np.median(replicates, axis=0) - believed.solution.theta
         matrix = matrix * np.outer(wider, wider) + np.outer(bias, bias)
     if ladder.beside is not None:
-        move = MOVED * np.clip(believed.solution.theta - ladder.beside.solution.theta, -MOVE_MOST * errors, MOVE_MOST * errors)
+        move = np.clip(believed.solution.theta - ladder.beside.solution.theta, -MOVE_MOST * errors, MOVE_MOST * errors)
         matrix = matrix + np.outer(move, move)
     return Observed(ladder, (STUDENT * scale) ** 2 * (matrix + np.diag(_apart(ladder, errors, inverse) ** 2)))
 
@@ -200,11 +200,11 @@ def foreseen(fit: Fit, estimation: Estimation, context: Context, logs: Sequence[
     if not observable(estimation.inverse, estimation.solution.values):
         return fit
     held = held_in(fit, estimation)
-    ladder = climb(estimation.inverse, estimation.solution.values, logs, context, held, between(report, 0.0, 0.4))
+    scatter = 0.0 if fit.resampling is None else fit.resampling.scatter.value
+    ladder = climb(estimation.inverse, estimation.solution.values, logs, context, held, levels_in(fit), scatter, between(report, 0.0, 0.4))
     if ladder is None:
         return with_remark(fit, {"why": "no segment of the log lasts a second, or the observer loses the motion"})
     believed = ladder.believed
-    scatter = 0.0 if fit.resampling is None else fit.resampling.scatter.value
     thetas, errors = fits_to_replicates(ladder, context, scatter, between(report, 0.4, 1.0))
     times = believed.error / float(np.median(errors)) if errors.size else np.inf
     numbers: dict[str, Number] = {"bandwidth": believed.problem.bandwidth, "error": believed.error, "times": times}
@@ -233,6 +233,16 @@ def held_in(fit: Fit, estimation: Estimation) -> dict[str, Fixed]:
         low, high = fit.parameters[name].interval or (values[name], values[name])
         held[name] = parameters.fixed.get(name) or Fixed(values[name], reason="", half_width=0.5 * (high - low))
     return held
+
+
+def levels_in(fit: Fit) -> dict[str, tuple[float, float]]:
+    """Return the levels of friction as inverse dynamics has them, with their standard errors [SI]."""
+    estimates = [fit.parameters[name] for name in fit.levels]
+    return {
+        estimate.name: (estimate.value, 0.5 * (estimate.ends[1] - estimate.ends[0]) / NORMAL_95)
+        for estimate in estimates
+        if estimate.status == "identified" and estimate.ends is not None
+    }
 
 
 def fits_to_replicates(ladder: Ladder, context: Context, scatter: float, report: Report = silent) -> tuple[np.ndarray, np.ndarray]:

@@ -37,6 +37,7 @@ from bristle.identification.estimation import Context
 from bristle.identification.fixed_shape import ShapedModel
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.least_squares import Report, silent
+from bristle.identification.level_scatter import LevelScatter, starts_of
 from bristle.identification.parameter_space import Solution
 from bristle.identification.parameters import Fixed, ParameterSet, Role, name_of, names_of
 from bristle.identification.sensitivities import Perturbed
@@ -47,14 +48,14 @@ DELAY, BEND = "delay", "bend"
 RATE = 4e3  # steps of the integration in a second, at least
 FIRST, LOOSER, RUNGS = 100.0, 0.6, 7  # bandwidth of the stiffest observer [Hz] and each next one as a share of it
 HIGHEST = 0.1  # of the sampling frequency: the stiffest observer
-NEARLY, DRIFTS = 1.15, 1.5  # times the least prediction error: the loosest that is believed, and where a ladder ends
+NEARLY, DRIFTS = 1.1, 1.5  # times the least prediction error: the loosest that is believed, and where a ladder ends
 FEW = 6  # evaluations of a further start
 STARTS = ((1.0, 0.01, 0.15), (0.5, 0.02, 0.5), (1.0, 0.03, 0.5))
 """Of further starts: times the stiffness, of the largest speed, of the square root of stiffness and mass."""
 SETTLES = 0.3  # s, after which nothing is left of how an observer began
 SHARPEST = 0.7  # most that an effort is sharpened by, in the exponent
 BESIDE = 256  # samples by which an effort goes on beyond its ends
-WEIGHT = 30.0  # rows that a weak prior is worth
+WEIGHT, LEVELS_WEIGHT = 30.0, 10.0  # rows that a weak prior is worth, and a level that inverse dynamics has
 BEND_STD = 5e-7  # s^2: of the bend beforehand
 FALLS, EXCESS = 0.02, 0.3  # beforehand: of the largest speed, friction falls with; logarithm of break-away over the level
 SHORTEST, MOST = 1.0, 150_000  # s: of a segment; samples of logs in all, of which pieces are observed beyond
@@ -113,6 +114,7 @@ class PredictionErrors:
     expected: tuple[Expected, ...] = ()
     unit: float = 1.0
     lag: float = 0.0
+    scatter: LevelScatter | None = None
 
     @property
     def parameters(self) -> ParameterSet:
@@ -151,7 +153,8 @@ class PredictionErrors:
             omega = 2.0 * np.pi * self.bandwidth
             errors = prediction_errors(body, contact, part.position, efforts, weights, tangents, omega, self.dt, self.steps)
             rows.append(np.column_stack(errors)[settled:])
-        stacked = np.vstack([*rows, self.beforehand(free)])
+        predicted = np.vstack(rows)
+        stacked = np.vstack([self.scatter.whitened(predicted) if self.scatter else predicted, self.beforehand(free)])
         return stacked[:, 0], -stacked[:, 1:]
 
     def beforehand(self, free: Mapping[str, float]) -> np.ndarray:
@@ -163,6 +166,18 @@ class PredictionErrors:
     def size_at(self, values: Mapping[str, float]) -> float:
         """Return the root mean square of the prediction errors at these parameters [m or rad]."""
         return float(np.sqrt(np.mean(self.residual({name: values[name] for name in self.parameters.free})[: self.settled_rows] ** 2)))
+
+    def scattering(self, values: Mapping[str, float], scatter: float) -> PredictionErrors:
+        """Return the same problem, where the level of friction scatters by such a share from half-cycle to half-cycle."""
+        variables, free = self.parameters.component.variables, self.parameters.free
+        levels = [name for role in (Role.LEVEL, Role.BREAK_AWAY) for name in names_of(role, variables) if name in free]
+        if not scatter or not levels:
+            return self
+        plain = replace(self, scatter=None)
+        derivatives = plain.linearised({name: values[name] for name in free})[1][: self.settled_rows]
+        column = sum(values[name] * derivatives[:, free.index(name)] for name in levels)
+        starts = starts_of([part.position for part in self.parts], round(SETTLES / self.dt), self.dt)
+        return replace(self, scatter=LevelScatter.of(starts, column, scatter / math.sqrt(2.0), self.unit))
 
     def of_size(self, size: float) -> PredictionErrors:
         """Return the same problem, whose prediction errors are about so large [m or rad]."""
@@ -258,10 +273,13 @@ def climb(
     logs: Sequence[Log],
     context: Context,
     held: Mapping[str, Fixed],
+    levels: Mapping[str, tuple[float, float]],
+    scatter: float = 0.0,
     report: Report = silent,
 ) -> Ladder | None:
     """Return the ladder of observers that begins at these free parameters of an inverse model [SI], those that are `held` apart.
 
+    `levels` of friction are expected by value and standard error, and scatter by a share from half-cycle to half-cycle.
     None where no segment lasts long enough, or where the stiffest observer already loses the motion.
     """
     dataset, dt, parameters = inverse.dataset, inverse.dataset.sample_time, inverse.parameters
@@ -276,7 +294,7 @@ def climb(
     free = [name for name in parameters.variables if name not in fixed]
     parameters = replace(parameters, free=(*free, DELAY, BEND), fixed=fixed, loop=_channel(dt))
     problem = replace(inverse, parameters=parameters)
-    parts, expected = tuple(_parts(logs, alignment, dt)), _expected(problem, values, speed)
+    parts, expected = tuple(_parts(logs, alignment, dt)), _expected(problem, values, speed, levels)
     if not parts:
         return None
     stiffest, least, rungs = min(FIRST, HIGHEST / dt), math.inf, list[Rung]()
@@ -284,7 +302,8 @@ def climb(
     errors = errors.of_size(errors.size_at(values))
     for number in range(RUNGS):
         report(number / RUNGS)
-        rung = climbed(replace(errors, bandwidth=stiffest * LOOSER**number), values, context)
+        errors = replace(errors, bandwidth=stiffest * LOOSER**number).scattering(values, scatter)
+        rung = climbed(errors, values, context)
         if number == 0:
             ends = [rung, *(climbed(errors, further, context, FEW) for further in _starts(values, problem, speed))]
             best = min(ends, key=lambda end: end.error if math.isfinite(end.error) else math.inf)
@@ -354,7 +373,9 @@ def _channel(dt: float) -> dict[str, Variable]:
     }
 
 
-def _expected(inverse: InverseDynamics, start: Mapping[str, float], speed: float) -> tuple[Expected, ...]:
+def _expected(
+    inverse: InverseDynamics, start: Mapping[str, float], speed: float, beside: Mapping[str, tuple[float, float]]
+) -> tuple[Expected, ...]:
     """Return what is known beforehand of the channel, and of the parameters that a log may not show."""
     variables, parameters = inverse.parameters.component.variables, inverse.parameters
     expected, alignment = [Expected({BEND: 1.0}, False, start[BEND], BEND_STD)], inverse.dataset.alignment
@@ -365,6 +386,7 @@ def _expected(inverse: InverseDynamics, start: Mapping[str, float], speed: float
     falls = [name for name in names_of(Role.FALL, variables) if name in free]
     firsts = [pair for pair in zip(names_of(Role.BREAK_AWAY, variables), levels, strict=False) if pair[0] in free]
     damped = [name for name in names_of(Role.MICRO_DAMPING, variables) if name in free and stiffness and mass]
+    expected += [Expected({name: 1.0}, False, mean, std, LEVELS_WEIGHT) for name, (mean, std) in beside.items() if name in free]
     expected += [Expected({name: 1.0}, True, math.log(FALLS * speed), 1.5) for name in falls]
     expected += [Expected({name: 1.0, level: -1.0}, True, EXCESS, EXCESS) for name, level in firsts]
     expected += [Expected({name: 1.0, str(stiffness): -0.5, str(mass): -0.5}, False, 0.5, 0.6) for name in damped]
