@@ -130,7 +130,7 @@ class _Spectra:
     def rows(self, *signals: np.ndarray) -> np.ndarray:
         """Return complex signals as columns of real rows of equal worth, shape (row, signal)."""
         weighed = np.stack(signals, axis=-1) * self.weight[:, None]
-        return np.concatenate([weighed.real, weighed.imag])
+        return np.concatenate([np.real(weighed), np.imag(weighed)])
 
     def resonances(self, highest: float) -> Iterator[_Resonance]:
         """Yield what each frequency tells as a resonance, of those whose load is no odd one."""
