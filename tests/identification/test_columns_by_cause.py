@@ -15,11 +15,11 @@ from bristle.identification.missing_force import (
     force_of,
     lagging_columns,
     missing_forces,
-    play_at_flanks,
     ripple_in,
     slow_forces,
 )
 from bristle.identification.missing_rows import Rows, Weighed
+from bristle.identification.play import play_at_flanks
 from bristle.identification.settings import DEFAULT
 
 DT = 2e-3

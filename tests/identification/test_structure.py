@@ -366,7 +366,7 @@ def test_all_knocks_count_where_none_is_most_of_them(motion, monkeypatch):
         return next(diagnostic.numbers["ratio"] for diagnostic in fit.diagnostics if diagnostic.code == "missing_play")
 
     usual = ratio()
-    monkeypatch.setattr("bristle.identification.missing_force.MOST_OF_ONE", np.inf)
+    monkeypatch.setattr("bristle.identification.play.MOST_OF_ONE", np.inf)
     assert usual == ratio()
 
 

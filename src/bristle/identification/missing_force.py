@@ -10,11 +10,6 @@ and an error :math:`v_k`, rows are as good as independent of it [2]_.
 What the parameters of the model can take is no missing force, nor is what a wrong inertia, a delay or a filter of
 a channel makes: their derivatives are fitted with each cause.
 
-Behind play a load rests against one flank of the drive, until the force that it takes changes its sign: then it flies
-to the other flank, and knocks. At a reversal it does so as well, but there every model errs by its sampling. Amid
-motion, where an axis begins to brake, a rigid one has no reason to: there the residual is compared with that of rows of
-the same speed and the same jerk.
-
 References
 ----------
 .. [1] M. Stone, "Cross-validatory choice and assessment of statistical predictions", Journal of the Royal Statistical
@@ -49,11 +44,7 @@ LAGS = (0.01, 0.04)  # [s]
 LAG_FALLS = (0.003, 0.01, 0.03, 0.1)  # of the largest speed
 ANYWHERE = ("speed", "direction", "position", "ripple", "gravity", *CHANNELS, "transmitted")
 AROUND = ("lag", "play")  # Causes that act everywhere, and those that act around reversals
-MOST_OF_ONE = 0.5  # of what changes of sides leave over
-BEFORE, AFTER, LASTS = 2, 4, 0.03  # rows ahead of a change of sides; after it that many at least, and so long [s]
-FEWEST_CHANGES, FEWEST_ALIKE, ENOUGH = 4, 10, 20  # changes of sides, rows of a kind to compare with, rows around them
-SPEEDS = (0.003, 0.01, 0.03, 0.1, 0.3, 0.6)  # of the largest
-JERKS = (0.5, 0.75, 0.9)  # quantiles
+MOST_CAUSES, MOST_SEARCHES = 3, 5
 TINY = 1e-9
 
 
@@ -95,7 +86,7 @@ def _search(rows: Rows, explained: np.ndarray, names: Sequence[str], least_share
     weighed, missing = Weighed.of(rows), list[Missing]()
     causes = {name: columns for name, columns in columns_by_cause(rows).items() if name in names}
     left = weighed.left(explained)
-    while len(missing) < 3:  # causes
+    for _ in range(MOST_SEARCHES):
         ripple, period = ripple_in(rows, weighed, explained, rows.cutoff) if "ripple" in names else (None, 0.0)
         tried = causes | ({} if ripple is None or any(force.period for force in missing) else {"ripple": ripple})
         forces = dict[str, Missing]()
@@ -111,11 +102,18 @@ def _search(rows: Rows, explained: np.ndarray, names: Sequence[str], least_share
             alike = force_of(weighed, best.cause, tried[best.cause][:, :2], explained=explained, left=left)
             best = gravity if 1.0 - gravity.share <= AS_GOOD * (1.0 - alike.share) else best
         if best.cause == "ripple":
+            error = _encoder_error(rows, period)
+            if force_of(weighed, "ripple", error, explained=explained, left=left).share > best.share:
+                explained = np.column_stack([explained, tried["ripple"], error])
+                left = weighed.left(explained)
+                continue
             best = _in_detail(best._replace(period=period), rows, weighed, explained, left, least)
         missing.append(best)
         explained = np.column_stack([explained, tried[best.cause]])
         causes.pop(best.cause, None)
         left = weighed.left(explained)
+        if len(missing) == MOST_CAUSES:
+            break
     return missing, float(np.sqrt(np.mean(left**2)))
 
 
@@ -130,6 +128,11 @@ def ripple_in(rows: Rows, weighed: Weighed, explained: np.ndarray, fastest: floa
     frequency = frequency_in(x, side, residual, most)
     frequency = None if frequency is None else refined(x, side, residual, frequency)
     return (None, 0.0) if frequency is None else (waves(x, side, frequency), 1.0 / frequency)
+
+
+def _encoder_error(rows: Rows, period: float) -> np.ndarray:
+    """Return what an error of the position of such a period does to the acceleration: it grows with the square of the speed."""
+    return waves(rows.position, None, 1.0 / period) * (rows.velocity**2 / np.mean(rows.velocity**2))[:, None]
 
 
 def force_of(weighed: Weighed, cause: str, columns: np.ndarray, *, explained: np.ndarray, left: np.ndarray) -> Missing:
@@ -200,43 +203,6 @@ def lagging_columns(rows: Rows) -> np.ndarray:
             lagged[row] = late
         columns.append(np.exp(-lagged[:, None] / (falls * top)) - np.exp(-speed[:, None] / (falls * top)))
     return rows.side[:, None] * np.hstack(columns)
-
-
-def play_at_flanks(rows: Rows, settings: Settings) -> tuple[tuple[Missing, ...], float]:
-    """Return play, none or once, and what rows of the same speed and jerk leave over elsewhere [N or N*m]."""
-    far = rows.far
-    if not rows.enough or np.count_nonzero(far) < FEWEST_ROWS:
-        return (), 0.0
-    # Which change of sides each row is around, from 0; -1 around none.
-    flank = rows.predicted < 0.0
-    turned = np.flatnonzero((flank[1:] != flank[:-1]) & (rows.stretch[1:] == rows.stretch[:-1])) + 1
-    after = max(round(LASTS / float(np.median(np.diff(rows.time)))), AFTER)
-    near, number, last = np.full(flank.size, -1), -1, -math.inf
-    for change in turned.tolist():
-        number += change - last > after
-        near[max(change - BEFORE, 0) : change + after] = number
-        last = change
-    # A number for the speed and the jerk of each row.
-    speed, jerk = np.abs(rows.velocity), np.abs(rows.rate(rows.acceleration))
-    fast = np.digitize(speed / float(np.quantile(speed, 0.99)), SPEEDS)
-    kind, away = fast * (len(JERKS) + 1) + np.digitize(jerk, np.quantile(jerk[far], JERKS)), far & (near < 0)
-    square = (rows.residual - rows.explained @ unbounded(rows.explained, rows.residual, rcond=TINY)) ** 2
-    count = np.bincount(kind[away], minlength=kind.max() + 1)
-    usual = np.bincount(kind[away], square[away], minlength=count.size) / np.maximum(count, 1)
-    around = far & (near >= 0) & (count[kind] >= FEWEST_ALIKE)
-    numbers, changes = np.unique(near[around], return_inverse=True)
-    if changes.size < ENOUGH or numbers.size < FEWEST_CHANGES:
-        return (), 0.0
-    # One knock may be a jolt, or the end of a filter: where it is most of what is left over, it counts for none.
-    excesses = np.bincount(changes, square[around] - usual[kind[around]])
-    if np.max(excesses) > MOST_OF_ONE * np.sum(excesses):
-        around[np.flatnonzero(around)[changes == int(np.argmax(excesses))]] = False
-    square_around, elsewhere = float(np.sum(square[around])), float(np.sum(usual[kind[around]]))
-    ratio, excess = math.sqrt(square_around / max(elsewhere, SMALLEST)), max(square_around - elsewhere, 0.0)
-    force = math.sqrt(excess / square.size)
-    if ratio < settings.missing_flanks or force < settings.missing_sought_force * float(np.sqrt(np.mean(rows.friction**2))):
-        return (), 0.0
-    return (Missing("flanks", excess / float(np.sum(square)), force, ratio=ratio),), math.sqrt(elsewhere / np.count_nonzero(around))
 
 
 HALF_POWER = np.log(2.0) ** 0.5 / (2.0 * np.pi)  # of a Gaussian: its width times its cut-off

@@ -14,13 +14,15 @@ from bristle.core.variable import KINDS
 from bristle.friction import is_static
 from bristle.friction.next_model import SLOT_OF, goes_by_name, model_with
 from bristle.identification.dataset import Dataset
+from bristle.identification.elasticity import elastic_coupling
 from bristle.identification.estimate import Estimate
 from bristle.identification.estimation import Estimation
 from bristle.identification.inverse_dynamics import InverseDynamics
-from bristle.identification.missing_force import Missing, missing_forces, play_at_flanks, slow_forces
+from bristle.identification.missing_force import Missing, missing_forces, slow_forces
 from bristle.identification.missing_rows import Rows
 from bristle.identification.parameter_space import Solution
 from bristle.identification.parameters import Role, name_of, names_of
+from bristle.identification.play import play_at_flanks
 from bristle.identification.problem import CLUSTERS
 from bristle.identification.result import Fit
 from bristle.identification.settings import Settings
@@ -36,10 +38,14 @@ CODES = {
     "gravity": "missing_gravity",
     "transmitted": "missing_transmitted",
     "flanks": "missing_play",
+    "elastic": "elastic_load",
 }
 """The code of each cause; the others are further channels of the log."""
 LEVEL, DAMPED = "coulomb+", "coulomb_viscous+"
-WITHOUT_MODEL = ("gravity", "flanks")  # told by what to write or to look for
+WITHOUT_MODEL = ("gravity", "flanks", "elastic")  # told by what to write or to look for
+OF_THE_DRIVE = ("flanks", "elastic")
+AS_OF_A_DRIVE = ("speed", "lag", "play")  # causes around reversals, which a drive that is not rigid has too
+LOOKS_LIKE = ("no_presliding", "filter_suspect")  # what a drive that is not rigid is taken for
 NEARLY = 0.1  # of a turn, by which a period may miss a whole number of times
 MOST_ROWS = 120_000  # of a log, that are looked at for forces that a model lacks
 AMPLITUDE = 2.0**0.5  # of waves, over their root mean square
@@ -59,11 +65,16 @@ def missing_in(fit: Fit, estimation: Estimation, settings: Settings) -> tuple[tu
         fit.traces.predicted - fit.traces.mechanical,
         problem.friction_slope(values),
     ).pieces(MOST_ROWS)
-    for test in (missing_forces, slow_forces, play_at_flanks):
-        missing, left = test(rows, settings)
-        if missing:
-            return missing, left
-    return (), 0.0
+    missing, left = missing_forces(rows, settings)
+    if not missing:
+        missing, left = slow_forces(rows, settings)
+    if missing and missing[0].cause not in AS_OF_A_DRIVE:
+        return missing, left
+    elastic = elastic_coupling(problem.dataset, fit.plant, fit.friction)
+    if elastic is not None:
+        left = math.sqrt(max(float(np.mean(fit.traces.residual**2)) - elastic.force**2, 0.0))
+        return (Missing("elastic", elastic.share, elastic.force, amplitude=elastic.antiresonance),), left
+    return (missing, left) if missing else play_at_flanks(rows, settings)
 
 
 def with_structure(fit: Fit, estimation: Estimation, settings: Settings, lead: float | None = None, compared: Collection[str] = ()) -> Fit:
@@ -99,7 +110,9 @@ def with_structure(fit: Fit, estimation: Estimation, settings: Settings, lead: f
     structure = (Diagnostic("structure", "", "warning", numbers, kind), *named)
     if numbers["small"]:
         structure = tuple(replace(diagnostic, severity="note") for diagnostic in structure)
-    return replace(fit, diagnostics=(*structure, *fit.diagnostics))
+    drive = any(force.cause in OF_THE_DRIVE for force in missing)
+    further = [diagnostic for diagnostic in fit.diagnostics if not drive or diagnostic.code not in LOOKS_LIKE]
+    return replace(fit, diagnostics=(*structure, *further))
 
 
 def next_models(fit: Fit, estimation: Estimation, settings: Settings) -> tuple[str, ...]:
@@ -140,7 +153,11 @@ def _diagnostic(missing: Missing, level: float, friction: Model, lead: float | N
         harmonics = tuple(int(order) for order in np.round(orders)) if integral else ()
         turner = "screw" if turn else "motor"
         numbers |= {"pulls": pulls, "harmonics": harmonics, "turner": turner, "travel": turn or missing.period}
-    numbers |= {"gravity": {"amplitude": missing.amplitude}, "flanks": {"ratio": missing.ratio}}.get(cause, {})
+    numbers |= {
+        "gravity": {"amplitude": missing.amplitude},
+        "flanks": {"ratio": missing.ratio},
+        "elastic": {"antiresonance": missing.amplitude},
+    }.get(cause, {})
     numbers |= {} if cause in CODES else {"channel": cause}
     return Diagnostic(CODES.get(cause, "missing_channel"), "", "warning", numbers, friction.kind)
 

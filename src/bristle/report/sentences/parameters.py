@@ -196,13 +196,13 @@ def _ripple(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
     return plain + (following if numbers["model"] else after or known)
 
 
-def _missing(text: str, by_model: str, without: str, means: str, *knocks: str) -> Sentence:
-    """Return what is said of a force that a model lacks: which one has it, or that there is none; or else of a drive that knocks."""
+def _missing(text: str, by_model: str, without: str, means: str, **of_a_drive: str) -> Sentence:
+    """Return what is said of a force that a model lacks: which one has it, or that there is none; or else of a drive, by a number."""
     return Sentence(
-        (*knocks, f"{text}. Next: {by_model}", f"{text}. {_COMPARED}", f"{text}; {without}"),
+        (*of_a_drive.values(), f"{text}. Next: {by_model}", f"{text}. {_COMPARED}", f"{text}; {without}"),
         means,
-        "look for play in coupling and screw, and record the position behind it too" if knocks else "try the model that is named",
-        choose=where(*["ratio"] * len(knocks), "model", "compared"),
+        "look for play in coupling and screw, and record the position behind it too" if of_a_drive else "try the model that is named",
+        choose=where(*of_a_drive, "model", "compared"),
         also=("share_percent",),
     )
 
@@ -253,9 +253,8 @@ STRUCTURE: dict[str, Sentence] = {
         "{force:force}, {percent:.2g} % of friction",
         "`{model}`",
         "no model of bristle has play: record the position behind it too, and look for it in coupling and screw",
-        "the force around reversals builds up in another way, or the drive knocks where the force on the load changes its side, as "
-        "with play",
-        "what the model leaves over is {ratio:.2g} times as large where the force on the load changes its side as elsewhere amid "
+        "the drive has play, or the force around reversals builds up in another way than in the model",
+        ratio="what the model leaves over is {ratio:.2g} times as large where the force on the load changes its side as elsewhere amid "
         "motion: {force:force}, {percent:.2g} % of friction. So knocks a drive with play from one flank to the other; no model of "
         "bristle has play: record the position behind it too, and look for it in coupling and screw",
     ),
@@ -288,6 +287,15 @@ STRUCTURE: dict[str, Sentence] = {
         "write the cogging that is named into the axis file, or try the model that is named",
         choose=_ripple,
         also=("share_percent", "pulls"),
+    ),
+    "elastic_load": Sentence(
+        (
+            "the load is coupled elastically: antiresonance near {antiresonance:.2g} Hz, {force:force}, {percent:.2g} % of friction. No "
+            "model of bristle has two masses: keep the loop and the motion slower than that, or record the position of the load",
+        ),
+        "the load is coupled elastically",
+        "keep loop and motion slower than the antiresonance, or record the position of the load",
+        also=("share_percent",),
     ),
     "missing_gravity": says(
         "the effort goes with the sine and cosine of the angle, as the gravity of a link does: up to "
