@@ -93,7 +93,7 @@ def test_nobody_is_sent_to_a_model_that_was_compared(motion, cause, compared):
 
 
 def test_a_force_too_small_to_matter_makes_parameters_effective_and_asks_for_no_care(motion):
-    result = best_of(motion, "position", missing_force=0.5, coloured_error=100.0)
+    result = best_of(motion, "position", missing_force=0.5)
     assert causes_in(result.best) == ("position",)
     assert "F_C" in result.best.effective
     assert {diagnostic.severity for diagnostic in result.best.diagnostics if diagnostic.code in ("structure", "missing_position")} == {
