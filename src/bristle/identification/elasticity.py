@@ -29,6 +29,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bristle.core.contracts import Model
+from bristle.core.least_squares import unbounded
 from bristle.identification.dataset import Dataset
 from bristle.identification.missing_rows import SMALLEST
 
@@ -147,7 +148,7 @@ class _Spectra:
             columns = _without(rigid, columns)
             smooth = _scaled(columns[:, 2:])
             columns = _without(smooth, columns[:, :2])
-            ratio, of_friction = np.linalg.lstsq(columns, residual, rcond=1e-6)[0].tolist()
+            ratio, of_friction = unbounded(columns, residual, rcond=1e-6).tolist()
             if RATIOS[0] < ratio < RATIOS[1] and FRICTION[0] < of_friction < FRICTION[1] * ratio:
                 fitted = columns @ (ratio, of_friction)
                 gained = self.blocks * (2.0 * residual - fitted) * fitted
