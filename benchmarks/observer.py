@@ -28,7 +28,7 @@ from bristle.core.errors import InputError
 
 __all__ = ["Judged", "made", "observer", "tried"]
 
-FIRST, LOGS, DRAWS = 9400, 64, 40
+FIRST, LOGS, DRAWS = 9700, 64, 40
 STEPS = (10.0, 100.0)  # of the encoder in the pre-sliding zone
 METHODS = ("prediction_error", "inverse_dynamics")
 NAMES = ("M", "F_C", "F_S", "v_S", "sigma_0", "sigma_1", "sigma_2")
