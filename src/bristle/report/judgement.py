@@ -96,7 +96,8 @@ def judged(fit: Fit, settings: Settings, following: Following | None = None) -> 
     grave = [SENTENCES[doubt.code].means for doubt in fit.diagnostics if doubt.severity == "error"]
     sought = [estimate for estimate in fit.estimates if estimate.status != "held"]
     unknown = [estimate for estimate in sought if estimate.status != "identified"]
-    if fit.levels and set(fit.levels) <= {estimate.name for estimate in unknown}:
+    levels = [estimate for estimate in unknown if estimate.name in fit.levels]
+    if levels and len(levels) == len(fit.levels) and any(level.matters for level in levels):
         grave.append(f"the level of friction is not identified: {', '.join(fit.levels)}")
     grave += [misses] if _error(fit) > settings.useless_error else []
     doubted = {doubt.code: doubt for doubt in fit.diagnostics if doubt.severity == "warning"}
