@@ -11,7 +11,7 @@ import pytest
 import bristle as br
 from bristle.core import Axis, InputError
 from bristle.core.diagnostic import Diagnostic
-from bristle.identification import observed_fit
+from bristle.identification import observed_fit, observer
 from bristle.identification.dataset import Dataset
 from bristle.identification.observed_fit import foreseen
 from bristle.identification.observer import BEND, DELAY, Expected, Ladder, Recorded
@@ -80,6 +80,75 @@ def test_the_report_tells_what_predicted_the_position(identified):
     assert told.severity == "note"
     assert 0.25 * STEP < told.numbers["error"] < STEP
     assert 0.5 < told.numbers["times"] < 1.5
+
+
+def test_the_delay_is_that_of_the_observer(identified, plain):
+    (late,), (first,) = (
+        [one for one in result.best.diagnostics if one.code in ("delay_found", "delay_rough")] for result in (identified, plain)
+    )
+    # The effort is recorded late, and each value acts until the next.
+    assert late.numbers["samples"] == pytest.approx(LATE - 0.5, abs=0.05)
+    assert late.numbers["delay"] == pytest.approx(DT * late.numbers["samples"])
+    assert 0.0 < late.numbers["half_width"] < DT
+    assert late.numbers["samples"] != first.numbers["samples"]
+
+
+def test_a_level_is_expected_where_inverse_dynamics_has_it_and_scatters_by_half_cycles(columns, plain, monkeypatch):
+    calls, scattering = [], observer.PredictionErrors.scattering
+
+    def recorded(problem, values, scatter):
+        calls.append((problem, values, scatter, scattering(problem, values, scatter)))
+        return calls[-1][-1]
+
+    monkeypatch.setattr(observer.PredictionErrors, "scattering", recorded)
+    br.identify(columns, "lugre", axis=Axis(resolution=STEP), blocks=0, draws=20)
+    problem, values, scatter, scattered = calls[0]
+    assert scatter == plain.best.resampling.scatter.value
+    level = plain.parameters["F_C"]
+    (expected,) = [one for one in problem.expected if one.powers == {"F_C": 1.0}]
+    assert not expected.logarithmic
+    assert expected.mean == level.value
+    assert expected.std == pytest.approx(0.5 * (level.interval[1] - level.interval[0]) / 1.96, rel=1e-3)
+    # The column is the change of the prediction where all levels rise together.
+    free = {name: values[name] for name in problem.parameters.free}
+    raised = {name: value * (1.0 + 1e-5 * (name in ("F_C", "F_S"))) for name, value in free.items()}
+    whole = replace(problem, scatter=None)
+    change = (whole.residual(free) - whole.residual(raised))[: problem.settled_rows] / 1e-5
+    assert scattered.scatter.column == pytest.approx(change, rel=1e-2, abs=1e-3 * np.max(np.abs(change)))
+    assert problem.scattering(values, 0.0) is problem
+
+
+def test_of_scores_and_replicates_the_larger_counts_beside_bias_move_and_inverse_dynamics(monkeypatch):
+    monkeypatch.setattr(observed_fit, "sandwich", lambda rung: np.diag([1.0, 4.0]))
+    monkeypatch.setattr(observed_fit, "_apart", lambda *_: np.array([0.0, 2.0]))
+    rungs = [SimpleNamespace(solution=SimpleNamespace(theta=np.array(theta))) for theta in ((0.0, 0.0), (0.5, 100.0))]
+    spread = np.array([[-3.0, -1.0], [0.0, 0.0], [3.0, 1.0]])
+
+    def variances(beside, replicates, scale):
+        ladder = SimpleNamespace(believed=rungs[0], beside=beside)
+        return np.diag(observed_fit.observed_of(ladder, {}, replicates, scale).matrix) / observed_fit.STUDENT**2
+
+    none = np.empty((0, 2))
+    assert variances(None, none, 1.0) == pytest.approx([1.0, 8.0])
+    assert variances(None, spread, 1.0) == pytest.approx([9.0, 8.0])
+    assert variances(None, spread + 2.0, 1.0) == pytest.approx([13.0, 12.0])
+    assert variances(rungs[1], none, 1.0) == pytest.approx([1.25, 8.0 + 36.0])  # a move of three standard errors at most
+    assert variances(None, none, 2.0) == pytest.approx([4.0, 32.0])
+
+
+def test_what_a_model_misses_is_scatter_and_what_is_unexplained_without_noise(identified):
+    fit = identified.best
+    size, percent = float(np.sqrt(np.mean(fit.traces.residual**2))), fit.friction_alone_error_percent
+
+    def missed(unexplained, scatter):
+        bands = replace(fit.resampling.bands, unexplained=unexplained, scatter=scatter)
+        return replace(fit, resampling=replace(fit.resampling, bands=bands)).missed_percent
+
+    assert missed(0.0, 0.0) == 0.0
+    assert missed(0.5 * size, 0.0) == pytest.approx(0.5 * percent)
+    assert missed(0.3 * size, 0.004 * percent) == pytest.approx(0.5 * percent)
+    assert missed(2.0 * size, 0.0) == percent
+    assert replace(fit, resampling=None).missed_percent == percent
 
 
 def test_behind_a_filtered_position_an_observer_finds_the_contact(columns):
@@ -163,13 +232,17 @@ def test_a_doubt_of_inverse_dynamics_about_a_parameter_goes_with_its_value(colum
         doubts = (
             Diagnostic("unseen", "sigma_0", numbers={"percent": 30.0}),
             Diagnostic("widened", numbers={"names": ("sigma_0",), "times": 2.5}),
+            Diagnostic("delay_or_filter", severity="warning"),
+            Diagnostic("filter_suspect", severity="warning"),
         )
         return foreseen(replace(fit, diagnostics=(*fit.diagnostics, *doubts)), *arguments)
 
     monkeypatch.setattr(import_module("bristle.identification.identify"), "foreseen", doubted)
     result = br.identify(columns, "lugre", axis=Axis(resolution=STEP), blocks=0, draws=20)
     assert result.parameters["sigma_0"].status == "identified"
-    assert not {"unseen", "widened"}.intersection(one.code for one in result.best.diagnostics)
+    codes = {one.code: one.severity for one in result.best.diagnostics}
+    assert not {"unseen", "widened", "delay_or_filter"}.intersection(codes)
+    assert codes["filter_suspect"] == "note"
 
 
 def test_values_that_a_model_does_not_allow_are_told_and_not_taken(columns, plain, monkeypatch):
