@@ -175,7 +175,7 @@ class PredictionErrors:
             return self
         plain = replace(self, scatter=None)
         derivatives = plain.linearised({name: values[name] for name in free})[1][: self.settled_rows]
-        column = derivatives[:, [free.index(name) for name in levels]] @ np.array([values[name] for name in levels])
+        column = np.sum(derivatives[:, [free.index(name) for name in levels]] * [values[name] for name in levels], axis=1)
         starts = starts_of([part.position for part in self.parts], round(SETTLES / self.dt), self.dt)
         return replace(self, scatter=LevelScatter.of(starts, column, scatter / math.sqrt(2.0), self.unit))
 
