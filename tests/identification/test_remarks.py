@@ -305,3 +305,21 @@ def test_the_forces_that_a_model_lacks_are_told_together_before_each_and_as_note
         assert {item.severity for item in (structure, *named)} == {severity}
     monkeypatch.setattr("bristle.identification.structure.missing_in", lambda *_: ((), 0.0))
     assert with_structure(fit, None, DEFAULT) is fit
+
+
+def test_an_elastic_coupling_is_not_taken_for_a_filter_or_for_presliding_and_names_no_model(monkeypatch):
+    traces = SimpleNamespace(predicted=np.full(100, 9.0), mechanical=np.full(100, 5.0), residual=np.full(100, 2.0))
+    looks_like = (Diagnostic("no_presliding"), Diagnostic("filter_suspect"))
+    fit = FakeFit(SLIDING, traces, (*looks_like, Diagnostic("correlated")), (estimate("F_C"),))
+    for force, code, left in (
+        (Missing("elastic", 0.4, 1.0, amplitude=43.0), "elastic_load", ["correlated"]),
+        (Missing("speed", 0.4, 1.0), "missing_speed", ["no_presliding", "filter_suspect", "correlated"]),
+    ):
+        monkeypatch.setattr("bristle.identification.structure.missing_in", lambda *_, force=force: ((force,), 0.7))
+        _, named, *others = with_structure(fit, None, DEFAULT).diagnostics
+        assert (named.code, [item.code for item in others]) == (code, left)
+    assert "model" in named.numbers
+    monkeypatch.setattr("bristle.identification.structure.missing_in", lambda *_: ((Missing("elastic", 0.4, 1.0, amplitude=43.0),), 0.7))
+    coupled = with_structure(fit, None, DEFAULT).diagnostics[1]
+    assert "model" not in coupled.numbers
+    assert coupled.numbers["antiresonance"] == 43.0
