@@ -7,7 +7,7 @@ import pytest
 from tests.identification.known_logs import STATED, Motion, log_of, sines, sliding_effort
 
 from bristle.identification import identify
-from bristle.identification.elasticity import FEWEST_BLOCKS, elastic_coupling
+from bristle.identification.elasticity import FEWEST_BLOCKS, _Resonance, elastic_coupling
 from bristle.report.messages import message
 
 MASS, LEVEL, LOOP, DT = 12.0, 8.0, 25.0, 1e-3  # kg, N, Hz, s
@@ -109,3 +109,10 @@ def test_a_periodic_error_of_the_encoder_is_no_force_over_the_position():
         log_of(motion, rippled, step=1e-8), "coulomb_viscous", axis=STATED, blocks=0, draws=0, settings={"missing_effort": 1e-3}
     ).best
     assert "missing_ripple" in codes_of(best)
+
+
+def test_a_resonance_is_clear_beyond_chance_where_it_is_much_and_a_part_of_it_lies_below():
+    resonance = _Resonance(frequency=50.0, ratio=0.5, of_friction=0.1, gain=40.0, below=10.0, share=0.2, least=30.0)
+    assert resonance.clear
+    for doubt in ({"gain": 29.0}, {"share": 0.09}, {"below": 7.0}, {"below": 41.0}):
+        assert not resonance._replace(**doubt).clear, doubt

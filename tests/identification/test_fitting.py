@@ -11,7 +11,7 @@ from bristle.friction import coulomb, coulomb_viscous, lugre, stribeck
 from bristle.identification import identify
 from bristle.identification.estimate import Estimate
 from bristle.identification.excitation import Excitation, shortest_zone
-from bristle.identification.fitting import Judgement, about_estimates, about_fixed, about_level, combinations_of, why_fixed
+from bristle.identification.fitting import Judgement, about_estimates, about_fixed, about_level, combinations_of, effects_of, why_fixed
 from bristle.identification.parameters import Fixed, Scales
 from bristle.identification.settings import DEFAULT
 from bristle.plants import inertia
@@ -95,6 +95,22 @@ def test_an_effect_is_that_of_one_parameter_alone_as_a_share_of_friction():
     assert fit.parameters["M"].effect == pytest.approx(np.linalg.norm(fit.traces.acceleration) / friction, rel=1e-2)
     assert fit.parameters["F_v"].effect == pytest.approx(np.linalg.norm(fit.traces.velocity) / friction, rel=1e-2)
     assert fit.parameters["F_v"].takes == pytest.approx(fit.parameters["F_v"].effect * fit.parameters["F_v"].value)
+
+
+def test_an_effect_that_is_no_number_counts_as_one_that_matters():
+    force = {"M": 1.0, "F_C": np.nan}
+    variables = {
+        "plant": SimpleNamespace(variables=inertia.variables),
+        "component": SimpleNamespace(variables={"F_C": coulomb.variables["F_C"]}),
+    }
+    problem = SimpleNamespace(
+        parameters=SimpleNamespace(fixed={}, **variables),
+        friction=lambda values: np.ones(4),
+        predicted=lambda values: np.full(4, values["M"] + (force["F_C"] if values["F_C"] > 8.0 else 0.0)),
+    )
+    values = {"M": 12.0, "F_C": 8.0}
+    effects = effects_of(problem, values, problem.predicted(values), SCALES)
+    assert effects == {"M": pytest.approx(1.0), "F_C": np.inf}
 
 
 def test_a_level_that_never_acted_is_beyond_the_effort():

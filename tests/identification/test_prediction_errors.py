@@ -116,6 +116,9 @@ def test_a_level_is_expected_where_inverse_dynamics_has_it_and_scatters_by_half_
     change = (whole.residual(free) - whole.residual(raised))[: problem.settled_rows] / 1e-5
     assert scattered.scatter.column == pytest.approx(change, rel=1e-2, abs=1e-3 * np.max(np.abs(change)))
     assert problem.scattering(values, 0.0) is problem
+    mean_of_two = 0.5 * math.hypot(scatter, scatter)
+    starts, column = scattered.scatter.starts, scattered.scatter.column
+    assert scattered.scatter.share == pytest.approx(observer.LevelScatter.of(starts, column, mean_of_two, problem.unit).share)
 
 
 def test_of_scores_and_replicates_the_larger_counts_beside_bias_move_and_inverse_dynamics(monkeypatch):

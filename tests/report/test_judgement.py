@@ -69,6 +69,13 @@ def test_open_parameters_ask_for_care_and_an_open_level_for_another_log(actual):
     assert levels == ["usable", "with_care", "with_care", "measure_again", "measure_again"]
 
 
+def test_a_level_of_nothing_asks_for_no_other_log(actual):
+    fit = doubted(actual.best)
+    estimates = tuple(replace(item, value=0.0, status="at_edge") if item.name == "F_C" else item for item in fit.estimates)
+    level, _, reasons = judged(replace(fit, estimates=estimates), USUAL)
+    assert (level, reasons) == ("usable", ("not identified, and of little effect on the force: F_C",))
+
+
 def test_an_open_parameter_of_little_effect_asks_for_nothing_and_is_named(actual):
     fit = doubted(actual.best)
     for takes, level in ((0.9, "usable"), (1.1, "with_care")):

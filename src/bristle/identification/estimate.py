@@ -32,7 +32,7 @@ class Estimate:
         Low and high end of the 95 % interval in `unit`, from fits to replicates of the log; None where there were none.
     effect : float
         Change of the effort per `unit` of this parameter alone, as a share of the friction force (root mean squares of the log);
-        infinite where nobody asked for it.
+        infinite where it was not computed.
     """
 
     name: str

@@ -90,7 +90,7 @@ def fit_of(estimation: Estimation, context: Context) -> Fit:
     elif uncertainty is None:
         uncertainty = covariance_of(solution, residual, problem.found_first())
     excitation = Excitation(dataset, context.scales, values, problem.parameters.variables, settings)
-    effects = effects_of(problem, values, context.scales)
+    effects = effects_of(problem, values, predicted, context.scales)
     estimates = Judgement(problem, solution, uncertainty, excitation, effects, filtered=not estimation.simulates).estimates()
     error = relative_error_percent(dataset.effort, predicted)
     rows: tuple[Diagnostic, ...] = ()
@@ -128,17 +128,17 @@ def fit_of(estimation: Estimation, context: Context) -> Fit:
     )
 
 
-def effects_of(problem: InverseDynamics, values: Mapping[str, float], scales: Scales) -> dict[str, float]:
+def effects_of(problem: InverseDynamics, values: Mapping[str, float], predicted: np.ndarray, scales: Scales) -> dict[str, float]:
     """Return the change of the effort per unit of each parameter alone, as a share of the friction force (root mean squares)."""
     parameters, friction, effects = problem.parameters, float(np.linalg.norm(problem.friction(values))), dict[str, float]()
     held = {name for name, entry in parameters.fixed.items() if not (entry.redundant or entry.half_width)}
-    predicted = problem.predicted(values)
     for name, variable in ({**parameters.plant.variables, **parameters.component.variables}).items():
         if friction > 0.0 and name not in held and not variable.choices:
             step = STEP * (abs(values[name]) or scales.magnitude(variable))
             change = problem.predicted({**values, name: values[name] + step}) - predicted
             effects[name] = float(np.linalg.norm(change)) / (step * friction)
-    return effects
+    # A force that is no number beside these values is not known to be small.
+    return {name: effect if math.isfinite(effect) else math.inf for name, effect in effects.items()}
 
 
 def _valid(component: FrictionModel, values: Mapping[str, float], kind: Kind) -> Model:
@@ -198,9 +198,7 @@ class Judgement:
             if unsure is None and name not in at_edge:
                 unsure = self._unsure_beside(name)
             if unsure is None and name in at_edge:
-                # No viscous friction is none that would be missed.
-                reason = replace(self._at_edge(name), severity="note" if Role.VISCOUS.fits(variable) and not value else "warning")
-                estimates.append(replace(estimate, status="at_edge", reason=reason))
+                estimates.append(replace(estimate, status="at_edge", reason=self._at_edge(name)))
                 continue
             most = self.excitation.settings.hopeless_std * abs(value)
             std, robust = (deviation if unsure is None or deviation <= most else None for deviation in self._std[name])

@@ -177,6 +177,7 @@ class PredictionErrors:
         derivatives = plain.linearised({name: values[name] for name in free})[1][: self.settled_rows]
         column = np.sum(derivatives[:, [free.index(name) for name in levels]] * [values[name] for name in levels], axis=1)
         starts = starts_of([part.position for part in self.parts], round(SETTLES / self.dt), self.dt)
+        # A reversal shows the mean of the levels before and after it.
         return replace(self, scatter=LevelScatter.of(starts, column, scatter / math.sqrt(2.0), self.unit))
 
     def of_size(self, size: float) -> PredictionErrors:
