@@ -57,6 +57,19 @@ def test_level_stiffness_and_the_curve_between_come_back():
     assert fit.further == len(values["k_i"]) - 2
 
 
+def test_long_strokes_of_which_the_stiffness_takes_little():
+    fine, dt = 4, 2e-4
+    motion = sines(8.0, dt / fine, (1.5e-2, 3e-3, 2e-4), (0.31, 0.83, 1.97))
+    truth = find("maxwell_slip")(**ELEMENTS, sigma_2=300.0)
+    friction = force_along(truth, motion.velocity, dt / fine, motion.position)
+    coarse = type(motion)(*(item[::fine] for item in motion))
+    log = log_of(coarse, MASS * coarse.acceleration + friction[::fine] + np.random.default_rng(0).normal(0.0, 0.05, coarse.time.size))
+    stiffness = identify(log, "maxwell_slip", axis=replace(KNOWN, cutoff=400.0), blocks=0, draws=20).best.parameters["s"]
+    assert stiffness.takes < 0.06
+    assert stiffness.status == "identified"
+    assert stiffness.value == pytest.approx(sum(ELEMENTS["k_i"]), rel=0.02)
+
+
 def test_they_come_before_models_of_local_memory_where_loops_lie_inside_loops():
     identification = identify(elements_log(), "dahl,maxwell_slip", axis=KNOWN, decimation=10, draws=0)
     assert identification.best.name == "maxwell_slip"

@@ -40,7 +40,7 @@ def with_uncertainty(
     """Return a fit with what so many replicates of its log say of it; `report` is told the share of the work done."""
     problem, solution = estimation.resampled
     # A share of a force that would not matter is not asked about.
-    variables = problem.parameters.variables
+    variables = estimation.inverse.parameters.variables
     clear = frozenset(
         estimate.name
         for estimate in fit.estimates
