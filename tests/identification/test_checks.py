@@ -83,14 +83,6 @@ def test_each_model_says_it_and_a_threshold_may_be_set():
     assert reported(log, "sign_reversed", settings={"reversed_work": 1.0}) == []
 
 
-def test_what_a_fit_says_with_more_is_said_once():
-    x = np.cumsum(np.sin(2.0 * np.pi * 1e-3 * np.arange(16_000))) * 1e-3
-    v = np.gradient(x, 1e-3)
-    log = Run(0).log(position=x, effort=12.0 * np.gradient(v, 1e-3) + 9.0 * np.sign(v) + 14.0 * v)
-    codes = [diagnostic.code for diagnostic in identify(log, "coulomb_viscous", draws=0).best.diagnostics]
-    assert codes.count("motion_repeats") == 1
-
-
 def test_nothing_is_fitted_across_lost_rows():
     run = Run(0)
     left = np.r_[: 16_000 // 3, 16_000 // 3 + 137 : 16_000]

@@ -281,7 +281,6 @@ def test_an_effort_that_runs_ahead_roughly_is_told_without_a_sign():
 def test_thresholds_decide_what_is_known():
     log = late(2.2 * DT)
     assert alignment_of([log], [None], Settings(delay_unsure=0.01)).delay is None
-    assert alignment_of([log], [None], Settings(delay_inertia=1e-4)).delay is None
 
 
 def test_the_derivative_is_of_fourth_order():

@@ -85,8 +85,8 @@ def test_shapes_are_freed_and_what_is_none_is_refused():
 
 
 def test_thresholds_method_and_treatment_are_those_that_are_asked_for():
-    axis = Axis(settings={"unsure_std": 0.3, "follows": 0.2})
-    assert settings_of(axis, {"follows": 0.4}) == Settings(unsure_std=0.3, follows=0.4)
+    axis = Axis(settings={"unsure_std": 0.3, "sure": 4.0})
+    assert settings_of(axis, {"sure": 6.0}) == Settings(unsure_std=0.3, sure=6.0)
     assert settings_of(axis, Settings()) == settings_of(None, None) == Settings()
     pairs = [("log", axis)]
     assert with_method(pairs, None) == pairs

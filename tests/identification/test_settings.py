@@ -10,7 +10,6 @@ from tests.identification.known_logs import log_of, sines, sliding_effort
 from bristle.core import Axis, InputError
 from bristle.identification import identify
 from bristle.identification.settings import DEFAULT, Settings
-from bristle.report.messages import warnings_of
 from bristle.report.model_tables import changed_settings
 
 AS_TREATED = Axis(seeks_delay=False, cutoff=100.0)  # each model has its own inertia
@@ -92,11 +91,6 @@ def test_a_threshold_of_resampling_decides_what_is_said(log, changed, code):
     assert code in codes(identify(log, "coulomb_viscous", draws=20, blocks=0, settings=changed))
 
 
-def test_a_share_by_which_parameters_are_moved_stands_in_the_sentence(log):
-    identification = identify(log, "coulomb_viscous", draws=20, blocks=0, settings={"seen_rise": 1e12, "moved": 0.2})
-    assert any("changed by 20 %" in item for item in warnings_of(identification.best))
-
-
 def test_rows_of_a_held_out_block_decide_how_many_there_are(log):
     assert len(identify(log, "coulomb_viscous", draws=0).best.held_out.block_errors_percent) == 5
     rows = identify(log, "coulomb_viscous", draws=0, blocks=0).treatment["rows"]
@@ -122,16 +116,14 @@ def test_levels_and_ratios_of_the_literature_are_those_that_are_set():
         assert by_name[name].least <= by_name[name].default <= by_name[name].most
     # What is said grows graver with the error.
     assert DEFAULT.usable_error < DEFAULT.poor_error < DEFAULT.useless_error
-    assert DEFAULT.unsure_std < DEFAULT.hopeless_std
     assert DEFAULT.acceleration_noise < DEFAULT.noisy_inertia
     assert DEFAULT.delay_rough < DEFAULT.delay_unsure
-    assert DEFAULT.flat_rise < DEFAULT.seen_rise
     assert DEFAULT.missing_slow_force < DEFAULT.missing_slow_force_around < DEFAULT.missing_force < DEFAULT.missing_sought_force
     assert DEFAULT.missing_share < DEFAULT.missing_share_around
 
 
 def test_fixed_thresholds_are_no_settings():
-    for name in ("repeated_size", "filter_seen", "hopeless_std", "nested_loop"):
+    for name in ("repeated_overlap", "filter_seen", "hopeless_std", "nested_loop"):
         assert name not in {threshold.name for threshold in Settings.described()}
         with pytest.raises(InputError, match="is fixed, and no longer set"):
             Settings.of({name: 1.0})

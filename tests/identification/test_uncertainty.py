@@ -89,9 +89,9 @@ def fitted(values, columns, size, space=ParameterSpace):
     return problem, Solution(space(names, -ends, ends), theta, jacobian)
 
 
-def followed(values, columns, size=0.5, settings=DEFAULT):
+def followed(values, columns, size=0.5):
     problem, solution = fitted(values, columns, size)
-    return _Followed(problem, solution, np.ones(len(values), dtype=bool), settings)
+    return _Followed(problem, solution, np.ones(len(values), dtype=bool))
 
 
 def test_a_parameter_that_nothing_makes_up_for_raises_the_error_by_the_square_of_the_change():
@@ -150,7 +150,7 @@ def test_a_parameter_is_seen_from_its_rise_on_and_beyond_doubt_from_a_hundred_ti
 
 def test_a_parameter_is_moved_alone_as_far_as_its_bounds_let_it():
     problem, solution = fitted({"a": 0.5, "b": -1.0}, WALSH[:2], 0.5, Exponential)
-    item = _Followed(problem, solution, np.ones(2, dtype=bool), DEFAULT)
+    item = _Followed(problem, solution, np.ones(2, dtype=bool))
     assert item.moved("a", 1.3).tolist() == pytest.approx([0.5 + np.log(1.3), -1.0])
     assert item.moved("b", 10.0).tolist() == pytest.approx([0.5, -1.0 + np.log(10.0)])
     narrow = replace(solution, space=replace(solution.space, low=np.array([0.4, -9.0]), high=np.array([0.6, 9.0])))

@@ -7,7 +7,6 @@ from hypothesis import strategies as st
 
 from bristle.logs import turns
 from bristle.logs.turns import (
-    by_lag,
     graininess,
     half_cycle_numbers,
     legs_of,
@@ -112,15 +111,6 @@ def test_a_period_is_the_whole_one_where_half_of_it_is_nearly_alike():
     assert period_of(noise, 0.01, 0.5, 2.0) is None
     assert period_of(noise + motion, 0.01, 0.9, 2.0) is None  # less alike than is asked for
     assert period_of(noise + motion, 0.01, 0.3, 2.0) == pytest.approx(3.0, rel=0.02)
-
-
-def test_of_two_signals_all_lags_are_looked_at_over_what_both_share():
-    x, y = np.array([1.0, 2.0, 4.0]), np.array([3.0, 5.0])
-    count, product, of_x, of_y = by_lag(x, y)
-    assert count.tolist() == [1, 2, 2, 1]
-    assert product == pytest.approx([1.0 * 5.0, 1.0 * 3.0 + 2.0 * 5.0, 2.0 * 3.0 + 4.0 * 5.0, 4.0 * 3.0])
-    assert of_x == pytest.approx([1.0, 1.0 + 4.0, 4.0 + 16.0, 16.0])
-    assert of_y == pytest.approx([25.0, 9.0 + 25.0, 9.0 + 25.0, 9.0])
 
 
 def test_noise_is_told_from_motion_by_its_second_differences():

@@ -5,7 +5,7 @@ import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
 from functools import cache
-from typing import Any, NamedTuple, Self
+from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 
@@ -111,7 +111,9 @@ def threshold(default: float, meaning: str, unit: str = "1", least: float = 0.0,
 
 @dataclass(frozen=True)
 class Thresholds:
-    """Thresholds, each a field that `threshold` made."""
+    """Thresholds, each a field that `threshold` made; those that were one are `fixed`, by name."""
+
+    fixed: ClassVar[frozenset[str]] = frozenset()
 
     @classmethod
     @cache
@@ -126,7 +128,7 @@ class Thresholds:
         numbers: dict[str, float] = {}
         for name, value in values.items():
             if name not in by_name:
-                if isinstance(getattr(cls, name, None), float):
+                if name in cls.fixed or isinstance(getattr(cls, name, None), float):
                     raise InputError("is fixed, and no longer set", path=f"{path}.{name}", value=value, mend="Leave it out")
                 raise InputError("is no threshold of an identification", path=f"{path}.{name}", value=value, allowed=", ".join(by_name))
             entry = by_name[name]

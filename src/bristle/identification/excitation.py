@@ -1,27 +1,22 @@
-"""What the motion of a log cannot tell: which parameters, and whatever is fitted, one amplitude and repeated motion."""
+"""What the motion of a log cannot tell: which parameters, and where they trade places, whatever is fitted."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import permutations
 
 import numpy as np
 
 from bristle.core.axis import Axis
-from bristle.core.contracts import Model
 from bristle.core.diagnostic import Diagnostic, Number
 from bristle.core.lazy import cached_property
 from bristle.core.variable import Variable
-from bristle.friction import is_static
 from bristle.identification.dataset import Dataset
 from bristle.identification.parameters import PriorKnowledge, Role, Scales, acts_in_sliding, name_of, names_of
 from bristle.identification.result import Fit
-from bristle.identification.settings import DEFAULT, Settings
+from bristle.identification.settings import Settings
 from bristle.logs.check import checked
 from bristle.logs.log import Log
 from bristle.logs.passages import passages_along
-from bristle.logs.turns import by_lag, period_of, turning_points
-
-DESIGN = (1.0, 0.4, 0.7, 0.2, 1.0)  # of the amplitude: turning points that close loops inside one another
+from bristle.logs.turns import period_of
 
 
 @dataclass(frozen=True)
@@ -132,71 +127,20 @@ def shortest_zone(dataset: Dataset, settings: Settings) -> float:
     return max(settings.zone_counts * dataset.resolution, settings.zone_noise * dataset.noise)
 
 
-def stroke_lengths(dataset: Dataset, tremble: float = DEFAULT.tremble) -> np.ndarray:
-    """Return how far the body goes between reversals [m or rad], shape (half-cycle,); a `tremble` of it is no way."""
-    ways = []
-    for segment, turns in zip(dataset.segments, dataset.reversals, strict=True):
-        least, heights = tremble * float(np.ptp(segment.position)), []
-        for height in segment.position[list(turns)].tolist():
-            if not heights or abs(height - heights[-1]) > least:
-                heights.append(height)
-        apart = np.array(heights)
-        if apart.size:
-            ways.append(np.abs(np.diff(apart[np.unique([0, *turning_points(apart), apart.size - 1])])))
-    return np.concatenate([np.empty(0), *ways])
-
-
-def about_amplitudes(dataset: Dataset, friction: Model, settings: Settings) -> tuple[Diagnostic, ...]:
-    """Return a warning where a model has pre-sliding and the log shows it at one amplitude only."""
-    if is_static(friction):
-        return ()
-    ways = stroke_lengths(dataset, settings.tremble)
-    if ways.size < settings.amplitude_half_cycles or np.min(ways) < settings.nested_loop * np.max(ways):
-        return ()
-    amplitude = float(np.median(ways))
-    numbers = {"half_cycles": ways.size, "amplitude": amplitude, "advised": tuple(share * amplitude for share in DESIGN)}
-    return (Diagnostic("one_amplitude", numbers=numbers, kind=dataset.kind),)
-
-
-def about_repetition(dataset: Dataset, settings: Settings) -> tuple[Diagnostic, ...]:
-    """Return a warning where held-out blocks only repeat the motion that was fitted."""
-    period = repeats_after(dataset, settings)
-    return () if period is None else (Diagnostic("motion_repeats", numbers={"period": period}),)
-
-
-def repeats_after(dataset: Dataset, settings: Settings = DEFAULT) -> float | None:
+def repeats_after(dataset: Dataset) -> float | None:
     """Return the period of a motion that repeats itself [s]; None where it does not."""
     position = max((segment.position for segment in dataset.segments), key=len)
-    return period_of(position, dataset.sample_time, settings.repeated, settings.repeated_periods)
+    return period_of(position, dataset.sample_time)
 
 
-def spread_between_repeats(dataset: Dataset, settings: Settings = DEFAULT) -> float:
+def spread_between_repeats(dataset: Dataset) -> float:
     """Return by how much the effort of one repeat differs from the next [% of it]; 0 where no motion repeats itself."""
-    period = repeats_after(dataset, settings)
+    period = repeats_after(dataset)
     if period is None:
         return 0.0
     effort = max((segment.effort for segment in dataset.segments), key=len)
     size, later = float(np.sqrt(np.mean(effort**2))), round(period / dataset.sample_time)
     return 100.0 * float(np.sqrt(np.mean((effort[later:] - effort[:-later]) ** 2))) / size if size > 0.0 else 0.0
-
-
-def about_repeated_logs(dataset: Dataset, settings: Settings) -> tuple[Diagnostic, ...]:
-    """Return a warning where logs that were held out only repeat the motion of others that were fitted."""
-    motions: dict[int, np.ndarray] = {}
-    for segment in sorted(dataset.segments, key=lambda segment: -segment.position.size):
-        motions.setdefault(segment.log, segment.position)
-    step = max(max(x.size for x in motions.values()) // 4000, 1)  # samples of the longer of two logs
-    thinned = {log: x[::step] - np.mean(x) for log, x in motions.items()}
-    repeated, most = set[int](), settings.repeated_size**2
-    for log, second in permutations(thinned, 2):
-        # The same, one of them shifted in time.
-        x, y = thinned[log], thinned[second]
-        shared, product, xx, yy = by_lag(x, y)
-        long = (shared >= settings.repeated_overlap * min(x.size, y.size)) & (xx > 0.0) & (yy > 0.0)
-        alike = long & (product >= settings.repeated * np.sqrt(xx * yy))
-        if np.any(alike & (xx <= most * yy) & (yy <= most * xx)):
-            repeated.add(log)
-    return (Diagnostic("motion_repeats", numbers={"repeated": len(repeated), "logs": len(motions)}),) if repeated else ()
 
 
 TRADED = {
@@ -209,7 +153,6 @@ TRADED = {
 }
 """By code, what it takes to tell the parameters that trade places in such a log."""
 BY_THE_LOG = ("held_one_direction", "held_one_speed")  # Why a parameter is held that such a log does not tell
-TOLD_MORE_FULLY = {"motion_repeats": ("motion_repeats", "one_amplitude")}  # Codes of a fit that say the same with more
 
 
 def checks_of(pairs: Sequence[tuple[Log, Axis | None]], prior: PriorKnowledge, settings: Settings) -> tuple[Diagnostic, ...]:
@@ -225,7 +168,7 @@ def checks_of(pairs: Sequence[tuple[Log, Axis | None]], prior: PriorKnowledge, s
 
 def with_checks(fit: Fit, diagnostics: Sequence[Diagnostic]) -> Fit:
     """Return a fit with what its logs say against themselves, and which of its parameters that concerns."""
-    of_fit, added = {diagnostic.code for diagnostic in fit.diagnostics}, list[Diagnostic]()
+    added = list[Diagnostic]()
     variables = {**fit.plant.component.variables, **fit.friction.component.variables}
     untold = {
         estimate.name: variables[estimate.name]
@@ -236,8 +179,6 @@ def with_checks(fit: Fit, diagnostics: Sequence[Diagnostic]) -> Fit:
     }
     for diagnostic in diagnostics:
         code = diagnostic.code
-        if of_fit.intersection(TOLD_MORE_FULLY.get(code, ())):
-            continue
         # Parameters that trade places where it holds.
         names = tuple(
             name

@@ -45,6 +45,8 @@ RUNGS, LOWEST = 8, 0.04  # cut-offs of the instruments: how many, the lowest as 
 NARROWEST, HIGHEST = 3.0, 110.0  # Hz: of the instruments
 SLOWEST = 1e-3  # s from sample to sample: rows of faster logs are as narrow
 SPARE_MASS, SPARE_DELAY = 1e-3, 0.05  # of the inertia, samples: what no log says better
+SUSPECTED = 3.0  # standard errors from which a filter in one channel is suspected
+INERTIA_SHARE = 0.12  # of the inertia: a half-width beyond which the log does not show a delay
 CLEARLY = 2.0  # half-widths from which a delay is one, whatever made the first stage err
 MAY_BE_NONE = 0.25  # of the half-width of the inertia with which a delay is taken out, where there may be none
 STUDENT = 2.093  # the 97.5 % quantile of Student's t of one degree of freedom less than the jackknife has blocks
@@ -188,7 +190,7 @@ def _sharpest(rungs: Sequence[Rung]) -> tuple[Rung, Rung]:
 def _alignment_from(rows: WideRows, rungs: list[Rung], settings: Settings, scale: float, *, sought: bool) -> Alignment:
     """Return what the sharpest of the rungs says, noise being nothing in it, and how sure that is."""
     (chosen, narrower), dt = _sharpest(rungs), rows.dt
-    filtered = _with_filter(rows, chosen, narrower, settings.filter_seen, scale, sought=sought)
+    filtered = _with_filter(rows, chosen, narrower, scale, sought=sought)
     channels = filtered or _without_filter(chosen, narrower, sought=sought)
     pairs = zip(channels.errors, channels.changes, strict=False)
     widths = [STUDENT * error + CHANGED * abs(change) for error, change in pairs]
@@ -197,7 +199,7 @@ def _alignment_from(rows: WideRows, rungs: list[Rung], settings: Settings, scale
     # What does not show the inertia does not show the jerk either; in one sine, it is told from a spring by nothing.
     # A delay that may be none is moved where the inertia is known well only.
     share = 1.0 - rows.springiness(chosen.plain.cutoff) ** 2 if abs(delay) > CLEARLY * width else MAY_BE_NONE
-    delay_known = width <= settings.delay_unsure * dt and mass_width <= settings.delay_inertia * share * mass
+    delay_known = width <= settings.delay_unsure * dt and mass_width <= INERTIA_SHARE * share * mass
     lag = lag if delay_known or not sought else None
     mass_known = mass_width <= 0.2 * mass  # of the inertia: a half-width that tells nothing
     # A filter that makes all of a delay may be as good an explanation as none; half a sample is a hold.
@@ -217,8 +219,8 @@ def _alignment_from(rows: WideRows, rungs: list[Rung], settings: Settings, scale
     )
 
 
-def _with_filter(rows: WideRows, rung: Rung, narrower: Rung, clear: float, scale: float, *, sought: bool) -> _Channels | None:
-    """Return what the rows say with a filter in a channel; None where none is seen by `clear` standard errors."""
+def _with_filter(rows: WideRows, rung: Rung, narrower: Rung, scale: float, *, sought: bool) -> _Channels | None:
+    """Return what the rows say with a filter in a channel; None where none is seen."""
     # A filter of less than a sample is no matter, one that the narrower cut-off does not see is noise, and one that tells
     # nothing of parts of the log by the others is none, however small its error: what is left of friction is no chance.
     least = 0.5 * rows.dt**2
@@ -226,10 +228,10 @@ def _with_filter(rows: WideRows, rung: Rung, narrower: Rung, clear: float, scale
     def seen(fit: InstrumentFit, errors: float) -> bool:
         return abs(fit.c) > max(errors * fit.std(-1), least)
 
-    if not seen(rung.free, clear) or not seen(narrower.free, AGREE) or rung.free.c * narrower.free.c < 0.0:
+    if not seen(rung.free, SUSPECTED) or not seen(narrower.free, AGREE) or rung.free.c * narrower.free.c < 0.0:
         return None
     bent = rows.fit(rung.plain.cutoff, rung.plain.delay, free=(sought, True), steps=2 * STEPS).doubted(scale)
-    if not bent.converged or not seen(bent, clear) or abs(bent.c - rung.free.c) > SHORT * abs(bent.c):
+    if not bent.converged or not seen(bent, SUSPECTED) or abs(bent.c - rung.free.c) > SHORT * abs(bent.c):
         return None
     # What a filter lowers lies above zero for certain by its signed ranks [4]_: a value that is huge is one vote.
     lowered = rows.lowered(bent, rung.plain.delay)

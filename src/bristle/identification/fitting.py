@@ -21,7 +21,7 @@ from bristle.identification import structure
 from bristle.identification.element_models import estimate_elements
 from bristle.identification.estimate import MATTERS, Estimate
 from bristle.identification.estimation import Context, Estimation, Estimator, along_the_motion, with_pitch
-from bristle.identification.excitation import Excitation, about_amplitudes, about_repeated_logs, about_repetition
+from bristle.identification.excitation import Excitation
 from bristle.identification.fixed_shape import ELEMENT_MODELS, TOTAL, ShapedModel
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.least_squares import Report, between
@@ -54,11 +54,6 @@ def fit(context: Context, component: FrictionModel, blocks: int, report: Report)
     if not unfinished:
         report(1.0)
     diagnostics = (*((UNFINISHED,) if unfinished else ()), *fit.diagnostics)
-    # Whether what was held out was like what was fitted.
-    if held_out is not None and held_out.of == "logs":
-        diagnostics += about_repeated_logs(context.dataset, context.settings)
-    elif held_out is not None and fit.position_error_percent is None:
-        diagnostics += about_repetition(context.dataset, context.settings)
     return replace(fit, held_out=held_out, unfinished=unfinished, diagnostics=diagnostics), estimation
 
 
@@ -101,7 +96,7 @@ def fit_of(estimation: Estimation, context: Context) -> Fit:
             *structure.about_residual(problem, values, error, settings),
         )
     errors: dict[str, Any] = estimation.problem.errors(solution.values)
-    names, friction = solution.space.reported, problem.model(values)
+    names = solution.space.reported
     return Fit(
         plant=problem.plant(values),
         friction=estimation.written(_valid(component, values, dataset.kind)),
@@ -117,7 +112,6 @@ def fit_of(estimation: Estimation, context: Context) -> Fit:
             *about_level(estimates, excitation),
             *rows,
             *structure.about_rise(problem, values),
-            *about_amplitudes(dataset, friction, settings),
             *about_fixed(problem),
             *(estimation.diagnostics if estimation.simulates else ()),
             *structure.about_treatment(dataset),
@@ -200,7 +194,7 @@ class Judgement:
             if unsure is None and name in at_edge:
                 estimates.append(replace(estimate, status="at_edge", reason=self._at_edge(name)))
                 continue
-            most = self.excitation.settings.hopeless_std * abs(value)
+            most = 100.0 * abs(value)  # a standard error beyond it is none
             std, robust = (deviation if unsure is None or deviation <= most else None for deviation in self._std[name])
             status = "identified" if unsure is None else "unidentifiable"
             estimates.append(replace(estimate, std=std, robust_std=robust, status=status, reason=unsure))

@@ -143,7 +143,7 @@ def identify(
             raise InputError("has no effort, which inverse dynamics needs", path=f"log {entry.source.name}".strip(), mend=mend)
     (first_log, first_axis), kind = pairs[0], pairs[0][0].kind
     prior = replace(request.prior_knowledge_of(first_axis, mass, offset, kind), free=request.freed(free, components))
-    of_logs, pairs = checks_of(pairs, prior, chosen), [(parted(log, axis, chosen), axis) for log, axis in pairs]
+    of_logs, pairs = checks_of(pairs, prior, chosen), [(parted(log, axis), axis) for log, axis in pairs]
     context = _context(pairs, prior, chosen, progress, *request.treatment_of(cutoff, decimation, kind))
     count, held_out = len(components) + extended + bool(draws), blocks_for(context.dataset, blocks, chosen)
     share, short = partial(_share, progress, count), blocks is None and not held_out
@@ -299,7 +299,7 @@ def _fits(
 
 def _ranked(fits: Sequence[Fit], context: Context) -> list[Fit]:
     """Return fits with their ranks, best first."""
-    order = in_order(fits, context.settings, spread_between_repeats(context.dataset, context.settings))
+    order = in_order(fits, context.settings, spread_between_repeats(context.dataset))
     return [replace(fit, rank=rank) for rank, fit in enumerate(with_information(order), 1)]
 
 

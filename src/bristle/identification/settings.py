@@ -21,9 +21,19 @@ class Settings(CheckThresholds):
     (0.3, 0.5)
     """
 
+    # Told so to a person who sets them still.
+    fixed = frozenset(
+        (
+            *("hopeless_std", "blurred_share", "delay_inertia", "filter_seen", "nested_loop", "amplitude_half_cycles", "tremble"),
+            *("repeated", "repeated_periods", "repeated_size", "repeated_overlap", "moved", "flat_rise", "follows", "at_odds"),
+            *("white_lags", "white_level", "unfinished_error", "kept_work", "spring_likeness", "one_way", "steady_share"),
+            *("steps_of_motion", "clipped_samples", "soft_limit", "lost_step", "velocity_scale", "velocity_likeness"),
+            *("velocity_delay", "mass_error", "inertia_share", "gear_near", "shortest_sample", "longest_sample"),
+        )
+    )
+
     # Parameters: which of them count as identified.
     unsure_std: float = _set(0.5, "relative standard error above which a parameter counts as not identified")
-    hopeless_std = 100.0  # relative standard error above which none is given
     beyond_effort: float = _set(1.2, "share of the largest effort beyond which a friction force counts as one that never acted")
     inseparable: float = _set(0.99, "correlation above which two parameters are told to be hardly separable", most=1.0)
 
@@ -35,8 +45,6 @@ class Settings(CheckThresholds):
     # Channels in time.
     delay_rough: float = _set(0.7, "half-width of the 95 % interval of a delay beyond which it is told as unknown", "samples")
     delay_unsure: float = _set(4.0, "half-width of a delay up to which it is taken out", "samples")
-    delay_inertia: float = _set(0.12, "half-width of the inertia, as a share of it, beyond which the log does not show a delay", most=1.0)
-    filter_seen = 3.0  # standard errors from which a filter in one channel is suspected [σ]
     inertia_unsure: float = _set(0.03, "half-width of the inertia, as a share, beyond which each model has its own", most=1.0)
     stages_differ: float = _set(3.0, "joint standard errors by which the rows of a fit may want another inertia", "σ")
     stages_apart = 0.02  # share of the inertia by which the rows of a fit may want another one
@@ -66,19 +74,8 @@ class Settings(CheckThresholds):
     missing_sought_force: float = _set(0.01, "root mean square, as a share of friction, below which no play or hidden ripple is reported")
     reversal_lag: float = _set(0.1, "share of the friction force by which friction must lag behind around reversals")
 
-    # Repetition: what a motion cannot tell, whatever is fitted.
-    nested_loop = 0.7  # share of the longest half-cycle below which one is of another amplitude
-    amplitude_half_cycles = 6.0  # half-cycles from which one amplitude is told [half-cycles]
-    tremble: float = _set(0.02, "share of the range below which a way between two reversals is no half-cycle", most=1.0)
-    repeated_size = 1.1  # ratio of two motions up to which they are the same
-    repeated_overlap = 0.5  # share of the shorter of two logs over which they are compared
-
     # Identifiability by refitting.
-    # profile likelihood: A. Raue et al., Bioinformatics 25(15), 2009
-    moved: float = _set(0.3, "share by which a parameter is moved away", least=0.01, most=0.9, source="doi:10.1093/bioinformatics/btp358")
     seen_rise: float = _set(3.841, "rise of the held-out squared error from which a parameter is seen", source="95 % of chi-square")
-    flat_rise = 0.1  # the same of the fitted rows, below which nothing in the log depends on a parameter
-    follows: float = _set(0.1, "relative change of another parameter that makes up for a move")
 
     # Resampling.
     at_odds: float = _set(3.0, "ratio of the jackknife to the bootstrap, from which intervals count as too narrow")
@@ -89,7 +86,6 @@ class Settings(CheckThresholds):
     held_out_rows: float = _set(20.0, "rows that a held-out block has at least, its margins apart", "rows", least=2.0)
     same_error: float = _set(1e-3, "relative difference of held-out errors that is none")
     doubtful_share: float = _set(0.5, "share of parameters not identified from which a model gives way to simpler ones")
-    unfinished_error = 0.7  # share of the best held-out error below which an interrupted model leads nevertheless
 
     # The loop in simulation.
     loop_differs: float = _set(0.15, "relative difference of measured and simulated following error from which no gain is promised")

@@ -46,7 +46,7 @@ def with_uncertainty(
         for estimate in fit.estimates
         if estimate.status == "identified"
         and estimate.larger_std is not None
-        and (settings.moved * estimate.takes > MATTERS or variables[estimate.name].quantity != "force")
+        and (MOVED * estimate.takes > MATTERS or variables[estimate.name].quantity != "force")
     )
     lost = unidentifiable(problem, solution, clear, settings)
     # What is only weakly seen stays free: held, it would make the others look surer than they are.
@@ -202,6 +202,7 @@ def _with_interval(estimate: Estimate, replicates: Bootstrap, problem: InverseDy
     return replace(estimate, interval=interval), warning
 
 
+MOVED = 0.3  # share by which a parameter is moved away; A. Raue et al., Bioinformatics 25(15), 2009, doi:10.1093/bioinformatics/btp358
 BEYOND_DOUBT = 100.0  # times the threshold, in the linear fit
 CHUNKS = 40
 STIFFER, PAIRS = 10.0, 8  # times; replicates of such an axis, each with its mirror image
@@ -240,12 +241,12 @@ def unidentifiable(problem: Problem, solution: Solution, candidates: frozenset[s
     free = np.ones(len(names), dtype=bool)
     lost: list[Unidentifiable] = []
     doubtful = [name for name in names if name in candidates and solution.values[name] != 0.0]
-    followed = _Followed(problem, solution, free, settings)
+    followed = _Followed(problem, solution, free)
     # Where the linear fit makes sure that a parameter is seen, nobody asks.
     linear = {name: min(followed.linear_rise(name, change) for change in followed.changes) for name in doubtful}
     doubtful = [name for name, rise in linear.items() if not rise >= BEYOND_DOUBT * settings.seen_rise]
     while doubtful:
-        around = _Followed(problem, solution, free, settings)
+        around = _Followed(problem, solution, free)
         with Abreast() as pool:
             rises = dict(zip(doubtful, pool.map(around.without, doubtful), strict=True))
         least = min(doubtful, key=lambda name: rises[name].rise)
@@ -265,7 +266,7 @@ def as_soft(problem: Problem, found: Bootstrap, free: np.ndarray, names: Iterabl
     value. Fits of the `free` coordinates begin at what made the replicate, so that none is led away from it.
     """
     solution = found.solution
-    moved, refit = _Followed(problem, solution, free, settings), Refit(solution, free)
+    moved, refit = _Followed(problem, solution, free), Refit(solution, free)
     draws = [(seed, side) for seed in np.random.SeedSequence(SEED).spawn(PAIRS) for side in (1.0, -1.0)]
 
     def alike(name: str) -> Diagnostic | None:
@@ -294,12 +295,11 @@ class _Followed:
     problem: Problem
     solution: Solution
     free: np.ndarray
-    settings: Settings
 
     @property
     def changes(self) -> tuple[float, float]:
         """Times by which a parameter is moved."""
-        return 1.0 + self.settings.moved, 1.0 - self.settings.moved
+        return 1.0 + MOVED, 1.0 - MOVED
 
     def without(self, name: str) -> Unidentifiable:
         """Return by how much the error rises where one parameter is changed, and which made up for the change."""
@@ -310,15 +310,15 @@ class _Followed:
             solved = [refit.solve(self.problem, start) for start in starts]
             ends.append(([theta for theta, _ in solved], [float(np.sum(after[judged] ** 2)) - before for _, after in solved]))
         (thetas, rises), *held_out = ends
-        then, others, least = self.solution.values, [self.solution.space.values(theta) for theta in thetas], self.settings.follows
+        then, others = self.solution.values, [self.solution.space.values(theta) for theta in thetas]
         asked = [part for part in names if part != name and then.get(part)]  # those that are zero have no share to change by
-        instead = tuple(part for part in asked if any(abs(now[part] - then[part]) > least * abs(then[part]) for now in others))
+        instead = tuple(part for part in asked if any(abs(now[part] - then[part]) > 0.1 * abs(then[part]) for now in others))
         return Unidentifiable(
             name,
             rise=float(np.max(np.sum([quarter for _, quarter in held_out], axis=0))) / self._variance,
-            flat=max(rises) < self.settings.flat_rise * self._variance,
+            flat=max(rises) < 0.1 * self._variance,
             instead=instead,
-            percent=100.0 * self.settings.moved,
+            percent=100.0 * MOVED,
         )
 
     @cached_property

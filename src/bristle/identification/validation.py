@@ -55,7 +55,7 @@ def in_order(fits: Sequence[Fit], settings: Settings = DEFAULT, spread: float = 
     finished = ranked([fit for fit in fits if not fit.unfinished], settings, spread)
     if not interrupted:
         return finished
-    most = settings.unfinished_error * _error(finished[0]) if finished else 0.0
+    most = 0.7 * _error(finished[0]) if finished else 0.0
     ahead = [fit for fit in interrupted if fit.error_percent < most]
     return [*ahead, *finished, *(fit for fit in interrupted if fit.error_percent >= most)]
 

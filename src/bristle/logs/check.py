@@ -14,7 +14,7 @@ from bristle.core.diagnostic import Diagnostic, Number, Severity
 from bristle.core.edge import guarded, instance, optional
 from bristle.logs.channel import LogData, clear_step
 from bristle.logs.lines import Line, lost_in
-from bristle.logs.look import DEFAULT, CheckThresholds, Look, likeness_of
+from bristle.logs.look import DEFAULT, SAME_SCALE, SAME_SIGNAL, CheckThresholds, Look, likeness_of
 from bristle.logs.turns import CHUNKS, CRUISING, FAST, graininess, period_of
 from bristle.logs.words import other_unit_in, plain_unit
 
@@ -22,6 +22,8 @@ Numbers = Mapping[str, Number]
 AnyLog = TypeVar("AnyLog", bound=LogData)
 
 OTHER_STEP = 5.0  # times the resolution: counts of a quadrature encoder differ by 2 and 4
+SAMPLED = 1e-5, 0.5  # s from sample to sample of a servo axis
+SPRING_WORK, SPRING_LIKENESS = 0.3, 0.6  # of a spring: share of the work that stays in the axis, correlation of effort and position
 RATIOS = {"2": 2.0, "pi": np.pi, "2 pi": 2.0 * np.pi, "60": 60.0, "30/pi": 30.0 / np.pi, "180/pi": 180.0 / np.pi, "1000": 1000.0}
 INVERSES = ("1/2", "1/pi", "1/(2 pi)", "1/60", "pi/30", "pi/180", "1/1000")
 GEARS = RATIOS | {name: 1.0 / ratio for name, ratio in zip(INVERSES, RATIOS.values(), strict=True)}
@@ -44,7 +46,7 @@ def _measured(look: Look) -> Iterator[tuple[str, Numbers | None]]:
     if look.velocity is not None:
         scale, likeness, delay = look.velocity
         yield "velocity_contradicts", {"ratio": scale, "correlation": likeness, "delay": delay}
-        if likeness >= settings.velocity_likeness and abs(scale - 1.0) > settings.velocity_scale:
+        if likeness >= SAME_SIGNAL and abs(scale - 1.0) > SAME_SCALE:
             yield "gear_suspect", _gear(look, "velocity", scale)
     if effort is not None and look.is_unsigned:
         yield "effort_unsigned", {"largest": float(np.max(np.abs(effort.values)))}
@@ -62,18 +64,18 @@ def _measured(look: Look) -> Iterator[tuple[str, Numbers | None]]:
     for place, code in ((-2, "level_drifts"), (-1, "level_over_position")):
         if place in shares:
             yield code, {"percent": 100.0 * shares[place], "level": level}
-    if look.way < settings.steps_of_motion * look.resolution:  # the encoder does not resolve the motion
+    if look.way < 10.0 * look.resolution:  # the encoder does not resolve the motion
         yield "below_resolution", {"way": look.way, "resolution": look.resolution}
         return
     ways = np.concatenate(look.ways)
     ahead, back = float(ways[ways > 0.0].sum()), -float(ways[ways < 0.0].sum())
     share = min(ahead, back) / max(ahead + back, np.finfo(float).tiny)
-    if share < settings.one_way:
+    if share < 0.03:  # of the way goes in the lesser direction
         yield "one_direction", {"percent": max(100.0 * share, 0.0), "direction": "forward" if ahead >= back else "backward"}
     yield "one_speed", _one_speed(look)
     position = max(look.segments, key=len)
     step = max(position.size // 4000, 1)  # of a position that may repeat itself
-    period = period_of(position[::step], step * look.log.sample_time, settings.repeated, settings.repeated_periods)
+    period = period_of(position[::step], step * look.log.sample_time)
     yield "motion_repeats", None if period is None else {"every": period}
 
 
@@ -82,8 +84,8 @@ def _suspect_units(look: Look) -> Iterator[tuple[str, Numbers]]:
     settings, dt, turns = look.settings, look.log.sample_time, look.log.kind != "translational"
     speeds = np.abs(look.rows.velocity)
     speed = float(np.quantile(speeds, 0.999)) if speeds.size else 0.0  # of the rows: faster ones may be noise
-    is_odd = not settings.shortest_sample <= dt <= settings.longest_sample
-    is_fast = speed > (settings.fastest_turning if turns else settings.fastest) and dt >= settings.shortest_sample
+    is_odd = not SAMPLED[0] <= dt <= SAMPLED[1]
+    is_fast = speed > (settings.fastest_turning if turns else settings.fastest) and dt >= SAMPLED[0]
     for channel, bases, odd, numbers in (
         ("time", ("s",), is_odd, {"sample_time": dt}),
         ("position", ("m", "rad"), is_fast, {"speed": speed}),
@@ -115,18 +117,18 @@ def _resolution_contradicts(look: Look) -> Numbers | None:
 def _gear(look: Look, of: str, ratio: float) -> Numbers | None:
     """Return a ratio that is one of those that gears and units have."""
     name, value = min(GEARS.items(), key=lambda gear: abs(np.log(abs(ratio) / gear[1])))
-    return {"of": of, "ratio": ratio, "gear": name} if abs(abs(ratio) / value - 1.0) < look.settings.gear_near else None
+    return {"of": of, "ratio": ratio, "gear": name} if abs(abs(ratio) / value - 1.0) < 0.06 else None
 
 
 def _never_slides(look: Look) -> Numbers | None:
     """Measure where the effort follows the position as that of a spring, and gives back the work that it did."""
-    log, share, settings = look.log, look.share, look.settings
+    log, share = look.log, look.share
     # 0.5 and 0.9, of work and of likeness: a wide loop that leans as a spring does
-    if log.effort is None or look.axis.plant != "inertia" or not 0.0 < abs(share) < max(settings.kept_work, 0.5):
+    if log.effort is None or look.axis.plant != "inertia" or not 0.0 < abs(share) < 0.5:
         return None
     likeness = likeness_of(*(channel.values - np.mean(channel.values) for channel in (log.position, log.effort)))
-    narrow = abs(share) < settings.kept_work and likeness > settings.spring_likeness
-    if not narrow and not (likeness > max(settings.spring_likeness, 0.9) and _builds_up(look)):
+    narrow = abs(share) < SPRING_WORK and likeness > SPRING_LIKENESS
+    if not narrow and not (likeness > 0.9 and _builds_up(look)):
         return None
     return {"correlation": likeness, "percent": 100.0 * share, "reach": 0.5 * float(np.ptp(log.position.values))}
 
@@ -172,7 +174,7 @@ def _one_speed(look: Look) -> Numbers | None:
         every.append(way)
         steady.append(np.stack([way, top])[:, (cruises.sum(axis=0) >= 0.6 * goes.sum(axis=0)) & (top > 0.0)])  # of the parts of a way
     ways, tops = np.concatenate(steady, axis=1)
-    if not ways.size or ways.sum() < look.settings.steady_share * np.concatenate(every).sum():
+    if not ways.size or ways.sum() < 0.35 * np.concatenate(every).sum():
         return None
     order = np.argsort(tops)
     below = np.cumsum(ways[order]) / ways.sum()
@@ -215,15 +217,15 @@ def checked(log: LogData, axis: Axis | None = None, settings: CheckThresholds = 
     """
     axis = axis or Axis(kind=log.kind)
     resolution = axis.resolution or log.position.step
-    lost = lost_in(log, resolution, settings.lost_step)
+    lost = lost_in(log, resolution)
     look = Look(_parted(log, lost), axis, settings, resolution, lost)
     measured = [(code, numbers) for code, numbers in _measured(look) if numbers is not None]
     return (*log.findings, *(Diagnostic(code, "", SEVERITIES.get(code, "warning"), numbers, log.kind) for code, numbers in measured))
 
 
-def parted(log: AnyLog, axis: Axis | None = None, settings: CheckThresholds = DEFAULT) -> AnyLog:
+def parted(log: AnyLog, axis: Axis | None = None) -> AnyLog:
     """Return a log with the places where rows are missing between its segments, so that nothing goes across them."""
-    return _parted(log, lost_in(log, (axis and axis.resolution) or log.position.step, settings.lost_step))
+    return _parted(log, lost_in(log, (axis and axis.resolution) or log.position.step))
 
 
 def _parted(log: AnyLog, starts: np.ndarray) -> AnyLog:

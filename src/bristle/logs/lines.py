@@ -134,7 +134,7 @@ def _filtered(log: LogData, window: int) -> Rows:
     return Rows(*(np.concatenate(column) for column in zip(*parts, strict=True))) if parts else Rows(*[np.empty(0)] * 7)
 
 
-def lost_in(log: LogData, resolution: float, factor: float) -> np.ndarray:
+def lost_in(log: LogData, resolution: float, factor: float = 8.0) -> np.ndarray:
     """Return the samples before steps of the position that the velocity around does not explain, shape (place,).
 
     A step stands out where it differs from the steps next to it by far more than those do among themselves, and by

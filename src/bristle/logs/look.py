@@ -20,6 +20,8 @@ from bristle.logs.turns import graininess, turning_points
 
 FALLS = (0.1, 0.02)  # of the largest speed, over which friction may fall
 SIDE = 0.02  # share of the rows in a direction from which it has columns of its own
+CLIPPED = 10  # samples in a row at an extreme from which an effort is clipped
+SAME_SCALE, SAME_SIGNAL = 0.05, 0.8  # of a recorded velocity beside that of the position: relative deviation, correlation
 
 
 @dataclass(frozen=True)
@@ -30,30 +32,12 @@ class CheckThresholds(Thresholds):
     reversed_work: float = threshold(
         0.1, "share of the work over closed motion, taken as put in, from which the sign of the effort is doubted", most=1.0
     )
-    kept_work = 0.3  # share of the work over closed motion that stays in the axis below which it may be a spring
-    spring_likeness = 0.6  # correlation of effort and position from which an effort is that of a spring
-    one_way: float = threshold(0.03, "share of the way that goes in the lesser direction below which a log has one", most=0.5)
     one_speed: float = threshold(1.3, "ratio of the 90 % to the 10 % quantile of the speed below which a log has one", least=1.0)
-    steady_share = 0.35  # share of the way at steady speeds from which one speed is told
-    steps_of_motion = 10.0  # encoder steps of a way between two reversals below which a motion is below the resolution [steps]
-    repeated: float = threshold(0.98, "correlation from which two motions are the same", most=1.0)
-    repeated_periods = 3.0  # periods in a log from which it repeats itself [periods]
-    clipped_samples = 10.0  # samples in a row at an extreme from which an effort is clipped [samples]
-    soft_limit = 0.2  # share by which the largest effort reads too little from which a channel bends over
-    lost_step = 8.0  # times what the steps around it scatter by that a step of the position must stand out to be a loss
-    velocity_scale = 0.05  # relative deviation of a recorded velocity from that of the position
-    velocity_likeness = 0.8  # correlation with the velocity of the position below which a recorded one is another signal
-    velocity_delay = 0.005  # time between a recorded velocity and that of the position from which it is told [s]
     mass_ratio: float = threshold(
         1.15, "ratio of the known mass or inertia to the one that the log shows from which they contradict", least=1.0
     )
-    mass_error = 0.05  # relative standard error of the mass that the log shows up to which it is compared
-    inertia_share = 0.06  # share of the scatter of the effort that inertia must have for a mass to be compared
-    gear_near = 0.06  # relative deviation from 2, pi, 60 and the like that is a gear
     fastest: float = threshold(20.0, "speed of a linear axis above which the unit of the position is doubted", "m/s")
     fastest_turning: float = threshold(2500.0, "speed of a rotary axis above which the unit of the position is doubted", "rad/s")
-    shortest_sample = 1e-5  # time between samples below which the unit of time is doubted [s]
-    longest_sample = 0.5  # time between samples above which the unit of time is doubted [s]
     level_drift: float = threshold(0.1, "share of the level of friction by which it must change over time, or over the range, to be told")
     sure: float = threshold(5.0, "standard errors by which what a line through the log shows must differ from none", "σ")
 
@@ -84,14 +68,14 @@ class Look:
     @cached_property
     def cut(self) -> Cut | None:
         """Where the effort is cut off: at a limit, or below its noise."""
-        log, run = self.log, int(self.settings.clipped_samples)
+        log = self.log
         if log.effort is None:
             return None
         limit = self.axis.controller.values.get("limit") if isinstance(self.axis.controller, Model) else None
         # The controller bounds its own part: known inputs are added behind its limit.
-        own = clipped(log.effort.values - log.injected_effort, limit, run) if log.injected else None
-        cut = own or clipped(log.effort.values, self.axis.effort_limit or limit, run)
-        return cut or piled_up(log, self.rows, self.resolution, run, self.settings.sure)
+        own = clipped(log.effort.values - log.injected_effort, limit, CLIPPED) if log.injected else None
+        cut = own or clipped(log.effort.values, self.axis.effort_limit or limit, CLIPPED)
+        return cut or piled_up(log, self.rows, self.resolution, CLIPPED, self.settings.sure)
 
     @cached_property
     def is_unsigned(self) -> bool:
@@ -107,7 +91,7 @@ class Look:
     @cached_property
     def velocity(self) -> tuple[float, float, float] | None:
         """Scale, likeness and delay of a recorded velocity against that of the position; None where it is that one."""
-        moved, settings = self.rows.sliding, self.settings
+        moved = self.rows.sliding
         # 100.0 encoder steps of the range from which the position tells a velocity
         moves = float(np.ptp(self.log.position.values)) > 100.0 * self.resolution
         if not self.rows.recorded.size or not moves or moved.velocity.size < 50:  # rows to compare velocities
@@ -116,9 +100,9 @@ class Look:
         likeness = likeness_of(v, recorded)
         # A velocity that is late by a time is less by that time of the acceleration.
         scale, late = unbounded(np.column_stack([v, -moved.acceleration]), recorded).tolist()
-        of_size = likeness >= settings.velocity_likeness and abs(scale - 1.0) <= settings.velocity_scale
+        of_size = likeness >= SAME_SIGNAL and abs(scale - 1.0) <= SAME_SCALE
         delay = late / scale if of_size else 0.0
-        return None if of_size and abs(delay) <= settings.velocity_delay else (scale, likeness, delay)
+        return None if of_size and abs(delay) <= 0.005 else (scale, likeness, delay)  # s between both from which it is told
 
     @cached_property
     def sliding(self) -> tuple[Rows, np.ndarray]:
@@ -155,7 +139,7 @@ class Look:
         top = float(np.abs(effort).max())
         line = self.line(-((effort / top) ** 3) * top)
         share, deviation = line.last if line is not None else (0.0, 0.0)
-        return share if share > self.settings.soft_limit and share > self.settings.sure * deviation else None
+        return share if share > max(0.2, self.settings.sure * deviation) else None  # of the largest effort: a channel that bends over
 
     @cached_property
     def mass(self) -> tuple[float, float] | None:
@@ -165,7 +149,8 @@ class Look:
             return None
         mass, deviation = float(line.coefficients[0]), float(line.deviations[0])
         share = abs(mass) * float(np.std(self.sliding[0].acceleration)) / float(np.std(self.sliding[0].effort))
-        if not (axis.mass > 0.0 < mass and deviation < settings.mass_error * mass and share > settings.inertia_share):
+        # 0.05 of the mass, and 0.06 of the scatter of the effort: an inertia that the log shows well enough
+        if not (axis.mass > 0.0 < mass and deviation < 0.05 * mass and share > 0.06):
             return None
         ratio = axis.mass / mass
         contradicts = max(ratio, 1.0 / ratio) >= settings.mass_ratio * (1.0 + settings.sure * deviation / mass)

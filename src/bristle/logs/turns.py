@@ -120,13 +120,15 @@ def whole_cycle(position: np.ndarray, velocity: np.ndarray) -> int | None:
 LONG = 2**17  # samples, beyond which a period is sought roughly first
 
 
-def period_of(position: np.ndarray, sample_time: float, correlated: float, periods: float) -> float | None:
+def period_of(position: np.ndarray, sample_time: float, correlated: float = 0.98, periods: float = 3.0) -> float | None:
     """Return the period [s] of a motion that, from so many periods on, correlates with itself so well; None where it has none."""
     if position.size > LONG:
         return _period_of_long(position, sample_time, correlated, periods)
+    from scipy.signal import correlate
+
     x = position - np.mean(position)
-    product, late, early = (part[x.size - 1 :] for part in by_lag(x, x)[1:])
-    size = np.sqrt(late * early)
+    sums = np.concatenate([[0.0], np.cumsum(x * x)])
+    product, size = np.asarray(correlate(x, x, method="fft"))[x.size - 1 :], np.sqrt((sums[-1] - sums[:-1]) * sums[:0:-1])
     correlation = np.divide(product, size, out=np.zeros_like(size), where=size > 0.0)
     below, last = np.flatnonzero(correlation < 0.0), int(x.size / periods)
     if not below.size or below[0] >= last:
@@ -152,16 +154,6 @@ def _period_of_long(position: np.ndarray, sample_time: float, correlated: float,
         if np.corrcoef(position[lag:], position[:-lag])[0, 1] >= correlated:
             return lag * sample_time
     return None
-
-
-def by_lag(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return for each lag of `x` behind `y` how many samples both share, their product and their squares there."""
-    from scipy.signal import correlate, correlation_lags
-
-    lag = correlation_lags(x.size, y.size)
-    first, last = np.maximum(lag, 0), np.minimum(x.size, y.size + lag)
-    xx, yy = (np.concatenate([[0.0], np.cumsum(signal * signal)]) for signal in (x, y))
-    return last - first, np.asarray(correlate(x, y, method="fft")), xx[last] - xx[first], yy[last - lag] - yy[first - lag]
 
 
 CHUNKS = 20  # of a leg, in which its speed is looked at

@@ -5,10 +5,6 @@ from typing import Any
 
 from bristle.report.sentences.sentence import Sentence, says, where
 
-_NO_TEST = (
-    "what was held out is the motion that was fitted, so that its error tells how well the axis repeats itself, not "
-    "how the model does on another motion. Predict a log of another motion with it"
-)
 _INTERVALS = (
     "95 % intervals from {{draws}} fits to logs simulated with the model: {causes}, friction that scatters by "
     "{{scatter_percent:2 digits}} % over {{half_cycles}} half-cycles; {left} of the residual (root mean square) is "
@@ -103,27 +99,12 @@ FITS: dict[str, Sentence] = {
         "a doubt about the treatment of a log, which replicates do not know of, is in its intervals",
         "state the delay under [timing] of the axis file, or mend what is named",
     ),
-    # What the motion cannot tell, and what was held out.
-    "one_amplitude": says(
-        "all {half_cycles} half-cycles go the same way of {amplitude:length}: a log of one amplitude holds no "
-        "loop inside another one, so that it cannot tell a contact that remembers one force (dahl, lugre) from one "
-        "that remembers its turning points (maxwell_slip), however their errors differ. Record a motion to and fro "
-        "over {advised:length}: elements close the loops inside the large one, the others creep",
-        "the log turns at one amplitude only",
-        "record a motion over the amplitudes told",
-    ),
-    "motion_repeats": Sentence(
-        (
-            "the motion repeats itself every {period:time}: " + _NO_TEST,
-            "the motion repeats itself every {every:.3g} s: predict a log of another motion to see what a model is worth",
-            "each log repeats the motion of another one: " + _NO_TEST,
-            "{repeated} of {logs} logs repeat the motion of another one: " + _NO_TEST,
-        ),
-        "the motion repeats itself, and what was held out of it is no other motion",
-        "record another motion too, and predict its log",
-        choose=lambda texts, numbers: texts[
-            0 if "period" in numbers else 1 if "every" in numbers else 2 if numbers["repeated"] == numbers["logs"] else 3
-        ],
+    # What was held out.
+    "motion_repeats": says(
+        "the motion repeats itself every {every:time}: what is held out of it is the motion that was fitted, so that its error tells how "
+        "well the axis repeats itself. Predict a log of another motion, of several amplitudes, to see what a model is worth",
+        "the motion repeats itself, and what is held out of it is no other motion",
+        "record another motion of several amplitudes too, and predict its log",
     ),
     "too_short": says(
         "the log is too short for a part of it to be held out: all errors are those of what was fitted",
