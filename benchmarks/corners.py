@@ -158,5 +158,3 @@ def corners(first: int = FIRST) -> Iterator[Share]:
             for parameter in dict.fromkeys(key for one in found for key in one.inside):
                 inside = [one.inside[parameter] for one in found if parameter in one.inside]
                 yield Share(f"{name}, {parameter}", 100.0 * float(np.mean(inside)), 0.0, 100.0, len(inside))
-            differ = 100.0 * float(np.mean(["half_cycles_differ" in one.codes for one in found]))
-            yield Share(f"{name}, half-cycles differ", differ, 0.0, 5.0, len(found))

@@ -77,7 +77,6 @@ def _resampling(result: Any) -> dict[str, Any]:
         "draws": {name: item if item.ndim == 1 else [signal(each) for each in item] for name, item in draws.items()},
         "bands": {name: value for name, value in vars(result.bands).items() if name != "draws"},
         "scatter": result.scatter,
-        "jackknife": result.jackknife,
         "curve": result.curve,
     }
 

@@ -20,7 +20,7 @@ import bristle as br
 from bristle import controllers, friction, plants, sensors
 from bristle.core import Axis
 from bristle.engine import run_closed_loop, run_open_loop
-from bristle.identification import Fit, identify, inverse_dynamics
+from bristle.identification import Fit, identify
 from bristle.identification.half_cycles import Disturbance, Groups, disturbance_of, scatter_in
 from bristle.identification.inverse_dynamics import InverseDynamics, RowReplicates
 from bristle.identification.parameters import PriorKnowledge, parameters_of
@@ -95,26 +95,6 @@ def test_the_scatter_has_the_interval_of_chi_square(count):
     scatter = levelled(count).fit.resampling.scatter
     for end, tail in ((scatter.low, 0.975), (scatter.high, 0.025)):
         assert end / scatter.value == pytest.approx(((count - 1) / stats.chi2.ppf(tail, count - 1)) ** 0.5, rel=0.15)
-
-
-@pytest.mark.parametrize("count", [5, 6])
-def test_the_jackknife_of_a_mean_is_its_standard_error(count):
-    item = levelled(count)
-    assert item.fit.resampling.jackknife["F_C"] == pytest.approx(item.standard_error, rel=0.08)
-
-
-@pytest.mark.parametrize(("spread", "told"), [(0.0, False), (0.05, True)])
-def test_what_differs_between_half_cycles_and_is_no_level_is_told(spread, told):
-    count, motion, rng = 6, swings(6), np.random.default_rng(0)
-    size = motion.time.size // count
-    masses = MASS * (1.0 + spread * rng.standard_normal(count))
-    effort = np.repeat(masses, size) * motion.acceleration + LEVEL * side_of(motion)
-    parts = tuple(slice(k * size, (k + 1) * size) for k in range(count))
-    log = log_of(motion, effort + 0.05 * rng.standard_normal(effort.size), segments=parts)
-    fit = identify(log, "coulomb", offset=0.0, decimation=5, axis=STATED, blocks=0, draws=20).best
-    assert any(diagnostic.code == "half_cycles_differ" and diagnostic.numbers["names"] == ("M",) for diagnostic in fit.diagnostics) == told
-    if told:
-        assert fit.resampling.jackknife["M"] == pytest.approx(stats.sem(masses), rel=0.03)
 
 
 @cache
@@ -415,22 +395,6 @@ def cornered(name: str):
     return br.identify({"time": t, "position": position, "effort": effort}, name, method="inverse_dynamics", draws=40, blocks=0)
 
 
-def test_a_value_outside_its_interval_is_told(monkeypatch):
-    # Without a doubt of what fits to replicates are off by, the draws lie beside the value.
-    monkeypatch.setattr(inverse_dynamics, "DOUBT", 0.1)
-    monkeypatch.setattr(inverse_dynamics, "UNSEEN", 0.0)
-    fit = cornered.__wrapped__("lugre")
-    (message,) = (diagnostic.numbers["names"] for diagnostic in fit.diagnostics if diagnostic.code == "shifted")
-    inside = {
-        name
-        for name, diagnostic in fit.parameters.items()
-        if diagnostic.interval and diagnostic.interval[0] <= diagnostic.value <= diagnostic.interval[1]
-    }
-    assert "F_S" in message
-    assert not inside.intersection(message)
-    assert not any(diagnostic.code == "shifted" for diagnostic in cornered.__wrapped__("coulomb_viscous").diagnostics)
-
-
 def test_what_the_filter_rounds_is_known_from_replicates_that_it_rounds_alike():
     fit = cornered("lugre")
     for name, truth in ROUNDED.items():
@@ -440,7 +404,3 @@ def test_what_the_filter_rounds_is_known_from_replicates_that_it_rounds_alike():
         draws = fit.best.resampling.bands.draws[name]
         assert abs(np.mean(draws) / truth - 1.0) < 2.5e-3
     assert abs(fit.parameters["sigma_1"].value / ROUNDED["sigma_1"] - 1.0) > 0.01
-
-
-def test_a_right_model_does_not_differ_between_half_cycles():
-    assert not any(diagnostic.code == "half_cycles_differ" for diagnostic in cornered("lugre").diagnostics)

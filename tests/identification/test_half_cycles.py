@@ -46,7 +46,6 @@ def test_groups_are_counted_among_those_that_have_rows():
     groups = Groups(np.array([2, 2, 5, 5, 5, 9]))
     assert (groups.index.tolist(), groups.first.tolist(), groups.count) == ([0, 0, 1, 1, 1, 2], [0, 2, 5], 3)
     assert groups.summed(np.arange(6.0)).tolist() == [1.0, 9.0, 5.0]
-    assert [part.tolist() for part in groups.split(np.arange(6))] == [[0, 1], [2, 3, 4], [5]]
 
 
 def test_a_way_is_none_within_two_steps_or_eight_times_the_noise():

@@ -5,10 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from bristle.identification.half_cycles import Groups
 from bristle.identification.least_squares import Linearised, Search
 from bristle.identification.least_squares import between as part_of
-from bristle.identification.problem import Away, Contrast, Jackknife, between, covariance_of, is_white
+from bristle.identification.problem import Away, Contrast, between, covariance_of
 
 RNG = np.random.default_rng(1)
 ROWS = 800
@@ -68,34 +67,6 @@ def test_an_error_of_all_rows_at_once_adds_to_the_robust_error():
     covariance = covariance_of(solution_of(columns), residual, [np.full(ROWS, 0.3)])
     assert covariance.robust_std[0] == pytest.approx(0.3, rel=0.01)
     assert covariance.std[0] == pytest.approx(0.1 / ROWS**0.5, rel=0.1)
-
-
-def test_the_jackknife_is_that_of_fits_without_each_half_cycle():
-    cycles = Groups(np.repeat(np.arange(8), 100))
-    columns = np.column_stack([np.ones(ROWS), 50.0 * RNG.standard_normal(ROWS)])
-    noise = RNG.standard_normal(ROWS) + np.repeat(RNG.standard_normal(8), 100)
-    whole = np.linalg.lstsq(columns, noise, rcond=None)[0]
-    kept = [np.linalg.lstsq(columns[cycles.index != k], noise[cycles.index != k], rcond=None)[0] for k in range(8)]
-    changes = np.array(kept) - whole
-    expected = np.sqrt(7 / 8 * np.sum((changes - changes.mean(axis=0)) ** 2, axis=0))
-    jackknife = Jackknife.of(solution_of(columns), cycles)
-    assert jackknife.std(noise - columns @ whole) == pytest.approx(expected)
-    assert jackknife.named(expected) == pytest.approx({"a": expected[0], "b": expected[1]})
-    stays = Jackknife.of(solution_of(columns, at_edge=("b",)), cycles)
-    assert stays.named(expected) == pytest.approx({"a": expected[0]})
-    few = Jackknife.of(solution_of(columns), Groups(np.repeat(np.arange(4), 200)))
-    assert few.named(few.std(noise)) == {}
-    assert Jackknife.of(solution_of(columns), Groups(np.repeat(np.arange(5), 160))).names == ("a", "b")
-
-
-def test_independent_residuals_are_white_and_lasting_ones_are_not():
-    white = np.random.default_rng(3).standard_normal(2000)
-    assert is_white(white)
-    assert is_white(white + 7.0)  # a constant is no correlation
-    assert not is_white(white[1:] + 0.3 * white[:-1])
-    assert not is_white(np.zeros(2000))
-    assert not is_white(white[:40])
-    assert not is_white(white[1:] - 0.3 * white[:-1])
 
 
 def test_draws_go_all_the_way_between_both_fits_where_the_other_is_surer():

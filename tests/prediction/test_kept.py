@@ -47,8 +47,6 @@ RESAMPLING = {
     "left_in_open_loop": 6.0,
     "half_cycles": 30,
     "resolution": 1e-6,
-    "white": False,
-    "jackknife_std": {"F_C": 0.3},
     "virgin_curve": {"x": [1.0, 2.0], "force": [3.0, 4.0], "low": [5.0, 6.0], "high": [7.0, 8.0]},
     "virgin_curve_from": 1e-7,
 }
@@ -108,8 +106,7 @@ def test_how_sure_a_model_is_comes_with_all_its_draws_or_with_those_of_the_model
     )
     assert numbers == (0.05, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
     assert tuple(resampling.scatter) == (0.05, 0.04, 0.07)
-    assert (resampling.half_cycles, resampling.resolution, resampling.white) == (30, 1e-6, False)
-    assert dict(resampling.jackknife) == {"F_C": 0.3}
+    assert (resampling.half_cycles, resampling.resolution) == (30, 1e-6)
     assert resampling.curve == ((1.0, 3.0, 5.0, 7.0), (2.0, 4.0, 6.0, 8.0))
     assert resampling.curve_from == 1e-7
 

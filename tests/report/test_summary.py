@@ -53,8 +53,8 @@ def test_numbers_of_the_draws_stand_beside_the_intervals():
     bands |= {"left_in_closed_loop": 5.0, "left_in_open_loop": 6.0, "count": 20}
     scatter = type("Scatter", (), {"_asdict": lambda self: {"value": 0.03}})()
     curve = ((0.0, 1.0, 0.9, 1.1), (1e-6, 2.0, 1.9, 2.1))
-    custom = {"half_cycles": 30, "resolution": 1e-6, "white": True, "jackknife": {"a": 0.1}, "curve": curve, "curve_from": "loops"}
+    custom = {"half_cycles": 30, "resolution": 1e-6, "curve": curve, "curve_from": "loops"}
     reported = _resampling(fit(resampling=Some(bands=Some(**bands), scatter=scatter, **custom)))
     assert reported["virgin_curve"] == {"x": [0.0, 1e-6], "force": [1.0, 2.0], "low": [0.9, 1.9], "high": [1.1, 2.1]}
-    assert (reported["draws"], reported["noise"], reported["left_in_open_loop"], reported["white"]) == (20, 0.0, 6.0, True)
-    assert (reported["scatter"], reported["jackknife_std"], reported["virgin_curve_from"]) == ({"value": 0.03}, {"a": 0.1}, "loops")
+    assert (reported["draws"], reported["noise"], reported["left_in_open_loop"]) == (20, 0.0, 6.0)
+    assert (reported["scatter"], reported["virgin_curve_from"]) == ({"value": 0.03}, "loops")

@@ -32,7 +32,7 @@ from bristle.core.cores import Abreast
 from bristle.core.normal import DEVIATION_OVER_MEDIAN
 from bristle.identification.half_cycles import Disturbance, Groups, disturbance_of, scatter_in
 from bristle.identification.parameter_space import Solution, Turned
-from bristle.identification.problem import Contrast, Jackknife, Problem, Replicates, between
+from bristle.identification.problem import Contrast, Problem, Replicates, between
 from bristle.identification.refit import Refit
 from bristle.identification.result import Scatter
 
@@ -48,10 +48,9 @@ EDGE = 3.0  # standard deviations beyond which an estimated square went astray
 
 @dataclass(frozen=True)
 class Bootstrap:
-    """Fits to logs drawn anew, by `disturbance`, of the log with this `solution`, as its `replicates` draw them."""
+    """Fits to logs drawn anew, by `disturbance`, of the log with this `solution`."""
 
     solution: Solution
-    replicates: Replicates
     draws: np.ndarray
     members: tuple[Mapping[str, Any], ...]
     disturbance: Disturbance
@@ -59,8 +58,6 @@ class Bootstrap:
     unexplained: float
     residual: np.ndarray
     slope: np.ndarray
-    jackknife: Mapping[str, float]
-    usual_jackknife: Mapping[str, float]
 
     @property
     def reported(self) -> tuple[str, ...]:
@@ -145,14 +142,12 @@ def bootstrap(
     residual, slope = problem.residual(solution.values), problem.friction_slope(values)
     levels = Levels.of(cycles, slope, problem.away.rows)
     visible = levels.scatter(residual)
-    drawing = problem.replicates(values, slope, residual)
     fits = _Fits(
-        drawing,
+        problem.replicates(values, slope, residual),
         disturbance_of(problem.dataset, visible),
         Refit(solution, free, linear=linear),
         levels,
         solution.theta,
-        Jackknife.of(solution, cycles),
         Contrast.of(solution, problem.away, free, residual),
     )
     rng = np.random.SeedSequence(SEED)
@@ -188,7 +183,6 @@ def bootstrap(
     ends = (level.scatter(level.squares.deviation(share)) for share in (1.0 - 0.01 * TAIL, 0.01 * TAIL))
     return Bootstrap(
         solution,
-        drawing,
         np.array([draw.numbers for draw in draws]),
         tuple(draw.values for draw in draws),
         fits.disturbance,
@@ -196,9 +190,6 @@ def bootstrap(
         lacking**0.5,
         residual,
         slope,
-        # What leaving out half-cycles changes by the residual of the log, and by those of replicates.
-        fits.jackknife.named(fits.jackknife.std(residual)),
-        fits.jackknife.named(np.sqrt(np.mean([fit.jackknife**2 for fit in drawn], axis=0))),
     )
 
 
@@ -285,13 +276,12 @@ class Level(NamedTuple):
 
 
 class _Drawn(NamedTuple):
-    """A fit to one replicate: its coordinates, what leaving out half-cycles changes, mean square of the residual."""
+    """A fit to one replicate: its coordinates, mean square of the residual."""
 
     # The scatter is the one that is visible, in units of that to be expected; the `change` that of the contrast.
 
     theta: np.ndarray
     change: np.ndarray
-    jackknife: np.ndarray
     scatter: float
     square: float
 
@@ -312,7 +302,6 @@ class _Fits:
     refit: Refit
     levels: Levels
     centre: np.ndarray
-    jackknife: Jackknife
     contrast: Contrast
     level: Level | None = None
 
@@ -332,10 +321,4 @@ class _Fits:
             scatter = self.level.scatter(self.level.squares.deviation(share))
             usual = self.level.visible_of(scatter)
         theta, residual = self.refit.solve(self.replicates.draw(self.disturbance._replace(scatter=scatter), rng, side), solution.theta)
-        return _Drawn(
-            theta,
-            self.contrast.change(residual),
-            self.jackknife.std(residual),
-            self.levels.scatter(residual) / usual,
-            float(np.mean(residual**2)),
-        )
+        return _Drawn(theta, self.contrast.change(residual), self.levels.scatter(residual) / usual, float(np.mean(residual**2)))

@@ -67,10 +67,6 @@ class Groups:
         first, index = np.unique(self.of_rows, return_index=True, return_inverse=True)[1:]
         self.__dict__.update(index=index, first=first, count=first.size)
 
-    def split(self, rows: np.ndarray) -> list[np.ndarray]:
-        """Return the rows of each group."""
-        return np.split(rows, self.first[1:])
-
     def summed(self, rows: np.ndarray) -> np.ndarray:
         """Return the sum of a signal over the rows of each group, shape (group, ...)."""
         return np.add.reduceat(rows, self.first, axis=0)

@@ -18,7 +18,7 @@ from bristle.identification.dataset import Dataset
 from bristle.identification.half_cycles import Disturbance, Groups
 from bristle.identification.parameter_space import Solution
 from bristle.identification.parameters import ParameterSet
-from bristle.identification.settings import DEFAULT, Settings
+from bristle.identification.settings import Settings
 from bristle.logs.waves import frequency_in, waves
 
 SINGULAR = 1e-7  # of the largest singular value: the accuracy of a Jacobian by differences
@@ -258,7 +258,6 @@ class Problem(Sought, Protocol):
 
 
 CLUSTERS = 40
-RANK = 1e-12  # of the largest singular value of its equations
 
 
 @dataclass(frozen=True)
@@ -315,60 +314,3 @@ def scores_of(columns: np.ndarray, residual: np.ndarray, blocks: int) -> np.ndar
 def _root(variance: np.ndarray) -> np.ndarray:
     """Return the standard error of each variance; none is known where rounding left less than nothing of it."""
     return np.sqrt(np.where(variance < 0.0, np.inf, variance))
-
-
-@dataclass(frozen=True)
-class Jackknife:
-    r"""Standard errors of parameters by leaving out one half-cycle after the other.
-
-    Without half-cycle `k` a solution moves, to first order, by
-
-    .. math:: \delta_k = -\left(J^T J - J_k^T J_k\right)^{-1} J_k^T r_k
-
-    and :math:`\tfrac{n - 1}{n} \sum_k (\delta_k - \bar\delta)^2` is the variance. What is common to all half-cycles, as
-    the error of the encoder is, it does not see. It takes any residual of all rows. With fewer than five half-cycles
-    it tells nothing, and of `names` of reported parameters nothing where they are on an edge.
-    """
-
-    names: tuple[str, ...]
-    on_edge: frozenset[str]
-    cycles: Groups
-    columns: np.ndarray
-    moved: np.ndarray
-
-    @classmethod
-    def of(cls, solution: Solution, cycles: Groups) -> Jackknife:
-        """Return the jackknife of a solution."""
-        space, theta, jacobian = solution.space, solution.theta, solution.jacobian
-        inner = (theta > space.low) & (theta < space.high) & (np.linalg.norm(jacobian, axis=0) > 0.0)
-        scale = np.linalg.norm(jacobian[:, inner], axis=0)
-        columns = jacobian[:, inner] / scale
-        if cycles.count < 5:  # half-cycles of a jackknife
-            return cls((), frozenset(), cycles, columns, np.zeros((cycles.count, 0, columns.shape[1])))
-        parts = np.stack([part.T @ part for part in cycles.split(columns)])
-        inverse = np.linalg.pinv(np.sum(parts, axis=0) - parts, rcond=RANK, hermitian=True)
-        return cls(space.reported, frozenset(solution.at_edge), cycles, columns, -(solution.derivative[:, inner] / scale) @ inverse)
-
-    def named(self, std: np.ndarray) -> dict[str, float]:
-        """Return standard errors by the name of the parameter."""
-        return {name: s for name, s in zip(self.names, std.tolist(), strict=True) if name not in self.on_edge}
-
-    def std(self, residual: np.ndarray) -> np.ndarray:
-        """Return the standard error of each parameter [SI], of a residual of all rows."""
-        changes = np.einsum("krc,kc->kr", self.moved, self.cycles.summed(self.columns * residual[:, None]))
-        count = len(changes)
-        return np.sqrt((count - 1) / count * np.sum((changes - changes.mean(axis=0)) ** 2, axis=0))
-
-
-def is_white(residual: np.ndarray, settings: Settings = DEFAULT) -> bool:
-    """Return whether the autocorrelation of a residual, shape (row,), is that of independent errors [2]_."""
-    from scipy.stats import chi2
-
-    most = int(settings.white_lags)
-    centred = residual - np.mean(residual)
-    power, count = float(centred @ centred), centred.size
-    if power == 0.0 or count <= 2 * most:
-        return False
-    lags = np.arange(1, most + 1)
-    correlation = np.array([float(centred[lag:] @ centred[:-lag]) for lag in lags]) / power
-    return bool(count * (count + 2) * np.sum(correlation**2 / (count - lags)) < chi2.ppf(settings.white_level, most))

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from bristle.logs.break_away import BreakAway
     from bristle.logs.log import Log
 
-TRADED_IN = ("half_cycles_differ", "one_speed", "one_direction", "level_drifts", "never_slides")
+TRADED_IN = ("one_speed", "one_direction", "level_drifts", "never_slides")
 """Codes that name parameters whose intervals are not to be relied on."""
 CONSTANT_HELD = ("held_levels", "held_constant")
 LARGE_OFFSET, SURE_OFFSET = 0.25, 3.0  # of the level by direction, and standard errors: a constant force that is told
@@ -61,10 +61,6 @@ class Resampling:
         From which the scatter is known.
     resolution : float
         Step of the position encoder [m or rad].
-    white : bool
-        Whether the residual is that of independent errors, so that the plain standard errors hold.
-    jackknife : mapping of str to float
-        Standard error of parameters [SI] by leaving out half-cycles; empty with fewer than five.
     curve : tuple of (float, float, float, float)
         Of elements that slip: displacement [m or rad], force on the virgin curve there [N or N*m], and the ends of its
         95 % interval.
@@ -76,8 +72,6 @@ class Resampling:
     scatter: Scatter
     half_cycles: int
     resolution: float
-    white: bool
-    jackknife: Mapping[str, float]
     curve: tuple[tuple[float, float, float, float], ...] = ()
     curve_from: float = 0.0
 

@@ -78,9 +78,6 @@ class Settings(CheckThresholds):
     seen_rise: float = _set(3.841, "rise of the held-out squared error from which a parameter is seen", source="95 % of chi-square")
 
     # Resampling.
-    at_odds: float = _set(3.0, "ratio of the jackknife to the bootstrap, from which intervals count as too narrow")
-    white_lags: float = _set(20.0, "lags in the test for a white residual", "rows", least=1.0, source="doi:10.1093/biomet/65.2.297")
-    white_level = 0.95  # level of that test
 
     # Validation and comparison of models.
     held_out_rows: float = _set(20.0, "rows that a held-out block has at least, its margins apart", "rows", least=2.0)

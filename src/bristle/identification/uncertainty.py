@@ -4,30 +4,28 @@ It is the same for every problem, whatever the signal that it makes small.
 """
 
 import math
-from collections.abc import Callable, Container, Iterable, Mapping, Sequence
+from collections.abc import Callable, Container, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bristle.core.cores import Abreast, abreast
+from bristle.core.cores import Abreast
 from bristle.core.diagnostic import Diagnostic, Number
 from bristle.core.lazy import cached_property
 from bristle.core.least_squares import unbounded
-from bristle.identification.bootstrap import SEED, Bootstrap, bootstrap
+from bristle.identification.bootstrap import Bootstrap, bootstrap
 from bristle.identification.estimate import MATTERS, Estimate
 from bristle.identification.estimation import Estimation
-from bristle.identification.excitation import shortest_zone
 from bristle.identification.half_cycles import BLOCKS, correlation_time, within_cycles
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.parameter_space import Solution
 from bristle.identification.parameters import Role, names_of
-from bristle.identification.problem import Problem, is_white
+from bristle.identification.problem import Problem
 from bristle.identification.refit import Refit
 from bristle.identification.result import Fit, Resampling
 from bristle.identification.settings import Settings
 from bristle.identification.simulated_bands import Bands, half_width
 
-NEARLY = 4.0  # times the least pre-sliding that is told: what is so short is asked about once more
 IN_DOUBT = 2.5  # times the scatter of replicates: what it takes to hold where the treatment is in doubt, as measured
 AT_REVERSALS = ("presliding", "stribeck")
 TREATMENT_DOUBTS = frozenset({"delay_unknown", "delay_rough", "delay_or_filter", "filter_suspect", "stages_differ"})
@@ -63,13 +61,10 @@ def with_uncertainty(
         scatter=replicates.scatter,
         half_cycles=problem.half_cycles.count,
         resolution=resolution,
-        white=is_white(replicates.residual, settings),
-        jackknife=replicates.jackknife,
         curve=replicates.curve,
         curve_from=settings.zone_counts * resolution if blurred else 0.0,
     )
     reasons = {parameter.name: parameter.diagnostic for parameter in lost}
-    reasons |= as_soft(problem, replicates, free, _blurred(fit.estimates, reasons, estimation, settings), settings)
     reasons |= _without_stiffness(fit.estimates, reasons, estimation.inverse)
     judged = (
         replace(estimate, status="unidentifiable", reason=reasons[name]) if name in reasons else estimate
@@ -77,15 +72,6 @@ def with_uncertainty(
     )
     estimates, about = zip(*(_with_interval(estimate, replicates, estimation.inverse) for estimate in judged), strict=True)
     diagnostics = [*fit.diagnostics, *reasons.values(), *(diagnostic for diagnostic in about if diagnostic is not None)]
-    # What scatters more from half-cycle to half-cycle than replicates do, or theirs do.
-    std, usual, jackknife = replicates.std, replicates.usual_jackknife, replicates.jackknife
-    limits = {name: settings.at_odds * max(std.get(name, np.inf), usual.get(name, 0.0)) for name in _identified(estimates)}
-    if at_odds := tuple(name for name, limit in limits.items() if jackknife.get(name, 0.0) > limit):
-        diagnostics.append(Diagnostic("half_cycles_differ", numbers={"names": at_odds}))
-    # What lies outside its own interval: fits to replicates err the same way again.
-    ends = {estimate.name: (estimate.interval, estimate.value) for estimate in estimates if estimate.interval is not None}
-    if shifted := tuple(name for name, (interval, value) in ends.items() if not interval[0] <= value <= interval[1]):
-        diagnostics.append(Diagnostic("shifted", severity="note", numbers={"names": shifted}))
     if unsure:
         diagnostics.append(Diagnostic("widened", severity="note", numbers={"names": unsure, "times": IN_DOUBT}))
     # What disturbed the replicates, and what of the residual is none of it.
@@ -127,19 +113,6 @@ def _identified(estimates: Sequence[Estimate]) -> list[str]:
     return [estimate.name for estimate in estimates if estimate.status == "identified"]
 
 
-def _blurred(estimates: Sequence[Estimate], lost: Mapping[str, Diagnostic], estimation: Estimation, settings: Settings) -> list[str]:
-    """Return the stiffnesses that seem to be identified though their pre-sliding is few steps of the encoder."""
-    # They are those that were sought one by one along a measured motion.
-    problem, solution = estimation.resampled
-    if estimation.simulates or solution.space.linear:
-        return []
-    variables, values = problem.parameters.variables, problem.parameters.complete(solution.values)
-    level = max((values[name] for name in names_of(Role.LEVEL, variables)), default=np.inf)
-    least = shortest_zone(problem.dataset, settings)
-    sought = set(names_of(Role.STIFFNESS, variables)).intersection(solution.space.names).difference(lost)
-    return [name for name in _identified(estimates) if name in sought and level < NEARLY * least * values[name]]
-
-
 def _without_stiffness(estimates: Sequence[Estimate], lost: Container[str], problem: InverseDynamics) -> dict[str, Diagnostic]:
     """Return why what damps a stiffness is not identified, where no stiffness is: beside another one it is another."""
     variables, kind = problem.parameters.variables, problem.dataset.kind
@@ -149,7 +122,7 @@ def _without_stiffness(estimates: Sequence[Estimate], lost: Container[str], prob
     if not stiff or not set(stiff).isdisjoint(names):
         return {}
     numbers: dict[str, Number] = {"stiffness": stiff[0]}
-    return {name: Diagnostic("as_soft", name, "warning", numbers, kind) for name in damping}
+    return {name: Diagnostic("unseen", name, "warning", numbers, kind) for name in damping}
 
 
 def _bands(replicates: Bootstrap, estimation: Estimation) -> Bands:
@@ -184,28 +157,25 @@ def _inflation(bands: Bands, fit: Fit, estimation: Estimation, free: np.ndarray,
 
 
 def _with_interval(estimate: Estimate, replicates: Bootstrap, problem: InverseDynamics) -> tuple[Estimate, Diagnostic | None]:
-    """Return an estimate with its 95 % interval, where it was fitted to replicates."""
-    # That of an inertia reaches over that of the first stage where both have nothing in common.
+    """Return an estimate with its 95 % interval, where it was fitted to replicates; what was fitted lies in it."""
     low, high = replicates.interval(estimate.name) if estimate.name in replicates.reported else (0.0, 0.0)
-    # Where all replicates end on the edge where the fit ended, there is no interval.
-    estimate = estimate if low == high else replace(estimate, interval=(low, high))
-    alignment, variable = problem.dataset.alignment, problem.parameters.plant.variables.get(estimate.name)
-    if alignment is None or alignment.mass is None or alignment.mass_half_width is None or estimate.interval is None:
+    if low == high:  # Where all replicates end on the edge where the fit ended, there is no interval.
         return estimate, None
-    low, high = alignment.mass - alignment.mass_half_width, alignment.mass + alignment.mass_half_width
-    apart = estimate.interval[1] < low or high < estimate.interval[0]
-    if variable is None or not Role.INERTIA.fits(variable) or not apart:
-        return estimate, None
-    numbers = {"first": alignment.mass, "value": estimate.value}
-    warning = Diagnostic("stages_differ", estimate.name, "warning", numbers, problem.dataset.kind)
-    interval = min(low, estimate.interval[0]), max(high, estimate.interval[1])
-    return replace(estimate, interval=interval), warning
+    warning, alignment = None, problem.dataset.alignment
+    variable = problem.parameters.plant.variables.get(estimate.name)
+    if alignment is not None and alignment.mass is not None and alignment.mass_half_width is not None:
+        first = alignment.mass - alignment.mass_half_width, alignment.mass + alignment.mass_half_width
+        # That of an inertia reaches over that of the first stage where both have nothing in common.
+        if variable is not None and Role.INERTIA.fits(variable) and (high < first[0] or first[1] < low):
+            numbers = {"first": alignment.mass, "value": estimate.value}
+            warning = Diagnostic("stages_differ", estimate.name, "warning", numbers, problem.dataset.kind)
+            low, high = min(first[0], low), max(first[1], high)
+    return replace(estimate, interval=(min(low, estimate.value), max(high, estimate.value))), warning
 
 
 MOVED = 0.3  # share by which a parameter is moved away; A. Raue et al., Bioinformatics 25(15), 2009, doi:10.1093/bioinformatics/btp358
 BEYOND_DOUBT = 100.0  # times the threshold, in the linear fit
 CHUNKS = 40
-STIFFER, PAIRS = 10.0, 8  # times; replicates of such an axis, each with its mirror image
 
 
 @dataclass(frozen=True)
@@ -257,35 +227,6 @@ def unidentifiable(problem: Problem, solution: Solution, candidates: frozenset[s
         # Those that are clearly seen now are seen with one parameter less to follow, too.
         doubtful = [name for name in doubtful if name != least and rises[name].rise < settings.seen_rise]
     return tuple(lost)
-
-
-def as_soft(problem: Problem, found: Bootstrap, free: np.ndarray, names: Iterable[str], settings: Settings) -> dict[str, Diagnostic]:
-    """Return why stiffnesses are not identified, of which fits to logs of a far stiffer axis end within the interval.
-
-    Where pre-sliding is a few steps of the encoder, a fit to a log of an axis ten times as stiff can end at the same
-    value. Fits of the `free` coordinates begin at what made the replicate, so that none is led away from it.
-    """
-    solution = found.solution
-    moved, refit = _Followed(problem, solution, free), Refit(solution, free)
-    draws = [(seed, side) for seed in np.random.SeedSequence(SEED).spawn(PAIRS) for side in (1.0, -1.0)]
-
-    def alike(name: str) -> Diagnostic | None:
-        truth, largest = moved.moved(name, STIFFER), max(found.interval(name)[1], solution.values[name])
-        stiff = solution.space.values(truth)
-        made = found.replicates.made_with(problem.parameters.complete(stiff))
-
-        def end(draw: tuple[np.random.SeedSequence, float]) -> float:
-            log = made.draw(found.disturbance, np.random.default_rng(draw[0]), draw[1])
-            return float(solution.space.values(refit.solve(log, truth)[0])[name])
-
-        count = sum(stiffness <= largest for stiffness in abreast(end)(draws))
-        if not count or not largest < stiff[name]:
-            return None
-        numbers: dict[str, Number] = {"times": stiff[name] / solution.values[name], "alike": count, "fits": len(draws)}
-        return Diagnostic("as_soft", name, numbers=numbers, kind=problem.dataset.kind)
-
-    lost = {name: alike(name) for name in names}
-    return {name: diagnostic for name, diagnostic in lost.items() if diagnostic is not None}
 
 
 @dataclass(frozen=True)

@@ -78,8 +78,6 @@ def _resampling(numbers: Mapping[str, Any] | None, draws: Mapping[str, np.ndarra
         scatter=Scatter(**numbers["scatter"]),
         half_cycles=numbers["half_cycles"],
         resolution=numbers["resolution"],
-        white=numbers["white"],
-        jackknife=numbers["jackknife_std"],
         curve=tuple(zip(*(curve[name] for name in ("x", "force", "low", "high")), strict=True)),
         curve_from=numbers["virgin_curve_from"],
     )

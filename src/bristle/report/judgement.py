@@ -40,7 +40,6 @@ DOUBTS = (
     "one_speed",
     "never_slides",
     "below_resolution",
-    "half_cycles_differ",
 )
 WRITTEN_BY = " Written by: "  # between the motion that is needed and the command for it
 

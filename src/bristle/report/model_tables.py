@@ -33,9 +33,9 @@ USES = {
 def parameter_table(fit: Fit, axis: Axis | None = None) -> Table:
     """Return the parameters of a fit with their uncertainty, in the units of the drive of an axis too.
 
-    Standard errors of least squares are told where nothing better is known, or the residuals are white.
+    Standard errors of least squares are told where nothing better is known.
     """
-    plain = fit.resampling is None or fit.resampling.white
+    plain = fit.resampling is None
     values = drive_values(fit, axis)
     rows = [
         _parameter_row(estimate, values.get(estimate.name, {}), plain=plain, remark=_remark(fit, estimate))

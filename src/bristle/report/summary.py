@@ -125,11 +125,10 @@ def _resampling(fit: Fit) -> dict[str, Any] | None:
     if resampling is None:
         return None
     of_bands = ("noise", "unexplained", "lasting", "inflation", "left_in_closed_loop", "left_in_open_loop")
-    facts = picked(resampling, "half_cycles", "resolution", "white") | picked(resampling.bands, *of_bands)
+    facts = picked(resampling, "half_cycles", "resolution") | picked(resampling.bands, *of_bands)
     return facts | {
         "draws": resampling.bands.count,
         "scatter": resampling.scatter._asdict(),
-        "jackknife_std": dict(resampling.jackknife),
         "virgin_curve": {name: [row[column] for row in resampling.curve] for column, name in enumerate(("x", "force", "low", "high"))},
         "virgin_curve_from": resampling.curve_from,
     }

@@ -6,8 +6,6 @@ from tests.identification.known_logs import STATED, TRUTH, log_of, sines, slidin
 
 from bristle import friction
 from bristle.identification import identify, uncertainty
-from bristle.identification.problem import is_white
-from bristle.identification.settings import Settings
 from bristle.report.messages import warnings_of
 
 
@@ -49,14 +47,3 @@ def test_what_is_beyond_doubt_is_not_asked_about_and_would_have_been_found_seen(
     assert quick.estimates == whole.estimates
     assert warnings_of(quick) == warnings_of(whole)
     assert counts == asked
-
-
-def test_only_independent_residuals_are_white():
-    white = np.random.default_rng(4).normal(size=3000)
-    assert is_white(white)
-    assert not is_white(np.convolve(white, np.ones(3), "valid"))
-    assert not is_white(np.zeros(100))
-    # Of twice as many rows as lags there is nothing to be told, from one more on there is.
-    for lags in (4, 20):
-        judged = [is_white(white[: 2 * lags + more], Settings.of({"white_lags": lags})) for more in (0, 1)]
-        assert judged == [False, True]

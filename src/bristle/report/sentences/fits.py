@@ -81,18 +81,6 @@ FITS: dict[str, Sentence] = {
         "take the curve for what it is",
         choose=lambda texts, numbers: texts[bool(numbers["direction"])],
     ),
-    "half_cycles_differ": says(
-        "leaving out half-cycles changes {names:list} by more than noise, encoder and scatter do: the model "
-        "lacks something that differs between the half-cycles, and these intervals are too narrow",
-        "parameters change from half-cycle to half-cycle",
-        "look for what differs: position, load, temperature",
-    ),
-    "shifted": says(
-        "fits to records that were made with this model come out beside it in {names:list}, and so may the fit to the log: the interval "
-        "takes that back and does not hold the value, nor do draws of the fit. Where it lies is the better guess",
-        "a value lies outside its interval",
-        "take the middle of the interval, or record at a higher rate",
-    ),
     "widened": says(
         "intervals of {names:list} are made {times:.2g} times as wide: which delay or filter the log passed is in "
         "doubt, and where friction turns that matters more than noise does",

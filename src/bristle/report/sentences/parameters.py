@@ -96,19 +96,14 @@ PARAMETERS: dict[str, Sentence] = {
         "the best value is far beyond the most that friction took of the effort in this log, {effort:force}",
     ),
     "unseen": cause(
-        "moved away, the others fitted again, it leaves the held-out error as it was; others may move with it",
+        "moved away, the others fitted again, it leaves the held-out error as it was; others may move with it, or it damps a stiffness "
+        "that does not show",
         "excite it, apart from those that move with it, or hold one of them",
         "the log sees it only together with {instead:list}: changed by {percent:.0f} %, it is made up for by them, and "
         "the error on held-out blocks does not rise noticeably",
-        "changed by {percent:.0f} %, with all others fitted again, the error on held-out blocks does not rise noticeably",
-        choose=where("instead"),
-    ),
-    "as_soft": cause(
-        "a log of an axis that is far stiffer may give the same value, or the damping beside a stiffness that does not show",
-        "take a finer encoder, or let the axis reverse more slowly",
         "it acts beside {stiffness}, which the log does not show",
-        "an axis {times:.2g} times as stiff gives this value, too, in {alike} of {fits} logs drawn of the same motion",
-        choose=where("stiffness"),
+        "changed by {percent:.0f} %, with all others fitted again, the error on held-out blocks does not rise noticeably",
+        choose=where("instead", "stiffness"),
     ),
     "redundant": held(
         "only {products:and} show in the force, whatever {parameter} is",
