@@ -81,8 +81,7 @@ def problem_of(model: str) -> InverseDynamics:
 
 def contrast_of(problem: InverseDynamics, away: Away | None = None) -> tuple[Contrast, np.ndarray]:
     solution = linear(problem)
-    free = np.ones(solution.theta.size, dtype=bool)
-    return Contrast.of(solution, away or problem.away, free), problem.residual(solution.values)
+    return Contrast.of(solution, away or problem.away), problem.residual(solution.values)
 
 
 def test_rows_near_reversals_and_rests_do_not_count():

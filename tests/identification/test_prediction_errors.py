@@ -233,7 +233,7 @@ def test_a_model_without_a_contact_keeps_the_parameters_of_inverse_dynamics(colu
 def test_a_doubt_of_inverse_dynamics_about_a_parameter_goes_with_its_value(columns, monkeypatch):
     def doubted(fit, *arguments):
         doubts = (
-            Diagnostic("unseen", "sigma_0", numbers={"percent": 30.0}),
+            Diagnostic("small_effect", "sigma_0"),
             Diagnostic("widened", numbers={"names": ("sigma_0",), "times": 2.5}),
             Diagnostic("delay_or_filter", severity="warning"),
             Diagnostic("filter_suspect", severity="warning"),
@@ -244,7 +244,7 @@ def test_a_doubt_of_inverse_dynamics_about_a_parameter_goes_with_its_value(colum
     result = br.identify(columns, "lugre", axis=Axis(resolution=STEP), blocks=0, draws=20)
     assert result.parameters["sigma_0"].status == "identified"
     codes = {one.code: one.severity for one in result.best.diagnostics}
-    assert not {"unseen", "widened", "delay_or_filter"}.intersection(codes)
+    assert not {"small_effect", "widened", "delay_or_filter"}.intersection(codes)
     assert codes["filter_suspect"] == "note"
 
 

@@ -99,19 +99,17 @@ def away_of(count=ROWS):
 def test_a_fit_away_from_reversals_differs_by_what_the_rows_there_say():
     away = away_of()
     columns = np.column_stack([np.ones(ROWS), np.sign(away.velocity), RNG.standard_normal(ROWS)])
-    contrast = Contrast.of(solution_of(columns), away, np.ones(3, dtype=bool))
+    contrast = Contrast.of(solution_of(columns), away)
     assert contrast.determined.all()
     disturbed = np.where(away.rows, columns @ np.array([0.5, -2.0, 3.0]), 99.0)
     change = contrast.change(disturbed)
     assert change[2] == pytest.approx(3.0)
-    stays = Contrast.of(solution_of(columns), away, np.array([True, True, False]))
-    assert stays.determined.tolist() == [True, True, False]
-    nowhere = Contrast.of(solution_of(columns), Away.nowhere(ROWS), np.ones(3, dtype=bool))
+    nowhere = Contrast.of(solution_of(columns), Away.nowhere(ROWS))
     assert not nowhere.determined.any()
     assert nowhere.change(disturbed).tolist() == [0.0, 0.0, 0.0]
     few = away_of()
     few.rows[49:] = False
-    assert not Contrast.of(solution_of(columns), few, np.ones(3, dtype=bool)).determined.any()
+    assert not Contrast.of(solution_of(columns), few).determined.any()
 
 
 def test_waves_beside_friction_are_those_that_take_a_twentieth_of_what_is_left():

@@ -4,7 +4,6 @@ import math
 from dataclasses import replace
 
 import pytest
-from scipy.stats import chi2
 from tests.identification.known_logs import log_of, sines, sliding_effort
 
 from bristle.core import Axis, InputError
@@ -84,12 +83,6 @@ def test_a_threshold_decides_what_is_said(log, changed, code):
     assert code in codes(identify(log, "coulomb_viscous", axis=AS_TREATED, draws=0, blocks=0, settings=changed))
 
 
-@pytest.mark.slow
-def test_a_threshold_of_resampling_decides_what_is_said(log):
-    assert "unseen" not in codes(identify(log, "coulomb_viscous", draws=20, blocks=0))
-    assert "unseen" in codes(identify(log, "coulomb_viscous", draws=20, blocks=0, settings={"seen_rise": 1e12}))
-
-
 def test_rows_of_a_held_out_block_decide_how_many_there_are(log):
     assert len(identify(log, "coulomb_viscous", draws=0).best.held_out.block_errors_percent) == 5
     rows = identify(log, "coulomb_viscous", draws=0, blocks=0).treatment["rows"]
@@ -108,9 +101,7 @@ def test_a_table_shows_the_thresholds_that_were_changed():
 
 def test_levels_and_ratios_of_the_literature_are_those_that_are_set():
     by_name = {threshold.name: threshold for threshold in Settings.described()}
-    assert DEFAULT.seen_rise == pytest.approx(chi2.ppf(0.95, 1), abs=1e-3)
     assert DEFAULT.missing_level == 0.99
-    assert by_name["seen_rise"].source == "95 % of chi-square"
     for name in ("unsure_std", "inseparable", "usable_error", "poor_error", "useless_error"):
         assert by_name[name].least <= by_name[name].default <= by_name[name].most
     # What is said grows graver with the error.

@@ -1,6 +1,5 @@
 """Standard errors of least squares, against those that textbooks give for a mean and a straight line."""
 
-from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -19,7 +18,7 @@ from bristle.identification.half_cycles import Disturbance
 from bristle.identification.parameter_space import ParameterSpace, Solution
 from bristle.identification.problem import Fold, _root
 from bristle.identification.settings import DEFAULT
-from bristle.identification.uncertainty import _bands, _Followed, _inflation, _with_interval, unidentifiable
+from bristle.identification.uncertainty import _bands, _inflation, _judged, _with_interval
 from bristle.plants import inertia
 
 BLOCKS = 40  # over which residuals may be correlated
@@ -59,20 +58,6 @@ def test_of_a_variance_that_rounding_left_below_nothing_no_error_is_known():
 # Patterns of eight rows that are orthogonal on each chunk of eight, so on each quarter of the rows too.
 WALSH = [np.tile(part, 40) for part in ([1.0, -1.0] * 4, [1.0, 1.0, -1.0, -1.0] * 2, [1.0] * 4 + [-1.0] * 4, [1.0] * 8)]
 COUNT = 320
-CLEAR = [  # name, standard error, status, share of friction per unit
-    ("F_S", 0.1, "identified", 0.034),  # 30 % of 2 N take 2.04 % of it
-    ("F_C", 0.1, "identified", 0.033),
-    ("v_S", 1.0, "identified", 0.001),
-    ("sigma_0", None, "identified", 1.0),
-    ("sigma_1", 0.1, "at_edge", 1.0),
-]
-
-
-class Exponential(ParameterSpace):
-    """Parameters that are sought in their logarithm, the negative ones too."""
-
-    def values(self, theta):
-        return dict(zip(self.names, np.exp(theta).tolist(), strict=True))
 
 
 def fitted(values, columns, size, space=ParameterSpace):
@@ -89,74 +74,20 @@ def fitted(values, columns, size, space=ParameterSpace):
     return problem, Solution(space(names, -ends, ends), theta, jacobian)
 
 
-def followed(values, columns, size=0.5):
-    problem, solution = fitted(values, columns, size)
-    return _Followed(problem, solution, np.ones(len(values), dtype=bool))
-
-
-def test_a_parameter_that_nothing_makes_up_for_raises_the_error_by_the_square_of_the_change():
-    variance = COUNT * 0.5**2 / (COUNT - 2)
-    alone = followed({"a": 2.0, "b": -1.0}, WALSH[:2])
-    assert alone.changes == (1.3, 0.7)
-    rise = COUNT * 0.6**2 / variance
-    assert alone.linear_rise("a", 1.3) == pytest.approx(rise)
-    assert alone.linear_rise("a", 1.6) == pytest.approx(4.0 * rise)
-    assert alone.linear_rise("b", 0.7) == pytest.approx(COUNT * 0.3**2 / variance)
-    result = alone.without("a")
-    assert result.rise == pytest.approx(rise)
-    assert (result.name, result.flat, result.instead, result.percent) == ("a", False, (), pytest.approx(30.0))
-    assert followed({"a": 2.0}, WALSH[:1], 0.0).linear_rise("a", 1.3) == np.inf
-
-
-@pytest.mark.parametrize(("value", "instead"), [(-1.0, ("b",)), (-5.9, ("b",)), (-6.1, ()), (0.0, ())])
-def test_a_parameter_whose_change_another_one_takes_is_flat_and_the_other_is_named(value, instead):
-    # Of 0.6 by which the first one changes: more than a tenth of the second one, or less.
-    result = followed({"a": 2.0, "b": value, "c": 1.0}, [WALSH[0], WALSH[0], WALSH[1]]).without("a")
-    assert result.rise == pytest.approx(0.0, abs=1e-6)
-    assert (result.flat, result.instead) == (True, instead)
-
-
-@pytest.mark.parametrize(("rise", "flat"), [(0.09, True), (0.11, False)])
-def test_a_parameter_is_flat_below_a_tenth_of_the_variance(rise, flat):
-    size = 0.6 * np.sqrt((COUNT - 1) / rise)  # 320 rows of 0.6**2, over a variance of 320 size**2 / 319
-    result = followed({"a": 2.0}, WALSH[:1], size).without("a")
-    assert result.rise == pytest.approx(rise)
-    assert result.flat is flat
-
-
-def lost(values, columns, size=0.5, candidates="abc", settings=DEFAULT):
-    return [item.name for item in unidentifiable(*fitted(values, columns, size), frozenset(candidates), settings)]
-
-
-def test_of_two_parameters_that_trade_places_the_first_is_lost_and_the_other_is_seen_with_the_first_held():
-    columns = [WALSH[0], WALSH[0] + 1e-4 * WALSH[1], WALSH[2]]
-    assert len(lost({"a": 2.0, "b": 3.0, "c": 1.0}, columns)) == 1
-    assert lost({"a": 2.0, "b": 3.0, "c": 1.0}, columns, candidates="bc") == ["b"]
-    assert lost({"a": 2.0, "b": 3.0, "c": 1.0}, columns, candidates="c") == []
-    assert lost({"a": 0.0, "b": 3.0, "c": 1.0}, columns) == ["b"]  # zero has no share to change by
-    assert lost({"a": 2.0, "b": 3.0, "c": 1.0}, WALSH[:3]) == []
-
-
-def test_a_parameter_is_seen_from_its_rise_on_and_beyond_doubt_from_a_hundred_times(monkeypatch):
-    rise = COUNT * 0.6**2 / (COUNT * 30.0**2 / (COUNT - 1))
-    for share, names in ((0.99, []), (1.01, ["a"])):
-        assert lost({"a": 2.0}, WALSH[:1], 30.0, settings=replace(DEFAULT, seen_rise=share * rise)) == names
-    asked, plain = [], _Followed.without
-    monkeypatch.setattr(_Followed, "without", lambda self, name: asked.append(name) or plain(self, name))
-    for share in (0.00999, 0.01001):
-        lost({"a": 2.0}, WALSH[:1], 30.0, settings=replace(DEFAULT, seen_rise=share * rise))
-    assert asked == ["a"]
-
-
-def test_a_parameter_is_moved_alone_as_far_as_its_bounds_let_it():
-    problem, solution = fitted({"a": 0.5, "b": -1.0}, WALSH[:2], 0.5, Exponential)
-    item = _Followed(problem, solution, np.ones(2, dtype=bool))
-    assert item.moved("a", 1.3).tolist() == pytest.approx([0.5 + np.log(1.3), -1.0])
-    assert item.moved("b", 10.0).tolist() == pytest.approx([0.5, -1.0 + np.log(10.0)])
-    narrow = replace(solution, space=replace(solution.space, low=np.array([0.4, -9.0]), high=np.array([0.6, 9.0])))
-    for change, end in ((1.3, 0.6), (0.7, 0.4)):
-        assert replace(item, solution=narrow).moved("a", change).tolist() == pytest.approx([end, -1.0])
-    assert solution.theta.tolist() == [0.5, -1.0]
+@pytest.mark.parametrize(
+    ("quantity", "effect", "half_width", "status"),
+    [
+        ("mass", 1e-3, 1.1, "unidentifiable"),
+        ("mass", 1e-3, 0.9, "identified"),
+        ("mass", 0.1, 1.1, "identified"),  # it matters: known roughly
+        ("force", 1e-3, 1.1, "identified"),  # known to be small
+    ],
+)
+def test_what_takes_next_to_nothing_is_not_identified_within_half_of_its_value(quantity, effect, half_width, status):
+    estimate = Estimate("M", "kg", "", 2.0, 0.1, interval=(2.0 - half_width, 2.0 + half_width), effect=effect)
+    result = _judged(estimate, SimpleNamespace(quantity=quantity), "translational")
+    assert result.status == status
+    assert (result.reason.code if result.reason else None) == ("small_effect" if status == "unidentifiable" else None)
 
 
 def interval_of(ends, mass=12.0, half_width=0.5, name="M", value=12.0):
@@ -196,7 +127,7 @@ def test_bands_grow_until_they_hold_nineteen_of_twenty_rows_that_were_held_out(m
     problem.effort_residual = lambda free, residual: residual
     monkeypatch.setattr(uncertainty, "half_width", lambda *_: np.full(COUNT, 2.0))
     fit, estimation = SimpleNamespace(plant=None, friction=None), SimpleNamespace(resampled=(problem, solution))
-    assert _inflation(None, fit, estimation, np.ones(1, dtype=bool), linear=True) == pytest.approx(factor)
+    assert _inflation(None, fit, estimation, linear=True) == pytest.approx(factor)
 
 
 @pytest.mark.parametrize(("is_effort", "unexplained"), [(True, 0.3), (False, 0.0)])
@@ -228,24 +159,16 @@ def test_errors_of_replicates_grow_by_a_missing_force_and_where_the_treatment_is
     problem.parameters.variables, problem.refits_linearly = lugre.variables, lambda friction: True
     asked = []
 
-    def lose(problem, solution, clear, settings):
-        asked.append(clear)
-        return (uncertainty.Unidentifiable("sigma_0", 0.0, structure is None, (), 30.0),)
-
     def bootstrap(problem, solution, draws, **requested):
         asked.append(requested | {"draws": draws})
         raise AskedError
 
-    monkeypatch.setattr(uncertainty, "unidentifiable", lose)
     monkeypatch.setattr(uncertainty, "bootstrap", bootstrap)
-    estimates = [Estimate(name, "N", "", -2.0, std, status, effect=effect) for name, std, status, effect in CLEAR]
     about = [Diagnostic("structure", numbers={"missing": structure[0], "chance": structure[1]})] if structure else []
     for doubts, wide in (([], None), ([Diagnostic("delay_rough")], [1.0, 2.5])):
-        fit = SimpleNamespace(estimates=estimates, diagnostics=[*about, *doubts], friction=None)
+        fit = SimpleNamespace(estimates=[], diagnostics=[*about, *doubts], friction=None)
         with pytest.raises(AskedError):
             uncertainty.with_uncertainty(fit, SimpleNamespace(resampled=(problem, solution)), 7, DEFAULT)
-        clear, requested = asked[-2:]
-        assert clear == {"F_S", "v_S"}
+        requested = asked[-1]
         assert (requested["draws"], requested["linear"], requested["scale"]) == (7, True, pytest.approx(scale))
-        assert requested["free"].tolist() == [True, structure is not None]  # what is seen weakly stays free
         assert (None if requested["wide"] is None else requested["wide"].tolist()) == wide

@@ -126,18 +126,16 @@ def bootstrap(
     solution: Solution,
     count: int,
     *,
-    free: np.ndarray | None = None,
     linear: bool = False,
     scale: float = 1.0,
     wide: np.ndarray | None = None,
     report: Callable[[float], None] = lambda share: None,
 ) -> Bootstrap:
-    """Return fits to `count` replicates of a log, of the `free` coordinates.
+    """Return fits to `count` replicates of a log.
 
     They may be taken for `linear` around the solution, their errors for `scale` times as large as they are, and the
     scatter of what is reported for `wide` times; `report` is told the share of the work done.
     """
-    free = np.ones(len(solution.space.names), dtype=bool) if free is None else free
     values, cycles = problem.parameters.complete(solution.values), problem.half_cycles
     residual, slope = problem.residual(solution.values), problem.friction_slope(values)
     levels = Levels.of(cycles, slope, problem.away.rows)
@@ -145,10 +143,10 @@ def bootstrap(
     fits = _Fits(
         problem.replicates(values, slope, residual),
         disturbance_of(problem.dataset, visible),
-        Refit(solution, free, linear=linear),
+        Refit(solution, linear=linear),
         levels,
         solution.theta,
-        Contrast.of(solution, problem.away, free, residual),
+        Contrast.of(solution, problem.away, residual),
     )
     rng = np.random.SeedSequence(SEED)
     first, second, pairs = rng.spawn(PILOT), rng.spawn(PILOT), rng.spawn(-(-count // 2))

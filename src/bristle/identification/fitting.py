@@ -228,7 +228,7 @@ class Judgement:
             return None
         fall = [place for place, part in enumerate(names) if any(role.fits(variables[part]) for role in PARTNER)]
         away = self.problem.away
-        determined = Contrast.of(self.solution, replace(away, rows=away.far), np.ones(len(names), dtype=bool)).determined
+        determined = Contrast.of(self.solution, replace(away, rows=away.far)).determined
         reasons = [reason for part in stiff if (reason := self._unsure_alone[part]) is not None]
         return replace(reasons[0], parameter=name) if not determined[fall].all() and len(reasons) == len(stiff) else None
 

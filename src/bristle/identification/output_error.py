@@ -322,13 +322,12 @@ class Simulation:
             fine = context.search(error, error.magnitude, simulates=True)
             ended = fine.refit(solution.values, limit=1 if solution.unfinished else LAST_EVALUATIONS)
             solution = replace(ended, unfinished=solution.unfinished)
-        free = np.ones(len(solution.space.names), dtype=bool)
         return Estimation(
             error.inverse,
             solution,
             error,
             (error, solution),
-            lambda rows: Refit(solution, free, rows).solve(error, solution.theta)[1],
+            lambda rows: Refit(solution, rows).solve(error, solution.theta)[1],
             diagnostics=(Diagnostic(self.loop.code, severity="note"),),
         )
 

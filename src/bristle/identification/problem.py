@@ -79,11 +79,11 @@ class Contrast:
     rows: np.ndarray
 
     @classmethod
-    def of(cls, solution: Solution, away: Away, free: np.ndarray, residual: np.ndarray | None = None) -> Contrast:
-        """Return the contrast of a solution of which some coordinates are free, shape (coordinate,) of bool."""
+    def of(cls, solution: Solution, away: Away, residual: np.ndarray | None = None) -> Contrast:
+        """Return the contrast of a solution."""
         space, theta, jacobian = solution.space, solution.theta, solution.jacobian
         at_edge = np.array([name in solution.at_edge for name in space.names])
-        inner = free & ~at_edge & (theta > space.low) & (theta < space.high)
+        inner = ~at_edge & (theta > space.low) & (theta < space.high)
         inner &= np.linalg.norm(jacobian, axis=0) > 0.0
         empty = cls(np.zeros((theta.size, 0)), np.zeros(0, dtype=int))
         if np.count_nonzero(away.rows) < FEWEST or not inner.any():

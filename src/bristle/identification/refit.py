@@ -15,31 +15,27 @@ SHORT = 0.02  # of the longest step
 
 @dataclass(frozen=True)
 class Refit:
-    """Fits like the first one, of which `solution` is the end, on some rows.
-
-    Coordinates that are not `free` stay where a fit begins. Of a `linear` signal the first step is all.
-    """
+    """Fits like the first one, of which `solution` is the end, on some rows; of a `linear` signal the first step is all."""
 
     solution: Solution
-    free: np.ndarray
     rows: np.ndarray | slice = field(default_factory=lambda: slice(None))
     linear: bool = False
 
     @cached_property
     def _factors(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """The orthogonal factor, the triangle, its inverse, and the lengths that columns were divided by."""
-        columns = self.solution.jacobian[self.rows][:, self.free]
+        columns = self.solution.jacobian[self.rows]
         scale = np.linalg.norm(columns, axis=0)
         scale[scale == 0.0] = 1.0
         q, r = np.linalg.qr(columns / scale)
         return q, r, np.linalg.pinv(r, rcond=SINGULAR), scale
 
     def step(self, theta: np.ndarray, residual: np.ndarray) -> np.ndarray:
-        """Return the step of the free coordinates that best takes away a residual, shape (row,)."""
+        """Return the step of the coordinates that best takes away a residual, shape (row,)."""
         q, r, inverse, scale = self._factors
         target = q.T @ residual[self.rows]
         space = self.solution.space
-        low, high = ((bound - theta)[self.free] * scale for bound in (space.low, space.high))
+        low, high = ((bound - theta) * scale for bound in (space.low, space.high))
         scaled = inverse @ target
         if np.any(scaled < low) or np.any(scaled > high):
             floored = np.isfinite(low)
@@ -51,17 +47,15 @@ class Refit:
                 parts = non_negative(np.hstack([r, -r[:, ~floored]]), target - r @ base)
                 scaled = base + parts[: low.size]
                 scaled[~floored] -= parts[low.size :]
-        step = np.zeros_like(theta)
-        step[self.free] = scaled / scale
-        return step
+        return np.asarray(scaled / scale)
 
     def solve(self, problem: Residual, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the coordinates that fit a problem on the same rows best, and the residual of all its rows there."""
-        space, jacobian = self.solution.space, self.solution.jacobian[:, self.free]
+        space, jacobian = self.solution.space, self.solution.jacobian
         theta, residual, longest = start, problem.residual(space.values(start)), 0.0
         for _ in range(STEPS):
             step = self.step(theta, residual)
-            change = jacobian @ step[self.free]
+            change = jacobian @ step
             if self.linear or space.linear:
                 return theta + step, residual - change
             variance, length = float(np.mean(residual[self.rows] ** 2)), float(np.sum(change[self.rows] ** 2))

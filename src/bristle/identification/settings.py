@@ -25,7 +25,7 @@ class Settings(CheckThresholds):
     fixed = frozenset(
         (
             *("hopeless_std", "blurred_share", "delay_inertia", "filter_seen", "nested_loop", "amplitude_half_cycles", "tremble"),
-            *("repeated", "repeated_periods", "repeated_size", "repeated_overlap", "moved", "flat_rise", "follows", "at_odds"),
+            *("repeated", "repeated_periods", "repeated_size", "repeated_overlap", "moved", "flat_rise", "follows", "at_odds", "seen_rise"),
             *("white_lags", "white_level", "unfinished_error", "kept_work", "spring_likeness", "one_way", "steady_share"),
             *("steps_of_motion", "clipped_samples", "soft_limit", "lost_step", "velocity_scale", "velocity_likeness"),
             *("velocity_delay", "mass_error", "inertia_share", "gear_near", "shortest_sample", "longest_sample"),
@@ -73,11 +73,6 @@ class Settings(CheckThresholds):
     missing_flanks: float = _set(2.1, "residual where the load changes flanks over that elsewhere, from which a drive has play", least=1.0)
     missing_sought_force: float = _set(0.01, "root mean square, as a share of friction, below which no play or hidden ripple is reported")
     reversal_lag: float = _set(0.1, "share of the friction force by which friction must lag behind around reversals")
-
-    # Identifiability by refitting.
-    seen_rise: float = _set(3.841, "rise of the held-out squared error from which a parameter is seen", source="95 % of chi-square")
-
-    # Resampling.
 
     # Validation and comparison of models.
     held_out_rows: float = _set(20.0, "rows that a held-out block has at least, its margins apart", "rows", least=2.0)

@@ -1,26 +1,23 @@
-"""How sure a fit is: intervals from replicates of the log, a cross-check, and what the log does not see.
+"""How sure a fit is: intervals from replicates of the log, and bands.
 
 It is the same for every problem, whatever the signal that it makes small.
 """
 
 import math
-from collections.abc import Callable, Container, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from bristle.core.cores import Abreast
-from bristle.core.diagnostic import Diagnostic, Number
-from bristle.core.lazy import cached_property
-from bristle.core.least_squares import unbounded
+from bristle.core.diagnostic import Diagnostic
+from bristle.core.normal import NORMAL_95
+from bristle.core.variable import Kind, Variable
 from bristle.identification.bootstrap import Bootstrap, bootstrap
-from bristle.identification.estimate import MATTERS, Estimate
+from bristle.identification.estimate import ROUGH, Estimate
 from bristle.identification.estimation import Estimation
 from bristle.identification.half_cycles import BLOCKS, correlation_time, within_cycles
 from bristle.identification.inverse_dynamics import InverseDynamics
-from bristle.identification.parameter_space import Solution
-from bristle.identification.parameters import Role, names_of
-from bristle.identification.problem import Problem
+from bristle.identification.parameters import Role
 from bristle.identification.refit import Refit
 from bristle.identification.result import Fit, Resampling
 from bristle.identification.settings import Settings
@@ -37,41 +34,24 @@ def with_uncertainty(
 ) -> Fit:
     """Return a fit with what so many replicates of its log say of it; `report` is told the share of the work done."""
     problem, solution = estimation.resampled
-    # A share of a force that would not matter is not asked about.
-    variables = estimation.inverse.parameters.variables
-    clear = frozenset(
-        estimate.name
-        for estimate in fit.estimates
-        if estimate.status == "identified"
-        and estimate.larger_std is not None
-        and (MOVED * estimate.takes > MATTERS or variables[estimate.name].quantity != "force")
-    )
-    lost = unidentifiable(problem, solution, clear, settings)
-    # What is only weakly seen stays free: held, it would make the others look surer than they are.
-    flat = {parameter.name for parameter in lost if parameter.flat}
-    free = np.array([name not in flat for name in solution.space.names])
     linear = problem.refits_linearly(fit.friction)
     scale, unsure = birge_ratio(fit), _unsure(fit.diagnostics, estimation)
     wide = np.array([IN_DOUBT if name in unsure else 1.0 for name in solution.space.reported]) if unsure else None
-    replicates = bootstrap(problem, solution, draws, free=free, linear=linear, scale=scale, wide=wide, report=report)
+    replicates = bootstrap(problem, solution, draws, linear=linear, scale=scale, wide=wide, report=report)
     bands, resolution = _bands(replicates, estimation), replicates.disturbance.resolution
     blurred = any(estimate.reason is not None and estimate.reason.code == "coarse_elements" for estimate in fit.estimates)
     resampling = Resampling(
-        bands=replace(bands, inflation=_inflation(bands, fit, estimation, free, linear=linear)),
+        bands=replace(bands, inflation=_inflation(bands, fit, estimation, linear=linear)),
         scatter=replicates.scatter,
         half_cycles=problem.half_cycles.count,
         resolution=resolution,
         curve=replicates.curve,
         curve_from=settings.zone_counts * resolution if blurred else 0.0,
     )
-    reasons = {parameter.name: parameter.diagnostic for parameter in lost}
-    reasons |= _without_stiffness(fit.estimates, reasons, estimation.inverse)
-    judged = (
-        replace(estimate, status="unidentifiable", reason=reasons[name]) if name in reasons else estimate
-        for name, estimate in fit.parameters.items()
-    )
-    estimates, about = zip(*(_with_interval(estimate, replicates, estimation.inverse) for estimate in judged), strict=True)
-    diagnostics = [*fit.diagnostics, *reasons.values(), *(diagnostic for diagnostic in about if diagnostic is not None)]
+    wider, about = zip(*(_with_interval(estimate, replicates, estimation.inverse) for estimate in fit.estimates), strict=True)
+    estimates = tuple(_judged(estimate, problem.parameters.variables.get(estimate.name), fit.plant.kind) for estimate in wider)
+    lost = (new.reason for new, old in zip(estimates, wider, strict=True) if new is not old)
+    diagnostics = [*fit.diagnostics, *(diagnostic for diagnostic in (*lost, *about) if diagnostic is not None)]
     if unsure:
         diagnostics.append(Diagnostic("widened", severity="note", numbers={"names": unsure, "times": IN_DOUBT}))
     # What disturbed the replicates, and what of the residual is none of it.
@@ -113,18 +93,6 @@ def _identified(estimates: Sequence[Estimate]) -> list[str]:
     return [estimate.name for estimate in estimates if estimate.status == "identified"]
 
 
-def _without_stiffness(estimates: Sequence[Estimate], lost: Container[str], problem: InverseDynamics) -> dict[str, Diagnostic]:
-    """Return why what damps a stiffness is not identified, where no stiffness is: beside another one it is another."""
-    variables, kind = problem.parameters.variables, problem.dataset.kind
-    names = [estimate.name for estimate in estimates if estimate.status in ("identified", "held") and estimate.name not in lost]
-    stiff = names_of(Role.STIFFNESS, variables)
-    damping = set(names).intersection(names_of(Role.MICRO_DAMPING, variables))
-    if not stiff or not set(stiff).isdisjoint(names):
-        return {}
-    numbers: dict[str, Number] = {"stiffness": stiff[0]}
-    return {name: Diagnostic("unseen", name, "warning", numbers, kind) for name in damping}
-
-
 def _bands(replicates: Bootstrap, estimation: Estimation) -> Bands:
     """Return what a band around an effort is made of; what a position lacks is none of it."""
     problem, _ = estimation.resampled
@@ -144,13 +112,13 @@ def _bands(replicates: Bootstrap, estimation: Estimation) -> Bands:
     )
 
 
-def _inflation(bands: Bands, fit: Fit, estimation: Estimation, free: np.ndarray, *, linear: bool) -> float:
+def _inflation(bands: Bands, fit: Fit, estimation: Estimation, *, linear: bool) -> float:
     """Return the factor that makes bands hold 95 % of the rows of parts that were held out, at least 1."""
     problem, solution = estimation.resampled
     width, share = half_width(bands, fit.plant, fit.friction, problem.dataset), []
     for fold in problem.folds(BLOCKS)[1]:
         if fold.fitted.any() and fold.of_dataset.any():
-            theta, residual = Refit(solution, free, fold.fitted, linear).solve(problem, solution.theta)
+            theta, residual = Refit(solution, fold.fitted, linear).solve(problem, solution.theta)
             rows = problem.effort_residual(solution.space.values(theta), residual)
             share.append(np.abs(rows[fold.of_dataset]) / width[fold.of_dataset])
     return max(float(np.quantile(np.concatenate(share), 0.95)), 1.0) if share else 1.0
@@ -173,138 +141,12 @@ def _with_interval(estimate: Estimate, replicates: Bootstrap, problem: InverseDy
     return replace(estimate, interval=(min(low, estimate.value), max(high, estimate.value))), warning
 
 
-MOVED = 0.3  # share by which a parameter is moved away; A. Raue et al., Bioinformatics 25(15), 2009, doi:10.1093/bioinformatics/btp358
-BEYOND_DOUBT = 100.0  # times the threshold, in the linear fit
-CHUNKS = 40
-
-
-@dataclass(frozen=True)
-class Unidentifiable:
-    """A parameter that the log does not see, and by how much it was changed [%]."""
-
-    name: str
-    rise: float
-    flat: bool
-    instead: tuple[str, ...]
-    percent: float
-
-    @property
-    def diagnostic(self) -> Diagnostic:
-        """Why."""
-        others: dict[str, Number] = {"instead": self.instead} if self.instead else {}
-        return Diagnostic("unseen", self.name, numbers={"percent": self.percent, **others})
-
-
-def unidentifiable(problem: Problem, solution: Solution, candidates: frozenset[str], settings: Settings) -> tuple[Unidentifiable, ...]:
-    r"""Return the parameters that a log does not see, each with those found before it held.
-
-    A parameter is changed by 30 %, up and down, and all others are fitted again, on three quarters of the rows in turn.
-    If the error on the last quarter rises in neither case by more than the 95 % threshold of a likelihood ratio,
-
-    .. math:: \sum_\text{quarters} \left(\|r'\|^2 - \|r\|^2\right) < \chi^2_{1,\,0.95}\; s^2,
-
-    the log does not see that parameter. With it held where it is, the others are asked again: of a product of two, only
-    one is not seen. Where the rise is a hundred times that in the linear fit around the solution, nobody needs to ask.
-    Only `candidates` are asked about; those that are zero, or on an edge, have no 30 %.
-    """
-    names = solution.space.names
-    free = np.ones(len(names), dtype=bool)
-    lost: list[Unidentifiable] = []
-    doubtful = [name for name in names if name in candidates and solution.values[name] != 0.0]
-    followed = _Followed(problem, solution, free)
-    # Where the linear fit makes sure that a parameter is seen, nobody asks.
-    linear = {name: min(followed.linear_rise(name, change) for change in followed.changes) for name in doubtful}
-    doubtful = [name for name, rise in linear.items() if not rise >= BEYOND_DOUBT * settings.seen_rise]
-    while doubtful:
-        around = _Followed(problem, solution, free)
-        with Abreast() as pool:
-            rises = dict(zip(doubtful, pool.map(around.without, doubtful), strict=True))
-        least = min(doubtful, key=lambda name: rises[name].rise)
-        if rises[least].rise >= settings.seen_rise:
-            break
-        lost.append(rises[least])
-        free[names.index(least)] = False
-        # Those that are clearly seen now are seen with one parameter less to follow, too.
-        doubtful = [name for name in doubtful if name != least and rises[name].rise < settings.seen_rise]
-    return tuple(lost)
-
-
-@dataclass(frozen=True)
-class _Followed:
-    """One parameter after another moved away, the others that are `free`, shape (coordinate,) of bool, in pursuit."""
-
-    problem: Problem
-    solution: Solution
-    free: np.ndarray
-
-    @property
-    def changes(self) -> tuple[float, float]:
-        """Times by which a parameter is moved."""
-        return 1.0 + MOVED, 1.0 - MOVED
-
-    def without(self, name: str) -> Unidentifiable:
-        """Return by how much the error rises where one parameter is changed, and which made up for the change."""
-        names, starts = self.solution.space.names, [self.moved(name, change) for change in self.changes]
-        followers, ends = self.free & (np.array(names) != name), []
-        for fitted, judged, before in self._trials:
-            refit = Refit(self.solution, followers, fitted)
-            solved = [refit.solve(self.problem, start) for start in starts]
-            ends.append(([theta for theta, _ in solved], [float(np.sum(after[judged] ** 2)) - before for _, after in solved]))
-        (thetas, rises), *held_out = ends
-        then, others = self.solution.values, [self.solution.space.values(theta) for theta in thetas]
-        asked = [part for part in names if part != name and then.get(part)]  # those that are zero have no share to change by
-        instead = tuple(part for part in asked if any(abs(now[part] - then[part]) > 0.1 * abs(then[part]) for now in others))
-        return Unidentifiable(
-            name,
-            rise=float(np.max(np.sum([quarter for _, quarter in held_out], axis=0))) / self._variance,
-            flat=max(rises) < 0.1 * self._variance,
-            instead=instead,
-            percent=100.0 * MOVED,
-        )
-
-    @cached_property
-    def _trials(self) -> list[tuple[np.ndarray, np.ndarray, float]]:
-        """Rows that are fitted, rows that are judged, and the squared error there: all of them, then each quarter."""
-        count = self.solution.jacobian.shape[0]
-        quarter = (np.random.default_rng(CHUNKS).permutation(CHUNKS) % 4)[np.arange(count) * CHUNKS // count]
-        rows = np.ones(count, dtype=bool)
-        trials = [(rows, rows), *((quarter != number, quarter == number) for number in range(4))]
-        return [
-            (
-                fitted,
-                judged,
-                float(np.sum(Refit(self.solution, self.free, fitted).solve(self.problem, self.solution.theta)[1][judged] ** 2)),
-            )
-            for fitted, judged in trials
-        ]
-
-    @cached_property
-    def _variance(self) -> float:
-        start = self.problem.residual(self.solution.values)
-        return float(start @ start) / max(start.size - len(self.solution.space.names), 1)
-
-    def linear_rise(self, name: str, change: float) -> float:
-        """Return the rise of the error, over its variance, of a linear fit in which a parameter is another one."""
-        index = self.solution.space.names.index(name)
-        # The Jacobian in coordinates of its own range is as good for lengths, and much smaller.
-        triangle = np.asarray(np.linalg.qr(self.solution.jacobian, mode="r"))
-        own, rest = triangle[:, index], np.delete(triangle, index, axis=1)
-        alone = own - rest @ unbounded(rest, own)
-        way = self.moved(name, change)[index] - self.solution.theta[index]
-        return float(alone @ alone) * way**2 / self._variance if self._variance > 0.0 else np.inf
-
-    def moved(self, name: str, change: float) -> np.ndarray:
-        """Return the coordinates at which only this parameter is another one."""
-        space, theta, goal = self.solution.space, self.solution.theta.copy(), change * self.solution.values[name]
-        index = space.names.index(name)
-        for _ in range(30):
-            value, nudge, nudged = space.values(theta)[name], 1e-6 * max(abs(theta[index]), 1e-3), theta.copy()
-            nudged[index] += nudge
-            slope = (space.values(nudged)[name] - value) / nudge
-            if slope == 0.0:
-                break
-            step = (goal - value) / slope
-            theta[index] = np.clip(theta[index] + step, space.low[index], space.high[index])
-            if abs(step * slope) <= 1e-9 * abs(goal):
-                break
-        return theta
+def _judged(estimate: Estimate, variable: Variable | None, kind: Kind) -> Estimate:
+    """Return an estimate, as not identified where its interval is wide though it takes next to nothing of the force."""
+    # A small force is known to be small, and what matters is called known roughly.
+    percent = 0.0 if estimate.interval is None else estimate.interval_percent or 0.0
+    is_force = variable is None or variable.quantity == "force"
+    if is_force or estimate.status != "identified" or estimate.is_rough or percent <= 100.0 * ROUGH:
+        return estimate
+    reason = Diagnostic("small_effect", estimate.name, "warning", {"std_percent": percent / NORMAL_95}, kind)
+    return replace(estimate, status="unidentifiable", reason=reason)

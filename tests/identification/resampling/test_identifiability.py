@@ -1,11 +1,8 @@
 """What a log does not see is named, with what takes its place."""
 
-import numpy as np
-import pytest
-from tests.identification.known_logs import STATED, TRUTH, log_of, sines, sliding_effort, slow_log
+from tests.identification.known_logs import STATED, TRUTH, log_of, sines, sliding_effort
 
-from bristle import friction
-from bristle.identification import identify, uncertainty
+from bristle.identification import identify
 from bristle.report.messages import warnings_of
 
 
@@ -26,24 +23,3 @@ def test_an_inertia_that_hardly_matters_is_not_seen():
     assert fit.parameters["M"].status == "unidentifiable"
     assert fit.parameters["F_C"].status == "identified"
     assert any("M cannot be identified" in item for item in warnings_of(fit))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("model", "asked"), [("coulomb_viscous", [2, 2]), ("dahl", [0, 3])])
-def test_what_is_beyond_doubt_is_not_asked_about_and_would_have_been_found_seen(monkeypatch, model, asked):
-    log, counts = slow_log(friction.dahl(F_C=8.0, sigma_0=4e5), duration=8.0), []
-
-    def identified(beyond_doubt):
-        seen, followed = [], uncertainty._Followed
-        without = followed.without
-        monkeypatch.setattr(uncertainty, "BEYOND_DOUBT", beyond_doubt)
-        monkeypatch.setattr(followed, "without", lambda self, name: seen.append(name) or without(self, name))
-        fit = identify(log, model, axis=STATED, blocks=0, draws=20).best
-        monkeypatch.setattr(followed, "without", without)
-        counts.append(len(seen))
-        return fit
-
-    quick, whole = identified(uncertainty.BEYOND_DOUBT), identified(np.inf)
-    assert quick.estimates == whole.estimates
-    assert warnings_of(quick) == warnings_of(whole)
-    assert counts == asked

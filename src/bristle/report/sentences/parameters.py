@@ -95,16 +95,6 @@ PARAMETERS: dict[str, Sentence] = {
         "let the axis stick, break away and slide, or leave it out",
         "the best value is far beyond the most that friction took of the effort in this log, {effort:force}",
     ),
-    "unseen": cause(
-        "moved away, the others fitted again, it leaves the held-out error as it was; others may move with it, or it damps a stiffness "
-        "that does not show",
-        "excite it, apart from those that move with it, or hold one of them",
-        "the log sees it only together with {instead:list}: changed by {percent:.0f} %, it is made up for by them, and "
-        "the error on held-out blocks does not rise noticeably",
-        "it acts beside {stiffness}, which the log does not show",
-        "changed by {percent:.0f} %, with all others fitted again, the error on held-out blocks does not rise noticeably",
-        choose=where("instead", "stiffness"),
-    ),
     "redundant": held(
         "only {products:and} show in the force, whatever {parameter} is",
         "no log can tell it: the force depends on products with it only",
