@@ -6,18 +6,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from bristle.identification import missing_force
 from bristle.identification.half_cycles import Groups
-from bristle.identification.missing_force import (
-    Missing,
-    _LowPass,
-    columns_by_cause,
-    force_of,
-    lagging_columns,
-    missing_forces,
-    ripple_in,
-    slow_forces,
-)
+from bristle.identification.missing_force import _LowPass, _Search, columns_by_cause, lagging_columns, missing_forces, ripple_in
 from bristle.identification.missing_rows import Rows, Weighed
 from bristle.identification.play import play_at_flanks
 from bristle.identification.settings import DEFAULT
@@ -111,9 +101,9 @@ def test_a_force_of_the_place_is_found_with_its_size_and_what_is_left_is_noise()
 
 def test_a_force_below_its_share_of_friction_is_none():
     rows = rows_of()
-    place = rows.position / np.max(np.abs(rows.position))
+    place = (rows.position / np.max(np.abs(rows.position))) ** 2
     assert missing_forces(with_residual(rows, 0.01 * place, noise=1e-4), DEFAULT)[0] == ()
-    loose = replace(DEFAULT, missing_force=0.0, missing_effort=0.0)
+    loose = replace(DEFAULT, missing_evidence=0.0)
     assert missing_forces(with_residual(rows, 0.01 * place, noise=1e-4), loose)[0] != ()
 
 
@@ -144,11 +134,12 @@ def test_the_weight_of_a_link_has_an_amplitude_of_its_own():
     rows = rows_of(1.5, "rotational")
     columns = columns_by_cause(rows)["gravity"]
     lacking = with_residual(rows, columns @ np.array([3.0, 4.0]))
-    weighed = Weighed.of(lacking)
-    result = force_of(weighed, "gravity", columns, explained=lacking.explained, left=weighed.left(lacking.explained))
+    search = _Search.of(lacking, lacking.explained, slow=False)
+    left_over = search.weighed.left(search.explained)
+    result = search._force("gravity", columns, left_over)
     assert result.amplitude == pytest.approx(5.0, rel=0.05)
     assert result.share > 0.9
-    assert force_of(weighed, "position", columns, explained=lacking.explained, left=weighed.left(lacking.explained)).amplitude == 0.0
+    assert search._force("position", columns, left_over).amplitude == 0.0
 
 
 def test_columns_of_a_place_are_from_end_to_end_and_of_the_direction_of_either_sign():
@@ -162,17 +153,26 @@ def test_columns_of_a_place_are_from_end_to_end_and_of_the_direction_of_either_s
     assert "gravity" not in columns
 
 
-def test_play_builds_up_behind_a_reversal_and_before_it():
+def test_friction_builds_up_behind_a_reversal_and_not_before_it():
     rows = rows_of()
     behind, before = rows.from_ends(rows.position)
     reach = float(np.ptp(rows.position))
-    play = columns_by_cause(rows)["play"]
-    for way in (behind, before):
-        assert left(play, rows.side * np.exp(-way / (1e-3 * reach))) < 0.2
+    columns = columns_by_cause(rows)["presliding"]
+    assert left(columns, rows.side * np.exp(-behind / (1e-3 * reach))) < 0.2
+    assert left(columns, rows.side * np.exp(-before / (1e-3 * reach))) > 0.8
     first, last = rows.from_ends(rows.time)
     assert first[rows.cycles.first].tolist() == [0.0] * rows.cycles.count
     assert np.all(first >= 0.0)
     assert last[np.append(rows.cycles.first[1:], rows.time.size) - 1].tolist() == [0.0] * rows.cycles.count
+
+
+def test_what_builds_up_behind_reversals_is_looked_for_where_a_model_is_static():
+    rows = rows_of()
+    behind = -4.0 * rows.side * np.exp(-rows.from_ends(rows.position)[0] / (5e-3 * np.ptp(rows.position)))
+    lacking = with_residual(rows, behind)
+    assert [force.cause for force in missing_forces(lacking, DEFAULT, static=True)[0]] == ["presliding"]
+    assert missing_forces(lacking, DEFAULT)[0] == ()
+    assert missing_forces(with_residual(rows, 0.0 * TIME), DEFAULT, static=True)[0] == ()
 
 
 def test_rows_are_far_from_reversals_three_periods_of_the_cutoff():
@@ -223,11 +223,10 @@ def test_a_slow_force_is_seen_below_the_noise_of_single_rows():
     rows = rows_of()
     place = rows.position / np.max(np.abs(rows.position))
     hidden = with_residual(rows, 0.4 * place**2, noise=0.5)
-    assert missing_forces(hidden, DEFAULT)[0] == ()
-    (missing,), left_over = slow_forces(hidden, DEFAULT)
+    (missing,), left_over = missing_forces(hidden, DEFAULT)
     assert missing.cause == "position"
     assert left_over > 0.0
-    assert slow_forces(with_residual(rows, 0.0 * place, noise=0.4), DEFAULT)[0] == ()
+    assert missing_forces(with_residual(rows, 0.0 * place, noise=0.4), DEFAULT)[0] == ()
 
 
 def test_a_low_pass_keeps_a_constant_and_halves_the_power_at_its_cutoff():
@@ -239,33 +238,6 @@ def test_a_low_pass_keeps_a_constant_and_halves_the_power_at_its_cutoff():
     assert np.std(passed(wave)[inner]) / np.std(wave[inner]) == pytest.approx(0.5**0.5, rel=0.02)
     pair = np.column_stack([wave, np.ones_like(wave)])
     assert passed(pair)[:, 0] == pytest.approx(passed(wave))
-
-
-@pytest.mark.parametrize(
-    ("forces", "more"),
-    [
-        ((), 0),
-        ((Missing("position", 0.5, 1.0),), None),
-        ((Missing("ripple", 0.5, 1.0, period=0.008),), 4),  # cosine and sine, added to friction and in proportion to it
-    ],
-)
-def test_forces_far_from_reversals_are_explained_before_forces_around_reversals(monkeypatch, forces, more):
-    rows, asked = with_residual(rows_of(), 0.0 * TIME), []
-
-    def search(given, explained, names, least_share, settings):
-        asked.append((explained, names))
-        return (list(forces), 0.7) if len(asked) == 1 else ([Missing("lag", 0.3, 0.2)], 0.4)
-
-    monkeypatch.setattr(missing_force, "_search", search)
-    missing, left_over = missing_forces(rows, DEFAULT)
-    assert missing == (*forces, Missing("lag", 0.3, 0.2))
-    assert left_over == (0.7 if forces else 0.4)
-    (_, anywhere), (explained, around) = asked
-    assert set(around) == {"lag", "play"}
-    assert not set(anywhere) & set(around)
-    more = columns_by_cause(rows)["position"].shape[1] if more is None else more
-    assert explained.shape[1] == rows.explained.shape[1] + more
-    assert np.array_equal(explained[:, : rows.explained.shape[1]], rows.explained)
 
 
 def knocks(times, *, trains=20, flips=1, first=None, friction=1.0, settings=DEFAULT, beside=None):
@@ -304,7 +276,7 @@ def knocks(times, *, trains=20, flips=1, first=None, friction=1.0, settings=DEFA
 def test_play_shows_where_the_residual_is_twice_the_usual_one_around_changes_of_sides():
     (play,), usual = knocks(3.0)
     excess = 20 * 6 * 0.1**2 * (3.0**2 - 1.0)  # two rows ahead of a change, four after it
-    assert (play.cause, play.ratio) == ("flanks", pytest.approx(3.0, rel=0.06))
+    assert (play.cause, play.ratio) == ("play", pytest.approx(3.0, rel=0.06))
     assert play.force == pytest.approx((excess / 5000) ** 0.5, rel=0.1)
     assert play.share == pytest.approx(excess / (excess + 5000 * 0.1**2), rel=0.1)
     assert usual == pytest.approx(0.1, rel=0.05)
@@ -332,12 +304,11 @@ def test_play_shows_in_four_changes_and_more_of_which_none_is_most_of_it():
     assert play.ratio == pytest.approx(5.0, rel=0.1)
 
 
-def test_fewer_than_ten_half_cycles_tell_no_slow_force():
+def test_fewer_than_five_half_cycles_tell_no_force():
     rows = with_residual(rows_of(), 0.4 * (rows_of().position / 0.06) ** 2, noise=0.1)
-    few = rows.at(rows.cycles.index < 9)
-    assert few.enough
-    assert slow_forces(few, DEFAULT) == ((), 0.0)
-    assert slow_forces(rows, DEFAULT)[0] != ()
+    few = rows.at(rows.cycles.index < 4)
+    assert missing_forces(few, DEFAULT) == ((), 0.0)
+    assert missing_forces(rows.at(rows.cycles.index < 8), DEFAULT)[0] != ()
 
 
 def test_a_single_row_that_is_left_out_ends_a_stretch():

@@ -108,8 +108,7 @@ def test_levels_and_ratios_of_the_literature_are_those_that_are_set():
     assert DEFAULT.usable_error < DEFAULT.poor_error < DEFAULT.useless_error
     assert DEFAULT.acceleration_noise < DEFAULT.noisy_inertia
     assert DEFAULT.delay_rough < DEFAULT.delay_unsure
-    assert DEFAULT.missing_slow_force < DEFAULT.missing_slow_force_around < DEFAULT.missing_force < DEFAULT.missing_sought_force
-    assert DEFAULT.missing_share < DEFAULT.missing_share_around
+    assert DEFAULT.missing_evidence < DEFAULT.missing_force
 
 
 def test_fixed_thresholds_are_no_settings():

@@ -212,13 +212,12 @@ def test_what_acts_around_reversals_is_named_nothing_else(motion):
     place = np.r_[motion.position[0], motion.position[turned]][np.cumsum(turned)]
     building_up = -2.0 * LEVEL * side * np.exp(-np.abs(motion.position - place) / 5e-5)
     fit = identify(log_of(motion, with_scatter(motion, building_up), step=1e-7), "coulomb_viscous", axis=STATED, blocks=0, draws=0).best
-    assert causes_in(fit) == ("play",)
+    assert causes_in(fit) == ("presliding",)
 
 
 def test_what_only_the_fitted_half_cycles_show_is_nothing():
     motion = sines(5.0, amplitudes=(0.03, 0.012, 0.004), frequencies=(0.31, 0.83, 2.3))
-    least = dict.fromkeys(("missing_share", "missing_share_around"), 0.08)
-    result = [best_of(motion, "nothing", seed=seed, missing_force=0.0, missing_effort=0.0, **least) for seed in range(4)]
+    result = [best_of(motion, "nothing", seed=seed, missing_evidence=0.0) for seed in range(4)]
     assert not any(causes_in(item.best) for item in result)
 
 
@@ -235,12 +234,9 @@ def test_parameters_of_a_model_that_lacks_a_force_are_effective(motion):
 
 
 @pytest.mark.slow
-def test_thresholds_decide_what_is_said(motion):
-    quick = dict.fromkeys(("missing_slow_share", "missing_slow_share_around"), 1.0)
-    assert causes_in(best_of(motion, "ripple", missing_share=0.999, **quick).best) == ()
-    assert causes_in(best_of(motion, "ripple", missing_force=0.5, **quick).best) == ()
-    assert causes_in(best_of(motion, "ripple", missing_effort=0.5, **quick).best) == ()
-    assert causes_in(best_of(motion, "lag", missing_share_around=0.999, **quick).best) == ()
+@pytest.mark.parametrize("cause", ["ripple", "lag"])
+def test_thresholds_decide_what_is_said(motion, cause):
+    assert causes_in(best_of(motion, cause, missing_evidence=0.5).best) == ()
 
 
 def test_all_models_include_the_slots_that_the_residual_names(motion, monkeypatch):
@@ -329,7 +325,7 @@ def knocking(motion, size):
 @pytest.mark.parametrize(("cause", "size"), [("speed", 0.6), ("ripple", 0.3)])
 def test_a_force_that_the_noise_of_single_rows_hides_is_told(motion, cause, size):
     assert told_of(motion, size * forces(motion, cause))[0] == (cause,)
-    assert told_of(motion, size * forces(motion, cause), missing_slow_share=1.0)[0] == ()
+    assert told_of(motion, size * forces(motion, cause), missing_evidence=0.5)[0] == ()
 
 
 @pytest.mark.slow
@@ -340,23 +336,23 @@ def test_noise_of_single_rows_is_no_force(motion, seed):
 
 def test_a_slow_force_counts_from_its_size_on(motion):
     ripple = 0.3 * forces(motion, "ripple")
-    assert told_of(motion, ripple, missing_sought_force=0.5)[0] == ()
+    assert told_of(motion, ripple, missing_evidence=0.5)[0] == ()
 
 
 def test_friction_that_lags_behind_the_speed_is_told_and_that_which_does_not_is_not(motion):
     text, fit = told_of(motion, lagging(motion, 0.02), "stribeck", step=1e-7)
-    assert text == ("lag",)
+    assert text[0] == "lag"
     assert next(diagnostic for diagnostic in fit.diagnostics if diagnostic.code == "missing_lag").numbers["model"] == "gms"
     assert told_of(motion, lagging(motion, 0.0), "stribeck", step=1e-7)[0] == ()
 
 
 def test_a_drive_that_knocks_from_flank_to_flank_has_play(motion):
     printed, fit = told_of(motion, knocking(motion, 6.0), step=1e-7)
-    assert printed == ("flanks",)
+    assert printed == ("play",)
     text = next(diagnostic for diagnostic in fit.diagnostics if diagnostic.code == "missing_play")
     assert text.numbers["ratio"] > 3.0
     assert "play" in message(text)
-    assert told_of(motion, knocking(motion, 6.0), step=1e-7, missing_flanks=50.0)[0] == ()
+    assert told_of(motion, knocking(motion, 6.0), step=1e-7, missing_evidence=50.0)[0] == ()
     assert told_of(motion, np.roll(knocking(motion, 6.0), 150), step=1e-7)[0] == ()
 
 

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 from tests.identification.known_logs import log_of, sines
 
 from bristle.core.axis import Axis
@@ -89,6 +90,51 @@ def test_a_channel_that_bends_over_reads_its_largest_too_small():
     assert look_at(true).bend is None
     assert look_at(hardly).bend is None  # clear, and less than a fifth
     assert look_at(bent).bend > 0.2
+
+
+def test_a_drive_whose_command_no_longer_acts_reads_its_largest_too_large():
+    acts = effort_of(noise=0.01)
+    top = 1.15 * float(np.max(np.abs(acts)))
+    share = look_at(top * np.arctanh(acts / top)).bend
+    assert share < -0.2
+    assert codes(top * np.arctanh(acts / top))["saturates"]["percent"] == pytest.approx(100.0 * share)
+    assert look_at(effort_of(noise=5.0)).bend is None  # noise of the effort itself
+
+
+@pytest.mark.parametrize("change", [0.1, -0.1])
+def test_a_scale_that_steps_is_told_with_its_time_and_no_drift_of_the_level(change):
+    true = effort_of(noise=0.02)
+    stepped = codes(np.where(MOTION.time > 5.0, 1.0 + change, 1.0) * true)
+    assert stepped["scale_steps"]["time"] == pytest.approx(5.0, abs=0.5)
+    assert stepped["scale_steps"]["percent"] == pytest.approx(100.0 * change, rel=0.25)
+    assert "level_drifts" not in stepped
+    warmer = codes(true + np.where(MOTION.time > 5.0, 2.0, 0.0) * SIDE)  # friction alone
+    assert "scale_steps" not in warmer
+    assert "level_drifts" in warmer
+    assert "scale_steps" not in codes(true)
+
+
+@pytest.mark.parametrize("cutoff", [0.1, 0.4])
+def test_an_effort_without_its_slow_part_is_told_with_the_cutoff_and_not_as_reversed(cutoff):
+    true, keep = effort_of(noise=0.02), np.exp(-2.0 * np.pi * cutoff * (MOTION.time[1] - MOTION.time[0]))
+    passed = lfilter([0.5 * (1.0 + keep), -0.5 * (1.0 + keep)], [1.0, -keep], true)
+    told = codes(passed)
+    assert told["high_passed"]["cutoff"] == pytest.approx(cutoff, rel=0.35)
+    assert "sign_reversed" not in told
+    assert "high_passed" not in codes(true)
+    assert "sign_reversed" in codes(-true)
+    assert "high_passed" not in codes(-true)
+
+
+def test_a_reference_in_the_place_of_the_position_is_told():
+    log = log_of(MOTION, effort_of(), step=1e-6)
+    copied, followed = (
+        {remark.code for remark in checked(replace(log, reference=Channel(values, "m", "r")))}
+        for values in (log.position.values + 1e-12, np.roll(log.position.values, 1))
+    )
+    assert "reference_recorded" in copied
+    assert "reference_recorded" not in followed
+    assert "reference_recorded" not in codes()
 
 
 def test_ways_go_from_turn_to_turn():

@@ -103,7 +103,6 @@ CHOSEN = [
     ("missing_speed", FORCE | {"model": "stribeck_free"}, "`stribeck_free`, of which the exponent"),
     ("missing_speed", FORCE | {"compared": "lugre", "model": "x"}, "`lugre`, which was compared, is no better"),
     ("missing_play", FORCE | {"ratio": 3.0, "model": "x"}, "3 times as large where"),
-    ("missing_play", FORCE | {"model": "x"}, "with play in the drive: 2 N, 12 % of friction. Next: `x`"),
     ("missing_direction", FORCE | {"compared": "x"}, "`x`, which was compared, is no better"),
     ("missing_direction", FORCE, "a set of parameters for each already"),
     ("missing_ripple", RIPPLE, "as cogging or a screw does; this model has one period already"),

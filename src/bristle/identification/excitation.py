@@ -148,6 +148,8 @@ TRADED = {
     "one_direction": ("sliding", "stribeck"),
     "level_drifts": ("sliding", "speed", "stribeck"),
     "clipped": ("acceleration", "sliding", "speed", "stribeck"),
+    "scale_steps": ("acceleration", "sliding", "speed", "stribeck"),
+    "high_passed": ("acceleration", "sliding", "speed", "stribeck"),
     "saturates": ("acceleration", "sliding", "speed", "stribeck"),
     "never_slides": ("acceleration", "sliding", "speed", "stribeck"),
 }

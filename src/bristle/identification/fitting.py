@@ -93,7 +93,7 @@ def fit_of(estimation: Estimation, context: Context) -> Fit:
         rows = (
             *structure.about_alignment(problem, solution, residual, settings),
             *structure.about_noise(problem, estimates, settings),
-            *structure.about_residual(problem, values, error, settings),
+            *structure.about_residual(error, settings),
         )
     errors: dict[str, Any] = estimation.problem.errors(solution.values)
     names = solution.space.reported

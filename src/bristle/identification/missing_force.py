@@ -10,26 +10,30 @@ and an error :math:`v_k`, rows are as good as independent of it [2]_.
 What the parameters of the model can take is no missing force, nor is what a wrong inertia, a delay or a filter of
 a channel makes: their derivatives are fitted with each cause.
 
+One rule tells a cause from errors of the treatment, which come back on each half-cycle too: its force, times the share
+of the residual that it tells, must be a share of friction, and more than signs by chance for each half-cycle give [3]_.
+
 References
 ----------
 .. [1] M. Stone, "Cross-validatory choice and assessment of statistical predictions", Journal of the Royal Statistical
    Society B 36(2), 1974. doi:10.1111/j.2517-6161.1974.tb00994.x
 .. [2] W. A. Fuller, G. E. Battese, "Transformations for estimation of linear models with nested-error structure",
    Journal of the American Statistical Association 68(343), 1973. doi:10.1080/01621459.1973.10481414
+.. [3] P. Kline, A. Santos, "A score based approach to wild bootstrap inference", Journal of Econometric Methods 1(1),
+   2012. doi:10.1515/2156-6674.1006
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
 
 from bristle.core.least_squares import unbounded
 from bristle.core.variable import KINDS
-from bristle.friction.next_model import CHANNELS
 from bristle.identification.half_cycles import Groups
 from bristle.identification.missing_rows import FEWEST_ROWS, SMALLEST, Rows, Weighed
 from bristle.identification.settings import Settings
@@ -42,9 +46,13 @@ FALLS = (0.01, 0.03, 0.1, 0.3, 1.0)  # of the largest speed, over which friction
 WAYS = tuple(np.geomspace(1e-4, 0.03, 6).tolist())  # of the range, over which a force may build up after a reversal
 LAGS = (0.01, 0.04)  # [s]
 LAG_FALLS = (0.003, 0.01, 0.03, 0.1)  # of the largest speed
-ANYWHERE = ("speed", "direction", "position", "ripple", "gravity", *CHANNELS, "transmitted")
-AROUND = ("lag", "play")  # Causes that act everywhere, and those that act around reversals
+LEAST_OF_A_RIPPLE = 0.3  # of what is left over: its period is sought, so that signs by chance tell nothing of it
+FEWEST_WAVES = 1.5  # over the range: fewer are a change along the axis
 MOST_CAUSES, MOST_SEARCHES = 3, 5
+FEWEST_UNITS = 24  # half-cycles, or parts of them, that have a sign of their own
+DRAWS = 1999  # of signs
+HALF_POWER = np.log(2.0) ** 0.5 / (2.0 * np.pi)  # of a Gaussian: its width times its cut-off
+SMALL = 1e-3
 TINY = 1e-9
 
 
@@ -60,61 +68,123 @@ class Missing(NamedTuple):
     overtones: tuple[int, ...] = ()
     ratio: float = 0.0
 
+    @property
+    def evidence(self) -> float:
+        """The force [N or N*m] times the share that it tells of what is left over: errors of the treatment have little of both."""
+        return self.share * self.force
 
-def missing_forces(rows: Rows, settings: Settings) -> tuple[tuple[Missing, ...], float]:
+
+def missing_forces(rows: Rows, settings: Settings, *, static: bool = False) -> tuple[tuple[Missing, ...], float]:
     """Return the forces that a model lacks, the one that tells most first, and what is left without them [N or N*m].
 
-    A cause counts from the shares of the weighted squares, of friction and of the effort that the settings name.
+    They are looked for away from reversals, below the frequencies at which the acceleration is noise; a ripple also beyond
+    them, and around reversals the force that builds up after them where the model is `static`.
     """
     if not rows.enough:
         return (), 0.0
-    missing, left = list[Missing](), 0.0
+    every, found, left = columns_by_cause(rows), list[Missing](), 0.0
+    behind = every.pop("presliding")
     if np.count_nonzero(rows.far) >= FEWEST_ROWS and (away := rows.at(rows.far)).enough:
-        missing, left = _search(away, away.explained, ANYWHERE, settings.missing_share, settings)
-    explained, causes = rows.explained, columns_by_cause(rows)
-    for force in missing:
-        columns = waves(rows.position, rows.side, 1.0 / force.period) if force.period else causes[force.cause]
-        explained = np.column_stack([explained, columns])
-    around, of_all = _search(rows, explained, AROUND, settings.missing_share_around, settings)
-    return (*missing, *around), left if missing else of_all
+        explained, causes = rows.explained[rows.far], {name: columns[rows.far] for name, columns in every.items()}
+        # A ripple may be too fast for the filter, and is told with its period where it passes none.
+        fast, left = _Search.of(away, explained, slow=False).found(causes, settings)
+        fast = [force for force in fast if force.cause == "ripple"]
+        explained = np.column_stack([explained, *(_columns(force, away, causes) for force in fast)])
+        slow, of_all = _Search.of(away, explained, slow=True).found(causes, settings, ripple=not fast)
+        found, left = [*fast, *slow], left if fast else of_all
+    if static:
+        # What builds up over a way lags, too: a lag is not what it is told beside.
+        explained = np.column_stack([rows.explained, *(_columns(force, rows, every) for force in found if force.cause != "lag")])
+        around, of_all = _Search.of(rows, explained, slow=True).found({"presliding": behind}, settings, ripple=False)
+        found, left = [*found, *around], left if found else of_all
+    return tuple(sorted(found, key=attrgetter("evidence"), reverse=True)[:MOST_CAUSES]), left
 
 
-def _search(rows: Rows, explained: np.ndarray, names: Sequence[str], least_share: float, settings: Settings) -> tuple[list[Missing], float]:
-    """Return the causes of these names that tell something of rows, besides what is explained, and what is left."""
-    friction, effort = float(np.sqrt(np.mean(rows.friction**2))), float(np.sqrt(np.mean(rows.effort**2)))
-    least = max(settings.missing_force * friction, settings.missing_effort * effort)
-    weighed, missing = Weighed.of(rows), list[Missing]()
-    causes = {name: columns for name, columns in columns_by_cause(rows).items() if name in names}
-    left = weighed.left(explained)
-    for _ in range(MOST_SEARCHES):
-        ripple, period = ripple_in(rows, weighed, explained, rows.cutoff) if "ripple" in names else (None, 0.0)
-        tried = causes | ({} if ripple is None or any(force.period for force in missing) else {"ripple": ripple})
-        forces = dict[str, Missing]()
-        for name, columns in tried.items():
-            force = force_of(weighed, name, columns, explained=explained, left=left)
-            if force.share >= least_share and force.force >= least:
-                forces[name] = force
-        if not forces:
-            break
-        best, gravity = max(forces.values(), key=lambda force: force.share), forces.get("gravity")
-        if gravity is not None and best.cause in ("position", "ripple"):
-            # Gravity comes before a place or a ripple that, alike in both directions as its first columns are, tells no more.
-            alike = force_of(weighed, best.cause, tried[best.cause][:, :2], explained=explained, left=left)
-            best = gravity if 1.0 - gravity.share <= AS_GOOD * (1.0 - alike.share) else best
-        if best.cause == "ripple":
-            error = _encoder_error(rows, period)
-            if force_of(weighed, "ripple", error, explained=explained, left=left).share > best.share:
-                explained = np.column_stack([explained, tried["ripple"], error])
-                left = weighed.left(explained)
-                continue
-            best = _in_detail(best._replace(period=period), rows, weighed, explained, left, least)
-        missing.append(best)
-        explained = np.column_stack([explained, tried[best.cause]])
-        causes.pop(best.cause, None)
-        left = weighed.left(explained)
-        if len(missing) == MOST_CAUSES:
-            break
-    return missing, float(np.sqrt(np.mean(left**2)))
+def _columns(force: Missing, rows: Rows, causes: Mapping[str, np.ndarray]) -> np.ndarray:
+    return waves(rows.position, rows.side, 1.0 / force.period) if force.period else causes[force.cause]
+
+
+@dataclass
+class _Search:
+    """A search for causes in rows, behind a filter or not, beside what is explained, which grows with what was found."""
+
+    rows: Rows
+    passed: Callable[[np.ndarray], np.ndarray]
+    fastest: float
+    weighed: Weighed
+    explained: np.ndarray
+
+    @classmethod
+    def of(cls, rows: Rows, explained: np.ndarray, *, slow: bool) -> _Search:
+        """Return a search in rows as they are, or in what is `slow` of them."""
+        passed, fastest = (_LowPass.of(rows), rows.narrow) if slow else (np.asarray, rows.cutoff)
+        explained = passed(explained / np.maximum(np.linalg.norm(explained, axis=0), SMALLEST))
+        residual = passed(rows.residual)
+        residual = residual - explained @ unbounded(explained, residual, rcond=TINY)
+        return cls(rows, passed, fastest, Weighed.of(replace(rows, residual=residual, slope=passed(rows.slope))), explained)
+
+    def found(self, causes: Mapping[str, np.ndarray], settings: Settings, *, ripple: bool = True) -> tuple[list[Missing], float]:
+        """Return the causes that tell something, a `ripple` among them, and what is left without them."""
+        least = settings.missing_evidence * float(np.sqrt(np.mean(self.rows.friction**2)))
+        causes, missing = {name: self.passed(columns) for name, columns in causes.items()}, list[Missing]()
+        left = self.weighed.left(self.explained)
+        for _ in range(MOST_SEARCHES):
+            waved, period = ripple_in(self.rows, self.weighed, self.explained, self.fastest) if ripple else (None, 0.0)
+            tried = causes | ({} if waved is None else {"ripple": self.passed(waved)})
+            level = 1.0 - (1.0 - settings.missing_level) / max(len(tried), 1)
+            forces = {name: self._force(name, columns, left) for name, columns in tried.items()}
+            forces = {
+                name: force
+                for name, force in forces.items()
+                if force.evidence >= least
+                and (force.share >= LEAST_OF_A_RIPPLE if name == "ripple" else _no_chance(self.weighed, self.explained, tried[name], level))
+            }
+            if not forces:
+                break
+            best = max(forces.values(), key=attrgetter("share"))
+            if "gravity" in forces and best.cause in ("position", "ripple"):
+                # Gravity comes before a place or a ripple that, alike in both directions as its first columns are, tells no more.
+                alike = self._force(best.cause, tried[best.cause][:, :2], left)
+                best = forces["gravity"] if 1.0 - forces["gravity"].share <= AS_GOOD * (1.0 - alike.share) else best
+            columns = tried[best.cause]
+            if best.cause == "ripple":
+                error = self.passed(_encoder_error(self.rows, period))
+                if self._force("ripple", error, left).share > best.share:
+                    # A scale errs with overtones: what else comes back over the position is its error, too.
+                    self.explained, ripple = np.column_stack([self.explained, columns, error]), False
+                    left = self.weighed.left(self.explained)
+                    continue
+                best, ripple = self._in_detail(best._replace(period=period), least), False
+            missing.append(best)
+            causes.pop(best.cause, None)
+            self.explained = np.column_stack([self.explained, columns])
+            left = self.weighed.left(self.explained)
+            if len(missing) == MOST_CAUSES:
+                break
+        return missing, float(np.sqrt(np.mean(left**2)))
+
+    def _force(self, cause: str, columns: np.ndarray, left: np.ndarray) -> Missing:
+        """Return the force by a cause, fitted beside what is explained; `left` is what that leaves of each part, fitted to the others."""
+        after, force, coefficients = self.weighed.with_columns(self.explained, columns)
+        share = 1.0 - float(after @ after) / max(float(left @ left), SMALLEST)
+        amplitude = float(np.hypot(*coefficients)) if cause == "gravity" else 0.0
+        return Missing(cause, max(share, 0.0), float(np.sqrt(np.mean(force**2))), amplitude=amplitude)
+
+    def _in_detail(self, ripple: Missing, least: float) -> Missing:
+        """Return a ripple with whether it is alike in both directions, and how often in its period it comes back."""
+        x, side, left = self.rows.position, self.rows.side, self.weighed.left(self.explained)
+        columns = self.passed(waves(x, side, 1.0 / ripple.period))
+        even, odd = (self._force("ripple", part, left).share >= EVEN * ripple.share for part in (columns[:, :2], columns[:, 2:]))
+        if not even or odd:
+            return ripple._replace(alike=False if odd and not even else None)
+        overtones, beside = [1], replace(self, explained=np.column_stack([self.explained, columns]))
+        for times in OVERTONES:
+            pair = self.passed(waves(x, side, times / ripple.period)[:, :2])
+            force = beside._force("ripple", pair, self.weighed.left(beside.explained))
+            if force.evidence >= least:
+                overtones.append(times)
+                beside.explained = np.column_stack([beside.explained, pair])
+        return ripple._replace(alike=True, overtones=tuple(overtones))
 
 
 def ripple_in(rows: Rows, weighed: Weighed, explained: np.ndarray, fastest: float) -> tuple[np.ndarray | None, float]:
@@ -127,7 +197,7 @@ def ripple_in(rows: Rows, weighed: Weighed, explained: np.ndarray, fastest: floa
     residual = weighed.without(explained)
     frequency = frequency_in(x, side, residual, most)
     frequency = None if frequency is None else refined(x, side, residual, frequency)
-    return (None, 0.0) if frequency is None else (waves(x, side, frequency), 1.0 / frequency)
+    return (None, 0.0) if frequency is None or frequency * float(np.ptp(x)) < FEWEST_WAVES else (waves(x, side, frequency), 1.0 / frequency)
 
 
 def _encoder_error(rows: Rows, period: float) -> np.ndarray:
@@ -135,37 +205,7 @@ def _encoder_error(rows: Rows, period: float) -> np.ndarray:
     return waves(rows.position, None, 1.0 / period) * (rows.velocity**2 / np.mean(rows.velocity**2))[:, None]
 
 
-def force_of(weighed: Weighed, cause: str, columns: np.ndarray, *, explained: np.ndarray, left: np.ndarray) -> Missing:
-    """Return the force that a model lacks by a cause, fitted beside what is explained.
-
-    `left` is what that leaves of each part, fitted to the others.
-    """
-    after, force, coefficients = weighed.with_columns(explained, columns)
-    share = 1.0 - float(after @ after) / max(float(left @ left), SMALLEST)
-    amplitude = float(np.hypot(*coefficients)) if cause == "gravity" else 0.0
-    return Missing(cause, share, float(np.sqrt(np.mean(force**2))), amplitude=amplitude)
-
-
-def _in_detail(ripple: Missing, rows: Rows, weighed: Weighed, explained: np.ndarray, left: np.ndarray, least: float) -> Missing:
-    """Return a ripple with whether it is alike in both directions, and how often in its period it comes back."""
-    columns = waves(rows.position, rows.side, 1.0 / ripple.period)
-    even, odd = (
-        force_of(weighed, "ripple", part, explained=explained, left=left).share >= EVEN * ripple.share
-        for part in (columns[:, :2], columns[:, 2:])
-    )
-    if not even or odd:
-        return ripple._replace(alike=False if odd and not even else None)
-    overtones, explained = [1], np.column_stack([explained, columns])
-    for times in OVERTONES:
-        pair = waves(rows.position, rows.side, times / ripple.period)[:, :2]
-        force = force_of(weighed, "ripple", pair, explained=explained, left=weighed.left(explained))
-        if force.share >= 0.1 and force.force >= least:  # of the residual without the ripple, that one tells
-            overtones.append(times)
-            explained = np.column_stack([explained, pair])
-    return ripple._replace(alike=True, overtones=tuple(overtones))
-
-
-def columns_by_cause(rows: Rows) -> Mapping[str, np.ndarray]:
+def columns_by_cause(rows: Rows) -> dict[str, np.ndarray]:
     """Return what friction does by each cause but a ripple, to first order, shape (row, column) each."""
     x, side, speed = rows.position, rows.side[:, None], np.abs(rows.velocity)
     speed = speed / float(np.quantile(speed, 0.99))
@@ -173,12 +213,12 @@ def columns_by_cause(rows: Rows) -> Mapping[str, np.ndarray]:
     middle, reach = 0.5 * (x.max() + x.min()), 0.5 * float(np.ptp(x))
     place = ((x - middle) / reach)[:, None]
     turns = rows.kind == KINDS[1] and 2.0 * reach > 1.0  # [rad], over which the sine of an angle is more than a straight line
-    behind, before = (way[:, None] / (2.0 * reach * np.array(WAYS)) for way in rows.from_ends(x))
+    behind = rows.from_ends(x)[0][:, None] / (2.0 * reach * np.array(WAYS))
     return {
         "speed": side * np.column_stack([falls, np.sqrt(speed), speed**2]),
         "direction": np.column_stack([np.ones_like(speed), speed, falls]),
-        "lag": rows.acceleration[:, None] * falls,
-        "play": side * np.exp(-np.column_stack([behind, before])),
+        "lag": lagging_columns(rows),
+        "presliding": side * np.exp(-behind),
         "position": np.column_stack([place, place**2, side * place, side * place**2]),
         "transmitted": side * np.abs(rows.predicted - rows.friction)[:, None],
         **({"gravity": np.column_stack([np.sin(x), np.cos(x)])} if turns else {}),
@@ -203,65 +243,6 @@ def lagging_columns(rows: Rows) -> np.ndarray:
             lagged[row] = late
         columns.append(np.exp(-lagged[:, None] / (falls * top)) - np.exp(-speed[:, None] / (falls * top)))
     return rows.side[:, None] * np.hstack(columns)
-
-
-HALF_POWER = np.log(2.0) ** 0.5 / (2.0 * np.pi)  # of a Gaussian: its width times its cut-off
-FEWEST_UNITS = 24  # half-cycles, or parts of them, that have a sign of their own
-SMALL = 1e-3
-
-
-def slow_forces(rows: Rows, settings: Settings) -> tuple[tuple[Missing, ...], float]:
-    """Return the force that a model lacks, none or one, and what is left without it [N or N*m].
-
-    It is looked for away from reversals; around them, a lag alone.
-    """
-    if not rows.enough:
-        return (), 0.0
-    friction, lag = float(np.sqrt(np.mean(rows.friction**2))), lagging_columns(rows)
-    missing, left = (), 0.0
-    if np.count_nonzero(rows.far) >= FEWEST_ROWS and (away := rows.at(rows.far)).enough:
-        causes = {name: columns for name, columns in columns_by_cause(rows).items() if name in ANYWHERE} | {"lag": lag}
-        causes = {name: columns[rows.far] for name, columns in causes.items()}
-        forces = settings.missing_slow_force * friction, settings.missing_sought_force * friction
-        least = _Least(settings.missing_slow_share, settings.missing_level, *forces)
-        missing, left = _largest(away, rows.explained[rows.far], causes, least)
-    if missing:
-        return missing, left
-    force = settings.missing_slow_force_around * friction
-    return _largest(rows, rows.explained, {"lag": lag}, _Least(settings.missing_slow_share_around, settings.missing_level, force))
-
-
-class _Least(NamedTuple):
-    """From which share of what is left, level by chance and force [N or N*m] on a cause counts."""
-
-    # A ripple, whose period is looked for, counts from a `ripple` of its own on; none is looked for without.
-
-    share: float
-    level: float
-    force: float
-    ripple: float = math.inf
-
-
-def _largest(rows: Rows, explained: np.ndarray, causes: Mapping[str, np.ndarray], least: _Least) -> tuple[tuple[Missing, ...], float]:
-    """Return the cause that tells most behind the filter, none or one, and what is left beside all causes."""
-    if rows.cycles.count < 10:  # fewer do not tell a scatter of friction from a cause
-        return (), 0.0
-    passed = _LowPass.of(rows)
-    explained = passed(explained / np.maximum(np.linalg.norm(explained, axis=0), SMALLEST))
-    residual = passed(rows.residual)
-    residual = residual - explained @ unbounded(explained, residual, rcond=TINY)
-    weighed = Weighed.of(replace(rows, residual=residual, slope=passed(rows.slope)))
-    ripple, period = (None, 0.0) if math.isinf(least.ripple) else ripple_in(rows, weighed, explained, rows.narrow)
-    left, forces = weighed.left(explained), list[Missing]()
-    for name, columns in ({**causes} | ({} if ripple is None else {"ripple": ripple})).items():
-        slow = passed(columns)
-        force = force_of(weighed, name, slow, explained=explained, left=left)
-        large = force.force >= (least.ripple if name == "ripple" else least.force)
-        if large and force.share >= least.share and _no_chance(weighed, explained, slow, least.level):
-            forces.append(force._replace(period=period) if name == "ripple" else force)
-    if not forces:
-        return (), 0.0
-    return (max(forces, key=lambda force: force.share),), float(np.sqrt(np.mean(left**2)))
 
 
 @dataclass(frozen=True)
@@ -299,7 +280,7 @@ def _no_chance(weighed: Weighed, explained: np.ndarray, columns: np.ndarray, lev
     part = np.arange(cycle.size) * FEWEST_UNITS // cycle.size
     units = Groups(cycle if count >= FEWEST_UNITS else cycle * FEWEST_UNITS + part)
     pulls = units.summed(free * weighed.without(explained)[:, None])
-    signs = np.random.default_rng(units.count).choice([-1.0, 1.0], (499, units.count))  # drawn for each
+    signs = np.random.default_rng(units.count).choice([-1.0, 1.0], (DRAWS, units.count))  # drawn for each
     drawn = np.vstack([np.ones(units.count), signs]) @ pulls
     squares = np.sum(drawn * np.linalg.solve(free.T @ free + SMALL * np.eye(free.shape[1]), drawn.T).T, axis=1)
     return bool(squares[0] > np.quantile(squares[1:], level))

@@ -17,6 +17,7 @@ from bristle.identification.missing_rows import FEWEST_ROWS, SMALLEST, Rows
 from bristle.identification.settings import Settings
 
 MOST_OF_ONE = 0.5  # of what changes of sides leave over
+LARGER = 1.8  # times the residual elsewhere: what is left over where the load changes flanks
 BEFORE, AFTER, LASTS = 2, 4, 0.03  # rows ahead of a change of sides; after it that many at least, and so long [s]
 FEWEST_CHANGES, FEWEST_ALIKE, ENOUGH = 4, 10, 20  # changes of sides, rows of a kind to compare with, rows around them
 SPEEDS = (0.003, 0.01, 0.03, 0.1, 0.3, 0.6)  # of the largest
@@ -55,6 +56,7 @@ def play_at_flanks(rows: Rows, settings: Settings) -> tuple[tuple[Missing, ...],
     square_around, elsewhere = float(np.sum(square[around])), float(np.sum(usual[kind[around]]))
     ratio, excess = math.sqrt(square_around / max(elsewhere, SMALLEST)), max(square_around - elsewhere, 0.0)
     force = math.sqrt(excess / square.size)
-    if ratio < settings.missing_flanks or force < settings.missing_sought_force * float(np.sqrt(np.mean(rows.friction**2))):
+    play = Missing("play", excess / float(np.sum(square)), force, ratio=ratio)
+    if ratio < LARGER or play.evidence < settings.missing_evidence * float(np.sqrt(np.mean(rows.friction**2))):
         return (), 0.0
-    return (Missing("flanks", excess / float(np.sum(square)), force, ratio=ratio),), math.sqrt(elsewhere / np.count_nonzero(around))
+    return (play,), math.sqrt(elsewhere / np.count_nonzero(around))

@@ -27,7 +27,7 @@ TRADED_IN = ("one_speed", "one_direction", "level_drifts", "never_slides")
 """Codes that name parameters whose intervals are not to be relied on."""
 CONSTANT_HELD = ("held_levels", "held_constant")
 LARGE_OFFSET, SURE_OFFSET = 0.25, 3.0  # of the level by direction, and standard errors: a constant force that is told
-LACKING = ("structure", "clipped", "saturates")
+LACKING = ("structure", "clipped", "saturates", "scale_steps", "high_passed")
 """Codes that a force is missing, in the model or in the effort of a log: their `names` make up for it."""
 
 

@@ -24,10 +24,13 @@ class Settings(CheckThresholds):
     # Told so to a person who sets them still.
     fixed = frozenset(
         (
-            *("hopeless_std", "blurred_share", "delay_inertia", "filter_seen", "nested_loop", "amplitude_half_cycles", "tremble"),
+            *("hopeless_std", "delay_inertia", "filter_seen", "nested_loop", "amplitude_half_cycles", "tremble"),
             *("repeated", "repeated_periods", "repeated_size", "repeated_overlap", "moved", "flat_rise", "follows", "at_odds", "seen_rise"),
             *("white_lags", "white_level", "unfinished_error", "kept_work", "spring_likeness", "one_way", "steady_share"),
             *("steps_of_motion", "clipped_samples", "soft_limit", "lost_step", "velocity_scale", "velocity_likeness"),
+            *("missing_share", "missing_share_around", "missing_effort", "missing_slow_share", "missing_slow_force", "missing_flanks"),
+            *("missing_slow_share_around", "missing_slow_force_around", "missing_sought_force", "reversal_error", "reversal_periods"),
+            *("reversal_share", "reversal_excess", "reversal_lag"),
             *("velocity_delay", "mass_error", "inertia_share", "gear_near", "shortest_sample", "longest_sample"),
         )
     )
@@ -55,24 +58,11 @@ class Settings(CheckThresholds):
     poor_error: float = _set(40.0, "error of the effort from which units and signs are doubted", "%")
     usable_error: float = _set(20.0, "error of a model, of what friction takes, above which it is used with care", "%")
     useless_error: float = _set(60.0, "error of a model, of what friction takes, above which it is not used", "%")
-    reversal_error = 5.0  # error of the effort from which missing pre-sliding is looked for [%]
-    reversal_periods = 3.0  # periods of the cut-off that count as around a reversal [periods]
-    reversal_share: float = _set(0.25, "share of the squared residual around reversals that is much", most=1.0)
-    reversal_excess: float = _set(3.0, "times the share of the rows around reversals that the share there must be")
-    missing_share: float = _set(0.25, "share of the held-out residual, away from reversals, that a missing force explains", most=1.0)
-    missing_share_around: float = _set(0.5, "the same of a lag and of play, which act around reversals, as errors of sampling do", most=1.0)
-    missing_force: float = _set(0.006, "share of the friction force, root mean square, below which a model lacks no force")
-    missing_effort: float = _set(0.006, "share of the effort, root mean square, below which a missing force is attributed to the treatment")
-    missing_slow_share: float = _set(0.2, "the same of what is left below the frequencies at which the acceleration is noise", most=1.0)
-    missing_slow_force = 0.0015  # share of the friction force, root mean square, below which a model lacks no such force
-    missing_slow_share_around: float = _set(0.3, "the same share of a lag, of rows around reversals too", most=1.0)
-    missing_slow_force_around = 0.005  # the same share of the friction force of such a lag
+    missing_force: float = _set(0.006, "share of the friction force, root mean square, below which a missing force is too small to matter")
+    missing_evidence: float = _set(0.0016, "share of friction of a missing force, times the share that it tells of what is left over")
     # level at which such a cause must take more than with signs drawn by chance for each half-cycle; P. Kline, A. Santos, Journal of
     # Econometric Methods 1(1), 2012, doi:10.1515/2156-6674.1006
     missing_level = 0.99
-    missing_flanks: float = _set(2.1, "residual where the load changes flanks over that elsewhere, from which a drive has play", least=1.0)
-    missing_sought_force: float = _set(0.01, "root mean square, as a share of friction, below which no play or hidden ripple is reported")
-    reversal_lag: float = _set(0.1, "share of the friction force by which friction must lag behind around reversals")
 
     # Validation and comparison of models.
     held_out_rows: float = _set(20.0, "rows that a held-out block has at least, its margins apart", "rows", least=2.0)

@@ -18,7 +18,7 @@ from bristle.identification.elasticity import elastic_coupling
 from bristle.identification.estimate import Estimate
 from bristle.identification.estimation import Estimation
 from bristle.identification.inverse_dynamics import InverseDynamics
-from bristle.identification.missing_force import Missing, missing_forces, slow_forces
+from bristle.identification.missing_force import Missing, missing_forces
 from bristle.identification.missing_rows import Rows
 from bristle.identification.parameter_space import Solution
 from bristle.identification.parameters import Role, name_of, names_of
@@ -37,15 +37,14 @@ CODES = {
     "ripple": "missing_ripple",
     "gravity": "missing_gravity",
     "transmitted": "missing_transmitted",
-    "flanks": "missing_play",
     "elastic": "elastic_load",
 }
 """The code of each cause; the others are further channels of the log."""
 LEVEL, DAMPED = "coulomb+", "coulomb_viscous+"
-WITHOUT_MODEL = ("gravity", "flanks", "elastic")  # told by what to write or to look for
-OF_THE_DRIVE = ("flanks", "elastic")
-AS_OF_A_DRIVE = ("speed", "lag", "play")  # causes around reversals, which a drive that is not rigid has too
-LOOKS_LIKE = ("no_presliding", "filter_suspect")  # what a drive that is not rigid is taken for
+WITHOUT_MODEL = ("gravity", "play", "elastic")  # told by what to write or to look for
+OF_THE_DRIVE = ("play", "elastic")
+AS_OF_A_DRIVE = ("speed", "lag", "presliding")  # causes around reversals, which a drive that is not rigid has too
+LOOKS_LIKE = "filter_suspect"  # what a drive that is not rigid is taken for
 NEARLY = 0.1  # of a turn, by which a period may miss a whole number of times
 MOST_ROWS = 120_000  # of a log, that are looked at for forces that a model lacks
 AMPLITUDE = 2.0**0.5  # of waves, over their root mean square
@@ -65,16 +64,23 @@ def missing_in(fit: Fit, estimation: Estimation, settings: Settings) -> tuple[tu
         fit.traces.predicted - fit.traces.mechanical,
         problem.friction_slope(values),
     ).pieces(MOST_ROWS)
-    missing, left = missing_forces(rows, settings)
-    if not missing:
-        missing, left = slow_forces(rows, settings)
+    missing, left = missing_forces(rows, settings, static=is_static(fit.friction))
     if missing and missing[0].cause not in AS_OF_A_DRIVE:
         return missing, left
-    elastic = elastic_coupling(problem.dataset, fit.plant, fit.friction)
+    drive, rest = _of_the_drive(fit, problem.dataset, rows, settings)
+    return (drive, rest) if drive and (not missing or drive[0].share > missing[0].share) else (missing, left)
+
+
+def _of_the_drive(fit: Fit, dataset: Dataset, rows: Rows, settings: Settings) -> tuple[tuple[Missing, ...], float]:
+    """Return what a drive that is not rigid does, or a contact that gives way, none or once, and what is left [N or N*m]."""
+    elastic = elastic_coupling(dataset, fit.plant, fit.friction)
     if elastic is not None:
-        left = math.sqrt(max(float(np.mean(fit.traces.residual**2)) - elastic.force**2, 0.0))
-        return (Missing("elastic", elastic.share, elastic.force, amplitude=elastic.antiresonance),), left
-    return (missing, left) if missing else play_at_flanks(rows, settings)
+        # A contact that gives way before it slides is a spring, too: a model that has none of its own comes first.
+        cause = "presliding" if is_static(fit.friction) else "elastic"
+        force = Missing(cause, elastic.share, elastic.force, amplitude=elastic.antiresonance)
+        if force.evidence >= settings.missing_evidence * float(np.sqrt(np.mean(rows.friction**2))):
+            return (force,), math.sqrt(max(float(np.mean(fit.traces.residual**2)) - elastic.force**2, 0.0))
+    return play_at_flanks(rows, settings)
 
 
 def with_structure(fit: Fit, estimation: Estimation, settings: Settings, lead: float | None = None, compared: Collection[str] = ()) -> Fit:
@@ -111,7 +117,7 @@ def with_structure(fit: Fit, estimation: Estimation, settings: Settings, lead: f
     if numbers["small"]:
         structure = tuple(replace(diagnostic, severity="note") for diagnostic in structure)
     drive = any(force.cause in OF_THE_DRIVE for force in missing)
-    further = [diagnostic for diagnostic in fit.diagnostics if not drive or diagnostic.code not in LOOKS_LIKE]
+    further = [diagnostic for diagnostic in fit.diagnostics if not drive or diagnostic.code != LOOKS_LIKE]
     return replace(fit, diagnostics=(*structure, *further))
 
 
@@ -138,8 +144,7 @@ def _next(cause: str, friction: Model, compared: Collection[str]) -> dict[str, N
 
 
 def _diagnostic(missing: Missing, level: float, friction: Model, lead: float | None, compared: Collection[str]) -> Diagnostic:
-    # A static model has no distance over which its force turns: what builds up there is pre-sliding before it is play.
-    cause = "presliding" if missing.cause == "play" and is_static(friction) else missing.cause
+    cause = missing.cause
     numbers: dict[str, Number] = {"force": missing.force, "percent": 100.0 * missing.force / level, "share_percent": 100.0 * missing.share}
     if cause not in WITHOUT_MODEL:
         # A ripple that turns with the motion is one of the level.
@@ -155,7 +160,7 @@ def _diagnostic(missing: Missing, level: float, friction: Model, lead: float | N
         numbers |= {"pulls": pulls, "harmonics": harmonics, "turner": turner, "travel": turn or missing.period}
     numbers |= {
         "gravity": {"amplitude": missing.amplitude},
-        "flanks": {"ratio": missing.ratio},
+        "play": {"ratio": missing.ratio},
         "elastic": {"antiresonance": missing.amplitude},
     }.get(cause, {})
     numbers |= {} if cause in CODES else {"channel": cause}
@@ -166,26 +171,9 @@ FALLS_WITH = 5.0  # power of the cut-off that the noise of the acceleration grow
 DIRECTIONS = {1: ("",), 2: ("forward", "backward")}
 
 
-def about_residual(problem: InverseDynamics, values: Mapping[str, float], percent: float, settings: Settings) -> tuple[Diagnostic, ...]:
-    """Return a warning where the model leaves much of the effort [%] over, and where it lacks pre-sliding."""
-    residual = problem.dataset.effort - problem.predicted(values)
-    dataset, total, lacks_presliding = problem.dataset, float(residual @ residual), False
-    near = dataset.samples_from_reversal < settings.reversal_periods / (dataset.cutoff * dataset.sample_time)
-    if percent >= settings.reversal_error and is_static(problem.model(values)) and near.any() and total > 0.0:
-        friction = float(np.mean(np.abs(problem.friction(values))))
-        if friction > 0.0:
-            # A static model errs mostly around reversals, and there by friction that lags behind it.
-            share = float(residual[near] @ residual[near]) / total
-            behind = -float(np.mean(residual[near] * np.sign(dataset.velocity[near]))) / friction
-            much = max(settings.reversal_share, settings.reversal_excess * float(np.mean(near)))
-            lacks_presliding = share > much and behind > settings.reversal_lag
-    if lacks_presliding:
-        code = "no_presliding"
-    elif percent >= settings.poor_error:
-        code = "unexplained"
-    else:
-        return ()
-    return (Diagnostic(code, numbers={"percent": percent}),)
+def about_residual(percent: float, settings: Settings) -> tuple[Diagnostic, ...]:
+    """Return a warning where the model leaves much of the effort [%] over."""
+    return (Diagnostic("unexplained", numbers={"percent": percent}),) if percent >= settings.poor_error else ()
 
 
 def about_rise(problem: InverseDynamics, values: Mapping[str, float]) -> tuple[Diagnostic, ...]:

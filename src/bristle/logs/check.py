@@ -21,6 +21,7 @@ from bristle.logs.words import other_unit_in, plain_unit
 Numbers = Mapping[str, Number]
 AnyLog = TypeVar("AnyLog", bound=LogData)
 
+SAME = 1e-6  # of the range, within which a position is its reference
 OTHER_STEP = 5.0  # times the resolution: counts of a quadrature encoder differ by 2 and 4
 SAMPLED = 1e-5, 0.5  # s from sample to sample of a servo axis
 SPRING_WORK, SPRING_LIKENESS = 0.3, 0.6  # of a spring: share of the work that stays in the axis, correlation of effort and position
@@ -37,7 +38,9 @@ def _measured(look: Look) -> Iterator[tuple[str, Numbers | None]]:
     if lost.size:
         step = float(np.max(np.abs(x[lost + 1] - x[lost])))
         yield "rows_lost", {"places": int(lost.size), "time": float(look.log.time.values[lost[0]]), "step": step}
-    if look.share < -settings.reversed_work:
+    if look.high_pass is not None:
+        yield "high_passed", {"cutoff": look.high_pass}
+    elif look.share < -settings.reversed_work:
         yield "sign_reversed", {"percent": -100.0 * look.share}
     suspect = dict(_suspect_units(look))
     yield "unit_suspect", suspect.get("time")
@@ -53,6 +56,9 @@ def _measured(look: Look) -> Iterator[tuple[str, Numbers | None]]:
     if cut := look.cut:
         time = float(look.log.time.values[cut.first])
         yield "clipped", {"level": cut.level, "samples": cut.longest, "all": cut.samples, "time": time}
+    reference = look.log.reference
+    if reference is not None and np.ptp(reference.values - x) <= SAME * np.ptp(x):
+        yield "reference_recorded", {}
     yield "never_slides", _never_slides(look)
     if look.bend is not None:
         yield "saturates", {"percent": 100.0 * look.bend}
@@ -61,6 +67,10 @@ def _measured(look: Look) -> Iterator[tuple[str, Numbers | None]]:
         yield "mass_contradicts", {"known": look.axis.mass or 0.0, "found": mass, "ratio": ratio}
         yield "gear_suspect", _gear(look, "mass", ratio)
     level, shares = look.changes
+    if look.step is not None:
+        time, share = look.step
+        shares = {place: value for place, value in shares.items() if place != -2}
+        yield "scale_steps", {"time": time, "percent": 100.0 * share}
     for place, code in ((-2, "level_drifts"), (-1, "level_over_position")):
         if place in shares:
             yield code, {"percent": 100.0 * shares[place], "level": level}
@@ -182,12 +192,17 @@ def _one_speed(look: Look) -> Numbers | None:
     return {"slowest": slow, "fastest": fast} if fast < look.settings.one_speed * slow else None
 
 
-SEVERITIES: dict[str, Severity] = {"sign_reversed": "error", "effort_unsigned": "error", "motion_repeats": "note"}
+SEVERITIES: dict[str, Severity] = {
+    "sign_reversed": "error",
+    "effort_unsigned": "error",
+    "reference_recorded": "error",
+    "motion_repeats": "note",
+}
 """What is graver than a warning, or less."""
 
 RECORDED = (
     *("rows_lost", "sign_reversed", "resolution_contradicts", "unit_suspect", "velocity_contradicts"),
-    *("gear_suspect", "effort_unsigned", "clipped", "saturates"),
+    *("gear_suspect", "effort_unsigned", "clipped", "saturates", "reference_recorded", "high_passed", "scale_steps"),
     *("resampled", "unit_contradicts", "beyond_limit"),
 )
 """Codes of what is wrong with a recording, whatever it is used for; the last ones are found while it is read."""

@@ -19,7 +19,9 @@ from bristle.logs.problems import Cut, clipped
 from bristle.logs.turns import graininess, turning_points
 
 FALLS = (0.1, 0.02)  # of the largest speed, over which friction may fall
+TELLS = 0.95  # of the scatter of the effort: a line that leaves more says nothing
 SIDE = 0.02  # share of the rows in a direction from which it has columns of its own
+BENT = 0.2  # of the largest effort: a channel that bends over
 CLIPPED = 10  # samples in a row at an extreme from which an effort is clipped
 SAME_SCALE, SAME_SIGNAL = 0.05, 0.8  # of a recorded velocity beside that of the position: relative deviation, correlation
 
@@ -122,8 +124,7 @@ class Look:
             return None
         rows, columns = self.sliding
         line = Line.through(np.column_stack([columns, *further]), rows.effort)
-        # 0.95 of the scatter of the effort: a line that leaves more says nothing
-        return line if line is not None and line.explained > 0.95 else None
+        return line if line is not None and line.explained > TELLS else None
 
     @cached_property
     def plain(self) -> Line | None:
@@ -131,15 +132,63 @@ class Look:
         return self.line()
 
     @cached_property
+    def told(self) -> np.ndarray:
+        """The effort that the line through the log tells, shape (row,)."""
+        assert self.plain is not None
+        return self.sliding[1] @ self.plain.coefficients
+
+    @cached_property
     def bend(self) -> float | None:
-        """By how much of itself the largest effort reads too little; None where that does not show."""
+        """By how much of itself the largest effort reads too little, or too much (below 0); None where that does not show."""
         if self.plain is None or self.cut or self.is_unsigned:
             return None
-        effort = self.sliding[0].effort
-        top = float(np.abs(effort).max())
-        line = self.line(-((effort / top) ** 3) * top)
-        share, deviation = line.last if line is not None else (0.0, 0.0)
-        return share if share > max(0.2, self.settings.sure * deviation) else None  # of the largest effort: a channel that bends over
+        effort, told = self.sliding[0].effort, self.told
+        # What a drive lacks of its command goes with the force that acts: noise of the command itself would look like it.
+        # And it is most of what the line leaves over: an error of the motion goes with its extremes, too.
+        for force, sign, left in ((effort, 1.0, 1.0), (told, -1.0, 0.5)):
+            top = float(np.abs(force).max())
+            line = self.line(-((force / top) ** 3) * top)
+            if line is None or 1.0 - line.explained > left * (1.0 - self.plain.explained):
+                continue
+            share, deviation = line.last
+            if sign * share > max(BENT, self.settings.sure * deviation):
+                return share
+        return None
+
+    @cached_property
+    def step(self) -> tuple[float, float] | None:
+        """When the effort begins to read another share of inertia and friction alike [s], and by how much more; None where it does not."""
+        if self.plain is None or self.cut or self.is_unsigned:
+            return None
+        rows, columns = self.sliding
+        inertia = columns[:, :2] @ self.plain.coefficients[:2]
+        found = list[tuple[float, Line]]()
+        for time in np.quantile(rows.time, np.linspace(0.1, 0.9, 33)).tolist():
+            late = (rows.time > time).astype(float)
+            line = self.line(late * inertia, late * (self.told - inertia))
+            found += [(time, line)] if line is not None else []
+        if not found:
+            return None
+        time, line = max(found, key=lambda one: one[1].explained)
+        shares, deviations = line.coefficients[-2:], line.deviations[-2:]
+        alike = abs(shares[0] - shares[1]) < 3.0 * float(np.hypot(*deviations))  # standard errors
+        return (time, float(np.mean(shares))) if alike and np.all(np.abs(shares) > self.settings.sure * deviations) else None
+
+    @cached_property
+    def high_pass(self) -> float | None:
+        """The frequency [Hz] below which the effort is cut off, as by an AC-coupled channel; None where it is not."""
+        log, (rows, columns) = self.log, self.sliding
+        if log.effort is None or len(log.segments) != 1 or self.cut or self.is_unsigned:
+            return None
+        # A first-order high-pass leaves out of an effort its cut-off, as an angular frequency, times the integral of what it shows.
+        shown = np.interp(rows.time, log.time.values, log.sample_time * np.cumsum(log.effort.values - np.mean(log.effort.values)))
+        # That may turn the sign of the work: no line of the effort with its sign.
+        line = Line.through(np.column_stack([columns, -shown]), rows.effort)
+        if line is None or line.explained < TELLS:
+            return None
+        cutoff, deviation = line.last
+        much = cutoff * float(np.std(shown)) > self.settings.level_drift * float(np.std(columns[:, 2:] @ line.coefficients[2:-1]))
+        return cutoff / (2.0 * np.pi) if much and cutoff > self.settings.sure * deviation else None
 
     @cached_property
     def mass(self) -> tuple[float, float] | None:

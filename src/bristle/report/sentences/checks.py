@@ -134,12 +134,37 @@ CHECKS: dict[str, Sentence] = {
         "mend the unit of the position, or the resolution under [encoder]",
         choose=lambda texts, numbers: texts[0] + (texts[1] if numbers["degrees"] else ""),
     ),
-    "saturates": _with_names(
-        "the effort bends over: its largest values read {percent:.0f} % too little for the motion that they make. "
-        "Widen the range of the sensor, or lower the acceleration",
-        "; {names:list} make up for what is missing",
-        "the channel of the effort bends over before its end",
-        "widen the range of the sensor, or lower the acceleration",
+    "saturates": Sentence(
+        (
+            "the effort bends over: its largest values read {percent:.0f} % too little for the motion that they make. "
+            "Widen the range of the sensor, or lower the acceleration",
+            "; {names:list} make up for what is missing",
+            "the drive saturates: the largest efforts act by {percent!m:.0f} % less than they read, as where a command is recorded and "
+            "the torque of the motor no longer follows it. Record the torque or current that acts, or lower the acceleration",
+        ),
+        "the channel of the effort bends over before its end, or the drive does behind a recorded command",
+        "widen the range of the sensor, record the effort that acts, or lower the acceleration",
+        choose=lambda texts, numbers: _named((texts[0 if numbers["percent"] > 0.0 else 2], texts[1]), numbers),
+    ),
+    "scale_steps": _with_names(
+        "from t = {time:.4g} s on the effort reads {percent:+.2g} % for inertia and friction alike: the torque constant, a gain or a unit "
+        "changed. Identify the parts of the log apart (`span` in the axis file), or scale the effort of one of them",
+        "; {names:list} are means over both",
+        "the scale of the effort changes during the log",
+        "identify the parts of the log apart, or scale the effort of one of them",
+    ),
+    "high_passed": _with_names(
+        "the effort has no slow part: what is slower than {cutoff:.2g} Hz is cut off, as by an AC-coupled input. Switch the channel to DC, "
+        "and record again",
+        "; {names:list} are not those of the axis",
+        "the effort passed a high-pass",
+        "switch the channel of the effort to DC",
+    ),
+    "reference_recorded": says(
+        "position and reference are the same to the last digits: the position is a copy of the reference, not what the encoder read. "
+        "Record the position of the encoder",
+        "the reference was recorded in place of the position",
+        "record the position of the encoder",
     ),
     "never_slides": _with_names(
         "the effort follows the position as that of a spring (correlation {correlation:.2f}) and gives back all but "

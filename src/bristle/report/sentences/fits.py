@@ -58,13 +58,6 @@ FITS: dict[str, Sentence] = {
         "noise of the position makes the inertia too small",
         "lower the cut-off to the one told",
     ),
-    "no_presliding": says(
-        "the model leaves {percent:.0f} % of the effort unexplained, much of it around reversals, where friction "
-        "builds up over a distance that this model does not have: its parameters may be biased beyond "
-        "their intervals. Add `lugre` or `dahl` to the comparison, or leave slow and short reversals out",
-        "a static model errs around reversals",
-        "add `lugre` or `dahl`",
-    ),
     "unexplained": says(
         "the model leaves {percent:.0f} % of the effort unexplained: check units, signs, the delay between the channels and the mass in "
         "the axis file, and whether gravity of a link, cogging or a spring acts on the axis (`[plant]` and `[[cogging]]`)",

@@ -181,13 +181,13 @@ def _ripple(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
     return plain + (following if numbers["model"] else after or known)
 
 
-def _missing(text: str, by_model: str, without: str, means: str, **of_a_drive: str) -> Sentence:
-    """Return what is said of a force that a model lacks: which one has it, or that there is none; or else of a drive, by a number."""
+def _missing(text: str, by_model: str, without: str, means: str) -> Sentence:
+    """Return what is said of a force that a model lacks: which one has it, or that there is none."""
     return Sentence(
-        (*of_a_drive.values(), f"{text}. Next: {by_model}", f"{text}. {_COMPARED}", f"{text}; {without}"),
+        (f"{text}. Next: {by_model}", f"{text}. {_COMPARED}", f"{text}; {without}"),
         means,
-        "look for play in coupling and screw, and record the position behind it too" if of_a_drive else "try the model that is named",
-        choose=where(*of_a_drive, "model", "compared"),
+        "try the model that is named",
+        choose=where("model", "compared"),
         also=("share_percent",),
     )
 
@@ -233,22 +233,22 @@ STRUCTURE: dict[str, Sentence] = {
         "this model lags by itself: look for a filter of a channel",
         "friction lags behind the speed",
     ),
-    "missing_play": _missing(
-        "the force around reversals builds up over another way than in the model, as with play in the drive: "
-        "{force:force}, {percent:.2g} % of friction",
-        "`{model}`",
-        "no model of bristle has play: record the position behind it too, and look for it in coupling and screw",
-        "the drive has play, or the force around reversals builds up in another way than in the model",
-        ratio="what the model leaves over is {ratio:.2g} times as large where the force on the load changes its side as elsewhere amid "
-        "motion: {force:force}, {percent:.2g} % of friction. So knocks a drive with play from one flank to the other; no model of "
-        "bristle has play: record the position behind it too, and look for it in coupling and screw",
+    "missing_play": Sentence(
+        (
+            "the drive has play: what the model leaves over is {ratio:.2g} times as large where the force on the load changes its side as "
+            "elsewhere amid motion: {force:force}, {percent:.2g} % of friction. So knocks a drive from one flank to the other; no model of "
+            "bristle has play: record the position behind it too, and look for it in coupling and screw",
+        ),
+        "the drive has play",
+        "look for play in coupling and screw, and record the position behind it too",
+        also=("share_percent",),
     ),
     "missing_presliding": _missing(
-        "the force builds up over a distance after each reversal, which this model does not have: {force:force}, "
-        "{percent:.2g} % of friction",
+        "friction lags behind where the motion turns: it builds up over a distance after each reversal, which this model does not "
+        "have: {force:force}, {percent:.2g} % of friction. An elastic drive looks alike, and is told once the model has such a distance",
         "`{model}`",
         "no model of bristle has another way of building up",
-        "the force builds up over a distance",
+        "friction builds up over a distance after a reversal",
     ),
     "missing_position": _missing(
         "friction changes along the axis: {force:force}, {percent:.2g} % of it",
