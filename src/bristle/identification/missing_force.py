@@ -82,22 +82,22 @@ def missing_forces(rows: Rows, settings: Settings, *, static: bool = False) -> t
     """
     if not rows.enough:
         return (), 0.0
-    every, found, left = columns_by_cause(rows), list[Missing](), 0.0
-    behind = every.pop("presliding")
+    columns_of, missing, left = columns_by_cause(rows), list[Missing](), 0.0
+    behind = columns_of.pop("presliding")
     if np.count_nonzero(rows.far) >= FEWEST_ROWS and (away := rows.at(rows.far)).enough:
-        explained, causes = rows.explained[rows.far], {name: columns[rows.far] for name, columns in every.items()}
+        explained, causes = rows.explained[rows.far], {name: columns[rows.far] for name, columns in columns_of.items()}
         # A ripple may be too fast for the filter, and is told with its period where it passes none.
-        fast, left = _Search.of(away, explained, slow=False).found(causes, settings)
+        fast, left = _Search.of(away, explained, slow=False).causes_in(causes, settings)
         fast = [force for force in fast if force.cause == "ripple"]
         explained = np.column_stack([explained, *(_columns(force, away, causes) for force in fast)])
-        slow, of_all = _Search.of(away, explained, slow=True).found(causes, settings, ripple=not fast)
-        found, left = [*fast, *slow], left if fast else of_all
+        slow, of_all = _Search.of(away, explained, slow=True).causes_in(causes, settings, ripple=not fast)
+        missing, left = [*fast, *slow], left if fast else of_all
     if static:
         # What builds up over a way lags, too: a lag is not what it is told beside.
-        explained = np.column_stack([rows.explained, *(_columns(force, rows, every) for force in found if force.cause != "lag")])
-        around, of_all = _Search.of(rows, explained, slow=True).found({"presliding": behind}, settings, ripple=False)
-        found, left = [*found, *around], left if found else of_all
-    return tuple(sorted(found, key=attrgetter("evidence"), reverse=True)[:MOST_CAUSES]), left
+        explained = np.column_stack([rows.explained, *(_columns(force, rows, columns_of) for force in missing if force.cause != "lag")])
+        around, of_all = _Search.of(rows, explained, slow=True).causes_in({"presliding": behind}, settings, ripple=False)
+        missing, left = [*missing, *around], left if missing else of_all
+    return tuple(sorted(missing, key=attrgetter("evidence"), reverse=True)[:MOST_CAUSES]), left
 
 
 def _columns(force: Missing, rows: Rows, causes: Mapping[str, np.ndarray]) -> np.ndarray:
@@ -123,10 +123,10 @@ class _Search:
         residual = residual - explained @ unbounded(explained, residual, rcond=TINY)
         return cls(rows, passed, fastest, Weighed.of(replace(rows, residual=residual, slope=passed(rows.slope))), explained)
 
-    def found(self, causes: Mapping[str, np.ndarray], settings: Settings, *, ripple: bool = True) -> tuple[list[Missing], float]:
+    def causes_in(self, candidates: Mapping[str, np.ndarray], settings: Settings, *, ripple: bool = True) -> tuple[list[Missing], float]:
         """Return the causes that tell something, a `ripple` among them, and what is left without them."""
         least = settings.missing_evidence * float(np.sqrt(np.mean(self.rows.friction**2)))
-        causes, missing = {name: self.passed(columns) for name, columns in causes.items()}, list[Missing]()
+        causes, missing = {name: self.passed(columns) for name, columns in candidates.items()}, list[Missing]()
         left = self.weighed.left(self.explained)
         for _ in range(MOST_SEARCHES):
             waved, period = ripple_in(self.rows, self.weighed, self.explained, self.fastest) if ripple else (None, 0.0)
@@ -141,7 +141,7 @@ class _Search:
             }
             if not forces:
                 break
-            best = max(forces.values(), key=attrgetter("share"))
+            best = forces[max(forces, key=lambda name: forces[name].share)]
             if "gravity" in forces and best.cause in ("position", "ripple"):
                 # Gravity comes before a place or a ripple that, alike in both directions as its first columns are, tells no more.
                 alike = self._force(best.cause, tried[best.cause][:, :2], left)

@@ -21,7 +21,7 @@ from bristle.logs.words import other_unit_in, plain_unit
 Numbers = Mapping[str, Number]
 AnyLog = TypeVar("AnyLog", bound=LogData)
 
-SAME = 1e-6  # of the range, within which a position is its reference
+COPIED_WITHIN = 1e-6  # of the range, within which a position is its reference
 OTHER_STEP = 5.0  # times the resolution: counts of a quadrature encoder differ by 2 and 4
 SAMPLED = 1e-5, 0.5  # s from sample to sample of a servo axis
 SPRING_WORK, SPRING_LIKENESS = 0.3, 0.6  # of a spring: share of the work that stays in the axis, correlation of effort and position
@@ -57,7 +57,7 @@ def _measured(look: Look) -> Iterator[tuple[str, Numbers | None]]:
         time = float(look.log.time.values[cut.first])
         yield "clipped", {"level": cut.level, "samples": cut.longest, "all": cut.samples, "time": time}
     reference = look.log.reference
-    if reference is not None and np.ptp(reference.values - x) <= SAME * np.ptp(x):
+    if reference is not None and np.ptp(reference.values - x) <= COPIED_WITHIN * np.ptp(x):
         yield "reference_recorded", {}
     yield "never_slides", _never_slides(look)
     if look.bend is not None:

@@ -132,7 +132,7 @@ class Look:
         return self.line()
 
     @cached_property
-    def told(self) -> np.ndarray:
+    def predicted(self) -> np.ndarray:
         """The effort that the line through the log tells, shape (row,)."""
         assert self.plain is not None
         return self.sliding[1] @ self.plain.coefficients
@@ -142,10 +142,10 @@ class Look:
         """By how much of itself the largest effort reads too little, or too much (below 0); None where that does not show."""
         if self.plain is None or self.cut or self.is_unsigned:
             return None
-        effort, told = self.sliding[0].effort, self.told
+        effort, predicted = self.sliding[0].effort, self.predicted
         # What a drive lacks of its command goes with the force that acts: noise of the command itself would look like it.
         # And it is most of what the line leaves over: an error of the motion goes with its extremes, too.
-        for force, sign, left in ((effort, 1.0, 1.0), (told, -1.0, 0.5)):
+        for force, sign, left in ((effort, 1.0, 1.0), (predicted, -1.0, 0.5)):
             top = float(np.abs(force).max())
             line = self.line(-((force / top) ** 3) * top)
             if line is None or 1.0 - line.explained > left * (1.0 - self.plain.explained):
@@ -162,14 +162,14 @@ class Look:
             return None
         rows, columns = self.sliding
         inertia = columns[:, :2] @ self.plain.coefficients[:2]
-        found = list[tuple[float, Line]]()
+        steps = list[tuple[float, Line]]()
         for time in np.quantile(rows.time, np.linspace(0.1, 0.9, 33)).tolist():
             late = (rows.time > time).astype(float)
-            line = self.line(late * inertia, late * (self.told - inertia))
-            found += [(time, line)] if line is not None else []
-        if not found:
+            line = self.line(late * inertia, late * (self.predicted - inertia))
+            steps += [(time, line)] if line is not None else []
+        if not steps:
             return None
-        time, line = max(found, key=lambda one: one[1].explained)
+        time, line = max(steps, key=lambda tried: tried[1].explained)
         shares, deviations = line.coefficients[-2:], line.deviations[-2:]
         alike = abs(shares[0] - shares[1]) < 3.0 * float(np.hypot(*deviations))  # standard errors
         return (time, float(np.mean(shares))) if alike and np.all(np.abs(shares) > self.settings.sure * deviations) else None
@@ -181,13 +181,13 @@ class Look:
         if log.effort is None or len(log.segments) != 1 or self.cut or self.is_unsigned:
             return None
         # A first-order high-pass leaves out of an effort its cut-off, as an angular frequency, times the integral of what it shows.
-        shown = np.interp(rows.time, log.time.values, log.sample_time * np.cumsum(log.effort.values - np.mean(log.effort.values)))
+        integral = np.interp(rows.time, log.time.values, log.sample_time * np.cumsum(log.effort.values - np.mean(log.effort.values)))
         # That may turn the sign of the work: no line of the effort with its sign.
-        line = Line.through(np.column_stack([columns, -shown]), rows.effort)
+        line = Line.through(np.column_stack([columns, -integral]), rows.effort)
         if line is None or line.explained < TELLS:
             return None
         cutoff, deviation = line.last
-        much = cutoff * float(np.std(shown)) > self.settings.level_drift * float(np.std(columns[:, 2:] @ line.coefficients[2:-1]))
+        much = cutoff * float(np.std(integral)) > self.settings.level_drift * float(np.std(columns[:, 2:] @ line.coefficients[2:-1]))
         return cutoff / (2.0 * np.pi) if much and cutoff > self.settings.sure * deviation else None
 
     @cached_property
