@@ -13,8 +13,10 @@ from bristle.core import Axis, InputError
 from bristle.core.diagnostic import Diagnostic
 from bristle.identification import observed_fit, observer
 from bristle.identification.dataset import Dataset
+from bristle.identification.ladder import Ladder
 from bristle.identification.observed_fit import foreseen
-from bristle.identification.observer import BEND, DELAY, Expected, Ladder, Recorded
+from bristle.identification.observer import BEND, DELAY, Expected, Recorded
+from bristle.identification.parameter_space import Solution
 from bristle.identification.parameters import ParameterSet
 from bristle.plants import inertia
 from bristle.plants.terms import with_terms
@@ -121,22 +123,37 @@ def test_a_level_is_expected_where_inverse_dynamics_has_it_and_scatters_by_half_
     assert scattered.scatter.share == pytest.approx(observer.LevelScatter.of(starts, column, mean_of_two, problem.unit).share)
 
 
-def test_of_scores_and_replicates_the_larger_counts_beside_bias_move_and_inverse_dynamics(monkeypatch):
-    monkeypatch.setattr(observed_fit, "sandwich", lambda rung: np.diag([1.0, 4.0]))
-    monkeypatch.setattr(observed_fit, "_apart", lambda *_: np.array([0.0, 2.0]))
-    rungs = [SimpleNamespace(solution=SimpleNamespace(theta=np.array(theta))) for theta in ((0.0, 0.0), (0.5, 100.0))]
-    spread = np.array([[-3.0, -1.0], [0.0, 0.0], [3.0, 1.0]])
+def ladder_of(thetas, variances):
+    """Return a ladder whose rungs end at these coordinates, the last of which is a delay."""
+    space = SimpleNamespace(names=("a", "b", DELAY))
+    rungs = tuple(SimpleNamespace(solution=Solution(space, np.array(theta), np.eye(3)), problem=None) for theta in thetas)
+    return Ladder(rungs, tuple(map(np.diag, variances)))
 
-    def variances(beside, replicates, scale):
-        ladder = SimpleNamespace(believed=rungs[0], beside=beside)
-        return np.diag(observed_fit.observed_of(ladder, {}, replicates, scale).matrix) / observed_fit.STUDENT**2
 
-    none = np.empty((0, 2))
-    assert variances(None, none, 1.0) == pytest.approx([1.0, 8.0])
-    assert variances(None, spread, 1.0) == pytest.approx([9.0, 8.0])
-    assert variances(None, spread + 2.0, 1.0) == pytest.approx([13.0, 12.0])
-    assert variances(rungs[1], none, 1.0) == pytest.approx([1.25, 8.0 + 36.0])  # a move of three standard errors at most
-    assert variances(None, none, 2.0) == pytest.approx([4.0, 32.0])
+def test_rungs_count_by_their_precision_in_all_but_the_channel():
+    ladder = ladder_of([(0.0, 0.0, 0.0), (1.0, 2.0, 5.0)], [(1.0, 4.0, 9.0), (4.0, 16.0, 1e-9)])
+    assert ladder.weights == pytest.approx([8.0 / 9.0, 1.0 / 9.0])
+    assert ladder.best is ladder.rungs[0]
+    assert ladder.solution.theta == pytest.approx(np.array([1.0, 2.0, 5.0]) / 9.0)
+
+
+def test_the_spread_of_the_rungs_is_in_the_covariance():
+    ladder = ladder_of([(0.0, 0.0, 0.0), (0.0, 6.0, 0.0), (0.0, 0.0, 3.0)], [(1.0, 4.0, 9.0)] * 3)
+    spread = np.cov(np.array([(0.0, 0.0, 0.0), (0.0, 6.0, 0.0), (0.0, 0.0, 3.0)]), rowvar=False)
+    assert ladder.covariance == pytest.approx(np.diag([1.0, 4.0, 9.0]) + spread)
+
+
+def test_a_rung_that_shows_nothing_of_a_coordinate_counts_by_the_others():
+    ladder = ladder_of([(0.0, 0.0, 0.0), (1.0, 1.0, 1.0)], [(1.0, 0.0, 1.0), (1.0, 1.0, 1.0)])
+    assert ladder.weights == pytest.approx([0.5, 0.5])
+    assert ladder_of([(2.0, 3.0, 4.0)], [(0.0, 0.0, 0.0)]).solution.theta == pytest.approx([2.0, 3.0, 4.0])
+
+
+def test_intervals_hold_the_covariance_of_the_ladder_and_inverse_dynamics(monkeypatch):
+    monkeypatch.setattr(observed_fit, "_apart", lambda *_: np.array([0.0, 2.0, 0.0]))
+    ladder = ladder_of([(0.0, 0.0, 0.0)], [(1.0, 4.0, 9.0)])
+    matrix = observed_fit.observed_of(ladder, {}, 2.0).matrix / observed_fit.STUDENT**2
+    assert np.diag(matrix) == pytest.approx([4.0, 32.0, 36.0])
 
 
 def test_what_a_model_misses_is_scatter_and_what_is_unexplained_without_noise(identified):
@@ -284,22 +301,22 @@ def test_a_replicate_that_leaves_the_finite_numbers_is_none(monkeypatch):
 
 
 def test_a_delay_is_expected_where_the_first_stage_found_it_and_the_error_is_that_of_the_position(columns, monkeypatch):
-    ladders = []
+    rungs = []
 
-    def noted(ladder, *_):
-        ladders.append(ladder)
+    def noted(rung, *_):
+        rungs.append(rung)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(observed_fit, "fits_to_replicates", noted)
+    monkeypatch.setattr(observed_fit, "errors_of_replicates", noted)
     result = br.identify(columns, "lugre", axis=Axis(resolution=STEP), blocks=0, draws=20)
-    believed = ladders[0].believed
-    (delay,) = [expected for expected in believed.problem.expected if DELAY in expected.powers]
+    (rung,) = rungs
+    (delay,) = [expected for expected in rung.problem.expected if DELAY in expected.powers]
     assert delay.mean == pytest.approx(result.treatment["delay"])
     assert delay.std == pytest.approx(result.treatment["delay_half_width"] / 1.96, rel=1e-3)
-    residual = believed.problem.residual(believed.solution.values)
-    errors, beforehand = residual[: -len(believed.problem.expected)], residual[-len(believed.problem.expected) :]
+    residual = rung.problem.residual(rung.solution.values)
+    errors, beforehand = residual[: -len(rung.problem.expected)], residual[-len(rung.problem.expected) :]
     assert np.sum(beforehand**2) > 1e-5 * np.sum(errors**2)
-    assert believed.error == pytest.approx(np.sqrt(np.mean(errors**2)), rel=1e-6)
+    assert rung.error == pytest.approx(np.sqrt(np.mean(errors**2)), rel=1e-6)
 
 
 def test_a_replicate_has_the_known_forces_of_its_log(columns):
@@ -320,15 +337,6 @@ def test_a_replicate_has_the_known_forces_of_its_log(columns):
 def test_the_constant_force_is_that_of_inverse_dynamics(plain, identified):
     assert plain.parameters["sigma_0"].value != identified.parameters["sigma_0"].value
     assert plain.parameters["offset"].value == identified.parameters["offset"].value
-
-
-def test_the_loosest_observer_that_predicts_nearly_as_well_as_the_best_is_reported():
-    rungs = [SimpleNamespace(error=error) for error in (1.2, 1.0, 1.09, 1.11)]
-    ladder = Ladder.of(rungs)
-    assert ladder.believed is rungs[2]
-    assert ladder.beside is rungs[1]
-    assert Ladder.of(rungs[1:2]).beside is None
-    assert Ladder.of([rungs[1], rungs[3]]).beside is rungs[3]
 
 
 def test_intervals_of_sliding_reach_to_inverse_dynamics(identified, columns, monkeypatch):
@@ -394,12 +402,11 @@ def of_observer(columns, monkeypatch, times=1.0, **changes):
     def asked(fit, estimation, *arguments):
         return foreseen(fit, replace(estimation, **changes), *arguments)
 
-    def few(ladder, *_):
-        theta = ladder.believed.solution.theta
-        return np.array([theta, theta + 1e-3]), np.full(2, ladder.believed.error / times)
+    def few(rung, *_):
+        return np.full(2, rung.error / times)
 
     monkeypatch.setattr(import_module("bristle.identification.identify"), "foreseen", asked)
-    monkeypatch.setattr(observed_fit, "fits_to_replicates", few)
+    monkeypatch.setattr(observed_fit, "errors_of_replicates", few)
     return br.identify(columns, "lugre", axis=Axis(resolution=STEP), blocks=0, draws=20)
 
 

@@ -1,11 +1,9 @@
-r"""A fit with the parameters of a contact as an observer foresees them, and their intervals.
+r"""A fit with the parameters of a contact as observers foresee them, and their intervals.
 
-.. math:: V = D A^{-1} \Bigl(\sum_b g_b g_b^T\Bigr) A^{-1} D + d\,d^T + e\,e^T + b\,b^T
+.. math:: V' = V + e\,e^T
 
-with the information :math:`A` of the believed observer and the scores :math:`g_b` of blocks of time. The diagonal :math:`D \geq 1` makes
-no standard error smaller than the spread of the same fit to replicates of the log, whose bias is :math:`b`. The difference from the next
-stiffer observer (of the stiffest: from the next looser one) is :math:`d`, that from inverse dynamics in what steady sliding
-shows :math:`e`. Methods err by different causes; replicates show those that an observer shares with itself.
+with the covariance :math:`V` of a ladder of observers (`bristle.identification.ladder`) and the difference :math:`e` from inverse dynamics
+in what steady sliding shows. Replicates of the log tell whether the model predicts the log as well as chance allows.
 """
 
 from __future__ import annotations
@@ -29,11 +27,12 @@ from bristle.identification.dataset import Dataset
 from bristle.identification.estimate import Estimate
 from bristle.identification.estimation import Context, Estimation
 from bristle.identification.fitting import fit_of
+from bristle.identification.ladder import Ladder
 from bristle.identification.least_squares import Report, between, silent
-from bristle.identification.observer import BEND, DELAY, Ladder, PredictionErrors, Recorded, Rung, climb, climbed, observable
+from bristle.identification.observer import BEND, DELAY, PredictionErrors, Recorded, Rung, climb, climbed, observable
 from bristle.identification.parameter_space import Solution
 from bristle.identification.parameters import Fixed, Role, names_of
-from bristle.identification.problem import Covariance, scores_of
+from bristle.identification.problem import Covariance
 from bristle.identification.result import Fit
 from bristle.identification.settings import Settings
 from bristle.identification.structure import about_delay
@@ -43,12 +42,11 @@ from bristle.logs.log import Log
 from bristle.plants.terms import effort_of_columns
 from bristle.sensors import encoder
 
-BLOCKS = 30  # of time
 STUDENT = 2.045 / NORMAL_95  # 97.5 % quantile of Student's t of one degree of freedom less, over that of the normal distribution
 WORSE = 1.35  # times the prediction error of replicates: what the model does not explain
-MOVE_MOST = 3.0  # standard errors: what a stiffer observer may say else
-REPLICATES, REFITTED, SEED = 10, 8, 20_261_126  # evaluations of a refit
+REPLICATES, REFITTED, SEED = 4, 8, 20_261_126  # evaluations of a refit
 HELD_AT, LED_AT, DAMPED = 25.0, 25.0, 0.7  # Hz: of the motion that a replicate follows, and of the loop that leads it; its damping
+APART_MOST = 3.0  # standard errors: what inverse dynamics may say else
 SHOWN_BY_SLIDING = ("sliding", "speed")
 SIDED = (Role.LEVEL, Role.VISCOUS)
 REPLACED = ("widened", "coarse_elements", "delay_found", "delay_rough", "delay_unknown", "delay_or_filter")
@@ -58,15 +56,10 @@ DRAWS = 400  # that intervals are read from
 
 
 class Observed(NamedTuple):
-    """What an observer says of a fit: its ladder, and the covariance of its coordinates."""
+    """What observers say of a fit: the parameters, and the covariance of their coordinates."""
 
-    ladder: Ladder
+    solution: Solution
     matrix: np.ndarray
-
-    @property
-    def solution(self) -> Solution:
-        """Where the believed rung ended."""
-        return self.ladder.believed.solution
 
     @property
     def covariance(self) -> Covariance:
@@ -87,70 +80,36 @@ class Observed(NamedTuple):
         return np.clip(drawn, self.solution.space.low, self.solution.space.high)
 
 
-def sandwich(rung: Rung) -> np.ndarray:
-    """Return the covariance of the coordinates from the scores of blocks of time, shape (coordinate, coordinate).
-
-    What is known to half of its interval, as an inertia by instruments is, moves them by as much as it may be wrong.
-    """
-    solution, parameters, count = rung.solution, rung.problem.parameters, rung.problem.settled_rows
-    unsure = {name: fixed.half_width / NORMAL_95 for name, fixed in parameters.fixed.items() if fixed.half_width}
-    known = replace(rung.problem.inverse, parameters=replace(parameters, free=(*parameters.free, *unsure)))
-    values = {**solution.values, **{name: parameters.fixed[name].value for name in unsure}}
-    residual, derivatives = replace(rung.problem, inverse=known).linearised(values)
-    scale = np.linalg.norm(solution.jacobian, axis=0)
-    columns = solution.jacobian / np.where(scale > 0.0, scale, 1.0)
-    inverse = np.linalg.pinv(columns.T @ columns, rcond=1e-12, hermitian=True)
-    scores = scores_of(columns[:count], residual[:count], BLOCKS)
-    weights = np.array([expectation.weight for expectation in rung.problem.expected])
-    beforehand = columns[count:] * (rung.problem.unit * np.sqrt(weights))[:, None]  # what is expected has an error of its own
-    pulls = columns.T @ (derivatives[:, len(parameters.free) :] * np.array([*unsure.values()]))
-    matrix = inverse @ (BLOCKS / (BLOCKS - 1) * (scores.T @ scores) + beforehand.T @ beforehand + pulls @ pulls.T) @ inverse
-    return matrix / np.where(scale > 0.0, scale, np.inf)[:, None] / np.where(scale > 0.0, scale, np.inf)
-
-
-def observed_of(ladder: Ladder, inverse: Mapping[str, float], replicates: np.ndarray, scale: float) -> Observed:
-    """Return what a ladder says beside the parameters of inverse dynamics [SI], and fits to replicates, shape (replicate, coordinate).
-
-    Errors are so many times as large as by chance.
-    """
-    believed = ladder.believed
-    matrix = sandwich(believed)
-    errors = np.diag(matrix) ** 0.5
-    if len(replicates) > 1:
-        spread = np.std(replicates, axis=0, ddof=1)
-        wider = np.maximum(spread / np.where(errors > 0.0, errors, np.inf), 1.0)
-        bias = np.median(replicates, axis=0) - believed.solution.theta
-        matrix = matrix * np.outer(wider, wider) + np.outer(bias, bias)
-    if ladder.beside is not None:
-        move = np.clip(believed.solution.theta - ladder.beside.solution.theta, -MOVE_MOST * errors, MOVE_MOST * errors)
-        matrix = matrix + np.outer(move, move)
-    return Observed(ladder, (STUDENT * scale) ** 2 * (matrix + np.diag(_apart(ladder, errors, inverse) ** 2)))
+def observed_of(ladder: Ladder, inverse: Mapping[str, float], scale: float) -> Observed:
+    """Return what a ladder says beside the parameters of inverse dynamics [SI]; errors are so many times as large as by chance."""
+    apart = _apart(ladder, np.sqrt(np.diag(ladder.covariance)), inverse)
+    return Observed(ladder.solution, (STUDENT * scale) ** 2 * (ladder.covariance + np.diag(apart**2)))
 
 
 def _apart(ladder: Ladder, errors: np.ndarray, inverse: Mapping[str, float]) -> np.ndarray:
     """Return by how much inverse dynamics says else of each coordinate that steady sliding shows, within some errors."""
-    solution, variables = ladder.believed.solution, ladder.believed.problem.parameters.variables
+    solution, variables = ladder.solution, ladder.best.problem.parameters.variables
     apart = np.zeros(solution.theta.size)
     for place, name in enumerate(solution.space.names):
         if name in inverse and variables[name].excitation in SHOWN_BY_SLIDING:
             apart[place] = (inverse[name] - solution.values[name]) / solution.derivative[place, place]
-    return np.clip(apart, -MOVE_MOST * errors, MOVE_MOST * errors)
+    return np.clip(apart, -APART_MOST * errors, APART_MOST * errors)
 
 
-def with_observer(fit: Fit, estimation: Estimation, context: Context, ladder: Ladder, replicates: np.ndarray, scale: float) -> Fit:
-    """Return a fit with the parameters of the believed rung, and with intervals; refused where a model does not allow them."""
+def with_observer(fit: Fit, estimation: Estimation, context: Context, ladder: Ladder, scale: float) -> Fit:
+    """Return a fit with the parameters of a ladder, and with intervals; refused where a model does not allow them."""
     of_inverse = {estimate.name: estimate.value for estimate in fit.estimates}
-    believed, observed = ladder.believed, observed_of(ladder, of_inverse, replicates, scale)
-    of_observer = replace(estimation, inverse=believed.problem.inverse, solution=believed.solution, covariance=observed.covariance)
-    better, thetas, space = fit_of(of_observer, context), observed.draws(), believed.solution.space
+    inverse, solution, observed = ladder.best.problem.inverse, ladder.solution, observed_of(ladder, of_inverse, scale)
+    of_observer = replace(estimation, inverse=inverse, solution=solution, covariance=observed.covariance)
+    better, thetas, space = fit_of(of_observer, context), observed.draws(), solution.space
     draws = np.array([space.numbers(theta) for theta in thetas])
-    renewed = {estimate.name: _with_interval(estimate, believed.solution, draws) for estimate in better.estimates}
+    renewed = {estimate.name: _with_interval(estimate, solution, draws) for estimate in better.estimates}
     # What inverse dynamics said of a parameter holds no more.
     observed_names = set(space.reported).difference((DELAY, BEND))
     about = [diagnostic for diagnostic in fit.diagnostics if diagnostic.parameter not in observed_names and diagnostic.code not in REPLACED]
     # A filter that was taken out rightly is no doubt: the log is predicted as well as its replicates are.
     about = [replace(diagnostic, severity="note") if diagnostic.code == FILTERED else diagnostic for diagnostic in about]
-    dataset = believed.problem.inverse.dataset
+    dataset = inverse.dataset
     if dataset.alignment is not None and dataset.alignment.sought:
         about.append(_about_delay(dataset, draws[:, space.reported.index(DELAY)], context.settings))
     about += [diagnostic for diagnostic in better.diagnostics if diagnostic.parameter in observed_names]
@@ -201,18 +160,18 @@ def foreseen(fit: Fit, estimation: Estimation, context: Context, logs: Sequence[
         return fit
     held = held_in(fit, estimation)
     scatter = 0.0 if fit.resampling is None else fit.resampling.scatter.value
-    ladder = climb(estimation.inverse, estimation.solution.values, logs, context, held, levels_in(fit), scatter, between(report, 0.0, 0.4))
-    if ladder is None:
+    rungs = climb(estimation.inverse, estimation.solution.values, logs, context, held, levels_in(fit), scatter, between(report, 0.0, 0.7))
+    if not rungs:
         return with_remark(fit, {"why": "no segment of the log lasts a second, or the observer loses the motion"})
-    believed = ladder.believed
-    thetas, errors = fits_to_replicates(ladder, context, scatter, between(report, 0.4, 1.0))
-    times = believed.error / float(np.median(errors)) if errors.size else np.inf
-    numbers: dict[str, Number] = {"bandwidth": believed.problem.bandwidth, "error": believed.error, "times": times}
+    ladder = Ladder.of(rungs)
+    errors = errors_of_replicates(ladder.best, context, scatter, between(report, 0.7, 1.0))
+    times = ladder.best.error / float(np.median(errors)) if errors.size else np.inf
+    numbers: dict[str, Number] = {"bandwidth": ladder.best.problem.bandwidth, "error": ladder.best.error, "times": times}
     if times > WORSE:
         return with_remark(fit, numbers | {"unexplained": 1})
     try:
         scale = max(times, 1.0) * birge_ratio(fit) * (IN_DOUBT if _filtered_unseen(context.dataset) else 1.0)
-        better = with_observer(fit, estimation, context, ladder, thetas, scale)
+        better = with_observer(fit, estimation, context, ladder, scale)
     except InputError as error:
         return with_remark(fit, {"why": error.message})
     return with_remark(better, numbers)
@@ -245,24 +204,22 @@ def levels_in(fit: Fit) -> dict[str, tuple[float, float]]:
     }
 
 
-def fits_to_replicates(ladder: Ladder, context: Context, scatter: float, report: Report = silent) -> tuple[np.ndarray, np.ndarray]:
-    """Return the coordinates of fits to replicates of a log, shape (replicate, coordinate), and their prediction errors [m or rad]."""
-    believed = ladder.believed
+def errors_of_replicates(rung: Rung, context: Context, scatter: float, report: Report = silent) -> np.ndarray:
+    """Return the prediction errors of fits to replicates of a log, shape (replicate,) [m or rad]."""
     first, *seeds = np.random.SeedSequence(SEED).spawn(REPLICATES + 1)
-    dataset = believed.problem.inverse.dataset
-    unseen = unseen_in(believed, Unseen(scatter, dataset.effort_noise, dataset.resolution), first)
+    dataset = rung.problem.inverse.dataset
+    unseen = unseen_in(rung, Unseen(scatter, dataset.effort_noise, dataset.resolution), first)
 
-    def fitted(seed: np.random.SeedSequence) -> tuple[np.ndarray, float] | None:
-        problem = replicate(believed, unseen, np.random.default_rng(seed))
-        rung = None if problem is None else climbed(problem.of_size(believed.error), believed.solution.values, context, REFITTED)
-        return None if rung is None else (rung.solution.theta, rung.error)
+    def error(seed: np.random.SeedSequence) -> float | None:
+        problem = replicate(rung, unseen, np.random.default_rng(seed))
+        return None if problem is None else climbed(problem.of_size(rung.error), rung.solution.values, context, REFITTED).error
 
-    ends = list[tuple[np.ndarray, float]]()
+    errors = list[float]()
     with Abreast() as pool:
-        for number, end in enumerate(pool.map(fitted, seeds)):
-            ends += [] if end is None else [end]
+        for number, end in enumerate(pool.map(error, seeds)):
+            errors += [] if end is None else [end]
             report((number + 1) / REPLICATES)
-    return np.array([theta for theta, _ in ends]), np.array([error for _, error in ends])
+    return np.array(errors)
 
 
 class Unseen(NamedTuple):

@@ -8,8 +8,8 @@ nowhere: what moves a contact is the simulated motion, at rest too. The effort a
 :math:`\tau`, and was smoothed by :math:`e^{-c\,\omega^2}`, which a filter of time constant `T` does with
 :math:`c = T^2 / 2`, and a hold with :math:`-\Delta t^2 / 24`.
 
-The observer is loosened step by step, each from where the last one ended. A stiff one sees little but rounding, a loose
-one drifts: the loosest that foresees nearly as well as the best is believed [1]_.
+The observer is loosened step by step, each from where the last one ended, until it drifts [1]_; `bristle.identification.ladder`
+is the mean of these rungs.
 
 References
 ----------
@@ -39,7 +39,7 @@ from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.least_squares import Report, silent
 from bristle.identification.level_scatter import LevelScatter, starts_of
 from bristle.identification.parameter_space import Solution
-from bristle.identification.parameters import Fixed, ParameterSet, Role, name_of, names_of
+from bristle.identification.parameters import Fixed, ParameterSet, Role, Scales, name_of, names_of
 from bristle.identification.sensitivities import Perturbed
 from bristle.logs.filters import through_filter
 from bristle.logs.log import Log
@@ -48,7 +48,7 @@ DELAY, BEND = "delay", "bend"
 RATE = 4e3  # steps of the integration in a second, at least
 FIRST, LOOSER, RUNGS = 100.0, 0.6, 7  # bandwidth of the stiffest observer [Hz] and each next one as a share of it
 HIGHEST = 0.1  # of the sampling frequency: the stiffest observer
-NEARLY, DRIFTS = 1.1, 1.5  # times the least prediction error: the loosest that is believed, and where a ladder ends
+DRIFTS = 6.0  # times the least prediction error: where a ladder ends
 FEW = 6  # evaluations of a further start
 STARTS = ((1.0, 0.01, 0.15), (0.5, 0.02, 0.5), (1.0, 0.03, 0.5))
 """Of further starts: times the stiffness, of the largest speed, of the square root of stiffness and mass."""
@@ -58,6 +58,7 @@ BESIDE = 256  # samples by which an effort goes on beyond its ends
 WEIGHT, LEVELS_WEIGHT = 30.0, 10.0  # rows that a weak prior is worth, and a level that inverse dynamics has
 BEND_STD = 5e-7  # s^2: of the bend beforehand
 FALLS, EXCESS = 0.02, 0.3  # beforehand: of the largest speed, friction falls with; logarithm of break-away over the level
+SLOWEST = 1e-4  # of the largest speed: the least that friction falls with
 SHORTEST, MOST = 1.0, 150_000  # s: of a segment; samples of logs in all, of which pieces are observed beyond
 EVALUATIONS, ENDED = 15, 1e-4  # of a descent; relative change of its cost that ends it
 ROUNDED = 0.25  # of an encoder step: prediction errors are no smaller
@@ -233,29 +234,6 @@ class Rung(NamedTuple):
     error: float
 
 
-class Ladder(NamedTuple):
-    """The rungs from the stiffest observer to the loosest, and which of them is believed."""
-
-    rungs: tuple[Rung, ...]
-    place: int
-
-    @classmethod
-    def of(cls, rungs: Sequence[Rung]) -> Ladder:
-        """Return the ladder of some rungs."""
-        least = min(rung.error for rung in rungs)
-        return cls(tuple(rungs), max(number for number, rung in enumerate(rungs) if rung.error <= NEARLY * least))
-
-    @property
-    def believed(self) -> Rung:
-        """The loosest rung that foresees nearly as well as the best."""
-        return self.rungs[self.place]
-
-    @property
-    def beside(self) -> Rung | None:
-        """The next stiffer rung, of the stiffest the next looser one; None where there is no other."""
-        return self.rungs[self.place - 1] if self.place else self.rungs[1] if len(self.rungs) > 1 else None
-
-
 def observable(inverse: InverseDynamics, free: Mapping[str, float]) -> bool:
     """Return whether an observer can lead a model: the effort moves a mass, the contact bends, no channel that was recorded is needed."""
     component, values = inverse.parameters.component, inverse.parameters.complete(free)
@@ -277,11 +255,11 @@ def climb(
     levels: Mapping[str, tuple[float, float]],
     scatter: float = 0.0,
     report: Report = silent,
-) -> Ladder | None:
-    """Return the ladder of observers that begins at these free parameters of an inverse model [SI], those that are `held` apart.
+) -> tuple[Rung, ...]:
+    """Return the rungs of a ladder that begins at these free parameters of an inverse model [SI], those that are `held` apart.
 
     `levels` of friction are expected by value and standard error, and scatter by a share from half-cycle to half-cycle.
-    None where no segment lasts long enough, or where the stiffest observer already loses the motion.
+    There are none where no segment lasts long enough, or where the stiffest observer already loses the motion.
     """
     dataset, dt, parameters = inverse.dataset, inverse.dataset.sample_time, inverse.parameters
     alignment = dataset.alignment or Alignment()
@@ -297,7 +275,7 @@ def climb(
     problem = replace(inverse, parameters=parameters)
     parts, expected = tuple(_parts(logs, alignment, dt)), _expected(problem, values, speed, levels)
     if not parts:
-        return None
+        return ()
     stiffest, least, rungs = min(FIRST, HIGHEST / dt), math.inf, list[Rung]()
     errors = PredictionErrors(problem, parts, stiffest, expected, lag=effort_lag(alignment))
     errors = errors.of_size(errors.size_at(values))
@@ -314,7 +292,7 @@ def climb(
         rungs.append(rung)
         values, least = {**values, **rung.solution.values}, min(least, rung.error)
         errors = errors.of_size(rung.error)
-    return Ladder.of(rungs) if rungs else None
+    return tuple(rungs)
 
 
 def effort_lag(alignment: Alignment) -> float:
@@ -341,12 +319,17 @@ def _starts(values: Mapping[str, float], inverse: InverseDynamics, speed: float)
 
 def climbed(errors: PredictionErrors, start: Mapping[str, float], context: Context, limit: int = EVALUATIONS) -> Rung:
     """Return where one rung ends that begins at these parameters."""
-    search = context.search(errors, errors.unit)
+    search = replace(context, scales=_finer(context.scales, errors.inverse.dataset.resolution)).search(errors, errors.unit)
     begun = {name: start[name] for name in errors.parameters.free}
     solution = search.descend(search.space.theta(errors.parameters.complete(begun)), limit=limit, tolerance=ENDED)
     beforehand = errors.beforehand(solution.values)[:, 0]
     squares = 2.0 * solution.cost * errors.unit**2 - float(beforehand @ beforehand)
     return Rung(errors, solution, math.sqrt(max(squares, 0.0) / errors.settled_rows))
+
+
+def _finer(scales: Scales, step: float) -> Scales:
+    """Return scales of what acts between samples, too, down to a step of the encoder: the motion of an observer is finer than the log."""
+    return scales._replace(shortest=min(scales.shortest, step or scales.shortest), slowest=min(scales.slowest, SLOWEST * scales.speed))
 
 
 def _parts(logs: Sequence[Log], alignment: Alignment, dt: float) -> Iterator[Recorded]:
