@@ -31,7 +31,7 @@ import numpy as np
 from bristle.core.cores import Abreast
 from bristle.core.normal import DEVIATION_OVER_MEDIAN
 from bristle.identification.half_cycles import Disturbance, Groups, disturbance_of, scatter_in
-from bristle.identification.parameter_space import Solution, Turned
+from bristle.identification.parameter_space import ParameterSpace, Solution, Turned
 from bristle.identification.problem import Contrast, Problem, Replicates, between
 from bristle.identification.refit import Refit
 from bristle.identification.result import Scatter
@@ -76,9 +76,14 @@ class Bootstrap:
     @property
     def curve(self) -> tuple[tuple[float, float, float, float], ...]:
         """The virgin curve: displacement [m or rad], force [N or N*m], and the ends of its 95 % interval."""
-        first, space = len(self.reported), self.solution.space
-        forces, draws = space.numbers(self.solution.theta)[first:], self.draws[:, first:].T
-        return tuple((x, float(force), *_percentiles(drawn)) for x, force, drawn in zip(space.curve, forces, draws, strict=True))
+        return curve_of(self.solution.space, self.solution.theta, self.draws)
+
+
+def curve_of(space: ParameterSpace, theta: np.ndarray, draws: np.ndarray) -> tuple[tuple[float, float, float, float], ...]:
+    """Return the virgin curve at these coordinates, with its 95 % intervals from draws of what the space reports."""
+    first = len(space.reported)
+    forces, drawn = space.numbers(theta)[first:], draws[:, first:].T
+    return tuple((x, float(force), *_percentiles(sample)) for x, force, sample in zip(space.curve, forces, drawn, strict=True))
 
 
 def _percentiles(draws: np.ndarray) -> tuple[float, float]:

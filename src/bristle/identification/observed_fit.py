@@ -23,12 +23,14 @@ from bristle.core.normal import NORMAL_95
 from bristle.engine import run_closed_loop
 from bristle.engine.motion import along
 from bristle.friction.slots import OFFSET, directional
+from bristle.identification.bootstrap import curve_of
 from bristle.identification.dataset import Dataset
 from bristle.identification.estimate import Estimate
 from bristle.identification.estimation import Context, Estimation
 from bristle.identification.fitting import fit_of
 from bristle.identification.ladder import Ladder
 from bristle.identification.least_squares import Report, between, silent
+from bristle.identification.observed_elements import SpreadModel, gathered
 from bristle.identification.observer import BEND, DELAY, PredictionErrors, Recorded, Rung, climb, climbed, observable
 from bristle.identification.parameter_space import Solution
 from bristle.identification.parameters import Fixed, Role, names_of
@@ -99,7 +101,11 @@ def _apart(ladder: Ladder, errors: np.ndarray, inverse: Mapping[str, float]) -> 
 def with_observer(fit: Fit, estimation: Estimation, context: Context, ladder: Ladder, scale: float) -> Fit:
     """Return a fit with the parameters of a ladder, and with intervals; refused where a model does not allow them."""
     of_inverse = {estimate.name: estimate.value for estimate in fit.estimates}
-    inverse, solution, observed = ladder.best.problem.inverse, ladder.solution, observed_of(ladder, of_inverse, scale)
+    inverse, solution = ladder.best.problem.inverse, ladder.solution
+    if isinstance(inverse.parameters.component, SpreadModel):
+        inverse, solution = gathered(inverse, solution)
+        estimation = replace(estimation, further=max(len(solution.space.names) - len(solution.space.reported), 0))
+    observed = observed_of(ladder, of_inverse, scale)._replace(solution=solution)
     of_observer = replace(estimation, inverse=inverse, solution=solution, covariance=observed.covariance)
     better, thetas, space = fit_of(of_observer, context), observed.draws(), solution.space
     draws = np.array([space.numbers(theta) for theta in thetas])
@@ -115,9 +121,10 @@ def with_observer(fit: Fit, estimation: Estimation, context: Context, ladder: La
     about += [diagnostic for diagnostic in better.diagnostics if diagnostic.parameter in observed_names]
     resampling = fit.resampling
     if resampling is not None:
-        members = [estimation.finished(space.values(theta)) for theta in observed.draws(resampling.bands.count)]
+        members = [estimation.finished(space.member(theta)) for theta in observed.draws(resampling.bands.count)]
         columns = {name: np.array([member[name] for member in members]) for name in members[0] if name not in (DELAY, BEND)}
-        resampling = replace(resampling, bands=replace(resampling.bands, draws={**resampling.bands.draws, **columns}))
+        bands = replace(resampling.bands, draws={**resampling.bands.draws, **columns})
+        resampling = replace(resampling, bands=bands, curve=curve_of(space, solution.theta, draws) or resampling.curve)
     return replace(
         fit,
         plant=better.plant,
@@ -131,6 +138,7 @@ def with_observer(fit: Fit, estimation: Estimation, context: Context, ladder: La
         force_error_percent=better.force_error_percent,
         diagnostics=tuple(about),
         resampling=resampling,
+        further=better.further,
     )
 
 

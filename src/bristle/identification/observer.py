@@ -38,6 +38,7 @@ from bristle.identification.fixed_shape import ShapedModel
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.least_squares import Report, silent
 from bristle.identification.level_scatter import LevelScatter, starts_of
+from bristle.identification.observed_elements import SpreadModel, spread_out, spreads
 from bristle.identification.parameter_space import Solution
 from bristle.identification.parameters import Fixed, ParameterSet, Role, Scales, name_of, names_of
 from bristle.identification.sensitivities import Perturbed
@@ -237,9 +238,8 @@ class Rung(NamedTuple):
 def observable(inverse: InverseDynamics, free: Mapping[str, float]) -> bool:
     """Return whether an observer can lead a model: the effort moves a mass, the contact bends, no channel that was recorded is needed."""
     component, values = inverse.parameters.component, inverse.parameters.complete(free)
-    # The effort of a sensor beside the contact moves nothing. The shape of elements is that of a filtered motion: with it held, the
-    # stiffness of the virtual ball screw came out 70 % too large, for 17 % of inverse dynamics.
-    if isinstance(component, ShapedModel) or (inverse.dataset.keeps_rests and not inverse.dataset.creeping):
+    # The effort of a sensor beside the contact moves nothing.
+    if (isinstance(component, ShapedModel) and not spreads(component)) or (inverse.dataset.keeps_rests and not inverse.dataset.creeping):
         return False
     recorded = any(surrounding.is_recorded for surrounding in component.surroundings) or TRANSMITTED in component.variables.values()
     moves = all(values[name] > 0.0 for name in names_of(Role.INERTIA, inverse.parameters.plant.variables))
@@ -261,6 +261,8 @@ def climb(
     `levels` of friction are expected by value and standard error, and scatter by a share from half-cycle to half-cycle.
     There are none where no segment lasts long enough, or where the stiffest observer already loses the motion.
     """
+    if isinstance(inverse.parameters.component, ShapedModel):
+        inverse, start = spread_out(inverse, start)
     dataset, dt, parameters = inverse.dataset, inverse.dataset.sample_time, inverse.parameters
     alignment = dataset.alignment or Alignment()
     bend = 0.0 if dataset.held is False else -(dt**2) / 24.0
@@ -302,7 +304,11 @@ def effort_lag(alignment: Alignment) -> float:
 
 def _starts(values: Mapping[str, float], inverse: InverseDynamics, speed: float) -> Iterator[dict[str, float]]:
     """Yield further starts: other stiffnesses, other falls of friction, other damping of the contact."""
-    variables, free = inverse.parameters.component.variables, inverse.parameters.free
+    component = inverse.parameters.component
+    if isinstance(component, SpreadModel):
+        yield from component.starts(values)
+        return
+    variables, free = component.variables, inverse.parameters.free
     mass = name_of(Role.INERTIA, inverse.parameters.plant.variables)
     roles = (Role.STIFFNESS, Role.FALL, Role.MICRO_DAMPING)
     stiff, falls, damped = ([name for name in names_of(role, variables) if name in free] for role in roles)
@@ -371,6 +377,8 @@ def _expected(
     firsts = [pair for pair in zip(names_of(Role.BREAK_AWAY, variables), levels, strict=False) if pair[0] in free]
     damped = [name for name in names_of(Role.MICRO_DAMPING, variables) if name in free and stiffness and mass]
     expected += [Expected({name: 1.0}, False, mean, std, LEVELS_WEIGHT) for name, (mean, std) in beside.items() if name in free]
+    if isinstance(parameters.component, SpreadModel):
+        expected += [Expected({name: 1.0}, False, level, level) for name, level in parameters.component.equal(start).items()]
     expected += [Expected({name: 1.0}, True, math.log(FALLS * speed), 1.5) for name in falls]
     expected += [Expected({name: 1.0, level: -1.0}, True, EXCESS, EXCESS) for name, level in firsts]
     expected += [Expected({name: 1.0, str(stiffness): -0.5, str(mass): -0.5}, False, 0.5, 0.6) for name in damped]

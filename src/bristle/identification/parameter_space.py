@@ -66,6 +66,10 @@ class ParameterSpace:
         """Return what the model takes [SI], by name."""
         return dict(zip(self.names, theta.tolist(), strict=True))
 
+    def member(self, theta: np.ndarray) -> dict[str, Any]:
+        """Return what the model takes of a set of parameters that the log allows [SI]."""
+        return self.values(theta)
+
     def numbers(self, theta: np.ndarray) -> np.ndarray:
         """Return what is reported [SI], and the curve after it, shape (reported and curve,)."""
         return theta

@@ -1,0 +1,224 @@
+r"""Elements that slip as observers see them: each has a level of its own, at thresholds that are laid out beforehand.
+
+.. math:: F_C = \sum_i f_i, \qquad s = \sum_i \frac{f_i}{r_i}, \qquad F(x) = \sum_i f_i \min\Bigl(\frac{x}{r_i}, 1\Bigr)
+
+Level, stiffness and virgin curve are linear in the levels :math:`f_i`. A shape from rows behind a filter is softer than the contact;
+an observer differentiates and filters no position. The thresholds :math:`r_i` are those of inverse dynamics, and more
+of them down to one step of the encoder. An element that never slips would be a slow force, which an observer takes up itself.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from bristle.core.contracts import FrictionModel
+from bristle.core.lazy import cached_property
+from bristle.core.read_only import ReadOnly
+from bristle.core.variable import Variable
+from bristle.friction import base_of, maxwell_slip
+from bristle.identification.fixed_shape import ARRAYS, TOTAL, ShapedModel, shaped
+from bristle.identification.inverse_dynamics import InverseDynamics
+from bristle.identification.parameter_space import ParameterSpace, Solution
+from bristle.identification.parameters import Role, names_of, stroke_of
+
+PER_DECADE, DECADES = 3.5, 2.0  # thresholds, at least
+NEAR = 1.25  # times a threshold: elements that slip so near to it count to it
+LEAST_STEPS = 1.0  # of the encoder: the smallest threshold
+SLIPPED = 0.995  # of the level of elements that slip within half of the stroke: the largest threshold
+LEAST = 1e-9  # of the level: an element without force still has its threshold
+STARTS = (1.0, 4.0, 0.25)  # level of the first element over that of the last one, where further searches begin
+CURVE = 12  # displacements at which the virgin curve has intervals
+
+
+@dataclass(frozen=True, kw_only=True)
+class SpreadModel(FrictionModel):
+    """A `maxwell_slip` model with its slots, that has a level for each of some thresholds [m or rad] instead of its lists."""
+
+    inner: FrictionModel
+    thresholds: tuple[float, ...]
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return spread_model, (self.inner, self.thresholds)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The level of each element."""
+        return tuple(f"f_{number}" for number in range(len(self.thresholds)))
+
+    @property
+    def level(self) -> str:
+        """The name of the level of all elements."""
+        return names_of(Role.LEVEL, self.inner.variables)[0]
+
+    @cached_property
+    def variables(self) -> ReadOnly[str, Variable]:
+        """Each parameter: the levels of the elements, then what the model has beside its lists."""
+        variables: dict[str, Variable] = {}
+        for name in self.names:
+            variables[name] = replace(self.inner.variables[self.level], min=0.0)
+        for name, variable in self.inner.variables.items():
+            if name not in (self.level, *ARRAYS):
+                variables[name] = variable
+        return ReadOnly(variables)
+
+    @property
+    def defaults(self) -> dict[str, Any]:
+        """The parameters that have a default value."""
+        return self.inner.defaults
+
+    def is_array(self, name: str) -> bool:
+        """Return whether this parameter is a 1-D array: none is."""
+        return False
+
+    def is_integer(self, name: str) -> bool:
+        """Return whether this parameter is a whole number."""
+        return name not in self.names and self.inner.is_integer(name)
+
+    def lists(self, values: Mapping[str, float]) -> dict[str, Any]:
+        """Return the values of the model with its lists."""
+        levels = np.array([values[name] for name in self.names])
+        levels = np.maximum(levels, LEAST * max(float(np.sum(levels)), LEAST))
+        total = float(np.sum(levels))
+        rest = {name: value for name, value in values.items() if name in self.inner.variables}
+        return rest | {self.level: total} | dict(zip(ARRAYS, (levels / self.thresholds, levels / total), strict=True))
+
+    def assemble(self, values: Mapping[str, Any]) -> Any:
+        """Return what kernels receive, from the values that a person sets."""
+        return self.inner.assemble(self.lists(values))
+
+    def values(self, parameters: Any) -> dict[str, Any]:
+        """Return the values that a person sets, from what kernels receive."""
+        values = self.inner.values(parameters)
+        levels = dict(zip(self.names, (values[self.level] * np.asarray(values[ARRAYS[1]])).tolist(), strict=True))
+        return {name: levels[name] if name in levels else values[name] for name in self.variables}
+
+    def equal(self, values: Mapping[str, float]) -> dict[str, float]:
+        """Return equal levels of all elements, with the same sum."""
+        return dict.fromkeys(self.names, sum(values[name] for name in self.names) / len(self.names))
+
+    def starts(self, values: Mapping[str, float]) -> Iterator[dict[str, float]]:
+        """Yield further starts: the same level, shared in other ways."""
+        equal = self.equal(values)
+        for ratio in STARTS:
+            shares = np.geomspace(ratio, 1.0, len(equal))
+            yield {**values, **{name: equal[name] * share for name, share in zip(equal, shares / np.mean(shares), strict=True)}}
+
+
+def spread_model(inner: FrictionModel, thresholds: tuple[float, ...]) -> SpreadModel:
+    """Return a `maxwell_slip` model, with its slots, whose elements slip at these thresholds."""
+    return SpreadModel(
+        name=inner.name,
+        description=inner.description,
+        Parameters=inner.Parameters,
+        State=inner.State,
+        trial=inner.trial,
+        commit=inner.commit,
+        memory_size=inner.memory_size,
+        reference=inner.reference,
+        module=inner.module,
+        inner=inner,
+        thresholds=thresholds,
+    )
+
+
+def spreads(component: FrictionModel) -> bool:
+    """Return whether observers know elements of this model: they have one level, and slip at it."""
+    if not isinstance(component, ShapedModel):
+        return False
+    return base_of(component.inner) is maxwell_slip and len(names_of(Role.LEVEL, component.inner.variables)) == 1
+
+
+def spread_out(inverse: InverseDynamics, values: Mapping[str, float]) -> tuple[InverseDynamics, dict[str, float]]:
+    """Return a problem of elements of a fixed shape as that of levels at thresholds, and the levels with the same virgin curve."""
+    parameters = inverse.parameters
+    assert isinstance(parameters.component, ShapedModel)
+    lists = parameters.component.lists(parameters.complete(values))
+    stiffness, reach = np.asarray(lists[ARRAYS[0]]), 0.5 * stroke_of(inverse.dataset)
+    component = spread_model(parameters.component.inner, ())
+    slips = lists[ARRAYS[1]] * lists[component.level] / stiffness
+    chosen = slips < reach if np.any(slips < reach) else np.ones(slips.size, dtype=bool)
+    levels, slips = (stiffness * slips)[chosen], slips[chosen]
+    thresholds = _thresholds(slips, levels, LEAST_STEPS * inverse.dataset.resolution)
+    component = replace(component, thresholds=tuple(thresholds.tolist()))
+    # The forces that are linear between the thresholds: where the slope falls, an element slips.
+    forces = np.concatenate([[0.0], np.minimum(np.divide.outer(thresholds, slips), 1.0) @ levels])
+    slopes = np.append(np.diff(forces) / np.diff(thresholds, prepend=0.0), 0.0)
+    rest = {name: value for name, value in values.items() if name not in (component.level, TOTAL)}
+    free = (*(name for name in rest if name not in component.variables), *component.names)
+    free = (*free, *(name for name in rest if name in component.variables))
+    start = rest | dict(zip(component.names, (-np.diff(slopes) * thresholds).tolist(), strict=True))
+    return replace(inverse, parameters=replace(parameters, component=component, free=free)), start
+
+
+def _thresholds(slips: np.ndarray, levels: np.ndarray, least: float) -> np.ndarray:
+    """Return where elements slip that have these levels, near ones as one of them, and thresholds between and below them."""
+    largest = float(slips[np.searchsorted(np.cumsum(levels), SLIPPED * np.sum(levels))])
+    least = min(max(least, largest * 10.0**-DECADES), 0.5 * largest)
+    known = [least]
+    for slip in slips[(slips > least) & (slips <= largest)].tolist():
+        if slip > NEAR * known[-1]:
+            known.append(slip)
+    parts = [np.geomspace(low, high, math.ceil(PER_DECADE * math.log10(high / low)) + 1)[1:] for low, high in itertools.pairwise(known)]
+    return np.concatenate([known[:1], *parts])
+
+
+@dataclass(frozen=True, kw_only=True)
+class SpreadSpace(ParameterSpace):
+    """Levels of elements in the coordinates of an `inner` space, reported as level, stiffness, and all else."""
+
+    inner: ParameterSpace
+    component: SpreadModel
+
+    @property
+    def reported(self) -> tuple[str, ...]:
+        """The level, the stiffness, then all else."""
+        rest = (name for name in self.inner.names if name not in self.component.names)
+        return (self.component.level, TOTAL, *rest)
+
+    @cached_property
+    def _sums(self) -> np.ndarray:
+        """What is reported per free parameter, and the virgin curve after it, shape (number, parameter)."""
+        levels, thresholds = [self.inner.names.index(name) for name in self.component.names], np.array(self.component.thresholds)
+        sums = np.zeros((len(self.reported) + len(self.curve), len(self.inner.names)))
+        sums[0, levels], sums[1, levels] = 1.0, 1.0 / thresholds
+        for row, name in enumerate(self.reported[2:], 2):
+            sums[row, self.inner.names.index(name)] = 1.0
+        sums[len(self.reported) :, levels] = np.minimum(np.divide.outer(np.array(self.curve), thresholds), 1.0)
+        return sums
+
+    def numbers(self, theta: np.ndarray) -> np.ndarray:
+        """Return what is reported [SI], and the virgin curve."""
+        return self._sums @ self.inner.numbers(theta)
+
+    def values(self, theta: np.ndarray) -> dict[str, Any]:
+        """Return what is reported, by name [SI]."""
+        return dict(zip(self.reported, self.numbers(theta).tolist(), strict=False))
+
+    def member(self, theta: np.ndarray) -> dict[str, Any]:
+        """Return what the model with its lists takes [SI]."""
+        values = self.inner.values(theta)
+        return {name: value for name, value in values.items() if name not in self.component.names} | self.component.lists(values)
+
+    def derivative(self, theta: np.ndarray) -> np.ndarray:
+        """Return the derivative of what is reported, shape (reported, coordinate)."""
+        return self._sums[: len(self.reported)] @ self.inner.derivative(theta)
+
+
+def gathered(inverse: InverseDynamics, solution: Solution) -> tuple[InverseDynamics, Solution]:
+    """Return a problem of levels at thresholds, and its solution, as those of elements of the shape that was found."""
+    component, inner = inverse.parameters.component, solution.space
+    assert isinstance(component, SpreadModel)
+    lists = component.lists(solution.values)
+    view = shaped(component.inner, lists[ARRAYS[0]], lists[ARRAYS[1]])
+    thresholds = component.thresholds
+    curve = tuple(np.geomspace(thresholds[0], thresholds[-1], CURVE).tolist())
+    space = SpreadSpace(inner.names, inner.low, inner.high, linear=False, curve=curve, inner=inner, component=component)
+    at_edge = {name: side for name, side in solution.at_edge.items() if name not in component.names}
+    parameters = replace(inverse.parameters, component=view, free=space.reported)
+    return replace(inverse, parameters=parameters), replace(solution, space=space, at_edge=at_edge)

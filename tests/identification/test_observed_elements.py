@@ -1,0 +1,122 @@
+"""Elements that slip as observers see them, on the log of an axis that is simulated here in plain Python."""
+
+import math
+
+import numpy as np
+import pytest
+
+import bristle as br
+from bristle.core import Axis
+from bristle.friction import gms, maxwell_slip
+from bristle.identification import observed_elements
+from bristle.identification.fixed_shape import TOTAL, shaped
+from bristle.identification.observed_elements import SpreadSpace, spread_model, spreads
+from bristle.identification.parameter_space import ParameterSpace
+
+MASS, DAMPING, LEVELS, SLIPS = 12.0, 50.0, np.array([6.0, 8.0, 10.0]), np.array([0.8e-6, 3e-6, 10e-6])
+DT, FINER, STEP = 1e-3, 20, 2e-7
+AT = (1e-6, 3e-6, 10e-6)
+
+
+def virgin_curve(levels, slips, x):
+    return np.minimum(np.divide.outer(np.asarray(x), np.asarray(slips)), 1.0) @ np.asarray(levels)
+
+
+@pytest.fixture(scope="module")
+def columns():
+    count, h = 4000, DT / FINER
+    speed = np.repeat([0.004, 0.03, 0.01, 0.06], count // 4)
+    reference = np.cumsum(speed * np.sin(2.0 * np.pi * 2.2 * DT * np.arange(count))) * DT
+    stiffness, x, v, before = LEVELS / SLIPS, 0.0, 0.0, 0.0
+    deflection, position, effort = np.zeros(3), np.empty(count), np.empty(count)
+    for k in range(count):
+        position[k] = STEP * math.floor(x / STEP + 0.5)
+        u = effort[k] = 12e4 * (reference[k] - position[k]) - 2000.0 * (position[k] - before) / DT
+        before = position[k]
+        for _ in range(FINER):
+            v += h / MASS * (u - float(stiffness @ deflection) - DAMPING * v)
+            x += h * v
+            deflection = np.clip(deflection + h * v, -SLIPS, SLIPS)
+    return {"time": DT * np.arange(count), "position": position, "effort": effort}
+
+
+@pytest.fixture(scope="module")
+def fits(columns):
+    methods = ("inverse_dynamics", "prediction_error")
+    return [br.identify(columns, "maxwell_slip", axis=Axis(resolution=STEP), method=one, blocks=0, draws=20).best for one in methods]
+
+
+def errors_of(fit):
+    values = fit.friction.values
+    levels = np.asarray(values["nu_i"]) * values["F_C"]
+    return virgin_curve(levels, levels / values["k_i"], AT) / virgin_curve(LEVELS, SLIPS, AT) - 1.0
+
+
+def test_an_observer_finds_the_virgin_curve_behind_a_coarse_encoder(fits):
+    assert np.max(np.abs(errors_of(fits[1]))) < 0.04
+    assert errors_of(fits[0]).tolist() != errors_of(fits[1]).tolist()
+
+
+def test_level_and_curve_hold_in_their_intervals(fits):
+    _, fit = fits
+    low, high = fit.parameters["F_C"].interval
+    assert low < np.sum(LEVELS) < high
+    assert high - low < 0.4 * np.sum(LEVELS)
+    x, force, low, high = np.array(fit.resampling.curve).T
+    values = fit.friction.values
+    levels = np.asarray(values["nu_i"]) * values["F_C"]
+    assert force == pytest.approx(virgin_curve(levels, levels / values["k_i"], x), rel=1e-6)
+    truth = virgin_curve(LEVELS, SLIPS, x)
+    assert np.mean((low <= truth) & (truth <= high)) > 0.6
+    assert np.all((high - low)[x > 5.0 * STEP] < truth[x > 5.0 * STEP])
+
+
+def test_what_a_band_is_drawn_from_has_lists(fits):
+    _, fit = fits
+    draws = fit.resampling.bands.draws
+    assert TOTAL not in draws
+    level, shares, stiffness = draws["F_C"], draws["nu_i"], draws["k_i"]
+    assert shares.shape == stiffness.shape == (len(level), len(fit.friction.values["k_i"]))
+    assert np.sum(shares, axis=1) == pytest.approx(np.ones(len(level)))
+    assert fit.further == len(fit.friction.values["k_i"]) - 2
+
+
+def test_levels_at_thresholds_are_the_lists_of_the_model():
+    model = spread_model(maxwell_slip, (1e-6, 4e-6))
+    values = {"f_0": 2.0, "f_1": 6.0, "sigma_2": 3.0}
+    lists = model.lists(values)
+    assert lists["F_C"] == 8.0
+    assert lists["k_i"] == pytest.approx([2e6, 1.5e6])
+    assert lists["nu_i"] == pytest.approx([0.25, 0.75])
+    assert model.values(model.assemble(values)) == pytest.approx(values)
+    assert model.equal(values) == {"f_0": 4.0, "f_1": 4.0}
+    assert [sum(start[name] for name in model.names) for start in model.starts(values)] == pytest.approx([8.0, 8.0, 8.0])
+
+
+def test_thresholds_are_those_of_elements_and_more_between_and_below():
+    slips = np.array([0.1, 1.0, 1.1, 8.0, 50.0])
+    thresholds = observed_elements._thresholds(slips, np.array([1.0, 2.0, 2.0, 5.0, 0.01]), 0.2)
+    assert thresholds[0] == 0.2
+    assert thresholds[-1] == 8.0
+    assert 1.0 in thresholds
+    assert 1.1 not in thresholds
+    assert np.max(thresholds[1:] / thresholds[:-1]) <= 10.0 ** (1.0 / observed_elements.PER_DECADE) + 1e-12
+    alone = observed_elements._thresholds(np.array([0.1]), np.array([1.0]), 0.2)
+    assert (alone[0], alone[-1]) == pytest.approx((0.05, 0.1))
+
+
+def test_level_stiffness_and_curve_are_sums_of_levels():
+    model, inner = spread_model(maxwell_slip, (1e-6, 4e-6)), ParameterSpace(("M", "f_0", "f_1"), np.zeros(3), np.full(3, np.inf))
+    space = SpreadSpace(inner.names, inner.low, inner.high, curve=(2e-6,), inner=inner, component=model)
+    theta = np.array([5.0, 2.0, 6.0])
+    assert space.reported == ("F_C", TOTAL, "M")
+    assert space.numbers(theta) == pytest.approx([8.0, 3.5e6, 5.0, 5.0])
+    assert space.derivative(theta) @ theta == pytest.approx(space.numbers(theta)[:3])
+
+
+def test_elements_with_a_curve_or_two_levels_keep_inverse_dynamics():
+    one = np.ones(1)
+    assert spreads(shaped(maxwell_slip, one, one))
+    assert not spreads(shaped(gms, one, one))
+    assert not spreads(shaped(br.friction.find("maxwell_slip+asymmetry"), one, one))
+    assert not spreads(maxwell_slip)
