@@ -61,14 +61,15 @@ def test_level_and_curve_hold_in_their_intervals(fits):
     _, fit = fits
     low, high = fit.parameters["F_C"].interval
     assert low < np.sum(LEVELS) < high
-    assert high - low < 0.4 * np.sum(LEVELS)
+    assert high - low < 0.03 * np.sum(LEVELS)
     x, force, low, high = np.array(fit.resampling.curve).T
     values = fit.friction.values
     levels = np.asarray(values["nu_i"]) * values["F_C"]
     assert force == pytest.approx(virgin_curve(levels, levels / values["k_i"], x), rel=1e-6)
     truth = virgin_curve(LEVELS, SLIPS, x)
-    assert np.mean((low <= truth) & (truth <= high)) > 0.6
-    assert np.all((high - low)[x > 5.0 * STEP] < truth[x > 5.0 * STEP])
+    # A corner between two thresholds is cut, by 3 % at most.
+    assert np.all((low <= 1.03 * truth) & (0.97 * truth <= high))
+    assert np.all((high - low)[x > 5.0 * STEP] < 0.1 * truth[x > 5.0 * STEP])
 
 
 def test_what_a_band_is_drawn_from_has_lists(fits):
@@ -97,12 +98,14 @@ def test_thresholds_are_those_of_elements_and_more_between_and_below():
     slips = np.array([0.1, 1.0, 1.1, 8.0, 50.0])
     thresholds = observed_elements._thresholds(slips, np.array([1.0, 2.0, 2.0, 5.0, 0.01]), 0.2)
     assert thresholds[0] == 0.2
-    assert thresholds[-1] == 8.0
+    assert thresholds[-1] == pytest.approx(observed_elements.BEYOND * 8.0)
+    assert 8.0 in thresholds
     assert 1.0 in thresholds
     assert 1.1 not in thresholds
     assert np.max(thresholds[1:] / thresholds[:-1]) <= 10.0 ** (1.0 / observed_elements.PER_DECADE) + 1e-12
     alone = observed_elements._thresholds(np.array([0.1]), np.array([1.0]), 0.2)
-    assert (alone[0], alone[-1]) == pytest.approx((0.05, 0.1))
+    assert alone[0] == 0.05
+    assert 0.1 in alone
 
 
 def test_level_stiffness_and_curve_are_sums_of_levels():
@@ -112,6 +115,8 @@ def test_level_stiffness_and_curve_are_sums_of_levels():
     assert space.reported == ("F_C", TOTAL, "M")
     assert space.numbers(theta) == pytest.approx([8.0, 3.5e6, 5.0, 5.0])
     assert space.derivative(theta) @ theta == pytest.approx(space.numbers(theta)[:3])
+    below = space.member(np.array([5.0, -2.0, 6.0]))
+    assert (below["F_C"], below["nu_i"].tolist()) == (pytest.approx(4.0), pytest.approx([0.0, 1.0]))
 
 
 def test_elements_with_a_curve_or_two_levels_keep_inverse_dynamics():

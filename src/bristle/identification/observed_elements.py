@@ -29,9 +29,10 @@ from bristle.identification.parameters import Role, names_of, stroke_of
 
 PER_DECADE, DECADES = 3.5, 2.0  # thresholds, at least
 NEAR = 1.25  # times a threshold: elements that slip so near to it count to it
+BEYOND = 1.4  # times the largest: a threshold more
 LEAST_STEPS = 1.0  # of the encoder: the smallest threshold
 SLIPPED = 0.995  # of the level of elements that slip within half of the stroke: the largest threshold
-LEAST = 1e-9  # of the level: an element without force still has its threshold
+LEAST = 1e-100  # N or N*m: an element without force still has its threshold
 STARTS = (1.0, 4.0, 0.25)  # level of the first element over that of the last one, where further searches begin
 CURVE = 12  # displacements at which the virgin curve has intervals
 
@@ -82,8 +83,7 @@ class SpreadModel(FrictionModel):
 
     def lists(self, values: Mapping[str, float]) -> dict[str, Any]:
         """Return the values of the model with its lists."""
-        levels = np.array([values[name] for name in self.names])
-        levels = np.maximum(levels, LEAST * max(float(np.sum(levels)), LEAST))
+        levels = np.maximum([values[name] for name in self.names], LEAST)
         total = float(np.sum(levels))
         rest = {name: value for name, value in values.items() if name in self.inner.variables}
         return rest | {self.level: total} | dict(zip(ARRAYS, (levels / self.thresholds, levels / total), strict=True))
@@ -161,7 +161,7 @@ def _thresholds(slips: np.ndarray, levels: np.ndarray, least: float) -> np.ndarr
     largest = float(slips[np.searchsorted(np.cumsum(levels), SLIPPED * np.sum(levels))])
     least = min(max(least, largest * 10.0**-DECADES), 0.5 * largest)
     known = [least]
-    for slip in slips[(slips > least) & (slips <= largest)].tolist():
+    for slip in (*slips[(slips > least) & (slips <= largest)].tolist(), BEYOND * largest):
         if slip > NEAR * known[-1]:
             known.append(slip)
     parts = [np.geomspace(low, high, math.ceil(PER_DECADE * math.log10(high / low)) + 1)[1:] for low, high in itertools.pairwise(known)]
@@ -182,9 +182,14 @@ class SpreadSpace(ParameterSpace):
         return (self.component.level, TOTAL, *rest)
 
     @cached_property
+    def _levels(self) -> list[int]:
+        """The places of the levels."""
+        return [self.inner.names.index(name) for name in self.component.names]
+
+    @cached_property
     def _sums(self) -> np.ndarray:
         """What is reported per free parameter, and the virgin curve after it, shape (number, parameter)."""
-        levels, thresholds = [self.inner.names.index(name) for name in self.component.names], np.array(self.component.thresholds)
+        levels, thresholds = self._levels, np.array(self.component.thresholds)
         sums = np.zeros((len(self.reported) + len(self.curve), len(self.inner.names)))
         sums[0, levels], sums[1, levels] = 1.0, 1.0 / thresholds
         for row, name in enumerate(self.reported[2:], 2):
@@ -193,17 +198,22 @@ class SpreadSpace(ParameterSpace):
         return sums
 
     def numbers(self, theta: np.ndarray) -> np.ndarray:
-        """Return what is reported [SI], and the virgin curve."""
-        return self._sums @ self.inner.numbers(theta)
+        """Return what is reported [SI], and the virgin curve; a draw may have levels below nothing, whose sum is none of them."""
+        numbers = self.inner.numbers(theta)
+        numbers[self._levels] = (self.inner.derivative(theta) @ theta)[self._levels]
+        return self._sums @ numbers
 
     def values(self, theta: np.ndarray) -> dict[str, Any]:
         """Return what is reported, by name [SI]."""
         return dict(zip(self.reported, self.numbers(theta).tolist(), strict=False))
 
     def member(self, theta: np.ndarray) -> dict[str, Any]:
-        """Return what the model with its lists takes [SI]."""
-        values = self.inner.values(theta)
-        return {name: value for name, value in values.items() if name not in self.component.names} | self.component.lists(values)
+        """Return what the model with its lists takes [SI]: levels that are not negative, with the same sum."""
+        names, values = self.component.names, self.inner.values(theta)
+        levels = {name: max(values[name], LEAST) for name in names}
+        share = max(float(self.numbers(theta)[0]), LEAST) / sum(levels.values())
+        lists = self.component.lists(values | {name: share * level for name, level in levels.items()})
+        return {name: value for name, value in values.items() if name not in names} | lists
 
     def derivative(self, theta: np.ndarray) -> np.ndarray:
         """Return the derivative of what is reported, shape (reported, coordinate)."""
@@ -218,7 +228,8 @@ def gathered(inverse: InverseDynamics, solution: Solution) -> tuple[InverseDynam
     view = shaped(component.inner, lists[ARRAYS[0]], lists[ARRAYS[1]])
     thresholds = component.thresholds
     curve = tuple(np.geomspace(thresholds[0], thresholds[-1], CURVE).tolist())
-    space = SpreadSpace(inner.names, inner.low, inner.high, linear=False, curve=curve, inner=inner, component=component)
+    low = np.where([name in component.names for name in inner.names], -np.inf, inner.low)
+    space = SpreadSpace(inner.names, low, inner.high, linear=False, curve=curve, inner=inner, component=component)
     at_edge = {name: side for name, side in solution.at_edge.items() if name not in component.names}
     parameters = replace(inverse.parameters, component=view, free=space.reported)
     return replace(inverse, parameters=parameters), replace(solution, space=space, at_edge=at_edge)
