@@ -222,11 +222,6 @@ def test_an_effort_that_a_sensor_beside_the_contact_measures_moves_nothing(colum
     assert "prediction_error" not in {one.code for one in result.best.diagnostics}
 
 
-def test_elements_that_slip_keep_the_parameters_of_inverse_dynamics(columns):
-    result = br.identify(columns, "maxwell_slip", axis=Axis(resolution=STEP), blocks=0, draws=20)
-    assert "prediction_error" not in {one.code for one in result.best.diagnostics}
-
-
 def test_what_pushes_to_one_side_stays_as_inverse_dynamics_has_it():
     component = br.friction.find("lugre+asymmetry")
     names = ("M", *component.variables)

@@ -25,7 +25,7 @@ def codes(result):
 
 
 def test_each_threshold_has_a_meaning_and_its_default_is_allowed():
-    assert len(Settings.described()) > 30
+    assert len(Settings.described()) > 20
     for threshold in Settings.described():
         assert len(threshold.meaning) > 10, threshold.name
         assert threshold.unit, threshold.name

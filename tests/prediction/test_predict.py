@@ -32,7 +32,9 @@ def in_plain_python():
 def log_of(effort=EFFORT, **changes):
     position = 0.0125 * np.sin(4.0 * TIME)
     channels = {"time": Channel(TIME, "s", "t"), "position": Channel(position, "m", "q"), "effort": Channel(effort, "N", "u")}
-    return Log(**(channels | {"reference": Channel(position, "m", "r"), "sample_time": DT, "segments": (slice(0, 3000),)} | changes))
+    return Log(
+        **(channels | {"reference": Channel(0.999 * position, "m", "r"), "sample_time": DT, "segments": (slice(0, 3000),)} | changes)
+    )
 
 
 def test_modes_are_the_inverse_and_both_loops():

@@ -192,12 +192,7 @@ def _one_speed(look: Look) -> Numbers | None:
     return {"slowest": slow, "fastest": fast} if fast < look.settings.one_speed * slow else None
 
 
-SEVERITIES: dict[str, Severity] = {
-    "sign_reversed": "error",
-    "effort_unsigned": "error",
-    "reference_recorded": "error",
-    "motion_repeats": "note",
-}
+SEVERITIES: dict[str, Severity] = {"sign_reversed": "error", "effort_unsigned": "error", "motion_repeats": "note"}
 """What is graver than a warning, or less."""
 
 RECORDED = (

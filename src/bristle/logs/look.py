@@ -177,9 +177,10 @@ class Look:
     @cached_property
     def high_pass(self) -> float | None:
         """The frequency [Hz] below which the effort is cut off, as by an AC-coupled channel; None where it is not."""
-        log, (rows, columns) = self.log, self.sliding
+        log = self.log
         if log.effort is None or len(log.segments) != 1 or self.cut or self.is_unsigned:
             return None
+        rows, columns = self.sliding
         # A first-order high-pass leaves out of an effort its cut-off, as an angular frequency, times the integral of what it shows.
         integral = np.interp(rows.time, log.time.values, log.sample_time * np.cumsum(log.effort.values - np.mean(log.effort.values)))
         # That may turn the sign of the work: no line of the effort with its sign.

@@ -76,18 +76,6 @@ def test_a_twin_has_the_segments_of_its_log_each_where_it_was():
         np.testing.assert_array_equal(twin.time.values[part], sines().time[part])
 
 
-def test_without_a_word_all_coordinates_are_fitted_again():
-    dataset = treat(log_of(sines(2.0), sliding_effort(sines(2.0))), Axis(), 50.0, 5)
-    problem = InverseDynamics(dataset, parameters_of(friction.find("coulomb_viscous"), PriorKnowledge(), dataset))
-    solution, names = linear(problem), list(TRUTH)
-    every, mass_held = (np.array([name != fixed for name in solution.space.names]) for fixed in ("", "M"))
-    fits = (bootstrap(problem, solution, 4, free=free, linear=True) for free in (None, every, mass_held))
-    silent, text, less = (np.array([[member[name] for name in names] for member in fit.members]) for fit in fits)
-    np.testing.assert_array_equal(silent, text)
-    assert np.all(np.ptp(silent, axis=0) > 0.0)
-    assert np.ptp(less, axis=0).tolist().index(0.0) == names.index("M")
-
-
 @pytest.mark.parametrize("scatter", [0.0, 0.1])
 def test_a_level_that_scatters_is_seen_with_its_size(scatter):
     moved = sines(6.0, frequencies=(1.1, 2.9, 5.3))
