@@ -1,6 +1,7 @@
 """Elements that slip as observers see them, on the log of an axis that is simulated here in plain Python."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,10 +9,11 @@ import pytest
 import bristle as br
 from bristle.core import Axis
 from bristle.friction import gms, maxwell_slip
-from bristle.identification import observed_elements
+from bristle.identification import observed_elements, observed_fit
 from bristle.identification.fixed_shape import TOTAL, shaped
 from bristle.identification.observed_elements import SpreadSpace, spread_model, spreads
 from bristle.identification.parameter_space import ParameterSpace
+from bristle.report.messages import message
 
 MASS, DAMPING, LEVELS, SLIPS = 12.0, 50.0, np.array([6.0, 8.0, 10.0]), np.array([0.8e-6, 3e-6, 10e-6])
 DT, FINER, STEP = 1e-3, 20, 2e-7
@@ -70,6 +72,17 @@ def test_level_and_curve_hold_in_their_intervals(fits):
     # A corner between two thresholds is cut, by 3 % at most.
     assert np.all((low <= 1.03 * truth) & (0.97 * truth <= high))
     assert np.all((high - low)[x > 5.0 * STEP] < 0.1 * truth[x > 5.0 * STEP])
+
+
+def test_elements_that_explain_the_force_less_well_than_inverse_dynamics_are_not_reported(columns, fits, monkeypatch):
+    def worse(fit, *_):
+        return replace(fits[1], force_error_percent=1.4 * fit.force_error_percent)
+
+    monkeypatch.setattr(observed_fit, "with_observer", worse)
+    result = br.identify(columns, "maxwell_slip", axis=Axis(resolution=STEP), blocks=0, draws=20).best
+    assert result.parameters["F_C"].value == fits[0].parameters["F_C"].value
+    (told,) = [message(one) for one in result.diagnostics if one.code == "prediction_error"]
+    assert "its elements miss 1.4 times as much of the force" in told
 
 
 def test_what_a_band_is_drawn_from_has_lists(fits):

@@ -27,11 +27,11 @@ from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.parameter_space import ParameterSpace, Solution
 from bristle.identification.parameters import Role, names_of, stroke_of
 
-PER_DECADE, DECADES = 3.5, 2.0  # thresholds, at least
+PER_DECADE, DECADES = 3.5, 3.0  # thresholds, at least
 NEAR = 1.25  # times a threshold: elements that slip so near to it count to it
 BEYOND = 1.4  # times the largest: a threshold more
 LEAST_STEPS = 1.0  # of the encoder: the smallest threshold
-SLIPPED = 0.995  # of the level of elements that slip within half of the stroke: the largest threshold
+SLIPPED = 0.98  # of the level of elements that slip within half of the stroke: the largest threshold
 LEAST = 1e-100  # N or N*m: an element without force still has its threshold
 STARTS = (1.0, 4.0, 0.25)  # level of the first element over that of the last one, where further searches begin
 CURVE = 12  # displacements at which the virgin curve has intervals

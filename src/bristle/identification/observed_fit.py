@@ -182,6 +182,10 @@ def foreseen(fit: Fit, estimation: Estimation, context: Context, logs: Sequence[
         better = with_observer(fit, estimation, context, ladder, scale)
     except InputError as error:
         return with_remark(fit, {"why": error.message})
+    # Both have as many elements as they like: where an observer's explain the force less well, it took a missing force for stiffness.
+    miss = better.force_error_percent / max(fit.force_error_percent, np.finfo(float).tiny)
+    if better.further and miss > WORSE:
+        return with_remark(fit, {"why": f"its elements miss {miss:.2g} times as much of the force"})
     return with_remark(better, numbers)
 
 
