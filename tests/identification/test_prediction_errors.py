@@ -17,7 +17,7 @@ from bristle.identification.ladder import Ladder
 from bristle.identification.observed_fit import foreseen
 from bristle.identification.observer import BEND, DELAY, Expected, Recorded
 from bristle.identification.parameter_space import Solution
-from bristle.identification.parameters import ParameterSet
+from bristle.identification.parameters import ParameterSet, Scales
 from bristle.plants import inertia
 from bristle.plants.terms import with_terms
 from bristle.report.messages import message
@@ -446,3 +446,11 @@ def test_bands_hold_the_parameters_as_the_model_takes_them(columns, monkeypatch)
     result = of_observer(columns, monkeypatch, finished=lambda values: {"F_C": 2.0 * values["F_C"]})
     draws = result.best.resampling.bands.draws
     assert np.mean(draws["F_C"]) == pytest.approx(2.0 * result.parameters["F_C"].value, rel=0.01)
+
+
+def test_an_observer_seeks_a_contact_between_the_samples():
+    scales = Scales(1.0, 2.0, 0.5, 0.01, 1.0, 0.1, 1e-5, 10.0, 1e-3)
+    finer = observer._finer(scales, 1e-7)
+    assert (finer.shortest, finer.slowest) == (1e-7, observer.SLOWEST * 0.5)
+    assert observer._finer(scales, 0.0).shortest == scales.shortest
+    assert observer._finer(scales._replace(slowest=1e-6), 1e-3)[:] == scales._replace(slowest=1e-6)[:]
