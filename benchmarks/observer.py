@@ -3,7 +3,7 @@
 The axes, loops and channels are those of `benchmarks.strangers`: late efforts, filters, holds, scatter of the level.
 Their structure is that of the model: both directions alike, no cogging, no ripple of the motor, no lost rows; pre-sliding
 takes 10 to 100 steps of the encoder. Nothing is stated but that step. ``python -m benchmarks.observer 7400 30`` asks
-about seeds of one's own.
+about seeds of one's own, and adds elements that slip.
 """
 
 from __future__ import annotations
@@ -28,7 +28,9 @@ from bristle.core.errors import InputError
 
 __all__ = ["Judged", "made", "observer", "tried"]
 
-FIRST, LOGS, DRAWS = 9700, 64, 40
+FIRST, LOGS, DRAWS = 9900, 64, 40
+FIRST_ELEMENTS, ELEMENT_LOGS = 52_000, 30
+AT = (0.1, 0.3, 1.0)  # of the pre-sliding zone: where the virgin curve of elements is judged
 STEPS = (10.0, 100.0)  # of the encoder in the pre-sliding zone
 METHODS = ("prediction_error", "inverse_dynamics")
 NAMES = ("M", "F_C", "F_S", "v_S", "sigma_0", "sigma_1", "sigma_2")
@@ -104,6 +106,59 @@ def observer(first: int = FIRST, count: int = LOGS) -> Iterator[Share]:
             yield Share(f"{method}, read", 100.0 * len(logs) / count, 100.0, 100.0, count)
 
 
+def elements_made(seed: int) -> tuple[Truth, Record]:
+    """Return an axis of seven to ten elements that slip, with its log; elements neither fall with speed nor damp."""
+    truth = draw(seed, "maxwell", STROKES[seed % len(STROKES)])
+    level, damping = (float(np.mean(getattr(truth.friction, name))) for name in ("F_C", "F_v"))
+    friction = replace(truth.friction, F_C=(level, level), F_S=(level, level), F_v=(damping, damping), cell_damping=0.0)
+    step = friction.break_away / float(np.exp(np.random.default_rng((seed, 424243)).uniform(*np.log(STEPS))))
+    truth = replace(
+        truth,
+        friction=friction,
+        axis=replace(truth.axis, cogging=0.0),
+        motor=replace(truth.motor, ripple=0.0),
+        encoder=replace(truth.encoder, resolution=step, amplitudes=(0.0, 0.0, 0.0)),
+        recording=replace(truth.recording, lost=(), jitter=0.0),
+    )
+    return truth, record_of(truth, simulate(truth))
+
+
+def virgin_curve(stiffness: np.ndarray, slips: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Return the force of elements on the virgin curve [N or N*m] at displacements [m or rad]."""
+    return np.minimum.outer(x, slips) @ stiffness
+
+
+def curve_errors(method: str, seed: int) -> np.ndarray | None:
+    """Identify elements of one log; return the errors of their virgin curve [%], then that of their level; None where it is refused."""
+    truth, record = elements_made(seed)
+    axis, friction = (
+        br.Axis(kind="translational" if truth.axis.linear else "rotational", resolution=truth.encoder.resolution),
+        truth.friction,
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            fit = br.identify(table_of(truth, record), "maxwell_slip", axis=axis, method=method, blocks=0, draws=DRAWS).best
+        except InputError:
+            return None
+    known, found = true_values(truth, record)["F_C"], fit.friction.values
+    true = np.array(friction.cell_stiffness) * known / friction.F_C[0]
+    true_slips, levels = np.array(friction.cell_share) * known / true, np.array(found["nu_i"]) * found["F_C"]
+    x = np.array(AT) * float(true_slips.max())
+    curve = virgin_curve(np.array(found["k_i"]), levels / np.array(found["k_i"]), x) / virgin_curve(true, true_slips, x)
+    return 100.0 * (np.append(curve, found["F_C"] / known) - 1.0)
+
+
+def elements(first: int = FIRST_ELEMENTS, count: int = ELEMENT_LOGS) -> Iterator[str]:
+    """Errors of elements that slip, by both methods: virgin curve and level."""
+    with ProcessPoolExecutor(core_count()) as pool:
+        for method in METHODS:
+            errors = np.abs([one for one in pool.map(partial(curve_errors, method), range(first, first + count)) if one is not None])
+            columns = zip((*(f"curve at {place:g} of the zone" for place in AT), "level"), errors.T, strict=True)
+            parts = [f"{name} {np.median(column):.2f} % (90 % within {np.quantile(column, 0.9):.1f})" for name, column in columns]
+            yield f"{method}, maxwell_slip, {len(errors)} logs: {', '.join(parts)}"
+
+
 def _names(diagnostic: Diagnostic) -> tuple[str, ...]:
     names = diagnostic.numbers.get("names", ())
     return names if isinstance(names, tuple) else ()
@@ -116,3 +171,5 @@ def _holds(judged: list[Judged]) -> float:
 if __name__ == "__main__":
     for share in observer(*map(int, sys.argv[1:])):
         print(share.row(), flush=True)
+    for line in elements():
+        print(line, flush=True)
