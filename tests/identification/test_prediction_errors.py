@@ -132,9 +132,9 @@ def ladder_of(thetas, variances):
 
 def test_rungs_count_by_their_precision_in_all_but_the_channel():
     ladder = ladder_of([(0.0, 0.0, 0.0), (1.0, 2.0, 5.0)], [(1.0, 4.0, 9.0), (4.0, 16.0, 1e-9)])
-    assert ladder.weights == pytest.approx([8.0 / 9.0, 1.0 / 9.0])
+    assert ladder.weights == pytest.approx([16.0 / 17.0, 1.0 / 17.0])
     assert ladder.best is ladder.rungs[0]
-    assert ladder.solution.theta == pytest.approx(np.array([1.0, 2.0, 5.0]) / 9.0)
+    assert ladder.solution.theta == pytest.approx(np.array([1.0, 2.0, 5.0]) / 17.0)
 
 
 def test_the_spread_of_the_rungs_is_in_the_covariance():

@@ -4,7 +4,7 @@ r"""The answer of a ladder of observers: the mean of its rungs, each weighted by
     \bar\theta = \sum_i w_i\,\theta_i, \qquad w_i \propto \exp\Bigl(-\tfrac{p}{n}\sum_j \ln s_{ij}\Bigr), \qquad
     V = \sum_i w_i\,\Bigl[V_i + \frac{d_i\,d_i^T}{1 - \sum_k w_k^2}\Bigr], \qquad d_i = \theta_i - \bar\theta
 
-with :math:`p = 3`, and the standard errors :math:`s_{ij}` of the :math:`n` coordinates of rung :math:`i`, from the covariance
+with :math:`p = 4`, and the standard errors :math:`s_{ij}` of the :math:`n` coordinates of rung :math:`i`, from the covariance
 
 .. math:: V_i = A^{-1} \Bigl(\sum_b g_b g_b^T\Bigr) A^{-1}
 
@@ -30,7 +30,7 @@ from bristle.identification.parameter_space import Solution
 from bristle.identification.problem import scores_of
 
 BLOCKS = 30  # of time
-POWER = 3.0  # of precision: 2 for the least variance of a mean of independent rungs, many for the most precise rung alone
+POWER = 4.0  # of precision: 2 for the least variance of a mean of independent rungs, many for the most precise rung alone
 ALONE = 0.5  # most of the sum of squared weights that the spread is divided by
 
 
