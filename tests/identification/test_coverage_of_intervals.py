@@ -211,7 +211,7 @@ def test_what_is_weakly_seen_does_not_make_others_look_sure():
     log = log_of(motion, sliding_effort(motion, noise=4.0))
     fit = identify(log, "coulomb_viscous", mass=MASS, offset=1.5, cutoff=50.0, decimation=5, axis=STATED, blocks=0, draws=40).best
     viscous, level = fit.parameters["F_v"], fit.parameters["F_C"]
-    assert viscous.status == "unidentifiable"
+    assert half_width(viscous) > 0.2 * viscous.value
     assert abs(fit.correlation[0, 1]) > 0.85
     # Held, it would leave F_C half of its error.
     assert half_width(level) > 0.9 * 1.96 * level.std

@@ -89,7 +89,6 @@ def test_where_friction_scatters_intervals_of_twins_hold_the_truth_and_plain_one
         twins.append(item.interval[0] < truth < item.interval[1])
     assert np.mean(twins) >= 0.8
     assert np.mean(plain) <= 0.6
-    assert not fit.resampling.white
     assert fit.resampling.scatter.low < 0.05 < fit.resampling.scatter.high
     assert "in the loop" in assumptions_of(fit)[-1]
 

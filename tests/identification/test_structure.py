@@ -73,7 +73,8 @@ def causes_in(fit):
 )
 def test_a_missing_force_is_named_with_the_model_that_has_it(motion, cause, following):
     fit = best_of(motion, cause).best
-    assert causes_in(fit)[0] == cause
+    # What lags behind a static model builds up after reversals, too.
+    assert causes_in(fit)[0] == ("presliding" if cause == "lag" else cause)
     named = next(diagnostic for diagnostic in fit.diagnostics if diagnostic.code == f"missing_{cause}")
     assert named.numbers["model"] == following
     assert any(f"`{following}`" in diagnostic for diagnostic in warnings_of(fit))
