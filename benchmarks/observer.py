@@ -28,7 +28,7 @@ from bristle.core.errors import InputError
 
 __all__ = ["Judged", "made", "observer", "tried"]
 
-FIRST, LOGS, DRAWS = 9900, 64, 40
+FIRST, LOGS, DRAWS = 9970, 40, 40
 FIRST_ELEMENTS, ELEMENT_LOGS = 52_000, 30
 AT = (0.1, 0.3, 1.0)  # of the pre-sliding zone: where the virgin curve of elements is judged
 STEPS = (10.0, 100.0)  # of the encoder in the pre-sliding zone
