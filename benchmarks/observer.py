@@ -22,6 +22,7 @@ import bristle as br
 from benchmarks.coverage import Share
 from benchmarks.strange_logs import STROKES, table_of, true_values
 from benchmarks.strangers import Record, Truth, draw, record_of, simulate
+from benchmarks.strangers.truth import Friction
 from bristle.core.cores import core_count
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.errors import InputError
@@ -52,13 +53,17 @@ def made(seed: int) -> tuple[Truth, Record]:
     friction, rng = truth.friction, np.random.default_rng((seed, 424242))
     alike = {name: (float(np.mean(getattr(friction, name))),) * 2 for name in ("F_C", "F_S", "F_v")}
     friction = replace(friction, **alike)
-    step = friction.F_S[0] / friction.sigma_0 / float(np.exp(rng.uniform(*np.log(STEPS))))
+    return recorded(truth, friction, friction.F_S[0] / friction.sigma_0, rng)
+
+
+def recorded(truth: Truth, friction: Friction, zone: float, rng: np.random.Generator) -> tuple[Truth, Record]:
+    """Return an axis of this friction without ripple and faults of a sensor, of so many steps of the encoder in its zone, with its log."""
     truth = replace(
         truth,
         friction=friction,
         axis=replace(truth.axis, cogging=0.0),
         motor=replace(truth.motor, ripple=0.0),
-        encoder=replace(truth.encoder, resolution=step, amplitudes=(0.0, 0.0, 0.0)),
+        encoder=replace(truth.encoder, resolution=zone / float(np.exp(rng.uniform(*np.log(STEPS)))), amplitudes=(0.0, 0.0, 0.0)),
         recording=replace(truth.recording, lost=(), jitter=0.0),
     )
     return truth, record_of(truth, simulate(truth))
@@ -111,16 +116,7 @@ def elements_made(seed: int) -> tuple[Truth, Record]:
     truth = draw(seed, "maxwell", STROKES[seed % len(STROKES)])
     level, damping = (float(np.mean(getattr(truth.friction, name))) for name in ("F_C", "F_v"))
     friction = replace(truth.friction, F_C=(level, level), F_S=(level, level), F_v=(damping, damping), cell_damping=0.0)
-    step = friction.break_away / float(np.exp(np.random.default_rng((seed, 424243)).uniform(*np.log(STEPS))))
-    truth = replace(
-        truth,
-        friction=friction,
-        axis=replace(truth.axis, cogging=0.0),
-        motor=replace(truth.motor, ripple=0.0),
-        encoder=replace(truth.encoder, resolution=step, amplitudes=(0.0, 0.0, 0.0)),
-        recording=replace(truth.recording, lost=(), jitter=0.0),
-    )
-    return truth, record_of(truth, simulate(truth))
+    return recorded(truth, friction, friction.break_away, np.random.default_rng((seed, 424243)))
 
 
 def virgin_curve(stiffness: np.ndarray, slips: np.ndarray, x: np.ndarray) -> np.ndarray:

@@ -152,7 +152,7 @@ def test_a_rung_that_shows_nothing_of_a_coordinate_counts_by_the_others():
 def test_intervals_hold_the_covariance_of_the_ladder_and_inverse_dynamics(monkeypatch):
     monkeypatch.setattr(observed_fit, "_apart", lambda *_: np.array([0.0, 2.0, 0.0]))
     ladder = ladder_of([(0.0, 0.0, 0.0)], [(1.0, 4.0, 9.0)])
-    matrix = observed_fit.observed_of(ladder, {}, 2.0).matrix / observed_fit.STUDENT**2
+    matrix = observed_fit.variance_of(ladder, {}, 2.0) / observed_fit.STUDENT**2
     assert np.diag(matrix) == pytest.approx([4.0, 32.0, 36.0])
 
 

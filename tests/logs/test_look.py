@@ -99,6 +99,8 @@ def test_a_drive_whose_command_no_longer_acts_reads_its_largest_too_large():
     assert share < -0.2
     assert codes(top * np.arctanh(acts / top))["saturates"]["percent"] == pytest.approx(100.0 * share)
     assert look_at(effort_of(noise=5.0)).bend is None  # noise of the effort itself
+    wave = 5.0 * np.sin(2.0 * np.pi * 2.7 * MOTION.time)
+    assert look_at(top * np.arctanh(acts / top) + wave).bend is None  # most of what is left over is another force
 
 
 @pytest.mark.parametrize("change", [0.1, -0.1])
@@ -112,6 +114,10 @@ def test_a_scale_that_steps_is_told_with_its_time_and_no_drift_of_the_level(chan
     assert "scale_steps" not in warmer
     assert "level_drifts" in warmer
     assert "scale_steps" not in codes(true)
+    loaded = effort_of(noise=0.02) + np.where(
+        MOTION.time > 5.0, 0.6 * 12.0 * MOTION.acceleration + 0.1 * (8.0 * SIDE + 30.0 * MOTION.velocity), 0.0
+    )
+    assert "scale_steps" not in codes(loaded)  # a load: inertia and friction grow, but not alike
 
 
 @pytest.mark.parametrize("cutoff", [0.1, 0.4])
@@ -124,6 +130,9 @@ def test_an_effort_without_its_slow_part_is_told_with_the_cutoff_and_not_as_reve
     assert "high_passed" not in codes(true)
     assert "sign_reversed" in codes(-true)
     assert "high_passed" not in codes(-true)
+    slow = np.exp(-2.0 * np.pi * 0.003 * (MOTION.time[1] - MOTION.time[0]))
+    hardly = lfilter([0.5 * (1.0 + slow), -0.5 * (1.0 + slow)], [1.0, -slow], effort_of(noise=1e-3))
+    assert "high_passed" not in codes(hardly)  # clear, and little beside friction
 
 
 def test_a_reference_in_the_place_of_the_position_is_told():
@@ -135,6 +144,8 @@ def test_a_reference_in_the_place_of_the_position_is_told():
     assert "reference_recorded" in copied
     assert "reference_recorded" not in followed
     assert "reference_recorded" not in codes()
+    still = replace(log, position=Channel(np.zeros(SIDE.size), "m", "q"), reference=Channel(np.zeros(SIDE.size), "m", "r"))
+    assert "reference_recorded" not in {remark.code for remark in checked(still)}
 
 
 def test_ways_go_from_turn_to_turn():

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -26,15 +26,67 @@ DIFFERENCE = "difference"  # half of it, between the levels forward and backward
 STIFFNESS = Variable("force/length", "stiffness after a reversal, of all elements", min=1e-9, nominal=1e6, excitation="presliding")
 
 
+CURVE = 12  # displacements at which the virgin curve has intervals
+
+
 @dataclass(frozen=True, kw_only=True)
-class ShapedModel(FrictionModel):
+class ListedModel(FrictionModel):
+    """A model of elements, with its slots, that has numbers of its own in place of the lists of the `inner` model."""
+
+    inner: FrictionModel
+
+    @classmethod
+    def around(cls, inner: FrictionModel, **own: Any) -> Self:
+        """Return such a model, with all that runs the inner one."""
+        return cls(
+            name=inner.name,
+            description=inner.description,
+            Parameters=inner.Parameters,
+            State=inner.State,
+            trial=inner.trial,
+            commit=inner.commit,
+            memory_size=inner.memory_size,
+            relations=inner.relations,
+            reference=inner.reference,
+            module=inner.module,
+            inner=inner,
+            **own,
+        )
+
+    @property
+    def defaults(self) -> dict[str, Any]:
+        """The parameters that have a default value."""
+        return self.inner.defaults
+
+    def is_array(self, name: str) -> bool:
+        """Return whether this parameter is a 1-D array: none is."""
+        return False
+
+    def is_integer(self, name: str) -> bool:
+        """Return whether this parameter is a whole number."""
+        return name in self.inner.variables and self.inner.is_integer(name)
+
+    def lists(self, values: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the values of the model with its lists."""
+        raise NotImplementedError
+
+    def assemble(self, values: Mapping[str, Any]) -> Any:
+        """Return what kernels receive, from the values that a person sets."""
+        return self.inner.assemble(self.lists(values))
+
+    def of_inner(self, values: Mapping[str, Any]) -> dict[str, Any]:
+        """Return those of the values that are parameters of the inner model."""
+        return {name: value for name, value in values.items() if name in self.inner.variables}
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShapedModel(ListedModel):
     """A `maxwell_slip` model, with its slots, of which the shares of the elements are fixed.
 
     Instead of the lists it has the stiffness ``s`` of all elements together: a larger one steepens all of them alike, a
     larger ``F_C`` lets them slip later.
     """
 
-    inner: FrictionModel
     shape: tuple[tuple[float, ...], tuple[float, ...]]
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -57,28 +109,10 @@ class ShapedModel(FrictionModel):
                 variables[name] = variable
         return ReadOnly(variables)
 
-    @property
-    def defaults(self) -> dict[str, Any]:
-        """The parameters that have a default value."""
-        return self.inner.defaults
-
-    def is_array(self, name: str) -> bool:
-        """Return whether this parameter is a 1-D array: none is."""
-        return False
-
-    def is_integer(self, name: str) -> bool:
-        """Return whether this parameter is a whole number."""
-        return name != TOTAL and self.inner.is_integer(name)
-
-    def assemble(self, values: Mapping[str, Any]) -> Any:
-        """Return what kernels receive, from the values that a person sets."""
-        return self.inner.assemble(self.lists(values))
-
     def lists(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Return the values of the model with its lists."""
         stiffness, shares = (np.array(part) for part in self.shape)
-        inner = {name: value for name, value in values.items() if name in self.inner.variables}
-        return inner | dict(zip(ARRAYS, (values[TOTAL] * stiffness, shares), strict=True))
+        return self.of_inner(values) | dict(zip(ARRAYS, (values[TOTAL] * stiffness, shares), strict=True))
 
     def finished(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Return values with the lists in place of the stiffness, whatever else there is among them."""
@@ -104,20 +138,7 @@ def shaped(model: FrictionModel, stiffness: np.ndarray, levels: np.ndarray) -> S
 
 
 def _shaped(model: FrictionModel, shape: tuple[tuple[float, ...], tuple[float, ...]]) -> ShapedModel:
-    return ShapedModel(
-        name=model.name,
-        description=model.description,
-        Parameters=model.Parameters,
-        State=model.State,
-        trial=model.trial,
-        commit=model.commit,
-        memory_size=model.memory_size,
-        relations=model.relations,
-        reference=model.reference,
-        module=model.module,
-        inner=model,
-        shape=shape,
-    )
+    return ShapedModel.around(model, shape=shape)
 
 
 def in_lists(friction: Model) -> Model:
@@ -144,7 +165,7 @@ class ElementSpace(ParameterSpace):
             names,
             np.array([*np.zeros(thresholds.size), *single.values()]),
             np.full(len(names), np.inf),
-            curve=tuple(np.geomspace(thresholds[0], thresholds[-1], 12).tolist()),  # displacements at which the virgin curve has intervals
+            curve=tuple(np.geomspace(thresholds[0], thresholds[-1], CURVE).tolist()),
             thresholds=thresholds,
             levels=levels,
             rest=tuple(name for name in free if name not in (*levels, TOTAL)),

@@ -22,7 +22,7 @@ from bristle.core.lazy import cached_property
 from bristle.core.read_only import ReadOnly
 from bristle.core.variable import Variable
 from bristle.friction import base_of, maxwell_slip
-from bristle.identification.fixed_shape import ARRAYS, TOTAL, ShapedModel, shaped
+from bristle.identification.fixed_shape import ARRAYS, CURVE, TOTAL, ListedModel, ShapedModel, shaped
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.parameter_space import ParameterSpace, Solution
 from bristle.identification.parameters import Role, names_of, stroke_of
@@ -34,14 +34,12 @@ LEAST_STEPS = 1.0  # of the encoder: the smallest threshold
 SLIPPED = 0.98  # of the level of elements that slip within half of the stroke: the largest threshold
 LEAST = 1e-100  # N or N*m: an element without force still has its threshold
 STARTS = (1.0, 4.0, 0.25)  # level of the first element over that of the last one, where further searches begin
-CURVE = 12  # displacements at which the virgin curve has intervals
 
 
 @dataclass(frozen=True, kw_only=True)
-class SpreadModel(FrictionModel):
+class SpreadModel(ListedModel):
     """A `maxwell_slip` model with its slots, that has a level for each of some thresholds [m or rad] instead of its lists."""
 
-    inner: FrictionModel
     thresholds: tuple[float, ...]
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -68,29 +66,11 @@ class SpreadModel(FrictionModel):
                 variables[name] = variable
         return ReadOnly(variables)
 
-    @property
-    def defaults(self) -> dict[str, Any]:
-        """The parameters that have a default value."""
-        return self.inner.defaults
-
-    def is_array(self, name: str) -> bool:
-        """Return whether this parameter is a 1-D array: none is."""
-        return False
-
-    def is_integer(self, name: str) -> bool:
-        """Return whether this parameter is a whole number."""
-        return name not in self.names and self.inner.is_integer(name)
-
     def lists(self, values: Mapping[str, float]) -> dict[str, Any]:
         """Return the values of the model with its lists."""
         levels = np.maximum([values[name] for name in self.names], LEAST)
         total = float(np.sum(levels))
-        rest = {name: value for name, value in values.items() if name in self.inner.variables}
-        return rest | {self.level: total} | dict(zip(ARRAYS, (levels / self.thresholds, levels / total), strict=True))
-
-    def assemble(self, values: Mapping[str, Any]) -> Any:
-        """Return what kernels receive, from the values that a person sets."""
-        return self.inner.assemble(self.lists(values))
+        return self.of_inner(values) | {self.level: total} | dict(zip(ARRAYS, (levels / self.thresholds, levels / total), strict=True))
 
     def values(self, parameters: Any) -> dict[str, Any]:
         """Return the values that a person sets, from what kernels receive."""
@@ -112,19 +92,7 @@ class SpreadModel(FrictionModel):
 
 def spread_model(inner: FrictionModel, thresholds: tuple[float, ...]) -> SpreadModel:
     """Return a `maxwell_slip` model, with its slots, whose elements slip at these thresholds."""
-    return SpreadModel(
-        name=inner.name,
-        description=inner.description,
-        Parameters=inner.Parameters,
-        State=inner.State,
-        trial=inner.trial,
-        commit=inner.commit,
-        memory_size=inner.memory_size,
-        reference=inner.reference,
-        module=inner.module,
-        inner=inner,
-        thresholds=thresholds,
-    )
+    return SpreadModel.around(inner, thresholds=thresholds)
 
 
 def spreads(component: FrictionModel) -> bool:
@@ -140,19 +108,18 @@ def spread_out(inverse: InverseDynamics, values: Mapping[str, float]) -> tuple[I
     assert isinstance(parameters.component, ShapedModel)
     lists = parameters.component.lists(parameters.complete(values))
     stiffness, reach = np.asarray(lists[ARRAYS[0]]), 0.5 * stroke_of(inverse.dataset)
-    component = spread_model(parameters.component.inner, ())
-    slips = lists[ARRAYS[1]] * lists[component.level] / stiffness
+    level = lists[names_of(Role.LEVEL, parameters.component.variables)[0]]
+    slips = lists[ARRAYS[1]] * level / stiffness
     chosen = slips < reach if np.any(slips < reach) else np.ones(slips.size, dtype=bool)
     levels, slips = (stiffness * slips)[chosen], slips[chosen]
     thresholds = _thresholds(slips, levels, LEAST_STEPS * inverse.dataset.resolution)
-    component = replace(component, thresholds=tuple(thresholds.tolist()))
+    component = spread_model(parameters.component.inner, tuple(thresholds.tolist()))
     # The forces that are linear between the thresholds: where the slope falls, an element slips.
     forces = np.concatenate([[0.0], np.minimum(np.divide.outer(thresholds, slips), 1.0) @ levels])
     slopes = np.append(np.diff(forces) / np.diff(thresholds, prepend=0.0), 0.0)
-    rest = {name: value for name, value in values.items() if name not in (component.level, TOTAL)}
-    free = (*(name for name in rest if name not in component.variables), *component.names)
-    free = (*free, *(name for name in rest if name in component.variables))
-    start = rest | dict(zip(component.names, (-np.diff(slopes) * thresholds).tolist(), strict=True))
+    start = {name: value for name, value in values.items() if name not in (component.level, TOTAL)}
+    start |= dict(zip(component.names, (-np.diff(slopes) * thresholds).tolist(), strict=True))
+    free = tuple(name for name in (*parameters.plant.variables, *component.variables) if name in start)
     return replace(inverse, parameters=replace(parameters, component=component, free=free)), start
 
 

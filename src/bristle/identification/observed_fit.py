@@ -82,10 +82,10 @@ class Observed(NamedTuple):
         return np.clip(drawn, self.solution.space.low, self.solution.space.high)
 
 
-def observed_of(ladder: Ladder, inverse: Mapping[str, float], scale: float) -> Observed:
-    """Return what a ladder says beside the parameters of inverse dynamics [SI]; errors are so many times as large as by chance."""
+def variance_of(ladder: Ladder, inverse: Mapping[str, float], scale: float) -> np.ndarray:
+    """Return the covariance of the coordinates beside inverse dynamics [SI], whose errors are so many times as large as by chance."""
     apart = _apart(ladder, np.sqrt(np.diag(ladder.covariance)), inverse)
-    return Observed(ladder.solution, (STUDENT * scale) ** 2 * (ladder.covariance + np.diag(apart**2)))
+    return (STUDENT * scale) ** 2 * (ladder.covariance + np.diag(apart**2))
 
 
 def _apart(ladder: Ladder, errors: np.ndarray, inverse: Mapping[str, float]) -> np.ndarray:
@@ -105,7 +105,7 @@ def with_observer(fit: Fit, estimation: Estimation, context: Context, ladder: La
     if isinstance(inverse.parameters.component, SpreadModel):
         inverse, solution = gathered(inverse, solution)
         estimation = replace(estimation, further=max(len(solution.space.names) - len(solution.space.reported), 0))
-    observed = observed_of(ladder, of_inverse, scale)._replace(solution=solution)
+    observed = Observed(solution, variance_of(ladder, of_inverse, scale))
     of_observer = replace(estimation, inverse=inverse, solution=solution, covariance=observed.covariance)
     better, thetas, space = fit_of(of_observer, context), observed.draws(), solution.space
     draws = np.array([space.numbers(theta) for theta in thetas])

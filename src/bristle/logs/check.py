@@ -57,7 +57,7 @@ def _measured(look: Look) -> Iterator[tuple[str, Numbers | None]]:
         time = float(look.log.time.values[cut.first])
         yield "clipped", {"level": cut.level, "samples": cut.longest, "all": cut.samples, "time": time}
     reference = look.log.reference
-    if reference is not None and np.ptp(reference.values - x) <= COPIED_WITHIN * np.ptp(x):
+    if reference is not None and np.ptp(reference.values - x) < COPIED_WITHIN * np.ptp(x):
         yield "reference_recorded", {}
     yield "never_slides", _never_slides(look)
     if look.bend is not None:

@@ -112,8 +112,8 @@ FITS: dict[str, Sentence] = {
         (
             "an observer of {bandwidth:.3g} Hz predicts the next position {times:.2g} times as badly as in logs that the identified axis "
             "made: the model does not explain all of the motion, and the parameters are those of inverse dynamics",
-            "the contact parameters are those with which an observer of {bandwidth:.3g} Hz predicts the next position best, to "
-            "{error:length} rms",
+            "the contact parameters are the mean of observers of several bandwidths that predict the next position, weighted by "
+            "precision; the most precise observer, of {bandwidth:.3g} Hz, predicts it to {error:length} rms",
             "the parameters are those of inverse dynamics, for no observer predicted the position: {why}",
         ),
         "prediction errors of the position were fitted",
