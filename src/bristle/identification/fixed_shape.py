@@ -66,14 +66,6 @@ class ListedModel(FrictionModel):
         """Return whether this parameter is a whole number."""
         return name in self.inner.variables and self.inner.is_integer(name)
 
-    def lists(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the values of the model with its lists."""
-        raise NotImplementedError
-
-    def assemble(self, values: Mapping[str, Any]) -> Any:
-        """Return what kernels receive, from the values that a person sets."""
-        return self.inner.assemble(self.lists(values))
-
     def of_inner(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Return those of the values that are parameters of the inner model."""
         return {name: value for name, value in values.items() if name in self.inner.variables}
@@ -113,6 +105,10 @@ class ShapedModel(ListedModel):
         """Return the values of the model with its lists."""
         stiffness, shares = (np.array(part) for part in self.shape)
         return self.of_inner(values) | dict(zip(ARRAYS, (values[TOTAL] * stiffness, shares), strict=True))
+
+    def assemble(self, values: Mapping[str, Any]) -> Any:
+        """Return what kernels receive, from the values that a person sets."""
+        return self.inner.assemble(self.lists(values))
 
     def finished(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Return values with the lists in place of the stiffness, whatever else there is among them."""

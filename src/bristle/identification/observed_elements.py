@@ -72,6 +72,10 @@ class SpreadModel(ListedModel):
         total = float(np.sum(levels))
         return self.of_inner(values) | {self.level: total} | dict(zip(ARRAYS, (levels / self.thresholds, levels / total), strict=True))
 
+    def assemble(self, values: Mapping[str, Any]) -> Any:
+        """Return what kernels receive, from the values that a person sets."""
+        return self.inner.assemble(self.lists(values))
+
     def values(self, parameters: Any) -> dict[str, Any]:
         """Return the values that a person sets, from what kernels receive."""
         values = self.inner.values(parameters)
