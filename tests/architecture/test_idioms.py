@@ -13,16 +13,17 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 GENERATED = "<!-- Written by docs/generate.py"
-PREPOSITIONS = "in on at of by to for from with over after under into upon along through during".split()
+PREPOSITIONS = ("in", "on", "at", "of", "by", "to", "for", "from", "with", "over", "after", "under", "into", "upon", "along", "during")
 IDIOMS = {
     "what as a noun": r"\bwhat(?:ever)?\b",
     "which as a noun": "".join(rf"(?<!\b{word})" for word in PREPOSITIONS) + r"(?<![,;(])\s\bwhich\b",
     "none, nothing": r"\b(?:(?-i:none)|(?-i:None) (?:of|is|are|that)|nothing|nobody|nowhere)\b",
-    "a pronoun for a thing": r"\b(?:one's|that one|this one|the ones?|such a one|is one|are one|as one|one of both|of (?:its|one's|their) own)\b",
+    "a pronoun for a thing": r"\b(?:one's|(?:that|this|such a|is|are|as) one|the ones?|one of both|of (?:its|one's|their) own)\b",
     "is told, is said": r"\b(?:told|tells?|telling|said|says?)\b",
     "alike, beside": r"\b(?:alike|beside|likewise|otherwise than)\b",
     "errs": r"\b(?:errs?|erring)\b",
-    "takes back, goes with": r"\b(?:tak(?:es?|ing|en) back|go(?:es)? (?:with|on)|gone on|comes? back|com(?:es?|ing) out|came out|leaves? over|lies? open|left open)\b",
+    "takes back, goes with": r"\b(?:tak(?:es?|ing|en) back|go(?:es)? (?:with|on)|gone on)\b",
+    "comes out, lies open": r"\b(?:comes? back|com(?:es?|ing) out|came out|leaves? over|(?:lies?|left) open)\b",
     "stands": r"\bst(?:ands?|ood|anding)\b(?! still)",
     "held": r"\bheld\b(?! (?:constant|fixed))(?!-out)(?! out)",
     "lets pass": r"\blets? (?:pass|go|through)\b",

@@ -55,7 +55,7 @@ def test_each_element_that_slips_has_its_price():
     more = elements + 2 - len(item.correlation_names)
     message = (other.information.bic - item.information.bic) - (other.information.aic - item.information.aic)
     assert message == pytest.approx(more * (np.log(item.information.measurements) - 2.0))
-    count = {row[0]: row[1] for row in comparison_table(identification).rows}
+    count = {row[0]: row[2] for row in comparison_table(identification).rows}
     assert int(count["maxwell_slip"]) == elements + 2
 
 

@@ -65,6 +65,19 @@ def test_a_model_half_unidentified_gives_way_within_the_spread(made):
     assert order(simple, made("rich", BLOCKS, 10, unknown=4)) == ["rich", "simple"]
 
 
+def test_an_open_parameter_without_effect_on_the_force_does_not_decide_the_order(made):
+    simple, rich = made("simple", [block + 0.1 for block in BLOCKS], 3), made("rich", BLOCKS, 10, unknown=5)
+    assert order(simple, rich) == ["simple", "rich"]
+    idle = replace(rich, estimates=tuple(replace(estimate, effect=0.0) for estimate in rich.estimates))
+    assert order(simple, idle) == ["rich", "simple"]
+
+
+def test_behind_the_chosen_model_the_error_alone_decides(made):
+    better = made("better", BLOCKS, 6)
+    others = [made(f"p{size}", [block + 0.5 - 0.1 * size for block in BLOCKS], size) for size in (2, 3, 4)]
+    assert order(better, *others) == ["better", "p4", "p3", "p2"]
+
+
 def test_a_model_half_unidentified_wins_where_it_predicts_far_better(made):
     simple = made("simple", [block + 2.0 for block in BLOCKS], 3)
     assert order(simple, made("rich", BLOCKS, 10, unknown=5)) == ["rich", "simple"]

@@ -8,6 +8,7 @@ import pytest
 from bristle import friction, plants
 from bristle.core import Axis
 from bristle.core.axis import Column
+from bristle.identification import HeldOut
 from bristle.identification.settings import Settings
 from bristle.report import model_tables
 from bristle.report.model_tables import (
@@ -150,21 +151,33 @@ def test_units_of_a_drive_are_reported_in_short(name, text):
     assert model_tables._in_unit(5.0, name) == text
 
 
-def model(name, error, status="identified", **changes):
+def model(name, error, held_out=(3.0, 4.0), status="identified", **changes):
     known = {"name": name, "error_percent": error, "condition_number": 12.345, "further": 0, "information": Some(aic=0.0, bic=1.234)}
-    known |= {"held_out": Some(mean_percent=3.456, std_percent=0.789), "estimates": (estimate(), estimate("M", status=status))}
+    known |= {"held_out": held_out and HeldOut(held_out, sum(held_out) / 2, 0.7), "estimates": (estimate(), estimate("M", status=status))}
     return Some(**known | changes)
 
 
-def test_models_are_compared_with_the_parameters_left_open():
-    fits = (model("a", 1.234), model("b", 2.0, "at_edge", held_out=None, information=None, further=3), model("c", 3.0, "held"))
+def test_the_table_of_models_is_in_the_order_of_the_error_that_decides():
+    fits = (
+        model("chosen", 1.234),
+        model("best", 2.0, (2.0, 3.2), "at_edge", further=3),
+        model("last", 3.0, None, "held", information=None),
+    )
     table = comparison_table(Some(fits=fits))
-    assert table.rows[0] == ["a", "2", "3.46", "± 0.79", "1.23", "0", "1.23", "12.3", "–"]
-    assert table.rows[1] == ["b", "5", "–", "–", "2.00", "–", "–", "12.3", "M"]
-    assert table.rows[2][1] == "1"
+    assert [row[:2] for row in table.rows] == [["best", ""], ["chosen", "yes"], ["last", ""]]
+    assert table.rows[1] == ["chosen", "yes", "2", "3.50", "+0.900 ± 0.10", "1.23", "0", "1.23", "12.3", "–"]
+    assert table.rows[0][2:5] == ["5", "2.60", "0"]
+    assert table.rows[0][-1] == "M"
+    assert table.rows[2][2:5] == ["1", "–", "–"]
+    assert "one standard error of the smallest" in table.caption
     short = comparison_table(Some(fits=fits), details=False)
-    assert short.heads == ["Model", "Parameters", "Held-out error [%]", "Spread over blocks [%]", "Error of the fit [%]", "Not identified"]
-    assert short.heads == [head for head in table.heads if "above" not in head and "Condition" not in head]
+    assert short.heads == [head for head in table.heads if "above the best" not in head and "Condition" not in head]
+
+
+def test_without_held_out_blocks_the_table_of_models_names_the_error_of_the_fit_as_the_rule():
+    table = comparison_table(Some(fits=(model("a", 1.0, None), model("b", 2.0, None))))
+    assert [row[0] for row in table.rows] == ["a", "b"]
+    assert "error of the fit decides" in table.caption
 
 
 STEPS = [(-0.1, -9.0), (-0.0, -8.0), (0.0, 8.0), (0.1, 9.0)]

@@ -1,5 +1,7 @@
 """What results carry besides their numbers: what was found out about the data, errors held out, work left unfinished."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -52,6 +54,11 @@ class HeldOut:
     mean_percent: float
     std_percent: float
     of: str = "time blocks"
+
+    def above(self, other: HeldOut) -> tuple[float, float]:
+        """Return by how much this error exceeds another, block by block: mean and its standard error [%]."""
+        differences = np.subtract(self.block_errors_percent, other.block_errors_percent)
+        return float(np.mean(differences)), float(np.std(differences, ddof=1)) / differences.size**0.5
 
 
 T = TypeVar("T")

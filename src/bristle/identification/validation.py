@@ -61,49 +61,44 @@ def in_order(fits: Sequence[Fit], settings: Settings = DEFAULT, spread: float = 
 
 
 def ranked(fits: Sequence[Fit], settings: Settings = DEFAULT, spread: float = 0.0) -> list[Fit]:
-    """Return fits to the same log, best first; of the blocks that were held out, all have the same or none any.
+    """Return the chosen fit, then all others by their held-out error; all fits have the same held-out blocks or no blocks.
 
-    The smallest held-out error leads. Before it comes the simplest model whose error exceeds it by no more than
-    the standard error of their difference, block by block. A leader of which half the parameters or more could not be
-    identified has no claim: it gives way to any simpler model that could be, within the spread of its own error
-    over the blocks.
+    The smallest held-out error leads. bristle chooses the simplest model whose error exceeds the smallest by no more than
+    the standard error of their difference, block by block. A leader gives way to a simpler model, within the spread of
+    its error over the blocks, if the log leaves open half or more of its parameters, counting those that matter.
 
-    Where a log repeats one motion, the place of the axis tells the time within a period: what varies with it follows
-    whatever comes back there. A leader that varies along the axis gives way to a model that does so less, within
-    the `spread` of the effort between repeats.
+    If a log repeats one motion, the position gives the time within a period, and a model that varies along the axis
+    follows every repeating force. Such a leader gives way to a model with fewer slots of the position, within the
+    `spread` of the effort between repeats.
     """
-    left, in_rank = list(fits), []
-    while left:
-        leader = min(left, key=_error)
-        if _doubtful(leader, settings):
-            scatter = leader.held_out.std_percent if leader.held_out else 0.0
-            sound = [
-                fit
-                for fit in left
-                if not _doubtful(fit, settings) and _size(fit) < _size(leader) and _error(fit) <= _error(leader) + scatter
-            ]
-            leader = min(sound, key=_error, default=leader)
-        if spread > 0.0:
-            plainer = [
-                fit
-                for fit in left
-                if _by_place(fit) < _by_place(leader)
-                and _doubtful(fit, settings) <= _doubtful(leader, settings)
-                and _error(fit) <= _error(leader) + spread
-            ]
-            leader = min(plainer, key=_error, default=leader)
-        no_worse = list[Fit]()
-        for fit in left:
-            # The blocks do not tell it from the leader, or it is better.
-            margin = settings.same_error * _error(leader)
-            if fit.held_out is not None and leader.held_out is not None:
-                apart = np.subtract(fit.held_out.block_errors_percent, leader.held_out.block_errors_percent)
-                margin = max(margin, float(np.std(apart, ddof=1)) / apart.size**0.5)
-            if _doubtful(fit, settings) <= _doubtful(leader, settings) and _error(fit) <= _error(leader) + margin:
-                no_worse.append(fit)
-        in_rank.append(min(no_worse, key=lambda fit: (_size(fit), _error(fit))))
-        left.remove(in_rank[-1])
-    return in_rank
+    if not fits:
+        return []
+    leader = min(fits, key=_error)
+    if _doubtful(leader, settings):
+        scatter = leader.held_out.std_percent if leader.held_out else 0.0
+        sound = (
+            fit for fit in fits if not _doubtful(fit, settings) and _size(fit) < _size(leader) and _error(fit) <= _error(leader) + scatter
+        )
+        leader = min(sound, key=_error, default=leader)
+    if spread > 0.0:
+        plainer = (
+            fit
+            for fit in fits
+            if _by_place(fit) < _by_place(leader)
+            and _doubtful(fit, settings) <= _doubtful(leader, settings)
+            and _error(fit) <= _error(leader) + spread
+        )
+        leader = min(plainer, key=_error, default=leader)
+    no_worse = list[Fit]()
+    for fit in fits:
+        difference, margin = _error(fit) - _error(leader), settings.same_error * _error(leader)
+        if fit.held_out is not None and leader.held_out is not None:
+            difference, error = fit.held_out.above(leader.held_out)
+            margin = max(margin, error)
+        if _doubtful(fit, settings) <= _doubtful(leader, settings) and difference <= margin:
+            no_worse.append(fit)
+    chosen = min(no_worse, key=lambda fit: (_size(fit), _error(fit)))
+    return [chosen, *sorted((fit for fit in fits if fit is not chosen), key=_error)]
 
 
 def _by_place(fit: Fit) -> frozenset[str]:
@@ -120,8 +115,8 @@ def _size(fit: Fit) -> int:
 
 
 def _doubtful(fit: Fit, settings: Settings) -> bool:
-    """Return whether too many of the parameters that were sought are not identified."""
-    unsure = [estimate.status != "identified" for estimate in fit.estimates if estimate.status != "held"]
+    """Return whether the log leaves open too many parameters that matter to the force."""
+    unsure = [estimate.status != "identified" and estimate.matters for estimate in fit.estimates if estimate.status != "held"]
     return bool(unsure) and sum(unsure) >= settings.doubtful_share * len(unsure)
 
 

@@ -107,9 +107,8 @@ def judged(fit: Fit, settings: Settings, following: Following | None = None) -> 
     for doubt in (doubted[code] for code in DOUBTS if code in doubted):
         causes = doubt.numbers.get("causes")
         doubts.append(SENTENCES[doubt.code].means + (f": {', '.join(map(str, causes))}" if isinstance(causes, tuple) else ""))
-    most = len(unknown) >= settings.doubtful_share * len(sought)
-    matter = [estimate.name for estimate in unknown if most or estimate.matters]
-    little = [estimate.name for estimate in unknown if estimate.name not in matter]
+    matter = [estimate.name for estimate in unknown if estimate.matters]
+    little = [estimate.name for estimate in unknown if not estimate.matters]
     rough = [estimate.name for estimate in sought if estimate.is_rough]
     doubts += [f"not identified: {', '.join(matter)}"] if matter else []
     doubts += [f"identified roughly: {', '.join(rough)}"] if rough else []

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 STATUS_WORDS = {"identified": "", "held": "held", "at_edge": "at the edge of its range", "unidentifiable": "not identified"}
 MOST_PERCENT, LEAST_PERCENT = 1000.0, 1e-3  # of a value, that half of an interval is told as
+RANKED = "Models, smallest held-out error first. Chosen: the fewest parameters within one standard error of the smallest"
+RANKED_BY_FIT = "Models compared: the error of the fit decides, because the log has no held-out blocks"
 DOUBTED, WITH_CONSTANT = "doubted: see the warnings", "holds with the offset as it is held"
 
 
@@ -108,16 +110,23 @@ def _percent(value: float | None) -> str:
 
 
 def comparison_table(identification: Identification, *, details: bool = True) -> Table:
-    """Return the models side by side, best first; without `details` no information criteria and no condition numbers."""
+    """Return the models by their held-out error, with the rule of the choice; `details` adds criteria and condition numbers."""
+    held_out = [fit for fit in identification.fits if fit.held_out is not None]
+    smallest = min(held_out, key=lambda fit: fit.held_out.mean_percent if fit.held_out else math.inf, default=None)
+    in_order = sorted(identification.fits, key=lambda fit: fit.held_out.mean_percent if fit.held_out else math.inf)
     rows = []
-    for fit in identification.fits:
-        held_out, information = fit.held_out, fit.information
+    for fit in in_order:
+        information, difference = fit.information, "–"
+        if smallest is not None and smallest.held_out and fit.held_out:
+            mean, error = fit.held_out.above(smallest.held_out)
+            difference = "0" if fit is smallest else f"+{short_text(mean)} ± {number(error, digits=2)}"
         unknown = [estimate.name for estimate in fit.estimates if estimate.status in ("unidentifiable", "at_edge")]
         row = {
             "Model": fit.name,
+            "Chosen": "yes" if fit is identification.fits[0] else "",
             "Parameters": str(sum(estimate.status != "held" for estimate in fit.estimates) + fit.further),
-            "Held-out error [%]": "–" if held_out is None else short_text(held_out.mean_percent),
-            "Spread over blocks [%]": "–" if held_out is None else f"± {number(held_out.std_percent, digits=2)}",
+            "Held-out error [%]": "–" if fit.held_out is None else short_text(fit.held_out.mean_percent),
+            "Above the smallest [%]": difference,
             "Error of the fit [%]": short_text(fit.error_percent),
         }
         if details:
@@ -125,7 +134,7 @@ def comparison_table(identification: Identification, *, details: bool = True) ->
             row["BIC, above the best"] = "–" if information is None else short_text(information.bic)
             row["Condition number"] = short_text(fit.condition_number)
         rows.append(row | {"Not identified": ", ".join(unknown) or "–"})
-    return Table.of("Models compared, best first", rows)
+    return Table.of(RANKED if held_out else RANKED_BY_FIT, rows)
 
 
 def drive_rows(table: Sequence[tuple[float, float]], kind: Kind, axis: Axis | None = None) -> Table:
