@@ -151,11 +151,14 @@ def written_in(folder: str | Path) -> set[str]:
 
 
 @contextmanager
-def progress_in_order(text):
-    """Refuse a share of the work that is none."""
+def progress_in_order(text, quiet=False):
+    """Refuse a share of the work that is not between 0 and 1, or that lies behind the share before it."""
+    last = 0.0
 
     def report(share, words):
-        assert 0.0 <= share <= 1.0, words
+        nonlocal last
+        assert last - 1e-9 <= share <= 1.0, (last, share, words)
+        last = share
 
     assert text
     yield report

@@ -177,12 +177,26 @@ def test_a_model_of_a_users_own_is_identified_and_kept_with_its_file(bristle, pl
     assert friction.values["F_0_pos"] == result.data["parameters"]["F_0_pos"]["value"]
 
 
-def test_tables_for_people(bristle, place):
-    result = bristle("identify", "log.csv", "--axis", "axis.toml", "--model", "viscous,coulomb_viscous")
+def test_a_terminal_shows_an_identification_in_25_lines_with_the_verdict_last(bristle, place):
+    result = bristle("identify", "log.csv", "--axis", "axis.toml", "--model", "viscous,coulomb_viscous", "--draws", 0)
     assert result.code == 0
-    assert "Parameters of coulomb_viscous" in result.out
-    assert "±" in result.out
-    assert "Models compared" in result.out
+    lines = result.out.splitlines()
+    assert len(lines) <= 25
+    labels = [line[:12].strip() for line in lines if line[:12].strip()]
+    assert labels[0] == "Model"
+    assert labels[-2:] == ["Verdict", "Next"]
+    assert {"Parameters", "Type in", "Gain"} <= set(labels)
+
+
+def test_verbose_adds_the_tables_and_quiet_leaves_the_verdict(bristle, place):
+    command = ("identify", "log.csv", "--axis", "axis.toml", "--model", "viscous,coulomb_viscous", "--draws", 0)
+    verbose = bristle(*command, "-v").out
+    assert "Parameters of coulomb_viscous" in verbose
+    assert "smallest held-out error first" in verbose
+    quiet = bristle(*command, "--quiet")
+    assert quiet.out.startswith("Verdict     Usable")
+    assert len(quiet.out.splitlines()) == 1
+    assert quiet.err == ""
 
 
 @pytest.mark.fast_cases(1)
@@ -268,8 +282,8 @@ def test_a_delay_that_was_found_is_told_before_the_parameters(bristle, place):
     late = [[*cells[i][:3], cells[max(i - 4, 1)][3]] for i in range(1, len(cells))]
     Path("late.csv").write_text("\n".join([rows[0], *(",".join(item) for item in late)]))
     message = bristle("identify", "late.csv", "--axis", "axis.toml", "--model", "coulomb_viscous", "--draws", 0).out
-    first, _, rest = message.partition("Parameters of")
-    assert "effort lags the position by" in " ".join(first.split())
+    first, _, rest = message.partition("Parameters")
+    assert re.search(r"bristle removed a delay of 3\.5 ms between effort and position", " ".join(first.split()))
     assert rest
 
 
@@ -278,9 +292,9 @@ def test_the_help_says_how_many_draws_there_may_be(bristle):
 
 
 def next_command(result):
-    """The command that the last line on the error stream names, as a person would type it."""
-    line = next(line for line in result.err.splitlines() if "next: " in line)
-    return shlex.split(line[line.index("bristle run") :])[1:]
+    """The command that the last line names, as a person would type it."""
+    text = " ".join(result.out.split())
+    return shlex.split(text[text.index("bristle run") :])[1:]
 
 
 @pytest.mark.slow
@@ -316,8 +330,7 @@ def test_of_an_axis_without_a_loop_two_gains_are_filled_in(bristle, place):
     lines = Path("axis.toml").read_text().split("[controller]")[0].splitlines()
     Path("open.toml").write_text("\n".join(line for line in lines if not line.startswith("reference")))
     result = bristle("identify", "log.csv", "--axis", "open.toml", "--draws", "0", "--out", "run")
-    assert "write controller.k_p and controller.k_v into the axis file" in result.err
-    assert "--force then no longer writes over run)" in result.err
+    assert "Write controller.k_p and controller.k_v into the axis file" in " ".join(result.out.split())
     command = next_command(result)
     refused = bristle(*command)
     assert refused.code == 2

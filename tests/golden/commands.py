@@ -53,6 +53,7 @@ COMMANDS = {
     "check_own": "check own.py",
     "models": "models",
     "models_lugre": "models lugre",
+    "explain": "explain one_direction",
     "excite": "excite axis_of_demo.toml --duration 10s --for break-away --out motion",
     "log": "log log.csv --axis axis.toml",
     "log_without_axis": "log constants.mat",

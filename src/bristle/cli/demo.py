@@ -5,9 +5,9 @@ from typing import Annotated
 
 import typer
 
-from bristle.cli.identify import identification_parts, warnings_in
-from bristle.cli.options import Force, Json, Output, folder_named, print_json
-from bristle.cli.terminal import complain, say, show
+from bristle.cli.identify import show_identification
+from bristle.cli.options import Force, Json, Output, Quiet, Verbose, folder_named, print_json
+from bristle.cli.terminal import say
 
 EXAMPLE = """Example:
   bristle demo --out demo-results"""
@@ -21,6 +21,8 @@ def demo(
     ] = USUAL_PLACE,
     force: Force = False,
     as_json: Json = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
     """Do the main job on a simulated axis.
 
@@ -28,22 +30,24 @@ def demo(
     it with a log of your own.
     """
     from bristle.demo import BANNER, run
+    from bristle.report.brief import Line
     from bristle.report.prediction import metrics_in_words
 
     # Nobody keeps the results of a demonstration where it puts them unasked.
-    with Output(context, out, force=force or out == USUAL_PLACE).opened("demonstration") as (folder, report):
+    with Output(context, out, force=force or out == USUAL_PLACE, quiet=quiet).opened("demonstration") as (folder, report):
         demonstration = run(folder, command=context.obj, progress=report)
     if as_json:
         print_json(demonstration.summary)
         return
-    lines = (f"  {word}: {value}" for word, value in metrics_in_words(demonstration.prediction))
-    parts = identification_parts(demonstration.identification, demonstration.simulation, demonstration.following)
-    show(BANNER, *parts, "On a log that was not fitted, predicted in closed loop:", *lines)
-    for warning in warnings_in(demonstration.identification):
-        complain(warning)
-    say(f"""
-The report: {out / "report.html"} (open it in a browser). Now with a log of your own:
-  1. Copy {out / "axis.toml"} and write into it what your columns are called, in which units.
-  2. bristle log YOUR.csv --axis YOUR.toml
-  3. bristle identify YOUR.csv --axis YOUR.toml --out results
-  4. bristle predict results/model.toml ANOTHER.csv --axis YOUR.toml""")
+    found = ", ".join(f"{word} {value}" for word, value in metrics_in_words(demonstration.prediction)[:1])
+    results = [
+        Line("Unseen log", f"predicted in closed loop: {found}"),
+        Line("Results", f"{out}: report.html, drive_table.csv, model.toml, log.csv, unseen.csv"),
+    ]
+    following = [
+        Line("Your log", "bristle log YOUR.csv --write axis.toml, then fill in its columns and units"),
+        Line("", "bristle identify YOUR.csv --axis axis.toml --out results"),
+    ]
+    if not quiet:
+        say(BANNER)
+    show_identification(demonstration.outcome, verbose=verbose, quiet=quiet, results=results, following=following)

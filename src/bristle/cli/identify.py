@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -15,6 +15,7 @@ from bristle.cli.options import (
     FigureFiles,
     Output,
     Readers,
+    Verbose,
     code_in,
     holds_own,
     own_figures,
@@ -26,14 +27,19 @@ from bristle.cli.options import (
 )
 from bristle.cli.signals import INTERRUPTED
 from bristle.cli.study import exit_code, interruptible
-from bristle.cli.terminal import complain, progress
+from bristle.cli.terminal import complain, progress, show, show_lines, stage
 
 if TYPE_CHECKING:
     from bristle.core import Content
     from bristle.identification import Identification
     from bristle.prediction import Following
+    from bristle.report.brief import Line
+    from bristle.report.identified import Identified, Outcome
+    from bristle.report.next_motion import NextMotion
     from bristle.report.table import Table
     from bristle.simulation import SimulationResult
+
+EXPERIMENT = "experiment.toml"
 
 
 EXAMPLE = """Example:
@@ -77,6 +83,7 @@ def identify(
     separate: Separate = False,
     workers: Workers = None,
     reader: Readers = None,
+    verbose: Verbose = False,
 ) -> int:
     """Identify friction models from one log or several.
 
@@ -121,13 +128,14 @@ def identify(
     }
     if separate:
         return _identify_each(log, axes, options, output, readers=reader or (), workers=workers)
-    return _identify_friction(log, axes, options, output, figure)
+    return _identify_friction(log, axes, options, output, figure, verbose=verbose)
 
 
-def _identify_friction(log: list[Path], axis: list[Content], options: dict[str, Any], output: Output, own: list[Path] | None) -> int:
+def _identify_friction(
+    log: list[Path], axis: list[Content], options: dict[str, Any], output: Output, own: list[Path] | None, *, verbose: bool
+) -> int:
     from bristle.files import axes_for, read_axis
     from bristle.logs import read_log
-    from bristle.report.identified import EXPERIMENT
     from bristle.report.identified import identify as identified
 
     out, limit = output.out, size_limit()
@@ -135,33 +143,59 @@ def _identify_friction(log: list[Path], axis: list[Content], options: dict[str, 
     with output.opened("identifying", [*log, *axis]) as (folder, report):
         axes = axes_for([read_axis(file) for file in axis], len(log))
         recorded = [read_log(file, described, size_limit=limit) for file, described in zip(log, axes, strict=True)]
-        identification = identified(recorded, axis=axes, progress=report, **options)
+        identification = identified(recorded, axis=axes, progress=stage(report, 0.05, 0.85), **options)
         outcome = identification.outcome_with(
             command=output.command,
             axis_name=axes[0].name if axes[0] else log[0].stem,
-            progress=report,
+            progress=stage(report, 0.85, 0.86),
             figures=further,
             files={"axis": axis, "figure": code},
         )
         if outcome.uncertified:
             complain(f"no certificates: {outcome.uncertified}")
+        motion = None
         if folder:
+            motion = _next_motion(identification, options["draws"], stage(report, 0.86, 0.9))
+            report(0.9, "writing the report")
             outcome.write(folder)
-    parts = identification_parts(identification, outcome.simulation, outcome.following)
-    output.tell(outcome.summary, *parts, warnings=warnings_in(identification))
-    if out:
-        # What to type next, where the loop is known, or what to fill in first.
-        file, gains = out / EXPERIMENT, " and ".join(outcome.following_experiment(out).missing)
-        command = shlex.join(["bristle", "run", str(file), "--out", str(out.with_name(f"{out.name}_loop"))])
-        complain(
-            f"next: write {gains} into the axis file, as {file} shows, and identify again: that judges the loop by the "
-            f"log too. Or fill in {gains} in {file} (--force then no longer writes over {out}), then {command}"
-            if gains
-            else f"next: {command}"
-        )
+    if output.as_json:
+        output.tell(outcome.summary)
+    else:
+        results, following = _steps(outcome, out, motion, axis)
+        show_identification(outcome, verbose=verbose, quiet=output.quiet, results=results, following=following)
     if identification.unfinished:
         complain(identification.unfinished)
     return INTERRUPTED if identification.unfinished else 0
+
+
+def _next_motion(identification: Identified, draws: int, report: Callable[[float, str], None]) -> NextMotion | None:
+    """Return the motion to record next; without draws, intervals are unknown and bristle designs no motion."""
+    from bristle.core import Axis
+    from bristle.report.next_motion import next_motion
+
+    if not draws or identification.unfinished:
+        return None
+    log = identification.log
+    return next_motion(identification.best, identification.axis or Axis(kind=log.kind), log, report)
+
+
+def _steps(outcome: Outcome, out: Path | None, motion: NextMotion | None, axis: Sequence[Any]) -> tuple[list[Line], list[Line]]:
+    """Return the lines on the results, and on the next steps: the loop, and the motion that narrows open intervals."""
+    from bristle.report.brief import Line
+
+    if out is None:
+        return [], [Line("Next", "Add --out DIR for the report, the drive table and the loop to simulate.")]
+    results = [Line("Results", f"{out}: report.html, drive_table.csv, model.toml, {EXPERIMENT}")]
+    file, gains = out / EXPERIMENT, " and ".join(outcome.following_experiment(out).missing)
+    command = shlex.join(["bristle", "run", str(file), "--out", str(out.with_name(f"{out.name}_loop"))])
+    lines = [Line("Next", f"Simulate the loop: {command}")]
+    if gains:
+        lines = [Line("Next", f"Write {gains} into the axis file, as {file} shows, and identify again. Or fill in {file}, then {command}")]
+    if motion is not None:
+        words = ["bristle", "excite", *([str(out / "axis.toml")] if axis else ["AXIS.toml"]), "--model", str(out / "model.toml")]
+        words += ["--for", motion.purposes, *motion.options, "--out", str(out.with_name(f"{out.name}_motion"))]
+        lines.append(Line("Record", f"{motion.text}, by the motion of: {shlex.join(words)}"))
+    return results, lines
 
 
 def _identify_each(
@@ -203,31 +237,36 @@ def _identify_each(
 def identification_parts(
     identification: Identification, simulation: SimulationResult | None, following: Following | None = None
 ) -> list[str | Table]:
-    """Return the verdict, parameters, the models compared, and what compensation gains."""
+    """Return everything that a terminal shows with -v: parameters, models compared, gain, warnings and notes."""
     from bristle.report.compensation import about_loop, gain_of
-    from bristle.report.judgement import judged, misfit
+    from bristle.report.judgement import misfit
     from bristle.report.log import break_away_table
-    from bristle.report.messages import whole_sentence, why_effective
+    from bristle.report.messages import warnings_of, whole_sentence
     from bristle.report.model_tables import comparison_table, parameter_table
 
     best = identification.best
-    judgement, kind = judged(best, identification.settings, following), best.plant.kind
-    parts: list[str | Table] = [f"{judgement.words}{': ' if judgement.reasons else ''}{'; '.join(judgement.reasons)}."]
-    for diagnostic in best.diagnostics:
-        if diagnostic.code == "delay_found":
-            parts.append(whole_sentence(diagnostic))
-        elif diagnostic.code == "structure" and diagnostic.severity == "note":
-            parts.append(f"Parameters are effective: {why_effective(best)}, too small to matter; the report names it.")
-    parts.append(parameter_table(best))
+    parts: list[str | Table] = [parameter_table(best)]
+    parts += [whole_sentence(diagnostic) for diagnostic in best.diagnostics if diagnostic.code == "delay_found"]
     parts += [comparison_table(identification, details=False)] if len(identification.fits) > 1 else []
     parts += [table] if (table := break_away_table(identification)) is not None else []
     parts.append(f"The model {'; '.join(misfit(best))}.")
-    gain = gain_of(simulation) if simulation else None
-    return [*parts, *about_loop(gain, following, kind), *(f"Note: {note}" for note in identification.notes)]
+    parts += about_loop(gain_of(simulation) if simulation else None, following, best.plant.kind)
+    parts += [f"Note: {note}" for note in identification.notes]
+    return [*parts, *(f"Warning: {warning}." for warning in warnings_of(best))]
 
 
-def warnings_in(identification: Identification) -> list[str]:
-    """Return what may mislead in the best fit, for the error stream."""
-    from bristle.report.messages import warnings_of
+def show_identification(
+    outcome: Outcome, *, verbose: bool, quiet: bool, results: Sequence[Line] = (), following: Sequence[Line] = ()
+) -> None:
+    """Write an identification to the standard output: in brief, with all details, or its verdict alone; then the next steps."""
+    from bristle.report.brief import brief
 
-    return [f"warning: {warning}" for warning in warnings_of(identification.best)]
+    identification = outcome.identification
+    *lines, verdict = brief(identification, outcome.simulation, outcome.following, identification.axis)
+    if quiet:
+        show_lines([verdict])
+        return
+    if verbose:
+        show(*identification_parts(identification, outcome.simulation, outcome.following))
+        lines = []
+    show_lines([*lines, *results, verdict, *following])

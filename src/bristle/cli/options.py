@@ -87,6 +87,8 @@ AxisFiles = Annotated[
 Out = Annotated[Path | None, typer.Option("--out", metavar="DIR", parser=folder_named, help="Write the results into this new folder.")]
 Force = Annotated[bool, typer.Option("--force", help="Replace results that are in DIR already.")]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print no progress and no tables: a verdict and warnings only.")]
+Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="Print all tables, warnings and notes.")]
 AllowCode = Annotated[bool, typer.Option("--allow-code", help="Run models of your own that a file names. Read their code first.")]
 Readers = Annotated[
     list[Path] | None,
@@ -115,6 +117,7 @@ class Output:
     formats: Formats = None
     force: Force = False
     as_json: Json = False
+    quiet: Quiet = False
 
     @property
     def command(self) -> str:
@@ -130,7 +133,7 @@ class Output:
         from bristle.report.results import figure_files
 
         place = results_folder(self.out, force=self.force, reads=list(reads)) if self.out else nullcontext()
-        with place as folder, progress(words) as report, figure_files(folder, self.formats):
+        with place as folder, progress(words, quiet=self.quiet) as report, figure_files(folder, self.formats):
             yield folder, report
 
     def tell(self, summary: Any, *parts: str | Table | None, warnings: Iterable[str] = (), files: str = "") -> None:
@@ -138,10 +141,10 @@ class Output:
         if self.as_json:
             print_json(summary)
         else:
-            show(*parts)
+            show(*([] if self.quiet else parts))
             for warning in warnings:
                 complain(warning)
-        if self.out:
+        if self.out and not self.quiet:
             complain(f"wrote {self.out}; open {self.out / 'report.html'} in a browser" if not files else f"wrote {self.out}: {files}")
 
 

@@ -8,10 +8,11 @@ import io
 import os
 import sys
 import tempfile
+import textwrap
 import threading
 import traceback
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any, TextIO
 
@@ -20,6 +21,7 @@ from bristle.cli.signals import INTERRUPTED
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from bristle.report.brief import Line
     from bristle.report.table import Table
 
 NO = 1
@@ -30,6 +32,8 @@ NO_OUTPUT = {errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EIO, errno.EBADF, er
 PATIENCE = 1.0  # [s]
 PIPE_WIDTH = 160
 READ_WELL = 100
+LABEL = 12  # letters of a label and its blanks
+VERDICT_STYLES = {"gain": "bold", "usable": "bold green", "with_care": "bold yellow", "measure_again": "bold red"}
 
 
 def streams_that_take_all() -> None:
@@ -123,6 +127,20 @@ def show_table(table: Table) -> None:
                 console.print(f"  {head}: {one_line(text)}")
 
 
+def show_lines(lines: Iterable[Line]) -> None:
+    """Write labelled lines to the standard output, wrapped beside their labels, a verdict in its colour."""
+    from rich.text import Text
+
+    console = _console(sys.stdout)
+    width = min(console.width, READ_WELL) - LABEL
+    for line in lines:
+        style = VERDICT_STYLES.get(line.level, "")
+        parts = textwrap.wrap(line.text.replace("\u00a0", " "), width, break_on_hyphens=False, drop_whitespace=False) or [""]
+        for place, part in enumerate(parts):
+            label = Text(f"{'' if place else line.label:<{LABEL}}", style="bold" if style or line.label else "")
+            console.print(label + Text(part.strip() if place else part.rstrip(), style=style), soft_wrap=True)
+
+
 def show(*parts: str | Table | None) -> None:
     """Write paragraphs and tables to the standard output, one after the other; None is left out."""
     for part in parts:
@@ -133,9 +151,9 @@ def show(*parts: str | Table | None) -> None:
 
 
 @contextmanager
-def progress(text: str) -> Iterator[Callable[[float, str], None]]:
+def progress(text: str, *, quiet: bool = False) -> Iterator[Callable[[float, str], None]]:
     """Give what work reports its share to; a bar is shown on a terminal once the work takes longer than a second."""
-    if not sys.stderr.isatty():
+    if quiet or not sys.stderr.isatty():
         yield lambda share, text: None
         return
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
@@ -152,6 +170,11 @@ def progress(text: str) -> Iterator[Callable[[float, str], None]]:
         starter.cancel()
         starter.join()
         bar.stop()
+
+
+def stage(report: Callable[[float, str], None], begin: float, end: float) -> Callable[[float, str], None]:
+    """Return the progress report of one stage, from one share of all stages to another."""
+    return lambda share, text: report(begin + (end - begin) * share, text)
 
 
 @contextmanager

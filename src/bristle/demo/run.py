@@ -7,10 +7,9 @@ from pathlib import Path
 from bristle.core import Progress, content_of
 from bristle.demo import axis_simulated
 from bristle.files import Results, read_log
-from bristle.identification import Identification
-from bristle.prediction import Following, following_of, predict
-from bristle.report.identified import identify
-from bristle.simulation import Prediction, SimulationResult, compensation_experiment, simulate
+from bristle.prediction import following_of, predict
+from bristle.report.identified import Outcome, identify
+from bristle.simulation import Prediction, compensation_experiment, simulate
 
 BANNER = (
     "This axis is simulated. Its friction, thirty spring-slider elements and a thinning oil film, has another "
@@ -22,12 +21,10 @@ FITTED, UNSEEN = 1, 2  # seeds of the two motions
 
 @dataclass(frozen=True)
 class Demonstration:
-    """What the demonstration found: the models, the unseen log as predicted, the loop of the simulated axis."""
+    """The outcome of the identification with the loop of the simulated axis, and the prediction of an unseen log."""
 
-    identification: Identification
+    outcome: Outcome
     prediction: Prediction
-    simulation: SimulationResult
-    following: Following | None
     summary: Mapping[str, object]
 
 
@@ -47,11 +44,11 @@ def run(folder: Results, *, command: str, progress: Progress | None = None) -> D
     axis_simulated.write_log(folder / "unseen.csv", UNSEEN)
     axis = axis_simulated.axis()
     log, unseen = read_log(folder / "log.csv", axis), read_log(folder / "unseen.csv", axis)
-    identification = identify(log, axis=axis, progress=lambda share, text: at(0.2 + 0.4 * share, text)).finished
+    identification = identify(log, axis=axis, progress=lambda share, text: at(0.1 + 0.7 * share, text)).finished
     best = identification.best
-    at(0.6, "predicting a log that was not fitted")
+    at(0.8, "predicting a log that was not fitted")
     prediction = predict(best.plant, best.friction, unseen, axis, "closed-loop")
-    at(0.7, "compensating the simulated axis")
+    at(0.83, "compensating the simulated axis")
     assert log.reference is not None
     simulation = simulate(
         compensation_experiment(
@@ -67,9 +64,9 @@ def run(folder: Results, *, command: str, progress: Progress | None = None) -> D
         )
     )
     following = following_of(log, simulation, identification.settings)
-    at(0.9, "writing the report")
+    at(0.85, "writing the report")
     outcome = identification.outcome_with(
         command=command, banner=BANNER, loop=(simulation, prediction, following), files={"axis": content_of(folder / "axis.toml")}
     )
     outcome.write(folder, simulated=True)
-    return Demonstration(identification, prediction, simulation, following, outcome.summary | {"simulated": True})
+    return Demonstration(outcome, prediction, outcome.summary | {"simulated": True})

@@ -44,6 +44,7 @@ WITHOUT_DRAWS = "interrupted: the intervals are not those of simulated logs"
 WITHOUT_OBSERVER = "interrupted: the parameters are those of inverse dynamics"
 TELLS_CHANNEL = "lugre"
 TURNS = 2  # of slots added to the best of all models
+DRAWING = 8  # intervals take as long as so many fits
 
 
 @guarded(
@@ -145,7 +146,7 @@ def identify(
     prior = replace(request.prior_knowledge_of(first_axis, mass, offset, kind), free=request.freed(free, components))
     of_logs, pairs = checks_of(pairs, prior, chosen), [(parted(log, axis), axis) for log, axis in pairs]
     context = _context(pairs, prior, chosen, progress, *request.treatment_of(cutoff, decimation, kind))
-    count, held_out = len(components) + extended + bool(draws), blocks_for(context.dataset, blocks, chosen)
+    count, held_out = len(components) + extended + DRAWING * bool(draws), blocks_for(context.dataset, blocks, chosen)
     share, short = partial(_share, progress, count), blocks is None and not held_out
     fits, estimations, left_out, unfinished = _all_fits(context, components, extended, held_out, share)
 
@@ -157,12 +158,12 @@ def identify(
     (best, *rest), interrupted = to_the_end(judged)
     unfinished = unfinished or WITHOUT_DRAWS * (interrupted and bool(draws))
     if draws and not unfinished:
-        report, estimation = share(count - 1, f"fitting {best.name} to simulated logs"), estimations[best.name]
+        report, estimation = share(count - DRAWING, f"fitting {best.name} to simulated logs"), estimations[best.name]
         observed = all(axis is None or axis.method == "prediction_error" for _, axis in pairs)
         try:
-            best = with_uncertainty(best, estimation, draws, chosen, between(report, 0.0, 0.5 if observed else 1.0))
+            best = with_uncertainty(best, estimation, draws, chosen, between(report, 0.0, DRAWING * (0.5 if observed else 1.0)))
             if observed:
-                best = foreseen(best, estimation, context, [log for log, _ in pairs], between(report, 0.5, 1.0))
+                best = foreseen(best, estimation, context, [log for log, _ in pairs], between(report, 0.5 * DRAWING, DRAWING))
             best = with_loops(best, pairs)
         except KeyboardInterrupt:
             unfinished = WITHOUT_DRAWS if best.resampling is None else WITHOUT_OBSERVER

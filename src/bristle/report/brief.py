@@ -1,0 +1,158 @@
+"""An identification in brief, as a terminal shows it: labelled lines, the verdict last."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+from bristle.core import number, typeset, unit_of
+from bristle.prediction import drive_units, level_values
+from bristle.report.compensation import gain_of
+from bristle.report.judgement import DOUBTS, judged
+from bristle.report.model_tables import parameter_table
+from bristle.report.page import Ruling
+from bristle.report.sentences import SENTENCES
+from bristle.report.table import fixed, length_text, percent_text, short_text
+
+if TYPE_CHECKING:
+    from bristle.core import Axis, Diagnostic
+    from bristle.identification import Estimate, Fit, Identification
+    from bristle.prediction import Following
+    from bristle.simulation import SimulationResult
+
+PARAMETERS, WARNINGS, REASONS = 5, 3, 3  # shown at most
+
+
+class Line(NamedTuple):
+    """One fact with its label; `level` is that of a verdict."""
+
+    label: str
+    text: str
+    level: str = ""
+
+
+def brief(
+    identification: Identification, simulation: SimulationResult | None, following: Following | None, axis: Axis | None = None
+) -> list[Line]:
+    """Return model, parameters, values to type in, gain, warnings and verdict of an identification."""
+    fit = identification.best
+    ruling = judged(fit, identification.settings, following)
+    usable = ruling.level != "measure_again"
+    return [
+        *_model(identification),
+        *_parameters(fit),
+        *_warnings(fit, following),
+        *(_to_type_in(fit, axis) if usable else []),
+        *(_gain(simulation, following) if usable else []),
+        verdict(ruling),
+    ]
+
+
+def verdict(ruling: Ruling) -> Line:
+    """Return the verdict with its first reasons."""
+    reasons, more = list(ruling.reasons[:REASONS]), len(ruling.reasons) - REASONS
+    reasons += [f"{more} more reasons (-v)"] if more > 0 else []
+    return Line("Verdict", f"{ruling.words}{': ' if reasons else ''}{'; '.join(reasons)}.", ruling.level)
+
+
+def _model(identification: Identification) -> list[Line]:
+    fit, others = identification.best, len(identification.fits) - 1
+    held_out = "" if fit.held_out is None else f", {percent_text(fit.held_out.mean_percent)} held out"
+    lines = [Line("Model", f"{fit.name}: model error {percent_text(fit.error_percent)}{held_out}")]
+    delays = [diagnostic.numbers["delay"] for diagnostic in fit.diagnostics if diagnostic.code == "delay_found"]
+    texts = (fixed(delay, "s") for delay in delays if isinstance(delay, float))
+    lines += [Line("", f"bristle removed a delay of {text} between effort and position") for text in texts]
+    return lines + ([Line("", f"best of {others + 1} models (compare them: -v)")] if others else [])
+
+
+def _parameters(fit: Fit) -> list[Line]:
+    """Return the free parameters as aligned lines, those with the largest share of the friction force first where there are many."""
+    free = [estimate for estimate in (*fit.estimates, *fit.combinations) if estimate.status != "held"]
+    first = sorted(free, key=lambda estimate: -_share(estimate))[:PARAMETERS] if len(free) > PARAMETERS + 1 else free
+    names = [estimate.name for estimate in free if estimate in first]
+    table = parameter_table(fit)
+    columns = {head: place for place, head in enumerate(table.heads)}
+    rows = [[row[columns[head]] if head in columns else "" for head in COLUMNS] for row in table.rows if row[0] in names]
+    widths = [max((len(row[place]) for row in rows), default=0) for place in range(len(COLUMNS))]
+    lines = []
+    for name, value, unit, half, remark in rows:
+        quantity = f"{value:>{widths[1]}} {'' if unit == '–' else unit:<{widths[2]}}"
+        lines.append(
+            f"{name:<{widths[0]}}  {quantity}  {'' if half == '–' else half + ' %':<{widths[3] + 2}}  {remark.partition(';')[0]}".rstrip()
+        )
+    more = len(free) - len(names)
+    lines += [f"and {more} more (-v)"] if more else []
+    return [Line("" if place else "Parameters", text) for place, text in enumerate(lines)]
+
+
+COLUMNS = ("Parameter", "Value", "Unit", "95 % interval [%]", "Remark")
+
+
+def _share(estimate: Estimate) -> float:
+    return float("inf") if estimate.description.startswith("moving mass") else estimate.takes
+
+
+def _to_type_in(fit: Fit, axis: Axis | None) -> list[Line]:
+    """Return mass and level of friction with their half-widths, in SI and in the unit of the drive."""
+    levels, kind = level_values(fit), fit.plant.kind
+    if levels is None or levels.forward is None or levels.backward is None:
+        return []
+    inertia, word = fit.inertia, "inertia" if kind == "rotational" else "mass"
+    lines = []
+    if inertia is not None and inertia.status != "unidentifiable" and levels.inertia:
+        lines.append(f"{word} {fixed(levels.inertia, unit_of('mass', kind))}{_width([inertia])}")
+    unit = unit_of("force", kind)
+    known = [estimate for estimate in fit.estimates if estimate.name in fit.levels and estimate.status == "identified"]
+    friction = f"friction {fixed(levels.forward, unit)} forward, {fixed(levels.backward, unit)} backward{_width(known)}"
+    lines.append(friction + (f", constant force {fixed(levels.constant, unit)}" if levels.constant else ""))
+    for drive_unit in drive_units(axis, kind).efforts:
+        values = (short_text(drive_unit.of(level)) for level in (levels.forward, levels.backward))
+        lines.append(f"  in {typeset(drive_unit.name)}: {', '.join(values)}")
+    return [Line("" if place else "Type in", text) for place, text in enumerate(lines)]
+
+
+def _width(estimates: list[Estimate]) -> str:
+    """Return the largest half-width of these parameters."""
+    halves = [estimate.interval_percent for estimate in estimates if estimate.interval_percent is not None]
+    return f" ± {number(max(halves), digits=2)}\u00a0%" if halves else ""
+
+
+def _gain(simulation: SimulationResult | None, following: Following | None) -> list[Line]:
+    """Return the following error without and with friction feedforward."""
+    if simulation is None:
+        return [Line("Gain", "not simulated: the axis file has no controller, or the log has no reference")]
+    if following is not None and following.contradiction is not None:
+        return [Line("Gain", "not predicted: the simulated loop does not follow as the log does")]
+    gain = gain_of(simulation)
+    if gain is None or not gain.steps:
+        return [Line("Gain", "not predicted: a simulated loop is unstable")]
+    before, after = (step.peak_to_peak for step in gain.steps[-2:])
+    old, new = (length_text(length, gain.kind) for length in (before, after))
+    times = f", {number(before / after, digits=2)} times smaller" if 0.0 < after < 0.95 * before else ", no improvement"
+    return [
+        Line("Gain", f"friction feedforward: {old} → {new}{times}", "gain"),
+        Line("", "(following error, peak to peak, simulated: confirm it on the machine)"),
+    ]
+
+
+def _warnings(fit: Fit, following: Following | None) -> list[Line]:
+    """Return the gravest warnings with their codes."""
+    found = [diagnostic for diagnostic in fit.diagnostics if diagnostic.severity != "note"]
+    if following is not None and following.contradiction is not None:
+        found.append(following.contradiction)
+    found.sort(key=lambda diagnostic: _gravity(diagnostic, fit))
+    lines = dict.fromkeys(f"{_named(diagnostic)} [{diagnostic.code}]" for diagnostic in found)
+    more = len(lines) - WARNINGS
+    lines = [*lines][:WARNINGS] + ([f"{f'{more} more: -v. ' if more > 0 else ''}To explain one: bristle explain CODE"] if lines else [])
+    return [Line("" if place else "Warnings", text) for place, text in enumerate(lines)]
+
+
+def _gravity(diagnostic: Diagnostic, fit: Fit) -> tuple[bool, int, bool]:
+    matter = {estimate.name for estimate in fit.estimates if estimate.matters}
+    rank = DOUBTS.index(diagnostic.code) if diagnostic.code in DOUBTS else len(DOUBTS)
+    return diagnostic.severity != "error", rank, bool(diagnostic.parameter) and diagnostic.parameter not in matter
+
+
+def _named(diagnostic: Diagnostic) -> str:
+    """Return the meaning of a warning, in capitals or behind its parameter."""
+    means = SENTENCES[diagnostic.code].means
+    return f"{diagnostic.parameter}: {means}" if diagnostic.parameter else f"{means[:1].upper()}{means[1:]}"

@@ -1,0 +1,90 @@
+"""The motion to record next: of the motions that `bristle excite` designs, the motion that narrows open intervals most."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from bristle.core import Axis, InputError, Progress, number, unit_of
+from bristle.report.judgement import ADVICE
+
+if TYPE_CHECKING:
+    from bristle.identification import Estimate, Fit
+    from bristle.logs import Log
+
+DRAWS = 20  # simulated logs for the intervals of a rehearsal
+DURATION = "30 s"
+NARROWER = 0.7  # of the half-width now: a motion that gives more is not worth recording
+OPEN = 30.0  # half-width [%] above which the interval of a parameter that matters counts as open
+
+
+class NextMotion(NamedTuple):
+    """A motion by its purposes, and half-widths in percent of the value: now and after that motion, by parameter."""
+
+    purposes: str
+    half_widths: dict[str, tuple[float | None, float]]
+    options: tuple[str, ...]
+
+    @property
+    def text(self) -> str:
+        """The parameters with their half-widths, now and after the motion."""
+        changes = [f"{name} {_half(now)} → {_half(then)}" for name, (now, then) in self.half_widths.items()]
+        return ", ".join(changes)
+
+
+def _half(percent: float | None) -> str:
+    return "open" if percent is None or percent > 100.0 else f"± {number(percent, digits=2)} %"
+
+
+def next_motion(fit: Fit, axis: Axis, log: Log, progress: Progress | None = None) -> NextMotion | None:
+    """Return the motion that narrows most of the open intervals of a fit; None if they are narrow, or no motion helps.
+
+    Each candidate motion is designed and rehearsed on the identified axis, as `bristle excite --model` does. Without
+    limits in the axis file it stays within the velocity and the travel of the log.
+    """
+    from bristle.excitation import excite
+
+    variables = fit.plant.component.variables | fit.friction.component.variables
+    unknown = {estimate.name: estimate for estimate in fit.estimates if is_open(estimate)}
+    kinds = {variables[name].excitation for name in unknown if name in variables}
+    candidates = dict.fromkeys(ADVICE[kind][1] for kind in kinds if kind in ADVICE and ADVICE[kind][1])
+    fastest = float(np.max(np.abs(fit.traces.velocity)))
+    axis = replace(axis, velocity_limit=axis.velocity_limit or fastest)
+    travel = None if axis.stroke else f"{np.ptp(log.position.values):.3g} {unit_of('length', axis.kind)}"
+    options = ("--duration", DURATION, *(("--travel", travel) if travel else ()))
+    best: NextMotion | None = None
+    for place, purposes in enumerate(candidates):
+        if progress is not None:
+            progress(place / len(candidates), f"rehearsing a motion for {purposes}")
+        try:
+            motion = excite(axis, model=(fit.plant, fit.friction), purposes=purposes, duration=DURATION, travel=travel, draws=DRAWS)
+        except InputError:  # the axis file allows no such motion
+            continue
+        if motion.rehearsal is None:
+            continue
+        found = {estimate.name: estimate for estimate in motion.rehearsal.identification.best.estimates}
+        gained = {name: (_now(estimate), _then(found.get(name), estimate)) for name, estimate in unknown.items()}
+        narrower = {name: (now, then) for name, (now, then) in gained.items() if then is not None and then < NARROWER * (now or 100.0)}
+        if narrower and (best is None or len(narrower) > len(best.half_widths)):
+            best = NextMotion(purposes, narrower, options)
+    return best
+
+
+def is_open(estimate: Estimate) -> bool:
+    """Return whether the interval of a parameter that matters to the force is open or wide."""
+    if estimate.status == "held" or not (estimate.matters or estimate.is_rough):
+        return False
+    return estimate.status != "identified" or (estimate.interval_percent or 0.0) > OPEN
+
+
+def _now(estimate: Estimate) -> float | None:
+    return estimate.interval_percent if estimate.status == "identified" else None
+
+
+def _then(found: Estimate | None, estimate: Estimate) -> float | None:
+    """Return the half-width that the rehearsal gives, in percent of the value now."""
+    if found is None or found.status != "identified" or found.ends is None or not estimate.value:
+        return None
+    return 50.0 * (found.ends[1] - found.ends[0]) / abs(estimate.value)

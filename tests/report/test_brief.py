@@ -1,0 +1,108 @@
+"""An identification in brief: what a terminal shows of it."""
+
+from dataclasses import replace
+from types import SimpleNamespace as Some
+
+import pytest
+from tests.identification.known_logs import STATED, sliding_log
+
+from bristle.cli.terminal import show_lines
+from bristle.core import Diagnostic
+from bristle.identification import identify
+from bristle.report import brief as module
+from bristle.report.brief import Line, brief
+from bristle.report.compensation import Errors, Gain
+from bristle.report.page import Ruling
+
+CODES = ("few_speeds", "one_direction", "clipped", "level_drifts", "structure")
+
+
+@pytest.fixture(scope="module")
+def identification():
+    return identify(sliding_log(), "coulomb_viscous", axis=STATED, blocks=0, draws=0)
+
+
+def with_diagnostics(identification, *codes, severity="warning"):
+    found = tuple(Diagnostic(code, "", severity, {"causes": ("speed",)}, "translational") for code in codes)
+    return replace(identification, fits=(replace(identification.best, diagnostics=found),))
+
+
+def texts(lines, label):
+    """The lines with a label, and those without any behind it."""
+    start = next((place for place, line in enumerate(lines) if line.label == label), len(lines))
+    end = next((place for place in range(start + 1, len(lines)) if lines[place].label), len(lines))
+    return [line.text for line in lines[start:end]]
+
+
+def test_the_verdict_is_the_last_line_and_has_its_level(identification):
+    *_, last = brief(identification, None, None)
+    assert (last.label, last.level) == ("Verdict", "usable")
+    assert last.text.startswith("Usable")
+
+
+def test_mass_and_level_of_friction_come_with_half_widths_and_in_the_unit_of_the_drive(identification):
+    mass, friction, *_ = texts(brief(identification, None, None), "Type in")
+    fit = identification.best
+    assert mass.startswith(f"mass {fit.plant.values['M']:.3g}")
+    assert "±" in mass
+    assert "forward" in friction
+    assert "backward ±" in friction
+
+
+def test_the_three_gravest_warnings_are_named_with_their_codes(identification):
+    lines = texts(brief(with_diagnostics(identification, *CODES), None, None), "Warnings")
+    assert [line.rpartition("[")[2].rstrip("]") for line in lines[:3]] == ["structure", "clipped", "level_drifts"]
+    assert lines[3].startswith("2 more: -v")
+    assert texts(brief(with_diagnostics(identification), None, None), "Warnings") == []
+
+
+def test_an_error_is_named_before_every_warning(identification):
+    found = with_diagnostics(identification, "structure")
+    error = Diagnostic("few_speeds", "", "error", {}, "translational")
+    found = replace(found, fits=(replace(found.best, diagnostics=(*found.best.diagnostics, error)),))
+    assert "[few_speeds]" in texts(brief(found, None, None), "Warnings")[0]
+
+
+def test_a_log_to_be_measured_again_has_no_values_to_type_in(identification):
+    lines = brief(with_diagnostics(identification, "one_direction", severity="error"), None, None)
+    assert lines[-1].level == "measure_again"
+    assert not {"Type in", "Gain"} & {line.label for line in lines}
+
+
+def gained(monkeypatch, before, after):
+    steps = (Errors("feedforward", before, before, 0.0, 0.0), Errors("compensated", after, after, 0.0, 0.0))
+    monkeypatch.setattr(module, "gain_of", lambda simulation: Gain(steps, "translational", "caveat"))
+    return module._gain(Some(), None)[0].text
+
+
+def test_the_gain_is_the_following_error_without_and_with_friction_feedforward(monkeypatch):
+    assert gained(monkeypatch, 203e-6, 7e-6).replace("\u00a0", " ") == "friction feedforward: 203 µm → 7 µm, 29 times smaller"
+    assert gained(monkeypatch, 203e-6, 200e-6).endswith("no improvement")
+    assert module._gain(Some(), Some(contradiction=Diagnostic("loop_contradicts")))[0].text.startswith("not predicted")
+    assert module._gain(None, None)[0].text.startswith("not simulated")
+
+
+def test_many_parameters_are_cut_to_those_that_take_most_of_the_force(identification):
+    fit = identification.best
+    more = [replace(fit.estimates[1], name=f"p{place}", value=1.0 + place, effect=0.01 * place) for place in range(9)]
+    lines = module._parameters(replace(fit, estimates=(*fit.estimates, *more)))
+    assert len(lines) == module.PARAMETERS + 1
+    assert lines[-1].text.startswith("and ")
+    assert lines[0].text.startswith("M ")
+
+
+def test_a_verdict_with_many_reasons_is_cut_to_three():
+    line = module.verdict(Ruling("with_care", "Use with care", tuple("abcde")))
+    assert line == Line("Verdict", "Use with care: a; b; c; 2 more reasons (-v).", "with_care")
+
+
+def test_lines_are_wrapped_beside_their_labels(capsys, monkeypatch):
+    monkeypatch.setattr("bristle.cli.terminal.PIPE_WIDTH", 40)
+    show_lines([Line("Model", 12 * "word "), Line("", "  indented"), Line("Verdict", "Usable.", "usable")])
+    assert capsys.readouterr().out.splitlines() == [
+        "Model       word word word word word",
+        "            word word word word word",
+        "            word word",
+        "              indented",
+        "Verdict     Usable.",
+    ]
