@@ -192,9 +192,10 @@ def _steps(outcome: Outcome, out: Path | None, motion: NextMotion | None, axis: 
     if gains:
         lines = [Line("Next", f"Write {gains} into the axis file, as {file} shows, and identify again. Or fill in {file}, then {command}")]
     if motion is not None:
-        words = ["bristle", "excite", *([str(out / "axis.toml")] if axis else ["AXIS.toml"]), "--model", str(out / "model.toml")]
-        words += ["--for", motion.purposes, *motion.options, "--out", str(out.with_name(f"{out.name}_motion"))]
-        lines.append(Line("Record", f"{motion.text}, by the motion of: {shlex.join(words)}"))
+        file = str(axis[0].source) if axis else "AXIS.toml"
+        words = ["bristle", "excite", file, "--model", str(out / "model.toml"), "--for", motion.purposes, *motion.options]
+        before = f"write {' and '.join(motion.limits)} under [limits] of {file}, then " if motion.limits else ""
+        lines.append(Line("Record", f"To narrow {motion.text}: {before}{shlex.join([*words, '--out', f'{out}_motion'])}"))
     return results, lines
 
 

@@ -112,8 +112,8 @@ def excite(
     purposes : sequence of str, optional
         Names of `PURPOSES`, in a list or separated by commas; by default all that the axis allows.
     model : Model, (Model, Model) or path-like, optional
-        An earlier model of the friction, plant and friction, or the model file of the mechanism, whose largest velocity is
-        the limit of an axis without limits; by default a model made of the limits.
+        An earlier model of the friction, plant and friction, or the model file of the mechanism; by default a model
+        made of the limits.
     rehearsed : bool
         Whether to run the motion on the prior and identify it from that.
     draws : int
@@ -136,11 +136,9 @@ def excite(
     >>> {piece.name for piece in found.motion.pieces} == {"conditioning slide", "decaying loops", "triangles"}
     True
     """
-    seconds, (plant, friction, fastest) = 60.0 if duration is None else duration, _mechanism(model, axis, allow_code)
-    if fastest is not None and axis.velocity_limit is None:  # the axis has moved that fast in the log of its model
-        axis = replace(axis, velocity_limit=fastest)
+    seconds, mechanism = 60.0 if duration is None else duration, _mechanism(model, axis, allow_code)
     try:
-        prior = prior_of(axis, plant, friction)
+        prior = prior_of(axis, *mechanism)
     except InputError as error:
         mend = "Mend velocity, acceleration, stroke and mass in the axis file"
         raise InputError(f"are of no axis: its usual friction is out of range ({error})", path="[limits]", mend=mend) from None
@@ -211,11 +209,11 @@ def _for_the_loop(excitation: Excitation, rehearsal: Rehearsal, plan: Callable[[
     return replace(again, notes=(*again.notes, note)) if any(piece.purpose == "presliding" for piece in again.motion.pieces) else again
 
 
-def _mechanism(model: Any, axis: Axis, allow_code: bool) -> tuple[Model | None, Model | None, float | None]:
-    """Return plant, friction and the largest velocity of the log that they were identified from, as far as known."""
-    plant = fastest = None
+def _mechanism(model: Any, axis: Axis, allow_code: bool) -> tuple[Model | None, Model | None]:
+    """Return plant and friction, as far as known."""
+    plant = None
     if model is None:
-        return None, None, None
+        return None, None
     if isinstance(model, tuple):
         plant, friction = model
     elif isinstance(model, Model):
@@ -223,11 +221,10 @@ def _mechanism(model: Any, axis: Axis, allow_code: bool) -> tuple[Model | None, 
     else:
         from bristle.files.model import read_model
 
-        plant, friction, facts = read_model(model, allow_code=allow_code)
-        fastest = facts["treatment"].get("velocity_max")
+        plant, friction, _ = read_model(model, allow_code=allow_code)
     if friction.kind != axis.kind:
         raise InputError(f"is one of a {friction.kind} axis", path="model", value=friction.name, allowed=f"a model of a {axis.kind} axis")
-    return plant, friction, fastest
+    return plant, friction
 
 
 def _chosen(purposes: Sequence[str] | None, limits: MotionLimits) -> tuple[list[str], list[str]]:

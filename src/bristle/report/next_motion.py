@@ -21,11 +21,15 @@ OPEN = 30.0  # half-width [%] above which the interval of a parameter that matte
 
 
 class NextMotion(NamedTuple):
-    """A motion by its purposes, and half-widths in percent of the value: now and after that motion, by parameter."""
+    """A motion by its purposes, with half-widths in percent of the value, now and after that motion, by parameter.
+
+    `options` are those of `bristle excite`, and `limits` the lines that the axis file lacks under [limits].
+    """
 
     purposes: str
     half_widths: dict[str, tuple[float | None, float]]
     options: tuple[str, ...]
+    limits: tuple[str, ...] = ()
 
     @property
     def text(self) -> str:
@@ -50,16 +54,15 @@ def next_motion(fit: Fit, axis: Axis, log: Log, progress: Progress | None = None
     unknown = {estimate.name: estimate for estimate in fit.estimates if is_open(estimate)}
     kinds = {variables[name].excitation for name in unknown if name in variables}
     candidates = dict.fromkeys(ADVICE[kind][1] for kind in kinds if kind in ADVICE and ADVICE[kind][1])
-    fastest = float(np.max(np.abs(fit.traces.velocity)))
-    axis = replace(axis, velocity_limit=axis.velocity_limit or fastest)
-    travel = None if axis.stroke else f"{np.ptp(log.position.values):.3g} {unit_of('length', axis.kind)}"
+    limited, limits = _with_limits(axis, fit)
+    travel = None if axis.stroke else f"{np.ptp(log.position.values):.2g} {unit_of('length', axis.kind)}"
     options = ("--duration", DURATION, *(("--travel", travel) if travel else ()))
     best: NextMotion | None = None
     for place, purposes in enumerate(candidates):
         if progress is not None:
             progress(place / len(candidates), f"rehearsing a motion for {purposes}")
         try:
-            motion = excite(axis, model=(fit.plant, fit.friction), purposes=purposes, duration=DURATION, travel=travel, draws=DRAWS)
+            motion = excite(limited, model=(fit.plant, fit.friction), purposes=purposes, duration=DURATION, travel=travel, draws=DRAWS)
         except InputError:  # the axis file allows no such motion
             continue
         if motion.rehearsal is None:
@@ -68,8 +71,22 @@ def next_motion(fit: Fit, axis: Axis, log: Log, progress: Progress | None = None
         gained = {name: (_now(estimate), _then(found.get(name), estimate)) for name, estimate in unknown.items()}
         narrower = {name: (now, then) for name, (now, then) in gained.items() if then is not None and then < NARROWER * (now or 100.0)}
         if narrower and (best is None or len(narrower) > len(best.half_widths)):
-            best = NextMotion(purposes, narrower, options)
+            best = NextMotion(purposes, narrower, options, limits)
     return best
+
+
+def _with_limits(axis: Axis, fit: Fit) -> tuple[Axis, tuple[str, ...]]:
+    """Return an axis with the largest velocity and acceleration of the log for missing limits, and lines that state them."""
+    lines, changes = [], {}
+    for name, quantity, values in (
+        ("velocity", "length/time", fit.traces.velocity),
+        ("acceleration", "length/time/time", fit.traces.acceleration),
+    ):
+        if getattr(axis, f"{name}_limit") is None:
+            largest = float(f"{np.max(np.abs(values)):.2g}")
+            changes[f"{name}_limit"] = largest
+            lines.append(f'{name} = "{largest:g} {unit_of(quantity, axis.kind)}"')
+    return replace(axis, **changes), tuple(lines)
 
 
 def is_open(estimate: Estimate) -> bool:
