@@ -68,7 +68,7 @@ def test_the_motion_names_the_half_widths_that_its_rehearsal_gives(fit, monkeypa
     rehearsals(monkeypatch, fit, {"stribeck": {"F_S": 4.0, "v_S": 90.0}})
     motion = next_motion(opened(fit, F_S="unidentifiable", v_S="unidentifiable"), Axis(), sliding_log())
     assert motion.purposes == "stribeck"
-    assert motion.text == "F_S open → ± 4 %"
+    assert motion.text == "F_S open → ± 4.0 %"
     assert motion.half_widths["F_S"][1] == pytest.approx(4.0)
 
 

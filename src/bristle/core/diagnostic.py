@@ -55,9 +55,9 @@ class HeldOut:
     std_percent: float
     of: str = "time blocks"
 
-    def above(self, other: HeldOut) -> tuple[float, float]:
-        """Return by how much this error exceeds another, block by block: mean and its standard error [%]."""
-        differences = np.subtract(self.block_errors_percent, other.block_errors_percent)
+    def above(self, smallest: HeldOut) -> tuple[float, float]:
+        """Return the excess over a smaller error, block by block: mean and its standard error [%]."""
+        differences = np.subtract(self.block_errors_percent, smallest.block_errors_percent)
         return float(np.mean(differences)), float(np.std(differences, ddof=1)) / differences.size**0.5
 
 
