@@ -225,7 +225,7 @@ def test_a_channel_that_cannot_be_one_is_refused(bench, line, said):
 @pytest.mark.parametrize(
     ("unit", "said"),
     [
-        ("mm", r"pressure\.unit: is of another quantity than the slot takes it for; found 'm', allowed pressure"),
+        ("mm", r"pressure\.unit: has another quantity than the slot expects; found 'm', allowed pressure"),
         ("-", r"columns\.pressure: is out of range.*found -2.*allowed >= 0 N/m\^2.*unit right"),
     ],
 )
