@@ -1,4 +1,4 @@
-"""Bands around the effort along a measured motion: how wide each source makes them, from what is known of it."""
+"""Bands around the effort along a measured motion: the width of each known source."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""A stiffness that a coarse encoder blurs: an observer does not take what the encoder shows for it."""
+"""A stiffness blurred by a coarse encoder: an observer does not report the apparent stiffness."""
 
 import numpy as np
 import pytest

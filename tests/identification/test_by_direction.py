@@ -1,4 +1,4 @@
-"""What is by direction is what ``+asymmetry`` made so: the ending of a name tells nothing."""
+"""Only ``+asymmetry`` makes parameters directional, not the ending of a name."""
 
 import re
 from dataclasses import replace
@@ -78,13 +78,13 @@ def test_a_weight_larger_than_friction_makes_no_level_negative(offset, code):
 
 
 def test_a_constant_force_is_compared_with_the_level_not_with_break_away():
-    """It is told from a quarter of the level on: 2.2 N beside 6 N, whatever the axis breaks away at."""
+    """It is reported from a quarter of the level: 2.2 N of 6 N, for any break-away force."""
     shape = {"v_S": 2e-3, "sigma_0": 3e5, "sigma_1": 600.0, "offset": 2.2}
     log = slow_log(find("lugre")(F_C=6.0, F_S=12.0, sigma_2=30.0, **shape), duration=10.0)
     identification = identify(log, ["stribeck+asymmetry", "lugre"], axis=STATED, blocks=0, draws=0)
     fits = {fit.name: fit for fit in identification.fits}
     notes = replace(identification, fits=(fits["stribeck+asymmetry"], fits["lugre"])).notes
-    assert any("holds offset at 0" in note for note in notes)
+    assert any("fixes offset at 0" in note for note in notes)
 
 
 def test_break_away_by_direction_is_valid_with_the_offset():
@@ -106,7 +106,7 @@ def test_a_constant_force_found_by_another_model_is_named(offset, told):
     identification = identify(log, [split, plain], axis=STATED, blocks=0, draws=0)
     fits = {fit.name: fit for fit in identification.fits}
     notes = replace(identification, fits=(fits[split], fits[plain])).notes
-    named = [note for note in notes if "holds offset at 0" in note]
+    named = [note for note in notes if "fixes offset at 0" in note]
     assert bool(named) is told
     if told:
         assert re.search(r'coulomb_viscous found (3|2\.9).*offset = "(3|2\.9)\d*\.?\d* N" under \[plant\]', named[0])

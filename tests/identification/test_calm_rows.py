@@ -1,4 +1,4 @@
-"""Fewer rows where noise of a coarse encoder, differentiated twice, would hide what friction takes."""
+"""Fewer rows if twice differentiated noise of a coarse encoder would hide friction."""
 
 from dataclasses import replace
 from functools import cache

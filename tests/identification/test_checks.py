@@ -1,4 +1,4 @@
-"""What a log says against itself stands beside every fit, with the parameters that it concerns."""
+"""Checks of a log are reported with every fit, with the parameters that they concern."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ from bristle.report.sentences.checks import CHECKS
 
 
 def reported(log, code, model="coulomb_viscous", **requested):
-    """Return what a fit says of one code; none where it says nothing."""
+    """Return the diagnostics of a fit with one code."""
     return [diagnostic for diagnostic in identify(log, model, draws=0, blocks=0, **requested).best.diagnostics if diagnostic.code == code]
 
 

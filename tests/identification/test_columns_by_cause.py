@@ -1,4 +1,4 @@
-"""Forces that a model may lack lie in the columns of their causes."""
+"""Forces missing from a model are combinations of the columns of their causes."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""What rows away from reversals say otherwise is in the intervals; where they agree, nothing is wider."""
+"""Intervals include differences from a fit away from reversals, and only those."""
 
 from dataclasses import replace
 from functools import cache

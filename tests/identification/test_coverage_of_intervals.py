@@ -1,4 +1,4 @@
-"""Intervals from replicates of a log hold the truth, and each correction that makes them do so shows by itself.
+"""Intervals from replicates of a log contain the truth, and each correction is tested separately.
 
 One number for the coverage does not see most corrections: what one of them no longer explains, another one takes over.
 So each has a log of its own here, in which it is what counts, with the answer known from elsewhere: Student's interval
@@ -99,7 +99,7 @@ def test_the_scatter_has_the_interval_of_chi_square(count):
 
 @cache
 def noisy():
-    """A fit to a log with nothing but white noise of the effort."""
+    """A fit to a log with only white noise of the effort."""
     return identify(log_of(MOTION, sliding_effort(MOTION, noise=0.3)), "coulomb_viscous", blocks=0, draws=40).best
 
 

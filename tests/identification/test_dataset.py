@@ -1,4 +1,4 @@
-"""Segments of a log, and the rows that signals along them become."""
+"""Segments of a log, and the rows of signals along them."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""What is found of a log before any model: the delay between effort and position, a filter in one of them, inertia."""
+"""Estimates before any model: delay between effort and position, a filter in one channel, inertia."""
 
 import sys
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""A drive that is not rigid is reported by its own signature, and no friction model is named for it."""
+"""An elastic drive is reported by its signature, without a friction model."""
 
 from types import SimpleNamespace
 

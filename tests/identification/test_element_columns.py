@@ -1,4 +1,4 @@
-"""The columns of elements are what the model with its slots answers: one equation, in the kernels of friction."""
+"""The columns of elements agree with the model and its slots, computed by the kernels of friction."""
 
 import numpy as np
 import pytest

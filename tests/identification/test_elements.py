@@ -1,4 +1,4 @@
-"""Elements that slip, from logs with known elements: level, stiffness and the curve between come back."""
+"""Elements that slip, from logs with known elements: level, stiffness and virgin curve are recovered."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""What is said of an estimate at the edge of its model or of what was searched."""
+"""Estimates at the edge of their model or search range."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What a log does not excite is said in words, with the numbers of the log."""
+"""Missing excitation is reported with the numbers of the log."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Which cut-offs of the instruments are believed, and what is left out of the rows."""
+"""The choice of cut-offs of the instruments, and rows that are omitted."""
 
 import importlib
 import math
@@ -342,7 +342,7 @@ def test_encoder_steps_do_not_look_like_a_filter():
 
 
 def swung(step):
-    """A log of wide swings, whose encoder is coarse beside its fast parts, the effort late by two samples."""
+    """A log of wide swings, with an encoder too coarse for its fast parts and an effort late by two samples."""
     swings = {
         "duration": 20.0,
         "amplitudes": (7.7, 0.6, 0.28, 0.037, 0.016),
@@ -355,7 +355,7 @@ def swung(step):
 
 
 def in_a_band(size):
-    """A log whose encoder errs between 20 and 40 Hz, the effort late by two samples."""
+    """A log with encoder errors between 20 and 40 Hz and an effort late by two samples."""
     motion = sines(20.0, DT, amplitudes=(0.02, 0.004), frequencies=(0.5, 3.1), phases=(0.3, 1.1))
     effort = np.interp(motion.time - 2.0 * DT, motion.time, sliding_effort(motion, noise=0.0))
     white = np.fft.rfft(np.random.default_rng(3).standard_normal(motion.time.size))

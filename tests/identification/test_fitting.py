@@ -1,4 +1,4 @@
-"""What one fit tells of each parameter: how sure it is, why it is not, and where it ended."""
+"""Judgement of each parameter of a fit: uncertainty, reason, and edge."""
 
 from types import SimpleNamespace
 

@@ -1,4 +1,4 @@
-"""Elements of a fixed shape: one stiffness for all, levels, and what lies on the other side of a fit."""
+"""Elements of fixed shape: one stiffness for all, levels, and reflections of a fit."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Half-cycles of a log: their rows, levels, noise, blocks that are held out, and motions before a filter."""
+"""Half-cycles of a log: rows, levels, noise, held-out blocks, and unfiltered motions."""
 
 from dataclasses import replace
 from itertools import pairwise

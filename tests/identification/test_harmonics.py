@@ -1,4 +1,4 @@
-"""What comes back with each turn of a motor or a screw: harmonics, pitches, and plants that have them."""
+"""Forces with the period of a motor or screw: harmonics, pitches, and plants with them."""
 
 from dataclasses import replace
 

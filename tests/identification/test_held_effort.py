@@ -1,4 +1,4 @@
-"""A sampled loop holds its effort until the next sample: half a sample lies between effort and position."""
+"""A sampled loop holds its effort until the next sample: the effort leads by half a sample."""
 
 import pytest
 from tests.identification.known_logs import held_log, sliding_log

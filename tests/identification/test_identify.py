@@ -1,4 +1,4 @@
-"""What the fits of all models share, and what a person is told of their progress."""
+"""Shared data of all fits, and reports of progress."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Information criteria: parameters that explain nothing cost, those that explain something pay."""
+"""Information criteria penalise parameters without effect, and reward useful parameters."""
 
 import re
 from pathlib import Path

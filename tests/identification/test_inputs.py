@@ -1,4 +1,4 @@
-"""What is handed to `identify` and `predict`: files and text with units where they are understood, else a sentence."""
+"""Arguments of `identify` and `predict`: files and text with units, and errors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Ctrl-C in the middle of an identification: the best found until then, marked unfinished."""
+"""Ctrl-C during an identification returns the best result so far, marked unfinished."""
 
 import importlib
 import json

@@ -1,4 +1,4 @@
-"""Intervals hold where the residuals are correlated over time, as they are wherever a model misses something."""
+"""Intervals are valid for residuals correlated over time, as with any model error."""
 
 import math
 

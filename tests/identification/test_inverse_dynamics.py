@@ -1,4 +1,4 @@
-"""Rows of plant and friction: what they answer, where they are undisturbed, and what an error found beforehand does."""
+"""Rows of plant and friction: responses, undisturbed rows, and known errors of delay, filter and mass."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Known truth: an identified axis is simulated along its log, identified again, and compared with itself."""
+"""Known truth: an identified axis is simulated along its log, identified again and compared."""
 
 from dataclasses import replace
 from types import SimpleNamespace

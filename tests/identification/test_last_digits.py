@@ -1,4 +1,4 @@
-"""Statuses do not hang on the last digits of a log: where a fit is flat, rounding decides nothing."""
+"""Statuses do not depend on the last digits of a log: rounding decides no flat fit."""
 
 import numpy as np
 import pytest

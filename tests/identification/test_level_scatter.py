@@ -1,4 +1,4 @@
-"""The scatter of a level of friction in prediction errors: what half-cycles leave of it, and where they begin."""
+"""Scatter of the friction level in prediction errors: whitening by half-cycles, and their starts."""
 
 import numpy as np
 import pytest

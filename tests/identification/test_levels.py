@@ -1,4 +1,4 @@
-"""Friction whose level rises with what passes on to the load, or ripples with a screw, beside what does not."""
+"""Friction with a level that rises with the transmitted effort or ripples with a screw, and constant friction."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""A model with one slot more begins from the best of the model without it, and is never worse."""
+"""A model with one more slot starts from the best model without it, and is never worse."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""A log in which no force opposes the motion is fitted, and the likely causes are told: it is never refused."""
+"""A log without friction is fitted, and the likely causes are reported."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Elements that slip as observers see them, on the log of an axis that is simulated here in plain Python."""
+"""Elements that slip, identified by observers, on the log of an axis simulated here in plain Python."""
 
 import math
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Signals that a model simulates, and logs drawn anew of them: what disturbs them, by how much, and what is held out."""
+"""Simulated signals and their replicates: disturbances, their size, and held-out parts."""
 
 from dataclasses import dataclass, replace
 from types import SimpleNamespace

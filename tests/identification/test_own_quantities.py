@@ -1,4 +1,4 @@
-"""A model of a user's own with a quantity that no other model has is identified like any other."""
+"""A user model with a new quantity is identified like any other model."""
 
 from pathlib import Path
 from types import SimpleNamespace
@@ -52,7 +52,7 @@ DIMENSIONS = Scales(
 
 
 def ratio(quantity, force, length, time):
-    """By what a quantity is multiplied where forces, lengths and times are multiplied by these."""
+    """Factor of a quantity if forces, lengths and times are multiplied by these factors."""
     by = {"force": force, "length": length, "time": time}
     return np.prod([by[name] ** power for name, power in exponents_of(quantity).items()])
 

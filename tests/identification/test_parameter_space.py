@@ -1,4 +1,4 @@
-"""The coordinates of a search: relations hold at each of them, and derivatives go through what one hangs on another."""
+"""The coordinates of a search: relations are always satisfied, and derivatives include dependencies."""
 
 from typing import Annotated, Any, NamedTuple
 

@@ -1,4 +1,4 @@
-"""Gravity of a link, cogging and known columns: what was put into a log comes out of it."""
+"""Gravity of a link, cogging and known columns are recovered from simulated logs."""
 
 import numpy as np
 import pytest
@@ -76,7 +76,7 @@ def test_results_with_terms_are_saved_and_loaded(tmp_path):
 
 
 def screw(even, odd, seconds=30.0):
-    """A log of a screw with cogging of the motor, six and twelve times in its turn, beside friction of the screw."""
+    """A log of a screw with friction and with cogging of the motor, six and twelve times a turn."""
     t, q, v, a = swing(seconds, 0.03, 0.15, 3)
     angle = 2.0 * np.pi * q / MOTOR_TURN
     u = 12.0 * a + (15.0 + odd * np.sin(0.5 * angle + 0.7)) * np.sign(v) + 40.0 * v
@@ -99,7 +99,7 @@ def test_cogging_is_found_with_its_harmonics():
 
 
 def test_absent_cogging_is_not_found():
-    with pytest.raises(InputError, match="not seen in this log"):
+    with pytest.raises(InputError, match="not visible in this log"):
         identified(screw(0.0, 0.0), axis("translational", transmission=SCREW, cogging=[{"turn": "motor"}]))
 
 

@@ -1,4 +1,4 @@
-"""Prediction errors: the contact as an observer foresees it, on logs of an axis that is simulated here in plain Python."""
+"""Prediction errors: the contact identified by an observer, on logs of an axis simulated here in plain Python."""
 
 import math
 from dataclasses import replace

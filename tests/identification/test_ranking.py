@@ -1,4 +1,4 @@
-"""Which model comes first where held-out blocks hardly tell models apart."""
+"""The order of models with nearly equal held-out errors."""
 
 from dataclasses import replace
 from types import SimpleNamespace

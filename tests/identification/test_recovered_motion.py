@@ -1,4 +1,4 @@
-"""What a filter takes from a motion is put back where it stands out of the noise of the encoder, and only there."""
+"""Recovery of the unfiltered motion where it exceeds the encoder noise, and only there."""
 
 from dataclasses import replace
 

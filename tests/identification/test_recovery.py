@@ -1,4 +1,4 @@
-"""Known truth is found again, within the standard errors that are stated."""
+"""Known truth is recovered within the stated standard errors."""
 
 from typing import Annotated, NamedTuple
 

@@ -1,4 +1,4 @@
-"""What a log cannot tell apart is held or refused, in words."""
+"""Confounded parameters are fixed or rejected with a reason."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""A fit that is made again goes downhill, even where its first step would lead too far."""
+"""A refit goes downhill, even if its first step overshoots."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""A model that is identified is one that can be used: its ranges and relations hold."""
+"""An identified model is valid: it satisfies its ranges and relations."""
 
 from dataclasses import replace
 from typing import Annotated, NamedTuple
@@ -84,7 +84,7 @@ def test_a_relation_with_one_directional_side_is_satisfied_in_both_directions(ri
 
 def test_a_relation_that_no_search_can_satisfy_is_rejected(rising):
     model = two_levels("F_C within F_S", lambda p: p.F_C <= p.F_S)
-    with pytest.raises(InputError, match="not what the model allows") as caught:
+    with pytest.raises(InputError, match="not allowed by the model") as caught:
         identify(rising, model, axis=STATED, blocks=0, draws=0)
     assert caught.value.path == "model"
     assert "F_C within F_S" in caught.value.message

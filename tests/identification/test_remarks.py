@@ -1,4 +1,4 @@
-"""What is said of a fit beside its numbers: of its residual, its inertia, its treatment, and of what its model lacks."""
+"""Diagnostics of a fit: residual, inertia, treatment, and missing forces."""
 
 from dataclasses import dataclass, field, replace
 from types import SimpleNamespace

@@ -1,4 +1,4 @@
-"""A motion that repeats itself."""
+"""Periodic motions."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Which models a person asks for."""
+"""Requested models."""
 
 from types import SimpleNamespace
 

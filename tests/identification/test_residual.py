@@ -1,4 +1,4 @@
-"""What noise, coarse steps and a missing mechanism do to a fit is said, and nothing counts as identified wrongly."""
+"""Effects of noise, coarse steps and a missing mechanism are reported, and no parameter counts as identified wrongly."""
 
 from dataclasses import replace
 

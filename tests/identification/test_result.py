@@ -1,4 +1,4 @@
-"""What an identification holds: friction along the log, what was noted of each log."""
+"""Results of an identification: friction along the log, and notes of each log."""
 
 from dataclasses import replace
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Another kind of axis and other magnitudes change the units of a result and nothing else."""
+"""The kind of axis and magnitudes change only the units of a result."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Bands around a simulation: squares of what other simulations are off, what is measured, and what a loop leaves over."""
+"""Bands around a simulation: deviations of other simulations, measurement noise, and loop error."""
 
 from dataclasses import dataclass, field
 from types import SimpleNamespace

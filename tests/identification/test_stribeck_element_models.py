@@ -1,4 +1,4 @@
-"""Elements that slip by a curve: where the search begins, how it goes on, and when it ends."""
+"""Elements that slip by a curve: start, steps and end of the search."""
 
 from types import SimpleNamespace
 

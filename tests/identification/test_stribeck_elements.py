@@ -1,4 +1,4 @@
-"""Generalised Maxwell slip, from logs with known elements: elements, curve and attraction come back."""
+"""Generalised Maxwell slip, from logs with known elements: elements, curve and attraction are recovered."""
 
 import numpy as np
 import pytest

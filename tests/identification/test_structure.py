@@ -1,4 +1,4 @@
-"""A force that the model has no place for is told by name, with the model to try next; a right structure is not."""
+"""A missing force is reported by name with the model to try next; a right structure is not reported."""
 
 import re
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""What is held out together: a stretch of the log, or short ones where the log has an experiment in each part."""
+"""Held-out parts: a stretch of the log, or short stretches if each part is a separate experiment."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Waves over the position are found between whole turns over the range, and in what turns with the motion."""
+"""Waves over the position are found between whole turns over the range, and in a reversing force."""
 
 import numpy as np
 import pytest

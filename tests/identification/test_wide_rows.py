@@ -1,4 +1,4 @@
-"""Equations behind wide and narrow filters: inertia, delay and filter of a channel, with their errors."""
+"""Equations after wide and narrow filters: inertia, delay and filter of a channel, with their errors."""
 
 from dataclasses import replace
 

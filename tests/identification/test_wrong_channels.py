@@ -1,4 +1,4 @@
-"""What nobody knows of the channels of a log, its delay, its filter and its hold, is as large in a fit as it may be."""
+"""Uncertainty of delay, filter and hold of a log is included in a fit."""
 
 import math
 from dataclasses import replace

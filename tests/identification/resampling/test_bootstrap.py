@@ -1,4 +1,4 @@
-"""Intervals from twins of the log: what they hold, and where the plain ones do not."""
+"""Coverage of intervals from replicates, in comparison with plain intervals."""
 
 import benchmarks.bootstrap
 import numpy as np

@@ -1,4 +1,4 @@
-"""Degrees of freedom of estimated squares, and what one that went astray does to them."""
+"""Degrees of freedom of estimated squares, and the effect of an outlier."""
 
 import numpy as np
 import pytest

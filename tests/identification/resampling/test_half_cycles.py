@@ -1,4 +1,4 @@
-"""Half-cycles are where the body turns, not where noise or a step of the encoder does."""
+"""Half-cycles start at reversals of the body, not of noise or encoder steps."""
 
 import numpy as np
 import pytest

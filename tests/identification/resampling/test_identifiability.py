@@ -1,4 +1,4 @@
-"""What a log does not see is named, with what takes its place."""
+"""Unidentified parameters are named with their confounded partners."""
 
 from tests.identification.known_logs import STATED, TRUTH, log_of, sines, sliding_effort
 

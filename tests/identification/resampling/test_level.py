@@ -1,4 +1,4 @@
-"""A scatter of the level that is not seen may be there; rows beside reversals do not tell it."""
+"""The level may scatter invisibly; rows next to reversals do not show it."""
 
 import numpy as np
 import pytest
