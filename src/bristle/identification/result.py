@@ -276,7 +276,7 @@ class Identification:
     Parameters
     ----------
     fits : tuple of Fit
-        Ranked by the error on held-out time blocks; among equal errors, the simplest model is first.
+        The chosen model, then the others by their error on held-out time blocks.
     log : Log
         The log, or the first of several.
     treatment : dict

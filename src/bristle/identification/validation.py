@@ -64,7 +64,7 @@ def ranked(fits: Sequence[Fit], settings: Settings = DEFAULT, spread: float = 0.
 
     The smallest held-out error leads. bristle chooses the simplest model whose error exceeds the smallest by no more than
     the standard error of their difference, block by block. A leader gives way to a simpler model, within the spread of
-    its error over the blocks, if the log leaves open half or more of its parameters, counting those that matter.
+    its error over the blocks, if half or more of its parameters, counting those that matter, are not identified.
 
     If a log repeats one motion, the position gives the time within a period, and a model that varies along the axis
     follows every repeating force. Such a leader gives way to a model with fewer slots of the position, within the
