@@ -2,11 +2,10 @@
 
 A replicate is a log simulated with the fitted model. The error of a fit to a replicate is known, and estimates the
 error of the fit to the log. Errors are reflected: if fits to replicates are too high, so is the estimate. Each
-reflected fit is
-one draw of the parameters, and intervals are percentiles of the draws (basic interval [1]_). Errors of a parameter that
-is sought in its logarithm are factors. Replicates come in pairs with opposite disturbances (antithetic draws [1]_). The
-random error of the mean of a few hundred fits then cancels, and the bias remains. A parameter on an edge of its range
-is not reflected. It takes the value of the other replicate of the pair.
+reflected fit is one draw of the parameters, and intervals are percentiles of the draws (basic interval [1]_). Errors
+of a parameter that is sought in its logarithm are factors. Replicates come in pairs with opposite disturbances
+(antithetic draws [1]_). The random error of the mean of a few hundred fits then cancels, and the bias remains. A
+parameter on an edge of its range is not reflected. It takes the value of the other replicate of the pair.
 
 The visible scatter of replicates, divided by the scatter they were made with, gives the interval of the scatter.
 

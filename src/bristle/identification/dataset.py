@@ -68,12 +68,12 @@ def transmitted_by(friction: Model, plant: Model | None, segment: Segment) -> np
 class Segment:
     """A segment of the log without gaps, at the rate of the log, filtered.
 
-    Each array has shape (sample,): time [s], position [m or rad], velocity, acceleration, effort [N or N*m]. Position and
-    effort have passed the same filter. A velocity of +0.0 or -0.0 means rest after a forward or backward motion. The edges
-    are included: a model with memory settles over them. `log` is the number of the log. A periodic motion has a
-    `first_cycle`: that many samples are run before the segment. The `recorded` position [m or rad] is not filtered. The
-    columns of `regressors` are filtered; a coefficient converts them to effort. `surroundings` are recorded quantities, by
-    name [SI].
+    Each array has shape (sample,): time [s], position [m or rad], velocity, acceleration, effort [N or N*m]. Position
+    and effort have passed the same filter. A velocity of +0.0 or -0.0 means rest after a forward or backward motion.
+    The edges are included: a model with memory settles over them. `log` is the number of the log. A periodic motion
+    has a `first_cycle`: that many samples are run before the segment. The `recorded` position [m or rad] is not
+    filtered. The columns of `regressors` are filtered; a coefficient converts them to effort. `surroundings` are
+    recorded quantities, by name [SI].
     """
 
     time: np.ndarray

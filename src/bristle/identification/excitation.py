@@ -54,9 +54,9 @@ class Excitation:
 
         For rows that are not `filtered`, as in a simulation, the limit is two samples.
 
-        If the pre-sliding zone is crossed within one period of the cut-off, the filtered effort keeps its area but not its
-        shape. The fit still has a clear minimum, but an effect of the filter, not of friction. Position noise makes the friction
-        of the model alternate as pre-sliding would.
+        If the pre-sliding zone is crossed within one period of the cut-off, the filtered effort keeps its area but
+        not its shape. The fit still has a clear minimum, but it reflects the filter, not friction. Position noise
+        makes the friction of the model alternate as pre-sliding would.
         """
         if self.variables[name].excitation != "presliding":
             return False

@@ -75,8 +75,8 @@ class ListedModel(FrictionModel):
 class ShapedModel(ListedModel):
     """A `maxwell_slip` model with its slots and fixed shares of the elements.
 
-    Instead of the lists it has the total stiffness ``s``. A larger ``s`` steepens all elements in proportion. With a larger
-    ``F_C`` they slip later.
+    Instead of the lists it has the total stiffness ``s``. A larger ``s`` steepens all elements in proportion. With a
+    larger ``F_C`` they slip later.
     """
 
     shape: tuple[tuple[float, ...], tuple[float, ...]]

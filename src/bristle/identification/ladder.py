@@ -8,8 +8,9 @@ with :math:`p = 4`, and the standard errors :math:`s_{ij}` of the :math:`n` coor
 
 .. math:: V_i = A^{-1} \Bigl(\sum_b g_b g_b^T\Bigr) A^{-1}
 
-with the information :math:`A` of the observer and the scores :math:`g_b` of blocks of time [1]_. A stiff observer sees little but
-rounding, a loose observer drifts by unmodelled forces: their errors have different causes, and partly cancel.
+with the information :math:`A` of the observer and the scores :math:`g_b` of blocks of time [1]_. A stiff observer
+sees little but rounding, a loose observer drifts by unmodelled forces: their errors have different causes, and partly
+cancel.
 
 References
 ----------

@@ -1,7 +1,7 @@
 """Least squares for the parameters of one problem: linear, or by bounded descents from several starts.
 
-Descents are those of scipy (trust region reflective). The Jacobian comes with the residual, else from differences: on all cores, never
-beyond an upper bound, with steps that events of a simulation do not disturb.
+Descents are those of scipy (trust region reflective). The Jacobian comes with the residual, else from differences: on
+all cores, never beyond an upper bound, with steps that events of a simulation do not disturb.
 """
 
 from __future__ import annotations

@@ -1,14 +1,14 @@
 r"""Forces missing from a model, found in the residual of its fit.
 
-Each cause has a few columns: the first-order change of friction by this cause. A cause is present if its columns, fitted to
-most half-cycles, predict the residual of the others (cross-validation [1]_). Weights remove two disturbances first.
-Sampling errors dominate rows around reversals: forces that also act elsewhere are sought farther away, and the weight of
-each band of distance from a reversal follows from its residual. And friction has another level in each half-cycle:
-with the share :math:`1 - \sqrt{v_k / (\tau^2 + v_k)}` of that level removed, for a scatter :math:`\tau` and an error
-:math:`v_k`, rows are nearly independent of it [2]_.
+Each cause has a few columns: the first-order change of friction by this cause. A cause is present if its columns,
+fitted to most half-cycles, predict the residual of the others (cross-validation [1]_). Weights remove two
+disturbances first. Sampling errors dominate rows around reversals: forces that also act elsewhere are sought farther
+away, and the weight of each band of distance from a reversal follows from its residual. And friction has another
+level in each half-cycle: with the share :math:`1 - \sqrt{v_k / (\tau^2 + v_k)}` of that level removed, for a scatter
+:math:`\tau` and an error :math:`v_k`, rows are nearly independent of it [2]_.
 
-Changes of the parameters, of the inertia, of the delay or of a filter are not missing forces: their derivatives are fitted
-with each cause.
+Changes of the parameters, of the inertia, of the delay or of a filter are not missing forces: their derivatives are
+fitted with each cause.
 
 Errors of the treatment also repeat in each half-cycle. A cause must therefore exceed a threshold: its force, times the
 share of the residual that it explains, must be a share of friction. It must also exceed the result of random signs for

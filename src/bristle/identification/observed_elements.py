@@ -2,10 +2,10 @@ r"""Elements that slip, for observers: a level for each element, at thresholds o
 
 .. math:: F_C = \sum_i f_i, \qquad s = \sum_i \frac{f_i}{r_i}, \qquad F(x) = \sum_i f_i \min\Bigl(\frac{x}{r_i}, 1\Bigr)
 
-Level, stiffness and virgin curve are linear in the levels :math:`f_i`.
-A shape from filtered rows is softer than the contact; an observer does not differentiate or filter the position. The
-thresholds :math:`r_i` are those of inverse dynamics, with additional thresholds down to one encoder step. An element that
-never slips is a slow force, which the observer absorbs.
+Level, stiffness and virgin curve are linear in the levels :math:`f_i`. A shape from filtered rows is softer than the
+contact; an observer does not differentiate or filter the position. The thresholds :math:`r_i` are those of inverse
+dynamics, with additional thresholds down to one encoder step. An element that never slips is a slow force, which the
+observer absorbs.
 """
 
 from __future__ import annotations

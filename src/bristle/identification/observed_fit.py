@@ -2,9 +2,9 @@ r"""A fit with the contact parameters of observers, and their intervals.
 
 .. math:: V' = V + e\,e^T
 
-with the covariance :math:`V` of a ladder of observers (`bristle.identification.ladder`) and the difference :math:`e` from
-inverse dynamics in the parameters of steady sliding. Replicates of the log show whether the model predicts the log as well
-as noise permits.
+with the covariance :math:`V` of a ladder of observers (`bristle.identification.ladder`) and the difference :math:`e`
+from inverse dynamics in the parameters of steady sliding. Replicates of the log show whether the model predicts the
+log as well as noise permits.
 """
 
 from __future__ import annotations

@@ -3,9 +3,10 @@ r"""Prediction errors: the parameters with which a loose observer best predicts 
 .. math:: \hat\theta = \arg\min_\theta \sum_k \bigl[q_k - \hat q_{k|k-1}(\theta)\bigr]^2
 
 The recorded effort moves the simulated axis, and an observer corrects it by the recorded position
-(`bristle.engine.observer`). Encoder rounding is then output noise, and the position is never differentiated: the simulated
-motion moves the contact, also at rest. The effort is corrected for a delay :math:`\tau` and for a smoothing by
-:math:`e^{-c\,\omega^2}`. A filter of time constant `T` has :math:`c = T^2 / 2`, a hold has :math:`-\Delta t^2 / 24`.
+(`bristle.engine.observer`). Encoder rounding is then output noise, and the position is never differentiated: the
+simulated motion moves the contact, also at rest. The effort is corrected for a delay :math:`\tau` and for a smoothing
+by :math:`e^{-c\,\omega^2}`. A filter of time constant `T` has :math:`c = T^2 / 2`, a hold has
+:math:`-\Delta t^2 / 24`.
 
 The bandwidth of the observer is lowered step by step until it drifts [1]_. Each step starts from the result of the last.
 `bristle.identification.ladder` is the mean of these rungs.
@@ -257,8 +258,9 @@ def climb(
 ) -> tuple[Rung, ...]:
     """Return the rungs of a ladder from these free parameters of an inverse model [SI], with `held` parameters fixed.
 
-    `levels` are the priors of the friction levels, with standard errors; `scatter` is the relative scatter between half-cycles.
-    The ladder is empty if no segment is long enough, or if the stiffest observer already loses the motion.
+    `levels` are the priors of the friction levels, with standard errors; `scatter` is the relative scatter between
+    half-cycles. The ladder is empty if no segment is long enough, or if the stiffest observer already loses the
+    motion.
     """
     if isinstance(inverse.parameters.component, ShapedModel):
         inverse, start = spread_out(inverse, start)

@@ -2,9 +2,10 @@ r"""Output error: the parameters with which the simulated signal matches the mea
 
 .. math:: \hat\theta = \arg\min_\theta \sum_k \left[y_k - \hat y_k(\theta)\right]^2
 
-In open loop `y` is the position of the model under the measured effort. In closed loop it is the effort of the controller:
-the controller keeps the position near its reference for any model, and errors of the model appear in the effort. The
-measured position is never differentiated, so its noise does not bias the parameters as in inverse dynamics.
+In open loop `y` is the position of the model under the measured effort. In closed loop it is the effort of the
+controller: the controller keeps the position near its reference for any model, and errors of the model appear in the
+effort. The measured position is never differentiated, so its noise does not bias the parameters as in inverse
+dynamics.
 """
 
 from __future__ import annotations
@@ -224,8 +225,9 @@ def loop_of(logs: Sequence[Log], axes: Sequence[Axis | None]) -> type[Output]:
 class SignalReplicates:
     """Replicates of the signal of a simulation: `error` is the fitted problem, `values` are all its parameters [SI].
 
-    Disturbances are small compared with the signal, so their changes of the signal add up: the encoder as visible in the loop,
-    the friction level with the derivative `slope`, and the residual `left` of the fit, shape (sample,) each.
+    Disturbances are small compared with the signal, so their changes of the signal add up: the encoder as visible in
+    the loop, the friction level with the derivative `slope`, and the residual `left` of the fit, shape (sample,)
+    each.
     """
 
     error: OutputError

@@ -1,9 +1,9 @@
 """The coordinates θ of least squares, and its solution.
 
-Positive parameters of unknown magnitude (stiffness, Stribeck velocity) are sought in their logarithm. A parameter with a
-lower bound (F_S >= F_C) is sought as the excess over it. If a product must stay below a limit, the parameter is a share of
-its largest value. So all relations are satisfied at every step. Other parameters are scaled by a typical magnitude. Linear
-parameters need no transform.
+Positive parameters of unknown magnitude (stiffness, Stribeck velocity) are sought in their logarithm. A parameter
+with a lower bound (F_S >= F_C) is sought as the excess over it. If a product must stay below a limit, the parameter
+is a share of its largest value. So all relations are satisfied at every step. Other parameters are scaled by a
+typical magnitude. Linear parameters need no transform.
 """
 
 from __future__ import annotations
@@ -39,8 +39,8 @@ class Turned(NamedTuple):
 class ParameterSpace:
     """Coordinates of free parameters within bounds; in this class, the parameters [SI].
 
-    `linear` states whether the signal is linear in them; `logarithmic` names the logarithms. The virgin curve is also reported,
-    at the displacements `curve` [m or rad].
+    `linear` states whether the signal is linear in them; `logarithmic` names the logarithms. The virgin curve is also
+    reported, at the displacements `curve` [m or rad].
     """
 
     names: tuple[str, ...]

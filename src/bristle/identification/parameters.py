@@ -195,8 +195,8 @@ def _refuse_another(surrounding: Surrounding, dataset: Dataset) -> None:
 class Fixed(NamedTuple):
     """A fixed parameter: its value, and the reason as the code of a diagnostic with its `numbers`.
 
-    It is `redundant` if no log could identify it. A parameter measured in this log before the fit has the `half_width` of its
-    95 % interval, and no reason.
+    It is `redundant` if no log could identify it. A parameter measured in this log before the fit has the
+    `half_width` of its 95 % interval, and no reason.
     """
 
     value: float

@@ -1,8 +1,8 @@
 """Play between motor and load, detected by the residual where the load changes flanks.
 
-With play, the load rests against one flank of the drive until its force changes sign. Then it crosses to the other flank
-and strikes it. A rigid axis has no such shock when it starts to brake during a motion. There the residual is compared with
-that of rows of the same speed and jerk. Reversals are excluded because of sampling errors.
+With play, the load rests against one flank of the drive until its force changes sign. Then it crosses to the other
+flank and strikes it. A rigid axis has no such shock when it starts to brake during a motion. There the residual is
+compared with that of rows of the same speed and jerk. Reversals are excluded because of sampling errors.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """The interface of an estimator: a measured signal and its residual for free parameters.
 
 A new estimator is a file with such a problem. Search, bootstrap, judgement of the parameters, validation and ranking
-use
-only this interface.
+use only this interface.
 """
 
 from __future__ import annotations
@@ -64,14 +63,14 @@ class Away:
 class Contrast:
     r"""The difference between a fit and a fit without reversals, with directional damping.
 
-    A filter in a channel, an uncertain delay or stiction cause errors around reversals, and bias a fit. Least squares uses all
-    rows; away from reversals
+    A filter in a channel, an uncertain delay or stiction cause errors around reversals, and bias a fit. Least squares
+    uses all rows; away from reversals
 
     .. math:: \min_\delta \sum_\text{away} \left(r - J \delta - \gamma\, |\dot q|\right)^2
 
-    is the change of its parameters. Replicates of the log do not have those errors. If the change exceeds that in replicates,
-    it is significant (Hausman's contrast, Econometrica 46(6), 1978, doi:10.2307/1913827), and the truth may lie with either
-    fit. Parameters that rows away from reversals do not determine are not changed.
+    is the change of its parameters. Replicates of the log do not have those errors. If the change exceeds that in
+    replicates, it is significant (Hausman's contrast, Econometrica 46(6), 1978, doi:10.2307/1913827), and the truth
+    may lie with either fit. Parameters that rows away from reversals do not determine are not changed.
 
     `matrix`, shape (coordinate, row), maps the residual of the selected rows to the change of coordinates.
     """
@@ -119,8 +118,9 @@ class Contrast:
 def between(change: np.ndarray, usual: np.ndarray, errors: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     """Return the shifts of draws towards the other fit, shape (draw, coordinate).
 
-    `usual` are the changes in fits to replicates, `errors` are the errors of these fits, both in pairs and of the same shape.
-    If the other fit is more certain in replicates, draws spread over the whole difference; else over its significant part.
+    `usual` are the changes in fits to replicates, `errors` are the errors of these fits, both in pairs and of the
+    same shape. If the other fit is more certain in replicates, draws spread over the whole difference; else over its
+    significant part.
     """
     beyond, variance = change - np.mean(usual, axis=0), np.var(usual, axis=0)
     square = np.maximum(beyond**2, np.finfo(float).tiny)
@@ -198,8 +198,8 @@ class Sought(Residual, Protocol):
 class Problem(Sought, Protocol):
     """The interface of a problem for least squares and resampling.
 
-    `is_effort` states whether the signal and its bands are efforts [N or N*m], `in_loop` whether a controller closes the loop.
-    `intervals_code` is the code of the diagnostic about the method of the intervals.
+    `is_effort` states whether the signal and its bands are efforts [N or N*m], `in_loop` whether a controller closes
+    the loop. `intervals_code` is the code of the diagnostic about the method of the intervals.
     """
 
     @property

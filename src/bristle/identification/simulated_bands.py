@@ -15,10 +15,10 @@ position is
 
 .. math:: \hat q \pm 1.96 \sqrt{\overline{(q_b - \hat q)^2} + \sigma_q^2 + \rho^2}
 
-with the rounding :math:`\sigma_q` of the encoder, and :math:`\rho` for the remaining error of the measured position: noise and
-model error in the loop. It is set on the log of the identification, simulated in the same loop, so that the band contains
-95 % of its positions. The spread is that about the prediction. If a force error accumulates, as in open loop, the spread
-grows with it.
+with the rounding :math:`\sigma_q` of the encoder, and :math:`\rho` for the remaining error of the measured position:
+noise and model error in the loop. It is set on the log of the identification, simulated in the same loop, so that the
+band contains 95 % of its positions. The spread is that about the prediction. If a force error accumulates, as in open
+loop, the spread grows with it.
 """
 
 from __future__ import annotations

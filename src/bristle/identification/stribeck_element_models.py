@@ -1,10 +1,10 @@
 r"""Elements that slip by a Stribeck curve (generalised Maxwell-slip model), identified from a log.
 
 For a given curve, the forces of elements with break-away deflections on a fixed grid are linear in their stiffness.
-Non-negative least squares finds them (`bristle.identification.element_models`). For given elements, a bounded search finds
-the curve, the attraction to it and the other parameters. Both steps alternate as long as the error falls, starting from
-elements without a curve. Pre-sliding loops determine the elements, sliding the curve, and the transition the attraction
-:math:`C`.
+Non-negative least squares finds them (`bristle.identification.element_models`). For given elements, a bounded search
+finds the curve, the attraction to it and the other parameters. Both steps alternate as long as the error falls,
+starting from elements without a curve. Pre-sliding loops determine the elements, sliding the curve, and the
+transition the attraction :math:`C`.
 
 The intervals are those of the parameters, for elements of this shape.
 """

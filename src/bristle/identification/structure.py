@@ -86,9 +86,9 @@ def _of_the_drive(fit: Fit, dataset: Dataset, rows: Rows, settings: Settings) ->
 def with_structure(fit: Fit, estimation: Estimation, settings: Settings, lead: float | None = None, compared: Collection[str] = ()) -> Fit:
     """Return a fit with diagnostics of missing forces before all others.
 
-    The `lead` [m or rad] of the axis file defines the turns for cogging. Models that were already `compared` are not suggested
-    as the next model. Parameters are effective even if the force is small. The severity is ``warning`` only if the force may
-    matter in use.
+    The `lead` [m or rad] of the axis file defines the turns for cogging. Models that were already `compared` are not
+    suggested as the next model. Parameters are effective even if the force is small. The severity is ``warning`` only
+    if the force may matter in use.
     """
     kind, friction = fit.friction.kind, fit.traces.predicted - fit.traces.mechanical
     level = float(np.sqrt(np.mean(friction**2)))

@@ -6,9 +6,9 @@ over `N` rows and `k` free parameters [1]_. Correlated residuals are not `N` ind
 
 .. math:: n = N\,\frac{1 - \rho}{1 + \rho}
 
-with the correlation :math:`\rho` of neighbouring rows for the model with the smallest residual; with `N` the largest model
-would always win. Both criteria treat the residual as noise. If all models lack a force, the held-out error is the better
-criterion.
+with the correlation :math:`\rho` of neighbouring rows for the model with the smallest residual; with `N` the largest
+model would always win. Both criteria treat the residual as noise. If all models lack a force, the held-out error is
+the better criterion.
 
 References
 ----------
