@@ -50,7 +50,7 @@ def test_incompatible_logs_are_rejected_by_name():
     slower = log_of(motion, sliding_effort(motion))
     with pytest.raises(InputError, match="was sampled every 2 ms, the first log every 1 ms"):
         identify([first, slower], "coulomb_viscous", cutoff=20.0, draws=0)
-    with pytest.raises(InputError, match="another cutoff than the first log"):
+    with pytest.raises(InputError, match="different cutoff than the first log"):
         identify([first, sliding_log(2)], "coulomb_viscous", axis=[Axis(cutoff=50.0), Axis(cutoff=40.0)], draws=0)
-    with pytest.raises(InputError, match="of another kind of axis"):
+    with pytest.raises(InputError, match="a different kind of axis"):
         identify([first, replace(sliding_log(2), kind="rotational")], "coulomb_viscous", axis=STATED, draws=0)
