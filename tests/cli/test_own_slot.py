@@ -36,7 +36,7 @@ def test_from_the_log_to_the_prediction(bristle, tmp_path, monkeypatch):
     for command in (("predict", "results/model.toml", "log.csv"), ("identify", "log.csv", "--model", "lugre+oiled.py")):
         refused = bristle(*command, "--axis", "dry.toml")
         assert refused.code != 0
-        assert "has no pressure, which +oiled needs" in refused.err
+        assert "has no pressure, needed by +oiled" in refused.err
         assert 'pressure = { column = "...", unit = "N/m^2" }' in refused.err
 
     monkeypatch.setenv("BRISTLE_STATE_DIR", str(tmp_path / "another person"))
@@ -78,7 +78,7 @@ def test_one_of_bristle_goes_by_its_name(bristle, tmp_path, monkeypatch):
     Path("dry.toml").write_text("\n".join(line for line in AXIS.splitlines() if "pressure" not in line))
     refused = bristle("predict", "results/model.toml", "log.csv", "--axis", "dry.toml")
     assert refused.code != 0
-    assert "has no pressure, which +pressure needs" in refused.err
+    assert "has no pressure, needed by +pressure" in refused.err
 
 
 def test_it_is_checked_and_shown(bristle, tmp_path, monkeypatch):

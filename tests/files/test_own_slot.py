@@ -225,8 +225,8 @@ def test_a_channel_that_cannot_be_one_is_refused(bench, line, said):
 @pytest.mark.parametrize(
     ("unit", "said"),
     [
-        ("mm", r"pressure\.unit: is of another quantity than the slot takes it for; found 'm', allowed pressure"),
-        ("-", r"columns\.pressure: is out of range.*found -2.*allowed >= 0 N/m\^2.*unit right"),
+        ("mm", r"pressure\.unit: has another quantity than the slot expects; found 'm', allowed pressure"),
+        ("-", r"columns\.pressure: has a median out of range.*found -2.*allowed >= 0 N/m\^2.*Check its unit"),
     ],
 )
 def test_what_is_no_pressure_is_not_taken_for_one(bench, oiled, unit, said):

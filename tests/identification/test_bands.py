@@ -1,4 +1,4 @@
-"""Bands around the effort along a measured motion: how wide each source makes them, from what is known of it."""
+"""Bands around the effort along a measured motion: the width of each known source."""
 
 from dataclasses import replace
 
@@ -30,13 +30,13 @@ def certain(log):
 
 
 @pytest.mark.parametrize(("cutoff", "decimation"), [(100.0, 10), (100.0, 1), (30.0, 5), (200.0, 2)])
-def test_noise_alone_makes_them_hold_19_of_20(log, certain, cutoff, decimation):
+def test_bands_of_noise_contain_19_of_20_rows(log, certain, cutoff, decimation):
     bands = replace(certain, noise=NOISE)
     prediction = predict(PLANT, FRICTION, log, cutoff=cutoff, decimation=decimation, bands=bands)
     assert 92.0 < prediction.inside_percent < 98.0
 
 
-def test_what_the_model_lacks_and_what_is_not_known_of_it_add_their_squares(log, certain):
+def test_unexplained_force_and_uncertainty_add_their_squares(log, certain):
     levels = TRUTH["F_C"] + np.random.default_rng(0).normal(0.0, 0.5, 40)
     lacking, unsure, both = (
         np.median(predict(PLANT, FRICTION, log, bands=replace(certain, **changes)).half_width)
@@ -52,6 +52,6 @@ def test_what_the_model_lacks_and_what_is_not_known_of_it_add_their_squares(log,
     assert both == pytest.approx(np.hypot(lacking, unsure), rel=1e-3)
 
 
-def test_a_level_that_scatters_makes_them_as_wide_as_the_friction_that_it_changes(log, certain):
+def test_bands_of_a_scattering_level_are_as_wide_as_its_friction(log, certain):
     half_width = predict(PLANT, FRICTION, log, bands=replace(certain, scatter=0.05)).half_width
     assert np.median(half_width) == pytest.approx(1.96 * 0.05 * TRUTH["F_C"], rel=0.15)

@@ -1,4 +1,4 @@
-"""A stiffness that a coarse encoder blurs: an observer does not take what the encoder shows for it."""
+"""A stiffness blurred by a coarse encoder: an observer does not report the apparent stiffness."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from bristle.identification import identify
 
 
 @pytest.mark.slow
-def test_a_stiff_axis_that_the_encoder_shows_as_soft_is_not_identified():
+def test_a_stiffness_blurred_by_the_encoder_is_not_identified():
     # Friction builds up over half a step of the encoder; along what the encoder shows a fit finds nine.
     truth, record = make(40009, "lugre", "multisine")
     assert truth.friction.F_C[1] / truth.friction.sigma_0 < 0.6 * truth.encoder.resolution

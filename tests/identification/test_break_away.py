@@ -47,7 +47,7 @@ def distance():
     return float(x[np.argmax(change >= 0.9 * 2.0 * np.sum(LIMITS))])
 
 
-def test_without_scatter_force_and_distance_are_those_of_the_elements_at_every_rate(motion):
+def test_without_scatter_force_and_distance_are_those_of_the_elements(motion):
     result = treat(pulled(motion, scatter=0.0), AXIS, CUTOFF).break_aways(inertia(M=MASS), OFFSET)
     speeds = sorted({round(piece.speed, 12) for piece in motion.pieces if piece.name == "break-away ramp"})
     assert len(result) == len(speeds) == 3
@@ -58,7 +58,7 @@ def test_without_scatter_force_and_distance_are_those_of_the_elements_at_every_r
         assert piece.distance == pytest.approx(distance(), rel=0.08)
 
 
-def test_intervals_hold_the_truth_where_friction_scatters(motion):
+def test_intervals_contain_the_truth_for_scattering_friction(motion):
     inside = []
     for seed in range(15):
         for break_away in treat(pulled(motion, seed), AXIS, CUTOFF).break_aways(inertia(M=MASS), OFFSET):
@@ -68,7 +68,7 @@ def test_intervals_hold_the_truth_where_friction_scatters(motion):
     assert np.mean(inside) > 0.85
 
 
-def test_intervals_of_the_distance_hold_it_wherever_the_steps_of_the_encoder_lie(motion):
+def test_intervals_of_the_distance_contain_it_for_any_encoder_phase(motion):
     v, dt, step, inside = motion.velocity, motion.sample_time, 1e-7, []
     friction = force_along(TRUTH, v, dt, motion.position + 0.5 * dt * v)
     axis = replace(AXIS, resolution=step)
@@ -85,7 +85,7 @@ def test_intervals_of_the_distance_hold_it_wherever_the_steps_of_the_encoder_lie
     assert np.mean(inside) > 0.85
 
 
-def test_an_identification_tells_them_and_too_fast_a_pull_is_left_out(motion):
+def test_an_identification_has_break_aways_and_omits_too_fast_a_pull(motion):
     log = pulled(motion)
     requested = {"mass": MASS, "axis": AXIS, "blocks": 0, "draws": 0}
     identification = identify(log, "maxwell_slip", cutoff=CUTOFF, **requested)
@@ -95,7 +95,7 @@ def test_an_identification_tells_them_and_too_fast_a_pull_is_left_out(motion):
     assert len(smeared.break_aways) < 3
 
 
-def test_a_log_without_pulls_from_rest_has_none(motion):
+def test_a_log_without_pulls_from_rest_has_no_break_away(motion):
     triangles = excite(AXIS, duration="10 s", purposes="presliding", model=TRUTH, rehearsed=False).motion
     assert treat(pulled(triangles), AXIS, CUTOFF).break_aways(inertia(M=MASS), OFFSET) == ()
 
@@ -123,7 +123,7 @@ def found_in(recording, cutoff=100.0, noise=0.0, resolution=1e-8):
     return break_aways([recording], cutoff=cutoff, sample_time=1e-3, resolution=resolution, noise=noise)
 
 
-def test_rates_apart_by_less_than_a_third_are_one_and_the_slowest_stands_first():
+def test_rates_within_a_third_are_merged_and_the_slowest_is_first():
     result = found_in(ramps(4e-4, 1e-4, 2e-4))
     assert [item.speed for item in result] == pytest.approx([1e-4, 2e-4, 4e-4], rel=0.05)
     assert [item.legs for item in result] == [2, 2, 2]
@@ -132,7 +132,7 @@ def test_rates_apart_by_less_than_a_third_are_one_and_the_slowest_stands_first()
     assert len(found_in(ramps(1e-4, 1.5e-4))) == 2
 
 
-def test_a_contact_that_turns_evenly_has_turned_by_nine_tenths_at_nine_tenths_of_its_way():
+def test_a_contact_that_turns_evenly_has_turned_nine_tenths_at_nine_tenths():
     (result,) = found_in(ramps(1e-4, 1e-4, 1e-4))
     assert result.force == pytest.approx(60.0, rel=1e-6)
     assert result.distance == pytest.approx(0.9 * 2e-5, rel=0.01)
@@ -142,7 +142,7 @@ def test_a_contact_that_turns_evenly_has_turned_by_nine_tenths_at_nine_tenths_of
     assert higher.force == pytest.approx(75.0, rel=0.02)  # the peak before the axis slides
 
 
-def test_what_the_filter_is_too_slow_for_and_what_rests_unloaded_is_no_break_away():
+def test_pulls_too_fast_for_the_filter_and_unloaded_rests_are_not_break_aways():
     assert found_in(ramps(1e-4, 1e-4), cutoff=2.0) == ()
     released = ramps(1e-4, 1e-4)
     at_rest = np.concatenate([[True], np.diff(released.position) == 0.0])

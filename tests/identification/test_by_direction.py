@@ -1,4 +1,4 @@
-"""What is by direction is what ``+asymmetry`` made so: the ending of a name tells nothing."""
+"""Only ``+asymmetry`` makes parameters directional, not the ending of a name."""
 
 import re
 from dataclasses import replace
@@ -45,7 +45,7 @@ OWN = FrictionModel(
 )
 
 
-def test_a_level_whose_name_ends_as_one_of_a_direction_holds_no_offset():
+def test_a_level_named_like_a_directional_level_does_not_fix_the_offset():
     log = slow_log(find("coulomb_viscous")(F_C=5.0, F_v=0.0, offset=1.5), duration=10.0)
     fit = identify(log, OWN, axis=STATED, blocks=0, draws=0).best
     assert fit.parameters["offset"].status == "identified"
@@ -53,7 +53,7 @@ def test_a_level_whose_name_ends_as_one_of_a_direction_holds_no_offset():
 
 
 @pytest.mark.parametrize("name", ["stribeck", "stribeck+position+asymmetry", "gms+asymmetry"])
-def test_a_component_tells_what_it_calls_a_parameter_by_direction(name):
+def test_a_component_names_its_parameters_by_direction(name):
     component, sided = find(name), "asymmetry" in name
     assert by_direction(component, "F_S") == (("F_S_pos", "F_S_neg") if sided else ("F_S",))
     assert by_direction(component, "v_S") == ("v_S",)
@@ -77,17 +77,17 @@ def test_a_weight_larger_than_friction_makes_no_level_negative(offset, code):
     assert any("which is a guess" in text for text in warnings_of(fit)) is (code == "held_constant")
 
 
-def test_a_constant_force_is_large_beside_the_level_not_beside_break_away():
-    """It is told from a quarter of the level on: 2.2 N beside 6 N, whatever the axis breaks away at."""
+def test_a_constant_force_is_compared_with_the_level_not_with_break_away():
+    """It is reported from a quarter of the level: 2.2 N of 6 N, for any break-away force."""
     shape = {"v_S": 2e-3, "sigma_0": 3e5, "sigma_1": 600.0, "offset": 2.2}
     log = slow_log(find("lugre")(F_C=6.0, F_S=12.0, sigma_2=30.0, **shape), duration=10.0)
     identification = identify(log, ["stribeck+asymmetry", "lugre"], axis=STATED, blocks=0, draws=0)
     fits = {fit.name: fit for fit in identification.fits}
     notes = replace(identification, fits=(fits["stribeck+asymmetry"], fits["lugre"])).notes
-    assert any("holds offset at 0" in note for note in notes)
+    assert any("fixes offset at 0" in note for note in notes)
 
 
-def test_break_away_by_direction_holds_with_the_offset_too():
+def test_break_away_by_direction_is_valid_with_the_offset():
     shape = {"v_S": 2e-3, "sigma_0": 3e5, "sigma_1": 600.0, "sigma_2_pos": 30.0, "sigma_2_neg": 30.0, "offset": 12.0}
     truth = find("lugre+asymmetry")(F_C_pos=8.0, F_C_neg=6.0, F_S_pos=11.0, F_S_neg=9.0, **shape)
     fit = identify(slow_log(truth, duration=10.0), "lugre+asymmetry", axis=STATED, blocks=0, draws=0).best
@@ -100,13 +100,13 @@ def test_break_away_by_direction_holds_with_the_offset_too():
 
 
 @pytest.mark.parametrize(("offset", "told"), [(3.0, True), (0.6, False), (0.0, False)])
-def test_a_constant_force_that_another_model_found_is_named(offset, told):
+def test_a_constant_force_found_by_another_model_is_named(offset, told):
     log = slow_log(find("coulomb_viscous")(F_C=5.0, F_v=0.0, offset=offset), duration=10.0)
     split, plain = "coulomb_viscous+asymmetry", "coulomb_viscous"
     identification = identify(log, [split, plain], axis=STATED, blocks=0, draws=0)
     fits = {fit.name: fit for fit in identification.fits}
     notes = replace(identification, fits=(fits[split], fits[plain])).notes
-    named = [note for note in notes if "holds offset at 0" in note]
+    named = [note for note in notes if "fixes offset at 0" in note]
     assert bool(named) is told
     if told:
         assert re.search(r'coulomb_viscous found (3|2\.9).*offset = "(3|2\.9)\d*\.?\d* N" under \[plant\]', named[0])

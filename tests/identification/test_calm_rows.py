@@ -1,4 +1,4 @@
-"""Fewer rows where noise of a coarse encoder, differentiated twice, would hide what friction takes."""
+"""Fewer rows if twice differentiated noise of a coarse encoder would hide friction."""
 
 from dataclasses import replace
 from functools import cache
@@ -33,7 +33,7 @@ def result(log, axis=AXIS, **named):
     return identify(log, "coulomb_viscous", axis=axis, blocks=0, draws=0, **named)
 
 
-def test_noise_of_a_coarse_encoder_hides_no_friction():
+def test_noise_of_a_coarse_encoder_does_not_hide_friction():
     usual, calm = coarsely(decimation=10), coarsely()
     assert usual.best.metrics["friction_error_percent"] > 40.0
     assert calm.best.metrics["friction_error_percent"] < 8.0
@@ -42,7 +42,7 @@ def test_noise_of_a_coarse_encoder_hides_no_friction():
         assert calm.best.parameters[name].value == pytest.approx(TRUTH[name], rel=0.02)
 
 
-def test_fewer_rows_are_told_with_what_they_cost():
+def test_fewer_rows_are_reported_with_their_cost():
     (message,) = (text for text in assumptions_of(coarsely().best) if "as many rows as usual" in text)
     share = float(message.split(" % of what friction")[0].split()[-1])
     # White noise of a step over the root of twelve, in acceleration up to 100 Hz, times the inertia.
@@ -53,12 +53,12 @@ def test_fewer_rows_are_told_with_what_they_cost():
     assert share == pytest.approx(100.0 * TRUTH["M"] * white / friction, rel=0.15)
 
 
-def test_fewer_rows_are_told_where_the_delay_is_sought_once_more_with_cogging():
+def test_fewer_rows_are_reported_if_cogging_repeats_the_search_for_the_delay():
     cogs = replace(AXIS, cogging=Cogging("motor", 0.012))
     assert any("as many rows as usual" in text for text in assumptions_of(result(coarse_log(2.5e-5), cogs).best))
 
 
-def test_noise_beyond_friction_is_told_in_plain_numbers():
+def test_noise_above_friction_is_reported_in_plain_numbers():
     (message,) = (text for text in assumptions_of(result(coarse_log(8e-5)).best) if "as many rows as usual" in text)
     assert 100.0 < float(message.split(" % of what friction")[0].split()[-1]) < 500.0
     assert "e+" not in message
@@ -72,7 +72,7 @@ def test_a_fine_encoder_keeps_its_rows(step):
     assert not any("as many rows as usual" in text for text in assumptions_of(fine.best))
 
 
-def test_rows_that_are_stated_stay():
+def test_a_stated_decimation_is_kept():
     assert coarsely(decimation=10).treatment["decimation"] == 10
     assert result(coarse_log(2.5e-5, 7.0), replace(AXIS, decimation=12)).treatment["decimation"] == 12
 

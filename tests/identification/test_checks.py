@@ -1,4 +1,4 @@
-"""What a log says against itself stands beside every fit, with the parameters that it concerns."""
+"""Checks of a log are reported with every fit, with the parameters that they concern."""
 
 import numpy as np
 import pytest
@@ -15,17 +15,17 @@ from bristle.report.sentences.checks import CHECKS
 
 
 def reported(log, code, model="coulomb_viscous", **requested):
-    """Return what a fit says of one code; none where it says nothing."""
+    """Return the diagnostics of a fit with one code."""
     return [diagnostic for diagnostic in identify(log, model, draws=0, blocks=0, **requested).best.diagnostics if diagnostic.code == code]
 
 
-def test_every_parameter_that_trades_places_at_one_speed_is_named():
+def test_every_parameter_confounded_at_one_speed_is_named():
     (result,) = reported(Run(0, (0.3,)).log(), "one_speed")
     assert set(result.numbers["names"]) == {"F_C", "F_v", "offset"}
     assert "F_v, F_C, offset cannot be told apart" in message(result)
 
 
-def test_every_parameter_that_trades_places_in_one_direction_is_named_held_or_not():
+def test_every_parameter_confounded_in_one_direction_is_named():
     (result,) = reported(Run(0, back=False).log(), "one_direction")
     assert set(result.numbers["names"]) == {"F_C", "offset"}
 
@@ -35,7 +35,7 @@ def test_every_parameter_that_trades_places_in_one_direction_is_named_held_or_no
     [(Run(0, (0.3,)), {"F_C", "F_v", "offset"}), (Run(0, back=False), {"F_C", "offset"})],
     ids=["one speed", "one direction"],
 )
-def test_a_parameter_whose_interval_is_not_to_be_relied_on_says_so_in_its_row(run, traded):
+def test_a_parameter_with_an_unreliable_interval_has_a_remark_in_its_row(run, traded):
     fit = identify(run.log(), "coulomb_viscous", draws=0, blocks=0).best
     doubted = {estimate.name for estimate in fit.estimates if estimate.status == "identified"} & traded
     remarks = {row[0]: row[-1] for row in parameter_table(fit).rows}
@@ -45,16 +45,16 @@ def test_a_parameter_whose_interval_is_not_to_be_relied_on_says_so_in_its_row(ru
     assert right.doubted == ()
 
 
-def test_every_finding_that_names_parameters_marks_their_rows():
+def test_every_finding_with_parameters_marks_their_rows():
     assert set(TRADED) <= {*TRADED_IN, *LACKING}
 
 
-def test_a_parameter_that_was_told_trades_places_with_none():
+def test_a_known_parameter_is_not_confounded():
     (result,) = reported(Run(0, back=False).log(), "one_direction", offset=2.0)
     assert set(result.numbers["names"]) == {"F_C"}
 
 
-def test_parameters_of_an_effort_that_is_cut_off_are_effective():
+def test_parameters_of_a_clipped_effort_are_effective():
     run = Run(0, (0.1, 0.5, 0.9))
     top = 0.6 * np.max(np.abs(run.effort()))
     noise = np.random.default_rng(0).normal(0.0, 0.3, run.t.size)
@@ -65,25 +65,25 @@ def test_parameters_of_an_effort_that_is_cut_off_are_effective():
     assert identify(Run(0).log(), "coulomb_viscous", draws=0, blocks=0).best.effective == ()
 
 
-def test_a_right_log_is_fitted_without_a_word():
+def test_a_good_log_has_no_warnings():
     fit = identify(Run(0).log(), "coulomb_viscous", mass=MASS, draws=0, blocks=0).best
     assert [diagnostic.code for diagnostic in fit.diagnostics if diagnostic.code in set(CHECKS) - {"motion_repeats"}] == []
 
 
-def test_the_mass_that_is_asked_for_is_compared():
+def test_the_given_mass_is_compared():
     (result,) = reported(Run(0).log(), "mass_contradicts", mass=2.0 * MASS)
     assert result.numbers["ratio"] == pytest.approx(2.0, rel=0.03)
     assert "is 2 times the 12 kg that the log shows" in message(result)
 
 
-def test_each_model_says_it_and_a_threshold_may_be_set():
+def test_each_model_has_the_finding_and_its_threshold_can_be_set():
     log = Run(0).log(effort=-Run(0).effort())
     every = identify(log, "coulomb,coulomb_viscous", draws=0, blocks=0).fits
     assert all("sign of effort seems reversed" in " ".join(warnings_of(fit)) for fit in every)
     assert reported(log, "sign_reversed", settings={"reversed_work": 1.0}) == []
 
 
-def test_nothing_is_fitted_across_lost_rows():
+def test_fits_do_not_cross_lost_rows():
     run = Run(0)
     left = np.r_[: 16_000 // 3, 16_000 // 3 + 137 : 16_000]
     log = Run(0).log(time=1e-3 * np.arange(left.size), position=np.round(run.x, 7)[left], effort=run.effort()[left])

@@ -1,4 +1,4 @@
-"""Forces that a model may lack lie in the columns of their causes."""
+"""Forces missing from a model are combinations of the columns of their causes."""
 
 from dataclasses import replace
 
@@ -35,7 +35,7 @@ def left(columns, force):
     return float(np.linalg.norm(rest) / np.linalg.norm(force))
 
 
-def test_friction_that_grows_with_what_is_passed_on():
+def test_friction_that_grows_with_the_transmitted_effort():
     rows = rows_of()
     force = 0.2 * np.abs(3.0 * rows.acceleration) * np.sign(rows.velocity)
     assert left(columns_by_cause(rows)["transmitted"], force) < 1e-9
@@ -86,7 +86,7 @@ def with_residual(rows, force, noise=0.02, seed=1):
     return replace(rows, residual=residual, slope=rows.side, effort=rows.predicted + residual, turned=distance)
 
 
-def test_a_force_of_the_place_is_found_with_its_size_and_what_is_left_is_noise():
+def test_a_force_over_the_position_is_found_with_its_size_and_noise_remains():
     rows = rows_of()
     place = (rows.position / np.max(np.abs(rows.position))) ** 2
     (missing,), left_over = missing_forces(with_residual(rows, 0.6 * place), DEFAULT)
@@ -99,7 +99,7 @@ def test_a_force_of_the_place_is_found_with_its_size_and_what_is_left_is_noise()
     assert missing_forces(short.at(np.arange(5000) < 150), DEFAULT) == ((), 0.0)
 
 
-def test_a_force_below_its_share_of_friction_is_none():
+def test_a_force_below_its_share_of_friction_is_not_reported():
     rows = rows_of()
     place = (rows.position / np.max(np.abs(rows.position))) ** 2
     assert missing_forces(with_residual(rows, 0.01 * place, noise=1e-4), DEFAULT)[0] == ()
@@ -119,7 +119,7 @@ def test_a_ripple_has_its_period_and_its_overtones(odd, alike):
     assert missing.overtones == ((1, 3) if alike else ())
 
 
-def test_waves_faster_than_the_filter_at_the_usual_speed_are_not_looked_for():
+def test_waves_too_fast_for_the_filter_are_not_sought():
     rows = with_residual(rows_of(), np.sin(2.0 * np.pi * rows_of().position / 0.008))
     weighed = Weighed.of(rows)
     usual = float(np.median(np.abs(rows.velocity)))
@@ -130,7 +130,7 @@ def test_waves_faster_than_the_filter_at_the_usual_speed_are_not_looked_for():
     assert ripple_in(rows, weighed, rows.explained, 1e-3) == (None, 0.0)
 
 
-def test_the_weight_of_a_link_has_an_amplitude_of_its_own():
+def test_the_weight_of_a_link_has_its_amplitude():
     rows = rows_of(1.5, "rotational")
     columns = columns_by_cause(rows)["gravity"]
     lacking = with_residual(rows, columns @ np.array([3.0, 4.0]))
@@ -142,7 +142,7 @@ def test_the_weight_of_a_link_has_an_amplitude_of_its_own():
     assert search._force("position", columns, left_over).amplitude == 0.0
 
 
-def test_columns_of_a_place_are_from_end_to_end_and_of_the_direction_of_either_sign():
+def test_columns_over_the_position_span_the_range_and_both_directions():
     rows = rows_of()
     columns = columns_by_cause(replace(rows, position=rows.position + 7.0))
     assert columns["position"][:, 0].max() == pytest.approx(1.0)
@@ -153,7 +153,7 @@ def test_columns_of_a_place_are_from_end_to_end_and_of_the_direction_of_either_s
     assert "gravity" not in columns
 
 
-def test_friction_builds_up_behind_a_reversal_and_not_before_it():
+def test_friction_builds_up_after_a_reversal_and_not_before():
     rows = rows_of()
     behind, before = rows.from_ends(rows.position)
     reach = float(np.ptp(rows.position))
@@ -166,7 +166,7 @@ def test_friction_builds_up_behind_a_reversal_and_not_before_it():
     assert last[np.append(rows.cycles.first[1:], rows.time.size) - 1].tolist() == [0.0] * rows.cycles.count
 
 
-def test_what_builds_up_behind_reversals_is_looked_for_where_a_model_is_static():
+def test_a_force_that_builds_up_after_reversals_is_sought_for_static_models():
     rows = rows_of()
     behind = -4.0 * rows.side * np.exp(-rows.from_ends(rows.position)[0] / (5e-3 * np.ptp(rows.position)))
     lacking = with_residual(rows, behind)
@@ -175,7 +175,7 @@ def test_what_builds_up_behind_reversals_is_looked_for_where_a_model_is_static()
     assert missing_forces(with_residual(rows, 0.0 * TIME), DEFAULT, static=True)[0] == ()
 
 
-def test_rows_are_far_from_reversals_three_periods_of_the_cutoff():
+def test_far_rows_are_three_periods_of_the_cutoff_from_reversals():
     rows = with_residual(rows_of(), 0.0 * TIME)
     assert rows.turned[rows.far].min() > 3.0 / 50.0
     beside = (rows.turned > 3.5 / 50.0) & (np.abs(rows.velocity) > 0.01 * np.abs(rows.velocity).max())
@@ -183,7 +183,7 @@ def test_rows_are_far_from_reversals_three_periods_of_the_cutoff():
     assert np.all(rows.far[beside & (np.minimum(first, last) > 3.5 / 50.0)])
 
 
-def test_a_rate_is_none_across_rows_that_are_left_out():
+def test_a_rate_is_zero_at_gaps():
     rows = rows_of()
     kept = rows.at((TIME < 2.0) | (TIME > 2.5))
     assert kept.stretch.max() == 1
@@ -195,7 +195,7 @@ def test_a_rate_is_none_across_rows_that_are_left_out():
     assert not rows.at(TIME < 0.3).enough
 
 
-def test_scatter_of_the_level_from_half_cycle_to_half_cycle_is_weighed_down():
+def test_scatter_of_the_level_between_half_cycles_is_weighted_down():
     rows = rows_of()
     levels = np.random.default_rng(3).standard_normal(rows.cycles.count)[rows.cycles.index]
     scattered = Weighed.of(with_residual(rows, 0.5 * levels * rows.side, noise=0.05))
@@ -206,7 +206,7 @@ def test_scatter_of_the_level_from_half_cycle_to_half_cycle_is_weighed_down():
     assert set(np.unique(scattered.part)) <= set(range(10))
 
 
-def test_rows_of_a_band_that_is_almost_exact_count_four_times_as_much_as_others_at_most():
+def test_rows_of_an_almost_exact_band_have_at_most_four_times_the_weight():
     rows = rows_of()
     lacking = with_residual(rows, 0.0 * TIME)
     first, last = rows.from_ends(rows.time)
@@ -219,7 +219,7 @@ def test_rows_of_a_band_that_is_almost_exact_count_four_times_as_much_as_others_
     assert np.max(even) < 1.5 * np.median(even)
 
 
-def test_a_slow_force_is_seen_below_the_noise_of_single_rows():
+def test_a_slow_force_is_found_below_the_noise_of_single_rows():
     rows = rows_of()
     place = rows.position / np.max(np.abs(rows.position))
     hidden = with_residual(rows, 0.4 * place**2, noise=0.5)
@@ -273,7 +273,7 @@ def knocks(times, *, trains=20, flips=1, first=None, friction=1.0, settings=DEFA
     return play_at_flanks(rows, settings)
 
 
-def test_play_shows_where_the_residual_is_twice_the_usual_one_around_changes_of_sides():
+def test_play_is_found_if_the_residual_doubles_at_changes_of_flank():
     (play,), usual = knocks(3.0)
     excess = 20 * 6 * 0.1**2 * (3.0**2 - 1.0)  # two rows ahead of a change, four after it
     assert (play.cause, play.ratio) == ("play", pytest.approx(3.0, rel=0.06))
@@ -286,7 +286,7 @@ def test_play_shows_where_the_residual_is_twice_the_usual_one_around_changes_of_
     assert knocks(3.0, friction=6.0) == ((), 0.0)  # less than a hundredth of it
 
 
-def test_what_parameters_of_the_model_explain_is_no_play():
+def test_an_effect_of_model_parameters_is_not_play():
     turn = 2.0 * np.pi * np.arange(5000) / 5000
     beside = np.column_stack([50.0 * np.sin(11.0 * turn), np.cos(17.0 * turn), 1e-3 * np.sin(23.0 * turn)])
     ((plain,), usual), ((play,), as_usual) = knocks(3.0), knocks(3.0, beside=beside)
@@ -295,7 +295,7 @@ def test_what_parameters_of_the_model_explain_is_no_play():
     assert as_usual == pytest.approx(usual, rel=0.02)
 
 
-def test_play_shows_in_four_changes_and_more_of_which_none_is_most_of_it():
+def test_play_needs_four_changes_without_a_dominant_one():
     assert knocks(5.0, trains=4)[0] != ()
     assert knocks(5.0, trains=3, flips=5) == ((), 0.0)
     assert knocks(5.0, trains=4, flips=5)[0] != ()
@@ -304,20 +304,20 @@ def test_play_shows_in_four_changes_and_more_of_which_none_is_most_of_it():
     assert play.ratio == pytest.approx(5.0, rel=0.1)
 
 
-def test_fewer_than_five_half_cycles_tell_no_force():
+def test_fewer_than_five_half_cycles_show_no_force():
     rows = with_residual(rows_of(), 0.4 * (rows_of().position / 0.06) ** 2, noise=0.1)
     few = rows.at(rows.cycles.index < 4)
     assert missing_forces(few, DEFAULT) == ((), 0.0)
     assert missing_forces(rows.at(rows.cycles.index < 8), DEFAULT)[0] != ()
 
 
-def test_a_single_row_that_is_left_out_ends_a_stretch():
+def test_a_single_omitted_row_ends_a_stretch():
     rows = rows_of()
     assert rows.stretch.max() == 0
     assert np.flatnonzero(np.diff(rows.at(np.arange(TIME.size) != 700).stretch)).tolist() == [699]
 
 
-def test_of_many_rows_pieces_from_all_over_the_log_are_looked_at():
+def test_many_rows_are_reduced_to_pieces_of_the_whole_log():
     rows = rows_of(temperature=np.linspace(0.0, 1.0, TIME.size))
     assert rows.pieces(TIME.size) is rows
     pieces = rows.pieces(2000)

@@ -1,4 +1,4 @@
-"""What rows away from reversals say otherwise is in the intervals; where they agree, nothing is wider."""
+"""Intervals include differences from a fit away from reversals, and only those."""
 
 from dataclasses import replace
 from functools import cache
@@ -47,7 +47,7 @@ def kept(fits, name):
 
 
 @pytest.mark.slow
-def test_a_constant_force_is_told_from_a_damping_that_differs_by_direction():
+def test_a_constant_force_is_distinguished_from_directional_damping():
     fits = [uneven(seed) for seed in SEEDS]
     assert kept(fits, "offset") >= 5
     off = np.array([fit.parameters["offset"].value - TRUTH["offset"] for fit in fits])
@@ -56,13 +56,13 @@ def test_a_constant_force_is_told_from_a_damping_that_differs_by_direction():
 
 
 @pytest.mark.slow
-def test_friction_that_turns_late_is_told_from_where_it_does_not_turn():
+def test_friction_that_turns_late_is_identified_away_from_reversals():
     fits = [turned_late(seed) for seed in SEEDS]
     # By least squares alone none of them does.
     assert kept(fits, "F_C") >= 4
 
 
-def test_where_the_model_is_right_nothing_is_wider(monkeypatch):
+def test_a_right_model_has_no_wider_intervals(monkeypatch):
     motion = motion_of(3)
     log = log_of(motion, sliding_effort(motion))
     fits = [identify(log, "coulomb_viscous", axis=STATED, blocks=0, draws=40).best]
@@ -101,7 +101,7 @@ def test_a_model_that_has_a_damping_by_direction_does_not_share_it_with_another(
     np.testing.assert_array_equal(part.change(residual), alone.change(residual))
 
 
-def test_what_is_not_seen_away_from_reversals_stays():
+def test_parameters_invisible_away_from_reversals_are_kept():
     problem = problem_of("coulomb_viscous")
     # All that is left is one direction, in which a constant force and Coulomb's are one.
     rows = problem.away.rows & (problem.dataset.velocity > 0.0)
@@ -112,7 +112,7 @@ def test_what_is_not_seen_away_from_reversals_stays():
     assert "M" not in still
 
 
-def test_draws_lie_between_both_fits_where_they_differ_beyond_chance():
+def test_draws_lie_between_both_fits_if_they_differ_significantly():
     rng = np.random.default_rng(0)
     usual, errors = rng.normal(0.0, 1.0, (2, 400, 2))
     moved = between(np.array([20.0, 0.5]), usual, errors, rng)
@@ -122,13 +122,13 @@ def test_draws_lie_between_both_fits_where_they_differ_beyond_chance():
     np.testing.assert_array_equal(moved[:, 1], 0.0)
 
 
-def test_what_replicates_show_as_well_is_no_difference():
+def test_a_difference_as_in_replicates_does_not_count():
     rng = np.random.default_rng(1)
     usual, errors = rng.normal((20.0, 0.0), 1.0, (200, 2)).T[:, :, None]
     assert np.all(between(np.array([20.0]), usual, errors, rng) == 0.0)
 
 
-def test_where_rows_beside_reversals_only_disturb_draws_are_those_of_both_fits():
+def test_disturbed_rows_near_reversals_spread_draws_over_both_fits():
     rng = np.random.default_rng(2)
     sure, errors = rng.normal((0.0, 0.0), (0.1, 1.0), (400, 2)).T[:, :, None]
     # The fit errs by 1.5 of its standard errors, the other one hardly.
@@ -137,7 +137,7 @@ def test_where_rows_beside_reversals_only_disturb_draws_are_those_of_both_fits()
     assert np.ptp(np.percentile(draws, [2.5, 97.5])) < 1.2 * np.ptp(np.percentile(errors, [2.5, 97.5]))
 
 
-def test_waves_over_the_position_are_beside_friction_where_they_are_seen():
+def test_visible_waves_over_the_position_are_added_to_friction():
     problem = problem_of("coulomb_viscous")
     away, rng = problem.away, np.random.default_rng(3)
     noise = rng.normal(0.0, 0.1, away.rows.size)

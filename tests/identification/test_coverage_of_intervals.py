@@ -1,4 +1,4 @@
-"""Intervals from replicates of a log hold the truth, and each correction that makes them do so shows by itself.
+"""Intervals from replicates of a log contain the truth, and each correction is tested separately.
 
 One number for the coverage does not see most corrections: what one of them no longer explains, another one takes over.
 So each has a log of its own here, in which it is what counts, with the answer known from elsewhere: Student's interval
@@ -76,7 +76,7 @@ def levelled(count: int) -> Levelled:
     return Levelled(identify(log, "coulomb", mass=MASS, offset=0.0, axis=STATED, blocks=0, draws=140).best, levels)
 
 
-def test_of_few_levels_the_mean_has_students_interval():
+def test_the_mean_of_few_levels_has_students_interval():
     # From 4 to 6 levels Student's factor is 3.2 to 2.6: nobody knows the scatter of so few.
     shares = [
         half_width(levelled(count).fit.parameters["F_C"]) / (stats.t.ppf(0.975, count - 1) * levelled(count).standard_error)
@@ -85,7 +85,7 @@ def test_of_few_levels_the_mean_has_students_interval():
     assert 0.8 < np.mean(shares) < 1.2
 
 
-def test_the_scatter_is_what_the_levels_have_and_not_what_the_fit_leaves_of_it():
+def test_the_scatter_is_that_of_the_levels_not_of_the_residual():
     shares = [levelled(count).fit.resampling.scatter.value * LEVEL / np.std(levelled(count).levels, ddof=1) for count in FEW]
     assert 0.92 < np.mean(shares) < 1.08
 
@@ -99,17 +99,17 @@ def test_the_scatter_has_the_interval_of_chi_square(count):
 
 @cache
 def noisy():
-    """A fit to a log with nothing but white noise of the effort."""
+    """A fit to a log with only white noise of the effort."""
     return identify(log_of(MOTION, sliding_effort(MOTION, noise=0.3)), "coulomb_viscous", blocks=0, draws=40).best
 
 
-def test_what_noise_does_to_a_linear_fit_it_does_to_both_sides_alike():
+def test_noise_changes_a_linear_fit_symmetrically():
     for name in NAMES:
         item = noisy().parameters[name]
         assert np.mean(item.interval) == pytest.approx(item.value, abs=0.02 * half_width(item))
 
 
-def test_noise_explains_all_of_a_residual_that_is_noise():
+def test_noise_explains_a_residual_of_noise():
     bands = noisy().resampling.bands
     assert bands.noise == pytest.approx(0.3, rel=0.1)
     assert bands.unexplained < 0.3 * np.std(noisy().traces.residual)
@@ -123,7 +123,7 @@ def wavy(seed: int):
     return identify(log_of(MOTION, effort), "coulomb_viscous", axis=STATED, blocks=0, draws=40 if seed < 3 else 0).best
 
 
-def test_what_lasts_makes_intervals_as_wide_as_estimates_scatter():
+def test_correlated_residuals_make_intervals_as_wide_as_the_scatter_of_estimates():
     scatter = {name: np.std([wavy(seed).parameters[name].value for seed in range(24)], ddof=1) for name in NAMES}
     shares = {
         name: np.mean([half_width(wavy(seed).parameters[name]) for seed in range(3)]) / (1.96 * scatter[name])
@@ -143,11 +143,11 @@ def lasting_share() -> float:
     return block * 2.0 * s * (1.0 - s * (1.0 - np.exp(-1.0 / s)))
 
 
-def test_how_long_it_lasts_is_told():
+def test_the_correlation_time_is_reported():
     assert np.mean([wavy(seed).resampling.bands.lasting for seed in range(3)]) == pytest.approx(lasting_share(), rel=0.4)
 
 
-def test_a_level_that_scatters_does_not_count_as_what_lasts():
+def test_a_scattering_level_does_not_count_as_correlated_residual():
     motion, rng = swings(10), np.random.default_rng(0)
     levels = np.repeat(LEVEL * (1.0 + 0.1 * rng.standard_normal(10)), motion.time.size // 10)
     effort = MASS * motion.acceleration + levels * side_of(motion) + SIZE * coloured(5, LASTING, levels.size)
@@ -166,7 +166,7 @@ def rounded():
 
 
 @pytest.mark.parametrize("name", ["F_C", "F_v"])
-def test_the_bias_of_a_filter_is_turned_around(name):
+def test_the_bias_of_a_filter_is_reflected(name):
     item = rounded().parameters[name]
     bias, left = item.value - TRUTH[name], np.mean(item.interval) - TRUTH[name]
     assert abs(bias) > 2e-3 * TRUTH[name]
@@ -182,14 +182,14 @@ def spotted(seed: int) -> Log:
     return log_of(motion, sliding_effort(motion, seed, noise=0.2) + 4.0 * present)
 
 
-def test_bands_hold_19_of_20_though_what_the_model_lacks_is_rare_and_large():
+def test_bands_contain_19_of_20_despite_a_rare_large_model_error():
     fit = identify(spotted(0), "coulomb_viscous", axis=STATED, blocks=0, draws=20).best
     inside = [predict(fit.plant, fit.friction, spotted(seed), bands=fit.resampling.bands).inside_percent for seed in range(1, 5)]
     # A normal number of this size would be inside nine times of ten.
     assert 94.0 < np.mean(inside) < 98.5
 
 
-def test_bands_hold_what_a_fit_to_the_other_blocks_would_have_missed():
+def test_bands_contain_the_errors_of_fits_to_the_other_blocks():
     # Four fifths of it slow, with another mass than the last one, which decides on it where all are fitted.
     slow, fast = sines(4.8, DT, (0.08,), (0.2,), (0.0,)), sines(1.2, DT, (0.008,), (2.0,), (0.0,))
     parts = [np.concatenate(both) for both in zip(slow, fast, strict=True)]
@@ -205,7 +205,7 @@ def test_bands_hold_what_a_fit_to_the_other_blocks_would_have_missed():
     assert prediction.inside_percent > 50.0
 
 
-def test_what_is_weakly_seen_does_not_make_others_look_sure():
+def test_a_weakly_visible_parameter_does_not_make_others_look_certain():
     # Over 2 cm/s to and fro viscous friction hardly differs from Coulomb's.
     motion = sines(4.0, amplitudes=(0.01,), frequencies=(0.5,), phases=(0.3,))
     log = log_of(motion, sliding_effort(motion, noise=4.0))
@@ -218,7 +218,7 @@ def test_what_is_weakly_seen_does_not_make_others_look_sure():
 
 
 @pytest.mark.parametrize(("seed", "status"), [(4, "at_edge"), (0, "unidentifiable")])
-def test_at_an_edge_an_interval_goes_one_way(seed, status):
+def test_at_an_edge_an_interval_is_one_sided(seed, status):
     motion = sines(3.0)
     log = log_of(motion, sliding_effort(motion, seed, noise=1.0, F_v=0.0))
     item = identify(log, "coulomb_viscous", axis=STATED, mass=MASS, blocks=0, draws=40).best.parameters["F_v"]
@@ -255,7 +255,7 @@ def drawn(count: int, *, signal: str = "effort", **causes: float) -> np.ndarray:
     return np.array([values(disturbed, seed) for seed in range(count)]) - values(none, 0)
 
 
-def test_nobody_knows_where_the_steps_of_the_encoder_of_a_replicate_lie():
+def test_a_replicate_has_a_random_encoder_phase():
     step = 1e-5
     off = drawn(100, signal="position", resolution=step)
     assert np.max(np.abs(off)) <= 0.5 * step * (1.0 + 1e-6)
@@ -271,21 +271,21 @@ def test_noise_of_a_replicate_is_white():
 
 
 @pytest.mark.parametrize(("step", "noise"), [(1e-5, 0.0), (0.0, 3e-6), (1e-5, 8e-6)])
-def test_noise_of_the_position_is_what_rounding_is_not(step, noise):
+def test_noise_of_the_position_excludes_rounding(step, noise):
     shaken = MOTION.position + noise * np.random.default_rng(6).standard_normal(MOTION.time.size)
     log = log_of(MOTION._replace(position=shaken), sliding_effort(MOTION), step=step)
     result = disturbance_of(treat(log, Axis(resolution=step or None)), 0.0)
     assert result.jitter == pytest.approx(noise, rel=0.2, abs=0.2 * step)
 
 
-def test_noise_of_the_position_explains_a_residual_that_it_makes():
+def test_noise_of_the_position_explains_its_residual():
     shaken = MOTION.position + 8e-6 * np.random.default_rng(0).standard_normal(MOTION.time.size)
     log = log_of(MOTION._replace(position=shaken), sliding_effort(MOTION, noise=0.0))
     fit = identify(log, "coulomb_viscous", axis=STATED, blocks=0, draws=20).best
     assert fit.resampling.bands.unexplained < 0.6 * np.std(fit.traces.residual)
 
 
-def test_the_level_of_a_replicate_is_another_one_after_each_turn():
+def test_the_level_of_a_replicate_changes_at_each_reversal():
     off = drawn(60, scatter=SCATTER) * side_of(MOTION)
     starts = np.flatnonzero(np.diff(np.sign(MOTION.velocity))) + 1
     # The edges, in which a filter has its transient, have no turns of their own.
@@ -295,7 +295,7 @@ def test_the_level_of_a_replicate_is_another_one_after_each_turn():
     assert np.max(np.abs(np.corrcoef(levels.T) - np.eye(levels.shape[1]))) < 0.5
 
 
-def test_noise_that_lasts_tells_a_level_no_better_than_the_few_rows_that_it_is_worth():
+def test_correlated_noise_counts_as_its_few_independent_rows():
     # Now and then a half-cycle that is so short that noise is most of what it tells.
     lengths, along = np.tile([400] * 6 + [20], 4), 0.8
     groups, slope = Groups(np.repeat(np.arange(lengths.size), lengths)), np.ones(lengths.sum())
@@ -351,24 +351,24 @@ def looped(count: int, *, scatter=0.0, step=1e-7, noise=0.02, wave=0.0, spot=0.0
     return Looped(identify(log, "coulomb", axis=axis, blocks=0, draws=40).best, log, axis, levels)
 
 
-def test_in_a_loop_the_level_scatters_too():
+def test_in_a_loop_the_level_scatters():
     item = looped(6, scatter=SCATTER)
     assert item.fit.resampling.scatter.value * LEVEL == pytest.approx(np.std(item.levels, ddof=1), rel=0.2)
     assert 0.6 < half_width(item.fit.parameters["F_C"]) / (1.96 * stats.sem(item.levels)) < 1.6
 
 
-def test_in_a_loop_steps_of_the_encoder_explain_the_effort_that_they_cause():
+def test_in_a_loop_encoder_steps_explain_the_effort_that_they_cause():
     fit = looped(4, step=5e-6, noise=0.0).fit
     assert fit.resampling.bands.unexplained < 0.2 * fit.loop_rmse
 
 
-def test_in_a_loop_nobody_knows_where_the_steps_of_its_encoder_lie():
+def test_in_a_loop_a_replicate_has_a_random_encoder_phase():
     draws = looped(3, step=1e-5, noise=0.0).fit.resampling.bands.draws["F_C"]
     # Nothing else disturbs these replicates; were it known, all would be one and its mirror image.
     assert np.unique(draws.round(9)).size > 30
 
 
-def test_in_a_loop_what_lasts_comes_back_with_either_sign():
+def test_in_a_loop_a_correlated_residual_has_a_random_sign():
     path = swings(3)
     # By how much a wave of an unknown phase moves the mean of what opposes the motion.
     moved = abs(np.mean(side_of(path) * np.exp(2j * np.pi * path.time / WAVE))) / 2.0**0.5
@@ -378,7 +378,7 @@ def test_in_a_loop_what_lasts_comes_back_with_either_sign():
     assert half_width(level) > 0.5 * 1.96 * moved
 
 
-def test_in_a_loop_bands_hold_what_is_rare_and_large():
+def test_in_a_loop_bands_contain_rare_large_errors():
     item = looped(6, spot=4.0)
     prediction = predict(item.fit.plant, item.fit.friction, item.log, item.axis, "closed-loop", bands=item.fit.resampling.bands)
     assert 94.0 < prediction.inside_percent < 98.5
@@ -395,7 +395,7 @@ def cornered(name: str):
     return br.identify({"time": t, "position": position, "effort": effort}, name, method="inverse_dynamics", draws=40, blocks=0)
 
 
-def test_what_the_filter_rounds_is_known_from_replicates_that_it_rounds_alike():
+def test_bias_of_the_filter_at_corners_is_known_from_replicates():
     fit = cornered("lugre")
     for name, truth in ROUNDED.items():
         item = fit.parameters[name]

@@ -1,4 +1,4 @@
-"""Segments of a log, and the rows that signals along them become."""
+"""Segments of a log, and the rows of signals along them."""
 
 from dataclasses import replace
 
@@ -25,7 +25,7 @@ def dataset():
     return dataset_of()
 
 
-def test_rows_are_every_so_many_samples_behind_the_edges(dataset):
+def test_rows_are_decimated_samples_without_the_edges(dataset):
     assert dataset.dropped == 50  # five periods of the cut-off
     assert np.allclose(np.diff(dataset.time), 0.01)
     assert dataset.time[0] == pytest.approx(0.05)
@@ -35,7 +35,7 @@ def test_rows_are_every_so_many_samples_behind_the_edges(dataset):
     assert np.all(dataset.segment_of_row == 0)
 
 
-def test_a_row_takes_so_much_of_each_sample_that_a_constant_stays(dataset):
+def test_weights_of_samples_in_a_row_keep_a_constant(dataset):
     response = dataset.response
     assert np.sum(response) == pytest.approx(1.0, abs=1e-4)
     assert response == pytest.approx(response[::-1], abs=1e-4)
@@ -55,7 +55,7 @@ def test_rows_follow_motion_and_effort(dataset):
     np.testing.assert_allclose(dataset.acceleration[2:-2], MOTION.acceleration[at][2:-2], atol=2e-2)
 
 
-def test_reversals_and_rests_are_as_far_from_a_row_as_samples_lie_between(dataset):
+def test_distances_from_reversals_and_rests_count_samples(dataset):
     (turns,) = dataset.reversals
     truth = np.flatnonzero(np.diff(np.sign(MOTION.velocity))) + 1
     inside = truth[(truth > 50) & (truth < 3950)]
@@ -68,7 +68,7 @@ def test_reversals_and_rests_are_as_far_from_a_row_as_samples_lie_between(datase
     assert np.all(np.isinf(one_way.samples_from_reversal))
 
 
-def test_rests_are_no_rows_unless_they_are_kept():
+def test_rests_are_not_rows_unless_kept():
     motion = strokes(2)
     moving = dataset_of(motion)
     assert moving.rest_share == pytest.approx(0.44, abs=0.08)
@@ -92,7 +92,7 @@ def test_noise_of_the_position_counts_by_the_fifth_power_of_the_bandwidth(datase
     assert replace(noisy, noise=1e3).acceleration_noise_share == 1.0
 
 
-def test_a_plant_and_its_friction_explain_what_was_made_of_them(dataset):
+def test_plant_and_friction_explain_the_effort_made_with_them(dataset):
     plant, friction = inertia(M=12.0), with_slots(coulomb_viscous, [])(F_C=8.0, F_v=30.0, offset=1.5)
     (explained,) = dataset.explained(plant, friction)
     inner = slice(100, -100)
@@ -101,7 +101,7 @@ def test_a_plant_and_its_friction_explain_what_was_made_of_them(dataset):
     np.testing.assert_allclose(dataset.mechanical_rows(plant), 12.0 * dataset.acceleration, atol=1e-9)
 
 
-def test_a_motion_that_repeats_has_been_through_its_first_cycle():
+def test_a_periodic_motion_runs_through_its_first_cycle():
     motion = sines(4.0, amplitudes=(0.02,), frequencies=(0.5,), phases=(0.3,))
     segment = dataset_of(motion, axis=replace(STATED, in_cycle=True)).segments[0]
     assert segment.first_cycle == pytest.approx(2000, abs=2)
@@ -109,7 +109,7 @@ def test_a_motion_that_repeats_has_been_through_its_first_cycle():
     assert signals["v"].size == 4000 + segment.first_cycle
     assert signals["v"][segment.first_cycle :].tolist() == segment.velocity.tolist()
     np.testing.assert_allclose(signals["x"][segment.first_cycle :], segment.position + 0.5 * DT * segment.velocity, rtol=1e-12)
-    with pytest.raises(InputError, match="does not come back to where it began"):
+    with pytest.raises(InputError, match="does not return to its start"):
         dataset_of(sines(0.9), axis=replace(STATED, in_cycle=True))
 
 
@@ -127,12 +127,12 @@ def test_logs_follow_each_other_in_time_and_noise_is_their_root_mean_square():
     slower = sines(8.0, dt=2e-3)
     with pytest.raises(InputError, match=r"was sampled every 2 ms, the first log every 1 ms"):
         treat_all([logs[0], log_of(slower, sliding_effort(slower))], [STATED, STATED], 50.0, 10)
-    with pytest.raises(InputError, match="has another cutoff than the first log"):
+    with pytest.raises(InputError, match="has a different cutoff than the first log"):
         treat_all(logs, [replace(STATED, cutoff=80.0), replace(STATED, cutoff=90.0)], None, 10)
 
 
 @pytest.mark.parametrize("delay", [0.004, -0.0035])
-def test_an_effort_that_lags_is_brought_back(dataset, delay):
+def test_a_lagging_effort_is_shifted_back(dataset, delay):
     late = np.interp(MOTION.time - delay, MOTION.time, MOTION.position)
     moved = shifted(dataset_of(effort=late), delay)
     inner = slice(100, -100)
@@ -141,7 +141,7 @@ def test_an_effort_that_lags_is_brought_back(dataset, delay):
     assert shifted(dataset, 0.0) is dataset
 
 
-def test_a_filter_of_the_position_is_taken_out_of_all_that_is_made_of_it(dataset):
+def test_a_filter_of_the_position_is_removed_from_all_derived_signals(dataset):
     lag = 0.003
     sharp = aligned(dataset, Alignment(delay=0.0, smoothing=-lag, of_position=True))
     blurred = aligned(dataset, Alignment(delay=0.0, smoothing=lag, of_position=True))
@@ -166,7 +166,7 @@ def test_a_derivative_of_fourth_order_is_that_of_a_fast_sine():
     assert error[1] < 5e-4
 
 
-def test_what_was_found_of_the_alignment_is_told_and_what_was_not_is_left_out():
+def test_data_of_an_alignment_contain_only_known_values():
     result = Alignment(delay=2e-3, delay_half_width=1e-4, smoothing=-3e-3, smoothing_half_width=1e-3, mass=12.0, slow=5.0)
     assert result.as_data() == (
         {"delay": 2e-3, "delay_half_width": 1e-4, "smoothing": -3e-3, "smoothing_half_width": 1e-3, "mass": 12.0, "slow": 5.0}
@@ -176,7 +176,7 @@ def test_what_was_found_of_the_alignment_is_told_and_what_was_not_is_left_out():
     assert Alignment().as_data() == {}
 
 
-def test_a_cutoff_lies_below_half_of_the_sampling_frequency_and_is_a_tenth_of_that_unless_told():
+def test_a_cutoff_is_below_half_the_sampling_frequency_and_a_tenth_by_default():
     log = log_of(MOTION, sliding_effort(MOTION))
     treated = treat(log, Axis())
     assert (treated.cutoff, treated.decimation) == (100.0, 10)
@@ -191,14 +191,14 @@ def test_a_cutoff_lies_below_half_of_the_sampling_frequency_and_is_a_tenth_of_th
     assert treat(log_of(short, sliding_effort(short)), link, 100.0).decimation == 5
 
 
-def test_an_effort_that_is_held_acts_half_a_sample_later(dataset):
+def test_a_zero_order_hold_delays_the_effort_by_half_a_sample(dataset):
     ramp = np.arange(4000.0)
     plain, held = dataset_of(effort=ramp), dataset_of(effort=ramp, axis=replace(STATED, held=True))
     inner = slice(200, -200)
     np.testing.assert_allclose(plain.segments[0].effort[inner] - held.segments[0].effort[inner], 0.5, atol=1e-6)
 
 
-def test_segments_too_short_for_the_filter_are_left_out():
+def test_segments_too_short_for_the_filter_are_omitted():
     cut = dataset_of(segments=(slice(0, 300), slice(300, 2000), slice(2000, 4000)))
     assert [segment.time[0] for segment in cut.segments] == pytest.approx([0.3, 2.0])
     assert cut.segment_of_row.max() == 1

@@ -1,4 +1,4 @@
-"""What is found of a log before any model: the delay between effort and position, a filter in one of them, inertia."""
+"""Estimates before any model: delay between effort and position, a filter in one channel, inertia."""
 
 import sys
 from dataclasses import replace
@@ -72,7 +72,7 @@ def test_a_delay_is_found_to_a_fraction_of_a_sample(samples):
     assert abs(result.mass - TRUTH["M"]) < result.mass_half_width < 0.005 * TRUTH["M"]
 
 
-def test_steps_of_the_encoder_do_not_make_the_inertia_too_small():
+def test_encoder_steps_do_not_bias_the_inertia():
     log, rows = late(-0.5 * DT, step=1e-4), {"cutoff": 200.0, "decimation": 2}
     plain = identify(log, "coulomb_viscous", axis=Axis(seeks_delay=False), blocks=0, draws=0, **rows).best.parameters["M"]
     mass = identify(log, "coulomb_viscous", blocks=0, draws=0, **rows).best.parameters["M"]
@@ -91,7 +91,7 @@ def test_steps_of_the_encoder_do_not_make_the_inertia_too_small():
         ("command", "smoothing", -3e-3, "dahl"),
     ],
 )
-def test_a_filter_in_one_channel_is_found_and_taken_out(channel, key, lag, model):
+def test_a_filter_in_one_channel_is_found_and_removed(channel, key, lag, model):
     log = late(**{f"{channel}_lag": abs(lag)})
     fit = identify(log, model, blocks=0, draws=0)
     assert {"smoothing", "position_smoothing"} & set(fit.treatment) == {key}
@@ -110,7 +110,7 @@ def test_a_filter_in_one_channel_is_found_and_taken_out(channel, key, lag, model
 
 
 @pytest.mark.slow
-def test_while_the_channel_is_looked_for_it_is_told_and_a_person_may_interrupt(monkeypatch):
+def test_the_search_for_the_channel_reports_progress_and_can_be_interrupted(monkeypatch):
     log, text = late(position_lag=3e-3), list[str]()
     identify(log, "coulomb_viscous", blocks=0, draws=0, progress=lambda share, task: text.append(task))
     assert text[0] == "looking for the channel that was filtered"
@@ -127,7 +127,7 @@ def test_while_the_channel_is_looked_for_it_is_told_and_a_person_may_interrupt(m
     assert identify(late(effort_lag=3e-3), "coulomb_viscous", blocks=0, draws=0).treatment["smoothing"] > 0.0
 
 
-def test_what_is_late_biases_nothing_and_is_told():
+def test_a_late_effort_biases_no_parameter_and_is_reported():
     log = late(3.0 * DT)
     plain = identify(log, "coulomb_viscous", axis=Axis(seeks_delay=False, cutoff=100.0), blocks=0, draws=0)
     fit = identify(log, "coulomb_viscous", blocks=0, draws=0)
@@ -153,7 +153,7 @@ def test_the_inertia_does_not_depend_on_the_cutoff():
     assert narrow == pytest.approx(wide, rel=1e-3)
 
 
-def test_the_axis_file_says_whether_it_is_sought(tmp_path):
+def test_the_axis_file_decides_whether_the_delay_is_sought(tmp_path):
     text = 'schema = 1\nkind = "translational"\n[columns]\nposition = "q"\n[timing]\n'
     for line, sought in (("", True), ('delay = "identify"', True), ("delay = 0", False), ('delay = "1 ms"', False)):
         (tmp_path / "axis.toml").write_text(text + line)
@@ -167,7 +167,7 @@ def test_a_stated_delay_is_left_alone():
     assert not [diagnostic for diagnostic in stated.best.diagnostics if diagnostic.code in ("delay_found", "delay_rough", "delay_unknown")]
 
 
-def test_a_log_that_does_not_show_it_is_not_refused():
+def test_a_log_that_does_not_show_the_delay_is_accepted():
     motion = sines(12.0, DT, (0.03,), (0.2,), (0.0,))
     log = log_of(motion, sliding_effort(motion, noise=1.0))
     fit = identify(log, "coulomb_viscous", blocks=0, draws=0).best
@@ -175,13 +175,13 @@ def test_a_log_that_does_not_show_it_is_not_refused():
     assert any("hardly shows by how much the effort lags" in diagnostic for diagnostic in warnings_of(fit))
 
 
-def test_friction_before_sliding_is_taken_for_no_delay():
+def test_presliding_is_not_taken_for_a_delay():
     fine = sines(20.0, 1e-4, (6e-6, 3e-6), (0.5, 1.7), (0.0, 1.0))
     friction = force_along(find("maxwell_slip")(F_C=20.0, k_i=[3e6, 2e6], nu_i=[0.5, 0.5]), fine.velocity, 1e-4)
     assert found_in(log_of(type(fine)(*(item[::10] for item in fine)), friction[::10])).delay is None
 
 
-def test_a_long_way_before_sliding_is_taken_for_no_filter():
+def test_long_presliding_is_not_taken_for_a_filter():
     fine, motion = sines(dt=FINE, **FAST), sines(dt=DT, **FAST)
     friction = force_along(find("dahl")(F_C=TRUTH["F_C"], sigma_0=1e5), fine.velocity, FINE)
     effort = (sliding_effort(fine, noise=0.0, F_C=0.0) + friction)[:: round(DT / FINE)]
@@ -191,7 +191,7 @@ def test_a_long_way_before_sliding_is_taken_for_no_filter():
 
 
 @pytest.mark.slow
-def test_how_sure_the_delay_is_widens_what_depends_on_it(monkeypatch):
+def test_uncertainty_of_the_delay_widens_dependent_intervals(monkeypatch):
     log, widths = late(0.0), []
     for width in (0.0, 3.0 * DT):
         result = replace(found_in(log), delay_half_width=width)
@@ -201,7 +201,7 @@ def test_how_sure_the_delay_is_widens_what_depends_on_it(monkeypatch):
     assert widths[1] > 3.0 * widths[0]
 
 
-def test_rows_that_want_another_inertia_are_told(monkeypatch):
+def test_rows_that_contradict_the_inertia_are_reported(monkeypatch):
     log, result = late(0.0), found_in(late(0.0))
     for factor, text in ((1.0, False), (1.05, True)):
         other = replace(result, mass=factor * result.mass)
@@ -210,7 +210,7 @@ def test_rows_that_want_another_inertia_are_told(monkeypatch):
         assert ("stages_differ" in [diagnostic.code for diagnostic in fit.diagnostics]) is text, factor
 
 
-def test_a_delay_that_is_known_roughly_is_taken_out_and_told_as_unknown():
+def test_a_roughly_known_delay_is_removed_and_reported_as_uncertain():
     fit = identify(late(3.0 * DT), "coulomb_viscous", blocks=0, draws=0, settings=Settings(delay_rough=0.01)).best
     (printed,) = (diagnostic for diagnostic in fit.diagnostics if diagnostic.code == "delay_rough")
     assert printed.numbers["samples"] == pytest.approx(3.0, abs=0.1)
@@ -219,7 +219,7 @@ def test_a_delay_that_is_known_roughly_is_taken_out_and_told_as_unknown():
 
 
 @pytest.mark.parametrize(("model", "severity"), [("coulomb_viscous", "note"), ("dahl", "warning")])
-def test_a_delay_that_may_be_a_filter_is_told_where_friction_before_sliding_feels_it(monkeypatch, model, severity):
+def test_a_delay_that_may_be_a_filter_is_reported_if_presliding_depends_on_it(monkeypatch, model, severity):
     log, result = late(4.0 * DT), found_in(late(4.0 * DT))
     assert not result.filter_open
     unsure = replace(result, filter_open=True)
@@ -232,7 +232,7 @@ def test_a_delay_that_may_be_a_filter_is_told_where_friction_before_sliding_feel
 
 
 @pytest.mark.slow
-def test_where_the_treatment_is_in_doubt_intervals_of_what_shows_at_reversals_are_wider(monkeypatch):
+def test_a_doubtful_treatment_widens_intervals_of_reversal_parameters(monkeypatch):
     log, result, widths, text = late(4.0 * DT), found_in(late(4.0 * DT)), [], []
     for is_open in (False, True):
         unsure = replace(result, filter_open=is_open)
@@ -252,7 +252,7 @@ def test_where_the_treatment_is_in_doubt_intervals_of_what_shows_at_reversals_ar
 
 
 @pytest.mark.parametrize("code", ["delay_unknown", "delay_rough", "delay_or_filter", "filter_suspect", "stages_differ"])
-def test_each_doubt_about_the_treatment_counts_for_what_shows_where_friction_turns(code):
+def test_each_doubt_about_the_treatment_counts_for_reversal_parameters(code):
     variables = find("lugre").variables
     solution = SimpleNamespace(space=SimpleNamespace(reported=(*variables, "k_1")))
     estimation = SimpleNamespace(resampled=(SimpleNamespace(parameters=SimpleNamespace(variables=variables)), solution))
@@ -263,7 +263,7 @@ def test_each_doubt_about_the_treatment_counts_for_what_shows_where_friction_tur
 
 @pytest.mark.slow
 @pytest.mark.parametrize("lags", [{}, {"effort_lag": 4e-3}])
-def test_nobody_asks_for_the_channel_where_the_effort_alone_can_have_been_filtered(monkeypatch, lags):
+def test_the_channel_is_not_sought_if_only_the_effort_can_be_filtered(monkeypatch, lags):
     requested = []
     monkeypatch.setattr(sys.modules["bristle.identification.identify"], "_left", lambda context: requested.append(0) or 0.0)
     identify(late(**lags), "coulomb_viscous", blocks=0, draws=0)
@@ -272,13 +272,13 @@ def test_nobody_asks_for_the_channel_where_the_effort_alone_can_have_been_filter
     assert len(requested) == 2
 
 
-def test_an_effort_that_runs_ahead_roughly_is_told_without_a_sign():
+def test_a_rough_negative_delay_is_reported_without_a_sign():
     fit = identify(late(-3.0 * DT), "coulomb_viscous", blocks=0, draws=0, settings=Settings(delay_rough=0.01)).best
     (printed,) = (text for text in warnings_of(fit) if "only roughly" in text)
     assert "runs ahead of the position by 3 ms (3.0 samples" in printed
 
 
-def test_thresholds_decide_what_is_known():
+def test_thresholds_decide_which_values_are_known():
     log = late(2.2 * DT)
     assert alignment_of([log], [None], Settings(delay_unsure=0.01)).delay is None
 
@@ -291,7 +291,7 @@ def test_the_derivative_is_of_fourth_order():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("factor", [0.85, 1.0, 1.15])
-def test_the_interval_of_an_inertia_reaches_over_both_stages_where_they_have_nothing_in_common(monkeypatch, factor):
+def test_interval_of_an_inertia_spans_both_stages_if_they_are_disjoint(monkeypatch, factor):
     log, result = late(0.0), found_in(late(0.0))
     other = replace(result, mass=factor * result.mass, mass_half_width=0.04 * result.mass)
     monkeypatch.setattr(sys.modules["bristle.identification.identify"], "alignment_of", lambda *_, **__: other)

@@ -1,4 +1,4 @@
-"""A drive that is not rigid is reported by its own signature, and no friction model is named for it."""
+"""An elastic drive is reported by its signature, without a friction model."""
 
 from types import SimpleNamespace
 
@@ -59,7 +59,7 @@ def test_antiresonance_and_load_are_those_of_the_axis(motion, frequency):
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_a_rigid_axis_has_none_whatever_noise_lag_and_delay(motion, seed):
+def test_a_rigid_axis_has_no_coupling_for_any_noise_lag_and_delay(motion, seed):
     for measured in (lambda effort: effort, lambda effort: np.roll(effort, 3), behind_lag):
         assert coupling_of(motion, share=0.0, seed=seed, noise=0.3, measured=measured) is None
 
@@ -68,13 +68,13 @@ def behind_lag(signal, lag=4e-3):
     return np.fft.irfft(np.fft.rfft(signal) / (1.0 + 2j * np.pi * np.fft.rfftfreq(signal.size, DT) * lag), signal.size)
 
 
-def test_what_is_not_excited_or_beyond_the_filter_is_none(motion):
+def test_a_coupling_not_excited_or_beyond_the_filter_is_not_reported(motion):
     assert coupling_of(motion, noise=0.1) is not None
     assert coupling_of(motion, noise=30.0) is None
     assert coupling_of(motion, cutoff=20.0) is None
 
 
-def test_a_log_of_few_blocks_tells_none():
+def test_a_log_of_few_blocks_shows_no_coupling():
     motion = sines(4.0, amplitudes=(0.03, 0.012, 0.004), frequencies=(0.3, 0.85, 2.3))
     assert motion.time.size / 250 < FEWEST_BLOCKS
     assert coupling_of(motion) is None
@@ -88,7 +88,7 @@ def named_models(fit):
     return {diagnostic.numbers.get("model") for diagnostic in fit.diagnostics} - {None, ""}
 
 
-def test_an_elastic_axis_is_reported_and_no_friction_model_named(motion):
+def test_an_elastic_axis_is_reported_without_a_friction_model(motion):
     moved, effort = two_masses(motion, 43.0, 0.4)
     log = log_of(moved, effort, step=1e-8)
     static = identify(log, "coulomb_viscous", axis=STATED, blocks=0, draws=0).best
@@ -101,7 +101,7 @@ def test_an_elastic_axis_is_reported_and_no_friction_model_named(motion):
     assert text.startswith("the load is coupled elastically: antiresonance near 4")
 
 
-def test_a_periodic_error_of_the_encoder_is_no_force_over_the_position():
+def test_a_periodic_encoder_error_is_not_a_force_over_the_position():
     motion = sines(20.0, amplitudes=(0.03, 0.012, 0.004), frequencies=(0.3, 0.85, 2.3))
     effort = sliding_effort(motion, noise=0.1)
     shifted = motion._replace(position=motion.position + 4e-6 * np.sin(2.0 * np.pi * motion.position / 0.01))
@@ -114,7 +114,7 @@ def test_a_periodic_error_of_the_encoder_is_no_force_over_the_position():
     assert "missing_ripple" in codes_of(best)
 
 
-def test_a_resonance_is_clear_beyond_chance_where_it_is_much_and_a_part_of_it_lies_below():
+def test_a_clear_resonance_is_significant_large_and_partly_below_its_frequency():
     resonance = _Resonance(frequency=50.0, ratio=0.5, of_friction=0.1, gain=40.0, below=10.0, share=0.2, least=30.0)
     assert resonance.clear
     for doubt in ({"gain": 29.0}, {"share": 0.09}, {"below": 7.0}, {"below": 41.0}):

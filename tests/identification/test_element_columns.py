@@ -1,4 +1,4 @@
-"""The columns of elements are what the model with its slots answers: one equation, in the kernels of friction."""
+"""The columns of elements agree with the model and its slots, computed by the kernels of friction."""
 
 import numpy as np
 import pytest
@@ -52,7 +52,7 @@ def test_columns_times_values_are_the_effort_of_the_model_with_its_slots(name, p
     assert text + fixed == pytest.approx(wanted, rel=1e-9, abs=1e-9 * float(np.max(np.abs(wanted))))
 
 
-def test_errors_of_level_and_stiffness_are_those_of_sums_over_elements_that_are_free():
+def test_errors_of_level_and_stiffness_are_those_of_sums_over_free_elements():
     dataset = treat(elements_log(duration=3.0, noise=0.5), None, cutoff=80.0, decimation=2)
     elements = elements_of(context_of(dataset, PriorKnowledge(None, {"M": MASS})), find("maxwell_slip"))
     problem, solution = elements.solution()

@@ -1,4 +1,4 @@
-"""Elements that slip, from logs with known elements: level, stiffness and the curve between come back."""
+"""Elements that slip, from logs with known elements: level, stiffness and virgin curve are recovered."""
 
 from dataclasses import replace
 
@@ -41,7 +41,7 @@ def elements_log(name="maxwell_slip", *, noise=0.05, seed=0, duration=12.0, load
     return replace(log, **{key: Channel(item, units[key], key) for key, item in around.items() if item is not None})
 
 
-def test_level_stiffness_and_the_curve_between_come_back():
+def test_level_stiffness_and_virgin_curve_are_recovered():
     fit = identify(elements_log(), "maxwell_slip", axis=KNOWN, draws=0).best
     values = fit.friction.values
     assert fit.name == "maxwell_slip"
@@ -57,7 +57,7 @@ def test_level_stiffness_and_the_curve_between_come_back():
     assert fit.further == len(values["k_i"]) - 2
 
 
-def test_long_strokes_of_which_the_stiffness_takes_little():
+def test_long_strokes_with_little_presliding():
     fine, dt = 4, 2e-4
     motion = sines(8.0, dt / fine, (1.5e-2, 3e-3, 2e-4), (0.31, 0.83, 1.97))
     truth = find("maxwell_slip")(**ELEMENTS, sigma_2=300.0)
@@ -70,7 +70,7 @@ def test_long_strokes_of_which_the_stiffness_takes_little():
     assert stiffness.value == pytest.approx(sum(ELEMENTS["k_i"]), rel=0.02)
 
 
-def test_they_come_before_models_of_local_memory_where_loops_lie_inside_loops():
+def test_elements_rank_before_local_memory_for_loops_inside_loops():
     identification = identify(elements_log(), "dahl,maxwell_slip", axis=KNOWN, decimation=10, draws=0)
     assert identification.best.name == "maxwell_slip"
     errors = {fit.name: fit.held_out.mean_percent for fit in identification.fits}
@@ -87,7 +87,7 @@ def test_a_model_file_with_elements_predicts_another_log(tmp_path):
     assert text.metrics["force_unit"] == "N"
 
 
-def test_friction_that_varies_along_the_axis_is_told_from_a_force_that_does():
+def test_friction_over_the_position_is_distinguished_from_a_force_over_it():
     truth = {"x_0": 0.0, "x_L": 50e-6, "p_1": 0.15, "p_2": -0.2, "a_1": 1.2, "a_2": -0.8}
     log = elements_log("maxwell_slip+position", **truth)
     identification = identify(log, "maxwell_slip,maxwell_slip+position", axis=KNOWN, draws=0)
@@ -116,12 +116,12 @@ def test_load_and_temperature_are_factors_of_friction():
     # The search finds the same for a model that is no list of elements.
     coulomb = identify(log, "coulomb_viscous+load", axis=KNOWN, decimation=20, blocks=0, draws=0).best
     assert coulomb.parameters["k_L"].value == pytest.approx(0.8, abs=0.15)
-    with pytest.raises(InputError, match=r"has no load, which \+load needs"):
+    with pytest.raises(InputError, match=r"has no load, needed by \+load"):
         identify(elements_log(), "maxwell_slip+load", axis=KNOWN, draws=0)
 
 
 @pytest.mark.slow
-def test_the_interval_of_the_level_leaves_the_shape_free():
+def test_the_interval_of_the_level_includes_the_shape():
     fits = [identify(elements_log(seed=seed), "maxwell_slip", axis=KNOWN, blocks=0, draws=0).best for seed in range(8)]
     for name in ("F_C", "offset"):
         spread = float(np.std([fit.parameters[name].value for fit in fits], ddof=1))
@@ -129,7 +129,7 @@ def test_the_interval_of_the_level_leaves_the_shape_free():
         assert fits[0].parameters[name].std < 10.0 * spread, name
 
 
-def test_at_one_speed_viscous_friction_is_no_number():
+def test_at_one_speed_viscous_friction_is_not_a_number():
     t = 1e-3 * np.arange(20_000)
     way = np.abs((8e-6 * t + 20e-6) % 80e-6 - 40e-6) - 20e-6
     motion = Motion(t, way, np.gradient(way, t), 0.0 * t)
@@ -141,7 +141,7 @@ def test_at_one_speed_viscous_friction_is_no_number():
     assert fit.parameters["F_C"].value == pytest.approx(20.0, rel=0.02)
 
 
-def test_levels_by_direction_are_as_sure_as_a_level_and_an_offset():
+def test_levels_by_direction_are_as_certain_as_a_level_and_an_offset():
     t = 1e-3 * np.arange(12_000)
     way = np.abs((16e-6 * t + 20e-6) % 80e-6 - 40e-6) - 20e-6
     motion = Motion(t, way, np.gradient(way, t), 0.0 * t)
@@ -186,7 +186,7 @@ def elements_through(step):
 
 
 @pytest.mark.slow
-def test_elements_that_slip_within_five_encoder_steps_do_not_tell_a_stiffness():
+def test_elements_within_five_encoder_steps_do_not_identify_a_stiffness():
     requested = {"axis": KNOWN, "cutoff": 250.0, "decimation": 2, "blocks": 0, "draws": 20}
     coarse, fine = (identify(elements_through(step), "maxwell_slip", **requested).best for step in (1e-7, 1e-8))
     stiffness = coarse.parameters["s"]

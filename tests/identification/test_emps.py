@@ -50,7 +50,7 @@ def test_symmetric_friction_as_published(emps):
     assert "motion_repeats" in {diagnostic.code for diagnostic in fit.diagnostics}
 
 
-def test_what_the_symmetric_model_lacks_is_the_direction_and_a_turn_of_the_screw(emps):
+def test_the_symmetric_model_lacks_directions_and_a_ripple_of_the_screw(emps):
     fit = identify(emps, "coulomb_viscous", draws=0, blocks=0).best
     missing = {diagnostic.code: diagnostic.numbers for diagnostic in fit.diagnostics if diagnostic.code.startswith("missing_")}
     assert missing["missing_direction"]["model"] == "coulomb_viscous+asymmetry"
@@ -68,7 +68,7 @@ def test_friction_by_direction_as_published(emps):
     assert fit.held_out.mean_percent < 0.8 * result.fits[1].held_out.mean_percent
 
 
-def test_with_nothing_stated_the_command_runs_ahead_of_the_same_axis(emps):
+def test_without_a_stated_delay_the_command_leads_the_position(emps):
     masses = []
     for cutoff in (100.0, 25.0):
         fit = identify(emps, "coulomb_viscous", cutoff=cutoff, blocks=0, draws=0).best
@@ -88,14 +88,14 @@ def test_other_cutoffs_find_the_same_mechanism(emps, cutoff):
     assert 3.0 < fit.force_error_percent < 4.2
 
 
-def test_residuals_that_last_widen_the_intervals(emps):
+def test_correlated_residuals_widen_the_intervals(emps):
     parameters = identify(emps, "coulomb_viscous", axis=PUBLISHED, draws=0).best.parameters
     for name, ratio in {"M": 1.8, "F_v": 5.5, "F_C": 4.8, "offset": 4.4}.items():
         assert parameters[name].robust_std / parameters[name].std == pytest.approx(ratio, rel=0.1), name
 
 
 @pytest.mark.slow
-def test_a_model_that_the_log_leaves_half_open_is_not_the_first(emps):
+def test_a_model_half_unidentified_is_not_the_first(emps):
     result = identify(emps, "lugre+asymmetry,coulomb_viscous+asymmetry,coulomb_viscous", draws=0)
     names = [fit.name for fit in result.fits]
     assert names == ["coulomb_viscous+asymmetry", "lugre+asymmetry", "coulomb_viscous"]

@@ -1,4 +1,4 @@
-"""What is said of an estimate at the edge of its model or of what was searched."""
+"""Estimates at the edge of their model or search range."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ def codes(fit, name):
 
 
 @pytest.mark.parametrize(("F_v", "expected"), [(30.0, []), (-3.0, ["edge_of_model"])])
-def test_a_coefficient_that_would_be_negative_stays_at_the_edge_of_its_model(F_v, expected):
+def test_a_coefficient_with_a_negative_optimum_stays_at_its_bound(F_v, expected):
     fit = identify(sliding_log(F_v=F_v), "coulomb_viscous", axis=STATED, draws=0, blocks=0).best
     assert codes(fit, "F_v") == expected
     assert fit.parameters["F_v"].value == pytest.approx(max(F_v, 0.0), abs=1.0)
@@ -23,7 +23,7 @@ def test_a_coefficient_that_would_be_negative_stays_at_the_edge_of_its_model(F_v
 @pytest.mark.parametrize(
     ("F_S", "v_S", "known", "fall"), [(10.0, 3e-3, "identified", "identified"), (9.0, 1e-3, "unidentifiable", "unidentifiable")]
 )
-def test_a_break_away_force_is_known_together_with_the_speed_that_friction_falls_with_or_not(F_S, v_S, known, fall):
+def test_break_away_force_and_stribeck_velocity_are_identified_only_together(F_S, v_S, known, fall):
     # The slowest half of a percent of the rows moves at 1.3 mm/s.
     motion = sines(phases=tuple(np.random.default_rng(0).uniform(0.0, 6.0, 3)))
     falls = (F_S - TRUTH["F_C"]) * np.exp(-((motion.velocity / v_S) ** 2)) * np.sign(motion.velocity)
@@ -35,7 +35,7 @@ def test_a_break_away_force_is_known_together_with_the_speed_that_friction_falls
         assert parameters["v_S"].value == pytest.approx(v_S, rel=0.1)
 
 
-def test_a_force_is_beyond_what_friction_took_not_beyond_what_the_inertia_takes():
+def test_a_force_is_compared_with_the_effort_without_that_of_the_inertia():
     """Of an effort of 65 N friction takes 16: a third of that is less than its level, a third of the effort is not."""
     log, third = sliding_log(), {"beyond_effort": 0.3}
     fit = identify(log, "coulomb_viscous", axis=STATED, blocks=0, draws=0, settings=third).best
@@ -47,14 +47,14 @@ def test_a_force_is_beyond_what_friction_took_not_beyond_what_the_inertia_takes(
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("v_S", "told"), [(2e-3, False), (10.0, True)])
-def test_a_level_at_slow_speeds_is_told_as_one(v_S, told):
+def test_a_level_at_slow_speeds_is_reported_as_such(v_S, told):
     truth = find("lugre")(F_C=8.0, F_S=11.0, v_S=v_S, sigma_0=3e5, sigma_1=600.0, sigma_2=0.0 if told else 30.0)
     fit = identify(slow_log(truth), "lugre", axis=STATED, blocks=0, draws=20).best
     assert fit.parameters["F_C"].status == "identified"
     assert any("is what friction comes to at the speeds of this log" in text for text in warnings_of(fit)) is told
 
 
-def test_a_level_beside_a_viscous_friction_that_is_known_is_no_level_at_slow_speeds():
+def test_a_level_with_a_known_viscous_friction_is_valid_at_all_speeds():
     fit = identify(slow_log(find("coulomb_viscous")(F_C=8.0, F_v=90.0)), "stribeck", axis=STATED, blocks=0, draws=0).best
     statuses = {name: fit.parameters[name].status == "identified" for name in ("F_C", "F_v", "v_S")}
     assert statuses == {"F_C": True, "F_v": True, "v_S": False}

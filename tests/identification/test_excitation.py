@@ -1,4 +1,4 @@
-"""What a log does not excite is said in words, with the numbers of the log."""
+"""Missing excitation is reported with the numbers of the log."""
 
 import numpy as np
 import pytest
@@ -70,7 +70,7 @@ def test_friction_that_does_not_fall_hides_the_stribeck_velocity():
     assert "none of its motion is a slide at constant velocity" in note_of(estimate)
 
 
-def test_the_speeds_at_which_a_log_slides_steadily_are_named():
+def test_the_speeds_of_steady_sliding_are_named():
     motion, _ = planned_sweeps((0.05, 0.2))
     fit = identify(log_of(motion, sliding_effort(motion)), "stribeck", axis=STATED, blocks=0, draws=0).best
     assert "slides steadily at 49.8 mm/s to 200 mm/s" in note_of(fit.parameters["v_S"])
@@ -85,7 +85,7 @@ def test_an_offset_of_zero_is_identified_as_zero():
     assert warnings_of(fit) == ()
 
 
-def test_noise_of_the_position_makes_the_inertia_of_a_stated_treatment_small_and_is_said():
+def test_bias_of_the_inertia_by_noise_is_reported_for_a_stated_treatment():
     motion = sines(5.0, 1e-4)
     log = log_of(motion, sliding_effort(motion), step=1e-6)
     noisy = identify(log, "coulomb_viscous", axis=Axis(seeks_delay=False, cutoff=1000.0), blocks=0, draws=0).best
@@ -101,7 +101,7 @@ def test_noise_of_the_position_makes_the_inertia_of_a_stated_treatment_small_and
     assert not any(item.startswith("M is too small") for item in warnings_of(best))
 
 
-def test_an_inertia_that_drowns_in_noise_is_not_identified():
+def test_an_inertia_hidden_by_noise_is_not_identified():
     motion = sines()
     noise = np.random.default_rng(1).normal(0.0, 4e-5, motion.time.size)
     log = log_of(motion._replace(position=motion.position + noise), sliding_effort(motion))
@@ -113,7 +113,7 @@ def test_an_inertia_that_drowns_in_noise_is_not_identified():
     assert fit.parameters["F_C"].status == "identified"
 
 
-def test_noise_makes_no_inertia_too_small_that_is_not_identified():
+def test_an_unidentified_inertia_has_no_warning_about_its_bias():
     motion = sines()
     noise = np.random.default_rng(1).normal(0.0, 15e-6, motion.time.size)
     log = log_of(motion._replace(position=motion.position + noise), sliding_effort(motion))
@@ -127,7 +127,7 @@ def test_noise_makes_no_inertia_too_small_that_is_not_identified():
     assert message({"unsure_std": 1e-9}) == ("unidentifiable", 0)
 
 
-def test_a_model_that_explains_little_is_said():
+def test_a_model_that_explains_little_is_reported():
     motion = sines()
     fit = identify(log_of(motion, sliding_effort(motion)), "coulomb_viscous", axis=STATED, mass=400.0, draws=0).best
     assert fit.force_error_percent > 40.0

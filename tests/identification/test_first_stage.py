@@ -1,4 +1,4 @@
-"""Which cut-offs of the instruments are believed, and what is left out of the rows."""
+"""The choice of cut-offs of the instruments, and rows that are omitted."""
 
 import importlib
 import math
@@ -41,25 +41,25 @@ def aligned_by(*rungs, bent=None, lowered=1.0, scale=1.0, springiness=0.2):
     return _alignment_from(rows, list(rungs), DEFAULT, scale, sought=True)
 
 
-def test_what_changes_with_the_cutoff_widens_the_interval():
+def test_changes_with_the_cutoff_widen_the_interval():
     steady, drifting = aligned_by(rung(), rung(), rung()), aligned_by(rung(), rung(), rung(10.02, 8e-5))
     assert drifting.delay_half_width > steady.delay_half_width + 2e-5
     assert drifting.mass_half_width > steady.mass_half_width + 5e-3
 
 
-def test_a_cutoff_at_which_noise_may_bias_is_not_chosen():
+def test_a_cutoff_with_possible_noise_bias_is_not_chosen():
     assert aligned_by(rung(cutoff=10.0), rung(cutoff=20.0)).slow == 20.0
     assert aligned_by(rung(cutoff=10.0), rung(cutoff=20.0, bias=1e-4)).slow == 10.0
 
 
-def test_a_delay_is_taken_out_where_the_inertia_is_known_to_a_ninth():
+def test_a_delay_is_removed_if_the_inertia_is_known_to_a_ninth():
     roughly, hardly = (rung(10.0, 5e-3, std=std) for std in (0.4, 0.8))
     assert aligned_by(roughly, roughly).delay == pytest.approx(5e-3)
     assert aligned_by(hardly, hardly).delay is None
     assert aligned_by(roughly, roughly, springiness=0.8).delay is None
 
 
-def test_a_delay_that_may_be_none_is_taken_out_where_the_inertia_is_known_well_only():
+def test_a_delay_that_may_be_zero_is_removed_only_with_a_well_known_inertia():
     def lagging(delay, std):
         covariance = np.diag([std, 7e-4, 5e-7]) ** 2
         fit = InstrumentFit(20.0, np.array([10.0]), delay, 0.0, covariance, 0.0, converged=True)
@@ -81,12 +81,12 @@ def test_a_delay_that_may_be_none_is_taken_out_where_the_inertia_is_known_well_o
         (-5e-3, 5e-6, 3e-6, False),
     ],
 )
-def test_a_delay_that_a_filter_may_make_is_left_open(delay, c, c_std, is_open):
+def test_a_delay_that_a_filter_may_cause_is_marked(delay, c, c_std, is_open):
     item = rung(10.0, delay, c, c_std=c_std)
     assert aligned_by(item, item).filter_open is is_open
 
 
-def test_a_delay_that_is_not_known_or_is_a_filter_leaves_none_open():
+def test_an_unknown_delay_or_a_known_filter_is_not_marked():
     unknown, filtered = rung(10.0, 5e-3, std=0.8, c_std=2e-5), rung(10.0, 6.3e-3, 1.7e-5, c_std=2e-6)
     assert aligned_by(unknown, unknown).filter_open is False
     result = aligned_by(filtered, filtered, bent=instruments(10.0, 6.3e-3, 1.7e-5, c_std=2e-6))
@@ -94,7 +94,7 @@ def test_a_delay_that_is_not_known_or_is_a_filter_leaves_none_open():
     assert result.filter_open is False
 
 
-def test_one_sine_is_a_spring_and_several_are_none():
+def test_acceleration_is_springy_in_one_sine_and_not_in_several():
     item, several = (
         wide_rows([log_of(motion, sliding_effort(motion))], [None])
         for motion in (sines(20.0, amplitudes=(0.02,), frequencies=(0.7,), phases=(0.4,)), sines(20.0, **FAST))
@@ -107,7 +107,7 @@ def test_one_sine_is_a_spring_and_several_are_none():
 
 
 @pytest.mark.parametrize(("frequency", "kept"), [(40.0, 1.0), (110.0, 0.0)])
-def test_the_slope_of_the_acceleration_is_kept_to_sixty_hertz_behind_the_narrowest_filter(frequency, kept):
+def test_the_slope_of_the_acceleration_is_kept_up_to_sixty_hertz(frequency, kept):
     time = DT * np.arange(4000)
     columns = np.stack([np.sin(2.0 * np.pi * frequency * time), np.cos(2.0 * np.pi * frequency * time)])
     rows = WideRows([wide._Stretch(time, columns, np.ones_like(time), np.zeros_like)], 200.0, DT, DT, 0.0)
@@ -115,7 +115,7 @@ def test_the_slope_of_the_acceleration_is_kept_to_sixty_hertz_behind_the_narrowe
     assert calm[500:-500] == pytest.approx(kept * columns[0, 500:-500], abs=0.12)
 
 
-def test_a_filter_that_is_hardly_known_moves_the_inertia_little():
+def test_an_uncertain_filter_changes_the_inertia_little():
     plain = instruments(10.0)
     sure, unsure = (Rung(plain, instruments(10.02, c=4e-7, c_std=std)) for std in (1e-8, 4e-6))
     clear, doubtful = aligned_by(sure, sure), aligned_by(unsure, unsure)
@@ -124,12 +124,12 @@ def test_a_filter_that_is_hardly_known_moves_the_inertia_little():
 
 
 @pytest.mark.parametrize(("narrow", "seen"), [(2e-5, True), (1e-9, False), (-2e-5, False)])
-def test_a_filter_that_a_narrower_cutoff_does_not_see_is_noise(narrow, seen):
+def test_a_filter_invisible_at_a_lower_cutoff_is_noise(narrow, seen):
     bent = instruments(c=2e-5)
     assert (aligned_by(rung(c=narrow), rung(c=2e-5), bent=bent).smoothing is not None) is seen
 
 
-def test_a_filter_that_lowers_no_residual_is_none():
+def test_a_filter_that_lowers_no_residual_is_rejected():
     chance = np.random.default_rng(0).normal(0.1, 1.0, 20)
     bent = instruments(c=2e-5)
     assert aligned_by(rung(c=2e-5), rung(c=2e-5), bent=bent, lowered=1.0 + chance).smoothing is not None
@@ -137,7 +137,7 @@ def test_a_filter_that_lowers_no_residual_is_none():
     assert aligned_by(rung(c=2e-5), rung(c=2e-5), bent=bent, lowered=-1.0 - chance).smoothing is None
 
 
-def test_one_fierce_block_neither_hides_a_filter_nor_makes_one():
+def test_one_extreme_block_neither_hides_nor_creates_a_filter():
     """In a stop from full speed a filter shows a thousand times as clearly as elsewhere, and so does a fault."""
     bent, alike = instruments(c=2e-5), np.ones(20)
     fierce = np.where(np.arange(20) == 7, 1e3, 1.0)
@@ -152,14 +152,14 @@ def agree(*rungs, sought=True):
     return [place for place, item in enumerate(rungs) if any(item is agreed for agreed in run)]
 
 
-def test_cutoffs_that_agree_are_believed():
+def test_agreeing_cutoffs_are_used():
     assert agree(rung(10.0), rung(10.005), rung(9.996)) == [0, 1, 2]
 
 
 @pytest.mark.parametrize(
     "contradicting", [rung(9.9), rung(10.1), rung(delay=6e-4), rung(c=4e-6), rung(converged=False), rung(10.0, std=6.0)]
 )
-def test_what_a_wider_cutoff_contradicts_is_left_out(contradicting):
+def test_a_wider_cutoff_that_contradicts_is_omitted(contradicting):
     assert agree(rung(), rung(), contradicting) == [0, 1]
 
 
@@ -173,24 +173,24 @@ def test_the_longest_run_counts():
     assert agree(rung(9.0), rung(), rung(), rung()) == [1, 2, 3]
 
 
-def test_one_cutoff_alone_says_nothing():
+def test_a_single_cutoff_gives_no_result():
     assert agree(rung(9.0), rung(10.0), rung(11.0)) == []
     assert agree(rung()) == []
 
 
-def test_a_delay_that_is_not_sought_contradicts_nothing():
+def test_a_delay_that_is_not_sought_causes_no_contradiction():
     rungs = rung(), rung(delay=6e-4)
     assert agree(*rungs) == []
     assert agree(*rungs, sought=False) == [0, 1]
 
 
-def test_the_tail_of_a_filter_is_no_contradiction_and_its_growth_is():
+def test_the_tail_of_a_filter_is_not_a_contradiction_and_its_growth_is():
     strong, faded, grown = rung(c=2e-5), rung(c=1e-5), rung(c=3e-5)
     assert agree(strong, faded) == [0, 1]
     assert agree(strong, grown) == []
 
 
-def test_cutoffs_that_all_contradict_each_other_are_doubted_until_some_agree():
+def test_errors_of_contradicting_cutoffs_grow_until_some_agree():
     apart = rung(10.0), rung(10.025), rung(9.7)
     assert agree(*apart) == []
     run, scale = believed(apart, DT, sought=True)
@@ -203,7 +203,7 @@ def test_cutoffs_that_all_contradict_each_other_are_doubted_until_some_agree():
     assert believed((rung(), rung()), DT, sought=True)[1] == 1.0
 
 
-def test_a_filter_that_is_doubted_is_as_unsure_as_the_cutoffs():
+def test_a_doubted_filter_is_as_uncertain_as_the_cutoffs():
     bent = instruments(c=2e-5)
     sure, doubted = (aligned_by(rung(c=2e-5), rung(c=2e-5), bent=bent, scale=scale) for scale in (1.0, 2.0))
     assert doubted.smoothing == sure.smoothing
@@ -221,7 +221,7 @@ def holds(result):
     return abs(result.mass - TRUTH["M"]) < result.mass_half_width and abs(result.delay) < result.delay_half_width
 
 
-def test_waves_are_columns_of_all_that_is_fitted_afterwards():
+def test_waves_are_columns_of_all_later_fits():
     motion = sines(20.0, **FAST)
     effort = sliding_effort(motion) + 5.0 * np.sin(2.0 * np.pi * motion.position / 0.005)
     rows = wide_rows([log_of(motion, effort)], [None])
@@ -233,7 +233,7 @@ def test_waves_are_columns_of_all_that_is_fitted_afterwards():
     assert after.std(0) < 0.5 * before.std(0)
 
 
-def test_cogging_is_no_inertia_and_no_delay():
+def test_cogging_is_neither_inertia_nor_delay():
     motion = sines(20.0, DT, **FAST)
     pull = 1.5 * np.sin(2.0 * np.pi * motion.position / 4e-3 + 0.5)
     result = alignment_of([recorded(sliding_effort(motion, noise=0.0) + pull)], [None], DEFAULT)
@@ -242,19 +242,19 @@ def test_cogging_is_no_inertia_and_no_delay():
     assert result.mass_half_width < 2.0 * smooth.mass_half_width
 
 
-def test_a_spring_is_no_inertia():
+def test_a_spring_is_not_an_inertia():
     motion = sines(20.0, DT, **FAST)
     result = alignment_of([recorded(sliding_effort(motion, noise=0.0) + 300.0 * motion.position)], [None], DEFAULT)
     assert holds(result)
 
 
-def test_friction_that_bends_with_speed_and_by_direction_is_none():
+def test_friction_nonlinear_in_speed_and_direction_does_not_bias_the_alignment():
     motion = sines(20.0, DT, **FAST)
     falls = 6.0 * np.exp(-np.abs(motion.velocity) / 0.02) * np.where(motion.velocity > 0.0, 1.0, -0.4)
     assert holds(alignment_of([recorded(sliding_effort(motion, noise=0.0) + falls)], [None], DEFAULT))
 
 
-def test_friction_that_turns_late_before_sliding_is_none():
+def test_late_presliding_does_not_bias_the_alignment():
     motion = sines(20.0, DT, **FAST)
     effort = sliding_effort(motion, noise=0.0, F_C=0.0)
     state, friction = 0.0, np.zeros(effort.size)
@@ -264,7 +264,7 @@ def test_friction_that_turns_late_before_sliding_is_none():
     assert holds(alignment_of([recorded(effort + friction)], [None], DEFAULT))
 
 
-def test_a_filter_below_a_sample_is_no_matter():
+def test_a_filter_below_a_sample_does_not_matter():
     motion = sines(20.0, DT / 50, **FAST)
     pole = np.exp(-DT / 50 / 0.5e-3)
     effort = lfilter([1.0 - pole], [1.0, -pole], sliding_effort(motion, noise=0.0))[::50]
@@ -314,7 +314,7 @@ def noisy(position, effort, seed):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
-def test_a_filter_that_tells_nothing_of_other_parts_of_the_log_is_none(driven, seed):
+def test_a_filter_that_does_not_predict_other_parts_of_the_log_is_rejected(driven, seed):
     mass, position, effort = driven
     result = alignment_of([noisy(position, effort, seed)], [None], DEFAULT)
     assert result.smoothing is None
@@ -325,7 +325,7 @@ def test_a_filter_that_tells_nothing_of_other_parts_of_the_log_is_none(driven, s
 
 @pytest.mark.slow
 @pytest.mark.parametrize("lag", [3e-3, 5e-3])
-def test_a_filter_of_a_drive_is_found_beside_friction_that_turns_at_once(driven, lag):
+def test_a_filter_of_a_drive_is_found_with_friction_that_turns_at_once(driven, lag):
     mass, position, effort = driven
     gain = 1.0 - np.exp(-DT / lag)
     result = alignment_of([noisy(position, lfilter([gain], [1.0, gain - 1.0], effort), 0)], [None], DEFAULT)
@@ -333,7 +333,7 @@ def test_a_filter_of_a_drive_is_found_beside_friction_that_turns_at_once(driven,
     assert result.mass == pytest.approx(mass, rel=2e-3)
 
 
-def test_steps_of_the_encoder_look_like_no_filter():
+def test_encoder_steps_do_not_look_like_a_filter():
     motion = sines(20.0, DT, **FAST)
     result = alignment_of([recorded(sliding_effort(motion, noise=0.0), step=2e-5)], [None], DEFAULT)
     assert result.smoothing is None
@@ -342,7 +342,7 @@ def test_steps_of_the_encoder_look_like_no_filter():
 
 
 def swung(step):
-    """A log of wide swings, whose encoder is coarse beside its fast parts, the effort late by two samples."""
+    """A log of wide swings, with an encoder too coarse for its fast parts and an effort late by two samples."""
     swings = {
         "duration": 20.0,
         "amplitudes": (7.7, 0.6, 0.28, 0.037, 0.016),
@@ -355,7 +355,7 @@ def swung(step):
 
 
 def in_a_band(size):
-    """A log whose encoder errs between 20 and 40 Hz, the effort late by two samples."""
+    """A log with encoder errors between 20 and 40 Hz and an effort late by two samples."""
     motion = sines(20.0, DT, amplitudes=(0.02, 0.004), frequencies=(0.5, 3.1), phases=(0.3, 1.1))
     effort = np.interp(motion.time - 2.0 * DT, motion.time, sliding_effort(motion, noise=0.0))
     white = np.fft.rfft(np.random.default_rng(3).standard_normal(motion.time.size))
@@ -365,7 +365,7 @@ def in_a_band(size):
 
 
 @pytest.mark.parametrize("size", [0.0, 1e-4, 3e-4])
-def test_an_error_of_the_encoder_in_a_band_makes_no_inertia_too_small(size):
+def test_an_encoder_error_in_a_band_does_not_bias_the_inertia(size):
     best = identify(in_a_band(size), "coulomb_viscous", blocks=0, draws=0).best.parameters["M"]
     assert best.value == pytest.approx(TRUTH["M"], rel=0.1)
     assert best.status == "identified"
@@ -374,7 +374,7 @@ def test_an_error_of_the_encoder_in_a_band_makes_no_inertia_too_small(size):
     assert high - low < 0.5 * TRUTH["M"]
 
 
-def test_least_squares_are_not_printed_where_instruments_say_more_and_know_nothing(monkeypatch):
+def test_an_unknown_inertia_biased_by_noise_is_not_identified(monkeypatch):
     lowered = Alignment(too_small=0.3)
     monkeypatch.setattr(sys.modules["bristle.identification.identify"], "alignment_of", lambda *_, **__: lowered)
     fit = identify(in_a_band(0.0), "coulomb_viscous", blocks=0, draws=0).best
@@ -382,14 +382,14 @@ def test_least_squares_are_not_printed_where_instruments_say_more_and_know_nothi
     assert fit.parameters["M"].reason.numbers["percent"] == pytest.approx(30.0)
 
 
-def test_a_delay_that_is_not_known_widens_the_interval_of_an_inertia_that_noise_lowers():
+def test_an_unknown_delay_widens_the_interval_of_a_biased_inertia():
     logs = [in_a_band(3e-4)]
     late, none = (first_stage._without_noise(Alignment(sought=sought), logs, [None], DEFAULT) for sought in (True, False))
     assert late.mass == none.mass
     assert late.mass_half_width > 1.05 * none.mass_half_width
 
 
-def test_an_inertia_is_below_another_by_more_than_chance_or_not_at_all():
+def test_an_inertia_is_below_another_only_if_significant():
     parts = np.array([0.3, -0.3] * 10)
     low, high = (
         InstrumentFit(20.0, np.array([mass]), 0.0, 0.0, np.eye(1), 0.0, True, sign * parts) for mass, sign in ((9.0, 1.0), (12.0, -1.0))
@@ -401,7 +401,7 @@ def test_an_inertia_is_below_another_by_more_than_chance_or_not_at_all():
     assert high.below(low, 0.0, 0.02) == 0.0
 
 
-def test_a_coarse_encoder_hides_no_delay():
+def test_a_coarse_encoder_does_not_hide_a_delay():
     result = alignment_of([swung(1.5e-3)], [None], DEFAULT)
     assert result.delay == pytest.approx(2.0 * DT, abs=result.delay_half_width)
     assert result.delay_half_width < 0.3 * DT
@@ -409,13 +409,13 @@ def test_a_coarse_encoder_hides_no_delay():
 
 
 @pytest.mark.parametrize(("step", "left"), [(0.0, True), (1.5e-3, False)])
-def test_an_inertia_that_is_hardly_seen_is_left_to_the_models_but_where_noise_biases_them(step, left):
+def test_an_uncertain_inertia_is_left_to_the_models_unless_noise_biases_them(step, left):
     fit = identify(swung(step), "coulomb_viscous", blocks=0, draws=0, settings={"inertia_unsure": 1e-6})
     assert (fit.best.parameters["M"].value != fit.treatment["mass"]) is left
     assert fit.best.parameters["M"].value == pytest.approx(TRUTH["M"], rel=0.005)
 
 
-def test_an_inertia_of_which_nothing_is_known_is_none():
+def test_an_inertia_of_large_uncertainty_is_unknown():
     plain = Rung(instruments(), instruments(std=1.1))
     assert aligned_by(plain, plain).mass is not None
     doubted = Rung(instruments(std=1.1), instruments(std=1.1))
@@ -443,7 +443,7 @@ def ladder(monkeypatch, *, width=100.0, sought=True, **said):
     ("c", "c_std", "steps_on"),
     [(3e-6, 1e-6, True), (-3e-6, 1e-6, True), (3e-6, 1.6e-6, False), (1.9e-6, 1e-9, False), (2.1e-6, 1e-9, True), (0.0, 1e-9, False)],
 )
-def test_a_filter_of_more_than_two_milliseconds_that_is_seen_is_stepped_to(monkeypatch, c, c_std, steps_on):
+def test_a_visible_filter_of_more_than_two_milliseconds_is_found(monkeypatch, c, c_std, steps_on):
     _, fits = ladder(monkeypatch, c=c, c_std=c_std, std=1e-7)
     assert [steps for *_, steps in fits[:3]] == ([STEPS, 1, 3] if steps_on else [STEPS, 1, STEPS])
     assert [free for *_, free, _ in fits[:3]] == [(True, False), (True, True), (True, steps_on)]
@@ -457,7 +457,7 @@ def test_eight_cutoffs_lie_evenly_between_a_share_of_the_rows_and_their_width(mo
     assert np.diff(np.log(cutoffs)) == pytest.approx(math.log(highest / lowest) / 7.0)
 
 
-def test_a_delay_is_scanned_for_where_it_is_sought(monkeypatch):
+def test_a_sought_delay_is_scanned(monkeypatch):
     start, fits = ladder(monkeypatch)
     assert (start, fits[0][1]) == (7e-3, 7e-3)
     start, fits = ladder(monkeypatch, sought=False)
@@ -466,7 +466,7 @@ def test_a_delay_is_scanned_for_where_it_is_sought(monkeypatch):
 
 
 @pytest.mark.parametrize(("c", "seen"), [(3.9e-5, True), (4.1e-5, False), (1.4e-5, True), (1.3e-5, False)])
-def test_a_filter_is_one_where_a_step_from_none_sees_half_of_it(c, seen):
+def test_a_filter_needs_half_of_it_in_a_first_step(c, seen):
     item = rung(c=2e-5)
     assert (aligned_by(item, item, bent=instruments(c=c)).smoothing is not None) is seen
     assert aligned_by(item, item, bent=instruments(c=2e-5, converged=False)).smoothing is None
@@ -479,7 +479,7 @@ def slide(count, speed):
     return Segment(time, speed * time, recorded=speed * time, **motion)
 
 
-def test_wide_rows_of_a_long_log_hold_one_of_its_columns_at_a_time():
+def test_wide_rows_of_a_long_log_keep_one_column_in_memory():
     segment = slide(200_000, 0.1)
     tracemalloc.start()
     wide._stretch(segment, segment.velocity, 5.0, DT, 40, 0.2)
@@ -497,7 +497,7 @@ def test_columns_of_a_slide_are_those_of_friction_in_its_direction():
     assert shapes == pytest.approx([speed, 1.0, *falls, *[0.0] * 5], abs=1e-9)
 
 
-def test_columns_that_a_log_in_one_direction_does_not_have_are_dropped():
+def test_columns_without_rows_in_a_log_in_one_direction_are_dropped():
     time, columns = DT * np.arange(500), np.random.default_rng(1).standard_normal((3, 500))
     columns[2] = 1e-9
     columns[2, 0] = 1.0  # where nothing is weighed

@@ -1,4 +1,4 @@
-"""What one fit tells of each parameter: how sure it is, why it is not, and where it ended."""
+"""Judgement of each parameter of a fit: uncertainty, reason, and edge."""
 
 from types import SimpleNamespace
 
@@ -57,7 +57,7 @@ def judged(component=coulomb_viscous, values=None, std=0.1, at_edge=None, fixed=
     return {entry.name: entry for entry in Judgement(problem, solution, uncertainty, excitation, effects or {}, filtered).estimates()}
 
 
-def test_a_parameter_is_identified_to_half_of_itself():
+def test_a_parameter_is_identified_to_half_of_its_value():
     sure = judged(std=0.49)
     assert {entry.status for entry in sure.values()} == {"identified"}
     assert (sure["F_v"].std, sure["F_v"].robust_std) == (pytest.approx(14.7), pytest.approx(7.35))
@@ -68,7 +68,7 @@ def test_a_parameter_is_identified_to_half_of_itself():
     assert unsure.std == pytest.approx(15.3)
 
 
-def test_of_an_error_that_says_nothing_none_is_given():
+def test_a_meaningless_standard_error_is_omitted():
     wild = judged(std={"M": 0.1, "F_C": 0.1, "F_v": 11.0})["F_v"]
     assert "std_percent" not in wild.reason.numbers
     assert wild.std == pytest.approx(330.0)
@@ -78,7 +78,7 @@ def test_of_an_error_that_says_nothing_none_is_given():
     assert (unknown.status, unknown.std) == ("unidentifiable", None)
 
 
-def test_a_force_is_known_to_be_small_where_all_of_its_interval_would_not_matter():
+def test_a_force_is_known_to_be_small_if_its_interval_does_not_matter():
     effects, std = {"F_C": 0.1, "F_v": 0.1}, {"M": 0.1, "F_C": 15.0, "F_v": 0.1}  # shares of friction per newton
     small = VALUES | {"F_C": 0.006}
     assert judged(values=small, std=std, effects=effects)["F_C"].status == "identified"  # 0.18 N of 10 N to either side
@@ -87,7 +87,7 @@ def test_a_force_is_known_to_be_small_where_all_of_its_interval_would_not_matter
     assert judged(std={"M": 20.0, "F_C": 0.1, "F_v": 0.1}, effects={"M": 1e-9})["M"].status == "unidentifiable"
 
 
-def test_an_effect_is_that_of_one_parameter_alone_as_a_share_of_friction():
+def test_an_effect_is_the_share_of_friction_of_one_parameter():
     motion = sines(4.0)
     effort = sliding_effort(motion, F_C=8.0)
     fit = identify(log_of(motion, effort), "coulomb_viscous", draws=0, blocks=0).best
@@ -97,7 +97,7 @@ def test_an_effect_is_that_of_one_parameter_alone_as_a_share_of_friction():
     assert fit.parameters["F_v"].takes == pytest.approx(fit.parameters["F_v"].effect * fit.parameters["F_v"].value)
 
 
-def test_an_effect_that_is_no_number_counts_as_one_that_matters():
+def test_an_undefined_effect_counts_as_large():
     force = {"M": 1.0, "F_C": np.nan}
     variables = {
         "plant": SimpleNamespace(variables=inertia.variables),
@@ -113,20 +113,20 @@ def test_an_effect_that_is_no_number_counts_as_one_that_matters():
     assert effects == {"M": pytest.approx(1.0), "F_C": np.inf}
 
 
-def test_a_level_that_never_acted_is_beyond_the_effort():
+def test_a_level_above_the_effort_is_beyond_the_effort():
     beyond = judged(values=VALUES | {"F_C": 12.1})["F_C"]
     assert (beyond.status, beyond.reason.code, beyond.reason.numbers) == ("unidentifiable", "beyond_effort", {"effort": 10.0})
     assert judged(values=VALUES | {"F_C": 11.9})["F_C"].status == "identified"
 
 
-def test_noise_hides_an_inertia_where_rows_are_filtered():
+def test_noise_hides_an_inertia_in_filtered_rows():
     noisy = judged(acceleration_noise_share=0.051, bandwidth=50.0)["M"]
     assert (noisy.status, noisy.reason.code) == ("unidentifiable", "noisy_acceleration")
     assert judged(acceleration_noise_share=0.051, filtered=False)["M"].status == "identified"
     assert judged(acceleration_noise_share=0.05)["M"].status == "identified"
 
 
-def test_a_parameter_on_an_edge_says_which_and_why():
+def test_a_parameter_on_an_edge_has_the_edge_and_a_reason():
     at_edge = judged(values=VALUES | {"F_v": 0.0}, at_edge={"F_v": "smallest"})["F_v"]
     assert (at_edge.status, at_edge.reason.code) == ("at_edge", "edge_of_model")
     assert (at_edge.reason.numbers["edge"], at_edge.reason.numbers["cause"]) == ("smallest", "low_speed")
@@ -140,7 +140,7 @@ def test_a_parameter_on_an_edge_says_which_and_why():
 FALL = {"M": 12.0, "F_C": 8.0, "F_S": 9.0, "v_S": 0.05, "F_v": 30.0}
 
 
-def test_a_fall_is_as_unsure_as_the_force_or_the_velocity_that_it_needs():
+def test_a_fall_is_as_uncertain_as_its_force_or_velocity():
     errors = dict.fromkeys(FALL, 0.1)
     assert {entry.status for entry in judged(stribeck, FALL, errors).values()} == {"identified"}
     unsure = judged(stribeck, FALL, errors | {"v_S": 0.9})
@@ -151,7 +151,7 @@ def test_a_fall_is_as_unsure_as_the_force_or_the_velocity_that_it_needs():
     assert held["F_S"].status == "unidentifiable"
 
 
-def test_what_is_held_says_why_and_what_was_found_before_has_an_interval():
+def test_a_fixed_parameter_has_a_reason_and_a_measured_parameter_an_interval():
     held = judged(fixed={"F_v": Fixed(30.0, "held_known")})["F_v"]
     assert (held.status, held.reason.code, held.reason.severity) == ("held", "held_known", "note")
     redundant = judged(fixed={"F_v": Fixed(30.0, "no_fall", redundant=True)})["F_v"]
@@ -168,7 +168,7 @@ def cause_of(name, component=lugre, values=None, **changes):
     return outcome, outcome.cause(name)
 
 
-def test_what_a_log_lacks_is_told_by_what_a_parameter_takes():
+def test_the_cause_of_an_unidentified_parameter_follows_from_its_excitation():
     assert (cause_of("M")[1].code, cause_of("M")[1].numbers) == ("low_acceleration", {"acceleration": 5.0})
     assert (cause_of("sigma_2")[1].code, cause_of("sigma_2")[1].numbers) == ("low_speed", {"speed": 0.6})
     assert cause_of("sigma_2", velocity=np.linspace(0.5, 0.6, 100))[1].code == "few_speeds"
@@ -177,7 +177,7 @@ def test_what_a_log_lacks_is_told_by_what_a_parameter_takes():
     assert {cause_of(name)[1].severity for name in ("M", "F_C", "sigma_2")} == {"warning"}
 
 
-def test_a_fall_that_is_not_shown_tells_how_few_samples_are_so_slow():
+def test_an_invisible_fall_reports_the_number_of_slow_samples():
     _, cause = cause_of("v_S", values={"v_S": 0.02})
     assert cause.code == "no_fall"
     assert (cause.numbers["samples"], cause.numbers["speed"]) == (1001, 0.02)
@@ -212,7 +212,7 @@ def entry(name, status="identified", value=2.0, std=0.1):
     return Estimate(name, "N", "", value, std, status=status, robust_std=0.3)
 
 
-def test_pairs_of_sure_parameters_that_go_together_are_told_once():
+def test_correlated_pairs_of_identified_parameters_are_reported_once():
     correlation = np.array([[1.0, -0.995, 0.5], [-0.995, 1.0, 0.2], [0.5, 0.2, 1.0]])
     (pair,) = about_estimates([entry("a"), entry("b"), entry("c")], correlation, ["a", "b", "c"], 0.99)
     assert (pair.parameter, pair.numbers) == ("b", {"other": "a", "correlation": -0.995})
@@ -220,7 +220,7 @@ def test_pairs_of_sure_parameters_that_go_together_are_told_once():
     assert about_estimates([entry("a"), entry("b"), entry("c")], correlation, ["a", "b", "c"], 0.996) == ()
 
 
-def test_a_level_without_its_curve_is_told_as_seen():
+def test_a_level_without_its_curve_is_reported():
     outcome, _ = cause_of("M")
     (remark,) = about_level([entry("F_C"), entry("v_S", "unidentifiable")], outcome)
     assert (remark.code, remark.numbers) == ("level_as_seen", {"names": ("F_C",), "speed": 0.6})
@@ -231,7 +231,7 @@ def test_a_level_without_its_curve_is_told_as_seen():
     assert about_level([entry("F_C")], plain) == ()
 
 
-def test_why_a_parameter_is_fixed_has_its_value_and_a_guessed_weight_is_a_doubt():
+def test_a_fixed_parameter_has_its_value_and_a_guessed_weight_a_warning():
     fixed = {
         "offset": Fixed(1.5, "held_constant", numbers={"levels": ("F_C_pos",)}),
         "v_S": Fixed(0.1, "no_fall"),
@@ -245,7 +245,7 @@ def test_why_a_parameter_is_fixed_has_its_value_and_a_guessed_weight_is_a_doubt(
     assert why_fixed("v_S", fixed["v_S"], variables["v_S"], "rotational").numbers["unit"] == "rad/s"
 
 
-def test_products_of_a_redundant_factor_have_the_errors_of_their_member():
+def test_products_of_a_redundant_factor_have_the_errors_of_the_other_factor():
     component = SimpleNamespace(
         redundancies=(SimpleNamespace(name="alpha", factor_of=("k",)),),
         variables={"alpha": Variable("1", "factor"), "k": Variable("force/length", "stiffness")},

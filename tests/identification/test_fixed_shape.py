@@ -1,4 +1,4 @@
-"""Elements of a fixed shape: one stiffness for all, levels, and what lies on the other side of a fit."""
+"""Elements of fixed shape: one stiffness for all, levels, and reflections of a fit."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ COMPONENT = shaped(maxwell_slip, STIFFNESS, LEVELS)
 THRESHOLDS = np.array([1e-5, 4e-5])
 
 
-def test_one_stiffness_stands_for_all_elements_in_their_shares():
+def test_one_stiffness_replaces_those_of_all_elements():
     values = COMPONENT.lists({"F_C": 20.0, "s": 8e5, "sigma_2": 0.0})
     assert values["k_i"] == pytest.approx([6e5, 2e5])
     assert values["nu_i"] == pytest.approx([0.6, 0.4])
@@ -25,7 +25,7 @@ def test_one_stiffness_stands_for_all_elements_in_their_shares():
     assert shaped(maxwell_slip, np.ones(5), np.ones(5)).further == 3
 
 
-def test_what_kernels_receive_comes_back_as_the_stiffness():
+def test_kernel_parameters_convert_back_to_the_stiffness():
     model = make_model(COMPONENT, {"F_C": 20.0, "s": 8e5}, kind=None, validate=True)
     assert model.values["s"] == pytest.approx(8e5)
     assert model.values["F_C"] == 20.0
@@ -70,7 +70,7 @@ def test_two_levels_differ_by_twice_their_difference():
     assert space.derivative(theta) @ theta == pytest.approx([6.5, 5.5, 3e5, 12.0, -1.5])
 
 
-def test_an_element_without_force_still_has_its_threshold():
+def test_an_element_without_force_keeps_its_threshold():
     values = space_of(("F_C", 0.0)).values(np.array([2e5, 0.0, 1.0, 0.0]))
     k, level = values["k_i"], values["F_C"]
     assert k[1] > 0.0
@@ -88,7 +88,7 @@ def test_the_virgin_curve_bends_at_the_thresholds():
     assert np.diff(curve) / np.diff(space.curve) == pytest.approx(1e5)
 
 
-def test_the_other_side_of_a_fit_is_as_far_away():
+def test_the_reflection_of_a_fit_is_at_the_same_distance():
     space = space_of(("F_C", 0.0))
     best, theta = np.array([2e5, 1e5, 12.0, -1.5]), np.array([2.2e5, 1.1e5, 13.0, -1.0])
     turned = space.turned(theta, best)

@@ -1,4 +1,4 @@
-"""Half-cycles of a log: their rows, levels, noise, blocks that are held out, and motions before a filter."""
+"""Half-cycles of a log: rows, levels, noise, held-out blocks, and unfiltered motions."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -42,13 +42,13 @@ def dataset():
     return treat(log_of(MOTION, sliding_effort(MOTION), step=1e-6), STATED, 100.0, 10)
 
 
-def test_groups_are_counted_among_those_that_have_rows():
+def test_groups_are_counted_among_those_with_rows():
     groups = Groups(np.array([2, 2, 5, 5, 5, 9]))
     assert (groups.index.tolist(), groups.first.tolist(), groups.count) == ([0, 0, 1, 1, 1, 2], [0, 2, 5], 3)
     assert groups.summed(np.arange(6.0)).tolist() == [1.0, 9.0, 5.0]
 
 
-def test_a_way_is_none_within_two_steps_or_eight_times_the_noise():
+def test_a_way_within_two_steps_or_eight_times_the_noise_is_rest():
     assert (least_way(1.0, 0.1), least_way(1.0, 0.5)) == (2.0, 4.0)
 
 
@@ -68,14 +68,14 @@ def test_correlated_rows_count_as_fewer():
     assert independent_rows(np.ones(10_000)) == pytest.approx(10_000 / 1999.0)
 
 
-def test_within_half_cycles_the_level_of_each_is_taken_out():
+def test_the_level_within_each_half_cycle_is_removed():
     groups, slope = Groups(np.array([0, 0, 1, 1])), np.array([1.0, 1.0, -1.0, -2.0])
     rest = within_cycles(groups, slope, np.array([3.0, 5.0, 2.0, 4.0]))
     assert rest == pytest.approx([-1.0, 1.0, 0.0, 0.0])
     assert within_cycles(groups, 0.0 * slope, np.ones(4)) == pytest.approx(1.0)
 
 
-def test_five_blocks_are_held_out_where_there_is_room(dataset):
+def test_five_blocks_are_held_out_if_there_is_room(dataset):
     room = room_for_blocks(dataset, DEFAULT)
     assert room == dataset.effort.size // (20 + 2 * dataset.reach)
     assert blocks_for(dataset, None, DEFAULT) == min(room, 5)
@@ -90,7 +90,7 @@ def rows_like(velocity, reach=2):
     return SimpleNamespace(effort=velocity, velocity=velocity, reach=reach)
 
 
-def test_blocks_follow_each_other_unless_one_has_speeds_of_its_own():
+def test_blocks_are_contiguous_unless_a_block_has_exclusive_speeds():
     even = np.where(np.arange(1000) % 20 < 10, 0.1, -0.1)
     of, parts = time_blocks(rows_like(even), 4)
     assert of == TIME
@@ -104,14 +104,14 @@ def test_blocks_follow_each_other_unless_one_has_speeds_of_its_own():
     assert [time_blocks(rows_like(grown, reach=reach), 4)[0] for reach in (15, 16, 500)] == [SHORT, TIME, TIME]
 
 
-def test_rows_beside_a_part_share_no_sample_with_the_filters():
+def test_rows_next_to_a_part_share_no_sample_with_it():
     part = np.zeros(12, dtype=bool)
     part[5:7] = True
     assert np.flatnonzero(~beside(part, 2)).tolist() == [3, 4, 5, 6, 7, 8]
     assert np.flatnonzero(~beside(part, 0)).tolist() == [5, 6]
 
 
-def test_rounding_is_no_jitter():
+def test_rounding_is_not_jitter():
     facts = SimpleNamespace(noise=0.37e-6, resolution=1e-6, effort_noise=0.2)
     assert disturbance_of(facts, 0.1) == (0.1, 0.2, 1e-6, 0.0, 0.0)
     facts.noise = 1e-6
@@ -125,7 +125,7 @@ def test_signs_last_over_a_fortieth_of_a_segment():
     assert signs(7, np.random.default_rng(2)).size == 7
 
 
-def test_what_a_model_lacks_keeps_its_side_as_long_as_it_does_not_average_out():
+def test_an_unexplained_force_has_the_time_over_which_it_does_not_average_out():
     lasting = np.repeat(np.random.default_rng(3).choice([-1.0, 1.0], 40), 100)
     assert correlation_time(lasting, 0.01, 1.0) == pytest.approx(1.0)  # a block of 100 rows
     assert correlation_time(lasting, 0.01, 2.0) == pytest.approx(0.25)
@@ -133,13 +133,13 @@ def test_what_a_model_lacks_keeps_its_side_as_long_as_it_does_not_average_out():
     assert correlation_time(lasting, 0.01, 0.0) == 0.0
 
 
-def test_forces_are_scaled_and_the_offset_and_stiffness_are_not():
+def test_forces_are_scaled_and_offset_and_stiffness_are_not():
     component = with_slots(lugre, [])
     values = {"F_C": 4.0, "F_S": 5.0, "v_S": 1e-3, "sigma_0": 1e5, "offset": 2.0}
     assert scaled(component, values, 3.0) == {"F_C": 12.0, "F_S": 15.0, "v_S": 1e-3, "sigma_0": 1e5, "offset": 2.0}
 
 
-def test_the_level_is_drawn_anew_on_each_half_cycle(dataset):
+def test_each_half_cycle_has_a_random_level(dataset):
     segment = dataset.segments[0]
     starts = (0, *dataset.reversals[0])
     drawn = np.random.default_rng(4).standard_normal(len(starts))
@@ -170,7 +170,7 @@ def test_the_density_of_white_noise_is_twice_its_variance_over_the_sampling_freq
     assert noise_density(noisy, 1e-4, dt) == pytest.approx(2.0 * dt * 1e-8 / 12.0)
 
 
-def test_a_motion_before_the_filter_has_the_corners_that_stand_out_of_the_noise():
+def test_an_unfiltered_motion_has_the_corners_above_the_noise():
     time = 1e-3 * np.arange(3000)
     corner = 0.02 * np.abs(time - 1.5)
     motion = MOTION._replace(time=time, position=corner, velocity=np.gradient(corner, 1e-3), acceleration=0.0 * time)

@@ -1,4 +1,4 @@
-"""What comes back with each turn of a motor or a screw: harmonics, pitches, and plants that have them."""
+"""Forces with the period of a motor or screw: harmonics, pitches, and plants with them."""
 
 from dataclasses import replace
 
@@ -39,14 +39,15 @@ def found_in(dataset, turn=TURN, turner="motor"):
     return harmonics_in(sliding_problem(dataset, prior_of()), Cogging(turner, turn), "cogging[0].harmonics")
 
 
-def test_harmonics_are_those_that_were_put_in_whole_and_in_order(rippled):
+def test_harmonics_of_the_truth_are_found_in_order(rippled):
     assert found_in(rippled) == [2, 6, 11]
     assert found_in(rippled, turn=2.0 * TURN) == [4, 12, 22]
 
 
-def test_what_is_not_seen_or_not_turned_through_is_refused():
+def test_an_invisible_harmonic_or_an_incomplete_turn_is_rejected():
     unseen = (
-        r"cogging\[0\]\.harmonics: are not seen in this log: no effort recurs with the screw.*Leave .*cogging.* out, or write harmonics"
+        r"cogging\[0\]\.harmonics: are not visible in this log: no part of the effort repeats with the screw"
+        r".*Leave .*cogging.* out, or write harmonics"
     )
     with pytest.raises(InputError, match=unseen):
         found_in(dataset_with(), turner="screw")
@@ -56,7 +57,7 @@ def test_what_is_not_seen_or_not_turned_through_is_refused():
     assert found_in(dataset_with((3, 4.0), turn=stroke / 1.6), turn=stroke / 1.6) == [3]
 
 
-def test_a_plant_gets_the_harmonics_of_the_log_and_keeps_the_terms_that_were_there(rippled):
+def test_a_plant_gets_the_harmonics_of_the_log_and_keeps_its_terms(rippled):
     cogging = (Cogging("motor", TURN, None),)
     prior = with_harmonics(prior_of(), Axis(cogging=cogging), rippled)
     assert prior.plant.orders == (("motor", 2), ("motor", 6), ("motor", 11))
@@ -75,14 +76,14 @@ def test_a_plant_gets_the_harmonics_of_the_log_and_keeps_the_terms_that_were_the
     assert with_harmonics(same, None, rippled) is same
 
 
-def test_an_axis_is_told_the_harmonics_of_a_plant():
+def test_an_axis_gets_the_harmonics_of_a_plant():
     plant = with_terms(inertia, cogging={"motor": [6, 12], "screw": [1]})
     axis = Axis(cogging=(Cogging("screw", 0.01, None), Cogging("motor", 0.005, None)))
     assert [entry.harmonics for entry in told_by(plant, axis).cogging] == [(1,), (6, 12)]
     assert [entry.turn for entry in told_by(plant, axis).cogging] == [0.01, 0.005]
 
 
-def test_a_pitch_is_found_in_what_sliding_leaves():
+def test_a_pitch_is_found_in_the_residual_of_sliding():
     dataset = dataset_with((1, 3.0), turn=0.00713, noise=0.3)
     context = context_of(dataset, prior_of())
     periodic = with_slots(find("coulomb_viscous"), ["periodic"])
@@ -92,7 +93,7 @@ def test_a_pitch_is_found_in_what_sliding_leaves():
     assert with_pitch(reported, periodic) is reported
 
 
-def test_a_log_of_a_short_way_resolves_no_pitch():
+def test_a_log_of_a_short_stroke_does_not_resolve_a_pitch():
     motion = sines(4.0, amplitudes=(0.02, 0.01), frequencies=(9.0, 23.0), phases=(0.0, 1.0))
     context = context_of(dataset_with(motion=motion), prior_of())
     narrow = replace(context, dataset=replace(context.dataset, cutoff=3.0))
@@ -100,7 +101,7 @@ def test_a_log_of_a_short_way_resolves_no_pitch():
         with_pitch(narrow, with_slots(find("coulomb_viscous"), ["periodic"]))
 
 
-def test_friction_that_looks_viscous_all_over_the_stroke_has_the_level_of_all_of_it():
+def test_friction_that_looks_viscous_has_the_level_of_total_friction():
     viscous = sliding_effort(MOTION, noise=0.01, F_C=0.0, F_v=200.0, offset=0.0)
     context = context_of(treat(log_of(MOTION, viscous), STATED, 100.0, 10), prior_of())
     assert context.sliding.viscous == pytest.approx(200.0, rel=0.02)
@@ -112,14 +113,14 @@ def test_friction_that_looks_viscous_all_over_the_stroke_has_the_level_of_all_of
         context_of(treat(log_of(MOTION, 0.0 * MOTION.time), STATED, 100.0, 10), prior_of())
 
 
-def test_a_pitch_is_looked_for_from_three_turns_over_the_range_on():
+def test_a_pitch_is_sought_from_three_turns_over_the_range():
     stroke = float(np.ptp(MOTION.position))
     few = dataset_with((1, 5.0), turn=stroke / 4.2, noise=0.05)
     periodic = with_slots(find("coulomb_viscous"), ["periodic"])
     assert with_pitch(context_of(few, prior_of()), periodic).prior.pitch == pytest.approx(stroke / 4.2, rel=0.02)
 
 
-def test_harmonics_are_sought_up_to_the_highest_order_and_taken_up_to_the_largest_number(rippled, monkeypatch):
+def test_harmonics_are_limited_in_order_and_number(rippled, monkeypatch):
     monkeypatch.setattr("bristle.identification.estimation.MOST_ORDER", 6)
     assert found_in(rippled) == [2, 6]
     monkeypatch.setattr("bristle.identification.estimation.MOST", 1)

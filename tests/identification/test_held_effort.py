@@ -1,4 +1,4 @@
-"""A sampled loop holds its effort until the next sample: half a sample lies between effort and position."""
+"""A sampled loop holds its effort until the next sample: the effort leads by half a sample."""
 
 import pytest
 from tests.identification.known_logs import held_log, sliding_log
@@ -22,7 +22,7 @@ def fit_with(log, held):
 
 
 @pytest.mark.slow
-def test_every_parameter_lies_in_its_interval_where_it_is_stated(log):
+def test_every_parameter_is_in_its_interval_if_the_hold_is_stated(log):
     fit = fit_with(log, True)
     for name, truth in TRUTH.items():
         result = fit.parameters[name]
@@ -37,12 +37,12 @@ def test_every_parameter_lies_in_its_interval_where_it_is_stated(log):
     assert not any("held" in item for item in warnings_of(fit))
 
 
-def test_predictions_use_the_effort_in_the_same_way(log):
+def test_predictions_use_the_effort_with_the_same_hold(log):
     model = friction.lugre(**TRUTH)
     plant = identify(sliding_log(), "coulomb_viscous", mass=28.0, blocks=0, draws=0).best.plant
     stated, unstated = (predict(plant, model, log, Axis(held=fixed)).metrics["force_error_percent"] for fixed in (True, None))
     assert stated < 0.6 * unstated
 
 
-def test_a_static_model_does_not_speak_of_it(log):
+def test_a_static_model_has_no_remark_about_the_hold(log):
     assert not any("held" in item for item in warnings_of(identify(log, "stribeck", blocks=0, draws=0).best))

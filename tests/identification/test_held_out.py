@@ -23,7 +23,7 @@ def test_the_model_with_the_structure_of_the_truth_wins():
     assert errors[0] < 0.5 * errors[1]
 
 
-def test_ranks_do_not_depend_on_the_order_asked_for():
+def test_ranks_do_not_depend_on_the_requested_order():
     names = ["coulomb_viscous", "coulomb_viscous+asymmetry", "coulomb"]
     item, other = (identify(asymmetric_log(), names, axis=STATED, draws=0), identify(asymmetric_log(), names[::-1], axis=STATED, draws=0))
     assert [fit.name for fit in item.fits] == [fit.name for fit in other.fits]
@@ -42,7 +42,7 @@ def test_a_block_is_not_fitted_by_the_parameters_that_predict_it():
 
 
 @pytest.mark.parametrize(("block", "beside"), [(1, -0.1), (0, 0.1)])
-def test_what_a_filter_smears_into_a_block_is_not_fitted_to_predict_it(block, beside):
+def test_rows_smeared_into_a_block_by_a_filter_are_not_fitted(block, beside):
     motion = sines(4.0)
     effort = sliding_effort(motion)
     # A push of 40 ms, two periods of the cut-off before or after the block.
@@ -70,7 +70,7 @@ def test_without_blocks_models_rank_by_their_error():
     assert "held_out_error_percent" not in result.best.metrics
 
 
-def test_of_two_models_that_are_no_different_the_simpler_one_wins():
+def test_of_two_equal_models_the_simpler_one_wins():
     rising = friction.stribeck(F_C=8.0, F_S=5.0, v_S=4e-3, F_v=30.0, validate=False)
     result = identify(slow_log(rising), "stribeck,coulomb_viscous", axis=STATED, draws=0)
     # Break-away may not lie below Coulomb friction, so that the first of the two ends as the second.
@@ -78,7 +78,7 @@ def test_of_two_models_that_are_no_different_the_simpler_one_wins():
     assert result.fits[1].held_out.mean_percent == pytest.approx(result.fits[0].held_out.mean_percent, rel=1e-6)
 
 
-def test_a_short_log_has_as_many_blocks_as_there_is_room_for():
+def test_a_short_log_has_as_many_blocks_as_fit():
     motion = sines(1.5)
     log = log_of(motion, sliding_effort(motion))
     identification = identify(log, "coulomb_viscous,coulomb", axis=STATED, draws=0)
@@ -87,7 +87,7 @@ def test_a_short_log_has_as_many_blocks_as_there_is_room_for():
         identify(log, "coulomb_viscous", axis=STATED, blocks=5, draws=0)
 
 
-def test_a_log_with_no_room_for_two_says_so():
+def test_a_log_without_room_for_two_blocks_has_a_warning():
     motion = sines(0.7)
     identification = identify(log_of(motion, sliding_effort(motion)), "coulomb_viscous,coulomb", axis=STATED, draws=0)
     assert identification.best.name == "coulomb_viscous"

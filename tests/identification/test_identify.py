@@ -1,4 +1,4 @@
-"""What the fits of all models share, and what a person is told of their progress."""
+"""Shared data of all fits, and reports of progress."""
 
 from dataclasses import replace
 
@@ -17,7 +17,7 @@ TURN = 0.01
 
 
 @pytest.mark.parametrize("harmonics", [None, (6,)])
-def test_harmonics_are_looked_for_in_a_log_where_the_axis_leaves_them_open(harmonics):
+def test_harmonics_are_sought_in_the_log_if_the_axis_omits_them(harmonics):
     effort = sliding_effort(MOTION, noise=0.05) + 2.0 * np.sin(4.0 * np.pi * MOTION.position / TURN)
     axis = replace(STATED, cogging=(Cogging("motor", TURN, harmonics),))
     context = _context([(log_of(MOTION, effort), axis)], PriorKnowledge(plant=inertia), DEFAULT, None, 100.0, 4)
@@ -35,7 +35,7 @@ def test_progress_of_fits_with_slots_is_a_share_of_all_turns():
     assert [remark for _, remark in shares[:2]] == ["", "so far"]
 
 
-def test_progress_is_told_with_its_task_and_its_remark():
+def test_progress_has_a_task_and_a_remark():
     messages = []
     _share(lambda *message: messages.append(message), 4, 1, "fitting")(0.5, "start 2")
     _share(lambda *message: messages.append(message), 4, 3, "fitting")(1.0)

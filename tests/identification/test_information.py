@@ -1,4 +1,4 @@
-"""Information criteria: parameters that explain nothing cost, those that explain something pay."""
+"""Information criteria penalise parameters without effect, and reward useful parameters."""
 
 import re
 from pathlib import Path
@@ -31,7 +31,7 @@ def test_the_truth_costs_least(compared):
 
 
 @pytest.mark.parametrize("criterion", ["aic", "bic"])
-def test_each_criterion_is_the_difference_to_its_own_smallest(compared, criterion):
+def test_each_criterion_is_the_difference_from_its_smallest_value(compared, criterion):
     assert min(getattr(fit.information, criterion) for fit in compared.values()) == 0.0
 
 
@@ -59,7 +59,7 @@ def test_each_element_that_slips_has_its_price():
     assert int(count["maxwell_slip"]) == elements + 2
 
 
-def test_a_model_that_heeds_none_of_its_parameters_is_one_of_which_nothing_is_known(tmp_path):
+def test_a_model_that_ignores_its_parameters_identifies_none_of_them(tmp_path):
     text = (Path(__file__).parents[2] / "examples" / "quadratic_drag.py").read_text()
     (tmp_path / "own.py").write_text(re.sub(r"    return p\.F_C.*", "    return 5.0, Move()", text))
     log = slow_log(friction.coulomb_viscous(F_C=8.0, F_v=30.0), duration=10.0)

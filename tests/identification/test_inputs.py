@@ -1,4 +1,4 @@
-"""What is handed to `identify` and `predict`: files and text with units where they are understood, else a sentence."""
+"""Arguments of `identify` and `predict`: files and text with units, and errors."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def files(tmp_path, stage):
     return tmp_path / "log.csv", str(tmp_path / "axis.toml")
 
 
-def test_files_do_in_place_of_objects(files, stage):
+def test_files_replace_objects(files, stage):
     log, axis = files
     read = identify(log, "coulomb_viscous", axis=axis, blocks=0, draws=0).best
     direct = identify(stage.log, "coulomb_viscous", blocks=0, draws=0).best
@@ -62,17 +62,17 @@ def test_a_torque_is_known_in_the_units_of_a_rotational_axis(workbenches):
     [
         (None, "must be a name"),
         (FRICTION, "has values already"),
-        ("coulomb,coulomb", "is asked for twice"),
-        (["coulomb", coulomb], "is asked for twice"),
+        ("coulomb,coulomb", "is requested twice"),
+        (["coulomb", coulomb], "is requested twice"),
         ("coulomb+asymmetry+asymmetry", "has a slot twice"),
     ],
 )
-def test_models_that_cannot_be_asked_for(stage, model, said):
+def test_invalid_models_are_rejected(stage, model, said):
     with pytest.raises(InputError, match=said):
         identify(stage.log, model, draws=0)
 
 
-def test_a_model_of_a_persons_own_is_not_taken_for_one_of_bristle(tmp_path, stage):
+def test_a_user_model_is_not_taken_for_a_model_of_bristle(tmp_path, stage):
     (tmp_path / "own.py").write_text(Path(inspect.getfile(coulomb.trial)).read_text())
     with pytest.raises(InputError, match="is the name of a model of bristle; found 'coulomb'"):
         identify(stage.log, load_code(tmp_path / "own.py"), draws=0)
@@ -92,7 +92,7 @@ def test_a_prediction_needs_a_plant_and_a_friction_model(stage, arguments, said)
 
 
 @pytest.mark.parametrize("log", [None, np.zeros(9)])
-def test_what_is_no_log(log):
+def test_invalid_logs_are_rejected(log):
     with pytest.raises(InputError, match="log: must be a log"):
         identify(log, "coulomb_viscous", draws=0)
     with pytest.raises(InputError, match="log: must be a log"):

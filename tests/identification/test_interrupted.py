@@ -1,4 +1,4 @@
-"""Ctrl-C in the middle of an identification: the best found until then, marked unfinished."""
+"""Ctrl-C during an identification returns the best result so far, marked unfinished."""
 
 import importlib
 import json
@@ -56,13 +56,13 @@ def interrupted_after(monkeypatch):
 
 
 @pytest.mark.slow
-def test_the_best_until_then_is_returned_and_marked(log, interrupted_after):
+def test_the_best_result_so_far_is_returned_and_marked(log, interrupted_after):
     whole = identify(log, "lugre", axis=STATED, blocks=0)
     seen = interrupted_after(30)
     part = identify(log, "lugre", axis=STATED, blocks=0)
     assert seen[0] > 30
     assert (part.best.unfinished, whole.best.unfinished) == (True, False)
-    assert part.unfinished == "interrupted: lugre is as far as it was fitted until then"
+    assert part.unfinished == "interrupted: the fit of lugre is incomplete"
     assert whole.unfinished == ""
     assert warnings_of(part.best)[0].startswith("unfinished: ")
     # Not yet the end, but better than any start alone.
@@ -70,16 +70,16 @@ def test_the_best_until_then_is_returned_and_marked(log, interrupted_after):
     assert np.isfinite(part.best.parameters["M"].std)
 
 
-def test_models_that_were_whole_come_first_and_what_is_missing_is_named(interrupted_after):
+def test_finished_models_come_first_and_missing_models_are_named(interrupted_after):
     motion = sines()
     interrupted_after(50)
     identification = identify(log_of(motion, sliding_effort(motion)), "coulomb_viscous,lugre,dahl", axis=STATED, blocks=2)
     assert [fit.name for fit in identification.fits] == ["coulomb_viscous", "lugre"]
     assert [fit.unfinished for fit in identification.fits] == [False, True]
-    assert identification.unfinished == "interrupted: lugre is as far as it was fitted until then; dahl was not fitted"
+    assert identification.unfinished == "interrupted: the fit of lugre is incomplete; dahl was not fitted"
 
 
-def test_one_that_explains_far_more_already_is_not_put_behind_those_that_were_whole(log, interrupted_after):
+def test_an_interrupted_model_that_explains_far_more_is_first(log, interrupted_after):
     interrupted_after(40)
     identification = identify(log, "coulomb_viscous,lugre", axis=STATED, blocks=2)
     assert [fit.name for fit in identification.fits] == ["lugre", "coulomb_viscous"]
@@ -88,7 +88,7 @@ def test_one_that_explains_far_more_already_is_not_put_behind_those_that_were_wh
     assert identification.best.error_percent < 0.7 * identification.fits[1].held_out.mean_percent
 
 
-def test_elements_are_kept_where_what_is_held_out_was_interrupted(log, monkeypatch):
+def test_elements_are_kept_if_validation_is_interrupted(log, monkeypatch):
     def interrupted(*values):
         raise KeyboardInterrupt
 
@@ -96,11 +96,11 @@ def test_elements_are_kept_where_what_is_held_out_was_interrupted(log, monkeypat
     identification = identify(log, "maxwell_slip,dahl", axis=STATED, blocks=2)
     assert [(fit.name, fit.unfinished, fit.held_out) for fit in identification.fits] == [("maxwell_slip", True, None)]
     assert len(identification.best.friction.values["k_i"]) >= 1
-    assert identification.unfinished == "interrupted: maxwell_slip is as far as it was fitted until then; dahl was not fitted"
+    assert identification.unfinished == "interrupted: the fit of maxwell_slip is incomplete; dahl was not fitted"
 
 
-@pytest.mark.parametrize(("draws", "said"), [(20, "interrupted: the intervals are not those of simulated logs"), (0, "")])
-def test_what_was_fitted_is_kept_where_models_are_being_judged(log, monkeypatch, draws, said):
+@pytest.mark.parametrize(("draws", "said"), [(20, "interrupted: intervals from simulated logs are missing"), (0, "")])
+def test_fits_are_kept_if_ranking_is_interrupted(log, monkeypatch, draws, said):
     calls, original = [], identifying.with_structure
 
     def interrupted_once(*values):
@@ -116,7 +116,7 @@ def test_what_was_fitted_is_kept_where_models_are_being_judged(log, monkeypatch,
     assert identification.best.rank == 1
 
 
-def test_what_was_fitted_is_kept_where_slots_are_looked_for(log, monkeypatch):
+def test_fits_are_kept_if_the_search_for_slots_is_interrupted(log, monkeypatch):
     def interrupted(*values):
         raise KeyboardInterrupt
 
@@ -124,10 +124,10 @@ def test_what_was_fitted_is_kept_where_slots_are_looked_for(log, monkeypatch):
     monkeypatch.setattr(identifying.request, "models_of", lambda names: (friction.find("coulomb"), friction.find("viscous")))
     identification = identify(log, "all", axis=STATED, blocks=2, draws=20)
     assert {fit.name for fit in identification.fits} == {"coulomb", "viscous"}
-    assert identification.unfinished == "interrupted: slots were not looked for to the end"
+    assert identification.unfinished == "interrupted: the search for slots is incomplete"
 
 
-def test_slots_are_not_looked_for_after_an_interruption(log, monkeypatch):
+def test_slots_are_not_sought_after_an_interruption(log, monkeypatch):
     original, seen = identifying.fit, []
 
     def interrupted(context, component, *values):
@@ -142,13 +142,13 @@ def test_slots_are_not_looked_for_after_an_interruption(log, monkeypatch):
     assert (identification.unfinished, seen) == ("interrupted: viscous was not fitted", [])
 
 
-def test_before_anything_was_tried_there_is_nothing_to_return(log, interrupted_after):
+def test_an_interruption_before_the_first_result_is_raised(log, interrupted_after):
     interrupted_after(1)
     with pytest.raises(KeyboardInterrupt):
         identify(log, "lugre", axis=STATED, blocks=0)
 
 
-def test_what_is_built_on_an_identification_needs_it_finished(log, interrupted_after):
+def test_an_unfinished_identification_cannot_be_used_further(log, interrupted_after):
     identification = identify(log, "coulomb_viscous", axis=STATED, blocks=0)
     assert identification.finished is identification
     interrupted_after(40)
@@ -158,7 +158,7 @@ def test_what_is_built_on_an_identification_needs_it_finished(log, interrupted_a
 
 
 @pytest.mark.slow
-def test_progress_tells_the_best_so_far(log):
+def test_progress_reports_the_best_error_so_far(log):
     message = []
     identify(log, "lugre", axis=STATED, blocks=0, progress=lambda share, text: message.append((share, text)))
     assert [share for share, _ in message] == sorted(share for share, _ in message)
@@ -168,20 +168,20 @@ def test_progress_tells_the_best_so_far(log):
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt(), SignalledError(15)])
-def test_intervals_that_were_interrupted_leave_the_fit(monkeypatch, error):
+def test_interrupted_intervals_keep_the_fit(monkeypatch, error):
     def interrupted(*values):
         raise error
 
     monkeypatch.setattr(sys.modules[identify.__module__], "with_uncertainty", interrupted)
     log = log_of(sines(2.0), sliding_effort(sines(2.0)))
     identification = identify(log, "coulomb_viscous", axis=STATED, blocks=0)
-    assert identification.unfinished == "interrupted: the intervals are not those of simulated logs"
+    assert identification.unfinished == "interrupted: intervals from simulated logs are missing"
     assert identification.best.parameters["F_C"].status == "identified"
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("number", [2, 15], ids=["Ctrl-C", "SIGTERM"])
-def test_the_command_line_writes_what_there_is_and_says_so(tmp_path, log, interrupted_after, capsys, number):
+def test_the_command_line_writes_an_interrupted_result_with_a_remark(tmp_path, log, interrupted_after, capsys, number):
     from bristle.cli.main import main
 
     rows = np.stack([log.time.values, log.position.values, log.effort.values], axis=1)
@@ -196,5 +196,5 @@ def test_the_command_line_writes_what_there_is_and_says_so(tmp_path, log, interr
     assert main(["identify", *requested, "--model", "lugre", "--json"]) == 128 + number
     printed = capsys.readouterr()
     assert json.loads(printed.out)["unfinished"].startswith("interrupted: lugre")
-    assert "interrupted: lugre is as far as it was fitted until then" in printed.err
+    assert "interrupted: the fit of lugre is incomplete" in printed.err
     assert 'unfinished = "interrupted' in (out / "model.toml").read_text()

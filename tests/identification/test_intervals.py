@@ -1,4 +1,4 @@
-"""Intervals hold where the residuals are correlated over time, as they are wherever a model misses something."""
+"""Intervals are valid for residuals correlated over time, as with any model error."""
 
 import math
 
@@ -37,12 +37,12 @@ def test_intervals_cover_the_truth_with_coloured_residuals(correlation_time):
 
 
 @pytest.mark.parametrize(("std", "robust", "larger"), [(0.1, 0.3, 0.3), (0.2, 0.1, 0.2), (0.2, None, 0.2)])
-def test_the_interval_rests_on_the_larger_error(std, robust, larger):
+def test_the_interval_uses_the_larger_error(std, robust, larger):
     estimate = Estimate("F_C", "N", "level", -4.0, std, robust_std=robust)
     assert estimate.relative_std_percent == pytest.approx(25.0 * std)
     assert estimate.interval_percent == pytest.approx(1.96 * 25.0 * larger)
 
 
-def test_there_is_no_interval_without_an_error():
+def test_an_estimate_without_error_has_no_interval():
     assert Estimate("F_C", "N", "level", 4.0, None, "held").interval_percent is None
     assert Estimate("F_C", "N", "level", 0.0, 0.1, robust_std=0.1).interval_percent is None

@@ -1,4 +1,4 @@
-"""Rows of plant and friction: what they answer, where they are undisturbed, and what an error found beforehand does."""
+"""Rows of plant and friction: responses, undisturbed rows, and known errors of delay, filter and mass."""
 
 from dataclasses import replace
 
@@ -32,7 +32,7 @@ def with_alignment(problem, held=None, **known):
     return replace(problem, dataset=replace(problem.dataset, held=held, alignment=Alignment(**known)))
 
 
-def test_answers_of_rows_to_their_parameters_add_up_to_the_prediction(problem):
+def test_responses_of_rows_to_their_parameters_sum_to_the_prediction(problem):
     free = {"M": 12.0, "F_C": 8.0, "F_v": 30.0, "offset": 1.5}
     assert set(problem.parameters.free) == set(free)
     together = problem.columns @ np.array([free[name] for name in problem.parameters.free])
@@ -43,7 +43,7 @@ def test_answers_of_rows_to_their_parameters_add_up_to_the_prediction(problem):
     assert np.std(problem.residual(TRUTH)) < 0.1 * np.std(problem.measured)
 
 
-def test_a_parameter_that_is_fixed_answers_with_its_own_effort(problem):
+def test_a_fixed_parameter_contributes_its_effort(problem):
     parameters = problem.parameters
     free = tuple(name for name in parameters.free if name != "M")
     held = replace(problem, parameters=replace(parameters, free=free, fixed={**parameters.fixed, "M": Fixed(3.0, "given")}))
@@ -57,7 +57,7 @@ def test_a_parameter_that_is_fixed_answers_with_its_own_effort(problem):
     ("name", "turned"),
     [("coulomb_viscous", {"F_C": 8.0, "F_v": 30.0}), ("gap_slider", {"F_C": 8.0, "give": 0.02, "gap": 1e-3, "n": 2.0, "share": 0.1})],
 )
-def test_a_contact_that_was_turned_over_before_the_log_is_so_in_all_that_is_said_of_friction(problem, name, turned):
+def test_an_initially_turned_contact_affects_friction_and_prediction_equally(problem, name, turned):
     rows = InverseDynamics(problem.dataset, parameters_of(find(name), PRIOR, problem.dataset))
     values = dict.fromkeys(rows.parameters.variables, 0.0) | {"M": 12.0} | turned
     assert rows.mechanical(values) + rows.friction(values) == pytest.approx(rows.predicted(values), abs=1e-9)
@@ -75,7 +75,7 @@ def test_a_contact_that_was_turned_over_before_the_log_is_so_in_all_that_is_said
         (None, {"delay": 2e-3}, 0.0),
     ],
 )
-def test_a_delay_is_as_unsure_as_it_was_found_or_as_a_hold(problem, held, known, std):
+def test_a_delay_has_its_uncertainty_or_that_of_a_hold(problem, held, known, std):
     assert with_alignment(problem, held, **known).delay_std == pytest.approx(std, rel=0.2 if std > 1.1e-4 else 1e-4)
     assert problem.delay_std == 0.0
 
@@ -84,12 +84,12 @@ def test_a_delay_is_as_unsure_as_it_was_found_or_as_a_hold(problem, held, known,
     ("known", "std"),
     [({"smoothing": -3e-3, "smoothing_half_width": 1.96e-3}, 3e-6), ({"smoothing": 3e-3}, 0.0), ({"smoothing_half_width": 1.0}, 0.0)],
 )
-def test_a_filter_that_was_taken_out_errs_by_its_half_square(problem, known, std):
+def test_a_removed_filter_has_the_error_of_its_half_square(problem, known, std):
     assert with_alignment(problem, **known).bend_std == pytest.approx(std, rel=1e-4)
     assert problem.bend_std == 0.0
 
 
-def test_a_mass_a_delay_and_a_filter_found_beforehand_err_by_their_standard_errors(problem):
+def test_known_mass_delay_and_filter_contribute_their_standard_errors(problem):
     aligned = with_alignment(problem, delay=0.0, delay_half_width=1.96e-4, smoothing=2e-3, smoothing_half_width=1.96e-3)
     parameters = aligned.parameters
     fixed = {"M": Fixed(12.0, "given", half_width=0.98)}
@@ -106,7 +106,7 @@ def test_a_mass_a_delay_and_a_filter_found_beforehand_err_by_their_standard_erro
 
 
 @pytest.mark.parametrize(("cutoff", "least"), [(100.0, 0.02), (200.0, 0.015)])
-def test_rows_are_away_two_periods_of_the_filter_from_a_reversal_and_steady_six_times_as_far(cutoff, least):
+def test_rows_away_are_two_periods_from_a_reversal_and_steady_ones_six_times_as_far(cutoff, least):
     rows = sliding_problem(treat(LOG, STATED, cutoff, 1), PRIOR)
     time = rows.dataset.samples_from_rest * DT
     assert np.array_equal(rows.away.rows, time > least * (1.0 + 1e-9))
@@ -131,7 +131,7 @@ def test_several_logs_are_held_out_in_turn_and_a_single_log_in_time_blocks(probl
         problem.parts_of(400, DEFAULT)
 
 
-def test_the_time_from_row_to_row_is_that_of_the_samples_that_are_left_out(problem):
+def test_the_time_between_rows_includes_decimated_samples(problem):
     assert problem.row_time == pytest.approx(10.0 * DT)
     assert problem.effort_residual({}, np.arange(3.0)).tolist() == [0.0, 1.0, 2.0]
     assert problem.errors({}) == {}

@@ -1,4 +1,4 @@
-"""Known truth: an identified axis is simulated along its log, identified again, and compared with itself."""
+"""Known truth: an identified axis is simulated along its log, identified again and compared."""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -35,7 +35,7 @@ def determined(identified, *, axis=AXIS, fit=None, count=2):
     return {one.name: one for one in found}
 
 
-def test_what_a_log_shows_is_determined_within_percents(identified):
+def test_visible_parameters_are_determined_within_percents(identified):
     found = determined(identified)
     assert list(found) == ["M", "sigma_0", "F_C", "sigma_2", "offset"]  # and no shape that is held
     for name in ("M", "sigma_0", "F_C"):
@@ -52,7 +52,7 @@ def test_an_encoder_forty_decibels_coarser_hides_the_stiffness(identified):
     assert found["sigma_0"].identified < found["F_C"].identified == 2
 
 
-def test_the_truth_is_that_of_the_models_and_not_that_of_the_log(identified):
+def test_the_truth_is_that_of_the_models_not_of_the_log(identified):
     best = identified.best
     stronger = best.friction.component(**best.friction.values | {"F_C": 12.0})
     found = determined(identified, fit=replace(best, friction=stronger), count=1)
@@ -60,7 +60,7 @@ def test_the_truth_is_that_of_the_models_and_not_that_of_the_log(identified):
     assert abs(found["F_C"].median_error_percent) < 5.0
 
 
-def test_a_simulated_log_has_the_delay_and_the_encoder_of_the_recorded_one(identified):
+def test_a_simulated_log_has_the_delay_and_the_encoder_of_the_recorded_log(identified):
     late = dict(identified.treatment) | {"delay": 4e-3}
     drawn = SimulatedLog(identified.log, AXIS, identified.best, late).drawn(np.random.default_rng(3))
     position, effort = (low_passed(signal.values, 40.0, DT) for signal in (drawn.position, drawn.effort))
@@ -103,7 +103,7 @@ def test_friction_over_a_recorded_channel_acts_along_the_recorded_motion(identif
     assert hot / cold == pytest.approx(0.8 / 1.2, rel=0.08)
 
 
-def test_a_fit_to_a_simulated_log_knows_what_the_person_said_and_no_more(identified, monkeypatch):
+def test_a_fit_to_a_simulated_log_knows_only_the_given_data(identified, monkeypatch):
     asked = {}
 
     def noted(logs, **options):
@@ -126,7 +126,7 @@ def test_a_fit_to_a_simulated_log_knows_what_the_person_said_and_no_more(identif
     assert (asked["method"], asked["settings"]) == ("prediction_error", {"hidden_shape": 0.1})
 
 
-def test_progress_goes_from_log_to_log(identified, monkeypatch):
+def test_progress_covers_all_logs(identified, monkeypatch):
     def noted(logs, *, progress, **options):
         progress(0.5, "fitting")
         return SimpleNamespace(best=SimpleNamespace(parameters={}))
@@ -143,12 +143,12 @@ def test_progress_goes_from_log_to_log(identified, monkeypatch):
     ("changes", "words"),
     [({"resampling": None}, "without simulated logs"), ({"loop_rmse": 1.0}, "output_error"), ({"position_rmse": 1e-6}, "output_error")],
 )
-def test_a_fit_that_cannot_be_simulated_is_refused(identified, changes, words):
+def test_a_fit_that_cannot_be_simulated_is_rejected(identified, changes, words):
     with pytest.raises(InputError, match=words):
         determined(identified, fit=replace(identified.best, **changes))
 
 
-def test_a_log_that_is_refused_again_counts_and_all_refused_are_told(identified, monkeypatch):
+def test_a_rejected_simulated_log_counts_and_an_error_is_raised_if_all_are(identified, monkeypatch):
     calls = iter([InputError("is too short", path="log"), None])
 
     def refused(*_, **__):
@@ -176,6 +176,6 @@ def test_a_log_that_is_refused_again_counts_and_all_refused_are_told(identified,
         ([np.nan] * 6, 6, "not determined", False),  # the true value is 0
     ],
 )
-def test_a_verdict_follows_errors_and_intervals(errors, hold, verdict, narrow):
+def test_a_verdict_depends_on_errors_and_intervals(errors, hold, verdict, narrow):
     one = Determined("F_C", "N", "level", 8.0, "F_C", np.array(errors), len(errors), hold, 6)
     assert (one.verdict, one.too_narrow) == (verdict, narrow)

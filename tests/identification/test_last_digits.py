@@ -1,4 +1,4 @@
-"""Statuses do not hang on the last digits of a log: where a fit is flat, rounding decides nothing."""
+"""Statuses do not depend on the last digits of a log: rounding decides no flat fit."""
 
 import numpy as np
 import pytest
@@ -31,7 +31,7 @@ def plain():
     return fitted(log_with(PLAIN), "stribeck+asymmetry")
 
 
-def test_a_fall_that_the_log_does_not_show_is_held_where_the_search_begins(plain):
+def test_an_invisible_fall_is_fixed_at_the_edge_of_the_search(plain):
     v_S = plain.parameters["v_S"]
     assert v_S.status == "unidentifiable"
     assert v_S.std is None
@@ -42,7 +42,7 @@ def test_a_fall_that_the_log_does_not_show_is_held_where_the_search_begins(plain
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
-def test_no_status_changes_with_the_last_digits(plain, seed):
+def test_last_digits_do_not_change_a_status(plain, seed):
     again = fitted(log_with(PLAIN, seed), "stribeck+asymmetry")
     for name, estimate in plain.parameters.items():
         other = again.parameters[name]
@@ -52,7 +52,7 @@ def test_no_status_changes_with_the_last_digits(plain, seed):
             assert other.std == pytest.approx(estimate.std, rel=1e-3), name
 
 
-def test_a_fall_that_the_log_shows_is_found():
+def test_a_visible_fall_is_found():
     v_S = fitted(log_with(FALLING), "stribeck").parameters["v_S"]
     assert v_S.status == "identified"
     assert v_S.value == pytest.approx(0.02, rel=0.1)

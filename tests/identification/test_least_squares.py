@@ -64,7 +64,7 @@ def drawn(name, form="", low=0.0, high=1.0, quantity="1", excitation="stribeck")
         ({"name": "asymmetry", "excitation": next(iter(OF_SLOTS))}, 0.25),
     ],
 )
-def test_a_search_begins_with_parameters_of_the_sliding_fit(variable, value):
+def test_a_search_starts_from_the_sliding_fit(variable, value):
     assert np.all(drawn(**variable) == value)
 
 
@@ -76,28 +76,28 @@ def test_a_search_begins_with_parameters_of_the_sliding_fit(variable, value):
         ({"name": "x"}, 0.04, 40.0, 4.0 * (10.0 - 0.01) / (3.0 * np.log(10.0))),  # from a hundredth of its magnitude to ten times
     ],
 )
-def test_a_parameter_beside_sliding_is_drawn_from_its_range(variable, low, high, mean):
+def test_a_parameter_outside_sliding_is_drawn_from_its_range(variable, low, high, mean):
     values = drawn(**variable)
     assert low <= values.min() < low * 1.1
     assert high / 1.1 < values.max() <= high
     assert np.mean(values) == pytest.approx(mean, rel=0.06)
 
 
-def test_an_excess_is_drawn_in_thirds_of_the_level():
+def test_an_excess_is_drawn_around_three_tenths_of_the_level():
     values = drawn("F_S", "excess", quantity="force")
     assert values.min() > 0.0
     assert np.mean(values) == pytest.approx(0.3 * 8.0, rel=0.06)
     assert np.std(values) == pytest.approx(0.3 * 8.0, rel=0.1)  # as of an exponential distribution
 
 
-def test_a_cost_is_told_as_a_share_of_the_signal():
+def test_a_cost_is_converted_to_a_share_of_the_signal():
     search = Search(SimpleNamespace(measured=np.array([3.0, 4.0])), None, SLIDING, 2.0)
     residual = np.array([0.3, 0.4])  # in units of 2
     assert search.percent(0.5 * float(residual @ residual)) == pytest.approx(20.0)
     assert Search(SimpleNamespace(measured=np.zeros(2)), None, SLIDING, 2.0).percent(0.0) == 0.0
 
 
-def test_a_start_is_computed_in_order_and_lies_within_what_is_sought():
+def test_a_start_is_computed_in_order_and_inside_its_range():
     variables = {name: Variable("force", name, excitation="sliding") for name in ("F_C", "F_S")} | {"share": Variable("length", "share")}
     parameters = SimpleNamespace(component=SimpleNamespace(defaults={}), variables=variables, complete=lambda values: {"a": 2.0})
     transforms = (
@@ -154,7 +154,7 @@ def long_search(unfinished=False):
     return Told(problem, None, None, 1.0).solve(lambda share, text="": reports.append(share)), asked, reports
 
 
-def test_of_a_long_log_the_best_end_on_a_part_of_it_goes_on_with_all_of_it():
+def test_a_search_of_a_long_log_continues_the_best_end_of_an_excerpt():
     result, asked, reports = long_search()
     assert reports == [0.0, 0.5, 0.5]
     (first, second, (name, start, limit, at)) = asked
@@ -165,7 +165,7 @@ def test_of_a_long_log_the_best_end_on_a_part_of_it_goes_on_with_all_of_it():
     assert result == Ended({"F_C": 9.0}, 1.0)
 
 
-def test_interrupted_on_a_part_of_a_long_log_a_search_is_read_off_all_of_it_and_says_so():
+def test_a_search_interrupted_on_an_excerpt_is_unfinished_on_the_whole_log():
     result, asked, reports = long_search(unfinished=True)
     assert asked == ["excerpt", ("whole", {"F_C": 8.0}, 1, None)]
     assert result == Ended({"F_C": 9.0}, 1.0, unfinished=True)

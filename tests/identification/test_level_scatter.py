@@ -1,4 +1,4 @@
-"""The scatter of a level of friction in prediction errors: what half-cycles leave of it, and where they begin."""
+"""Scatter of the friction level in prediction errors: whitening by half-cycles, and their starts."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ def whitening(scatter, noise):
 
 
 @pytest.mark.parametrize(("scatter", "noise"), [(0.03, 0.1), (0.3, 0.01), (2.0, 1.0)])
-def test_errors_of_a_level_that_scatters_become_white(scatter, noise):
+def test_whitening_of_a_scattering_level_gives_white_errors(scatter, noise):
     half_cycle = np.searchsorted(STARTS, np.arange(COLUMN.size), side="right")
     together = half_cycle[:, None] == half_cycle
     covariance = noise**2 * np.eye(COLUMN.size) + scatter**2 * np.outer(COLUMN, COLUMN) * together
@@ -22,7 +22,7 @@ def test_errors_of_a_level_that_scatters_become_white(scatter, noise):
     assert matrix @ covariance @ matrix.T == pytest.approx(noise**2 * np.eye(COLUMN.size), abs=1e-12)
 
 
-def test_a_half_cycle_that_shows_nothing_of_the_level_stays_as_it_is():
+def test_a_half_cycle_without_information_on_the_level_is_unchanged():
     matrix = whitening(0.5, 0.1)
     assert np.array_equal(matrix[8:], np.eye(COLUMN.size)[8:])
     assert np.array_equal(whitening(0.0, 0.1), np.eye(COLUMN.size))

@@ -1,4 +1,4 @@
-"""Friction whose level rises with what passes on to the load, or ripples with a screw, beside what does not."""
+"""Friction with a level that rises with the transmitted effort or ripples with a screw, and constant friction."""
 
 import numpy as np
 import pytest
@@ -41,7 +41,7 @@ def held_out(fit):
     return fit.held_out.mean_percent
 
 
-def test_friction_of_a_gear_rises_with_what_it_carries():
+def test_friction_of_a_gear_rises_with_the_transmitted_effort():
     result = identified(truth.log(), ARM, ["coulomb_viscous", "coulomb_viscous+transmitted"])
     with_slot, without = result.fits
     assert with_slot.name == "coulomb_viscous+transmitted"
@@ -52,7 +52,7 @@ def test_friction_of_a_gear_rises_with_what_it_carries():
     assert with_slot.plant.values["g_sin"] == pytest.approx(truth.GRAVITY, rel=0.01)
 
 
-def test_where_friction_is_constant_the_slot_loses_nothing():
+def test_the_slot_does_no_harm_for_constant_friction():
     result = identified(truth.log(share=0.0), ARM, ["coulomb_viscous", "coulomb_viscous+transmitted"])
     errors = {fit.name: held_out(fit) for fit in result.fits}
     assert errors["coulomb_viscous+transmitted"] < 1.02 * errors["coulomb_viscous"]
@@ -65,7 +65,7 @@ def said_of(columns, model="coulomb_viscous"):
     return {diagnostic.code: diagnostic for diagnostic in best.diagnostics}
 
 
-def test_a_gear_is_named_by_what_its_friction_follows():
+def test_a_gear_is_named_by_the_input_of_its_friction():
     text = said_of(truth.log())
     assert text["structure"].numbers["causes"][0] == "transmitted"
     assert text["missing_transmitted"].numbers["model"] == "coulomb_viscous+transmitted"
@@ -73,17 +73,17 @@ def test_a_gear_is_named_by_what_its_friction_follows():
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_a_gear_is_not_named_where_friction_is_constant(seed):
+def test_a_gear_is_not_named_for_constant_friction(seed):
     assert "structure" not in said_of(truth.log(share=0.0, seed=seed))
 
 
-def test_the_model_that_is_named_leaves_nothing():
+def test_the_named_model_leaves_no_missing_force():
     assert "structure" not in said_of(truth.log(), "coulomb_viscous+transmitted")
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("share", [truth.SHARE, 0.0])
-def test_all_models_include_the_gear_where_the_log_shows_one(share, monkeypatch):
+def test_all_models_include_the_gear_if_the_log_shows_it(share, monkeypatch):
     monkeypatch.setattr(request, "MODELS", {"coulomb": request.MODELS["coulomb"]})
     axis = read_axis(ARM)
     log = Log.from_columns(truth.log(share=share, seconds=10.0), axis=axis)
@@ -97,13 +97,13 @@ def test_all_models_include_the_gear_where_the_log_shows_one(share, monkeypatch)
         assert not any("transmitted" in name for name in names)
 
 
-def test_elements_are_not_sent_to_a_slot_that_they_cannot_have():
+def test_elements_are_not_referred_to_an_impossible_slot():
     assert model_with("transmitted", friction.maxwell_slip(**friction.maxwell_slip.example)) == ""
     assert model_with("transmitted", friction.lugre(**friction.lugre.example)) == "lugre+transmitted"
 
 
 @pytest.mark.slow
-def test_cogging_and_friction_that_ripples_are_told_apart():
+def test_cogging_is_distinguished_from_rippling_friction():
     t, q, v, a = truth.swing(25.0, 3)
     q, v, a = (0.02 * signal for signal in (q, v, a))
     angle = 2.0 * np.pi * q / 5e-3
@@ -120,10 +120,10 @@ def test_cogging_and_friction_that_ripples_are_told_apart():
 
 
 def test_a_model_without_a_level_has_no_such_slot():
-    with pytest.raises(InputError, match="no level"):
+    with pytest.raises(InputError, match="no friction level"):
         identified(truth.log(seconds=10.0), ARM, "viscous+transmitted")
 
 
-def test_elements_are_not_fitted_beside_it():
+def test_elements_are_not_fitted_with_the_slot():
     with pytest.raises(InputError, match=r"\+transmitted"):
         identified(truth.log(seconds=10.0), ARM, "maxwell_slip+transmitted")

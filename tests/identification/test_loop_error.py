@@ -32,7 +32,7 @@ def fit(log):
     return identify(log, "stribeck", axis=SOUGHT, draws=0).best
 
 
-def test_every_parameter_comes_back_and_the_lag_of_the_drive(fit):
+def test_every_parameter_and_the_lag_of_the_drive_are_recovered(fit):
     for name, truth in {**TRUTH.values, "M": MASS, "lag": LAG}.items():
         assert fit.parameters[name].value == pytest.approx(truth, rel=0.05 if name == "lag" else 0.02), name
     assert fit.lag == fit.parameters["lag"].value
@@ -41,7 +41,7 @@ def test_every_parameter_comes_back_and_the_lag_of_the_drive(fit):
     assert fit.position_error_percent is None
 
 
-def test_inverse_dynamics_of_the_same_log_is_further_off(fit, log):
+def test_inverse_dynamics_of_the_same_log_is_less_accurate(fit, log):
     start = identify(log, "stribeck", axis=SOUGHT, method="inverse_dynamics", draws=0, blocks=0).best
     assert "lag" not in start.parameters
     for name in ("M", "F_v"):
@@ -49,16 +49,16 @@ def test_inverse_dynamics_of_the_same_log_is_further_off(fit, log):
         assert off[0] < 0.2 * off[1], name
 
 
-def test_the_loop_is_what_the_axis_says_and_else_what_the_log_has(log):
+def test_the_axis_decides_the_loop_and_else_the_log(log):
     assert loop_of([log], [AXIS]) is Effort
     assert loop_of([log, log], [replace(AXIS, loop="open")] * 2) is Position
     assert loop_of([replace(log, reference=None)], [AXIS]) is Position
     assert loop_of([log], [None]) is Position
-    with pytest.raises(InputError, match="differs from axis to axis"):
+    with pytest.raises(InputError, match="differs between axes"):
         loop_of([log, log], [AXIS, replace(AXIS, loop="open")])
 
 
-def test_the_prediction_of_the_same_loop_errs_as_the_fit_does(fit, log):
+def test_the_prediction_of_the_same_loop_has_the_error_of_the_fit(fit, log):
     with_lag, without = (
         predict(fit.plant, fit.friction, log, AXIS, "closed-loop", lag=lag).metrics["force_error_percent"] for lag in (fit.lag, None)
     )
@@ -67,7 +67,7 @@ def test_the_prediction_of_the_same_loop_errs_as_the_fit_does(fit, log):
     assert without > 1.3 * with_lag
 
 
-def test_without_its_known_input_the_loop_is_another_one(fit, log):
+def test_without_its_known_input_the_loop_differs(fit, log):
     missing = identify(replace(log, injected=()), "stribeck", axis=SOUGHT, draws=0, blocks=0).best
     assert missing.loop_error_percent > 2.0 * fit.loop_error_percent
 
@@ -77,7 +77,7 @@ def test_blocks_are_held_out_of_the_loop(fit):
     assert fit.held_out.mean_percent == pytest.approx(fit.loop_error_percent, rel=0.3)
 
 
-def test_where_friction_scatters_intervals_of_twins_hold_the_truth_and_plain_ones_do_not():
+def test_intervals_of_replicates_contain_the_truth_for_scattering_friction():
     log = recorded_in_loop(TRUTH, 11, pairs=10)
     fit = identify(log, "stribeck", axis=AXIS, draws=60, blocks=0).best
     plain, twins = [], []
@@ -93,7 +93,7 @@ def test_where_friction_scatters_intervals_of_twins_hold_the_truth_and_plain_one
     assert "in the loop" in assumptions_of(fit)[-1]
 
 
-def test_interrupted_it_returns_the_best_so_far(log, monkeypatch):
+def test_an_interruption_returns_the_best_so_far(log, monkeypatch):
     residual, seen = OutputError.residual, [0]
 
     def counting(self, free):
@@ -105,12 +105,12 @@ def test_interrupted_it_returns_the_best_so_far(log, monkeypatch):
     monkeypatch.setattr(OutputError, "residual", counting)
     identification = identify(log, "stribeck", axis=SOUGHT, draws=0)
     assert identification.best.unfinished
-    assert identification.unfinished == "interrupted: stribeck is as far as it was fitted until then"
+    assert identification.unfinished == "interrupted: the fit of stribeck is incomplete"
     assert warnings_of(identification.best)[0].startswith("unfinished: ")
     assert identification.best.loop_error_percent < 20.0
 
 
-def test_interrupted_at_its_start_it_returns_the_start(log, monkeypatch):
+def test_an_interruption_at_the_start_returns_the_start(log, monkeypatch):
     linearised, seen = InverseDynamics.linearised, [0]
 
     def counting(self, free):
@@ -125,11 +125,11 @@ def test_interrupted_at_its_start_it_returns_the_start(log, monkeypatch):
     assert best.loop_error_percent is None
 
 
-def test_what_the_loop_lacks_is_told(log):
+def test_a_force_missing_in_the_loop_is_reported(log):
     for axis, changed, text in (
         (replace(AXIS, controller=None, loop="closed"), log, "axis.controller: is needed to fit the closed loop.*that was running"),
         (replace(AXIS, loop="closed"), replace(log, reference=None), "has no reference"),
-        (replace(SOUGHT, loop="open"), log, "effort.lag: shows in a closed loop only"),
+        (replace(SOUGHT, loop="open"), log, "effort.lag: is visible in a closed loop only"),
     ):
         with pytest.raises(InputError, match=text) as refused:
             identify(changed, "coulomb_viscous", axis=axis)
@@ -140,8 +140,8 @@ def test_what_the_loop_lacks_is_told(log):
         identify(log, "coulomb_viscous", axis=AXIS, method="guess")
 
 
-def test_models_that_cannot_be_compared_are_left_out_and_told(log):
+def test_incomparable_models_are_omitted_and_named(log):
     identification = identify(log, "coulomb_viscous,maxwell_slip+position", axis=AXIS, blocks=0, draws=0)
     assert [item.name for item in identification.fits] == ["coulomb_viscous"]
     assert not identification.unfinished
-    assert identification.notes[-1] == "maxwell_slip+position is left out: needs inverse dynamics"
+    assert identification.notes[-1] == "maxwell_slip+position is omitted: needs inverse dynamics"

@@ -1,4 +1,4 @@
-"""A model with one slot more begins from the best of the model without it, and is never worse."""
+"""A model with one more slot starts from the best model without it, and is never worse."""
 
 from dataclasses import replace
 
@@ -45,14 +45,14 @@ def test_nested_models_have_one_slot_less(name, nested):
     assert {model.name for model in nested_in(find(name))} == nested
 
 
-def test_a_model_that_is_not_put_together_by_slots_has_no_nested_one():
+def test_a_model_without_slots_has_no_nested_model():
     assert nested_in(find("lugre").inner) == ()
     assert nested_in(replace(slotted(find("lugre").inner, asymmetry=True), name="own")) == ()
 
 
 @pytest.mark.parametrize("slot", ["ripple", "periodic", "position", "transmitted", "asymmetry"])
 @pytest.mark.parametrize("base", ["stribeck", "lugre"])
-def test_a_richer_model_is_the_nested_one_for_the_parameters_that_it_begins_with(base, slot):
+def test_a_richer_model_starts_equal_to_the_nested_model(base, slot):
     shared = context(2.0)
     nested, component = shared.problem(find(base)), shared.problem(find(f"{base}+{slot}"))
     optimum = nested.parameters.complete({**LUGRE, "M": 12.0, "F_v": 30.0, "offset": 0.0 if base == "lugre" else 1.5})
@@ -61,7 +61,7 @@ def test_a_richer_model_is_the_nested_one_for_the_parameters_that_it_begins_with
     np.testing.assert_allclose(component.predicted(start), nested.predicted(optimum), atol=1e-9)
 
 
-def test_a_curve_that_rises_begins_from_one_that_falls():
+def test_a_rising_curve_starts_from_a_falling_curve():
     shared = context(2.0)
     nested, component = (shared.problem(find(name)) for name in ("stribeck", "stribeck_free"))
     optimum = nested.parameters.complete({"F_C": 6.0, "F_S": 9.0, "v_S": 2e-3, "F_v": 30.0, "M": 12.0, "offset": 1.0})
@@ -70,7 +70,7 @@ def test_a_curve_that_rises_begins_from_one_that_falls():
 
 
 @pytest.mark.parametrize("of_a_long_log", [False, True])
-def test_a_search_begins_from_the_nested_optimum_too(monkeypatch, of_a_long_log):
+def test_a_search_also_starts_from_the_nested_optimum(monkeypatch, of_a_long_log):
     """All starts that are drawn lie in a corner from which a descent of few steps does not come away."""
     shared = context()
     best = along_the_motion(shared, find("lugre"), silent)
@@ -93,7 +93,7 @@ def test_a_search_begins_from_the_nested_optimum_too(monkeypatch, of_a_long_log)
     assert solution.cost <= best.solution.cost
 
 
-def test_a_velocity_of_the_fall_is_not_held_where_the_nested_model_fits_better(monkeypatch):
+def test_a_stribeck_velocity_is_not_fixed_if_the_nested_model_fits_better(monkeypatch):
     shared = context(v_S=2e-2)
     best = along_the_motion(shared, find("lugre"), silent).solution
     monkeypatch.setattr(estimating, "FLAT", 1e6)
@@ -114,7 +114,7 @@ def test_an_interruption_of_a_nested_fit_ends_the_richer_one(monkeypatch):
         along_the_motion(shared, find("lugre+ripple"), silent)
 
 
-def test_offset_and_levels_by_direction_are_identified_together_where_the_log_shows_a_weight():
+def test_offset_and_directional_levels_are_identified_if_a_weight_is_visible():
     levels = {"F_C_pos": 7.0, "F_C_neg": 6.0, "F_S_pos": 9.0, "F_S_neg": 8.0, "sigma_2_pos": 30.0, "sigma_2_neg": 30.0}
     log = slow_log(find("lugre+asymmetry")(offset=4.0, **levels, **SHAPE), duration=10.0)
     fit = identify(log, "lugre+asymmetry", axis=STATED, blocks=0, draws=0).best
@@ -123,14 +123,14 @@ def test_offset_and_levels_by_direction_are_identified_together_where_the_log_sh
         assert fit.parameters[name].value == pytest.approx(value, abs=0.3)
 
 
-def test_the_offset_is_held_where_levels_by_direction_explain_as_much():
+def test_the_offset_is_fixed_if_directional_levels_explain_as_much():
     levels = {"F_C_pos": 9.0, "F_C_neg": 6.0, "F_S_pos": 12.0, "F_S_neg": 8.0, "sigma_2_pos": 30.0, "sigma_2_neg": 30.0}
     log = slow_log(find("lugre+asymmetry")(**levels, **SHAPE), duration=10.0)
     fit = identify(log, "lugre+asymmetry", axis=STATED, blocks=0, draws=0).best
     assert fit.parameters["offset"].reason.code == "held_levels"
 
 
-def test_a_static_model_holds_a_constant_without_which_a_level_would_be_negative():
+def test_a_static_model_fixes_a_constant_that_keeps_levels_positive():
     truth = find("stribeck_free")(F_C=8.0, F_0=1.0, v_S=5e-3, F_v=30.0, offset=3.0)
     fits = identify(slow_log(truth, duration=10.0), "stribeck_free,stribeck_free+asymmetry", axis=STATED, blocks=0, draws=0).fits
     left = {fit.name: float(np.linalg.norm(fit.traces.residual)) for fit in fits}
@@ -140,7 +140,7 @@ def test_a_static_model_holds_a_constant_without_which_a_level_would_be_negative
     assert held.reason.code == "held_constant"
 
 
-def test_cogging_is_judged_on_the_rows_of_the_plant_without_it():
+def test_cogging_is_tested_on_the_rows_of_the_plant_without_it():
     log = slow_log(find("coulomb_viscous")(F_C=5.0, F_v=10.0), duration=6.0)
     axis = Axis(cutoff=100.0)
     waves = replace(axis, cogging=(Cogging(turner="motor", turn=PITCH, harmonics=(1,)),))

@@ -1,4 +1,4 @@
-"""A log in which no force opposes the motion is fitted, and the likely causes are told: it is never refused."""
+"""A log without friction is fitted, and the likely causes are reported."""
 
 import numpy as np
 import pytest
@@ -29,7 +29,7 @@ def test_an_effort_of_the_other_sign_is_fitted_and_its_causes_are_named(driven_l
     assert "reversed sign of the effort" in warnings
 
 
-def test_where_damping_opposes_the_motion_no_cause_is_sought_in_the_sign():
+def test_with_positive_damping_no_cause_is_sought_in_the_sign():
     motion = sines()
     scatter = np.random.default_rng(4).normal(0.0, 0.05, motion.time.size)
     log = log_of(motion, 12.0 * motion.acceleration + 60.0 * motion.velocity - 2.0 * np.sign(motion.velocity) + scatter)

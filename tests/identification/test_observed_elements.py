@@ -1,4 +1,4 @@
-"""Elements that slip as observers see them, on the log of an axis that is simulated here in plain Python."""
+"""Elements that slip, identified by observers, on the log of an axis simulated here in plain Python."""
 
 import math
 from dataclasses import replace
@@ -59,7 +59,7 @@ def test_an_observer_finds_the_virgin_curve_behind_a_coarse_encoder(fits):
     assert errors_of(fits[0]).tolist() != errors_of(fits[1]).tolist()
 
 
-def test_level_and_curve_hold_in_their_intervals(fits):
+def test_intervals_contain_level_and_curve(fits):
     _, fit = fits
     low, high = fit.parameters["F_C"].interval
     assert low < np.sum(LEVELS) < high
@@ -82,10 +82,10 @@ def test_elements_that_explain_the_force_less_well_than_inverse_dynamics_are_not
     result = br.identify(columns, "maxwell_slip", axis=Axis(resolution=STEP), blocks=0, draws=20).best
     assert result.parameters["F_C"].value == fits[0].parameters["F_C"].value
     (told,) = [message(one) for one in result.diagnostics if one.code == "prediction_error"]
-    assert "its elements miss 1.4 times as much of the force" in told
+    assert "its elements leave 1.4 times as much of the force unexplained" in told
 
 
-def test_what_a_band_is_drawn_from_has_lists(fits):
+def test_draws_of_a_band_contain_the_lists(fits):
     _, fit = fits
     draws = fit.resampling.bands.draws
     assert TOTAL not in draws
@@ -107,7 +107,7 @@ def test_levels_at_thresholds_are_the_lists_of_the_model():
     assert [sum(start[name] for name in model.names) for start in model.starts(values)] == pytest.approx([8.0, 8.0, 8.0])
 
 
-def test_thresholds_are_those_of_elements_and_more_between_and_below():
+def test_thresholds_include_those_of_elements_and_more_between_and_below():
     slips = np.array([0.1, 1.0, 1.1, 8.0, 50.0])
     thresholds = observed_elements._thresholds(slips, np.array([1.0, 2.0, 2.0, 5.0, 0.01]), 0.2)
     assert thresholds[0] == 0.2

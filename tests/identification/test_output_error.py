@@ -47,7 +47,7 @@ def fit(log):
     return identify(log, "bouc_wen_classic", axis=AXIS, draws=0).best
 
 
-def test_the_truth_comes_back_within_its_intervals(fit):
+def test_intervals_contain_the_truth(fit):
     truth = {"M": 2.0, "c": 40.0, "k": 5e4, "alpha": 4e4}
     for name, true in truth.items():
         estimate = fit.parameters[name]
@@ -59,14 +59,14 @@ def test_the_truth_comes_back_within_its_intervals(fit):
     assert fit.position_rmse == pytest.approx(5e-6, rel=0.05)
 
 
-def test_a_factor_that_nothing_shows_is_named(fit):
+def test_a_factor_without_effect_is_named(fit):
     beta = fit.parameters["beta"]
     assert (beta.status, beta.std) == ("unidentifiable", None)
     assert "only beta*gamma and beta*delta show" in note_of(beta)
     assert [combination.name for combination in fit.combinations] == ["beta*gamma", "beta*delta"]
 
 
-def test_what_is_held_out_is_no_repetition(fit):
+def test_a_held_out_part_is_not_a_repetition_of_a_fitted_part(fit):
     assert fit.held_out.of == "time blocks"
     assert fit.held_out.mean_percent == pytest.approx(fit.position_error_percent, rel=0.1)
 
@@ -81,7 +81,7 @@ def test_the_wrong_hold_costs_more_than_the_noise(fit, log):
     assert errors["band_limited"] < errors["linear"] < errors["zero"]
 
 
-def test_a_held_effort_is_simulated_as_one_that_is_held():
+def test_a_zero_order_hold_is_simulated():
     log = recorded(noise=0.0)
     fixed = run_open_loop(PLANT, YIELDING, np.tile(log.effort.values, 3), log.sample_time, steps=FINE, hold="zero").position[
         -log.position.values.size :
@@ -92,21 +92,21 @@ def test_a_held_effort_is_simulated_as_one_that_is_held():
     assert "2 equal periods" in notes_of(prediction)[-1]
 
 
-def test_a_record_said_not_to_be_periodic_begins_at_rest(log, fit):
+def test_a_record_stated_as_not_periodic_starts_at_rest(log, fit):
     prediction = predict(fit.plant, fit.friction, log, replace(AXIS, periodic=False), "open-loop")
     assert notes_of(prediction)[-1] == "the motion begins at rest"
     error = np.abs(prediction.position - prediction.position_predicted)
     assert np.max(error[:100]) > 5.0 * np.max(error[-SIZE:])
 
 
-def test_a_model_that_leaves_all_numbers_ends_with_a_status(log):
+def test_a_diverging_model_ends_with_a_status(log):
     wild = friction.bouc_wen_classic(alpha=4e4, beta=1e5, gamma=-1.0, delta=0.0)  # each cycle puts energy in
     prediction = predict(PLANT, wild, log, AXIS, "open-loop")
     assert prediction.metrics["position_rmse"] is None
     assert prediction.status.name == "NOT_FINITE"
 
 
-def test_the_axis_file_refuses_what_contradicts_itself(tmp_path):
+def test_an_inconsistent_axis_file_is_rejected(tmp_path):
     from bristle.files import read_axis
 
     head = 'schema = 1\nkind = "translational"\n[columns]\nposition = "y"\n'

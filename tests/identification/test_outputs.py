@@ -1,4 +1,4 @@
-"""Signals that a model simulates, and logs drawn anew of them: what disturbs them, by how much, and what is held out."""
+"""Simulated signals and their replicates: disturbances, their size, and held-out parts."""
 
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
@@ -46,7 +46,7 @@ def drawn(slope=1.0, left=0.0, side=1.0, seed=3, **disturbed):
 
 
 @pytest.mark.parametrize("scatter", [0.05, 0.2])
-def test_the_level_of_friction_is_drawn_once_for_each_half_cycle_through_all_segments(scatter):
+def test_each_half_cycle_of_all_segments_has_one_random_level(scatter):
     result = drawn(slope=3.0, scatter=scatter)
     assert result.pure.tolist() == [7.0] * COUNT
     levels = result.change.reshape(CYCLES, -1)
@@ -57,18 +57,18 @@ def test_the_level_of_friction_is_drawn_once_for_each_half_cycle_through_all_seg
 
 
 @pytest.mark.parametrize("unexplained", [0.5, 1.0])
-def test_a_remainder_keeps_its_size_and_changes_its_sign(unexplained):
+def test_a_residual_keeps_its_size_and_changes_its_sign(unexplained):
     change = drawn(left=2.0, unexplained=unexplained).change
     assert set(change.tolist()) == {-2.0 * unexplained, 2.0 * unexplained}
 
 
-def test_the_other_side_of_a_draw_is_its_mirror():
+def test_the_mirror_image_of_a_draw_has_reversed_disturbances():
     there, back = (drawn(slope=3.0, left=2.0, scatter=0.1, unexplained=1.0, side=side) for side in (1.0, -1.0))
     assert back.change.tolist() == (-there.change).tolist()
     assert back.pure.tolist() == there.pure.tolist()
 
 
-def test_a_log_drawn_anew_leaves_its_change_at_the_solution_and_more_elsewhere():
+def test_a_random_log_has_its_change_as_residual_at_the_solution():
     simulated = np.array([1.0, 2.0, np.nan])
     error = SimpleNamespace(parameters=SimpleNamespace(free=("a",), complete=dict), simulated=lambda values: values["a"] * simulated)
     changed = Changed(SimpleNamespace(error=error, values={"a": 1.0}), np.array([1.0, 2.0, 3.0]), np.array([0.1, -0.2, 0.3]))
@@ -84,7 +84,7 @@ def folds_of(*outputs, segments=(1,), **rows):
     return OutputError(SimpleNamespace(dataset=dataset), outputs).folds(5)
 
 
-def test_of_several_segments_each_is_held_out_with_its_rows():
+def test_each_of_several_segments_is_held_out_with_its_rows():
     of_rows = np.array([0, 0, 0, 1, 1, 1, 1, 1])
     name, folds = folds_of(output(3), output(2), segments=(1, 2), segment_of_row=of_rows)
     assert name == "logs"
@@ -95,7 +95,7 @@ def test_of_several_segments_each_is_held_out_with_its_rows():
     assert all(fold.of_dataset.all() for fold in unlike)
 
 
-def test_a_log_that_repeats_itself_is_held_out_in_parts_of_its_period():
+def test_a_periodic_log_is_held_out_in_parts_of_its_period():
     period = 10
     phase = np.arange(20) % period / period
     times = np.array([3.0, 3.15, 3.25, 3.95, 4.05, 4.2, 4.85, 4.99])  # from 3 s on, in periods of 1 s
@@ -124,20 +124,20 @@ LAW = controllers.cascade(k_p=10.0, k_v=200.0)
         (BLIND, Axis(loop="closed"), Effort),
     ],
 )
-def test_the_closed_loop_is_simulated_where_it_is_known_and_as_the_axis_says(log, axis, loop):
+def test_the_axis_decides_the_loop_and_else_a_known_loop_is_closed(log, axis, loop):
     assert loop_of([log], [axis]) is loop
     assert loop_of([log, log], [axis, axis]) is loop
 
 
-def test_a_loop_is_closed_where_that_of_every_log_is_known():
+def test_a_loop_is_closed_if_that_of_every_log_is_known():
     assert loop_of([LOG, BLIND], [Axis(controller=LAW)] * 2) is Position
-    with pytest.raises(InputError, match=r"identification\.loop: differs from axis to axis"):
+    with pytest.raises(InputError, match=r"identification\.loop: differs between axes"):
         loop_of([LOG, LOG], [Axis(loop="open"), Axis(loop="closed")])
 
 
 def test_a_lag_of_the_drive_is_sought_in_a_closed_loop_only():
     assert loop_of([LOG], [Axis(controller=LAW, seeks_lag=True)]) is Effort
-    with pytest.raises(InputError, match=r"effort\.lag: shows in a closed loop only"):
+    with pytest.raises(InputError, match=r"effort\.lag: is visible in a closed loop only"):
         loop_of([LOG], [Axis(seeks_lag=True)])
 
 
@@ -147,7 +147,7 @@ def position(count=20_000, pure=None):
     return Position(np.zeros(count), np.zeros(count), SimpleNamespace(effort=np.zeros(4 * 500), steps=4)), pure
 
 
-def test_an_encoder_reads_whole_steps_from_a_phase_that_nobody_knows():
+def test_an_encoder_reads_whole_steps_from_a_random_phase():
     item, pure = position()
     change = item.read(None, pure, np.full(pure.size, 0.3), disturbance_with(resolution=1e-2), np.random.default_rng(1))
     read = (pure + change) / 1e-2
@@ -157,14 +157,14 @@ def test_an_encoder_reads_whole_steps_from_a_phase_that_nobody_knows():
     assert np.std(change - 0.3) == pytest.approx(1e-2 / 12.0**0.5, rel=0.02)
 
 
-def test_a_position_without_steps_is_read_with_its_jitter_alone():
+def test_a_position_without_steps_has_only_jitter():
     item, pure = position()
     change = item.read(None, pure, 2.0 * pure, disturbance_with(jitter=1e-3), np.random.default_rng(1)) - 2.0 * pure
     assert np.std(change) == pytest.approx(1e-3, rel=0.03)
     assert np.mean(change) == pytest.approx(0.0, abs=3e-5)
 
 
-def test_a_position_repeats_with_its_effort_and_refits_linearly():
+def test_a_position_has_the_period_of_its_effort_and_refits_linearly():
     item, _ = position()
     assert item.period == 500
     assert item.phase[[0, 250, 500, 750]].tolist() == [0.0, 0.5, 0.0, 0.5]
@@ -172,7 +172,7 @@ def test_a_position_repeats_with_its_effort_and_refits_linearly():
     assert Position.refits_linearly(friction.lugre)
 
 
-def test_errors_of_a_fit_are_told_in_the_unit_of_its_signal_and_with_its_lag():
+def test_errors_of_a_fit_have_the_unit_of_its_signal_and_its_lag():
     item, _ = position(4)
     item = Position(np.array([3.0, -3.0, 1.0, -1.0]), item.position, item.loop)
     error = OutputError(None, (item,))
@@ -202,7 +202,7 @@ PLANT = inertia(M=2.0)
 SLIDING = friction.with_slots(friction.coulomb_viscous, [])(F_C=8.0, F_v=30.0, offset=1.5)
 
 
-def test_an_effort_in_the_loop_is_simulated_with_a_perfect_encoder_and_the_lag_that_is_sought():
+def test_an_effort_in_the_loop_is_simulated_with_a_perfect_encoder_and_the_lag():
     loop = Loop()
     item = Effort(np.zeros(5), np.zeros(5), loop)
     for lag in ({}, {LAG: 2e-3}):
@@ -215,7 +215,7 @@ def test_an_effort_in_the_loop_is_simulated_with_a_perfect_encoder_and_the_lag_t
     assert item.leaning(Mechanism(PLANT, SLIDING, {"offset": 1.5}), np.zeros(5))[:3].tolist() == [2.5, 3.5, 4.5]
 
 
-def test_an_effort_is_read_through_the_encoder_of_the_axis_from_a_phase_that_nobody_knows():
+def test_an_effort_is_read_through_the_encoder_from_a_random_phase():
     loop = Loop()
     item = Effort(np.zeros(5), np.zeros(5), loop)
     push = np.arange(5.0)
@@ -291,7 +291,7 @@ def test_each_segment_of_each_log_is_an_output_with_the_axis_of_its_log(fine):
     assert {finely for *_, finely in outputs} == {fine}
 
 
-def test_a_lag_that_one_axis_asks_for_is_free_in_all_logs_from_zero_to_twenty_samples():
+def test_a_lag_requested_by_one_axis_is_free_in_all_logs():
     without, sought = Axis(controller=LAW), Axis(controller=LAW, seeks_lag=True)
     plain = told_of(without, without)
     assert (plain.parameters.free, plain.parameters.loop) == (("F_C",), None)
@@ -359,7 +359,7 @@ def estimated(*costs, refined=False, unfinished=False, lag=None):
     return refits, result, reports
 
 
-def test_a_simulation_begins_where_inverse_dynamics_ended_and_twice_away_from_the_best():
+def test_a_simulation_starts_from_inverse_dynamics_and_twice_from_around_the_best():
     refits, result, reports = estimated(5.0, 4.0, 6.0)
     (first, most), (second, fewer), (third, few) = refits.starts
     assert first == {"F_C": 8.0, "F_v": 30.0, LAG: pytest.approx(0.2 * LOG.sample_time)}
@@ -374,11 +374,11 @@ def test_a_simulation_begins_where_inverse_dynamics_ended_and_twice_away_from_th
     assert estimated(5.0, 4.0, 6.0)[0].starts == refits.starts  # the same fit twice
 
 
-def test_a_lag_that_is_known_at_the_start_is_where_a_simulation_begins():
+def test_a_known_lag_is_the_start_of_a_simulation():
     assert estimated(5.0, 5.0, 5.0, lag=3e-3)[0].starts[0][0][LAG] == 3e-3
 
 
-def test_starts_away_from_the_best_scatter_by_a_third():
+def test_further_starts_scatter_by_a_third():
     ratios = []
     for lag in np.linspace(1e-3, 2e-3, 3):
         (first, _), *others = estimated(1.0, 2.0, 2.0, lag=float(lag))[0].starts
@@ -386,7 +386,7 @@ def test_starts_away_from_the_best_scatter_by_a_third():
     assert 0.1 < np.std(ratios) < 0.6
 
 
-def test_a_loop_is_integrated_more_finely_at_the_end_where_it_asks_for_that():
+def test_a_refined_loop_is_integrated_more_finely_at_the_end():
     plain, estimation, _ = estimated(5.0, 4.0, 6.0)
     assert [(problem.fine, unit, simulates) for problem, unit, simulates in plain.problems] == [(False, 3.0, True)]
     assert (estimation.problem, estimation.inverse) == (plain.problems[0][0], "inverse")
@@ -401,14 +401,14 @@ def test_a_loop_is_integrated_more_finely_at_the_end_where_it_asks_for_that():
     assert [note.severity for note in estimation.diagnostics] == ["note"]
 
 
-def test_a_search_that_was_interrupted_is_read_off_the_finer_loop_without_going_on():
+def test_an_interrupted_search_is_evaluated_on_the_finer_loop():
     refits, estimation, _ = estimated(5.0, 4.0, 6.0, 3.5, refined=True, unfinished=True)
     assert refits.starts[-1][1] == 1
     assert estimation.solution.unfinished
 
 
 @pytest.mark.parametrize("linear", [True, False])
-def test_a_start_that_was_interrupted_is_what_is_returned(monkeypatch, linear):
+def test_an_interrupted_start_is_returned(monkeypatch, linear):
     start, problem = Ended({"F_C": 8.0}, 1.0, unfinished=True), SimpleNamespace(parameters=SimpleNamespace(is_linear=linear))
     problem.residual = lambda values: [values["F_C"]]
     asked, reports = [], []

@@ -1,4 +1,4 @@
-"""A model of a user's own with a quantity that no other model has is identified like any other."""
+"""A user model with a new quantity is identified like any other model."""
 
 from pathlib import Path
 from types import SimpleNamespace
@@ -22,7 +22,7 @@ TRUTH = {"M": 12.0, "F_C": 8.0, "F_q": 40.0}
 @pytest.mark.parametrize(
     ("length", "force", "kind"), [(1.0, 1.0, "translational"), (2.0**-20, 2.0**9, "translational"), (2.0**11, 2.0**-12, "rotational")]
 )
-def test_the_coefficient_of_a_drag_is_found_whatever_its_magnitude(length, force, kind):
+def test_a_drag_coefficient_is_found_for_any_magnitude(length, force, kind):
     moved = sines()
     drag = TRUTH["F_q"] * moved.velocity * np.abs(moved.velocity)
     effort = TRUTH["M"] * moved.acceleration + TRUTH["F_C"] * np.sign(moved.velocity) + drag
@@ -52,7 +52,7 @@ DIMENSIONS = Scales(
 
 
 def ratio(quantity, force, length, time):
-    """By what a quantity is multiplied where forces, lengths and times are multiplied by these."""
+    """Factor of a quantity if forces, lengths and times are multiplied by these factors."""
     by = {"force": force, "length": length, "time": time}
     return np.prod([by[name] ** power for name, power in exponents_of(quantity).items()])
 
@@ -78,7 +78,7 @@ def ratio(quantity, force, length, time):
         "frequency",
     ],
 )
-def test_what_a_search_takes_for_typical_has_the_dimension_of_the_parameter(quantity):
+def test_typical_values_of_a_search_have_the_dimension_of_the_parameter(quantity):
     by = (3.0, 7.0, 11.0)
     other = Scales(*(value * ratio(of, *by) for value, of in zip(SCALES, DIMENSIONS, strict=True)))
     for excitation in ("", "speed", "presliding"):

@@ -1,4 +1,4 @@
-"""The coordinates of a search: relations hold at each of them, and derivatives go through what one hangs on another."""
+"""The coordinates of a search: relations are always satisfied, and derivatives include dependencies."""
 
 from typing import Annotated, Any, NamedTuple
 
@@ -42,7 +42,7 @@ def anywhere(space, rng):
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_relations_hold_wherever_a_search_goes(case):
+def test_relations_are_satisfied_everywhere_in_a_search(case):
     space, rng = space_of(case), np.random.default_rng(3)
     for _ in range(200):
         values = space.parameters.complete(space.values(anywhere(space, rng)))
@@ -53,7 +53,7 @@ def test_relations_hold_wherever_a_search_goes(case):
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_coordinates_come_back_from_their_parameters(case):
+def test_coordinates_and_parameters_convert_both_ways(case):
     space, rng = space_of(case), np.random.default_rng(4)
     for _ in range(20):
         theta = anywhere(space, rng)
@@ -72,7 +72,7 @@ def test_a_derivative_is_the_limit_of_differences(case):
         np.testing.assert_allclose(space.derivative(theta) / size, 0.5e6 * differences / size, rtol=1e-5, atol=1e-6)
 
 
-def test_the_other_side_is_as_far_and_keeps_what_a_model_allows():
+def test_a_reflection_has_the_same_distance_within_the_bounds():
     space, rng = space_of("excess over another"), np.random.default_rng(6)
     best, names = 0.5 * (anywhere(space, rng) + anywhere(space, rng)), space.names
     near = best + 0.01 * rng.standard_normal(best.size)
@@ -131,7 +131,7 @@ def own_model(relations, **ranges):
         (["F_S >= F_C", "a * F_S < F_C"], {}),  # F_S has a floor
     ],
 )
-def test_a_relation_that_makes_no_share_is_left_to_the_finished_model(relations, ranges):
+def test_a_relation_without_share_is_left_to_the_validation_of_the_model(relations, ranges):
     space = space_for(own_model(relations, **ranges))
     assert not any(transform.ceiling for transform in space.transforms)
     theta = space.theta(dict.fromkeys(space.names, 1.0))
@@ -145,6 +145,6 @@ def test_a_share_of_a_share_is_computed_after_it():
     assert space.names.index("b") > max(space.names.index(name) for name in ("a", "F_C"))
 
 
-def test_of_two_relations_that_bind_each_other_the_first_makes_an_excess():
+def test_of_two_mutual_relations_the_first_makes_an_excess():
     space = space_for(own_model(["F_S >= F_C", "F_C >= F_S"]))
     assert [(transform.name, transform.above) for transform in space.transforms if transform.above] == [("F_S", "F_C")]

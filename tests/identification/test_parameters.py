@@ -47,11 +47,11 @@ def variable(quantity, **more):
         ("force", 0.02, 2000.0),
     ],
 )
-def test_a_magnitude_that_nothing_is_known_of_is_sought_between_what_the_log_can_show(quantity, low, high):
+def test_an_unknown_magnitude_is_sought_in_the_range_of_the_log(quantity, low, high):
     assert SCALES.range(variable(quantity)) == pytest.approx((low, high))
 
 
-def test_a_slow_log_seeks_speeds_up_to_twice_its_slowest():
+def test_speeds_of_a_slow_log_are_sought_up_to_twice_its_slowest():
     assert SCALES._replace(slowest=0.3).range(variable("length/time")) == pytest.approx((0.3, 0.6))
 
 
@@ -75,7 +75,7 @@ def test_a_typical_value_follows_from_force_speed_and_acceleration(quantity, typ
     assert SCALES.magnitude(variable(quantity)) == pytest.approx(typical)
 
 
-def test_numbers_without_a_unit_and_those_of_a_drive_have_their_nominal_value():
+def test_numbers_without_a_unit_and_of_a_drive_have_nominal_values():
     assert SCALES.magnitude(variable("1", nominal=2.0)) == 2.0
     assert SCALES.magnitude(variable("temperature", nominal=290.0)) == 290.0
     assert SCALES.magnitude(variable("force", nominal=7.0, excitation="drive")) == 7.0
@@ -96,7 +96,7 @@ def test_magnitudes_of_a_log_are_those_of_its_motion():
     assert scales.sample_time == 1e-3
 
 
-def test_a_log_that_rests_is_as_slow_as_it_moves():
+def test_a_log_with_rests_has_the_speeds_of_its_motion():
     motion = strokes(2)
     dataset = treat(log_of(motion, sliding_effort(motion), step=1e-6), STATED, 100.0, 10)
     scales = scales_of(dataset, 9.0)
@@ -104,14 +104,14 @@ def test_a_log_that_rests_is_as_slow_as_it_moves():
     assert scales.slowest > 0.0
 
 
-def test_the_stroke_is_that_of_one_segment():
+def test_the_stroke_is_that_of_a_single_segment():
     motion = sines(4.0, amplitudes=(0.02,), frequencies=(0.25,), phases=(0.0,))
     halves = log_of(motion, sliding_effort(motion), segments=(slice(0, 2000), slice(2000, 4000)))
     dataset = treat(halves, STATED, 100.0, 10)
     assert stroke_of(dataset) == pytest.approx(0.02, rel=0.01)
 
 
-def test_roles_are_told_by_quantity_and_excitation():
+def test_roles_follow_from_quantity_and_excitation():
     variables = lugre.variables
     assert name_of(Role.LEVEL, variables) == "F_C"
     assert name_of(Role.BREAK_AWAY, variables) == "F_S"
@@ -125,7 +125,7 @@ def test_roles_are_told_by_quantity_and_excitation():
     assert [name for name in variables if acts_in_sliding(variables[name])] == ["F_C", "F_S"]
 
 
-def test_the_constant_part_is_the_offset_and_half_of_what_two_levels_differ_by():
+def test_the_constant_force_is_the_offset_plus_half_the_difference_of_levels():
     model = with_slots(coulomb_viscous, ["asymmetry"])(F_C_pos=9.0, F_C_neg=5.0, F_v_pos=1.0, F_v_neg=1.0, offset=1.5)
     variables, values = model.component.variables, model.values
     assert offset_of(variables, values) == 1.5
@@ -144,7 +144,7 @@ def held_by(name, velocity=(1.0, -1.0), effort=(8.0, -6.0), reach=0.03, **known)
     return parameters_of(find(name), PriorKnowledge(**known), dataset)
 
 
-def test_what_no_log_tells_is_held_at_a_round_number_and_what_is_known_at_its_value():
+def test_redundant_parameters_are_fixed_at_round_numbers_and_known_ones_as_given():
     for reach, length in ((0.03, 0.01), (0.3, 0.1)):
         parameters = held_by("bouc_wen_classic", reach=reach)
         beta = parameters.fixed["beta"]
@@ -164,7 +164,7 @@ def test_what_no_log_tells_is_held_at_a_round_number_and_what_is_known_at_its_va
     assert held_by("coulomb_viscous+periodic", pitch=0.005).fixed["pitch"].value == 0.005
 
 
-def test_a_log_of_one_direction_tells_no_constant_beside_a_level():
+def test_a_log_of_one_direction_does_not_identify_a_constant_with_a_level():
     for velocity, side in (((1.0,), "forward"), ((-1.0,), "backward")):
         offset = held_by("coulomb_viscous", velocity, (8.0,)).fixed["offset"]
         assert (offset.value, offset.reason, offset.numbers) == (0.0, "held_one_direction", {"level": "F_C", "direction": side})
@@ -173,7 +173,7 @@ def test_a_log_of_one_direction_tells_no_constant_beside_a_level():
     assert "offset" in held_by("coulomb_viscous").free
 
 
-def test_a_constant_beside_levels_by_direction_is_guessed_where_the_effort_keeps_its_sign():
+def test_a_constant_with_directional_levels_is_guessed_if_the_effort_keeps_its_sign():
     velocity = (1.0, 2.0, -1.0, -2.0)
     held = held_by("coulomb_viscous+asymmetry", velocity, (11.0, 14.0, 4.0, 1.0)).fixed["offset"]  # levels of 8 and 7, no weight
     assert (held.reason, held.numbers) == ("held_constant", {"levels": ("F_C_pos", "F_C_neg")})

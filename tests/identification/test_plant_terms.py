@@ -1,4 +1,4 @@
-"""Gravity of a link, cogging and known columns: what was put into a log comes out of it."""
+"""Gravity of a link, cogging and known columns are recovered from simulated logs."""
 
 import numpy as np
 import pytest
@@ -49,7 +49,7 @@ def identified(columns, described, model="coulomb_viscous", **options):
     return identify(Log.from_columns(columns, axis=described), model, axis=described, draws=0, **options)
 
 
-def test_gravity_of_a_link_is_told_by_two_coefficients_wherever_it_hangs():
+def test_two_coefficients_describe_gravity_of_a_link_at_any_angle():
     linked = axis(plant={"gravity": "link"})
     light, heavy = (identified(arm(mass, seed), linked).best for mass, seed in ((1.0, 1), (2.0, 2)))
     assert light.plant.name == "inertia+gravity"
@@ -61,13 +61,13 @@ def test_gravity_of_a_link_is_told_by_two_coefficients_wherever_it_hangs():
     assert heavy.friction.values["F_C"] == pytest.approx(0.15, rel=0.03)
 
 
-def test_without_the_term_gravity_is_left_over():
+def test_without_the_term_gravity_remains_in_the_residual():
     columns = arm(1.0)
     with_term, without = (identified(columns, axis(plant=plant)).best for plant in ({"gravity": "link"}, {}))
     assert without.error_percent > 20.0 * with_term.error_percent
 
 
-def test_results_with_terms_are_written_and_read_again(tmp_path):
+def test_results_with_terms_are_saved_and_loaded(tmp_path):
     result = identified(arm(1.0), axis(plant={"gravity": "link"}), blocks=0)
     result.save(tmp_path / "results")
     again = load(tmp_path / "results")
@@ -76,7 +76,7 @@ def test_results_with_terms_are_written_and_read_again(tmp_path):
 
 
 def screw(even, odd, seconds=30.0):
-    """A log of a screw with cogging of the motor, six and twelve times in its turn, beside friction of the screw."""
+    """A log of a screw with friction and with cogging of the motor, six and twelve times a turn."""
     t, q, v, a = swing(seconds, 0.03, 0.15, 3)
     angle = 2.0 * np.pi * q / MOTOR_TURN
     u = 12.0 * a + (15.0 + odd * np.sin(0.5 * angle + 0.7)) * np.sign(v) + 40.0 * v
@@ -98,19 +98,19 @@ def test_cogging_is_found_with_its_harmonics():
     assert best.friction.values["F_C"] == pytest.approx(15.0, rel=0.01)
 
 
-def test_cogging_that_is_not_there_is_not_found():
-    with pytest.raises(InputError, match="not seen in this log"):
+def test_absent_cogging_is_not_found():
+    with pytest.raises(InputError, match="not visible in this log"):
         identified(screw(0.0, 0.0), axis("translational", transmission=SCREW, cogging=[{"turn": "motor"}]))
 
 
-def test_harmonics_of_less_than_a_turn_and_a_half_are_refused_with_the_turns_that_they_need():
+def test_harmonics_in_less_than_one_and_a_half_turns_are_rejected():
     columns = screw(0.0, 0.0)
     with pytest.raises(InputError, match=r"need 1\.5 turns of the motor, and the log has 0\.\d+; .* record more turns"):
         identified(columns | {"q": 0.02 * columns["q"]}, axis("translational", transmission=SCREW, cogging=[{"turn": "motor"}]))
 
 
 @pytest.mark.slow
-def test_a_wave_that_passes_once_a_sample_is_no_harmonic():
+def test_a_wave_with_one_sample_a_period_is_not_a_harmonic():
     # Of a linear motor with a pitch of 24 mm on strokes at 0.2 m/s, each longer than the last: 0.2 mm from sample to
     # sample are the 120th part of the pitch.
     ends = np.cumsum([0.0, *((-1.0) ** n * (0.1 + 0.0237 * n) for n in range(20))])
@@ -128,7 +128,7 @@ def test_a_wave_that_passes_once_a_sample_is_no_harmonic():
     assert max(orders) < 10
 
 
-def test_cogging_of_motor_and_screw_stand_side_by_side():
+def test_cogging_of_motor_and_screw_are_identified_together():
     both = [{"turn": "motor", "harmonics": [6, 12]}, {"turn": "screw", "harmonics": [3]}]
     columns = screw(1.0, 0.0)
     columns["u"] = columns["u"] + 0.8 * np.cos(2.0 * np.pi * 3.0 * columns["q"] / 5e-3)
@@ -148,14 +148,14 @@ def test_a_known_column_has_its_coefficient():
     assert identified(columns, axis("translational")).best.error_percent > 2.0 * best.error_percent
 
 
-def test_a_log_with_other_known_columns_than_the_plant_is_refused():
+def test_a_log_with_other_known_columns_than_the_plant_is_rejected():
     pulled = with_terms(inertia, columns=["belt"])(M=1.0, known_belt=2.0)
     assert effort_of_columns(pulled, np.ones((1, 3))) == pytest.approx(2.0)
     with pytest.raises(InputError, match=r"known columns of the plant; found '2 columns', allowed belt"):
         effort_of_columns(pulled, np.ones((2, 3)))
 
 
-def test_terms_that_cannot_be_are_refused():
+def test_impossible_terms_are_rejected():
     with pytest.raises(InputError, match="translational"):
         axis("translational", plant={"gravity": "link"})
     with pytest.raises(InputError, match="how far a turn moves"):

@@ -1,4 +1,4 @@
-"""Prediction errors: the contact as an observer foresees it, on logs of an axis that is simulated here in plain Python."""
+"""Prediction errors: the contact identified by an observer, on logs of an axis simulated here in plain Python."""
 
 import math
 from dataclasses import replace
@@ -61,7 +61,7 @@ def plain(columns):
     return br.identify(columns, "lugre", axis=Axis(resolution=STEP), method="inverse_dynamics", blocks=0, draws=20)
 
 
-def test_an_observer_finds_the_contact_behind_a_coarse_encoder(identified):
+def test_an_observer_finds_the_contact_despite_a_coarse_encoder(identified):
     errors = {name: identified.parameters[name].value / value - 1.0 for name, value in TRUTH.items()}
     assert abs(errors["M"]) < 2e-3
     assert abs(errors["F_C"]) < 5e-3
@@ -70,14 +70,14 @@ def test_an_observer_finds_the_contact_behind_a_coarse_encoder(identified):
     assert abs(errors["v_S"]) < 0.03
 
 
-def test_intervals_of_an_observer_hold_the_truth_and_are_narrow(identified):
+def test_intervals_of_an_observer_are_narrow_and_contain_the_truth(identified):
     for name in ("M", "F_C", "F_S", "v_S", "sigma_0"):
         low, high = identified.parameters[name].interval
         assert low < TRUTH[name] < high, name
         assert high - low < 0.3 * TRUTH[name], name
 
 
-def test_the_report_tells_what_predicted_the_position(identified):
+def test_the_report_states_the_observer_of_the_position(identified):
     (told,) = [one for one in identified.best.diagnostics if one.code == "prediction_error"]
     assert told.severity == "note"
     assert 0.25 * STEP < told.numbers["error"] < STEP
@@ -95,7 +95,7 @@ def test_the_delay_is_that_of_the_observer(identified, plain):
     assert late.numbers["samples"] != first.numbers["samples"]
 
 
-def test_a_level_is_expected_where_inverse_dynamics_has_it_and_scatters_by_half_cycles(columns, plain, monkeypatch):
+def test_a_level_has_a_prior_from_inverse_dynamics_and_scatters_by_half_cycles(columns, plain, monkeypatch):
     calls, scattering = [], observer.PredictionErrors.scattering
 
     def recorded(problem, values, scatter):
@@ -130,7 +130,7 @@ def ladder_of(thetas, variances):
     return Ladder(rungs, tuple(map(np.diag, variances)))
 
 
-def test_rungs_count_by_their_precision_in_all_but_the_channel():
+def test_rungs_are_weighted_by_their_precision_except_in_the_channel():
     ladder = ladder_of([(0.0, 0.0, 0.0), (1.0, 2.0, 5.0)], [(1.0, 4.0, 9.0), (4.0, 16.0, 1e-9)])
     assert ladder.weights == pytest.approx([16.0 / 17.0, 1.0 / 17.0])
     assert ladder.best is ladder.rungs[0]
@@ -143,20 +143,20 @@ def test_the_spread_of_the_rungs_is_in_the_covariance():
     assert ladder.covariance == pytest.approx(np.diag([1.0, 4.0, 9.0]) + spread)
 
 
-def test_a_rung_that_shows_nothing_of_a_coordinate_counts_by_the_others():
+def test_a_rung_without_information_on_a_coordinate_is_weighted_by_the_others():
     ladder = ladder_of([(0.0, 0.0, 0.0), (1.0, 1.0, 1.0)], [(1.0, 0.0, 1.0), (1.0, 1.0, 1.0)])
     assert ladder.weights == pytest.approx([0.5, 0.5])
     assert ladder_of([(2.0, 3.0, 4.0)], [(0.0, 0.0, 0.0)]).solution.theta == pytest.approx([2.0, 3.0, 4.0])
 
 
-def test_intervals_hold_the_covariance_of_the_ladder_and_inverse_dynamics(monkeypatch):
+def test_intervals_include_the_ladder_and_inverse_dynamics(monkeypatch):
     monkeypatch.setattr(observed_fit, "_apart", lambda *_: np.array([0.0, 2.0, 0.0]))
     ladder = ladder_of([(0.0, 0.0, 0.0)], [(1.0, 4.0, 9.0)])
     matrix = observed_fit.variance_of(ladder, {}, 2.0) / observed_fit.STUDENT**2
     assert np.diag(matrix) == pytest.approx([4.0, 32.0, 36.0])
 
 
-def test_what_a_model_misses_is_scatter_and_what_is_unexplained_without_noise(identified):
+def test_missed_percent_contains_scatter_and_unexplained_force_without_noise(identified):
     fit = identified.best
     size, percent = float(np.sqrt(np.mean(fit.traces.residual**2))), fit.friction_alone_error_percent
 
@@ -171,7 +171,7 @@ def test_what_a_model_misses_is_scatter_and_what_is_unexplained_without_noise(id
     assert replace(fit, resampling=None).missed_percent == percent
 
 
-def test_behind_a_filtered_position_an_observer_finds_the_contact(columns):
+def test_an_observer_finds_the_contact_despite_a_filtered_position(columns):
     kept, shown = math.exp(-DT / 3e-3), np.empty(columns["position"].size)
     last = columns["position"][0]
     for k, position in enumerate(columns["position"]):
@@ -182,7 +182,7 @@ def test_behind_a_filtered_position_an_observer_finds_the_contact(columns):
     assert result.parameters["F_S"].value == pytest.approx(TRUTH["F_S"], rel=0.02)
 
 
-def test_a_position_of_whole_steps_was_not_filtered_and_parts_of_steps_were():
+def test_a_position_of_whole_steps_is_unfiltered_and_of_partial_steps_filtered():
     segments = [SimpleNamespace(recorded=STEP * np.array([0.0, 3.0, 3.0, 4.0, 9.0]))]
     off_grid = Dataset.off_grid.fget
     assert not off_grid(SimpleNamespace(segments=segments, resolution=STEP))
@@ -192,7 +192,7 @@ def test_a_position_of_whole_steps_was_not_filtered_and_parts_of_steps_were():
     assert not off_grid(SimpleNamespace(segments=segments, resolution=STEP))
 
 
-def test_a_filter_that_nobody_knows_widens_the_intervals_of_an_observer(columns, monkeypatch):
+def test_an_unknown_filter_widens_the_intervals_of_an_observer(columns, monkeypatch):
     widths, seen = [], SimpleNamespace(of_position=True)
     assert observed_fit._filtered_unseen(SimpleNamespace(off_grid=True, alignment=None))
     assert not observed_fit._filtered_unseen(SimpleNamespace(off_grid=True, alignment=seen))
@@ -203,7 +203,7 @@ def test_a_filter_that_nobody_knows_widens_the_intervals_of_an_observer(columns,
     assert widths[1] == pytest.approx(2.5 * widths[0], rel=0.05)
 
 
-def test_an_inertia_that_may_be_wrong_widens_what_hangs_on_it(columns, monkeypatch):
+def test_an_uncertain_inertia_widens_dependent_intervals(columns, monkeypatch):
     widths, held_in = [], observed_fit.held_in
     for times in (1.0, 100.0):
 
@@ -217,12 +217,12 @@ def test_an_inertia_that_may_be_wrong_widens_what_hangs_on_it(columns, monkeypat
     assert widths[1] > 1.3 * widths[0]
 
 
-def test_an_effort_that_a_sensor_beside_the_contact_measures_moves_nothing(columns):
+def test_an_effort_of_a_sensor_next_to_the_contact_moves_no_mass(columns):
     result = br.identify(columns, "lugre", axis=Axis(resolution=STEP, keeps_rests=True), blocks=0, draws=20)
     assert "prediction_error" not in {one.code for one in result.best.diagnostics}
 
 
-def test_what_pushes_to_one_side_stays_as_inverse_dynamics_has_it():
+def test_directional_forces_are_those_of_inverse_dynamics():
     component = br.friction.find("lugre+asymmetry")
     names = ("M", *component.variables)
     parameters = ParameterSet(component, names, {})
@@ -242,7 +242,7 @@ def test_a_model_without_a_contact_keeps_the_parameters_of_inverse_dynamics(colu
     assert plain.best.diagnostics == asked.best.diagnostics
 
 
-def test_a_doubt_of_inverse_dynamics_about_a_parameter_goes_with_its_value(columns, monkeypatch):
+def test_a_diagnostic_of_inverse_dynamics_is_removed_with_its_value(columns, monkeypatch):
     def doubted(fit, *arguments):
         doubts = (
             Diagnostic("small_effect", "sigma_0"),
@@ -260,32 +260,32 @@ def test_a_doubt_of_inverse_dynamics_about_a_parameter_goes_with_its_value(colum
     assert codes["filter_suspect"] == "note"
 
 
-def test_values_that_a_model_does_not_allow_are_told_and_not_taken(columns, plain, monkeypatch):
+def test_values_that_a_model_does_not_allow_are_reported_and_rejected(columns, plain, monkeypatch):
     def refused(*_):
-        raise InputError("the best fit of lugre is not what the model allows", path="model")
+        raise InputError("the best fit of lugre is not allowed by the model", path="model")
 
     monkeypatch.setattr("bristle.identification.observed_fit.fit_of", refused)
     result = br.identify(columns, "lugre", axis=Axis(resolution=STEP), blocks=0, draws=20)
     (told,) = [one for one in result.best.diagnostics if one.code == "prediction_error"]
-    assert "is not what the model allows" in message(told)
+    assert "is not allowed by the model" in message(told)
     assert result.parameters["sigma_0"].value == plain.parameters["sigma_0"].value
 
 
-def test_of_a_long_log_pieces_are_observed_and_find_the_same_contact(columns, identified, monkeypatch):
+def test_pieces_of_a_long_log_give_the_same_contact(columns, identified, monkeypatch):
     monkeypatch.setattr("bristle.identification.observer.MOST", 4000)
     result = br.identify(columns, "lugre", axis=Axis(resolution=STEP), blocks=0, draws=20)
     assert result.parameters["sigma_0"].value != identified.parameters["sigma_0"].value
     assert result.parameters["sigma_0"].value == pytest.approx(TRUTH["sigma_0"], rel=0.06)
 
 
-def test_progress_never_goes_back_beside_an_observer(columns):
+def test_progress_never_decreases_with_an_observer(columns):
     shares = []
     br.identify(columns, "lugre", axis=Axis(resolution=STEP), blocks=0, draws=20, progress=lambda share, _: shares.append(share))
     assert shares == sorted(shares)
     assert shares[-1] <= 1.0
 
 
-def test_a_replicate_that_leaves_the_finite_numbers_is_none(monkeypatch):
+def test_a_diverging_replicate_is_dropped(monkeypatch):
     axis = SimpleNamespace(replicate=lambda *_: None)
     monkeypatch.setattr(observed_fit, "IdentifiedAxis", lambda *_: axis)
     inverse = SimpleNamespace(parameters=SimpleNamespace(complete=lambda _: {DELAY: 0.0, BEND: 0.0}), plant=str, model=str, dataset=None)
@@ -295,7 +295,7 @@ def test_a_replicate_that_leaves_the_finite_numbers_is_none(monkeypatch):
     assert observed_fit.replicate(rung, observed_fit.Unseen(0.0, 0.0, 0.0), None) is None
 
 
-def test_a_delay_is_expected_where_the_first_stage_found_it_and_the_error_is_that_of_the_position(columns, monkeypatch):
+def test_a_delay_has_a_prior_from_the_first_stage_and_errors_are_positions(columns, monkeypatch):
     rungs = []
 
     def noted(rung, *_):
@@ -356,7 +356,7 @@ def test_a_log_of_segments_below_a_second_keeps_the_parameters_of_inverse_dynami
     assert "no observer predicted the position: no segment of the log lasts a second" in message(told)
 
 
-def test_an_effort_is_moved_by_its_delay_and_sharpened_by_its_bend():
+def test_an_effort_is_shifted_by_its_delay_and_sharpened_by_its_bend():
     omega, dt = 2.0 * np.pi * 5.0, 1e-3
     time = dt * np.arange(1001)
     recorded = Recorded(np.zeros(1001), np.sin(omega * time), ())
@@ -368,7 +368,7 @@ def test_an_effort_is_moved_by_its_delay_and_sharpened_by_its_bend():
     assert by_bend[:-1][inner] == pytest.approx(sharper * omega**2 * np.sin(omega * (time + 3e-3))[inner], abs=2.0)
 
 
-def test_what_is_expected_of_a_ratio_is_a_row_with_its_derivatives():
+def test_a_prior_of_a_ratio_is_a_row_with_its_derivatives():
     expected = Expected({"F_S": 1.0, "F_C": -1.0}, logarithmic=True, mean=0.3, std=0.5, weight=4.0)
     names = ("F_C", "F_S", DELAY, BEND)
     values = {"F_C": 10.0, "F_S": 15.0, DELAY: 0.0, BEND: 0.0}
@@ -378,7 +378,7 @@ def test_what_is_expected_of_a_ratio_is_a_row_with_its_derivatives():
     assert row[1:] == pytest.approx([-0.4 / 10.0, (near[0] - row[0]) / 1e-6, 0.0, 0.0], rel=1e-6, abs=1e-12)
 
 
-def test_the_search_begins_half_a_sample_later_where_the_effort_is_held(columns, monkeypatch):
+def test_the_search_starts_half_a_sample_later_for_a_zero_order_hold(columns, monkeypatch):
     starts = []
 
     def first(errors, start, *_):
@@ -405,14 +405,14 @@ def of_observer(columns, monkeypatch, times=1.0, **changes):
     return br.identify(columns, "lugre", axis=Axis(resolution=STEP), blocks=0, draws=20)
 
 
-def test_a_log_that_is_predicted_worse_than_its_replicates_keeps_the_parameters_of_inverse_dynamics(columns, plain, monkeypatch):
+def test_a_log_predicted_worse_than_its_replicates_keeps_inverse_dynamics(columns, plain, monkeypatch):
     result = of_observer(columns, monkeypatch, times=1.4)
     (told,) = [one for one in result.best.diagnostics if one.code == "prediction_error"]
     assert "predicts the next position 1.4 times as badly" in message(told)
     assert result.parameters["sigma_0"].value == plain.parameters["sigma_0"].value
 
 
-def test_intervals_are_wider_by_as_much_as_the_log_is_predicted_worse(columns, monkeypatch):
+def test_intervals_widen_as_the_log_is_predicted_worse(columns, monkeypatch):
     widths = []
     for times in (0.5, 1.0, 1.3):
         low, high = of_observer(columns, monkeypatch, times=times).parameters["sigma_1"].interval
@@ -426,13 +426,13 @@ def test_without_draws_the_parameters_are_those_of_inverse_dynamics(columns, pla
     assert result.parameters["sigma_0"].value == plain.parameters["sigma_0"].value
 
 
-def test_an_observer_that_is_asked_for_without_draws_is_refused(columns):
+def test_an_observer_without_draws_is_rejected(columns):
     with pytest.raises(InputError, match="draws") as refused:
         br.identify(columns, "lugre", axis=Axis(resolution=STEP), method="prediction_error", blocks=0, draws=0)
     assert "--method inverse_dynamics" in refused.value.mend
 
 
-def test_the_inertia_is_that_of_the_first_stage_and_widens_what_hangs_on_it(identified, plain):
+def test_the_inertia_is_that_of_the_first_stage_and_widens_dependent_intervals(identified, plain):
     assert identified.parameters["M"].value == plain.parameters["M"].value
     assert identified.parameters["M"].interval == plain.parameters["M"].interval
 
@@ -442,7 +442,7 @@ def test_a_fall_that_filtered_rows_hide_is_sought_again(columns):
     assert blurred.parameters["v_S"].value == pytest.approx(TRUTH["v_S"], rel=0.1)
 
 
-def test_bands_hold_the_parameters_as_the_model_takes_them(columns, monkeypatch):
+def test_bands_contain_the_parameters_of_the_model(columns, monkeypatch):
     result = of_observer(columns, monkeypatch, finished=lambda values: {"F_C": 2.0 * values["F_C"]})
     draws = result.best.resampling.bands.draws
     assert np.mean(draws["F_C"]) == pytest.approx(2.0 * result.parameters["F_C"].value, rel=0.01)

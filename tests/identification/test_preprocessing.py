@@ -63,7 +63,7 @@ def test_the_truth_does_not_depend_on_the_cutoff(cutoff):
 
 
 @pytest.mark.parametrize("noise", [0.0, 2e-7])
-def test_rest_is_found_and_left_out(noise):
+def test_rest_is_found_and_omitted(noise):
     motion = strokes()
     shaken = motion._replace(position=motion.position + np.random.default_rng(0).normal(0.0, noise, motion.time.size))
     regression = treat(log_of(shaken, sliding_effort(motion), step=0.0 if noise else 1e-6), None)
@@ -94,7 +94,7 @@ def test_axis_and_arguments_override_the_defaults():
     assert treat(log, Axis(cutoff=50.0), cutoff=80.0).cutoff == 80.0
 
 
-def test_segments_are_treated_apart():
+def test_segments_are_treated_separately():
     motion = sines()
     gap = log_of(motion, sliding_effort(motion), segments=(slice(0, 4000), slice(4000, 10_000), slice(9990, 9995)))
     regression = treat(gap, None)
@@ -112,7 +112,7 @@ def test_noise_of_the_position_is_measured():
     assert regression.acceleration_noise_share * np.mean(regression.acceleration**2) == pytest.approx(excess, rel=0.5)
 
 
-def test_all_of_a_position_stands_before_its_filter_rests_too():
+def test_removal_of_a_position_filter_keeps_the_rests():
     motion, lag = strokes(repeats=3), 4e-3
     behind = motion.position + 0.7 - lag * motion.velocity + lag**2 * motion.acceleration
     late = treat(log_of(motion._replace(position=behind), sliding_effort(motion)), Axis(keeps_rests=True))
@@ -129,13 +129,13 @@ def test_all_of_a_position_stands_before_its_filter_rests_too():
 
 
 @pytest.mark.parametrize("cutoff", [50.0, 100.0, 200.0, 300.0])
-def test_noise_of_the_effort_is_all_of_it_though_a_filter_leaves_some(cutoff):
+def test_noise_of_the_effort_is_corrected_for_the_filter(cutoff):
     motion = sines()
     effort = sliding_effort(motion, noise=0.3, F_C=0.0)  # no corners, of which a filter takes something away as well
     assert treat(log_of(motion, effort), None, cutoff=cutoff).effort_noise == pytest.approx(0.3, rel=0.04)
 
 
-def test_so_much_as_noise_makes_the_inertia_too_small_is_told():
+def test_the_bias_of_the_inertia_by_noise_is_reported():
     missing, message = [], []
     for seed in range(4):
         motion = sines()
@@ -157,14 +157,14 @@ def test_so_much_as_noise_makes_the_inertia_too_small_is_told():
         ({"cutoff": 0.5}, "log"),
     ],
 )
-def test_what_cannot_be_used_is_named(arguments, path):
+def test_unusable_arguments_are_named(arguments, path):
     with pytest.raises(InputError) as caught:
         treat(sliding_log(), None, **arguments)
     assert caught.value.path == path
     assert caught.value.allowed
 
 
-def test_a_sample_that_is_no_number_is_named():
+def test_a_sample_that_is_not_a_number_is_named():
     motion = sines()
     position = motion.position.copy()
     position[4321] = np.nan
@@ -172,7 +172,7 @@ def test_a_sample_that_is_no_number_is_named():
         treat(log_of(motion._replace(position=position), sliding_effort(motion)), None)
 
 
-def test_an_axis_that_stands_still_is_refused():
+def test_a_log_without_motion_is_rejected():
     motion = sines()
     still = motion._replace(position=np.full(motion.time.size, 0.3))
     with pytest.raises(InputError, match="hardly moves"):
@@ -180,7 +180,7 @@ def test_an_axis_that_stands_still_is_refused():
 
 
 @pytest.mark.parametrize(("cutoff", "decimation"), [(None, 1), (None, 10), (20.0, 4)])
-def test_a_log_as_short_as_is_allowed_serves_and_one_sample_less_does_not(cutoff, decimation):
+def test_a_log_of_the_shortest_length_is_accepted_and_one_sample_less_is_not(cutoff, decimation):
     motion = sines(10.0)
     with pytest.raises(InputError, match="too short") as caught:
         treat(short(motion, 20), None, cutoff, decimation)
@@ -195,7 +195,7 @@ def short(motion, count):
 
 
 @pytest.mark.parametrize("decimation", [1, 3, 10])
-def test_a_sample_shows_in_rows_as_far_as_the_filters_are_told_to_reach(decimation):
+def test_a_sample_affects_rows_within_the_reach_of_the_filters(decimation):
     motion = sines(10.0)
     dataset = treat(log_of(motion, np.ones(motion.time.size)), None, 50.0, decimation)
     impulse = np.zeros(motion.time.size)
@@ -205,7 +205,7 @@ def test_a_sample_shows_in_rows_as_far_as_the_filters_are_told_to_reach(decimati
     assert (last - first) / 2 <= dataset.reach <= 2 * (last - first) + 10
 
 
-def test_a_motion_too_slow_to_be_told_from_rest_is_fitted_whole_and_the_fit_says_so():
+def test_a_motion_too_slow_to_distinguish_from_rest_is_fitted_whole_with_a_remark():
     time = 1e-3 * np.arange(40_000)
     phase = 2.0 * np.pi * 0.025 * time
     coarse, fine = (np.round(3e-6 * np.sin(phase), digits) for digits in (6, 7))
@@ -225,7 +225,7 @@ def test_the_zero_phase_filter_is_that_of_scipy_to_the_bit(shape):
     assert np.array_equal(low_passed(signal, 35.0, 1e-3), expected)
 
 
-def test_a_signal_that_is_shorter_than_the_filter_reaches_is_refused():
+def test_a_signal_shorter_than_the_filter_is_rejected():
     with pytest.raises(ValueError, match="padlen"):
         low_passed(np.zeros(15), 35.0, 1e-3)
 
@@ -254,27 +254,27 @@ def test_noise_hides_as_much_friction_as_its_inertial_force(long_rows):
     assert rows == 10
 
 
-def test_rows_stay_where_noise_hides_less_than_three_tenths_of_friction(long_rows):
+def test_rows_are_kept_if_noise_hides_less_than_three_tenths_of_friction(long_rows):
     assert calmed(hiding(long_rows, 0.29)) == (10, pytest.approx(0.29))
     rows, share = calmed(hiding(long_rows, 0.31))
     assert (rows > 10, share) == (True, pytest.approx(0.31))
 
 
 @pytest.mark.parametrize("share", [0.4, 1.0, 2.0])
-def test_so_few_rows_are_kept_that_noise_hides_three_hundredths_of_friction(long_rows, share):
+def test_rows_are_reduced_until_noise_hides_three_hundredths_of_friction(long_rows, share):
     noisy = hiding(long_rows, share)
     rows, _ = calmed(noisy)
     assert calmed(replace(noisy, decimation=rows))[1] == pytest.approx(0.03, rel=0.1)  # of whole samples
 
 
 @pytest.mark.parametrize(("seconds", "expected"), [(60.0, 59), (25.0, 24), (9.0, 10)])
-def test_a_thousand_rows_are_left_at_least(seconds, expected):
+def test_at_least_a_thousand_rows_remain(seconds, expected):
     motion = type(LONG)(*(signal[: round(seconds / 1e-3)] for signal in LONG))
     rows = treat(log_of(motion, sliding_effort(motion, noise=0.0)), STATED, 100.0, 10)
     rows = hiding(replace(rows, alignment=Alignment(mass=TRUTH["M"], slow=20.0), noise=1e-6), 100.0)
     assert calmed(rows)[0] == expected
 
 
-def test_an_inertia_that_nobody_knows_hides_nothing(long_rows):
+def test_an_unknown_inertia_hides_no_friction(long_rows):
     assert calmed(replace(long_rows, alignment=None)) == (10, 0.0)
     assert calmed(replace(long_rows, alignment=Alignment(slow=20.0))) == (10, 0.0)

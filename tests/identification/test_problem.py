@@ -35,7 +35,7 @@ def test_errors_of_white_noise_are_those_of_the_normal_equations():
     assert covariance.condition_number < 1.2  # columns of one length
 
 
-def test_two_columns_that_are_nearly_one_are_correlated_and_one_that_is_the_same_is_not_known():
+def test_nearly_equal_columns_are_correlated_and_equal_columns_have_no_error():
     first = RNG.standard_normal(ROWS)
     near = covariance_of(solution_of(np.column_stack([first, first + 0.1 * RNG.standard_normal(ROWS)])), np.ones(ROWS))
     assert near.correlation[0, 1] < -0.99
@@ -48,7 +48,7 @@ def test_two_columns_that_are_nearly_one_are_correlated_and_one_that_is_the_same
     assert np.isinf(unseen.std[1])
 
 
-def test_what_lies_on_an_edge_has_no_error_and_leaves_the_others_theirs():
+def test_a_parameter_on_an_edge_has_no_error_and_does_not_affect_others():
     columns = np.column_stack([np.ones(ROWS), np.linspace(0.0, 1.0, ROWS)])
     residual = RNG.standard_normal(ROWS)
     on_edge = covariance_of(solution_of(columns, at_edge=("b",)), residual)
@@ -56,7 +56,7 @@ def test_what_lies_on_an_edge_has_no_error_and_leaves_the_others_theirs():
     assert on_edge.std[0] == pytest.approx(np.sqrt(np.sum(residual**2) / (ROWS - 2) / ROWS))
 
 
-def test_residuals_that_last_widen_the_robust_error_alone():
+def test_correlated_residuals_widen_only_the_robust_error():
     lasting = np.repeat(RNG.standard_normal(40), 20)
     covariance = covariance_of(solution_of(np.ones((ROWS, 1))), lasting)
     assert covariance.robust_std[0] / covariance.std[0] == pytest.approx(20.0**0.5, rel=0.15)
@@ -69,7 +69,7 @@ def test_an_error_of_all_rows_at_once_adds_to_the_robust_error():
     assert covariance.std[0] == pytest.approx(0.1 / ROWS**0.5, rel=0.1)
 
 
-def test_draws_go_all_the_way_between_both_fits_where_the_other_is_surer():
+def test_draws_cover_the_whole_difference_if_the_other_fit_is_more_certain():
     rng = np.random.default_rng(4)
     errors = rng.standard_normal((400, 2))
     usual = np.column_stack([-0.5 * errors[:, 0], 0.5 * rng.standard_normal(400)])
@@ -84,7 +84,7 @@ def test_draws_go_all_the_way_between_both_fits_where_the_other_is_surer():
     assert moves[:, 0] == pytest.approx(shares * (change[0] - usual[:, 0]))
 
 
-def test_a_change_within_chance_moves_nothing():
+def test_an_insignificant_change_moves_no_draw():
     usual = np.random.default_rng(6).standard_normal((400, 1))
     errors = 0.1 * np.random.default_rng(7).standard_normal((400, 1))
     assert between(np.array([1.5]), usual, errors, np.random.default_rng(8)) == pytest.approx(0.0)
@@ -96,7 +96,7 @@ def away_of(count=ROWS):
     return Away(rows, rows, np.linspace(0.0, 1.0, count), velocity, 30.0)
 
 
-def test_a_fit_away_from_reversals_differs_by_what_the_rows_there_say():
+def test_a_fit_away_from_reversals_differs_by_the_result_of_these_rows():
     away = away_of()
     columns = np.column_stack([np.ones(ROWS), np.sign(away.velocity), RNG.standard_normal(ROWS)])
     contrast = Contrast.of(solution_of(columns), away)
@@ -112,7 +112,7 @@ def test_a_fit_away_from_reversals_differs_by_what_the_rows_there_say():
     assert not Contrast.of(solution_of(columns), few).determined.any()
 
 
-def test_waves_beside_friction_are_those_that_take_a_twentieth_of_what_is_left():
+def test_waves_added_to_friction_explain_a_twentieth_of_the_residual():
     away = away_of(4000)
     wave = np.sin(2.0 * np.pi * 9.3 * away.position)
     noise = np.random.default_rng(9).standard_normal(4000)
@@ -150,13 +150,13 @@ def test_a_derivative_is_never_taken_beyond_a_bound():
     assert max(place[1] for place in requested if place[0] > 900.0) - 0.5 == pytest.approx(1e-5)  # of 1
 
 
-def test_a_part_of_the_work_tells_its_share_of_all():
+def test_a_part_of_the_work_reports_its_share_of_the_total():
     listed = []
     part_of(lambda share, remark="": listed.append((share, remark)), 0.2, 0.6)(0.5, "half")
     assert listed == [(pytest.approx(0.4), "half")]
 
 
 @pytest.mark.parametrize(("count", "forces"), [(49, 1), (50, 3)])
-def test_waves_are_looked_for_in_fifty_rows_and_more(count, forces):
+def test_waves_are_sought_in_at_least_fifty_rows(count, forces):
     away = Away(np.ones(count, dtype=bool), np.ones(count, dtype=bool), np.linspace(0.0, 1.0, count), np.full(count, 0.1), 12.0)
     assert away.beside(np.sin(2.0 * np.pi * 5.3 * away.position)).shape == (count, forces)

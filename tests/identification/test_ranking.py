@@ -1,4 +1,4 @@
-"""Which model comes first where held-out blocks hardly tell models apart."""
+"""The order of models with nearly equal held-out errors."""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -59,31 +59,31 @@ def test_the_simpler_model_wins_where_blocks_disagree(made):
     assert order(made("simple", mixed, 3), made("rich", BLOCKS, 6)) == ["simple", "rich"]
 
 
-def test_a_model_half_unidentified_gives_way_within_the_spread(made):
+def test_a_half_unidentified_model_ranks_below_within_the_spread(made):
     simple = made("simple", [block + 0.1 for block in BLOCKS], 3)
     assert order(simple, made("rich", BLOCKS, 10, unknown=5)) == ["simple", "rich"]
     assert order(simple, made("rich", BLOCKS, 10, unknown=4)) == ["rich", "simple"]
 
 
-def test_an_open_parameter_without_effect_on_the_force_does_not_decide_the_order(made):
+def test_an_unidentified_parameter_without_effect_does_not_decide_the_order(made):
     simple, rich = made("simple", [block + 0.1 for block in BLOCKS], 3), made("rich", BLOCKS, 10, unknown=5)
     assert order(simple, rich) == ["simple", "rich"]
     idle = replace(rich, estimates=tuple(replace(estimate, effect=0.0) for estimate in rich.estimates))
     assert order(simple, idle) == ["rich", "simple"]
 
 
-def test_behind_the_chosen_model_the_error_alone_decides(made):
+def test_after_the_chosen_model_the_order_is_that_of_the_error(made):
     better = made("better", BLOCKS, 6)
     others = [made(f"p{size}", [block + 0.5 - 0.1 * size for block in BLOCKS], size) for size in (2, 3, 4)]
     assert order(better, *others) == ["better", "p4", "p3", "p2"]
 
 
-def test_a_model_half_unidentified_wins_where_it_predicts_far_better(made):
+def test_a_half_unidentified_model_wins_if_it_predicts_far_better(made):
     simple = made("simple", [block + 2.0 for block in BLOCKS], 3)
     assert order(simple, made("rich", BLOCKS, 10, unknown=5)) == ["rich", "simple"]
 
 
-def test_errors_that_differ_by_rounding_are_the_same(made):
+def test_errors_equal_up_to_rounding_count_as_equal(made):
     assert order(made("simple", [block + 1e-7 for block in BLOCKS], 3), made("rich", BLOCKS, 4)) == ["simple", "rich"]
 
 
@@ -98,13 +98,13 @@ def test_of_perfect_fits_the_simpler_one_wins(made):
     assert order(made("simple", nothing, 3), made("rich", nothing, 6)) == ["simple", "rich"]
 
 
-def test_what_is_within_the_spread_may_lie_on_its_edge(made):
+def test_an_error_at_the_edge_of_the_spread_counts_as_within(made):
     leader = made("rich", (2.0, 4.0), 10, unknown=5)
     leader = replace(leader, held_out=HeldOut((2.0, 4.0), 3.0, 1.0))
     assert order(made("simple", (3.0, 5.0), 3), leader) == ["simple", "rich"]
 
 
-def test_what_knows_the_place_gains_nothing_below_the_spread_of_one_motion(made):
+def test_a_slot_over_the_position_needs_a_gain_above_the_spread_of_one_motion(made):
     plain = made("plain", [block + 0.5 for block in BLOCKS], 3)
     by_place = made("by place", BLOCKS, 6, component=find("coulomb_viscous+periodic"))
     by_direction = made("by direction", BLOCKS, 6, component=find("coulomb_viscous+asymmetry"))
@@ -115,7 +115,7 @@ def test_what_knows_the_place_gains_nothing_below_the_spread_of_one_motion(made)
     assert order(plain, by_direction, spread=0.6) == ["by direction", "plain"]
 
 
-def test_a_half_unidentified_leader_keeps_the_place_where_no_motion_repeats_itself(made):
+def test_a_half_unidentified_leader_over_the_position_leads_in_an_aperiodic_log(made):
     larger = made("larger", [block + 0.1 for block in BLOCKS], 12)
     by_place = made("by place", BLOCKS, 6, unknown=3, component=find("coulomb_viscous+periodic"))
     assert order(larger, by_place) == ["by place", "larger"]
@@ -135,7 +135,7 @@ def test_the_spread_is_that_of_the_effort_between_repeats():
     assert spread_between_repeats(treat_all([sliding_log()], [None], 50.0, 10)) == 0.0
 
 
-def test_an_interrupted_fit_leads_where_it_leaves_far_less_than_the_best_of_the_others(made, fit):
+def test_an_interrupted_fit_leads_if_its_error_is_far_below_the_best(made, fit):
     finished, second = made("finished", BLOCKS, 3), made("second", [2.0 * block for block in BLOCKS], 3)  # 3.1 % of the blocks
     for percent, names in ((2.1, ["part", "finished", "second"]), (2.2, ["finished", "second", "part"])):
         part = replace(fit, held_out=None, force_error_percent=percent, unfinished=True, friction=SimpleNamespace(name="part"))
@@ -143,7 +143,7 @@ def test_an_interrupted_fit_leads_where_it_leaves_far_less_than_the_best_of_the_
         assert [item.name for item in in_order([part])] == ["part"]
 
 
-def test_criteria_are_those_of_the_squares_of_rows_or_of_what_was_simulated(made):
+def test_criteria_use_the_squares_of_rows_or_of_the_simulated_signal(made):
     noise = np.random.default_rng(3).standard_normal(2000)
 
     def fit_of(size, parameters, **changes):
@@ -168,7 +168,7 @@ def test_criteria_are_those_of_the_squares_of_rows_or_of_what_was_simulated(made
     assert with_information([]) == []
 
 
-def test_what_was_held_out_is_compared_with_the_signal_of_each_part():
+def test_held_out_errors_are_relative_to_the_signal_of_each_part():
     measured = np.array([3.0, 4.0, 6.0, 8.0])
     folds = [SimpleNamespace(held_out=np.arange(4) // 2 == number, fitted=np.arange(4) // 2 != number) for number in range(2)]
     problem = SimpleNamespace(parts_of=lambda blocks, settings: ("time blocks", folds), measured=measured)

@@ -1,4 +1,4 @@
-"""What a filter takes from a motion is put back where it stands out of the noise of the encoder, and only there."""
+"""Recovery of the unfiltered motion where it exceeds the encoder noise, and only there."""
 
 from dataclasses import replace
 
@@ -41,7 +41,7 @@ def off(position, truth, where):
     return float(np.sqrt(np.mean((position - truth)[where] ** 2)))
 
 
-def test_corners_are_as_sharp_as_they_were(corners):
+def test_visible_corners_are_recovered(corners):
     truth, beyond, segment, motion = corners
     near = (beyond < 5e-3) & (segment.time > 0.1) & (segment.time < 5.9)
     assert off(segment.position, truth, near) > 20.0 * NOISE
@@ -49,7 +49,7 @@ def test_corners_are_as_sharp_as_they_were(corners):
     assert np.min(motion.visible[near]) == 1.0
 
 
-def test_elsewhere_a_motion_is_as_smooth_as_the_filter_makes_it(corners):
+def test_elsewhere_a_motion_is_as_smooth_as_filtered(corners):
     truth, beyond, segment, motion = corners
     far = (beyond > 0.06) & (segment.time > 0.2) & (segment.time < 5.8)
     assert np.max(motion.visible[far]) == 0.0
@@ -68,7 +68,7 @@ def test_the_velocity_is_that_of_the_position_and_zero_at_rest():
     assert np.corrcoef(motion.velocity[inner], np.gradient(motion.position, DT)[inner])[0, 1] > 0.999
 
 
-def test_corners_that_noise_hides_are_as_sharp_as_the_filtered_motion_lets_them_be():
+def test_hidden_corners_are_as_sharp_as_in_the_filtered_motion():
     triangles, beyond = triangle()
     truth = 0.01 * triangles
     rows = rows_of(noisy(truth))
@@ -82,7 +82,7 @@ def test_corners_that_noise_hides_are_as_sharp_as_the_filtered_motion_lets_them_
     assert 0.75 * taken < left < 0.9 * taken
 
 
-def test_noise_alone_is_no_corner():
+def test_noise_alone_is_not_a_corner():
     shown = []
     for seed in range(5):
         rows = rows_of(noisy(sines(6.0, DT).position, seed))
@@ -90,7 +90,7 @@ def test_noise_alone_is_no_corner():
     assert np.mean(shown) < 0.02
 
 
-def test_a_corner_of_a_few_times_the_noise_is_seen():
+def test_a_corner_of_a_few_times_the_noise_is_visible():
     # What the filter takes of one is 1.5 and 15 standard deviations of the noise.
     position, beyond = triangle()
     seen = []
@@ -102,18 +102,18 @@ def test_a_corner_of_a_few_times_the_noise_is_seen():
 
 
 @pytest.mark.parametrize("size", [2e-7, 5e-6])
-def test_the_noise_of_an_encoder_is_told_beside_a_motion(size):
+def test_the_noise_of_an_encoder_is_separated_from_the_motion(size):
     position = sines(6.0, DT).position + np.random.default_rng(2).normal(0.0, size, 6000)
     assert noise_density(position, 0.0, DT) == pytest.approx(2.0 * DT * size**2, rel=0.15)
 
 
-def test_it_is_at_least_that_of_rounding():
+def test_noise_is_at_least_that_of_rounding():
     step = 1e-5
     rounding = np.random.default_rng(3).uniform(-0.5 * step, 0.5 * step, 6000)
     assert noise_density(rounding, 0.0, DT) == pytest.approx(noise_density(np.zeros(6000), step, DT), rel=0.15)
 
 
-def test_between_samples_a_motion_goes_on_as_it_does():
+def test_a_motion_between_samples_is_interpolated():
     rows = rows_of(sines(6.0, DT).position)
     (segment,) = rows.segments
     fine = between_samples(segment, DT)

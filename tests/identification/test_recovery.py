@@ -1,4 +1,4 @@
-"""Known truth is found again, within the standard errors that are stated."""
+"""Known truth is recovered within the stated standard errors."""
 
 from typing import Annotated, NamedTuple
 
@@ -15,7 +15,7 @@ from bristle.report.messages import assumptions_of, note_of, warnings_of
 pytestmark = pytest.mark.slow
 
 
-def test_standard_errors_hold_for_white_noise():
+def test_standard_errors_are_valid_for_white_noise():
     scores = []
     for seed in range(40):
         parameters = identify(sliding_log(seed), "coulomb_viscous", axis=STATED, blocks=0, draws=0).best.parameters
@@ -45,7 +45,7 @@ def test_each_direction_has_its_own_friction():
         ("stribeck", {"F_C": 8.0, "F_S": 11.0, "v_S": 4e-3, "F_v": 30.0, "offset": 0.5}),
     ],
 )
-def test_nonlinear_models_are_found_again(name, truth):
+def test_nonlinear_models_are_recovered(name, truth):
     fit = identify(slow_log(friction.find(name)(**truth)), name, axis=STATED, draws=0).best
     for parameter, value in truth.items():
         estimate = fit.parameters[parameter]
@@ -55,7 +55,7 @@ def test_nonlinear_models_are_found_again(name, truth):
     assert fit.parameters["M"].value == pytest.approx(12.0, rel=0.01)
 
 
-def test_a_gap_and_the_hardening_behind_it_are_found_again():
+def test_a_gap_and_its_hardening_are_recovered():
     truth = {"F_C": 8.0, "give": 4e-4, "gap": 6e-4, "n": 2.0, "share": 0.1, "sigma_2": 30.0, "offset": 0.5}
     log = slow_log(friction.find("gap_slider")(**truth), duration=6.0)
     parameters = identify(log, "gap_slider", axis=STATED, mass=12.0, blocks=0, draws=0).best.parameters
@@ -64,7 +64,7 @@ def test_a_gap_and_the_hardening_behind_it_are_found_again():
         assert parameters[name].value == pytest.approx(value, rel=0.03), name
 
 
-def test_what_is_known_is_held():
+def test_known_parameters_are_fixed():
     log = sliding_log()
     fit = identify(log, "coulomb_viscous", axis=Axis(mass=12.0, offset=1.5), draws=0).best
     for name in ("M", "offset"):
@@ -78,7 +78,7 @@ def test_what_is_known_is_held():
     assert by_argument.parameters["offset"].status == "identified"
 
 
-def test_a_bound_is_kept_and_said():
+def test_a_bound_is_respected_and_reported():
     fit = identify(sliding_log(F_v=-5.0), "coulomb_viscous", axis=STATED, draws=0).best
     assert fit.parameters["F_v"].value == 0.0
     assert fit.parameters["F_v"].status == "at_edge"
@@ -104,7 +104,7 @@ class HyperbolicState(NamedTuple):
     pass
 
 
-def test_a_model_of_ones_own_is_identified():
+def test_a_user_model_is_identified():
     def trial(state, memory, motion, dt, p):
         ratio = abs(motion.v) / p.v_t
         return p.F_C * direction(motion.v) * ratio / (1.0 + ratio), HyperbolicState()
@@ -136,7 +136,7 @@ def test_predicted_and_measured_are_traced():
 
 
 @pytest.mark.parametrize("model", ["coulomb_viscous", "coulomb_viscous+asymmetry"])
-def test_weight_is_no_friction_that_an_error_could_hide_behind(model):
+def test_weight_is_not_friction_in_relative_errors(model):
     light, heavy = (identify(sliding_log(offset=offset), model, axis=STATED, draws=0, blocks=0).best for offset in (0.0, 6.0))
     assert heavy.friction_alone_error_percent == pytest.approx(light.friction_alone_error_percent, rel=0.02)
     assert heavy.friction_error_percent < 0.9 * light.friction_error_percent

@@ -1,4 +1,4 @@
-"""What a log cannot tell apart is held or refused, in words."""
+"""Confounded parameters are fixed or rejected with a reason."""
 
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ def one_way(forward: bool = True) -> Motion:
     return Motion(t, side * q, side * v, side * a)
 
 
-def test_offset_is_held_with_asymmetry_and_said():
+def test_offset_is_fixed_with_asymmetry_and_reported():
     log = sliding_log()
     at_zero = identify(log, "coulomb_viscous+asymmetry", draws=0).best
     assert at_zero.parameters["offset"].status == "held"
@@ -35,7 +35,7 @@ def test_offset_is_held_with_asymmetry_and_said():
 
 
 @pytest.mark.parametrize("forward", [True, False])
-def test_one_direction_holds_the_offset(forward):
+def test_one_direction_fixes_the_offset(forward):
     motion = one_way(forward)
     fit = identify(log_of(motion, sliding_effort(motion, offset=0.0)), "coulomb_viscous", axis=STATED, draws=0).best
     assert fit.parameters["offset"].status == "held"
@@ -57,7 +57,7 @@ def test_one_direction_does_not_show_the_other():
 
 
 @pytest.mark.parametrize("known", [{}, {"mass": 12.0}, {"mass": 12.0, "offset": 0.0}, {"axis": Axis(mass=12.0)}])
-def test_reversed_effort_is_recognised_whatever_is_known(known):
+def test_a_reversed_effort_is_detected_for_any_prior_knowledge(known):
     motion = sines()
     fit = identify(log_of(motion, -sliding_effort(motion)), "coulomb_viscous", draws=0, **known).best
     (text,) = [diagnostic for diagnostic in fit.diagnostics if diagnostic.code == "sign_reversed"]
@@ -65,7 +65,7 @@ def test_reversed_effort_is_recognised_whatever_is_known(known):
     assert "sign = -1" in message(text)
 
 
-def test_friction_too_small_to_tell_is_no_reversed_effort():
+def test_unidentifiably_small_friction_is_not_a_reversed_effort():
     motion = sines()
     for seed in range(5):
         effort = sliding_effort(motion, seed, noise=0.3, F_C=0.0, F_v=0.0)
@@ -75,7 +75,7 @@ def test_friction_too_small_to_tell_is_no_reversed_effort():
 
 
 @pytest.mark.parametrize(("length", "force"), [(1.0, 1.0), (2.0**10, 2.0**-10), (2.0**-10, 2.0**10)])
-def test_friction_that_puts_energy_in_is_told_whatever_the_magnitudes(length, force):
+def test_friction_that_adds_energy_is_reported_for_any_magnitude(length, force):
     moved = sines(4.0)
     motion = Motion(moved.time, *(length * item for item in moved[1:]))
     # The inertia has its sign, which is no excuse.
@@ -84,13 +84,13 @@ def test_friction_that_puts_energy_in_is_told_whatever_the_magnitudes(length, fo
     assert "sign_reversed" in [diagnostic.code for diagnostic in fit.diagnostics]
 
 
-def test_an_effort_of_zero_is_refused():
+def test_an_effort_of_zero_is_rejected():
     motion = sines()
     with pytest.raises(InputError, match="zero throughout"):
         identify(log_of(motion, np.zeros(motion.time.size)), "coulomb_viscous", axis=STATED, draws=0)
 
 
-def test_a_log_without_effort_is_refused():
+def test_a_log_without_effort_is_rejected():
     motion = sines()
     log = log_of(motion, sliding_effort(motion))
     bare = type(log)(log.time, log.position, sample_time=log.sample_time, segments=log.segments)
@@ -98,7 +98,7 @@ def test_a_log_without_effort_is_refused():
         identify(bare, "coulomb_viscous", axis=STATED, draws=0)
 
 
-def test_parameters_that_the_rows_do_not_separate_have_no_standard_error():
+def test_parameters_confounded_in_the_rows_have_no_standard_error():
     rng = np.random.default_rng(0)
     item, other = rng.normal(size=(2, 200))
     columns = np.stack([item, 3.0 * item, other, 0.0 * other], axis=1)

@@ -1,4 +1,4 @@
-"""A fit that is made again goes downhill, even where its first step would lead too far."""
+"""A refit goes downhill, even if its first step overshoots."""
 
 import numpy as np
 import pytest
@@ -20,7 +20,7 @@ class Steep:
 
 
 @pytest.mark.parametrize("start", [-1.8, 1.2, 2.0])
-def test_where_a_whole_step_leads_uphill_a_part_of_it_is_taken(start):
+def test_a_step_that_leads_uphill_is_shortened(start):
     solution = Solution(ANYWHERE, np.zeros(1), np.ones((1, 1)))
     x, residual = Refit(solution).solve(Steep(), np.array([start]))
     # The slope at the solution is 1: the whole first step ends beyond the other side of it, further up than the start.
@@ -31,7 +31,7 @@ def test_where_a_whole_step_leads_uphill_a_part_of_it_is_taken(start):
 
 
 @pytest.mark.parametrize("unit", [1e-6, 1e6])
-def test_where_it_ends_depends_on_no_unit(unit):
+def test_the_solution_does_not_depend_on_units(unit):
     plain, other = (
         Refit(Solution(ANYWHERE, np.zeros(1), np.full((1, 1), size))).solve(Steep(size), np.array([0.6]))[0] for size in (1.0, unit)
     )
@@ -62,7 +62,7 @@ def test_a_step_ends_at_the_bounds(low, high, expected):
     assert step_of(low, high, (-3.0, 4.0, 5.0)) == pytest.approx(expected, abs=1e-9)
 
 
-def test_a_linear_signal_is_solved_by_one_step_on_the_rows_that_are_fitted():
+def test_a_linear_signal_is_solved_by_one_step_on_the_fitted_rows():
     space = ParameterSpace(("x", "y"), np.full(2, -np.inf), np.full(2, np.inf))
     jacobian = np.array([[1.0, 0.0], [0.0, 2.0], [1.0, 1.0]])
     solution, signal = Solution(space, np.zeros(2), jacobian), np.array([3.0, 8.0, 7.0])

@@ -1,4 +1,4 @@
-"""A model that is identified is one that can be used: its ranges and relations hold."""
+"""An identified model is valid: it satisfies its ranges and relations."""
 
 from dataclasses import replace
 from typing import Annotated, NamedTuple
@@ -55,7 +55,7 @@ def rising():
 
 
 @pytest.mark.parametrize("linear", [False, True])
-def test_a_relation_is_kept_whatever_the_order_of_the_parameters(rising, linear):
+def test_a_relation_is_satisfied_for_any_order_of_the_parameters(rising, linear):
     model = two_levels("F_S >= F_C", lambda p: p.F_S >= p.F_C, linear=linear)
     fit = identify(rising, model, axis=STATED, blocks=0, draws=0).best
     values = fit.friction.values
@@ -64,7 +64,7 @@ def test_a_relation_is_kept_whatever_the_order_of_the_parameters(rising, linear)
     assert model(**{name: values[name] for name in ("F_S", "F_C")}).values["F_C"] == values["F_C"]
 
 
-def test_what_must_exceed_another_one_does_so_clearly(rising):
+def test_a_strict_relation_is_satisfied_with_a_margin(rising):
     model = two_levels("F_S > F_C", lambda p: p.F_S > p.F_C)
     values = identify(rising, model, axis=STATED, blocks=0, draws=0).best.friction.values
     assert values["F_S"] > 1.02 * values["F_C"]
@@ -75,34 +75,34 @@ class OneSided(NamedTuple):
     F_C: Annotated[float, Variable("force", "level in motion", min=0.0, excitation="sliding")]
 
 
-def test_a_relation_holds_in_both_directions_where_only_one_side_of_it_is_by_direction(rising):
+def test_a_relation_with_one_directional_side_is_satisfied_in_both_directions(rising):
     model = two_levels("F_S >= F_C", lambda p: p.F_S >= p.F_C)
     model = slotted(replace(model, name="one_sided", Parameters=OneSided), asymmetry=True)
     values = identify(rising, model, axis=STATED, blocks=0, draws=0).best.friction.values
     assert min(values["F_S_pos"], values["F_S_neg"]) >= values["F_C"]
 
 
-def test_a_relation_that_no_search_can_keep_is_refused_where_it_breaks(rising):
+def test_a_relation_that_no_search_can_satisfy_is_rejected(rising):
     model = two_levels("F_C within F_S", lambda p: p.F_C <= p.F_S)
-    with pytest.raises(InputError, match="not what the model allows") as caught:
+    with pytest.raises(InputError, match="not allowed by the model") as caught:
         identify(rising, model, axis=STATED, blocks=0, draws=0)
     assert caught.value.path == "model"
     assert "F_C within F_S" in caught.value.message
     assert "another model" in caught.value.mend
 
 
-def test_among_others_it_is_left_out_and_told(rising):
+def test_a_model_with_an_impossible_relation_is_omitted_and_reported(rising):
     model = two_levels("F_C within F_S", lambda p: p.F_C <= p.F_S)
     identification = identify(rising, [model, "coulomb_viscous"], axis=STATED, blocks=0, draws=0)
     assert [fit.name for fit in identification.fits] == ["coulomb_viscous"]
-    assert "two_levels is left out: the best fit of two_levels is not what the model allows" in identification.notes[-1]
+    assert "two_levels is omitted: the best fit of two_levels is not allowed by the model" in identification.notes[-1]
 
 
 @pytest.mark.fast_cases(1)
 @pytest.mark.parametrize(
     "name", ["viscous", "coulomb_viscous+asymmetry", "stribeck", "stribeck+asymmetry", "dahl", "lugre", "lugre+asymmetry"]
 )
-def test_what_is_identified_can_be_read_again(tmp_path, name):
+def test_an_identified_model_can_be_loaded(tmp_path, name):
     best = identify(sliding_log(F_v=-2.0), name, axis=STATED, blocks=0, draws=0).best
     write_model(tmp_path / "model.toml", best.plant, best.friction, estimates=best.estimates)
     assert read_model(tmp_path / "model.toml").friction.values == best.friction.values

@@ -1,4 +1,4 @@
-"""What is said of a fit beside its numbers: of its residual, its inertia, its treatment, and of what its model lacks."""
+"""Diagnostics of a fit: residual, inertia, treatment, and missing forces."""
 
 from dataclasses import dataclass, field, replace
 from types import SimpleNamespace
@@ -62,7 +62,7 @@ def test_a_large_residual_is_unexplained():
     assert about_residual(39.0, DEFAULT) == ()
 
 
-def test_friction_that_rises_to_its_level_is_remarked_in_each_direction():
+def test_rising_friction_is_reported_in_each_direction():
     values = {"F_C": 10.0, "F_S": 8.0, "v_S": 0.1, "F_v": 1.0}
     (remark,) = about_rise(problem_of(stribeck), values)
     assert (remark.code, remark.parameter) == ("rising_friction", "F_S")
@@ -75,7 +75,7 @@ def test_friction_that_rises_to_its_level_is_remarked_in_each_direction():
     assert (remark.parameter, remark.numbers["direction"]) == ("F_S_neg", "backward")
 
 
-def test_noise_that_makes_the_inertia_too_small_is_told_where_a_fit_tells_the_inertia():
+def test_bias_of_the_inertia_by_noise_is_reported_if_the_inertia_is_identified():
     def message(share, status="identified"):
         return about_noise(problem_of(coulomb, data(acceleration_noise_share=share)), [estimate("M", status=status)], DEFAULT)
 
@@ -86,7 +86,7 @@ def test_noise_that_makes_the_inertia_too_small_is_told_where_a_fit_tells_the_in
     assert about_noise(held, [estimate("M")], DEFAULT) == ()
 
 
-def test_the_cutoff_that_is_advised_leaves_a_tenth_of_the_noise_that_is_told():
+def test_the_advised_cutoff_leaves_a_tenth_of_the_reported_noise():
     remark = noisy_inertia(data(acceleration_noise_share=0.032), "M", DEFAULT)
     assert remark.numbers["percent"] == pytest.approx(3.2)
     # The share grows with the fifth power of the frequency: of half of it a thirty-second part is left, of 0.032 a thousandth.
@@ -106,7 +106,7 @@ def alignment_said(alignment, component=coulomb, fixed=None, change=0.0, error=1
     return {remark.code: remark for remark in remarks}
 
 
-def test_a_delay_is_a_note_where_known_and_a_warning_where_rough():
+def test_a_certain_delay_is_a_note_and_a_rough_delay_a_warning():
     known = alignment_said(Alignment(delay=2e-3, delay_half_width=6e-4))
     assert known.keys() == {"delay_found"}
     assert known["delay_found"].severity == "note"
@@ -118,21 +118,21 @@ def test_a_delay_is_a_note_where_known_and_a_warning_where_rough():
     assert alignment_said(None) == {}
 
 
-def test_a_filter_is_told_with_the_channel_that_passed_it():
+def test_a_filter_is_reported_with_its_channel():
     for smoothing, of_position, channel in ((3e-3, False, "effort"), (-3e-3, False, "command"), (-3e-3, True, "position")):
         outcome = Alignment(delay=0.0, smoothing=smoothing, smoothing_half_width=1e-3, of_position=of_position)
         numbers = alignment_said(outcome)["filter_suspect"].numbers
         assert numbers == {"lag": 3e-3, "half_width": 1e-3, "channel": channel}
 
 
-def test_a_delay_that_may_be_a_filter_warns_where_bristles_feel_it():
+def test_a_delay_that_may_be_a_filter_is_a_warning_for_models_with_bristles():
     doubtful = Alignment(delay=-2e-3, filter_open=True)
     assert alignment_said(doubtful)["delay_or_filter"].severity == "note"
     remark = alignment_said(doubtful, lugre)["delay_or_filter"]
     assert (remark.severity, remark.numbers) == ("warning", {"delay": 2e-3, "names": ("sigma_0", "sigma_1")})
 
 
-def test_rows_that_want_another_inertia_than_was_found_first_say_so():
+def test_rows_that_contradict_the_measured_inertia_are_reported():
     outcome = Alignment(delay=0.0)
 
     def message(change, half_width=0.02, error=0.1):
@@ -152,7 +152,7 @@ def test_rows_that_want_another_inertia_than_was_found_first_say_so():
     assert alignment_said(outcome, fixed=SimpleNamespace(value=10.0, half_width=None), change=0.8).keys() == {"delay_found"}
 
 
-def test_all_that_was_done_to_a_log_is_told():
+def test_each_treatment_of_a_log_is_reported():
     plain, errors = about_treatment(data())
     assert (plain.code, plain.numbers) == ("filtered", {"cutoff": 100.0, "dropped": 50, "decimation": 10})
     assert errors.code == "standard_errors"
@@ -174,7 +174,7 @@ def lacking(cause, friction=SLIDING, lead=None, compared=(), **facts):
     return _diagnostic(Missing(cause, 0.4, 2.0, **facts), 8.0, friction, lead, compared)
 
 
-def test_a_missing_force_is_told_in_shares_of_friction_and_of_the_residual():
+def test_a_missing_force_is_reported_as_shares_of_friction_and_residual():
     remark = lacking("position")
     assert remark.code == "missing_position"
     assert (remark.numbers["force"], remark.numbers["percent"], remark.numbers["share_percent"]) == (2.0, 25.0, 40.0)
@@ -220,7 +220,7 @@ class FakeFit:
     estimates: tuple = field(default=())
 
 
-def test_what_a_static_model_leaves_of_a_log_that_never_slides_is_presliding():
+def test_the_residual_of_a_static_model_without_sliding_is_presliding():
     traces = SimpleNamespace(predicted=np.full(100, 9.0), mechanical=np.full(100, 5.0), residual=np.full(100, 2.0))
     never = Diagnostic("never_slides")
     fit = with_structure(FakeFit(SLIDING, traces, (never,)), None, DEFAULT)
@@ -232,7 +232,7 @@ def test_what_a_static_model_leaves_of_a_log_that_never_slides_is_presliding():
     assert with_structure(nothing, None, DEFAULT).diagnostics[0].numbers["percent"] == 100.0
 
 
-def test_the_treatment_of_a_log_is_told_in_numbers():
+def test_the_treatment_of_a_log_is_reported_in_numbers():
     motion = strokes(2)
     log = log_of(motion, sliding_effort(motion))
     result = identify(log, "coulomb_viscous", axis=STATED, draws=0, blocks=0)
@@ -251,7 +251,7 @@ def test_the_treatment_of_a_log_is_told_in_numbers():
     assert traded.doubted == ("F_v",)
 
 
-def test_the_forces_that_a_model_lacks_are_told_together_before_each_and_as_notes_where_small(monkeypatch):
+def test_missing_forces_are_reported_together_then_singly_and_as_notes_if_small(monkeypatch):
     traces = SimpleNamespace(predicted=np.full(100, 9.0), mechanical=np.full(100, 5.0), residual=np.full(100, 2.0))
     estimates, other = (estimate("F_C"), estimate("F_v", status="held")), Diagnostic("correlated")
     fit = FakeFit(SLIDING, traces, (other,), estimates)

@@ -1,4 +1,4 @@
-"""A motion that repeats itself."""
+"""Periodic motions."""
 
 from dataclasses import replace
 
@@ -28,7 +28,7 @@ def test_the_period_is_that_of_the_motion():
     assert repeats_after(treat(log_of(sines(20.0), np.ones(20_000)), None)) is None
 
 
-def test_a_log_that_begins_within_a_cycle_is_run_in_along_it():
+def test_a_log_that_starts_within_a_cycle_is_run_in():
     whole = one_amplitude()
     first = 1800 + 130  # early in the stroke there, of the second cycle
     part = {name: replace(getattr(whole, name), values=getattr(whole, name).values[first:]) for name in ("time", "position", "effort")}
@@ -40,11 +40,11 @@ def test_a_log_that_begins_within_a_cycle_is_run_in_along_it():
     assert errors[True] < 1.5
     assert errors[False] > 3.0 * errors[True]
     away = sines(2.0, amplitudes=(0.02, 0.0, 0.0), frequencies=(0.05, 1.0, 1.0), phases=(0.0, 0.0, 0.0))
-    with pytest.raises(InputError, match="does not come back to where it began"):
+    with pytest.raises(InputError, match="does not return to its start"):
         treat(log_of(away, np.ones(2000)), Axis(in_cycle=True), decimation=1)
 
 
-def test_rests_are_kept_where_the_axis_says_so():
+def test_rests_are_kept_if_the_axis_requires_it():
     log = one_amplitude()
     kept, dropped = (treat(log, Axis(keeps_rests=keeps)) for keeps in (True, False))
     assert dropped.effort.size < 0.75 * kept.effort.size

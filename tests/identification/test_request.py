@@ -1,4 +1,4 @@
-"""Which models a person asks for."""
+"""Requested models."""
 
 from types import SimpleNamespace
 
@@ -21,25 +21,25 @@ def names(model):
     return [item.name for item in models_of(model)]
 
 
-def test_all_is_every_model_that_can_be_identified():
+def test_all_means_every_identifiable_model():
     assert set(names("all")) == set(MODELS) - REFUSED
     assert names("all+asymmetry") == [f"{name}+asymmetry" for name in MODELS if name not in REFUSED]
 
 
-def test_what_is_named_beside_all_comes_first_and_once():
+def test_models_named_with_all_come_first_and_once():
     assert names("lugre, all")[0] == "lugre"
     assert sorted(names("lugre,all")) == sorted(names("all"))
     assert names(["all", "coulomb+asymmetry"])[0] == "coulomb+asymmetry"
 
 
 @pytest.mark.parametrize("model", ["all+speed", "all+asymmetry+asymmetry", "every", "coulomb,coulomb"])
-def test_a_wrong_word_is_refused(model):
+def test_an_unknown_name_is_rejected(model):
     with pytest.raises(InputError):
         models_of(model)
 
 
 @pytest.mark.slow
-def test_all_models_are_ranked_and_the_one_that_made_the_log_is_not_beaten(monkeypatch):
+def test_among_all_models_the_true_one_is_not_beaten(monkeypatch):
     monkeypatch.setattr(least_squares, "STARTS", 1)  # the best of few candidates is one enough for a log so plain
     monkeypatch.setattr(least_squares, "CANDIDATES", 8)
     motion = sines(6.0, 4e-3)
@@ -52,7 +52,7 @@ def test_all_models_are_ranked_and_the_one_that_made_the_log_is_not_beaten(monke
     assert identification.best.parameters["M"].value == pytest.approx(TRUTH["M"], rel=0.01)
 
 
-def test_what_is_asked_for_goes_before_the_axis_and_the_axis_before_what_is_sought():
+def test_arguments_override_the_axis_and_the_axis_overrides_the_search():
     known = Axis(mass=12.0, offset=2.0, plant="oscillator", damping=3.0, stiffness=40.0, pitch=0.01)
     prior = prior_knowledge_of(known, None, None, "translational")
     assert (prior.offset, prior.pitch, prior.plant) == (2.0, 0.01, PLANTS["oscillator"])
@@ -70,21 +70,21 @@ def test_what_is_asked_for_goes_before_the_axis_and_the_axis_before_what_is_soug
         prior_knowledge_of(known, None, float("nan"), "translational")
 
 
-def test_turns_of_cogging_are_known_where_its_harmonics_are():
+def test_turns_of_cogging_are_known_with_its_harmonics():
     axis = Axis(cogging=(Cogging("motor", 0.01, (6,)), Cogging("screw", 0.02, None)))
     prior = prior_knowledge_of(axis, None, None, "translational")
     assert (prior.values, prior.plant.orders) == ({"motor_turn": 0.01}, (("motor", 6),))
 
 
-def test_shapes_are_freed_and_what_is_none_is_refused():
+def test_shapes_are_freed_and_other_names_are_rejected():
     components = models_of("dahl, stribeck+position")
     assert freed(["exponent", "delta_S"], components) == ("exponent", "delta_S")
     for name in ("F_C", "exponents"):
-        with pytest.raises(InputError, match=r"no shape that is kept at a default.*delta_S, exponent"):
+        with pytest.raises(InputError, match=r"is not a shape with a default value.*delta_S, exponent"):
             freed([name], components)
 
 
-def test_thresholds_method_and_treatment_are_those_that_are_asked_for():
+def test_thresholds_method_and_treatment_are_as_requested():
     axis = Axis(settings={"unsure_std": 0.3, "sure": 4.0})
     assert settings_of(axis, {"sure": 6.0}) == Settings(unsure_std=0.3, sure=6.0)
     assert settings_of(axis, Settings()) == settings_of(None, None) == Settings()

@@ -1,4 +1,4 @@
-"""What noise, coarse steps and a missing mechanism do to a fit is said, and nothing counts as identified wrongly."""
+"""Effects of noise, coarse steps and a missing mechanism are reported, and no parameter counts as identified wrongly."""
 
 from dataclasses import replace
 
@@ -59,7 +59,7 @@ def test_a_fine_encoder_shows_presliding(stiff):
     assert fit_to(stiff).parameters["sigma_0"].status == "identified"
 
 
-def test_a_static_model_is_told_to_lack_presliding(presliding):
+def test_a_static_model_is_reported_to_lack_presliding(presliding):
     warning = next(item for item in warnings_of(fit_to(presliding, "coulomb_viscous")) if "after each reversal" in item)
     assert "`lugre`" in warning
     assert "units" not in warning

@@ -1,4 +1,4 @@
-"""What an identification holds: friction along the log, what was noted of each log."""
+"""Results of an identification: friction along the log, and notes of each log."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -16,7 +16,7 @@ from bristle.identification.estimate import Estimate
 QUICK = {"draws": 0, "blocks": 0}
 
 
-def test_friction_is_the_effort_less_what_moves_the_mass():
+def test_friction_is_the_effort_minus_that_of_the_plant():
     traces = identify(sliding_log(noise=0.01), "coulomb_viscous", **QUICK).best.traces
     expected = TRUTH["F_C"] * np.sign(traces.velocity) + TRUTH["F_v"] * traces.velocity + TRUTH["offset"]
     # The filter rounds what jumps at reversals.
@@ -24,7 +24,7 @@ def test_friction_is_the_effort_less_what_moves_the_mass():
     assert np.mean(traces.friction) == pytest.approx(np.mean(expected), abs=0.05)
 
 
-def test_what_is_noted_of_one_log_names_it_and_what_is_noted_of_all_does_not():
+def test_a_note_of_one_log_names_it_and_a_common_note_does_not():
     logs = [
         replace(sliding_log(seed), source=Path(f"{seed}.csv"), notes=("of all", *notes)) for seed, notes in enumerate(((), ("of one",)))
     ]
@@ -67,10 +67,10 @@ HELD = replace(constant(0.0, None), status="held", reason=Diagnostic("held_level
 LEVELS = (Estimate("F_C_pos", "N", "level", 8.0, 0.1), Estimate("F_C_neg", "N", "level", 6.0, 0.1))
 
 
-def test_a_constant_force_that_another_model_found_is_noted_where_it_is_large_and_sure():
+def test_a_large_significant_constant_force_of_another_model_is_noted():
     best = fit_with("best", *LEVELS, HELD)
     (note,) = notes_of(best, fit_with("other", constant(2.1)), fit_with("third", constant(5.0)))
-    assert note.startswith("best holds offset at 0, as +asymmetry does; other found 2.1 N")
+    assert note.startswith("best fixes offset at 0, as +asymmetry does; other found 2.1 N")
     assert 'offset = "2.1 N" under [plant]' in note
     assert notes_of(best, fit_with("other", constant(1.9))) == ()  # a quarter of the larger level
     assert notes_of(best, fit_with("other", constant(-2.1))) != ()
@@ -82,6 +82,6 @@ def test_a_constant_force_that_another_model_found_is_noted_where_it_is_large_an
     assert len(notes_of(fit_with("best", HELD, levels=False), fit_with("other", constant(0.2, std=0.01)))) == 1  # no level to compare with
 
 
-def test_models_that_were_left_out_are_named_last():
+def test_omitted_models_are_named_last():
     notes = notes_of(fit_with("best", *LEVELS), left_out={"gms": "too few rows"}, logs=(("a", "b"), ("b",)))
-    assert notes == ("0.csv: a", "b", "gms is left out: too few rows")
+    assert notes == ("0.csv: a", "b", "gms is omitted: too few rows")

@@ -1,4 +1,4 @@
-"""Another kind of axis and other magnitudes change the units of a result and nothing else."""
+"""The kind of axis and magnitudes change only the units of a result."""
 
 import numpy as np
 import pytest
@@ -51,14 +51,14 @@ def test_magnitudes_scale(name):
     assert other.plant.kind == other.friction.kind == "rotational"
 
 
-def test_a_log_of_another_extent_than_the_model_allows_is_told_in_its_units():
+def test_a_log_of_impossible_extent_is_reported_with_its_units():
     log = slow_log(friction.find("stribeck")(**TRUTHS["stribeck"]), duration=10.0)
     slow = Motion(1e11 * log.time.values, log.position.values, log.position.values, log.position.values)
-    with pytest.raises(InputError, match=r"v_S: would be .* by the extent of this log.* units of the time"):
+    with pytest.raises(InputError, match=r"v_S: would be .* for the extent of this log.* units of time"):
         identify(log_of(slow, log.effort.values), "stribeck", blocks=0, draws=0)
 
 
-def test_turning_the_axis_round_exchanges_the_directions():
+def test_reversing_the_axis_exchanges_the_directions():
     truth = friction.find("coulomb_viscous+asymmetry")(F_C_pos=9.0, F_C_neg=6.0, F_v_pos=20.0, F_v_neg=40.0)
     log = slow_log(truth, duration=10.0)
     motion = Motion(log.time.values, -log.position.values, log.position.values, log.position.values)

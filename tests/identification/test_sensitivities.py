@@ -96,7 +96,7 @@ def own_model(trial):
     return FrictionModel(name="own", description="smooth", Parameters=Parameters, State=State, trial=trial, commit=own_commit)
 
 
-def test_a_law_that_cannot_be_translated_is_differentiated_by_differences_and_says_so(rows):
+def test_an_untranslatable_law_is_differentiated_by_differences_with_a_warning(rows):
     own = own_model(own_trial)
     problem = InverseDynamics(rows, parameters_of(own, PriorKnowledge(plant=inertia), rows))
     values = {"M": 12.0, "F_C": 8.0, "sigma_2": 30.0, "offset": 0.0}
@@ -154,7 +154,7 @@ class Halved(InverseDynamics):
         return 0.5 * super().residual(free) ** 2
 
 
-def test_a_residual_of_ones_own_is_the_one_that_a_search_makes_small(rows):
+def test_an_overridden_residual_is_minimised(rows):
     problem, values = problem_of("lugre", rows)
     own = Halved(problem.dataset, problem.parameters)
     residual, derivatives = own.linearised(values)
@@ -180,7 +180,7 @@ def test_a_long_log_has_the_rows_of_a_short_one(rows, monkeypatch):
         assert result == pytest.approx(expected, abs=1e-12 * np.abs(expected).max())
 
 
-def test_no_direction_is_lost_beyond_those_that_go_at_once(rows):
+def test_directions_beyond_one_run_are_not_lost(rows):
     problem, values = problem_of("lugre", rows)
     names = [name for name in values if name in problem.parameters.component.variables]
     contacts = (None,) * len(rows.segments)
@@ -210,7 +210,7 @@ def test_a_start_at_an_end_of_its_range_does_not_follow_the_parameters(rows):
     assert not np.array_equal(inner.linearised(values)[1], with_start(replace(inner)).linearised(values)[1])
 
 
-def test_a_memory_that_was_full_along_a_log_is_told_of(rows):
+def test_a_memory_full_along_a_log_is_reported(rows):
     component = find("preisach_lugre")
 
     def model_of(values):
@@ -221,7 +221,7 @@ def test_a_memory_that_was_full_along_a_log_is_told_of(rows):
 
 
 @pytest.mark.parametrize("on", ["a part", "all"])
-def test_where_a_search_of_a_long_log_is_interrupted_its_best_is_that_of_all(monkeypatch, on):
+def test_an_interrupted_search_of_a_long_log_returns_its_best_on_the_whole_log(monkeypatch, on):
     monkeypatch.setattr(dataset, "EXCERPT", 1500)
     sizes, linearised, ended = [], InverseDynamics.linearised, []
 
@@ -239,7 +239,7 @@ def test_where_a_search_of_a_long_log_is_interrupted_its_best_is_that_of_all(mon
     assert len(sizes) - ended[0] <= 2
 
 
-def test_a_search_of_a_long_log_begins_on_a_part_of_it_and_ends_on_all(monkeypatch):
+def test_a_search_of_a_long_log_starts_on_an_excerpt_and_ends_on_the_whole(monkeypatch):
     usual = identify(LOG, "lugre", axis=STATED, blocks=0, draws=0).best
     sizes, linearised = [], InverseDynamics.linearised
     monkeypatch.setattr(dataset, "EXCERPT", 1500)
@@ -253,7 +253,7 @@ def test_a_search_of_a_long_log_begins_on_a_part_of_it_and_ends_on_all(monkeypat
         assert best.parameters[parameter].value == pytest.approx(usual.parameters[parameter].value, rel=1e-3)
 
 
-def test_an_excerpt_is_made_of_pieces_from_all_over_a_long_log(rows, monkeypatch):
+def test_an_excerpt_consists_of_pieces_of_the_whole_log(rows, monkeypatch):
     assert rows.excerpt() is None
     monkeypatch.setattr(dataset, "EXCERPT", 1500)
     pieces, (whole,) = rows.excerpt().segments, rows.segments

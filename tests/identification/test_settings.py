@@ -44,12 +44,12 @@ def test_each_threshold_has_a_meaning_and_its_default_is_allowed():
         ({"unsure_std": "0.5"}, "settings.unsure_std"),
     ],
 )
-def test_what_is_no_threshold_or_out_of_range_is_refused(log, given, told):
+def test_an_unknown_or_out_of_range_threshold_is_rejected(log, given, told):
     with pytest.raises(InputError, match=told):
         identify(log, "coulomb_viscous", settings=given, draws=0)
 
 
-def test_thresholds_of_the_axis_hold_and_those_of_the_call_go_before(log):
+def test_thresholds_of_the_call_override_those_of_the_axis(log):
     axis = replace(AS_TREATED, settings={"unsure_std": 1e-9, "inseparable": 0.9})
     strict = identify(log, "coulomb_viscous", axis=axis, draws=0, blocks=0)
     assert strict.best.parameters["M"].status == "unidentifiable"
@@ -64,7 +64,7 @@ def test_thresholds_of_the_axis_hold_and_those_of_the_call_go_before(log):
         identify(log, "coulomb_viscous", axis=Axis(settings={"nothing": 1.0}), draws=0)
 
 
-def test_all_thresholds_given_at_once_leave_none_to_the_axis(log):
+def test_a_complete_set_of_thresholds_overrides_the_axis(log):
     axis = Axis(settings={"unsure_std": 1e-9})
     assert identify(log, "coulomb_viscous", axis=axis, draws=0, blocks=0, settings=DEFAULT).settings == DEFAULT
 
@@ -78,12 +78,12 @@ def test_all_thresholds_given_at_once_leave_none_to_the_axis(log):
         ({"unsure_std": 1e-9}, "low_acceleration"),
     ],
 )
-def test_a_threshold_decides_what_is_said(log, changed, code):
+def test_a_threshold_decides_the_diagnostics(log, changed, code):
     assert code not in codes(identify(log, "coulomb_viscous", axis=AS_TREATED, draws=0, blocks=0))
     assert code in codes(identify(log, "coulomb_viscous", axis=AS_TREATED, draws=0, blocks=0, settings=changed))
 
 
-def test_rows_of_a_held_out_block_decide_how_many_there_are(log):
+def test_rows_of_a_held_out_block_decide_the_number_of_blocks(log):
     assert len(identify(log, "coulomb_viscous", draws=0).best.held_out.block_errors_percent) == 5
     rows = identify(log, "coulomb_viscous", draws=0, blocks=0).treatment["rows"]
     fewer = identify(log, "coulomb_viscous", draws=0, settings={"held_out_rows": float(rows // 4)}).best.held_out
@@ -99,7 +99,7 @@ def test_a_table_shows_the_thresholds_that_were_changed():
     assert set(changed.as_data()) == {threshold.name for threshold in Settings.described()}  # all of them stand in summary.json
 
 
-def test_levels_and_ratios_of_the_literature_are_those_that_are_set():
+def test_levels_and_ratios_of_the_literature_are_the_defaults():
     by_name = {threshold.name: threshold for threshold in Settings.described()}
     assert DEFAULT.missing_level == 0.99
     for name in ("unsure_std", "inseparable", "usable_error", "poor_error", "useless_error"):
@@ -111,7 +111,7 @@ def test_levels_and_ratios_of_the_literature_are_those_that_are_set():
     assert DEFAULT.missing_evidence < DEFAULT.missing_force
 
 
-def test_fixed_thresholds_are_no_settings():
+def test_fixed_thresholds_are_not_settings():
     for name in ("repeated_overlap", "filter_seen", "hopeless_std", "nested_loop"):
         assert name not in {threshold.name for threshold in Settings.described()}
         with pytest.raises(InputError, match="is fixed, and no longer set"):

@@ -27,13 +27,13 @@ def test_logs_are_fitted_together_and_each_is_held_out_in_turn():
     assert np.all(np.diff(identification.best.traces.time) > 0.0)
 
 
-def test_a_log_that_is_unlike_the_others_stands_out_when_it_is_held_out():
+def test_a_different_log_has_a_large_held_out_error():
     odd = sliding_log(4, F_C=16.0)
     errors = identify([sliding_log(1), sliding_log(2), odd], "coulomb_viscous", axis=STATED, draws=0).best.held_out.block_errors_percent
     assert errors[2] > 1.5 * max(errors[:2])
 
 
-def test_each_log_has_its_own_axis_or_one_serves_all():
+def test_each_log_has_its_axis_or_one_axis_is_shared():
     first, second = sliding_log(1), sliding_log(2)
     axes = [Axis(resolution=1e-7), Axis(resolution=1e-6)]
     both = identify([first, second], "coulomb_viscous", axis=axes, draws=0).best
@@ -45,12 +45,12 @@ def test_each_log_has_its_own_axis_or_one_serves_all():
         identify([], "coulomb_viscous", axis=STATED, draws=0)
 
 
-def test_logs_that_cannot_be_one_regression_are_refused_by_name():
+def test_incompatible_logs_are_rejected_by_name():
     first, motion = sliding_log(1), sines(dt=2e-3)
     slower = log_of(motion, sliding_effort(motion))
     with pytest.raises(InputError, match="was sampled every 2 ms, the first log every 1 ms"):
         identify([first, slower], "coulomb_viscous", cutoff=20.0, draws=0)
-    with pytest.raises(InputError, match="another cutoff than the first log"):
+    with pytest.raises(InputError, match="different cutoff than the first log"):
         identify([first, sliding_log(2)], "coulomb_viscous", axis=[Axis(cutoff=50.0), Axis(cutoff=40.0)], draws=0)
-    with pytest.raises(InputError, match="of another kind of axis"):
+    with pytest.raises(InputError, match="a different kind of axis"):
         identify([first, replace(sliding_log(2), kind="rotational")], "coulomb_viscous", axis=STATED, draws=0)

@@ -1,4 +1,4 @@
-"""Bands around a simulation: squares of what other simulations are off, what is measured, and what a loop leaves over."""
+"""Bands around a simulation: deviations of other simulations, measurement noise, and loop error."""
 
 from dataclasses import dataclass, field
 from types import SimpleNamespace
@@ -59,7 +59,7 @@ def strokes(monkeypatch):
 NOTHING = SimpleNamespace(position=np.zeros(COUNT), command=np.zeros(COUNT))
 
 
-def test_a_band_without_disturbance_is_what_is_measured_and_what_the_loop_leaves_over():
+def test_a_band_without_disturbance_has_measurement_noise_and_the_loop_error():
     bands = bands_of(noise=0.3, inflation=1.5, left_in_closed_loop=2e-6, left_in_open_loop=5e-6)
     for loop, left in (("closed-loop", 2e-6), ("open-loop", 5e-6)):
         widths = simulated_widths(bands, PLANT, FRICTION, NOTHING, Stretch(loop, 1e-5))
@@ -69,7 +69,7 @@ def test_a_band_without_disturbance_is_what_is_measured_and_what_the_loop_leaves
     assert _rounding(Stretch(resolution=None)) == 0.0
 
 
-def test_a_level_that_scatters_pushes_by_its_friction_with_one_number_for_each_stroke():
+def test_a_scattering_level_has_one_random_number_for_each_stroke():
     stretch = Stretch()
     widths = simulated_widths(bands_of(scatter=0.1, count=60), PLANT, FRICTION, NOTHING, stretch)
     pushes = np.array([push for *_, push in stretch.runs])
@@ -83,7 +83,7 @@ def test_a_level_that_scatters_pushes_by_its_friction_with_one_number_for_each_s
     assert widths.effort == pytest.approx(10.0 * widths.position)
 
 
-def test_the_level_changes_where_a_rest_changes_its_side(strokes):
+def test_the_level_changes_if_a_rest_changes_its_direction(strokes):
     strokes.velocity[180:220] = np.repeat([0.0, -0.0], 20)
     strokes.position[180:220] = strokes.position[180]
     stretch = Stretch()
@@ -93,7 +93,7 @@ def test_the_level_changes_where_a_rest_changes_its_side(strokes):
 
 
 @pytest.mark.parametrize(("lasting", "block"), [(0.5, 50), (2.0, 200)])
-def test_what_a_model_leaves_over_lasts_as_long_as_it_keeps_its_side(lasting, block):
+def test_an_unexplained_force_keeps_its_sign_for_its_correlation_time(lasting, block):
     stretch = Stretch()
     simulated_widths(bands_of(unexplained=0.7, lasting=lasting, count=1), PLANT, FRICTION, NOTHING, stretch)
     push, rng = stretch.runs[0][2], np.random.default_rng(95)
@@ -102,13 +102,13 @@ def test_what_a_model_leaves_over_lasts_as_long_as_it_keeps_its_side(lasting, bl
 
 
 @pytest.mark.parametrize("lasting", [0.0, 0.001])
-def test_what_a_model_leaves_over_lasts_a_sample_at_least(lasting):
+def test_an_unexplained_force_keeps_its_sign_for_at_least_a_sample(lasting):
     stretch = Stretch()
     simulated_widths(bands_of(unexplained=0.7, lasting=lasting, count=1), PLANT, FRICTION, NOTHING, stretch)
     assert np.unique(stretch.runs[0][2]).size > 0.8 * COUNT
 
 
-def test_the_mean_is_that_of_the_simulations_that_came_so_far():
+def test_the_mean_is_that_of_simulations_that_reached_the_sample():
     short = Stretch(reached=(100,))
     widths = simulated_widths(bands_of(unexplained=1.0, lasting=100.0, count=3), PLANT, FRICTION, NOTHING, short)
     assert np.isfinite(widths.position[:100]).all()
@@ -117,7 +117,7 @@ def test_the_mean_is_that_of_the_simulations_that_came_so_far():
     assert widths.position[:100] == pytest.approx(NORMAL * np.sqrt(np.mean([push[0] ** 2 for *_, push in short.runs])), rel=1e-5)
 
 
-def test_sets_of_parameters_are_as_many_as_the_shortest_and_change_what_is_the_models_own():
+def test_the_shortest_draws_limit_their_number_and_change_only_known_parameters():
     bands = bands_of(draws={"F_C": np.array([7.0, 9.0, 11.0]), "M": np.array([1.0, 3.0])})
     assert (bands.count, bands_of(draws={}).count) == (2, 0)
     assert with_parameters(bands, 1, FRICTION).values == FRICTION.values | {"F_C": 9.0}
@@ -150,7 +150,7 @@ class SimpleNamespaceFit:
     lag: float | None = None
 
 
-def test_a_loop_leaves_over_what_a_band_of_95_percent_of_the_positions_lacks(monkeypatch):
+def test_the_loop_error_completes_a_band_of_95_percent_of_the_positions(monkeypatch):
     bands, axes = looped(Stretch(off=1e-3, resolution=1e-3), bands_of(left_in_open_loop=7.0), monkeypatch)
     assert bands.left_in_closed_loop == pytest.approx(1e-3 * np.sqrt(1.0 - 0.475**2) / NORMAL, rel=1e-5)
     assert bands.left_in_open_loop == 7.0  # not simulated
@@ -161,7 +161,7 @@ def test_a_loop_leaves_over_what_a_band_of_95_percent_of_the_positions_lacks(mon
     assert few.left_in_closed_loop == 7.0
 
 
-def test_a_loop_has_the_lag_that_was_found_and_each_segment_is_simulated(monkeypatch):
+def test_a_loop_has_the_identified_lag_and_each_segment_is_simulated(monkeypatch):
     parts = (slice(0, 10), slice(10, 20))
     for lag in (None, 2e-3):
         _, axes = looped(Stretch(), bands_of(), monkeypatch, lag=lag, segments=parts, simulated=("closed-loop", "open-loop"))
@@ -170,7 +170,7 @@ def test_a_loop_has_the_lag_that_was_found_and_each_segment_is_simulated(monkeyp
 
 
 @pytest.mark.parametrize(("count", "members"), [(COUNT, 12), (80_000, 5), (400_000, 3)])
-def test_the_more_samples_the_fewer_simulations_tell_what_a_loop_leaves_over(monkeypatch, count, members):
+def test_more_samples_need_fewer_simulations_for_the_loop_error(monkeypatch, count, members):
     stretch = Stretch(count=count)
     looped(stretch, bands_of(count=20), monkeypatch)
     assert len(stretch.runs) == 1 + members
@@ -182,7 +182,7 @@ def test_a_fit_without_resampling_has_no_bands():
 
 
 @pytest.mark.parametrize(("bandwidth", "share"), [(10.0, 0.2), (50.0, 1.0), (80.0, 1.0)])
-def test_noise_counts_by_the_bandwidth_of_rows_and_adds_its_square_to_the_unexplained_one(monkeypatch, bandwidth, share):
+def test_noise_counts_by_the_bandwidth_of_rows_and_adds_in_squares(monkeypatch, bandwidth, share):
     monkeypatch.setattr(simulated_bands, "half_cycle_starts", lambda dataset: ())
     dataset = SimpleNamespace(segments=(), time=np.zeros(3), bandwidth=bandwidth, sample_time=0.01, rows_of=lambda efforts: np.zeros(3))
     for count in (0, 1, 5):

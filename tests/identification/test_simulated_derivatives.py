@@ -58,7 +58,7 @@ def test_derivatives_of_a_settled_position_are_those_of_its_simulation():
     compare(problem, YIELDING)
 
 
-def test_what_cannot_be_derived_is_differentiated_by_differences_and_says_so(log, monkeypatch):
+def test_an_untranslatable_model_is_differentiated_by_differences_with_a_warning(log, monkeypatch):
     own = own_model(own_trial)
     problem = problem_of(Effort, log, AXIS, own, plants.inertia)
     values = {name: (VALUES | {"sigma_2": 200.0})[name] for name in problem.parameters.free}
@@ -72,7 +72,7 @@ def constant_trial(state, memory, motion, dt, p):
     return 0.0, state
 
 
-def test_a_force_that_nothing_changes_is_differentiated_by_differences(log, monkeypatch):
+def test_a_constant_force_is_differentiated_by_differences(log, monkeypatch):
     own = own_model(constant_trial)
     problem = problem_of(Effort, log, AXIS, own, plants.inertia)
     monkeypatch.setattr(OutputError, "residual", lambda self, free: np.ones(3))
@@ -87,7 +87,7 @@ class HalvedOutputError(OutputError):
         return np.full(3, 0.5)
 
 
-def test_a_residual_of_ones_own_is_the_one_that_counts(log):
+def test_an_overridden_residual_is_used(log):
     problem = problem_of(Effort, log, AXIS, find("coulomb_viscous"), plants.inertia)
     residual, derivatives = HalvedOutputError(problem.inverse, problem.outputs).linearised(
         {name: VALUES[name] for name in problem.parameters.free}
@@ -95,7 +95,7 @@ def test_a_residual_of_ones_own_is_the_one_that_counts(log):
     assert (residual.tolist(), derivatives) == ([0.5] * 3, None)
 
 
-def test_columns_of_the_log_that_act_beside_the_effort_leave_it_to_differences(log, monkeypatch):
+def test_known_columns_of_the_log_require_differences(log, monkeypatch):
     problem = problem_of(Effort, log, AXIS, find("coulomb_viscous"), plants.inertia)
     beside = replace(problem, outputs=tuple(replace(output, regressors=(output.position,)) for output in problem.outputs))
     monkeypatch.setattr(OutputError, "residual", lambda self, free: np.ones(3))

@@ -31,7 +31,7 @@ def test_the_pitch_is_found_and_the_wave_with_it():
     assert {known.parameters[name].status for name in ("c_1", "s_1")} == {"identified"}
 
 
-def test_the_pitch_of_a_level_that_turns_with_the_motion_is_found():
+def test_the_pitch_of_a_level_that_reverses_with_the_motion_is_found():
     motion = sines(20.0)
     level = 0.8 * np.cos(2.0 * np.pi * motion.position / PITCH) * np.sign(motion.velocity)
     fit = identify(log_of(motion, sliding_effort(motion, noise=0.2) + level), "coulomb_viscous+ripple", axis=STATED, blocks=0, draws=0).best
@@ -39,14 +39,14 @@ def test_the_pitch_of_a_level_that_turns_with_the_motion_is_found():
     assert fit.parameters["h_c1"].value == pytest.approx(0.8, abs=0.05)
 
 
-def test_a_search_takes_slots_as_well():
+def test_a_search_fits_slots():
     fit = identify(screw_log(), "coulomb_viscous+periodic+position", axis=Axis(pitch=PITCH), blocks=0, draws=0).best
     assert np.hypot(fit.parameters["c_1"].value, fit.parameters["s_1"].value) == pytest.approx(0.943, abs=0.05)
     for name in ("p_1", "p_2", "a_1", "a_2"):
         assert abs(fit.parameters[name].value) < 0.2, name
 
 
-def test_a_range_of_less_than_three_turns_shows_no_pitch():
+def test_a_range_of_less_than_three_turns_does_not_show_a_pitch():
     motion = sines(10.0, amplitudes=(2e-3, 0.0, 0.0))
     with pytest.raises(InputError, match="does not resolve a pitch"):
         identify(log_of(motion, sliding_effort(motion)), "coulomb_viscous+periodic", cutoff=2.0, draws=0)
@@ -63,7 +63,7 @@ def test_the_share_of_the_range_goes_from_end_to_end():
     assert [(x - x_0) / x_L for x in ends] == pytest.approx([-1.0, 1.0], abs=1e-3)
 
 
-def test_a_wave_along_the_screw_is_that_of_the_samples_own_place():
+def test_a_wave_along_the_screw_has_the_position_of_the_samples():
     motion = sines(6.0, 2e-3, (0.02, 0.006), (0.5, 1.3), (0, 1))
     angle = 2.0 * np.pi * motion.position / PITCH
     log = log_of(motion, sliding_effort(motion, noise=0.0) + 0.8 * np.cos(angle) - 0.5 * np.sin(angle))

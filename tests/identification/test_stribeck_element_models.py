@@ -1,4 +1,4 @@
-"""Elements that slip by a curve: where the search begins, how it goes on, and when it ends."""
+"""Elements that slip by a curve: start, steps and end of the search."""
 
 from types import SimpleNamespace
 
@@ -52,7 +52,7 @@ def solved(*costs, name="gms"):
     return told, Told(context, find(name)).solve(told.reports.append)
 
 
-def test_a_search_begins_at_three_velocities_between_the_ends_of_their_range():
+def test_a_search_starts_at_three_velocities_inside_their_range():
     told, _ = solved(3.0, 1.0, 2.0, 1.0)
     assert [start["v_S"] for start in told.starts[:3]] == pytest.approx([1e-3, 1e-2, 1e-1])
     assert told.curves[0] is None
@@ -63,7 +63,7 @@ def test_a_search_begins_at_three_velocities_between_the_ends_of_their_range():
         assert FORCE / start["C"] == pytest.approx(30 * SAMPLE_TIME)
 
 
-def test_elements_get_the_curve_of_the_best_start_and_the_search_goes_on_from_there():
+def test_elements_get_the_curve_of_the_best_start_and_the_search_continues():
     told, (_, best, _) = solved(3.0, 1.0, 2.0, 1.0)
     second, last = told.starts[1], told.starts[3]
     assert last == second
@@ -81,7 +81,7 @@ def test_elements_get_the_curve_of_the_best_start_and_the_search_goes_on_from_th
         ((0.9, 0.95), 2, 1),
     ],
 )
-def test_elements_and_curve_come_in_turn_as_long_as_the_error_falls(rounds, count, taken):
+def test_elements_and_curve_alternate_as_long_as_the_error_falls(rounds, count, taken):
     told, (problem, best, elements) = solved(3.0, 1.0, 2.0, *rounds)
     assert len(told.curves) == 1 + count
     assert len(told.starts) == 3 + count
@@ -100,7 +100,7 @@ def test_reports_rise_from_the_first_start_to_the_last_round():
     assert told.reports[3] == pytest.approx(3.0 / 7.0)
 
 
-def test_where_directions_differ_each_has_its_level_and_elements_the_mean():
+def test_with_directions_each_has_its_level_and_elements_have_the_mean():
     told, _ = solved(3.0, 1.0, 2.0, 1.0, name="gms+asymmetry")
     start = told.starts[0]
     assert (start["F_S_pos"], start["F_S_neg"]) == (LEVEL, LEVEL)
@@ -116,7 +116,7 @@ def test_an_element_of_a_curve_breaks_away_at_its_deflection():
     assert values["F_S"] * values["nu_i"][0] / values["k_i"][0] == pytest.approx(3e-6)
 
 
-def test_rows_are_held_out_of_the_shape_and_of_all_else(monkeypatch):
+def test_held_out_rows_fit_neither_the_shape_nor_the_parameters(monkeypatch):
     view, rows, asked = shaped(find("gms"), np.ones(5), np.ones(5)), np.array([True, False]), []
     best = SimpleNamespace(values={"F_C": 20.0})
 

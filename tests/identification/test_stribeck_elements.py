@@ -1,4 +1,4 @@
-"""Generalised Maxwell slip, from logs with known elements: elements, curve and attraction come back."""
+"""Generalised Maxwell slip, from logs with known elements: elements, curve and attraction are recovered."""
 
 import numpy as np
 import pytest
@@ -51,7 +51,7 @@ def result():
     return identify(gms_log(), "gms", draws=20, **ASKED)
 
 
-def test_curve_attraction_and_stiffness_come_back(result):
+def test_curve_attraction_and_stiffness_are_recovered(result):
     fit = result.best
     truth = TRUTH | {"v_S": SHAPE["v_S"], "C": SHAPE["C"]}
     for name, value in truth.items():
@@ -62,7 +62,7 @@ def test_curve_attraction_and_stiffness_come_back(result):
     assert any("elements of this shape" in item for item in assumptions_of(fit))
 
 
-def test_where_friction_scatters_the_curve_and_the_attraction_lie_in_their_intervals():
+def test_intervals_contain_curve_and_attraction_for_scattering_friction():
     fit = identify(gms_log(seed=1, scatter=0.03), "gms", draws=30, **ASKED).best
     for name, value in {"F_C": 20.0, "F_S": 28.0, "v_S": 1e-3, "C": 2e3}.items():
         low, high = fit.parameters[name].interval
@@ -70,7 +70,7 @@ def test_where_friction_scatters_the_curve_and_the_attraction_lie_in_their_inter
         assert high - low < 0.5 * value, name
 
 
-def test_so_does_the_curve_from_rest_whatever_the_single_elements(result):
+def test_the_virgin_curve_is_recovered_for_any_single_elements(result):
     values, x = result.best.friction.values, np.linspace(0.5e-6, 18e-6, 30)
     assert np.max(np.abs(virgin_curve(values, x) - virgin_curve(SHAPE | TRUTH, x))) < 0.02 * TRUTH["F_S"]
 
@@ -86,7 +86,7 @@ def test_its_model_file_predicts_another_log_with_bands(result, tmp_path):
     assert text.inside_percent > 85.0
 
 
-def test_it_comes_before_elements_that_know_no_curve():
+def test_it_ranks_before_elements_without_a_curve():
     fits = identify(gms_log(), "maxwell_slip,gms", draws=0, **(ASKED | {"blocks": 2})).fits
     assert fits[0].name == "gms"
     assert fits[0].force_error_percent < 0.3 * fits[1].force_error_percent

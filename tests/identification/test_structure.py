@@ -1,4 +1,4 @@
-"""A force that the model has no place for is told by name, with the model to try next; a right structure is not."""
+"""A missing force is reported by name with the model to try next; a right structure is not reported."""
 
 import re
 from dataclasses import replace
@@ -85,7 +85,7 @@ def test_a_missing_force_is_named_with_the_model_that_has_it(motion, cause, foll
     ("cause", "compared"),
     [("speed", "stribeck_free"), ("direction", "coulomb_viscous+asymmetry"), ("ripple", "coulomb_viscous+periodic"), ("lag", "gms")],
 )
-def test_nobody_is_sent_to_a_model_that_was_compared(motion, cause, compared):
+def test_a_compared_model_is_not_suggested(motion, cause, compared):
     result = best_of(motion, cause, f"coulomb_viscous,{compared}", same_error=1e3)
     assert [fit.name for fit in result.fits] == ["coulomb_viscous", compared]
     named = next(diagnostic for diagnostic in result.best.diagnostics if diagnostic.code == f"missing_{cause}")
@@ -93,7 +93,7 @@ def test_nobody_is_sent_to_a_model_that_was_compared(motion, cause, compared):
     assert message(named).endswith(f". `{compared}`, which was compared, is no better")
 
 
-def test_a_force_too_small_to_matter_makes_parameters_effective_and_asks_for_no_care(motion):
+def test_a_negligible_force_makes_parameters_effective_without_a_warning(motion):
     result = best_of(motion, "position", missing_force=0.5)
     assert causes_in(result.best) == ("position",)
     assert "F_C" in result.best.effective
@@ -113,7 +113,7 @@ def test_a_ripple_has_its_period_and_amplitude(motion):
 @pytest.mark.parametrize(
     ("turning", "pulls", "following"), [(False, "alike", "coulomb_viscous+periodic"), (True, "turning", "coulomb_viscous+ripple")]
 )
-def test_a_ripple_says_whether_it_turns_with_the_motion_and_what_has_it(motion, turning, pulls, following):
+def test_a_ripple_has_its_direction_dependence_and_a_model(motion, turning, pulls, following):
     side = np.where(motion.velocity < 0.0, -1.0, 1.0) if turning else 1.0
     numbers, text = ripple_of(motion, with_scatter(motion, side * forces(motion, "ripple"), share=0.0))
     assert (numbers["pulls"], numbers["model"]) == (pulls, following)
@@ -128,7 +128,7 @@ def ripple_of(motion, effort, lead=None):
     return result.numbers, message(result)
 
 
-def test_cogging_is_named_as_it_is_typed(motion):
+def test_cogging_is_named_as_in_the_axis_file(motion):
     overtone = 0.05 * LEVEL * np.cos(4.0 * np.pi * motion.position / 0.01)
     effort = with_scatter(motion, forces(motion, "ripple") + overtone, share=0.0)
     numbers, text = ripple_of(motion, effort)
@@ -155,7 +155,7 @@ def swinging():
     return sines(20.0, amplitudes=(1.2, 0.4, 0.05), frequencies=(0.31, 0.83, 2.3))
 
 
-def test_the_gravity_of_a_link_is_named_before_a_place_and_as_it_is_typed():
+def test_gravity_of_a_link_is_preferred_and_named_as_in_the_axis_file():
     motion = swinging()
     text = of_a_link(motion, WEIGHT * np.sin(motion.position - 0.4))
     assert text["structure"].numbers["causes"][0] == "gravity"
@@ -166,7 +166,7 @@ def test_the_gravity_of_a_link_is_named_before_a_place_and_as_it_is_typed():
 
 
 @pytest.mark.parametrize("power", [1, 2])
-def test_a_cable_is_not_called_the_gravity_of_a_link(power):
+def test_a_cable_is_not_taken_for_gravity_of_a_link(power):
     motion = swinging()
     text = of_a_link(motion, WEIGHT * motion.position**power)
     assert "missing_position" in text
@@ -183,23 +183,23 @@ def test_an_axis_that_moves_along_a_line_has_no_link():
 
 @pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("seed", range(6))
-def test_a_right_structure_is_left_alone_though_its_level_scatters(motion, seed):
+def test_a_right_structure_with_a_scattering_level_has_no_missing_force(motion, seed):
     assert causes_in(best_of(motion, "nothing", seed=seed).best) == ()
 
 
-def test_a_small_ripple_is_seen_through_a_level_that_scatters_more(motion):
+def test_a_small_ripple_is_found_despite_larger_scatter_of_the_level(motion):
     effort = with_scatter(motion, 0.3 * forces(motion, "ripple"), share=0.06)
     fit = identify(log_of(motion, effort, step=1e-7), "coulomb_viscous", axis=STATED, blocks=0, draws=0).best
     assert causes_in(fit) == ("ripple",)
 
 
-def test_a_small_force_is_seen_beside_a_large_one(motion):
+def test_a_small_force_is_found_with_a_large_force(motion):
     effort = with_scatter(motion, 2.0 * forces(motion, "position") + 0.2 * forces(motion, "ripple"))
     fit = identify(log_of(motion, effort, step=1e-7), "coulomb_viscous", axis=STATED, blocks=0, draws=0).best
     assert causes_in(fit) == ("position", "ripple")
 
 
-def test_a_small_ripple_is_seen_through_noise_of_slow_motion(motion):
+def test_a_small_ripple_is_found_despite_noise_of_slow_motion(motion):
     slow = np.abs(motion.velocity) < 0.03 * np.max(np.abs(motion.velocity))
     noise = np.where(slow, 20.0, 0.0) * np.random.default_rng(5).standard_normal(slow.size)
     effort = with_scatter(motion, 0.3 * forces(motion, "ripple")) + noise
@@ -207,7 +207,7 @@ def test_a_small_ripple_is_seen_through_noise_of_slow_motion(motion):
     assert causes_in(fit) == ("ripple",)
 
 
-def test_what_acts_around_reversals_is_named_nothing_else(motion):
+def test_a_force_around_reversals_has_no_other_name(motion):
     side = np.where(motion.velocity < 0.0, -1.0, 1.0)
     turned = np.diff(side, prepend=side[0]) != 0.0
     place = np.r_[motion.position[0], motion.position[turned]][np.cumsum(turned)]
@@ -216,13 +216,13 @@ def test_what_acts_around_reversals_is_named_nothing_else(motion):
     assert causes_in(fit) == ("presliding",)
 
 
-def test_what_only_the_fitted_half_cycles_show_is_nothing():
+def test_a_force_only_in_the_fitted_half_cycles_does_not_count():
     motion = sines(5.0, amplitudes=(0.03, 0.012, 0.004), frequencies=(0.31, 0.83, 2.3))
     result = [best_of(motion, "nothing", seed=seed, missing_evidence=0.0) for seed in range(4)]
     assert not any(causes_in(item.best) for item in result)
 
 
-def test_the_model_that_is_named_has_it(motion):
+def test_the_named_model_has_the_force(motion):
     assert causes_in(best_of(motion, "ripple", "coulomb_viscous+periodic").best) == ()
 
 
@@ -236,11 +236,11 @@ def test_parameters_of_a_model_that_lacks_a_force_are_effective(motion):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("cause", ["ripple", "lag"])
-def test_thresholds_decide_what_is_said(motion, cause):
+def test_thresholds_decide_the_diagnostics(motion, cause):
     assert causes_in(best_of(motion, cause, missing_evidence=0.5).best) == ()
 
 
-def test_all_models_include_the_slots_that_the_residual_names(motion, monkeypatch):
+def test_all_models_include_slots_suggested_by_the_residual(motion, monkeypatch):
     import bristle.identification.request as request
 
     monkeypatch.setattr(request, "MODELS", {name: request.MODELS[name] for name in ("coulomb", "coulomb_viscous")})
@@ -251,7 +251,7 @@ def test_all_models_include_the_slots_that_the_residual_names(motion, monkeypatc
     assert [fit.rank for fit in identify(log, "coulomb,coulomb_viscous", axis=STATED, blocks=3, draws=0).fits] == [1, 2]
 
 
-def test_slots_that_the_log_cannot_bear_are_left_out_not_the_comparison(motion, monkeypatch):
+def test_slots_that_cannot_be_fitted_are_omitted_and_the_comparison_is_not(motion, monkeypatch):
     # The function of that name hides its module.
     module = import_module("bristle.identification.identify")
     request = import_module("bristle.identification.request")
@@ -270,7 +270,7 @@ def test_slots_that_the_log_cannot_bear_are_left_out_not_the_comparison(motion, 
     assert set(identification.left_out) == {"coulomb_viscous+asymmetry", "coulomb_viscous+periodic"}
 
 
-def test_what_the_parameters_may_take_is_theirs_before_it_is_a_missing_force():
+def test_effects_of_the_parameters_are_not_a_missing_force():
     generator = np.random.default_rng(7)
     sure = generator.standard_normal(400)
     like_it = sure + 1e-3 * generator.standard_normal(400)
@@ -324,23 +324,23 @@ def knocking(motion, size):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("cause", "size"), [("speed", 0.6), ("ripple", 0.3)])
-def test_a_force_that_the_noise_of_single_rows_hides_is_told(motion, cause, size):
+def test_a_force_hidden_by_noise_of_single_rows_is_reported(motion, cause, size):
     assert told_of(motion, size * forces(motion, cause))[0] == (cause,)
     assert told_of(motion, size * forces(motion, cause), missing_evidence=0.5)[0] == ()
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
-def test_noise_of_single_rows_is_no_force(motion, seed):
+def test_noise_of_single_rows_is_not_a_force(motion, seed):
     assert told_of(motion, forces(motion, "nothing"), seed=seed, axis=None)[0] == ()
 
 
-def test_a_slow_force_counts_from_its_size_on(motion):
+def test_a_slow_force_is_reported_from_its_threshold(motion):
     ripple = 0.3 * forces(motion, "ripple")
     assert told_of(motion, ripple, missing_evidence=0.5)[0] == ()
 
 
-def test_friction_that_lags_behind_the_speed_is_told_and_that_which_does_not_is_not(motion):
+def test_friction_that_lags_behind_the_speed_is_reported_and_other_friction_is_not(motion):
     text, fit = told_of(motion, lagging(motion, 0.02), "stribeck", step=1e-7)
     assert text[0] == "lag"
     assert next(diagnostic for diagnostic in fit.diagnostics if diagnostic.code == "missing_lag").numbers["model"] == "gms"
@@ -357,7 +357,7 @@ def test_a_drive_that_knocks_from_flank_to_flank_has_play(motion):
     assert told_of(motion, np.roll(knocking(motion, 6.0), 150), step=1e-7)[0] == ()
 
 
-def test_all_knocks_count_where_none_is_most_of_them(motion, monkeypatch):
+def test_all_shocks_count_if_no_single_one_dominates(motion, monkeypatch):
     def ratio():
         fit = told_of(motion, knocking(motion, 6.0), step=1e-7)[1]
         return next(diagnostic.numbers["ratio"] for diagnostic in fit.diagnostics if diagnostic.code == "missing_play")
@@ -367,7 +367,7 @@ def test_all_knocks_count_where_none_is_most_of_them(motion, monkeypatch):
     assert usual == ratio()
 
 
-def test_one_jolt_is_no_play(motion):
+def test_one_jolt_is_not_play(motion):
     effort = sliding_effort(motion, noise=0.0)
     change = (np.flatnonzero(np.diff(np.sign(effort))) + 1)[20]
     jolt = np.zeros(effort.size)
@@ -401,7 +401,7 @@ def rows_of(columns, residual, cycles=40, narrow=20.0):
     )
 
 
-def test_a_filter_on_both_sides_changes_no_coefficient_and_takes_fast_noise_away():
+def test_a_filter_on_both_sides_removes_noise_and_changes_no_coefficient():
     generator = np.random.default_rng(1)
     columns = generator.standard_normal((2000, 3))
     rows = rows_of(columns, columns @ [1.0, -2.0, 0.5])
@@ -415,7 +415,7 @@ def test_a_filter_on_both_sides_changes_no_coefficient_and_takes_fast_noise_away
     assert np.sqrt(np.mean(halved**2) / np.mean(slow**2)) == pytest.approx(0.5**0.5, rel=0.02)
 
 
-def test_what_lasts_over_a_half_cycle_counts_once_for_each():
+def test_an_effect_over_a_half_cycle_counts_once_for_each():
     generator = np.random.default_rng(2)
     level = np.repeat(generator.standard_normal((40, 2)), 50, axis=0)
     chance = []
@@ -427,7 +427,7 @@ def test_what_lasts_over_a_half_cycle_counts_once_for_each():
     assert _no_chance(weighed, np.ones((2000, 1)), level[:, :1], 0.95)
 
 
-def test_rows_where_the_velocity_trembles_are_not_far_from_reversals():
+def test_rows_with_trembling_velocity_are_not_far_from_reversals():
     rows = rows_of(np.ones((2000, 1)), np.ones(2000))
     trembling = np.where(np.arange(2000) < 1000, 0.0, np.inf)
     assert np.any(rows.far[:1000])

@@ -1,4 +1,4 @@
-"""What is held out together: a stretch of the log, or short ones where the log has an experiment in each part."""
+"""Held-out parts: a stretch of the log, or short stretches if each part is a separate experiment."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ def designed_log():
 
 @pytest.mark.parametrize(("log", "what"), [(sliding_log(), TIME), (designed_log(), SHORT)])
 @pytest.mark.parametrize("count", [3, 5])
-def test_each_row_is_in_one_part_and_all_parts_are_as_long(log, what, count):
+def test_each_row_is_in_one_part_and_all_parts_have_equal_length(log, what, count):
     regression = treat(log, None)
     of, parts = time_blocks(regression, count)
     assert of == what
@@ -31,7 +31,7 @@ def test_each_row_is_in_one_part_and_all_parts_are_as_long(log, what, count):
     assert min(pieces) == max(pieces) == 1 if what == TIME else min(pieces) > 3
 
 
-def test_the_others_go_as_fast_as_each_of_the_short_ones():
+def test_other_parts_reach_the_speeds_of_each_short_part():
     regression = treat(designed_log(), None)
     speed = np.abs(regression.velocity)
     for part in time_blocks(regression, 5)[1]:
@@ -39,7 +39,7 @@ def test_the_others_go_as_fast_as_each_of_the_short_ones():
     assert np.max(speed[:1500]) < 0.1 * np.max(speed[1700:]), "in contiguous blocks it would be another matter"
 
 
-def test_rows_that_share_samples_with_a_part_are_not_beside_it():
+def test_rows_that_share_samples_with_a_part_are_not_fitted():
     part = np.zeros(12, dtype=bool)
     part[[4, 5, 11]] = True
     assert np.flatnonzero(beside(part, 2)).tolist() == [0, 1, 8]
@@ -48,7 +48,7 @@ def test_rows_that_share_samples_with_a_part_are_not_beside_it():
 
 
 @pytest.mark.slow
-def test_what_one_part_alone_shows_is_not_asked_of_the_others():
+def test_speeds_of_a_single_part_are_spread_over_all_parts():
     identification = identify(designed_log(), "coulomb_viscous,coulomb", draws=20)
     assert identification.best.name == "coulomb_viscous"
     assert identification.best.held_out.of == SHORT

@@ -50,7 +50,7 @@ def test_viscous_friction_with_an_offset_is_a_straight_line():
     assert (slope.std, intercept.std) == pytest.approx((line.stderr, line.intercept_stderr), rel=1e-6)
 
 
-def test_of_a_variance_that_rounding_left_below_nothing_no_error_is_known():
+def test_a_variance_negative_by_rounding_has_no_error():
     with np.errstate(all="raise"):
         assert _root(np.array([-1e-30, 0.0, 4.0])).tolist() == [np.inf, 0.0, 2.0]
 
@@ -83,7 +83,7 @@ def fitted(values, columns, size, space=ParameterSpace):
         ("force", 1e-3, 1.1, "identified"),  # known to be small
     ],
 )
-def test_what_takes_next_to_nothing_is_not_identified_within_half_of_its_value(quantity, effect, half_width, status):
+def test_a_parameter_of_small_effect_and_wide_interval_is_not_identified(quantity, effect, half_width, status):
     estimate = Estimate("M", "kg", "", 2.0, 0.1, interval=(2.0 - half_width, 2.0 + half_width), effect=effect)
     result = _judged(estimate, SimpleNamespace(quantity=quantity), "translational")
     assert result.status == status
@@ -98,7 +98,7 @@ def interval_of(ends, mass=12.0, half_width=0.5, name="M", value=12.0):
     return _with_interval(Estimate(name, "kg", "", value, 0.1), replicates, problem)
 
 
-def test_the_interval_of_an_inertia_reaches_over_the_first_stage_where_both_lie_apart():
+def test_the_interval_of_an_inertia_includes_that_of_the_first_stage_if_disjoint():
     for ends, joined in (((12.6, 12.8), (11.5, 12.8)), ((11.0, 11.4), (11.0, 12.5))):
         estimate, warning = interval_of(ends)
         assert estimate.interval == joined
@@ -115,7 +115,7 @@ def test_the_interval_of_an_inertia_reaches_over_the_first_stage_where_both_lie_
 
 
 @pytest.mark.parametrize(("size", "factor"), [(0.5, 1.0), (3.0, 1.5)])
-def test_bands_grow_until_they_hold_nineteen_of_twenty_rows_that_were_held_out(monkeypatch, size, factor):
+def test_bands_grow_until_they_contain_19_of_20_held_out_rows(monkeypatch, size, factor):
     problem, solution = fitted({"a": 2.0}, WALSH[:1], size)
     outside = np.arange(COUNT) < 160
     folds = [
@@ -131,7 +131,7 @@ def test_bands_grow_until_they_hold_nineteen_of_twenty_rows_that_were_held_out(m
 
 
 @pytest.mark.parametrize(("is_effort", "unexplained"), [(True, 0.3), (False, 0.0)])
-def test_bands_take_over_the_draws_and_the_disturbance_and_of_an_effort_the_unexplained_part(is_effort, unexplained):
+def test_bands_contain_the_draws_the_disturbance_and_the_unexplained_effort(is_effort, unexplained):
     problem = SimpleNamespace(is_effort=is_effort, row_time=0.01, parameters=SimpleNamespace(loop={"lag": None}))
     replicates = SimpleNamespace(
         members=[{"F_C": 1.0, "lag": 2.0}, {"F_C": 3.0, "lag": 4.0}],
@@ -154,7 +154,7 @@ class AskedError(Exception):
 @pytest.mark.parametrize(
     ("structure", "scale"), [(None, 1.0), ((3.0, 4.0), 1.25), ((0.0, 4.0), 1.0), ((10.0, 4.0), 2.0), ((1.0, 0.0), 2.0)]
 )
-def test_errors_of_replicates_grow_by_a_missing_force_and_where_the_treatment_is_in_doubt(monkeypatch, structure, scale):
+def test_errors_of_replicates_grow_by_a_missing_force_and_a_doubtful_treatment(monkeypatch, structure, scale):
     problem, solution = fitted({"F_C": 2.0, "sigma_0": 3.0}, WALSH[:2], 0.5)
     problem.parameters.variables, problem.refits_linearly = lugre.variables, lambda friction: True
     asked = []

@@ -1,4 +1,4 @@
-"""Waves over the position are found between whole turns over the range, and in what turns with the motion."""
+"""Waves over the position are found between whole turns over the range, and in a reversing force."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ def passes():
 
 
 @pytest.mark.parametrize("odd", [False, True])
-def test_a_wave_is_found_between_whole_turns_whether_it_turns_with_the_motion_or_not(passes, odd):
+def test_a_wave_between_whole_turns_is_found_with_and_without_direction(passes, odd):
     x, side = passes
     frequency = TURNS / np.ptp(x)
     wave = (side if odd else 1.0) * np.sin(2.0 * np.pi * frequency * x + 0.4)
@@ -25,7 +25,7 @@ def test_a_wave_is_found_between_whole_turns_whether_it_turns_with_the_motion_or
     assert frequency_in(x, side, wave + noise, 100.0) == pytest.approx(frequency, rel=0.006)
 
 
-def test_a_wave_that_was_found_is_told_more_closely(passes):
+def test_the_frequency_of_a_wave_is_refined(passes):
     x, side = passes
     frequency = TURNS / np.ptp(x)
     wave = np.sin(2.0 * np.pi * frequency * x + 0.4) + 0.05 * np.random.default_rng(3).standard_normal(x.size)
@@ -47,7 +47,7 @@ def test_a_wave_is_sought_between_the_fewest_and_the_most_turns(passes):
     assert frequency_in(0.0 * x, side, wave, 100.0) is None
 
 
-def test_of_two_waves_the_stronger_is_found_and_none_from_outside_the_range(passes):
+def test_the_stronger_of_two_waves_in_the_range_is_found(passes):
     x, side = passes
     turns = 2.0 * np.pi / np.ptp(x) * x
     noise = 0.05 * np.random.default_rng(5).standard_normal(x.size)

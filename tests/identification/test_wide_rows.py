@@ -1,4 +1,4 @@
-"""Equations behind wide and narrow filters: inertia, delay and filter of a channel, with their errors."""
+"""Equations after wide and narrow filters: inertia, delay and filter of a channel, with their errors."""
 
 from dataclasses import replace
 
@@ -25,7 +25,7 @@ def rows():
     return rows_of()
 
 
-def test_rows_are_as_wide_as_noise_of_the_speed_allows(rows):
+def test_rows_are_as_wide_as_noise_of_the_speed_permits(rows):
     assert rows.width == pytest.approx(100.0)  # a fifth of the sampling frequency
     assert rows.step == pytest.approx(DT)
     assert rows_of(step=2e-6).width == pytest.approx(100.0)
@@ -75,7 +75,7 @@ def test_a_filter_of_the_effort_bends_it_by_half_of_its_square(lag):
     assert abs(plain.c) < 0.1 * abs(fit.c)
 
 
-def test_a_filter_lowers_what_is_left_where_there_is_one():
+def test_a_real_filter_lowers_the_residual():
     filtered = rows_of(through_filter(EFFORT, 0.006, DT))
     bent = filtered.fit(20.0, 0.0, free=(True, True))
     lowered = filtered.lowered(bent, filtered.fit(20.0, 0.0, free=(True, False)).delay)
@@ -86,7 +86,7 @@ def test_a_filter_lowers_what_is_left_where_there_is_one():
     assert np.sum(plain.lowered(pretended, 0.0)) < 0.0
 
 
-def test_errors_are_those_of_leaving_out_parts():
+def test_errors_are_those_of_a_jackknife():
     noises = [0.5 * np.random.default_rng(seed).standard_normal(EFFORT.size) for seed in range(12)]
     fits = [rows_of(EFFORT + noise).fit(20.0, 0.0, free=(False, False)) for noise in noises]
     scatter = float(np.std([fit.theta[0] for fit in fits]))
@@ -104,7 +104,7 @@ def test_noise_of_the_position_biases_by_the_fifth_power_of_the_cutoff(rows):
     assert high.bias == pytest.approx(4.0 * quiet.bias, rel=1e-6)
 
 
-def test_a_single_sine_is_as_springy_as_can_be_and_wherever_its_zero_lies(rows):
+def test_a_single_sine_is_fully_springy_about_any_position(rows):
     sine = sines(12.0, DT, amplitudes=(0.02,), frequencies=(1.3,), phases=(0.3,))
     springy = rows_of(sliding_effort(sine, noise=0.0), sine)
     assert springy.springiness(20.0) > 0.98
@@ -113,7 +113,7 @@ def test_a_single_sine_is_as_springy_as_can_be_and_wherever_its_zero_lies(rows):
     assert rows.springiness(20.0) < 0.8
 
 
-def test_harmonics_and_gravity_of_an_axis_are_columns_from_the_start(rows):
+def test_known_harmonics_and_gravity_of_an_axis_are_columns(rows):
     count = rows.stretches[0].columns.shape[0]
     cogging = Axis(cogging=(Cogging("motor", 0.01, (6, 12)),))
     assert rows_of(axis=cogging).stretches[0].columns.shape[0] == count + 4
@@ -125,7 +125,7 @@ def test_harmonics_and_gravity_of_an_axis_are_columns_from_the_start(rows):
     assert one_way.stretches[0].columns.shape[0] < count
 
 
-def test_slow_rows_count_little_and_the_ends_of_a_stretch_nothing(rows):
+def test_slow_rows_have_little_weight_and_ends_of_a_stretch_have_no_weight(rows):
     (stretch,) = rows.stretches
     edge = int(0.5 / DT)
     assert not stretch.weight[:edge].any()
@@ -138,7 +138,7 @@ def test_slow_rows_count_little_and_the_ends_of_a_stretch_nothing(rows):
 
 
 @pytest.mark.parametrize("share", [0.03, 0.1, 0.3])
-def test_friction_may_fall_over_these_shares_of_the_top_speed(share):
+def test_friction_may_fall_over_three_shares_of_the_top_speed(share):
     top = np.quantile(np.abs(MOTION.velocity), 0.995)
     falling = rows_of(np.sign(MOTION.velocity) * np.exp(-np.abs(MOTION.velocity) / (share * top)))
     (stretch,) = falling.stretches
@@ -147,7 +147,7 @@ def test_friction_may_fall_over_these_shares_of_the_top_speed(share):
     assert np.linalg.norm(left) < 1e-4 * np.linalg.norm(effort)
 
 
-def test_rows_count_by_their_speed_from_a_twentieth_of_the_top_on_and_fully_from_three(rows):
+def test_rows_have_weight_from_a_twentieth_of_the_top_speed_and_full_from_three(rows):
     (stretch,) = rows.stretches
     share = np.abs(MOTION.velocity) / np.quantile(np.abs(MOTION.velocity), 0.995)
     assert np.all(stretch.weight[share < 0.045] == 0.0)
@@ -158,13 +158,13 @@ def test_rows_count_by_their_speed_from_a_twentieth_of_the_top_on_and_fully_from
     assert np.all(stretch.weight[(MOTION.time < 0.49) | (MOTION.time > 12.0 - 0.49)] == 0.0)
 
 
-def test_noise_makes_the_inertia_too_small_by_as_much_as_is_foreseen(rows):
+def test_bias_of_the_inertia_by_noise_is_as_predicted(rows):
     noise = 1e-5 * np.random.default_rng(1).standard_normal(MOTION.time.size)
     noisy = rows_of(motion=MOTION._replace(position=MOTION.position + noise)).fit(60.0, 0.0, free=(False, False))
     assert noisy.bias == pytest.approx(rows.fit(60.0, 0.0, free=(False, False)).theta[0] - noisy.theta[0], rel=0.3)
 
 
-def test_waves_that_the_residual_shows_are_columns_and_those_of_noise_are_none():
+def test_waves_in_the_residual_are_columns_and_noise_is_not():
     noise = 0.2 * np.random.default_rng(2).standard_normal(EFFORT.size)
     for size, shown in ((0.0, False), (3.0, True)):
         found = rows_of(EFFORT + noise + size * np.sin(2.0 * np.pi * MOTION.position / 0.004))

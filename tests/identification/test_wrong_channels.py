@@ -1,4 +1,4 @@
-"""What nobody knows of the channels of a log, its delay, its filter and its hold, is as large in a fit as it may be."""
+"""Uncertainty of delay, filter and hold of a log is included in a fit."""
 
 import math
 from dataclasses import replace
@@ -36,7 +36,7 @@ def rows_of(problem, effort):
     return np.interp(problem.dataset.time, DT * np.arange(effort.size), effort)
 
 
-def test_a_delay_may_be_wrong_by_its_standard_error():
+def test_a_delay_has_its_standard_error():
     std = 0.7e-3
     problem = problem_of(Alignment(delay=5e-3, delay_half_width=std * NORMAL_95))
     (change,) = problem.found_first()
@@ -44,7 +44,7 @@ def test_a_delay_may_be_wrong_by_its_standard_error():
     np.testing.assert_allclose(change, rows_of(problem, early), atol=0.03 * np.ptp(early))
 
 
-def test_of_a_hold_that_nobody_told_an_interval_reaches_half_a_sample_to_either_side():
+def test_an_unknown_hold_has_an_interval_of_half_a_sample_to_either_side():
     problem = problem_of(Alignment())
     (change,) = problem.found_first()
     half = effort_behind(lambda w: np.exp(0.5j * w * DT)) - effort_behind(np.ones_like)
@@ -54,7 +54,7 @@ def test_of_a_hold_that_nobody_told_an_interval_reaches_half_a_sample_to_either_
     assert problem_of(Alignment(sought=False)).found_first() == []
 
 
-def test_a_filter_that_was_taken_out_may_be_wrong_by_its_standard_error_at_the_same_delay():
+def test_a_removed_filter_has_its_standard_error_at_the_same_delay():
     constant, std = 4e-3, 0.3e-3
 
     def lag(w, seconds):
@@ -70,7 +70,7 @@ def test_a_filter_that_was_taken_out_may_be_wrong_by_its_standard_error_at_the_s
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
-def test_replicates_err_by_delay_and_filter_as_the_log_may(side):
+def test_replicates_have_the_errors_of_delay_and_filter_of_the_log(side):
     def spread(alignment):
         problem = problem_of(alignment, effort=sliding_effort(sines(6.0, DT)))
         values = problem.parameters.complete({"M": 12.0, "F_C": 8.0, "F_v": 30.0, "offset": 1.5})
@@ -84,7 +84,7 @@ def test_replicates_err_by_delay_and_filter_as_the_log_may(side):
     assert bent == pytest.approx(2e-3 * 5e-4 / NORMAL_95, rel=0.1)
 
 
-def test_replicates_err_by_an_inertia_that_was_found_first_as_the_log_may():
+def test_replicates_have_the_error_of_a_measured_inertia():
     problem = problem_of(Alignment(delay=0.0, delay_half_width=0.0), effort=sliding_effort(sines(6.0, DT)))
     known = {"M": Fixed(12.0, "found first", half_width=0.4)}
     fixed = replace(problem.parameters, fixed={**problem.parameters.fixed, **known})
@@ -95,7 +95,7 @@ def test_replicates_err_by_an_inertia_that_was_found_first_as_the_log_may():
     assert np.std(drawn) == pytest.approx(0.4 / NORMAL_95, rel=0.1)
 
 
-def test_what_fits_to_replicates_are_off_is_in_doubt_and_more_where_reversals_are_not_seen():
+def test_the_offset_of_fits_to_replicates_is_doubted_more_with_invisible_reversals():
     motion = sines(6.0, DT)
 
     def doubt(step):
@@ -121,7 +121,7 @@ def replace_by_corners(motion):
 
 
 @pytest.mark.slow
-def test_intervals_are_as_much_wider_as_what_is_missing_stands_out_of_chance(monkeypatch):
+def test_intervals_widen_by_the_ratio_of_missing_force_to_noise(monkeypatch):
     motion = sines(20.0, DT)
     pull = 1.2 * np.sin(2.0 * np.pi * motion.position / 4e-3)
     log = log_of(motion, sliding_effort(motion) + pull)

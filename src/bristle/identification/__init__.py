@@ -1,4 +1,4 @@
-"""From a log to friction models with honest uncertainty."""
+"""Friction models with uncertainty from a log."""
 
 from typing import TYPE_CHECKING
 

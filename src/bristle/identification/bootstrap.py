@@ -1,15 +1,13 @@
-"""Parametric bootstrap: intervals from fits to logs that the fitted model made.
+"""Parametric bootstrap: intervals from fits to replicates.
 
-The error of a fit is that of the same fit to a log that the fitted model made, a replicate. Errors are turned around:
-where the fits to replicates come out high, so did the first one. Parameters that lie as far on the other side of the
-estimate as the fit to a replicate does on its own are a draw of what the log allows, and intervals are percentiles of
-the draws (basic interval [1]_); errors of a parameter that is sought in its logarithm are factors. Replicates come in
-pairs, the second one with all disturbances of the first reversed (antithetic draws [1]_): what chance does to the
-middle of a few hundred fits then cancels, and the bias is left. A parameter on an edge of its range is not turned
-around, for there is nothing on the other side: it takes the value of the other replicate of the pair.
+A replicate is a log simulated with the fitted model. The error of a fit to a replicate is known, and estimates the
+error of the fit to the log. Errors are reflected: if fits to replicates are too high, so is the estimate. Each
+reflected fit is one draw of the parameters, and intervals are percentiles of the draws (basic interval [1]_). Errors
+of a parameter that is sought in its logarithm are factors. Replicates come in pairs with opposite disturbances
+(antithetic draws [1]_). The random error of the mean of a few hundred fits then cancels, and the bias remains. A
+parameter on an edge of its range is not reflected. It takes the value of the other replicate of the pair.
 
-The scatter that replicates show, over the one that they were made with, gives the interval of the scatter, and how far
-that of a replicate may be from the estimate.
+The visible scatter of replicates, divided by the scatter they were made with, gives the interval of the scatter.
 
 References
 ----------
@@ -36,19 +34,19 @@ from bristle.identification.problem import Contrast, Problem, Replicates, betwee
 from bristle.identification.refit import Refit
 from bristle.identification.result import Scatter
 
-QUIET = 8  # draws without scatter, by which what looks like it is known
-PILOT = 32  # draws by which the scatter, and then what the model lacks, are set right
+QUIET = 8  # draws without scatter, which show the apparent scatter
+PILOT = 32  # draws that calibrate the scatter, then the unexplained force
 SEED = 20_261_120
 TAIL = 2.5  # percent
-FEWEST_CYCLES, MOST_CYCLES = 4, 0.5  # for a scatter; share of them that have rows away from reversals
-CENTRING, ROUNDS = 8, 4  # pairs of replicates that tell where fits come out, and how often they are asked
-OFF = 0.5  # standard deviations by which fits may come out beside
-EDGE = 3.0  # standard deviations beyond which an estimated square went astray
+FEWEST_CYCLES, MOST_CYCLES = 4, 0.5  # half-cycles for a scatter; share of half-cycles with rows away from reversals
+CENTRING, ROUNDS = 8, 4  # pairs of replicates that centre the fits, and the rounds of it
+OFF = 0.5  # allowed offset of the fits, in standard deviations
+EDGE = 3.0  # standard deviations beyond which an estimated square is an outlier
 
 
 @dataclass(frozen=True)
 class Bootstrap:
-    """Fits to logs drawn anew, by `disturbance`, of the log with this `solution`."""
+    """Fits to replicates, drawn with a `disturbance`, of the log with this `solution`."""
 
     solution: Solution
     draws: np.ndarray
@@ -61,7 +59,7 @@ class Bootstrap:
 
     @property
     def reported(self) -> tuple[str, ...]:
-        """The parameters that draws tell."""
+        """The parameters that the draws contain."""
         return self.solution.space.reported
 
     @property
@@ -75,12 +73,12 @@ class Bootstrap:
 
     @property
     def curve(self) -> tuple[tuple[float, float, float, float], ...]:
-        """The virgin curve: displacement [m or rad], force [N or N*m], and the ends of its 95 % interval."""
+        """The virgin curve: displacement [m or rad], force [N or N*m], and its 95 % interval."""
         return curve_of(self.solution.space, self.solution.theta, self.draws)
 
 
 def curve_of(space: ParameterSpace, theta: np.ndarray, draws: np.ndarray) -> tuple[tuple[float, float, float, float], ...]:
-    """Return the virgin curve at these coordinates, with its 95 % intervals from draws of what the space reports."""
+    """Return the virgin curve at these coordinates, with its 95 % intervals from draws of the reported numbers."""
     first = len(space.reported)
     forces, drawn = space.numbers(theta)[first:], draws[:, first:].T
     return tuple((x, float(force), *_percentiles(sample)) for x, force, sample in zip(space.curve, forces, drawn, strict=True))
@@ -100,12 +98,11 @@ def turned(
     scale: float = 1.0,
     wide: np.ndarray | None = None,
 ) -> list[Turned]:
-    """Return what lies as far from a solution as fits to replicates do from their `centre`, on the other side.
+    """Return the fits to replicates, reflected from their `centre` to the other side of a solution.
 
-    The coordinates of the fits have the shape (draw, coordinate); the two replicates of a pair follow each other. Of
-    what fits are off in the mean a share is in `doubt`, as one standard error. Draws are `moved` after that; their
-    distances are as many times as large as `scale` says. By how much what is reported differs from its mean grows by
-    factors, `wide` of shape (reported,).
+    The coordinates `thetas` have shape (draw, coordinate), with the replicates of a pair in sequence. `doubt` is the
+    standard error of the mean offset of the fits, as a share of it. Draws are then `moved` and their distances multiplied
+    by `scale`. The deviations of the reported numbers from their mean grow by the factors `wide`, shape (reported,).
     """
     pair = np.minimum(np.arange(len(thetas)) ^ 1, len(thetas) - 1)
     middle = 0.5 * (solution.theta + centre)
@@ -138,8 +135,8 @@ def bootstrap(
 ) -> Bootstrap:
     """Return fits to `count` replicates of a log.
 
-    They may be taken for `linear` around the solution, their errors for `scale` times as large as they are, and the
-    scatter of what is reported for `wide` times; `report` is told the share of the work done.
+    With `linear` the fits are linearised around the solution. `scale` multiplies all errors, `wide` the spread of each
+    reported number. `report` receives the share of the work done.
     """
     values, cycles = problem.parameters.complete(solution.values), problem.half_cycles
     residual, slope = problem.residual(solution.values), problem.friction_slope(values)
@@ -156,14 +153,13 @@ def bootstrap(
     rng = np.random.SeedSequence(SEED)
     first, second, pairs = rng.spawn(PILOT), rng.spawn(PILOT), rng.spawn(-(-count // 2))
     with Abreast() as pool:
-        # Noise and the treatment look like scatter, too, and a fit takes part of it into its parameters: what is
-        # visible of it is not what there is.
+        # Noise and the treatment look like scatter, and the parameters of a fit absorb part of it: visible and true scatter differ.
         quiet = _squares(pool.map(fits.disturbed(scatter=0.0).fit, first[:QUIET])).mean if visible > 0.0 else 0.0
         pilot = _squares(pool.map(fits.fit, first))
         level = Level(visible**2, quiet, max(pilot.mean - quiet, 0.0) / visible**2 if visible > 0.0 else 0.0, pilot)
         fits = fits.disturbed(scatter=level.scatter())
-        # Replicates of those parameters to which fits come out where that to the log did: the error of a fit to what the
-        # first one found is that of the truth only where both are close together.
+        # Centre the replicates: choose parameters whose replicates give fits near the fit to the log. The error of a fit to the
+        # estimate equals that of a fit to the truth only if both are close together.
         for _ in range(0 if linear or solution.space.linear else ROUNDS):
             thetas = np.array([fit.theta for pair in pool.map(fits.pair, pairs[:CENTRING]) for fit in pair])
             off = np.where(_on_edge(solution), 0.0, np.mean(thetas, axis=0) - solution.theta)
@@ -197,12 +193,12 @@ def bootstrap(
 
 
 class ChiSquare(NamedTuple):
-    r"""Squares of standard deviations that were estimated: nearly a chi-square distribution.
+    r"""Squares of estimated standard deviations: nearly a chi-square distribution.
 
     .. math:: S^2 \sim \mu\, \chi^2_\nu / \nu
 
-    with the `mean` :math:`\mu` and as many degrees of `freedom` :math:`\nu` as the variance of the logarithm asks for
-    [2]_, which is :math:`\psi_1(\nu / 2)`; infinitely many where all estimates are the same.
+    with the `mean` :math:`\mu` and the degrees of `freedom` :math:`\nu` that give the variance
+    :math:`\psi_1(\nu / 2)` of the logarithm [2]_; infinite if all estimates are equal.
     """
 
     mean: float
@@ -210,7 +206,7 @@ class ChiSquare(NamedTuple):
 
     @classmethod
     def of(cls, squares: np.ndarray) -> ChiSquare:
-        """Return the distribution of squares, shape (estimate,); nothing but zero where one of them is zero."""
+        """Return the distribution of squares, shape (estimate,); `CERTAIN` if any square is zero."""
         from scipy.special import psi
 
         if not np.all(squares > 0.0):
@@ -218,7 +214,7 @@ class ChiSquare(NamedTuple):
         logs = np.log(squares)
         median = np.median(logs)
         reach = EDGE * DEVIATION_OVER_MEDIAN * np.median(np.abs(logs - median))
-        # An estimate that went astray counts for no more than one at the edge of the others.
+        # An outlier counts as an estimate at the edge of the others.
         logs = np.clip(logs, median - reach, median + reach)
         variance, middle = float(np.var(logs, ddof=1)), float(np.mean(logs))
         if variance == 0.0:
@@ -228,7 +224,7 @@ class ChiSquare(NamedTuple):
         return cls(half * math.exp(middle - float(psi(half))), 2.0 * half)
 
     def deviation(self, share: float) -> float:
-        """Return below which ratio to the true one a share of the estimated standard deviations lies."""
+        """Return the quantile `share` of the ratio of estimated to true standard deviation."""
         from scipy.special import chdtri
 
         return float(chdtri(self.freedom, 1.0 - share) / self.freedom) ** 0.5 if math.isfinite(self.freedom) else 1.0
@@ -238,7 +234,7 @@ CERTAIN = ChiSquare(0.0, math.inf)
 
 
 class Levels(NamedTuple):
-    """Half-cycles, of some rows, by which the scatter of the level is seen, and by how much rows rise with it."""
+    """Half-cycles of some rows that show the scatter of the level, and the slope of each row with the level."""
 
     cycles: Groups
     slope: np.ndarray
@@ -246,22 +242,22 @@ class Levels(NamedTuple):
 
     @classmethod
     def of(cls, cycles: Groups, slope: np.ndarray, away: np.ndarray) -> Levels:
-        """Return those of the rows away from reversals, where most half-cycles have some, else of all rows."""
+        """Return the half-cycles of rows away from reversals if most half-cycles have such rows, else of all rows."""
         beyond = Groups(cycles.of_rows[away])
         rows = away if away.any() and beyond.count >= MOST_CYCLES * cycles.count else np.ones_like(away)
         return cls(Groups(cycles.of_rows[rows]), slope[rows], rows)
 
     def scatter(self, residual: np.ndarray) -> float:
-        """Return what is visible of the scatter in a residual, shape (row,); nothing of too few half-cycles."""
+        """Return the visible scatter in a residual, shape (row,); 0 for too few half-cycles."""
         if self.cycles.count < FEWEST_CYCLES:
             return 0.0
         return scatter_in(self.cycles, self.slope, residual[self.rows])
 
 
 class Level(NamedTuple):
-    """What is seen of the scatter, as a square: `visible` in the log, `quiet` without any, `gain` of its own square.
+    """Squares of the visible scatter: `visible` in the log, `quiet` without true scatter, `gain` per square of the true scatter.
 
-    What is seen is distributed as `squares` are, about what there is of both.
+    The ratio of visible to expected square has the distribution `squares`.
     """
 
     visible: float
@@ -270,18 +266,18 @@ class Level(NamedTuple):
     squares: ChiSquare = CERTAIN
 
     def scatter(self, deviation: float = 1.0) -> float:
-        """Return the scatter where what is seen came out as this ratio of what there is."""
+        """Return the true scatter if the visible scatter is this ratio times the expected scatter."""
         return (max(self.visible / deviation**2 - self.quiet, 0.0) / self.gain) ** 0.5 if self.gain > 0.0 else 0.0
 
     def visible_of(self, scatter: float) -> float:
-        """Return which deviation a scatter is seen as."""
+        """Return the visible scatter expected for a true scatter."""
         return (self.quiet + self.gain * scatter**2) ** 0.5 or 1.0
 
 
 class _Drawn(NamedTuple):
     """A fit to one replicate: its coordinates, mean square of the residual."""
 
-    # The scatter is the one that is visible, in units of that to be expected; the `change` that of the contrast.
+    # The scatter is the visible scatter over the expected scatter; the `change` is that of the contrast.
 
     theta: np.ndarray
     change: np.ndarray
@@ -295,10 +291,10 @@ def _squares(drawn: Iterable[_Drawn]) -> ChiSquare:
 
 @dataclass(frozen=True)
 class _Fits:
-    """What fits a model to its replicates."""
+    """Fits of a model to its replicates."""
 
-    # Nobody knows the scatter exactly: that of a replicate is one that may have been seen as the `level` of the log was.
-    # Replicates are those of the coordinates `centre`.
+    # The true scatter is uncertain: each replicate has a scatter that is compatible with the `level` of the log.
+    # Replicates are made with the coordinates `centre`.
 
     replicates: Replicates
     disturbance: Disturbance
@@ -309,7 +305,7 @@ class _Fits:
     level: Level | None = None
 
     def disturbed(self, **changes: float) -> _Fits:
-        """Return the same with another disturbance."""
+        """Return these fits with another disturbance."""
         return replace(self, disturbance=self.disturbance._replace(**changes))
 
     def pair(self, seed: np.random.SeedSequence) -> tuple[_Drawn, _Drawn]:

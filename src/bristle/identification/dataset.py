@@ -1,4 +1,4 @@
-"""The rows of a regression: what becomes of a signal along the segments of a log."""
+"""The rows of a regression, and the filters from a signal along the segments of a log to these rows."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ from bristle.logs.filters import butterworth, low_passed
 from bristle.logs.turns import reversals
 from bristle.plants.terms import effort_of_columns, effort_of_place, terms_of
 
-REACH = 10  # rows on either side that the decimating filter takes in
+REACH = 10  # rows on either side that enter the decimating filter
 REACH_PERIODS = 2  # of the cut-off, over which the zero-phase filter mixes samples
 
-OFF_GRID, OFTEN = 0.1, 0.2  # of an encoder step, by which a change misses a whole number; share of such changes
+OFF_GRID, OFTEN = 0.1, 0.2  # deviation of a change from a whole number of encoder steps; share of such changes
 
 EXCERPT, EXCERPT_SHARE, PIECES = 60_000, 0.1, 4  # samples at least, share of the log, and pieces of a segment, of an excerpt
 
 
 def spread(size: int, length: int) -> list[slice]:
-    """Return the `PIECES` of so many samples each that lie evenly from the first to the last one."""
+    """Return `PIECES` slices of `length` samples, evenly spaced over `size` samples."""
     return [slice(first, first + length) for first in np.linspace(0, size - length, PIECES).astype(int).tolist()]
 
 
@@ -44,21 +44,21 @@ def _taps(decimation: int) -> np.ndarray:
 
 
 def mechanical(plant: Model, motion: Segment) -> np.ndarray:
-    """Return the effort [N or N*m] that a plant takes along a segment, friction apart, shape (sample,)."""
+    """Return the effort [N or N*m] of a plant along a segment without friction, shape (sample,)."""
     effort, beside = inverse_of(plant, motion), effort_of_columns(plant, motion.regressors)
     return effort if beside is None else effort + beside
 
 
 def inverse_of(plant: Model, motion: Segment | Dataset) -> np.ndarray:
-    """Return what `mechanical` does, of a segment or of rows, what known columns tell left out."""
+    """Return the effort of a plant along a segment or in rows, without friction and known columns."""
     inverse = plant.component.inverse
     if inverse is None:
-        raise InputError("has no inverse to identify it by", path="plant", value=plant.name, allowed="inertia, oscillator")
+        raise InputError("has no inverse dynamics", path="plant", value=plant.name, allowed="inertia, oscillator")
     return inverse(motion.position, motion.velocity, motion.acceleration, plant.parameters)
 
 
 def transmitted_by(friction: Model, plant: Model | None, segment: Segment) -> np.ndarray | None:
-    """Return the effort that passes on to the load along a segment [N or N*m]; None where friction asks for none."""
+    """Return the effort transmitted to the load along a segment [N or N*m]; None if friction does not depend on it."""
     if plant is None or not rises_with_effort(friction):
         return None
     return mechanical(plant, segment)
@@ -68,13 +68,12 @@ def transmitted_by(friction: Model, plant: Model | None, segment: Segment) -> np
 class Segment:
     """A segment of the log without gaps, at the rate of the log, filtered.
 
-    Each array has shape (sample,): time [s], position [m or rad], velocity, acceleration, effort [N or N*m].
-    Position and effort have passed one and the same filter.
-    A velocity of +0.0 or -0.0 stands for rest after a motion forward or backward. The edges are still there: a model
-    with a memory runs in over them. `log` counts the logs that a regression was made of. A model with a memory has been
-    through the samples of `first_cycle` before: the motion repeats. The position as it was `recorded` [m or rad] is not
-    filtered. Columns of `regressors` are filtered as position
-    and effort are; a coefficient makes efforts of them. `surroundings` are those that were recorded, by name [SI].
+    Each array has shape (sample,): time [s], position [m or rad], velocity, acceleration, effort [N or N*m]. Position
+    and effort have passed the same filter. A velocity of +0.0 or -0.0 means rest after a forward or backward motion.
+    The edges are included: a model with memory settles over them. `log` is the number of the log. A periodic motion
+    has a `first_cycle`: that many samples are run before the segment. The `recorded` position [m or rad] is not
+    filtered. The columns of `regressors` are filtered; a coefficient converts them to effort. `surroundings` are
+    recorded quantities, by name [SI].
     """
 
     time: np.ndarray
@@ -89,27 +88,27 @@ class Segment:
     regressors: tuple[np.ndarray, ...] = ()
 
     def part(self, samples: slice, dt: float, transmitted: np.ndarray | None = None) -> dict[str, np.ndarray]:
-        """Return the signals that friction depends on along some samples."""
+        """Return the input signals of friction along some samples."""
         v, x = self.velocity[samples], self.position[samples]
         # The velocity at a sample is the mean over the step around it, which ends half a step later.
         signals = {"v": v, "x": x + 0.5 * dt * v} | {name: values[samples] for name, values in self.surroundings.items()}
         return signals if transmitted is None else signals | {"transmitted": transmitted[samples]}
 
     def cut(self, samples: slice) -> Segment:
-        """Return some of its samples, as a segment of its own."""
+        """Return some of the samples as a segment."""
         arrays = {name: getattr(self, name)[samples] for name in ("time", "position", "velocity", "acceleration", "effort", "recorded")}
         around = {name: values[samples] for name, values in self.surroundings.items()}
         return replace(self, **arrays, surroundings=around, regressors=tuple(column[samples] for column in self.regressors))
 
     def signals(self, dt: float, transmitted: np.ndarray | None = None) -> dict[str, np.ndarray]:
-        """Return what friction depends on along the segment, with its first cycle before it where that is known."""
+        """Return the input signals of friction along the segment, after its first cycle if it has one."""
         signals = self.part(slice(None), dt, transmitted)
         if not self.first_cycle:
             return signals
         return {name: np.concatenate([values[: self.first_cycle], values]) for name, values in signals.items()}
 
     def friction(self, model: Model, dt: float, contact: float | None = None, transmitted: np.ndarray | None = None) -> np.ndarray:
-        """Return the force of a friction model along the segment [N or N*m]; its contact stood at `contact` before, from -1 to 1."""
+        """Return the force of a friction model along the segment [N or N*m], from the initial state `contact`, -1 to 1."""
         state = None if contact is None else state_at(model, contact)
         return along(model, dt=dt, state=state, **self.signals(dt, transmitted))[self.first_cycle :]
 
@@ -137,7 +136,7 @@ class Dataset:
     calmed_from: float = 0.0
 
     def excerpt(self) -> Dataset | None:
-        """Return pieces from all over a long log, in which a search begins; None where they would be half of it, or rest."""
+        """Return pieces of a long log for the start of a search; None if they are half of the log, or mostly rest."""
         total = sum(segment.time.size for segment in self.segments)
         share = max(EXCERPT / total, EXCERPT_SHARE)
         if share > 0.5 or self.row_mask is not None or any(segment.first_cycle for segment in self.segments):
@@ -156,12 +155,12 @@ class Dataset:
         return part if share <= 0.5 and is_like_all else None
 
     def explained(self, plant: Model, friction: Model, contacts: Sequence[float | None] | None = None) -> list[np.ndarray]:
-        """Return the effort that plant and friction take along each segment [N or N*m]; `contacts` as below."""
+        """Return the effort of plant and friction along each segment [N or N*m]; `contacts` as below."""
         pairs = zip(self.segments, self.friction_along(friction, plant, contacts), strict=True)
         return [self.mechanical_along(plant, segment) + force for segment, force in pairs]
 
     def mechanical_along(self, plant: Model, segment: Segment) -> np.ndarray:
-        """Return the effort that a plant takes along a segment [N or N*m], what bends over the position behind the filter too."""
+        """Return the effort of a plant along a segment [N or N*m]; terms nonlinear in the position are filtered."""
         terms = terms_of(plant)
         if terms is None:
             return mechanical(plant, segment)
@@ -169,7 +168,7 @@ class Dataset:
         return mechanical(plant, segment) - bent + self.filtered(bent)
 
     def mechanical_rows(self, plant: Model) -> np.ndarray:
-        """Return the effort that a plant takes in each row, friction apart [N or N*m]."""
+        """Return the effort of a plant in each row, without friction [N or N*m]."""
         if terms_of(plant) is None:
             return inverse_of(plant, self)
         return self.rows_of([self.mechanical_along(plant, segment) for segment in self.segments])
@@ -177,7 +176,7 @@ class Dataset:
     def friction_along(
         self, friction: Model, plant: Model | None = None, contacts: Sequence[float | None] | None = None
     ) -> list[np.ndarray]:
-        """Return the friction force along each segment [N or N*m], filtered; `contacts` fit the effort best where not given."""
+        """Return the friction force along each segment [N or N*m], filtered; by default the `contacts` that fit the effort best."""
         contacts = self.contacts(friction, plant) if contacts is None else contacts
         return [
             self.filtered(segment.friction(friction, self.sample_time, contact, transmitted_by(friction, plant, segment)))
@@ -185,7 +184,7 @@ class Dataset:
         ]
 
     def contacts(self, friction: Model, plant: Model | None) -> tuple[float | None, ...]:
-        """Return where the contact stood before each segment, from -1 to 1; None where a model has no such state."""
+        """Return the state of the contact before each segment, from -1 to 1; None for a model without this state."""
         if plant is None or friction.component.start is None:
             return (None,) * len(self.segments)
         places = []
@@ -196,14 +195,14 @@ class Dataset:
         return tuple(places)
 
     def break_aways(self, plant: Model, offset: float) -> tuple[BreakAway, ...]:
-        """Return the break-aways of the log: of the effort, `plant` and a constant force [N or N*m] are taken off."""
+        """Return the break-aways of the log, from the effort minus `plant` and a constant force [N or N*m]."""
         recordings = [
             Recording(segment.time, segment.position, segment.effort - mechanical(plant, segment) - offset) for segment in self.segments
         ]
         return break_aways(recordings, cutoff=self.cutoff, sample_time=self.sample_time, resolution=self.resolution, noise=self.noise)
 
     def filtered(self, part: np.ndarray) -> np.ndarray:
-        """Return a signal along a segment behind the filter that effort and position have passed."""
+        """Return a signal along a segment after the filter of effort and position."""
         return low_passed(part, self.cutoff, self.sample_time)
 
     def without_edges(self, part: np.ndarray) -> np.ndarray:
@@ -211,7 +210,7 @@ class Dataset:
         return part[self.dropped : part.size - self.dropped]
 
     def rows_of(self, parts: Iterable[np.ndarray]) -> np.ndarray:
-        """Return the rows of a signal, which is given along each whole segment, shape (row,)."""
+        """Return the rows of a signal given along each whole segment, shape (row,)."""
         return self._thinned(parts)[self.in_motion]
 
     def rows_of_tangents(self, blocks: Iterable[Block], count: int) -> np.ndarray:
@@ -220,7 +219,7 @@ class Dataset:
         return filtered_rows(blocks, count, *butterworth(self.cutoff, self.sample_time), self.dropped, self.decimation, taps)
 
     def sampled(self, parts: Iterable[np.ndarray]) -> np.ndarray:
-        """Return the values of a signal at the rows, not mixed with those between."""
+        """Return the samples of a signal at the rows, without the decimating filter."""
         return np.concatenate([self.without_edges(part)[:: self.decimation] for part in parts])[self.in_motion]
 
     def _thinned(self, signals: Iterable[np.ndarray]) -> np.ndarray:
@@ -234,7 +233,7 @@ class Dataset:
 
     @cached_property
     def in_motion(self) -> np.ndarray:
-        """Which of the decimated samples are rows, shape (sample,) of bool."""
+        """Mask of the decimated samples that are rows, shape (sample,) of bool."""
         if self.row_mask is not None:
             return self.row_mask
         if self.keeps_rests:
@@ -244,8 +243,8 @@ class Dataset:
 
     @property
     def response(self) -> np.ndarray:
-        """What a row takes of a signal at the samples around its own, shape (2 n + 1,); the sum is 1."""
-        beside = REACH_PERIODS * 2 * math.ceil(1.0 / (self.cutoff * self.sample_time))  # times as far, its response has died out
+        """Weights of the samples around a row in this row, shape (2 n + 1,); their sum is 1."""
+        beside = REACH_PERIODS * 2 * math.ceil(1.0 / (self.cutoff * self.sample_time))  # by then, the response has decayed
         impulse = np.zeros(2 * beside + 1)
         impulse[beside] = 1.0
         passed = self.filtered(impulse)
@@ -253,7 +252,7 @@ class Dataset:
 
     @property
     def reach(self) -> int:
-        """By how many rows the filters reach to either side."""
+        """Reach of the filters to either side, in rows."""
         return math.ceil(REACH_PERIODS / (self.cutoff * self.sample_time * self.decimation)) + (REACH if self.decimation > 1 else 0)
 
     def _signals(self, name: str) -> Iterator[np.ndarray]:
@@ -287,17 +286,17 @@ class Dataset:
 
     @cached_property
     def log_of_row(self) -> np.ndarray:
-        """Which log each row is from."""
+        """Number of the log of each row."""
         return self.sampled([np.full(segment.time.size, segment.log) for segment in self.segments])
 
     @cached_property
     def segment_of_row(self) -> np.ndarray:
-        """Which segment each row is from."""
+        """Number of the segment of each row."""
         return self.sampled([np.full(segment.time.size, number) for number, segment in enumerate(self.segments)])
 
     @property
     def off_grid(self) -> bool:
-        """Whether the recorded position changes by parts of a stated encoder step, as one does that was filtered."""
+        """Whether the recorded position changes by fractions of the stated encoder step, as a filtered position does."""
         if self.resolution <= 0.0:
             return False
         steps = np.concatenate([np.diff(segment.recorded) for segment in self.segments]) / self.resolution
@@ -311,10 +310,11 @@ class Dataset:
 
     @property
     def acceleration_noise_share(self) -> float:
-        r"""Share of noise in the mean square of the acceleration, by which the inertia comes out too small.
+        r"""Share of noise in the mean square of the acceleration; it biases the inertia towards zero.
 
         White noise of the position, differentiated twice up to the bandwidth `f`, has the mean square
-        :math:`\tfrac{2}{5} \Delta t \sigma^2 (2\pi)^4 f^5`. Noise that is not white is known by what it does to the inertia.
+        :math:`\tfrac{2}{5} \Delta t \sigma^2 (2\pi)^4 f^5`. Noise that is not white is estimated from its effect on
+        the inertia.
         """
         square = 0.4 * self.sample_time * self.noise**2 * (2.0 * np.pi) ** 4 * self.bandwidth**5
         total = float(np.mean(self.acceleration**2))
@@ -323,7 +323,7 @@ class Dataset:
 
     @property
     def all_velocities(self) -> np.ndarray:
-        """Velocity of every sample [m/s or rad/s], edges left out."""
+        """Velocity of every sample [m/s or rad/s], without edges."""
         parts = list(map(self.without_edges, self._signals("velocity")))
         return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
@@ -334,7 +334,7 @@ class Dataset:
 
     @cached_property
     def reversals(self) -> tuple[tuple[int, ...], ...]:
-        """First sample after each change of direction, of each segment, its edges left out."""
+        """First sample after each change of direction in each segment, without edges."""
         edge, inside = self.dropped, list[tuple[int, ...]]()
         for velocity in self._signals("velocity"):
             first = reversals(velocity, sided=True)
@@ -343,7 +343,7 @@ class Dataset:
 
     @cached_property
     def samples_from_reversal(self) -> np.ndarray:
-        """Samples between each row and the nearest reversal of its segment; infinite where there is none."""
+        """Samples between each row and the nearest reversal of its segment; infinite without a reversal."""
         return self._samples_from(self.reversals)
 
     @cached_property
@@ -363,7 +363,7 @@ class Dataset:
 
 @dataclass(frozen=True)
 class Alignment:
-    """How the effort of a log stands in time to its position, and the inertia that was found with it."""
+    """The delay and filter between effort and position of a log, and the inertia estimated with them."""
 
     delay: float | None = None
     delay_half_width: float | None = None
@@ -375,10 +375,10 @@ class Alignment:
     sought: bool = True
     of_position: bool = False
     filter_open: bool = False
-    too_small: float = 0.0  # share by which noise of the position lowers the inertia of least squares; 0 where it does not for certain
+    too_small: float = 0.0  # relative bias of the least-squares inertia by position noise; 0 if not significant
 
     def as_data(self) -> dict[str, float]:
-        """Return what is known of it, as the treatment of a log tells it."""
+        """Return the known values, as in the treatment of a log."""
         smoothing = "position_smoothing" if self.of_position else "smoothing"
         data = {
             "delay": self.delay,

@@ -1,15 +1,15 @@
-r"""An elastic coupling between motor and load, by the antiresonance in what a rigid axis leaves over.
+r"""An elastic coupling between motor and load, detected by the antiresonance in the residual of a rigid axis.
 
-Of a load that hangs on a spring, the motor feels the inertia :math:`m_1 + m_2 H_a`, where :math:`H` is the response of a
-resonator: none of it at the antiresonance, and less than all of it beyond. What a rigid axis leaves over of the effort
-`u` is then :math:`\kappa (H_r - 1) u`, of the resonance :math:`\omega_r = \omega_a \sqrt{1 + \kappa}` and
-:math:`\kappa = m_2 / m_1`, and the same of friction as far as it is shared in another way than the inertia.
+With a load on a spring, the motor moves the apparent inertia :math:`m_1 + m_2 H_a`, where :math:`H` is the response of a
+resonator. The residual of a rigid axis is then :math:`\kappa (H_r - 1) u` for the effort `u`, with the resonance
+:math:`\omega_r = \omega_a \sqrt{1 + \kappa}` and :math:`\kappa = m_2 / m_1`. Friction adds a term of the same form if it
+is distributed differently from the inertia.
 
-Noise of the encoder comes back through the controller: a transfer function of effort and position has it too. So both
-are averaged over blocks (Welch [1]_) with signals that noise does not reach, the signs of the smoothed velocity and of
-the smoothed acceleration, as instruments [2]_. Delay, filter, inertia and level, and a smooth second-order lag of the
-same frequency, are fitted beside. A coupling is there where a resonance tells more than the largest of all frequencies
-would by chance, a part of it below the resonance.
+The controller feeds encoder noise back into the effort, and a transfer function between effort and position contains
+it. Therefore both are averaged over blocks (Welch [1]_) with instruments [2]_ that are free of noise: the signs of the
+smoothed velocity and acceleration. Delay, filter, inertia and level, and a smooth second-order lag of the same
+frequency, are fitted too. bristle reports a coupling if a resonance explains more than the largest of all frequencies
+would by chance, part of it below the resonance.
 
 References
 ----------
@@ -33,22 +33,22 @@ from bristle.core.least_squares import unbounded
 from bristle.identification.dataset import Dataset
 from bristle.identification.missing_rows import SMALLEST
 
-BLOCK, FEWEST_BLOCKS = 0.5, 20  # s, and blocks, which overlap by half
+BLOCK, FEWEST_BLOCKS = 0.5, 20  # s; number of blocks, which overlap by half
 MOST_REST = 0.3  # of a block
-SLOWEST = 4.0  # Hz: slower than that, friction and gravity tell
-CALM, SLACK = 15.0, (0.02, 0.2)  # Hz of the motion whose signs count, and shares of velocity and acceleration that have none
-DAMPING, SMOOTH = 0.05, 0.5  # of a resonance, and of a lag that is none
-STEP = 0.02  # of the logarithm of the frequency, from one to the next that is tried
-POOLED = 0.1  # of the same: errors of so close frequencies are alike
+SLOWEST = 4.0  # Hz: below, friction and gravity dominate
+CALM, SLACK = 15.0, (0.02, 0.2)  # Hz: low-pass of the instruments; shares of velocity and acceleration too small for a sign
+DAMPING, SMOOTH = 0.05, 0.5  # damping of a resonance, and of a smooth lag
+STEP = 0.02  # step of the logarithm of the trial frequency
+POOLED = 0.1  # the same: width over which errors are averaged
 RATIOS = (0.08, 2.0)  # of load to motor
-FRICTION = (-0.5, 2.5)  # the same of friction, which is -1 ... the ratio of inertia: the least, and over that ratio
-CORRELATED = 1.5  # by which a squared deviation is larger than of frequencies that do not lean on each other
+FRICTION = (-0.5, 2.5)  # the same for friction: lower bound, and upper bound over the inertia ratio
+CORRELATED = 1.5  # factor of squared deviations due to correlation between frequencies
 FALSE_ALARM = 0.002  # of all logs of a rigid axis
-LEAST_SHARE, LEAST_BELOW = 0.1, 8.0  # of all squares; squared deviation that is to be told below the resonance
+LEAST_SHARE, LEAST_BELOW = 0.1, 8.0  # of all squares; squared deviation explained below the resonance
 
 
 class Elastic(NamedTuple):
-    """An elastic coupling: antiresonance [Hz], share of what is left over that it tells, force [N or N*m]."""
+    """An elastic coupling: antiresonance [Hz], explained share of the residual, force [N or N*m]."""
 
     antiresonance: float
     share: float
@@ -56,7 +56,7 @@ class Elastic(NamedTuple):
 
 
 def elastic_coupling(dataset: Dataset, plant: Model, friction: Model) -> Elastic | None:
-    """Return the elastic coupling that a log shows; None where it shows none."""
+    """Return the elastic coupling in a log, or None."""
     frictions = dataset.friction_along(friction, plant)
     rigid = [dataset.mechanical_along(plant, segment) + force for segment, force in zip(dataset.segments, frictions, strict=True)]
     spectra = _Spectra.of(dataset, rigid, frictions)
@@ -72,7 +72,7 @@ def elastic_coupling(dataset: Dataset, plant: Model, friction: Model) -> Elastic
 
 
 class _Resonance(NamedTuple):
-    """A resonance [Hz]: load over motor, the same of friction, squared deviation in all and below it, its share and least."""
+    """A resonance: frequency [Hz], load over motor, the same for friction, squared deviation in total and below it, share, threshold."""
 
     frequency: float
     ratio: float
@@ -89,7 +89,7 @@ class _Resonance(NamedTuple):
 
 @dataclass(frozen=True)
 class _Spectra:
-    """Cross spectra of the instruments with what is left over, effort and friction, shape (instrument and frequency,)."""
+    """Cross spectra of the instruments with residual, effort and friction, shape (instrument and frequency,)."""
 
     frequency: np.ndarray
     residual: np.ndarray
@@ -100,7 +100,7 @@ class _Spectra:
 
     @classmethod
     def of(cls, dataset: Dataset, rigid: Sequence[np.ndarray], frictions: Sequence[np.ndarray]) -> _Spectra | None:
-        """Return the spectra of a data set; None of one too short."""
+        """Return the spectra of a data set; None if it is too short."""
         dt, edge, parts = dataset.sample_time, dataset.dropped, list[np.ndarray]()
         size = round(BLOCK / dt)
         for segment, effort, friction in zip(dataset.segments, rigid, frictions, strict=True):
@@ -129,12 +129,12 @@ class _Spectra:
         return cls(np.tile(frequency[inside], len(SLACK)), residual, effort, friction, weight, 0.5 * len(blocks))
 
     def rows(self, *signals: np.ndarray) -> np.ndarray:
-        """Return complex signals as columns of real rows of equal worth, shape (row, signal)."""
+        """Return complex signals as columns of weighted real rows, shape (row, signal)."""
         weighed = np.stack(signals, axis=-1) * self.weight[:, None]
         return np.concatenate([np.real(weighed), np.imag(weighed)])
 
     def resonances(self, highest: float) -> Iterator[_Resonance]:
-        """Yield what each frequency tells as a resonance, of those whose load is no odd one."""
+        """Yield the fit of a resonance at each trial frequency with a plausible load."""
         relative = 1j * self.frequency / highest
         rigid = [signal * relative**power for signal in (self.effort, self.friction) for power in range(3)]
         rigid = np.linalg.qr(_scaled(self.rows(*rigid)))[0]
@@ -157,7 +157,7 @@ class _Spectra:
 
 
 def _instruments(velocity: np.ndarray, dt: float) -> Iterator[np.ndarray]:
-    """Yield the signs of the smoothed velocity and acceleration; while either is small, the sign stays."""
+    """Yield the signs of the smoothed velocity and acceleration; while a signal is small, its sign is kept."""
     from scipy.ndimage import gaussian_filter1d
 
     signal = gaussian_filter1d(velocity, math.sqrt(math.log(2.0)) / (2.0 * math.pi * CALM * dt))
@@ -168,12 +168,12 @@ def _instruments(velocity: np.ndarray, dt: float) -> Iterator[np.ndarray]:
 
 
 def _response(relative: np.ndarray, damping: float) -> np.ndarray:
-    """Return the response of a resonator at frequencies relative to its own."""
+    """Return the response of a resonator at frequencies relative to its resonance."""
     return 1.0 / (1.0 - relative**2 + 2j * damping * relative)
 
 
 def _lacking(signal: np.ndarray, frequency: float, dt: float) -> np.ndarray:
-    """Return by how much a resonator changes a signal."""
+    """Return the change of a signal by a resonator."""
     spectrum = np.fft.rfft(signal - signal.mean())
     return np.fft.irfft(spectrum * (_response(np.fft.rfftfreq(signal.size, dt) / frequency, DAMPING) - 1.0), signal.size)
 

@@ -1,20 +1,19 @@
-r"""Elements that slip, from a log: the thresholds are laid out beforehand, the forces come from least squares.
+r"""Elements that slip, identified from a log: thresholds on a fixed grid, forces from least squares.
 
 .. math:: u = M \ddot q + \Bigl(1 + \sum_j c_j\,g_j\Bigr)\Bigl(\sum_i k_i\,e_i + \sigma_2 \dot q\Bigr) + \dots, \qquad
     k_i \ge 0
 
 with :math:`e_i` the deflection of an element that slips at :math:`r_i`, :math:`|e_i| \le r_i`. For given factors
 :math:`c_j` of the slots the problem is convex and has one solution, which non-negative least squares finds; around it
-the factors are searched for. Elements that get no force are left out. The last threshold is half the range of the log:
-such an element does not slip any more once the motion has been through its range, and stands for all that never does.
-With ``+position`` the force along the axis stands for it instead, and thresholds end before.
+the factors are searched for. Elements without force are omitted. The last threshold is half the range of the log: such an
+element no longer slips once the motion has covered its range, and represents all elements that never slip. With
+``+position`` the force along the axis represents them, and the grid ends earlier.
 
-With ``+asymmetry`` elements slip at :math:`r_i \pm d_i`. Once the motion has been to and fro, that is an element that
-slips at :math:`r_i` either way, and a constant: one difference of the levels, :math:`F_{C\pm} = F_C \pm d`, is all that
-a log tells, and all that is asked for.
+With ``+asymmetry`` elements slip at :math:`r_i \pm d_i`. After both directions, this is equivalent to a symmetric element
+and a constant. A log therefore determines only one difference of the levels, :math:`F_{C\pm} = F_C \pm d`.
 
-The shape of the elements is many numbers that trade places under noise; what counts are their level :math:`F_C`, their
-stiffness :math:`s = \sum k_i`, and the virgin curve between. Both have standard errors in which the shape is free.
+The forces of single elements are confounded under noise. The useful numbers are their level :math:`F_C`, their stiffness
+:math:`s = \sum k_i`, and the virgin curve. Their standard errors include the uncertainty of the shape.
 """
 
 from __future__ import annotations
@@ -44,15 +43,15 @@ from bristle.identification.parameters import Fixed, ParameterSet, Role, names_o
 COUNT_LEAST, PER_DECADE = 20, 12  # of the thresholds
 STEPS_LEAST, NOISE_LEAST = 2.0, 5.0  # of the encoder, of the noise of the position: the smallest threshold
 DECADES_MOST = 5.0
-SLIPPING = 0.7  # of half the range: an element that slips over much of each stroke
-NO_FRICTION = 1e-9  # of the effort: what an element takes where nothing opposes the motion
-SMALL = 2.0**-12  # factor of a slot, with which friction stays far above the least that a slot leaves of it
+SLIPPING = 0.7  # of half the range: an element that slips over a large part of each stroke
+NO_FRICTION = 1e-9  # of the effort: force of an element on an axis without friction
+SMALL = 2.0**-12  # factor of a slot, far above the lower limit of friction with a slot
 FACTOR_MOST, EDGE = 20.0, 0.99
 EVALUATIONS = 40
 
 
 def estimate_elements(context: Context, component: FrictionModel, report: Report) -> Estimation:
-    """Fit elements that slip: their shape comes with the solution."""
+    """Fit elements that slip, with their shape."""
     elements = elements_of(context, component)
     problem, solution = elements.solution()
     report(1.0)
@@ -67,9 +66,9 @@ def estimate_elements(context: Context, component: FrictionModel, report: Report
 
 
 def elements_of(context: Context, component: FrictionModel) -> Elements:
-    """Return the problem of the elements of a log, viscous friction held at nothing where it has one speed.
+    """Return the problem of the elements of a log; viscous friction is fixed at 0 if the log has only one speed.
 
-    There it is a constant that turns with the motion, and so is an element that slips at once.
+    At one speed, viscous friction and an element that slips at once are confounded.
     """
     parameters, speeds = context.parameters(shaped(component, np.ones(1), np.ones(1))), np.abs(context.dataset.velocity)
     if np.mean(speeds) ** 2 >= 0.9 * np.mean(speeds**2):  # square of the mean speed over the mean square: 1 at one speed, 0.81 of a sine
@@ -81,7 +80,7 @@ def elements_of(context: Context, component: FrictionModel) -> Elements:
 
 
 class Weights(NamedTuple):
-    """Stiffness of each element, factors of the slots, all single parameters, and what the rows say of each."""
+    """Stiffness of each element, factors of the slots, single parameters, and the regressor."""
 
     stiffness: np.ndarray
     factors: np.ndarray
@@ -90,13 +89,13 @@ class Weights(NamedTuple):
 
     @property
     def linear(self) -> np.ndarray:
-        """What non-negative least squares finds, shape (column,)."""
+        """The unknowns of non-negative least squares, shape (column,)."""
         return np.concatenate([self.stiffness, list(self.single.values())])
 
 
 @dataclass(frozen=True)
 class Elements:
-    """The problem of one log: ``maxwell_slip`` with its slots, the elements told by their level and stiffness.
+    """The problem of one log: ``maxwell_slip`` with its slots, elements described by level and stiffness.
 
     `element` returns an element of stiffness 1 that slips at a deflection [m or rad].
     """
@@ -110,7 +109,7 @@ class Elements:
     def thresholds(self) -> np.ndarray:
         """Deflections at which elements slip, shape (element,) [m or rad]."""
         dataset, reach = self.dataset, 0.5 * stroke_of(self.dataset)
-        # What never slips cannot be told from a force that rises along the axis.
+        # An element that never slips is confounded with a force that rises along the axis.
         reach *= SLIPPING if HALF_RANGE in self.component.variables.values() else 1.0
         least = max(STEPS_LEAST * dataset.resolution, NOISE_LEAST * dataset.noise, reach * 10.0**-DECADES_MOST)
         return thresholds_over(reach, max(COUNT_LEAST, round(PER_DECADE * np.log10(max(reach / least, 1.0)))), least)
@@ -119,7 +118,7 @@ class Elements:
         """Return the problem with the elements of the best shape, and its solution, from some of the rows."""
         best = self._best(rows)
         pressed = np.flatnonzero(best.stiffness > 0.0)
-        if pressed.size == 0:  # nothing opposes the motion: an element of next to no force, which is told
+        if pressed.size == 0:  # no friction: one element with almost no force
             pressed = np.array([self.thresholds.size // 2])
             best.stiffness[pressed] = NO_FRICTION * float(np.std(self.dataset.effort)) / self.thresholds[pressed]
         stiffness, r = best.stiffness[pressed], self.thresholds[pressed]
@@ -138,7 +137,7 @@ class Elements:
         return problem, Solution(space, theta, self._jacobian(best, pressed, r), at_edge)
 
     def all_elements(self) -> tuple[InverseDynamics, Solution]:
-        """Return the problem with all its elements, and its solution: one stiffness for each of them."""
+        """Return the problem with all elements, and its solution: one stiffness for each element."""
         best = self._best(slice(None))
         single = {name: 0.0 if name in self._positive else -np.inf for name in (*self._single, *self._factors)}
         space = ElementSpace.around(self.thresholds, single, self._levels, self.parameters.free)
@@ -153,25 +152,25 @@ class Elements:
 
     @property
     def _single(self) -> tuple[str, ...]:
-        """The free parameters that count once, whatever the elements do."""
+        """The free parameters that do not belong to the elements."""
         named = tuple(name for name in self.parameters.free if name not in (*self._levels, TOTAL, *self._factors))
         return (*named, DIFFERENCE) if len(self._levels) > 1 else named
 
     @property
     def _levels(self) -> dict[str, float]:
-        """The parameters that tell the level of the elements, and the sign of the difference in each."""
+        """The level parameters of the elements, and the sign of the difference in each."""
         names = names_of(Role.LEVEL, self.component.variables)
         return dict(zip(names, (1.0, -1.0) if len(names) > 1 else (0.0,), strict=True))
 
     @property
     def _slotted(self) -> tuple[str, ...]:
-        """What slots multiply besides the elements."""
+        """The single parameters that slots multiply."""
         damping = names_of(Role.VISCOUS, self.component.variables)
         return tuple(name for name in self._single if name == DIFFERENCE or name in damping)
 
     @property
     def _positive(self) -> frozenset[str]:
-        """The parameters that count once and are not negative: inertia, stiffness of the plant, damping."""
+        """The single parameters that are not negative: inertia, stiffness of the plant, damping."""
         variables = self.parameters.variables
         return frozenset(name for name in self._single if name in variables and variables[name].min >= 0.0)
 
@@ -184,7 +183,7 @@ class Elements:
         return {name: self._varying[place + 1] @ multiplied for place, name in enumerate(self._factors)}
 
     def _best(self, rows: np.ndarray | slice) -> Weights:
-        # The rows that are asked for, without the start of each segment.
+        # The requested rows, without the start of each segment.
         requested = np.zeros(self._target.size, dtype=bool)
         requested[rows] = True
         settled = requested & self._run_in
@@ -203,7 +202,7 @@ class Elements:
         return self._for_factors(best.x, fitted)
 
     def _for_factors(self, factors: np.ndarray, fitted: np.ndarray) -> Weights:
-        """Return the best of all else for these factors of the slots; the regressor has elements, then single parameters."""
+        """Return the best weights for these factors of the slots; the regressor has elements, then single parameters."""
         varying, count = self._varying[0] + np.tensordot(factors, self._varying[1:], axes=1), self.thresholds.size
         single = self._constant | {name: varying[:, count + place] for place, name in enumerate(self._slotted)}
         columns = np.column_stack([varying[:, :count], *(single[name] for name in self._single)])
@@ -213,12 +212,11 @@ class Elements:
 
     @cached_property
     def _varying(self) -> np.ndarray:
-        """What the slots multiply, elements and more: plain, then times each cause; shape (cause, row, column)."""
+        """The terms that slots multiply: plain, then times each cause; shape (cause, row, column)."""
         segments, filtered = self.dataset.segments, self.dataset.filtered
         causes, dt = [[np.ones(1)] * len(segments)], self.dataset.sample_time
         for name in self._factors:
-            # What a factor multiplies by the kernels of the slots: a contact at rest that leans forward with a force of 1
-            # tells the factor of friction wherever it is.
+            # Get each factor from the kernels of the slots: a contact at rest with a force of 1 shows it everywhere.
             steady = varied(coulomb, variations_of(self.component))
             fixed = {key: fixed.value for key, fixed in self.parameters.fixed.items() if key in steady.variables}
             values: dict[str, Any] = {"F_C": 1.0, **fixed, name: SMALL}
@@ -227,7 +225,7 @@ class Elements:
             causes.append([(push - 1.0) / SMALL for push in pushed])
         columns = []
         for multiplied in (*self.thresholds.tolist(), *self._slotted):
-            # The deflection of an element [m or rad], or what else the slots multiply, by name.
+            # The deflection of an element [m or rad], or another multiplied term, by name.
             model = self.element(multiplied) if isinstance(multiplied, float) else self._empty.model(self._empty.unit(TOTAL, multiplied))
             forces = [np.ones_like(part.velocity) if multiplied == DIFFERENCE else part.friction(model, dt) for part in segments]
             columns.append(
@@ -237,12 +235,12 @@ class Elements:
 
     @cached_property
     def _empty(self) -> InverseDynamics:
-        """The problem of one element, to be given no force: what is left is linear in each parameter."""
+        """The problem of one element without force, which is linear in each other parameter."""
         return InverseDynamics(self.dataset, replace(self.parameters, component=shaped(self.component, np.ones(1), np.ones(1))))
 
     @cached_property
     def _constant(self) -> dict[str, np.ndarray]:
-        """The columns that do not depend on the factors, shape (row,) each: what the model answers to 1."""
+        """The columns that do not depend on the factors, shape (row,) each: the response to 1."""
         plant, columns = self.parameters.plant.variables, {}
         for name in self._single:
             if name not in self._slotted:
@@ -252,29 +250,29 @@ class Elements:
 
     @cached_property
     def _target(self) -> np.ndarray:
-        """Effort of each row [N or N*m], what the held parameters take left out."""
+        """Effort of each row [N or N*m], minus that of the parameters held constant."""
         values = self.parameters.complete(dict.fromkeys(self.parameters.free, 0.0) | {TOTAL: 1.0})
         return self.dataset.effort - self._empty.mechanical(values) - self._empty.friction(values)
 
     @cached_property
     def _run_in(self) -> np.ndarray:
-        """Which rows come after the motion has been through its range, shape (row,) of bool."""
+        """Mask of the rows after the motion has covered its range, shape (row,) of bool."""
         marks = []
         for segment in self.dataset.segments:
             covered = np.maximum.accumulate(segment.position) - np.minimum.accumulate(segment.position)
-            marks.append(covered > 0.9 * covered[-1])  # of the range of a segment: from there on no element remembers how the log began
+            marks.append(covered > 0.9 * covered[-1])  # of the range of a segment: after that, no element depends on the start of the log
         return self.dataset.sampled(marks)
 
     def _jacobian(self, weights: Weights, pressed: np.ndarray, r: np.ndarray) -> np.ndarray:
-        """Return the derivative of the effort by the free parameters, what the shape of the elements can take left out."""
-        # Level and stiffness are two numbers of the forces of all elements; the rest is the shape.
+        """Return the derivative of the effort by the free parameters, projected off the shape of the elements."""
+        # Level and stiffness are two linear functions of the forces of all elements; the rest is the shape.
         elements = weights.columns[:, pressed]
         named = np.vstack([r, np.ones_like(r)])
         if pressed.size < named.shape[0]:
             named = named[:1]
         by_level = elements @ np.linalg.pinv(named)
         if by_level.shape[1] < 2:
-            # One element has one level at its one threshold: its stiffness says the same.
+            # With one element, level and stiffness are proportional.
             by_level = np.hstack([by_level, np.zeros_like(by_level)])
         *_, directions = np.linalg.svd(named)
         shape = elements @ directions[named.shape[0] :].T

@@ -1,4 +1,4 @@
-"""One identified parameter: its value, how sure it is, and how much of the friction force it takes."""
+"""One identified parameter: its value, its uncertainty and its share of the friction force."""
 
 import math
 from dataclasses import dataclass
@@ -6,13 +6,13 @@ from dataclasses import dataclass
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.normal import NORMAL_95
 
-ROUGH = 0.5  # half-width over the value, from which a parameter is known roughly
-MATTERS = 0.02  # share of the friction force that matters to the use of a model
+ROUGH = 0.5  # half-width over the value, above which a parameter is known only roughly
+MATTERS = 0.02  # smallest share of the friction force that matters in use
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """One parameter: its value and how sure we are of it.
+    """One parameter: its value and uncertainty.
 
     Parameters
     ----------
@@ -21,18 +21,18 @@ class Estimate:
     value : float
         The value in `unit`.
     std : float or None
-        Standard error in `unit` for independent residuals; None where it was held, at an edge or not determined.
+        Standard error in `unit` for independent residuals; None if held constant, at an edge or not determined.
     status : {"identified", "held", "at_edge", "unidentifiable"}
-        ``held`` at a given value; ``at_edge`` of its range; ``unidentifiable`` where the log does not determine it.
+        ``held`` at a given value; ``at_edge`` of its range; ``unidentifiable`` if the log does not determine it.
     reason : Diagnostic or None
-        Why it is held, at an edge or unidentifiable; None otherwise.
+        Reason for a status other than ``identified``; else None.
     robust_std : float or None
-        Standard error in `unit` that holds for residuals correlated over time.
+        Standard error in `unit`, valid for residuals correlated over time.
     interval : tuple of float or None
-        Low and high end of the 95 % interval in `unit`, from fits to replicates of the log; None where there were none.
+        Low and high end of the 95 % interval in `unit`, from fits to replicates of the log; None without replicates.
     effect : float
         Change of the effort per `unit` of this parameter alone, as a share of the friction force (root mean squares of the log);
-        infinite where it was not computed.
+        infinite if not computed.
     """
 
     name: str
@@ -48,33 +48,33 @@ class Estimate:
 
     @property
     def relative_std_percent(self) -> float | None:
-        """Standard error as a percentage of the value; None where there is none."""
+        """Standard error as a percentage of the value; None without a standard error."""
         if self.std is None or self.value == 0.0:
             return None
         return 100.0 * abs(self.std / self.value)
 
     @property
     def larger_std(self) -> float | None:
-        """The larger of both standard errors in `unit`; None where there is none."""
+        """The larger of both standard errors in `unit`; None without a standard error."""
         return max((std for std in (self.std, self.robust_std) if std is not None), default=None)
 
     @property
     def ends(self) -> tuple[float, float] | None:
-        """Ends of the 95 % interval in `unit`, from the larger standard error if need be; None where there is neither."""
+        """Ends of the 95 % interval in `unit`, else from the larger standard error; None if both are missing."""
         if self.interval is not None or self.larger_std is None:
             return self.interval
         return self.value - NORMAL_95 * self.larger_std, self.value + NORMAL_95 * self.larger_std
 
     @property
     def interval_percent(self) -> float | None:
-        """Half-width of the 95 % interval as a percentage of the value, from the larger standard error if need be."""
+        """Half-width of the 95 % interval as a percentage of the value, else from the larger standard error."""
         if self.value == 0.0 or self.ends is None:
             return None
         return 50.0 * (self.ends[1] - self.ends[0]) / abs(self.value)
 
     @property
     def is_rough(self) -> bool:
-        """Whether it is identified to no better than half of its value, and its interval matters to the force."""
+        """Whether the half-width exceeds half of the value and matters to the force."""
         if self.status != "identified" or self.ends is None:
             return False
         half_width = 0.5 * (self.ends[1] - self.ends[0])
@@ -82,10 +82,10 @@ class Estimate:
 
     @property
     def takes(self) -> float:
-        """Share of the friction force that this parameter takes (root mean squares of the log)."""
+        """Share of the friction force due to this parameter (root mean squares of the log)."""
         return self.effect * abs(self.value) if self.value else 0.0
 
     @property
     def matters(self) -> bool:
-        """Whether a model without it would miss a share of the friction force that its use shows."""
+        """Whether a model without this parameter would miss a share of friction that matters in use."""
         return self.takes > MATTERS

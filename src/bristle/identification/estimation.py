@@ -1,4 +1,4 @@
-"""What one model was fitted with, and how the same is done again on other rows or other data."""
+"""The estimation of one model, repeatable on other rows or data."""
 
 from __future__ import annotations
 
@@ -45,10 +45,10 @@ from bristle.plants.terms import TURNS, TermedPlant, with_terms
 
 @dataclass(frozen=True)
 class Context:
-    """What the fits of all models to one log share.
+    """Data that the fits of all models to one log share.
 
-    `sliding` and `scales` are its friction, as a linear fit finds it, and its typical magnitudes; an `estimator` takes the
-    place of `along_the_motion`, whose `optima` are the starts of richer models.
+    `sliding` is its friction from a linear fit, `scales` are typical magnitudes. An `estimator` replaces
+    `along_the_motion`. The `optima` of simpler models are starts of richer models.
     """
 
     dataset: Dataset
@@ -60,15 +60,15 @@ class Context:
     optima: dict[FrictionModel, dict[str, float]] = field(default_factory=dict)
 
     def parameters(self, component: FrictionModel) -> ParameterSet:
-        """Return which parameters of a model are free and which are fixed."""
+        """Return the free and fixed parameters of a model."""
         return parameters_of(component, self.prior, self.dataset)
 
     def problem(self, component: FrictionModel) -> InverseDynamics:
-        """Return inverse dynamics of a model."""
+        """Return the problem of inverse dynamics for a model."""
         return InverseDynamics(self.dataset, self.parameters(component))
 
     def nested_starts(self, parameters: ParameterSet) -> list[dict[str, float]]:
-        """Return the parameters with which a model is the best of each model with one slot less."""
+        """Return the parameters of a model equal to the best fit of each model with one slot less."""
         starts = list[dict[str, float]]()
         for component in nested_in(parameters.component):
             if component not in self.optima and along_the_motion(self, component, silent).solution.unfinished:
@@ -77,13 +77,13 @@ class Context:
         return starts
 
     def search(self, problem: Sought, unit: float = 0.0, *, simulates: bool = False) -> Search:
-        """Return the search for the parameters of a problem; `unit` is that of the friction force where it is 0."""
+        """Return the search for the parameters of a problem; a `unit` of 0 means the friction force."""
         return Search(problem, self.scales, self.sliding, unit or self.scales.force, simulates)
 
 
 @dataclass(frozen=True)
 class Estimation:
-    """What one model was fitted with: `inverse`, the model along the measured motion, and the `problem` made small."""
+    """The estimation of one model: `inverse` dynamics along the measured motion, and the minimised `problem`."""
 
     inverse: InverseDynamics
     solution: Solution
@@ -98,12 +98,12 @@ class Estimation:
 
     @property
     def simulates(self) -> bool:
-        """Whether a simulated signal was made small."""
+        """Whether the minimised error is that of a simulated signal."""
         return self.problem is not self.inverse
 
 
-ALIKE = 1e-7  # Share by which two sums of squares may differ that are one
-FLAT = 1e-4  # Share by which a sum of squares may rise with a parameter held that the log does not show
+ALIKE = 1e-7  # Relative difference below which two sums of squares are equal
+FLAT = 1e-4  # Allowed relative rise of a sum of squares if a parameter that the log does not show is held constant
 
 Estimator = Callable[[Context, FrictionModel, Report], Estimation]
 
@@ -124,7 +124,7 @@ def along_the_motion(context: Context, component: FrictionModel, report: Report)
 
 
 def richer(parameters: ParameterSet, nested: FrictionModel, optimum: Mapping[str, float]) -> dict[str, float]:
-    """Return the parameters of a model with which it is a nested one with these; forces by direction take an offset that is held."""
+    """Return the parameters with which a model equals a nested model at its optimum; forces by direction absorb a fixed offset."""
     component = parameters.component
     first, nested_first = (names_of(Role.BREAK_AWAY, model.variables) for model in (component, nested))
     values: dict[str, float] = {**component.defaults, **optimum, **parameters.held}
@@ -140,8 +140,8 @@ def richer(parameters: ParameterSet, nested: FrictionModel, optimum: Mapping[str
 def _with_offset(
     context: Context, problem: InverseDynamics, search: Search, solution: Solution
 ) -> tuple[InverseDynamics, Search, Solution]:
-    """Return the same fit with its offset identified beside levels by direction where a model without those fits better."""
-    # A weight shifts where friction turns to and fro, which levels by direction do not: only what remembers shows it.
+    """Return the same fit with a free offset and levels by direction, if a model without levels by direction fits better."""
+    # Unlike levels by direction, a weight shifts the reversal of friction: only a model with memory shows the difference.
     parameters, values = problem.parameters, problem.parameters.complete(solution.values)
     held = {name: entry for name, entry in parameters.fixed.items() if "levels" in entry.numbers}
 
@@ -166,10 +166,10 @@ def _with_offset(
 def _without_flat(
     context: Context, problem: InverseDynamics, search: Search, solution: Solution
 ) -> tuple[InverseDynamics, Search, Solution]:
-    """Return the same fit with a velocity of the Stribeck fall held where the log does not show it."""
-    # Where friction does not fall, the sum of squares is the same for every such velocity: rounding decides where in that
-    # flat valley a search ends, and with it the status and all standard errors. So the velocity is held at the smallest
-    # that the log could show wherever the fit is as good there.
+    """Return the same fit with the Stribeck velocity held constant if the log does not show it."""
+    # If friction does not fall, the sum of squares is the same for every Stribeck velocity: rounding decides where in this flat
+    # valley a search ends, and with it the status and all standard errors. Therefore the velocity is held at the smallest value
+    # that the log could show, if the fit is as good there.
     parameters, nested = problem.parameters, context.nested_starts(problem.parameters)
     for name in names_of(Role.FALL, parameters.component.variables):
         if solution.unfinished or name not in solution.space.logarithmic:
@@ -189,27 +189,27 @@ def _without_flat(
     return problem, search, solution
 
 
-LEAST_LEVEL = 0.01  # of the effort: a Coulomb force that says nothing of the magnitude of friction
-TURNS_LEAST = 3.0  # over the range, for a pitch to be looked for
+LEAST_LEVEL = 0.01  # of the effort: a smaller Coulomb force does not show the magnitude of friction
+TURNS_LEAST = 3.0  # fewest turns over the range in the search for a pitch
 STEPS_A_TURN = 8.0  # of the scan, over one more turn in the whole range
 SCAN_MOST = 20_000
 REFINED = 40
-MOST_ORDER, MOST = 200, 24  # times in a turn that are tried, harmonics that are taken
-PASSING = 0.5  # of the amplitude of a wave, behind the filters
-SAMPLED = 0.5  # of a wave from sample to sample: a faster one is not told from a slower one
-CHANCE, ABOVE = 0.9, 3.0  # quantile of waves that are none, and times by which a harmonic takes more
+MOST_ORDER, MOST = 200, 24  # largest order that is tried, most harmonics
+PASSING = 0.5  # of the amplitude of a wave, after the filters
+SAMPLED = 0.5  # of a wave from sample to sample: faster waves are aliased
+CHANCE, ABOVE = 0.9, 3.0  # quantile of waves at half orders, and factor by which a harmonic exceeds it
 
 
 def context_of(dataset: Dataset, prior: PriorKnowledge, *, settings: Settings = DEFAULT) -> Context:
-    """Return what the fits of all models to a log share; an effort of zero is refused."""
+    """Return the shared data of all fits to a log; reject an effort of zero."""
     effort = float(np.sqrt(np.mean(dataset.effort**2)))
     if effort == 0.0:
-        raise InputError("is zero throughout", path="log.effort", mend="Check which column holds the effort")
+        raise InputError("is zero throughout", path="log.effort", mend="Check the column of the effort")
     problem = sliding_problem(dataset, prior)
     values = problem.parameters.complete(linear(problem).values)
     coulomb, viscous = values.pop("F_C"), values.pop("F_v")
     if coulomb <= LEAST_LEVEL * effort:
-        # Pre-sliding over much of the stroke looks viscous: its level is that of all friction.
+        # Pre-sliding over a large part of the stroke looks viscous: use the level of total friction.
         friction = viscous * dataset.velocity + coulomb * np.sign(dataset.velocity)
         coulomb = max(float(np.sqrt(np.mean(friction**2))), coulomb)
     scales = scales_of(dataset, max(coulomb, LEAST_LEVEL * effort))
@@ -217,7 +217,7 @@ def context_of(dataset: Dataset, prior: PriorKnowledge, *, settings: Settings = 
 
 
 def with_pitch(context: Context, component: FrictionModel) -> Context:
-    """Return the context with the pitch of the screw, found in what sliding leaves, where a model asks for it."""
+    """Return the context with the pitch of the screw, found in the residual of sliding, if a model needs it."""
     if PITCH not in component.variables.values() or context.prior.pitch is not None:
         return context
     sliding = context.sliding
@@ -226,17 +226,17 @@ def with_pitch(context: Context, component: FrictionModel) -> Context:
 
 
 def sliding_problem(dataset: Dataset, prior: PriorKnowledge) -> InverseDynamics:
-    """Return the problem of Coulomb and viscous friction, with which a log is looked at first."""
+    """Return the problem of Coulomb and viscous friction, the first fit to a log."""
     return InverseDynamics(dataset, parameters_of(find("coulomb_viscous"), prior, dataset))
 
 
 def _pitch_in(problem: InverseDynamics, values: Mapping[str, float]) -> float:
-    """Return the period over the position of what a simple model without the slot leaves of a log [m or rad]."""
-    # The wave that takes most of the residual is looked for, evenly in the number of turns over the range, and refined.
+    """Return the period over the position of the residual of a simple model [m or rad]."""
+    # Find the wave that explains most of the residual on an even grid of turns over the range, then refine it.
     dataset = problem.dataset
     x, residual, side = dataset.position, dataset.effort - problem.predicted(values), np.sign(dataset.velocity)[:, None]
     stroke = float(np.ptp(x))
-    # At half of the speeds the wave passes the filter.
+    # The wave passes the filter at half of the speeds.
     most = stroke * dataset.cutoff / float(np.median(np.abs(dataset.velocity)))
     if most <= TURNS_LEAST:
         swept, mend = f"a range of {with_unit(stroke, unit_of('length', dataset.kind))}", "Give the lead in [transmission] of the axis file"
@@ -247,7 +247,7 @@ def _pitch_in(problem: InverseDynamics, values: Mapping[str, float]) -> float:
     def explained(count: float) -> float:
         phase = 2.0 * np.pi * (count / stroke) * x
         waves = np.stack([np.cos(phase), np.sin(phase), np.ones_like(x)], axis=1)
-        waves = np.hstack([waves, side * waves])  # of a force of the place, and of a level that turns with the motion
+        waves = np.hstack([waves, side * waves])  # a force over the position, and a level that reverses with the motion
         gram, right = waves.T @ waves, waves.T @ residual
         return float(right @ unbounded(gram, right))
 
@@ -256,7 +256,7 @@ def _pitch_in(problem: InverseDynamics, values: Mapping[str, float]) -> float:
 
 
 def with_harmonics(prior: PriorKnowledge, axis: Axis | None, dataset: Dataset) -> PriorKnowledge:
-    """Return what is known beforehand with the harmonics that an axis leaves to its log."""
+    """Return the prior knowledge with the harmonics that an axis file leaves to the log."""
     for place, cogging in enumerate(axis.cogging if axis is not None else ()):
         if cogging.harmonics is None:
             problem = sliding_problem(dataset, prior)
@@ -272,17 +272,17 @@ def with_harmonics(prior: PriorKnowledge, axis: Axis | None, dataset: Dataset) -
 
 
 def told_by(plant: Plant, axis: Axis) -> Axis:
-    """Return an axis with the harmonics that a plant has."""
+    """Return an axis with the harmonics of a plant."""
     orders = plant.orders if isinstance(plant, TermedPlant) else ()
     pairs = zip(axis.cogging, [tuple(n for turner, n in orders if turner == cogging.turner) for cogging in axis.cogging], strict=True)
     return replace(axis, cogging=tuple(replace(cogging, harmonics=numbers) for cogging, numbers in pairs))
 
 
 def harmonics_in(problem: InverseDynamics, cogging: Cogging, path: str) -> list[int]:
-    """Return how often in a turn the effort comes back beside what a simple `problem` explains."""
+    """Return the orders per turn of the harmonics in the residual of a simple `problem`."""
     dataset = problem.dataset
     turns = float(np.ptp(dataset.position)) / cogging.turn
-    if turns < 1.5:  # that a log goes through, to tell the turns of anything
+    if turns < 1.5:  # fewest turns in the log
         mend = "Write the harmonics, such as [6, 12], or record more turns"
         raise InputError(f"need 1.5 turns of the {cogging.turner}, and the log has {turns:.2g}", path=path, value="identify", mend=mend)
     x = dataset.position
@@ -292,13 +292,13 @@ def harmonics_in(problem: InverseDynamics, cogging: Cogging, path: str) -> list[
     size = np.linalg.norm(columns, axis=0)
     basis = np.linalg.qr(columns[:, size > 0.0] / size[size > 0.0])[0]
     residual = _without(dataset.effort[:, None], basis)[:, 0]
-    first, orders = max(int(np.ceil(3.0 / turns)), 1), list[int]()  # over the range of the log
+    first, orders = max(int(np.ceil(3.0 / turns)), 1), list[int]()  # at least three periods over the range of the log
     tried = np.arange(2 * first, 2 * MOST_ORDER + 1) / 2.0
     waves = {order: _waves(dataset, cogging.turn, order) for order in tried.tolist()}
     waves = {order: _without(pair, basis) for order, pair in waves.items() if np.mean(pair**2) > 0.5 * PASSING**2}
-    least = 0.004 * float(residual @ residual)  # of the first residual, that a harmonic takes at least
+    least = 0.004 * float(residual @ residual)  # of the first residual: the smallest harmonic
     while len(orders) < MOST:
-        # The sum of squares that each pair of waves takes from the residual.
+        # The sum of squares that each pair of waves explains.
         energies = dict[float, float]()
         for order, pair in waves.items():
             gram, right = pair.T @ pair, pair.T @ residual
@@ -314,12 +314,14 @@ def harmonics_in(problem: InverseDynamics, cogging: Cogging, path: str) -> list[
         waves = {order: _without(columns, pair) for order, columns in waves.items()}
     if not orders:
         mend = "Leave [[cogging]] out, or write harmonics = [6]"
-        raise InputError(f"are not seen in this log: no effort recurs with the {cogging.turner}", path=path, value="identify", mend=mend)
+        raise InputError(
+            f"are not visible in this log: no part of the effort repeats with the {cogging.turner}", path=path, value="identify", mend=mend
+        )
     return sorted(orders)
 
 
 def _waves(dataset: Dataset, turn: float, order: float) -> np.ndarray:
-    """Return cosine and sine over the turn in each row, behind the filters, shape (row, 2)."""
+    """Return cosine and sine over the turn in each row, after the filters, shape (row, 2)."""
     turns = [segment.position * (order / turn) for segment in dataset.segments]
     sampled = [np.abs(np.gradient(phase)) < SAMPLED for phase in turns]
     waves = [

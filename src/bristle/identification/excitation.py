@@ -1,4 +1,4 @@
-"""What the motion of a log cannot tell: which parameters, and where they trade places, whatever is fitted."""
+"""The parameters that the motion of a log does not determine, or confounds, for any model."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -21,7 +21,7 @@ from bristle.logs.turns import period_of
 
 @dataclass(frozen=True)
 class Excitation:
-    """What a log shows of the parameters of a fit [SI]; the `excitation` of a variable names what it takes."""
+    """Information of a log about the parameters of a fit [SI]; the `excitation` of a variable names the motion it needs."""
 
     dataset: Dataset
     scales: Scales
@@ -30,7 +30,7 @@ class Excitation:
     settings: Settings
 
     def cause(self, name: str) -> Diagnostic:
-        """Return what the log lacks to identify a parameter."""
+        """Return the reason why the log does not identify a parameter."""
         dataset, scales = self.dataset, self.scales
         code, numbers = "small_effect", dict[str, Number]()
         match self.variables[name].excitation:
@@ -50,13 +50,13 @@ class Excitation:
         return Diagnostic(code, name, "warning", numbers, dataset.kind)
 
     def is_hidden(self, name: str, *, filtered: bool = True) -> bool:
-        """Return whether a parameter shapes only what lasts less than a period of the filter, or less than the noise.
+        """Return whether the effect of a parameter is shorter than a period of the filter, or smaller than the noise.
 
-        Where nothing is `filtered`, as in a simulation, two samples take the place of that period.
+        For rows that are not `filtered`, as in a simulation, the limit is two samples.
 
-        A pre-sliding zone that is crossed within one period of the cut-off leaves in the filtered effort its area but
-        not its shape: the fit still has a clear minimum there, and it is one of the filter, not of friction. Noise
-        of the position turns the friction of the model to and fro as pre-sliding would.
+        If the pre-sliding zone is crossed within one period of the cut-off, the filtered effort keeps its area but
+        not its shape. The fit still has a clear minimum, but it reflects the filter, not friction. Position noise
+        makes the friction of the model alternate as pre-sliding would.
         """
         if self.variables[name].excitation != "presliding":
             return False
@@ -89,7 +89,7 @@ class Excitation:
         )
 
     def _below_the_noise(self, zone: float) -> tuple[str, dict[str, Number]] | None:
-        """Return why a displacement [m or rad] is too short for the position that was recorded, if it is."""
+        """Return why a displacement [m or rad] is too short for the recorded position, or None."""
         dataset, least = self.dataset, self.settings
         if zone < least.zone_counts * dataset.resolution:
             return "coarse_position", {"zone": zone, "counts": least.zone_counts, "resolution": dataset.resolution}
@@ -108,7 +108,7 @@ class Excitation:
 
     @cached_property
     def _zone(self) -> float | None:
-        """Displacement [m or rad] over which friction builds up, where the model has a stiffness."""
+        """Displacement [m or rad] over which friction builds up, if the model has a stiffness."""
         stiffness = [value for name, value in self.values.items() if self.variables[name].quantity == "force/length"]
         return self.scales.force / max(stiffness) if max(stiffness, default=0.0) > 0.0 else None
 
@@ -123,18 +123,18 @@ class Excitation:
 
 
 def shortest_zone(dataset: Dataset, settings: Settings) -> float:
-    """Return the shortest displacement [m or rad] that the position shows, by its encoder and its noise."""
+    """Return the shortest displacement [m or rad] that encoder and noise resolve."""
     return max(settings.zone_counts * dataset.resolution, settings.zone_noise * dataset.noise)
 
 
 def repeats_after(dataset: Dataset) -> float | None:
-    """Return the period of a motion that repeats itself [s]; None where it does not."""
+    """Return the period of the motion [s]; None if it is not periodic."""
     position = max((segment.position for segment in dataset.segments), key=len)
     return period_of(position, dataset.sample_time)
 
 
 def spread_between_repeats(dataset: Dataset) -> float:
-    """Return by how much the effort of one repeat differs from the next [% of it]; 0 where no motion repeats itself."""
+    """Return the difference of the effort between repetitions [%]; 0 if the motion is not periodic."""
     period = repeats_after(dataset)
     if period is None:
         return 0.0
@@ -153,12 +153,12 @@ TRADED = {
     "saturates": ("acceleration", "sliding", "speed", "stribeck"),
     "never_slides": ("acceleration", "sliding", "speed", "stribeck"),
 }
-"""By code, what it takes to tell the parameters that trade places in such a log."""
-BY_THE_LOG = ("held_one_direction", "held_one_speed")  # Why a parameter is held that such a log does not tell
+"""By code, the excitation of parameters that such a log confounds."""
+BY_THE_LOG = ("held_one_direction", "held_one_speed")  # Reasons to hold a parameter constant that the log does not determine
 
 
 def checks_of(pairs: Sequence[tuple[Log, Axis | None]], prior: PriorKnowledge, settings: Settings) -> tuple[Diagnostic, ...]:
-    """Return what the logs of an identification say before it, of each code the first."""
+    """Return the checks of the logs before an identification, the first of each code."""
     by_code: dict[str, Diagnostic] = {}
     mass = sum(prior.values[name] for name in names_of(Role.INERTIA, prior.plant.variables) if name in prior.values)
     for log, axis in pairs:
@@ -169,19 +169,19 @@ def checks_of(pairs: Sequence[tuple[Log, Axis | None]], prior: PriorKnowledge, s
 
 
 def with_checks(fit: Fit, diagnostics: Sequence[Diagnostic]) -> Fit:
-    """Return a fit with what its logs say against themselves, and which of its parameters that concerns."""
+    """Return a fit with the checks of its logs, and the parameters that they concern."""
     added = list[Diagnostic]()
     variables = {**fit.plant.component.variables, **fit.friction.component.variables}
     untold = {
         estimate.name: variables[estimate.name]
         for estimate in fit.estimates
-        # A fit with elements has further parameters than its models ask for.
+        # A fit with elements has more parameters than its models.
         if estimate.name in variables
         and (estimate.status != "held" or (estimate.reason is not None and estimate.reason.code in BY_THE_LOG))
     }
     for diagnostic in diagnostics:
         code = diagnostic.code
-        # Parameters that trade places where it holds.
+        # Parameters that are confounded in this case.
         names = tuple(
             name
             for name, variable in untold.items()

@@ -1,20 +1,20 @@
-r"""The delay between effort and position, a filter in one of the channels, and the inertia: found before any model.
+r"""The delay between effort and position, a filter in one of the channels, and the inertia, estimated before any model.
 
-Noise of the position makes the inertia too small, and a delay makes it wrong to either side. Both are taken care of by
-instrumental variables [1]_: the equations of the wide rows, in which friction turns where it does, are weighed with
-the same motion behind a narrow low-pass filter `H`, in which noise is nothing,
+Position noise biases the inertia towards zero, and a delay biases it to either side. Instrumental variables [1]_ remove
+both: the equations of the wide rows, in which reversals of friction are sharp, are weighted with the same motion after a
+narrow low-pass filter `H`, in which noise is negligible,
 
 .. math:: X^T W H W \left[u(t + \tau) - X \theta + \tau' \tfrac{d}{dt} X \theta - c\, \tfrac{d^2}{dt^2} X \theta\right]
    = 0 .
 
-`X` has the acceleration, friction that may bend with speed, by direction, a spring, and the waves over the position
-that the residual shows. `W` leaves out what is slow: friction before sliding turns after the motion, as if the effort
-were late. A first-order filter of time constant `T` is a delay of `T` and a :math:`c = T^2 / 2`, positive where the
-effort passed it. A `c` that is not seen clearly is drawn to zero, as one of some milliseconds is.
+`X` contains the acceleration, friction by direction, nonlinear in the speed, a spring, and the waves over the position
+that the residual shows. `W` removes slow parts: in pre-sliding, friction turns after the motion, as if the effort were
+late. A first-order filter of time constant `T` is a delay of `T` with :math:`c = T^2 / 2`, positive if the effort passed
+it. A `c` that is not significant is shrunk to zero.
 
-The cut-off of `H` is the widest at which neither noise of the encoder nor an estimate from narrower ones speaks against
-it [2]_. Errors are those of a jackknife over blocks of time; where all cut-offs contradict each other, as many times as
-large as lets some agree [3]_. Where noise lowers the inertia of wide cut-offs, on the same rows [5]_, narrow ones say it.
+`H` has the largest cut-off that neither encoder noise nor the estimates at lower cut-offs contradict [2]_. Errors come
+from a jackknife over blocks of time. If all cut-offs contradict each other, the errors are scaled until some agree [3]_.
+If noise lowers the inertia at high cut-offs on the same rows [5]_, low cut-offs determine it.
 
 References
 ----------
@@ -43,30 +43,30 @@ from bristle.logs.log import Log
 
 RUNGS, LOWEST = 8, 0.04  # cut-offs of the instruments: how many, the lowest as a share of the widest rows
 NARROWEST, HIGHEST = 3.0, 110.0  # Hz: of the instruments
-SLOWEST = 1e-3  # s from sample to sample: rows of faster logs are as narrow
-SPARE_MASS, SPARE_DELAY = 1e-3, 0.05  # of the inertia, samples: what no log says better
+SLOWEST = 1e-3  # s: shortest sample time that rows follow
+SPARE_MASS, SPARE_DELAY = 1e-3, 0.05  # of the inertia, in samples: the smallest half-widths
 SUSPECTED = 3.0  # standard errors from which a filter in one channel is suspected
-INERTIA_SHARE = 0.12  # of the inertia: a half-width beyond which the log does not show a delay
-CLEARLY = 2.0  # half-widths from which a delay is one, whatever made the first stage err
-MAY_BE_NONE = 0.25  # of the half-width of the inertia with which a delay is taken out, where there may be none
+INERTIA_SHARE = 0.12  # half-width, as a share of the inertia, above which the log does not show a delay
+CLEARLY = 2.0  # half-widths above which a delay is certain
+MAY_BE_NONE = 0.25  # factor of that half-width for a delay that may be zero
 STUDENT = 2.093  # the 97.5 % quantile of Student's t of one degree of freedom less than the jackknife has blocks
-BIAS_OVER_ERROR, BIAS_UNSURE = 0.3, 50.0  # noise is not white and may bias so many times more than computed
+BIAS_OVER_ERROR, BIAS_UNSURE = 0.3, 50.0  # accepted bias over error; factor of the bias, because noise is not white
 AGREE, ALIKE, POOR, SHARPER = 2.0, 0.7, 6.0, 1.3  # of rungs: see `agreeing`
-SCALES = 1.0, 2.0, 4.0  # of errors: as little as lets two cut-offs agree
-CHANGED = 0.4  # of the change to another cut-off, which is put to the error
-SHORT = 0.5  # of a filter: by how much less a step from none may see
-GROWS, FADES = 0.3, 0.8  # of a filter: by how much more a wider cut-off may see of it (noise), or less (its tail)
+SCALES = 1.0, 2.0, 4.0  # of errors: the smallest with which two cut-offs agree
+CHANGED = 0.4  # of the change to another cut-off, added to the error
+SHORT = 0.5  # of a filter: allowed shortfall of a step from no filter
+GROWS, FADES = 0.3, 0.8  # of a filter: allowed growth (noise) and decay (its tail) at a higher cut-off
 
 
 class Rung(NamedTuple):
-    """The fit at one cut-off without a filter, and with one that is free."""
+    """The fits at one cut-off without a filter, and with a free filter."""
 
     plain: InstrumentFit
     free: InstrumentFit
 
 
 class _Channels(NamedTuple):
-    """Time constant of a filter and its standard error [s]; of inertia and delay value, error, change to a cut-off."""
+    """Time constant of a filter and its standard error [s]; inertia and delay with their errors and changes to another cut-off."""
 
     lag: float | None
     lag_error: float
@@ -76,7 +76,7 @@ class _Channels(NamedTuple):
 
 
 def alignment_of(logs: Sequence[Log], axes: Sequence[Axis | None], settings: Settings, *, sought: bool = True) -> Alignment:
-    """Return how the channels of some logs of one axis stand in time; the delay is zero where it is not `sought`."""
+    """Return the alignment of the channels of logs of one axis; the delay is zero if not `sought`."""
     rows = wide_rows(logs, axes)
     if rows is None:
         return Alignment(sought=sought)
@@ -87,7 +87,7 @@ def alignment_of(logs: Sequence[Log], axes: Sequence[Axis | None], settings: Set
         plain = rows.fit(cutoff, start, free=(sought, False))
         free = rows.fit(cutoff, plain.delay, free=(sought, True), steps=1)
         if abs(free.c) > max(AGREE * free.std(-1), FILTER):
-            # A step from none to more than 2 ms goes too short.
+            # A step from no filter to more than 2 ms is too short.
             free = rows.fit(cutoff, free.delay, free.c, free=(sought, True), steps=3)  # to a filter that is not small
         rungs.append(Rung(plain, free))
     run, scale = believed(rungs, rows.dt, sought=sought)
@@ -102,10 +102,11 @@ def _cutoffs(rows: WideRows) -> list[float]:
 
 
 def _without_noise(alignment: Alignment, logs: Sequence[Log], axes: Sequence[Axis | None], settings: Settings) -> Alignment:
-    """Return an alignment with the inertia of few columns where noise of the position lowers that of least squares.
+    """Return an alignment with the inertia of few columns if position noise biases the inertia of least squares.
 
-    An encoder errs in a band as often as not, which wide rows contain. A delay that is not known is held at none, within
-    what a log could hide; friction does not bend with speed, or little would be left of a few steps of the effort.
+    Encoder errors are often in a frequency band that wide rows contain. An unknown delay is set to zero, with the
+    uncertainty of delays that a log could hide. Friction is linear in the speed: a nonlinear term would absorb a few
+    steps of the effort.
     """
     dt, delay, mass = logs[0].sample_time, alignment.delay or 0.0, alignment.mass
     too_small, sharpest = 0.0, list[tuple[WideRows, InstrumentFit, float]]()
@@ -113,14 +114,14 @@ def _without_noise(alignment: Alignment, logs: Sequence[Log], axes: Sequence[Axi
         rows = wide_rows(logs, axes, (share * max(SLOWEST / dt, 1.0),), few=True)
         if rows is not None:
             fits = [rows.fit(cutoff, delay, free=(False, False), steps=1) for cutoff in _cutoffs(rows)]
-            # The widest cut-off makes least squares of the rows; noise grows with it, what a model lacks of friction does not.
+            # The highest cut-off gives least squares of the rows; noise grows with the cut-off, unmodelled friction does not.
             too_small = max(too_small, fits[-1].below(fits[RUNGS // 2], STUDENT, settings.stages_apart))
             if run := agreeing([Rung(fit, fit) for fit in fits], dt, sought=False):
                 sharpest.append((rows, _sharpest(run)[0].plain, float(np.ptp([rung.plain.theta[0] for rung in run]))))
     lowered = replace(alignment, too_small=too_small)
     if not too_small or not sharpest:
         return lowered
-    # Narrow rows blur where friction turns, wide ones have noise: what scatters least has least of both.
+    # Narrow rows blur reversals of friction, wide rows have noise: the estimate with the least scatter has least of both.
     rows, chosen, spread = min(sharpest, key=lambda entry: entry[1].std(0) / entry[1].theta[0])
     inertia = float(chosen.theta[0])
     late = alignment.delay_half_width or settings.delay_unsure * dt * alignment.sought
@@ -134,9 +135,9 @@ def _without_noise(alignment: Alignment, logs: Sequence[Log], axes: Sequence[Axi
 
 
 def believed(rungs: Sequence[Rung], dt: float, *, sought: bool) -> tuple[list[Rung], float]:
-    """Return rungs that do not contradict each other, and how many times as large their errors had to be for that.
+    """Return rungs that do not contradict each other, and the factor of their errors at which they agree.
 
-    Parts of a log that share a fault of the model scatter less than it: their errors are too small (Birge's ratio).
+    Parts of a log that share a model error scatter less than this error: their errors are too small (Birge's ratio).
     """
     for scale in SCALES:
         doubted = [Rung(rung.plain.doubted(scale), rung.free.doubted(scale)) for rung in rungs]
@@ -147,7 +148,7 @@ def believed(rungs: Sequence[Rung], dt: float, *, sought: bool) -> tuple[list[Ru
 
 
 def agreeing(rungs: Sequence[Rung], dt: float, *, sought: bool, filters: bool = True) -> list[Rung]:
-    """Return the most rungs in a row that do not contradict each other, of `filters` neither, the narrowest first."""
+    """Return the longest run of rungs that agree, with `filters` also about the filter; the lowest cut-off first."""
     usable = [rung for rung in rungs if rung.plain.converged and rung.plain.theta[0] > 2.0 * rung.plain.std(0)]
     worst = POOR * min((rung.free.std(0) for rung in usable), default=0.0)
     usable, most = [rung for rung in usable if rung.free.std(0) <= worst], list[Rung]()
@@ -158,11 +159,11 @@ def agreeing(rungs: Sequence[Rung], dt: float, *, sought: bool, filters: bool = 
                 break
             run.append(rung)
         most = run if len(run) > len(most) else most
-    return most if len(most) >= 2 else []  # cut-offs, or nothing is known
+    return most if len(most) >= 2 else []  # cut-offs, else the result is unknown
 
 
 def _contradicts(wide: InstrumentFit, narrow: InstrumentFit, dt: float, *, sought: bool, filters: bool) -> bool:
-    """Return whether a wider cut-off says something else: noise makes the inertia smaller, and looks like a filter."""
+    """Return whether a higher cut-off contradicts a lower cut-off: noise lowers the inertia, and looks like a filter."""
 
     def apart(place: int, change: float, spare: float) -> bool:
         before, after = float(narrow.covariance[place, place]) ** 0.5, float(wide.covariance[place, place]) ** 0.5
@@ -178,7 +179,7 @@ def _contradicts(wide: InstrumentFit, narrow: InstrumentFit, dt: float, *, sough
 
 
 def _sharpest(rungs: Sequence[Rung]) -> tuple[Rung, Rung]:
-    """Return the widest of the sharp rungs in which noise is nothing, and the one that is narrower by two."""
+    """Return the widest of the sharp rungs with negligible noise, and the rung two places narrower."""
     errors = [rung.plain.std(0) for rung in rungs]
     bounds = zip(rungs, errors, strict=True)
     clean = [n for n, (rung, error) in enumerate(bounds) if BIAS_UNSURE * rung.plain.bias <= BIAS_OVER_ERROR * error]
@@ -188,7 +189,7 @@ def _sharpest(rungs: Sequence[Rung]) -> tuple[Rung, Rung]:
 
 
 def _alignment_from(rows: WideRows, rungs: list[Rung], settings: Settings, scale: float, *, sought: bool) -> Alignment:
-    """Return what the sharpest of the rungs says, noise being nothing in it, and how sure that is."""
+    """Return the alignment of the sharpest rung with negligible noise, with its uncertainty."""
     (chosen, narrower), dt = _sharpest(rungs), rows.dt
     filtered = _with_filter(rows, chosen, narrower, scale, sought=sought)
     channels = filtered or _without_filter(chosen, narrower, sought=sought)
@@ -196,13 +197,13 @@ def _alignment_from(rows: WideRows, rungs: list[Rung], settings: Settings, scale
     widths = [STUDENT * error + CHANGED * abs(change) for error, change in pairs]
     (mass, delay), lag = channels.values, channels.lag
     mass_width, width = widths[0] + SPARE_MASS * mass, widths[1] + SPARE_DELAY * dt if sought else math.inf
-    # What does not show the inertia does not show the jerk either; in one sine, it is told from a spring by nothing.
-    # A delay that may be none is moved where the inertia is known well only.
+    # Rows that do not show the inertia do not show the jerk either; in a single sine, inertia and spring are confounded.
+    # A delay that may be zero is removed only if the inertia is well known.
     share = 1.0 - rows.springiness(chosen.plain.cutoff) ** 2 if abs(delay) > CLEARLY * width else MAY_BE_NONE
     delay_known = width <= settings.delay_unsure * dt and mass_width <= INERTIA_SHARE * share * mass
     lag = lag if delay_known or not sought else None
-    mass_known = mass_width <= 0.2 * mass  # of the inertia: a half-width that tells nothing
-    # A filter that makes all of a delay may be as good an explanation as none; half a sample is a hold.
+    mass_known = mass_width <= 0.2 * mass  # of the inertia: largest useful half-width
+    # A filter that causes all of the delay may explain it as well as a pure delay; half a sample is a hold.
     lag_alone, free = abs(delay) - 0.5 * dt, narrower.free
     as_good = lag_alone > dt and abs(free.c - math.copysign(0.5 * lag_alone**2, delay)) < AGREE * free.std(-1)
     may_be_filter = delay_known and lag is None and as_good
@@ -220,9 +221,9 @@ def _alignment_from(rows: WideRows, rungs: list[Rung], settings: Settings, scale
 
 
 def _with_filter(rows: WideRows, rung: Rung, narrower: Rung, scale: float, *, sought: bool) -> _Channels | None:
-    """Return what the rows say with a filter in a channel; None where none is seen."""
-    # A filter of less than a sample is no matter, one that the narrower cut-off does not see is noise, and one that tells
-    # nothing of parts of the log by the others is none, however small its error: what is left of friction is no chance.
+    """Return the estimates with a filter in a channel; None if no filter is visible."""
+    # A filter shorter than a sample does not matter. If the lower cut-off does not show it, it is noise. A filter must also
+    # predict parts of the log from the others, however small its error: the residual of friction is not random.
     least = 0.5 * rows.dt**2
 
     def seen(fit: InstrumentFit, errors: float) -> bool:
@@ -233,7 +234,7 @@ def _with_filter(rows: WideRows, rung: Rung, narrower: Rung, scale: float, *, so
     bent = rows.fit(rung.plain.cutoff, rung.plain.delay, free=(sought, True), steps=2 * STEPS).doubted(scale)
     if not bent.converged or not seen(bent, SUSPECTED) or abs(bent.c - rung.free.c) > SHORT * abs(bent.c):
         return None
-    # What a filter lowers lies above zero for certain by its signed ranks [4]_: a value that is huge is one vote.
+    # The decrease by a filter must be significant in its signed ranks [4]_: one huge value then has one vote.
     lowered = rows.lowered(bent, rung.plain.delay)
     ranks = 1.0 + np.argsort(np.argsort(np.abs(lowered)))
     if np.sum(lowered) <= 0.0 or np.sum(np.sign(lowered) * ranks) <= AGREE * np.sum(ranks**2) ** 0.5:
@@ -246,8 +247,8 @@ def _with_filter(rows: WideRows, rung: Rung, narrower: Rung, scale: float, *, so
 
 
 def _without_filter(rung: Rung, narrower: Rung, *, sought: bool) -> _Channels:
-    """Return what the rows say where no filter is seen: what is known of one beforehand and what they say, together."""
-    # The narrower cut-off says it, for noise looks like a filter that grows with the cut-off.
+    """Return the estimates without a visible filter: the prior of a filter and the rows, combined."""
+    # Use the lower cut-off, because noise looks like a filter that grows with the cut-off.
     plain, free, other = rung.plain, rung.free, narrower.plain
     std = narrower.free.std(-1)
     share = FILTER**2 / (FILTER**2 + std**2)

@@ -1,4 +1,4 @@
-"""One model fitted: values with their uncertainty, the error on what was held out, and what the log does not tell."""
+"""The fit of one model: values with uncertainty, held-out error, and parameters that the log does not identify."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -33,15 +33,15 @@ from bristle.identification.stribeck_element_models import estimate_stribeck_ele
 from bristle.identification.validation import held_out_error
 from bristle.simulation.result import relative_error_percent
 
-ESTIMATED = 0.7  # of the work, where a model is fitted to all of the log
+ESTIMATED = 0.7  # share of the work for the fit to the whole log
 
 
 ELEMENTS: dict[FrictionModel, Estimator] = dict(zip(ELEMENT_MODELS, (estimate_elements, estimate_stribeck_elements), strict=True))
-"""Models whose lists are found by variable projection, and how."""
+"""Estimators of models whose lists are found by variable projection."""
 
 
 def fit(context: Context, component: FrictionModel, blocks: int, report: Report) -> tuple[Fit, Estimation]:
-    """Fit one model, with `blocks` parts of the log held out in turn, and return how that is done again, too."""
+    """Fit one model, with `blocks` parts of the log held out in turn; return the fit and its estimation."""
     report(0.0)
     context = with_pitch(context, component)
     estimation = _estimate(context, component, between(report, 0.0, ESTIMATED))
@@ -58,11 +58,11 @@ def fit(context: Context, component: FrictionModel, blocks: int, report: Report)
 
 
 def _estimate(context: Context, component: FrictionModel, report: Report) -> Estimation:
-    """Return the estimation of one model; `report` is told the share of the work done."""
+    """Return the estimation of one model; `report` receives the share of the work done."""
     elements = ELEMENTS.get(base_of(component))
     slots = [slot for slot in variations_of(component) if slot in LEVELS]
     if slots and not has_level(base_of(component)):
-        raise InputError(f"has no level that +{slots[0]} raises", path="model", value=component.name, mend="Take coulomb_viscous")
+        raise InputError(f"has no friction level for +{slots[0]}", path="model", value=component.name, mend="Take coulomb_viscous")
     if elements is None:
         return (context.estimator or along_the_motion)(context, component, report)
     slots += [slot.name for slot in channel_slots_of(component)]
@@ -74,7 +74,7 @@ def _estimate(context: Context, component: FrictionModel, report: Report) -> Est
 
 
 def fit_of(estimation: Estimation, context: Context) -> Fit:
-    """Return the fit at a solution, all but its error on what was held out."""
+    """Return the fit at a solution, without its held-out error."""
     problem, solution, settings = estimation.inverse, estimation.solution, context.settings
     dataset, component = problem.dataset, problem.parameters.component
     values = problem.parameters.complete(solution.values)
@@ -131,35 +131,35 @@ def effects_of(problem: InverseDynamics, values: Mapping[str, float], predicted:
             step = STEP * (abs(values[name]) or scales.magnitude(variable))
             change = problem.predicted({**values, name: values[name] + step}) - predicted
             effects[name] = float(np.linalg.norm(change)) / (step * friction)
-    # A force that is no number beside these values is not known to be small.
+    # A force that is not finite near these values may be large.
     return {name: effect if math.isfinite(effect) else math.inf for name, effect in effects.items()}
 
 
 def _valid(component: FrictionModel, values: Mapping[str, float], kind: Kind) -> Model:
-    """Return the friction model with its values, refused where a model file with them could not be read again."""
+    """Return the friction model with its values; reject values that a model file could not hold."""
     try:
         written = {name: variable.written(values[name]) for name, variable in component.variables.items()}
         return make_model(component, written, kind=kind, validate=True)
     except InputError as error:
         raise InputError(
-            f"the best fit of {component.name} is not what the model allows: {error.path} {error.message}",
+            f"the best fit of {component.name} is not allowed by the model: {error.path} {error.message}",
             path="model",
             value=component.name,
             mend=f"Fit another model to this log. {error.mend}".strip(),
         ) from None
 
 
-STEP = 1e-3  # of a parameter, by which it is changed to see its effect
-GUESSED = "held_constant"  # a constant that is held without that anybody told it
+STEP = 1e-3  # relative change of a parameter to compute its effect
+GUESSED = "held_constant"  # a constant that is fixed without being given
 PARTNER = {Role.FALL: Role.BREAK_AWAY, Role.BREAK_AWAY: Role.FALL}
-"""What a velocity is that friction falls with says nothing without the force that it falls from, and so the force."""
+"""The Stribeck velocity has no meaning without the break-away force, and vice versa."""
 
 
 @dataclass(frozen=True)
 class Judgement:
-    """What one fit tells of each parameter: where it ended, how sure that is, its effect on the effort, and what the log shows.
+    """The judgement of each parameter of a fit from its value, uncertainty, effect on the effort, and the excitation of the log.
 
-    The rows that were fitted are `filtered`, or not.
+    The fitted rows are `filtered`, or not.
     """
 
     problem: InverseDynamics
@@ -194,7 +194,7 @@ class Judgement:
             if unsure is None and name in at_edge:
                 estimates.append(replace(estimate, status="at_edge", reason=self._at_edge(name)))
                 continue
-            most = 100.0 * abs(value)  # a standard error beyond it is none
+            most = 100.0 * abs(value)  # a larger standard error has no meaning
             std, robust = (deviation if unsure is None or deviation <= most else None for deviation in self._std[name])
             status = "identified" if unsure is None else "unidentifiable"
             estimates.append(replace(estimate, std=std, robust_std=robust, status=status, reason=unsure))
@@ -207,9 +207,9 @@ class Judgement:
         return dict(zip(self.solution.values, deviations, strict=True))
 
     def _unsure_beside(self, name: str) -> Diagnostic | None:
-        """Return why a parameter that is sure alone is not beside others; None where it is."""
-        # A velocity that friction falls with needs the force that it falls from, and a force the velocity. A fall that only
-        # rows near reversals show is as unsure as the stiffness there.
+        """Return why a parameter that is certain alone is uncertain with others, or None."""
+        # The Stribeck velocity needs the break-away force, and vice versa. A fall that only rows near reversals show is as
+        # uncertain as the stiffness there.
         variables, names = self.excitation.variables, self.solution.space.names
         role = next((role for role in PARTNER if role.fits(variables[name])), None)
         if role is None:
@@ -234,8 +234,8 @@ class Judgement:
 
     @cached_property
     def _unsure_alone(self) -> dict[str, Diagnostic | None]:
-        """Why each free parameter cannot be identified, whatever is known of those that it goes with; None where it can."""
-        # The largest part of the effort that the plant does not take.
+        """Why each free parameter is not identifiable, apart from its partner; None if it is identifiable."""
+        # The largest effort without that of the plant.
         largest = float(np.max(np.abs(self.problem.dataset.effort - self.problem.mechanical(self.excitation.values))))
         return {name: self._doubt(name, largest) for name in self.solution.values}
 
@@ -246,8 +246,8 @@ class Judgement:
             return self.excitation.cause(name)
         component = self.problem.parameters.component
         if name == TOTAL and isinstance(component, ShapedModel):
-            # Around a reversal an encoder shows nothing of the first steps: elements take up what it leaves out.
-            # Replicates begin from what it has shown, and do not tell by how much.
+            # Around a reversal an encoder does not show the first steps, and the elements absorb the error.
+            # Replicates start from the recorded positions, and do not show its size.
             level = float(np.mean([self.excitation.values[level] for level in names_of(Role.LEVEL, self.excitation.variables)]))
             share = component.share_within(least.zone_counts * dataset.resolution, value, level)
             if share > least.blurred_share:
@@ -259,12 +259,12 @@ class Judgement:
             return self.excitation.cause(name) if is_inertia else None
         if acts_in_sliding(variable) and value > least.beyond_effort * largest:
             return Diagnostic("beyond_effort", name, "warning", {"effort": largest}, dataset.kind)
-        # No value of a force within its interval would matter.
+        # No force within this interval would matter.
         small = variable.quantity == "force" and NORMAL_95 * std * self.effects.get(name, math.inf) <= MATTERS
         if small or std <= least.unsure_std * abs(value):
             return None
         cause = self.excitation.cause(name)
-        if not math.isfinite(std) or value == 0.0 or std > 10.0 * abs(value):  # relative standard error that is worth a number
+        if not math.isfinite(std) or value == 0.0 or std > 10.0 * abs(value):  # largest relative standard error that is reported
             return cause
         return replace(cause, numbers={**cause.numbers, "std_percent": 100.0 * std / abs(value)})
 
@@ -274,7 +274,7 @@ class Judgement:
         numbers: dict[str, Number] = {"value": value, "unit": variable.unit(kind)}
         if edge == "smallest" and Role.BREAK_AWAY.fits(variable):
             return Diagnostic("edge_no_fall", name, "warning", numbers, kind)
-        # Neither a level of friction nor a damping takes any effort.
+        # Neither a friction level nor a damping contributes to the effort.
         roles = (Role.LEVEL, Role.BREAK_AWAY, Role.VISCOUS)
         opposing = (part for role in roles for part in names_of(role, self.excitation.variables))
         frictionless = all(self.solution.at_edge.get(part) == "smallest" or not self.excitation.values[part] for part in opposing)
@@ -295,7 +295,7 @@ def why_fixed(name: str, fixed: Fixed, variable: Variable, kind: Kind) -> Diagno
 
 
 def about_fixed(problem: InverseDynamics) -> tuple[Diagnostic, ...]:
-    """Return which parameters were fixed, and why; a weight that nobody told is a doubt of what holds beside it."""
+    """Return the fixed parameters with their reasons, and warnings about a weight that was not given."""
     variables, kind = problem.parameters.variables, problem.dataset.kind
     weights, reasons = list[Diagnostic](), list[Diagnostic]()
     for name, entry in problem.parameters.fixed.items():
@@ -309,7 +309,7 @@ def about_fixed(problem: InverseDynamics) -> tuple[Diagnostic, ...]:
 def about_estimates(
     estimates: Sequence[Estimate], correlation: np.ndarray, names: Sequence[str], inseparable: float
 ) -> tuple[Diagnostic, ...]:
-    """Return what is to be known of parameters: those not identified, and pairs of these `names` that go together."""
+    """Return diagnostics of unidentified parameters, and of pairs among `names` that are correlated."""
     reasons = [estimate.reason for estimate in estimates if estimate.status != "held" and estimate.reason is not None]
     sure = {estimate.name for estimate in estimates if estimate.status == "identified"}
     pairs = [
@@ -322,7 +322,7 @@ def about_estimates(
 
 
 def about_level(estimates: Sequence[Estimate], excitation: Excitation) -> tuple[Diagnostic, ...]:
-    """Return a warning where a level of friction is told, and nothing of how friction falls or rises with speed."""
+    """Return a warning if a friction level is identified without a dependence of friction on speed."""
     variables = excitation.variables
     names = {estimate.name for estimate in estimates if estimate.status in ("identified", "held")}
     curve = [name for role in (Role.FALL, Role.VISCOUS) for name in names_of(role, variables)]
@@ -334,7 +334,7 @@ def about_level(estimates: Sequence[Estimate], excitation: Excitation) -> tuple[
 
 
 def combinations_of(component: FrictionModel, by_name: Mapping[str, Estimate], kind: Kind) -> tuple[Estimate, ...]:
-    """Return the products of a redundant parameter with each one that it is a factor of."""
+    """Return the products of each redundant parameter with the parameters that it multiplies."""
     combinations = []
     for redundancy in component.redundancies:
         factor = by_name[redundancy.name]

@@ -1,6 +1,6 @@
-"""Elements that slip as a few numbers: a model of fixed shape, and the coordinates in which they are fitted again.
+"""Elements that slip, as a model of fixed shape with two numbers, level and stiffness.
 
-The model has two numbers, its level and its stiffness. The coordinates are one stiffness for each element and all else.
+Replicates are fitted in other coordinates: one stiffness for each element, and the other parameters.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from bristle.identification.parameter_space import ParameterSpace, Turned
 ARRAYS = ("k_i", "nu_i")  # stiffness and share of each element
 TOTAL = "s"  # the stiffness of all elements together
 ELEMENT_MODELS = (maxwell_slip, gms)
-LEAST = 0.05  # of level and stiffness: both stay positive, however far a draw is off
-DIFFERENCE = "difference"  # half of it, between the levels forward and backward
+LEAST = 0.05  # of level and stiffness: both stay positive in every draw
+DIFFERENCE = "difference"  # half the difference of the levels forward and backward
 STIFFNESS = Variable("force/length", "stiffness after a reversal, of all elements", min=1e-9, nominal=1e6, excitation="presliding")
 
 
@@ -31,13 +31,13 @@ CURVE = 12  # displacements at which the virgin curve has intervals
 
 @dataclass(frozen=True, kw_only=True)
 class ListedModel(FrictionModel):
-    """A model of elements, with its slots, that has numbers of its own in place of the lists of the `inner` model."""
+    """A model of elements with its slots, parametrised by numbers instead of the lists of the `inner` model."""
 
     inner: FrictionModel
 
     @classmethod
     def around(cls, inner: FrictionModel, **own: Any) -> Self:
-        """Return such a model, with all that runs the inner one."""
+        """Return such a model with the kernels of the inner model."""
         return cls(
             name=inner.name,
             description=inner.description,
@@ -59,7 +59,7 @@ class ListedModel(FrictionModel):
         return self.inner.defaults
 
     def is_array(self, name: str) -> bool:
-        """Return whether this parameter is a 1-D array: none is."""
+        """Return False: no parameter is an array."""
         return False
 
     def is_integer(self, name: str) -> bool:
@@ -67,32 +67,32 @@ class ListedModel(FrictionModel):
         return name in self.inner.variables and self.inner.is_integer(name)
 
     def of_inner(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Return those of the values that are parameters of the inner model."""
+        """Return the values of parameters of the inner model."""
         return {name: value for name, value in values.items() if name in self.inner.variables}
 
 
 @dataclass(frozen=True, kw_only=True)
 class ShapedModel(ListedModel):
-    """A `maxwell_slip` model, with its slots, of which the shares of the elements are fixed.
+    """A `maxwell_slip` model with its slots and fixed shares of the elements.
 
-    Instead of the lists it has the stiffness ``s`` of all elements together: a larger one steepens all of them alike, a
-    larger ``F_C`` lets them slip later.
+    Instead of the lists it has the total stiffness ``s``. A larger ``s`` steepens all elements in proportion. With a
+    larger ``F_C`` they slip later.
     """
 
     shape: tuple[tuple[float, ...], tuple[float, ...]]
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # There are as many as shapes were tried, and nothing tells them apart but that: made anew, they are as good.
+        # The shape defines the model: a new instance is equivalent.
         return _shaped, (self.inner, self.shape)
 
     @property
     def further(self) -> int:
-        """How many free numbers the elements are, besides their level and their stiffness."""
+        """Number of free numbers of the elements besides level and stiffness."""
         return max(len(self.shape[0]) - 2, 0)
 
     @cached_property
     def variables(self) -> ReadOnly[str, Variable]:
-        """Each parameter that a person sets, the stiffness in place of the lists."""
+        """Each parameter, with the stiffness in place of the lists."""
         variables: dict[str, Variable] = {}
         for name, variable in self.inner.variables.items():
             if name == ARRAYS[0]:
@@ -107,29 +107,29 @@ class ShapedModel(ListedModel):
         return self.of_inner(values) | dict(zip(ARRAYS, (values[TOTAL] * stiffness, shares), strict=True))
 
     def assemble(self, values: Mapping[str, Any]) -> Any:
-        """Return what kernels receive, from the values that a person sets."""
+        """Return the parameters of the kernels from the values of the model."""
         return self.inner.assemble(self.lists(values))
 
     def finished(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Return values with the lists in place of the stiffness, whatever else there is among them."""
+        """Return the values with the lists in place of the stiffness; other values are kept."""
         return {name: value for name, value in values.items() if name != TOTAL} | self.lists(values)
 
     def share_within(self, distance: float, stiffness: float, level: float) -> float:
-        """Return what share of a stiffness is that of elements that slip within a distance [m or rad], at some level.
+        """Return the share of the stiffness in elements that slip within a distance [m or rad].
 
-        All of them together have that stiffness [N/m or N*m/rad] and that level [N or N*m].
+        All elements together have this `stiffness` [N/m or N*m/rad] and `level` [N or N*m].
         """
         stiffnesses, levels = (np.array(part) for part in self.shape)
         return float(np.sum(stiffnesses[levels * level < distance * stiffnesses * stiffness]))
 
     def values(self, parameters: Any) -> dict[str, Any]:
-        """Return the values that a person sets, from what kernels receive."""
+        """Return the values of the model from the parameters of the kernels."""
         values = self.inner.values(parameters)
         return {name: float(np.sum(values[ARRAYS[0]])) if name == TOTAL else values[name] for name in self.variables}
 
 
 def shaped(model: FrictionModel, stiffness: np.ndarray, levels: np.ndarray) -> ShapedModel:
-    """Return a `maxwell_slip` model whose elements, shape (element,), have shares like these stiffnesses and levels."""
+    """Return a `maxwell_slip` model whose elements have shares proportional to these stiffnesses and levels, shape (element,)."""
     return _shaped(model, (tuple((stiffness / np.sum(stiffness)).tolist()), tuple((levels / np.sum(levels)).tolist())))
 
 
@@ -138,15 +138,15 @@ def _shaped(model: FrictionModel, shape: tuple[tuple[float, ...], tuple[float, .
 
 
 def in_lists(friction: Model) -> Model:
-    """Return a model of a fixed shape as the one with its lists, as it is written and run."""
+    """Return a model of fixed shape as the model with lists."""
     return Model(friction.component.inner, friction.parameters, friction.kind)
 
 
 @dataclass(frozen=True, kw_only=True)
 class ElementSpace(ParameterSpace):
-    """One stiffness for each element, which slips at `thresholds` [m or rad], then the other free parameters.
+    """One stiffness for each element, with slip at `thresholds` [m or rad], then the other free parameters.
 
-    `levels` tell the level of the elements, with the sign of the difference in each; the `rest` is reported as it is.
+    `levels` are the level parameters, with the sign of the difference in each; the `rest` is reported unchanged.
     """
 
     thresholds: np.ndarray
@@ -155,7 +155,7 @@ class ElementSpace(ParameterSpace):
 
     @classmethod
     def around(cls, thresholds: np.ndarray, single: Mapping[str, float], levels: Mapping[str, float], free: Sequence[str]) -> ElementSpace:
-        """Return the space of elements, and of what counts once whatever the elements do, with lower bounds."""
+        """Return the space of elements and of single parameters with their lower bounds."""
         names = (*(f"k_{number}" for number in range(thresholds.size)), *single)
         return cls(
             names,
@@ -169,11 +169,11 @@ class ElementSpace(ParameterSpace):
 
     @property
     def reported(self) -> tuple[str, ...]:
-        """The level, the stiffness, then all else."""
+        """The level, the stiffness, then the other parameters."""
         return (*self.levels, TOTAL, *self.rest)
 
     def values(self, theta: np.ndarray) -> dict[str, Any]:
-        """Return what the model takes [SI]; an element without force still has its threshold."""
+        """Return the parameters of the model [SI]; an element without force keeps its threshold."""
         r = self.thresholds
         stiffness = np.maximum(theta[: r.size], 1e-12 * np.sum(theta[: r.size]))
         level = float(stiffness @ r)
@@ -183,7 +183,7 @@ class ElementSpace(ParameterSpace):
         return dict(zip(ARRAYS, (stiffness, stiffness * r / level), strict=True)) | levels | rest
 
     def derivative(self, theta: np.ndarray) -> np.ndarray:
-        """Return the derivative of what is reported, shape (reported, coordinate)."""
+        """Return the derivative of the reported numbers, shape (reported, coordinate)."""
         r, names = self.thresholds, self.names
         first = np.zeros((len(self.levels) + 1, len(names)))
         first[:-1, : r.size], first[-1, : r.size] = r, 1.0
@@ -192,14 +192,14 @@ class ElementSpace(ParameterSpace):
         return np.vstack([first, np.eye(len(names))[[names.index(name) for name in self.rest]]])
 
     def numbers(self, theta: np.ndarray) -> np.ndarray:
-        """Return what is reported [SI], and the virgin curve."""
+        """Return the reported numbers [SI], and the virgin curve."""
         reach = np.minimum.outer(np.array(self.curve), self.thresholds)
         return np.concatenate([self.derivative(theta) @ theta, reach @ theta[: self.thresholds.size]])
 
     def turned(self, theta: np.ndarray, best: np.ndarray) -> Turned:
-        """Return what lies as far on the other side of the `best` coordinates as others do: level, stiffness, the rest.
+        """Return the reflection of coordinates about the `best` coordinates: level, stiffness, the rest.
 
-        Between level and stiffness, elements have the shape of the others: without force, one has no other side.
+        The shape of the elements is not reflected, because an element without force has no opposite.
         """
         opposite, count = 2.0 * best - theta, self.thresholds.size
         opposite[count:] = np.clip(opposite[count:], self.low[count:], self.high[count:])

@@ -1,20 +1,20 @@
-r"""Rows that belong together: half-cycles, over which friction has one level, and blocks that are held out together.
+r"""Groups of rows: half-cycles, over which friction has one level, and held-out blocks.
 
-Friction that has been sliding one way is not quite the same the next time: its level scatters from reversal to
-reversal by a few percent. It is the same within a half-cycle, so that no number of samples averages it out.
+The level of friction scatters by a few percent from half-cycle to half-cycle. It is constant within a half-cycle, so
+samples do not average it out.
 
 With the force :math:`F(c)` of a model whose forces are all scaled by :math:`c`, the scale of a half-cycle `k` is
 
 .. math:: \hat c_k = 1 + \frac{s_k \cdot r_k}{s_k \cdot s_k}, \qquad s = \frac{\partial F}{\partial c}
 
-from the residual `r` there. What is seen of the scatter, :math:`\tau`, is the root mean square of
+from the residual `r` there. The visible scatter :math:`\tau` is the root mean square of
 :math:`\hat c_k - 1` with the weights :math:`1 / (\tau^2 + v_k)` of a random effect [1]_, where
-:math:`v_k = \sigma^2 / (s_k \cdot s_k)` is the error of :math:`\hat c_k`: a long slide tells one level, as a short
-stroke does. A fit takes part of it into its parameters.
+:math:`v_k = \sigma^2 / (s_k \cdot s_k)` is the error of :math:`\hat c_k`. A long slide determines one level, as a short
+stroke does. The parameters of a fit absorb part of the scatter.
 
-A contiguous part of a log is the harder test: nothing next to its rows was fitted. It is an unfair one where that part
-holds an experiment of its own, as in a log that was designed: without its only fast slides nobody knows the viscous
-friction. Each part then consists of short segments from all over the log.
+A contiguous held-out part is the harder test, because no neighbouring rows were fitted. It is unfair if that part is a
+separate experiment, as in a designed log: without the only fast slides, viscous friction is unknown. Each part then
+consists of short segments from the whole log.
 
 References
 ----------
@@ -43,22 +43,22 @@ from bristle.logs.turns import half_cycle_numbers, turning_points
 STEPS = 2.0  # of the encoder
 NUDGE = 1e-3
 FEWEST_LEVELS = 8
-BLOCKS = 5  # that a log is divided into, where nobody asks for another number
+BLOCKS = 5  # default number of parts of a log
 TIME, SHORT = "time blocks", "short time blocks"
 BINS = 4  # of a decade of speed
-FEW = 0.25  # of the rows of a block: so few others at such a speed are none
-LEAST = 4  # times the reach of the filters, at either end, that a short segment is long
+FEW = 0.25  # of the rows of a block: fewer rows at a speed in other blocks do not count
+LEAST = 4  # length of a short segment over twice the reach of the filters
 SEED = 5
 
 
 @dataclass(frozen=True)
 class Groups:
-    """Consecutive rows that belong together, by the number of the group of each row, shape (row,), never falling."""
+    """Groups of consecutive rows, by the number of the group of each row, shape (row,), never decreasing."""
 
     of_rows: np.ndarray
 
     index: np.ndarray = field(init=False)
-    """Number of the group of each row, counted among those that have any rows."""
+    """Number of the group of each row, counted among groups with rows."""
     first: np.ndarray = field(init=False)
     """The first row of each group."""
     count: int = field(init=False)
@@ -73,7 +73,7 @@ class Groups:
 
 
 def half_cycle_starts(dataset: Dataset) -> tuple[tuple[int, ...], ...]:
-    """Return the first sample, 0 first, of each half-cycle of each segment; noise or a step of the encoder turns none."""
+    """Return the first sample, 0 first, of each half-cycle of each segment; noise and encoder steps are not reversals."""
     least = least_way(dataset.resolution, dataset.noise)
     return tuple(
         (0, *turning_points(segment.position, least, turns)) for segment, turns in zip(dataset.segments, dataset.reversals, strict=True)
@@ -87,55 +87,55 @@ def half_cycles(dataset: Dataset) -> Groups:
 
 
 def least_way(resolution: float, noise: float) -> float:
-    """Return the way [m or rad] that is no rest, from the step of the encoder and the noise of the position."""
-    return max(STEPS * resolution, 8.0 * noise)  # of the noise of the position: what a body at rest does not go beyond
+    """Return the smallest way [m or rad] that is a motion, from the encoder step and the position noise."""
+    return max(STEPS * resolution, 8.0 * noise)  # times the position noise: a body at rest stays within
 
 
 def scatter_in(cycles: Groups, slope: np.ndarray, residual: np.ndarray) -> float:
-    """Return the standard deviation of the level of friction from half-cycle to half-cycle, as a residual shows it.
+    """Return the standard deviation of the friction level between half-cycles that a residual shows.
 
-    `slope`, shape (row,), is by how much the signal rises with the level of friction.
+    `slope`, shape (row,), is the derivative of the signal by the friction level.
     """
     power, excess = _excess(cycles, slope, residual)
     if not np.any(excess):
         return 0.0
     rest = within_cycles(cycles, slope, residual)
-    # Rows beside a reversal are wrong by their filter: what comes and goes within a few shows no level.
-    long = np.bincount(cycles.index, minlength=power.size) >= 4  # rows of a half-cycle that are not all beside a reversal
+    # The filter distorts rows near a reversal: half-cycles of a few rows do not show a level.
+    long = np.bincount(cycles.index, minlength=power.size) >= 4  # rows of a half-cycle that reaches beyond the reversal
     if np.count_nonzero(long) >= FEWEST_LEVELS:
         power, excess = power[long], excess[long]
     noise, square = float(rest @ rest) / independent_rows(rest), math.inf
-    for _ in range(8):  # of the weights, which depend on the scatter that they tell
+    for _ in range(8):  # iterations of the weights, which depend on the scatter
         weight = power / (power + noise / square)
         square = float(np.sum(weight * excess * excess) / np.sum(weight))
     return square**0.5
 
 
 def within_cycles(cycles: Groups, slope: np.ndarray, residual: np.ndarray) -> np.ndarray:
-    """Return what is left of a residual [N or N*m] when each half-cycle has the level that fits best, shape (row,)."""
+    """Return the residual [N or N*m] with the best level for each half-cycle, shape (row,)."""
     return residual - _excess(cycles, slope, residual)[1][cycles.index] * slope
 
 
 def _excess(cycles: Groups, slope: np.ndarray, residual: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the square of the slope over each half-cycle, and its level above that of the model, as a share of it."""
+    """Return the sum of squares of the slope in each half-cycle, and the relative excess of its level over the model."""
     power, pull = cycles.summed(slope * slope), cycles.summed(slope * residual)
     return power, np.divide(pull, power, out=np.zeros_like(pull), where=power > 0.0)
 
 
 def neighbour_correlation(residual: np.ndarray) -> float:
-    """Return the correlation of each row with the next one; 0 where nothing is left over."""
+    """Return the correlation of consecutive rows; 0 for a zero residual."""
     square = float(residual @ residual)
     return float(residual[1:] @ residual[:-1]) / square if square > 0.0 else 0.0
 
 
 def independent_rows(residual: np.ndarray) -> float:
-    r"""Return as how many independent rows those of a residual count, :math:`N (1 - \rho) / (1 + \rho)`."""
+    r"""Return the effective number of independent rows of a residual, :math:`N (1 - \rho) / (1 + \rho)`."""
     correlation = min(max(neighbour_correlation(residual), 0.0), 0.999)
     return residual.size * (1.0 - correlation) / (1.0 + correlation)
 
 
 def blocks_for(dataset: Dataset, requested: int | None, settings: Settings) -> int:
-    """Return how many blocks are held out: as requested, else five, fewer of a short log, 0 where none has room."""
+    """Return the number of held-out blocks: as requested, else five, fewer for a short log, 0 without room."""
     if requested is not None or dataset.log_of_row[0] != dataset.log_of_row[-1]:
         return BLOCKS if requested is None else requested
     most = room_for_blocks(dataset, settings)
@@ -143,12 +143,12 @@ def blocks_for(dataset: Dataset, requested: int | None, settings: Settings) -> i
 
 
 def room_for_blocks(dataset: Dataset, settings: Settings) -> int:
-    """Return for how many time blocks a log has rows, their margins apart."""
+    """Return the number of time blocks for which a log has rows, margins excluded."""
     return dataset.effort.size // (int(settings.held_out_rows) + 2 * dataset.reach)
 
 
 def time_blocks(dataset: Dataset, count: int) -> tuple[str, list[np.ndarray]]:
-    """Return what the parts of a log are called, and the rows of each of so many, shape (row,) of bool."""
+    """Return the name of the parts of a log, and a mask of the rows of each of `count` parts, shape (row,) of bool."""
     rows = dataset.effort.size
     edges = np.linspace(0, rows, count + 1).astype(int)[1:-1]
     of, part = TIME, np.searchsorted(edges, np.arange(rows), side="right")
@@ -160,9 +160,9 @@ def time_blocks(dataset: Dataset, count: int) -> tuple[str, list[np.ndarray]]:
         counts = np.zeros((count, place.max(initial=0) + 1))
         np.add.at(counts, (part[moving], place), 1.0)
         alone = np.where(counts.sum(axis=0) - counts < FEW * counts, counts, 0.0).sum(axis=1)
-        if np.any(alone > 0.1 * np.bincount(part, minlength=count)):  # share of the rows of a block at speeds that no other has
-            # A part has speeds that the others hardly have: so each takes one piece of each neighbourhood, in no order that a
-            # periodic motion could keep in step with.
+        if np.any(alone > 0.1 * np.bincount(part, minlength=count)):  # share of the rows of a block at speeds missing in other blocks
+            # A part has speeds that the others lack: give each part one piece of each neighbourhood, in random order, so that no
+            # periodic motion is in step with it.
             rng = np.random.default_rng(SEED)
             owner = np.concatenate([rng.permutation(count) for _ in range(pieces)])
             of, part = SHORT, owner[np.arange(rows) * owner.size // rows]
@@ -170,16 +170,16 @@ def time_blocks(dataset: Dataset, count: int) -> tuple[str, list[np.ndarray]]:
 
 
 def beside(part: np.ndarray, reach: int) -> np.ndarray:
-    """Return the rows that share no sample with those of a part through filters that reach so far, of bool."""
+    """Return a mask of the rows that share no sample with a part through filters of this `reach`."""
     return np.convolve(part, np.ones(2 * reach + 1))[reach : reach + part.size] < 0.5
 
 
-ROUNDING = 0.37  # of an encoder step: what the robust measure of noise says of rounding alone
-SIGN_BLOCKS = 40  # of a segment, in which what the model lacks keeps its sign
+ROUNDING = 0.37  # of an encoder step: the robust noise estimate for rounding alone
+SIGN_BLOCKS = 40  # blocks of a segment in which the unexplained force keeps its sign
 
 
 class Disturbance(NamedTuple):
-    """Causes of a disturbance, each with its size."""
+    """The size of each cause of a disturbance."""
 
     scatter: float
     noise: float
@@ -189,23 +189,23 @@ class Disturbance(NamedTuple):
 
 
 def disturbance_of(dataset: Dataset, scatter: float) -> Disturbance:
-    """Return what disturbs a log: its encoder, its noise, and a scatter that is known from elsewhere."""
-    # Rounding alone looks like noise, too.
+    """Return the disturbances of a log: its encoder, its noise, and a known scatter."""
+    # Rounding also looks like noise.
     jitter = max(dataset.noise**2 - (ROUNDING * dataset.resolution) ** 2, 0.0) ** 0.5
     return Disturbance(scatter, dataset.effort_noise, dataset.resolution, jitter)
 
 
 def signs(count: int, rng: np.random.Generator) -> np.ndarray:
-    """Return a sign for each of several blocks of samples: what is left over keeps its course, not its side."""
+    """Return a random sign for each block of samples, to draw a residual of the same shape."""
     blocks = np.minimum(np.arange(count) * SIGN_BLOCKS // count, SIGN_BLOCKS - 1)
     return rng.choice([-1.0, 1.0], SIGN_BLOCKS)[blocks]
 
 
 def correlation_time(residual: np.ndarray, row_time: float, unexplained: float) -> float:
-    """Return how long what a model lacks keeps its side [s]; of the residual, each half-cycle has its own level.
+    """Return the correlation time of the unexplained force [s], from a residual with the best level for each half-cycle.
 
-    All that does not average out over a block is put down to it; longer than a block it is not followed. `unexplained`
-    is the root mean square of what the model lacks, in the unit of the residual.
+    All that does not average out over a block counts as unexplained force; times longer than a block are not resolved.
+    `unexplained` is its root mean square in the unit of the residual.
     """
     slow = float(np.mean([float(np.mean(part)) ** 2 for part in np.array_split(residual, SIGN_BLOCKS)]))
     share = min(slow / unexplained**2, 1.0) if unexplained > 0.0 else 0.0
@@ -213,7 +213,7 @@ def correlation_time(residual: np.ndarray, row_time: float, unexplained: float) 
 
 
 def scaled(component: FrictionModel, values: Mapping[str, float], level: float) -> dict[str, float]:
-    """Return the values of a model with its forces scaled, the constant offset left as it is."""
+    """Return the values of a model with its forces scaled, except the constant offset."""
     values = dict(values)
     for name, variable in component.variables.items():
         if (variable.quantity == "force" and variable.excitation and variable is not OFFSET) or variable == TRANSMITTED:
@@ -230,15 +230,15 @@ def force_with_scatter(
     rng: np.random.Generator,
     transmitted: np.ndarray | None = None,
 ) -> np.ndarray:
-    """Return the force of friction whose level is drawn anew at each reversal [N or N*m], shape (sample,), unfiltered.
+    """Return unfiltered friction with a random level after each reversal [N or N*m], shape (sample,).
 
-    `starts` are the first samples of half-cycles, `scatter` is the standard deviation of the level as a share of it.
+    `starts` are the first samples of half-cycles, `scatter` is the relative standard deviation of the level.
     """
     levels = np.maximum(1.0 + scatter * rng.standard_normal(len(starts)), 0.05)  # of the level: friction does not vanish on any half-cycle
     mean = pack(friction.parameters)
     component = friction.component
     doubled = pack(component.assemble(scaled(component, numbers_of(component, friction.parameters), 2.0)))
-    # A parameter may be infinite; that of a force differs.
+    # A parameter may be infinite; the difference is defined only for forces.
     rise = np.subtract(doubled, mean, out=np.zeros_like(mean), where=doubled != mean)
     first = segment.first_cycle
     turns = [0, *(first + start for start in starts[1:])]
@@ -248,11 +248,11 @@ def force_with_scatter(
 
 FINER = 5  # steps of a sample
 ABOVE = 4.0  # standard deviations of the noise
-FLOOR = 0.4  # of the sampling frequency, from which on nothing is filtered, and the noise is read
+FLOOR = 0.4  # of the sampling frequency: above, the position is not filtered, and the noise is estimated
 
 
 class Recovered(NamedTuple):
-    """A segment along the motion before the filter, and how much of its corners is visible, shape (sample,), 0 to 1."""
+    """A segment along the unfiltered motion, and the visibility of its corners, shape (sample,), 0 to 1."""
 
     segment: Segment
     visible: np.ndarray
@@ -270,7 +270,7 @@ def noise_density(position: np.ndarray, resolution: float, dt: float) -> float:
 
 
 def recovered(segment: Segment, dataset: Dataset) -> Recovered:
-    """Return a segment along the motion before the filter, as far as its noise lets it be seen."""
+    """Return a segment along the unfiltered motion, as far as noise permits."""
     from scipy.ndimage import maximum_filter1d, uniform_filter1d
 
     dt, origin, cutoff = dataset.sample_time, segment.position[0], dataset.cutoff
@@ -281,7 +281,7 @@ def recovered(segment: Segment, dataset: Dataset) -> Recovered:
         wide = 2.0 * cutoff
         above = raw if wide >= FLOOR / dt else low_passed(raw, wide, dt)
         noise = (density * (min(wide, 0.5 / dt) - cutoff)) ** 0.5
-        # 1 within the reach of what stands out, less beside it.
+        # 1 within reach of a visible deviation, less around it.
         stands_out, reach = np.abs(above - below) > ABOVE * noise, max(round(0.5 / (dataset.cutoff * dt)), 1)
         share = uniform_filter1d(maximum_filter1d(stands_out.astype(float), 4 * reach + 1), 2 * reach + 1)
         position = position + share * (above - below)
@@ -297,7 +297,7 @@ def recovered(segment: Segment, dataset: Dataset) -> Recovered:
 
 
 def between_samples(segment: Segment, dt: float) -> Segment:
-    """Return a segment on a grid that is finer by so many steps of a sample, the samples among its points.
+    """Return a segment on a grid with `FINER` points per sample.
 
     The velocity of a point is the mean over the step around it.
     """

@@ -1,4 +1,4 @@
-"""From a log to friction models with their uncertainty, best first: what is done, in order."""
+"""From a log to friction models with their uncertainty, best first."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -39,12 +39,12 @@ from bristle.logs.check import parted
 from bristle.logs.log import Log
 
 FEWEST_DRAWS, MOST_DRAWS = 20, 100_000
-WITHOUT_SLOTS = "interrupted: slots were not looked for to the end"
-WITHOUT_DRAWS = "interrupted: the intervals are not those of simulated logs"
+WITHOUT_SLOTS = "interrupted: the search for slots is incomplete"
+WITHOUT_DRAWS = "interrupted: intervals from simulated logs are missing"
 WITHOUT_OBSERVER = "interrupted: the parameters are those of inverse dynamics"
 TELLS_CHANNEL = "lugre"
-TURNS = 2  # of slots added to the best of all models
-DRAWING = 8  # intervals take as long as so many fits
+TURNS = 2  # rounds of slots added to the best model
+DRAWING = 8  # duration of the intervals in fits
 
 
 @guarded(
@@ -77,51 +77,50 @@ def identify(
     Parameters
     ----------
     log : Log, path-like, or table of columns; or list of these
-        Position and effort, or the file that holds them. A data frame or a dictionary of arrays has columns ``time``,
-        ``position`` and ``effort``, and where there are any ``velocity`` and ``reference``, in SI: it needs no axis.
-        Of several logs, each is held out in turn.
+        Position and effort, or a file with them. A data frame or a dictionary of arrays has columns ``time``,
+        ``position`` and ``effort``, and optionally ``velocity`` and ``reference``, in SI. It needs no axis. If there
+        are several logs, each is held out in turn.
     model : str, FrictionModel, or list of either
-        ``"lugre"``, ``"lugre,maxwell_slip+asymmetry"``, a model of your own; ``"all"`` for every model of bristle with
-        the slots that help.
+        ``"lugre"``, ``"lugre,maxwell_slip+asymmetry"``, or your model; ``"all"`` for every model of bristle with
+        useful slots.
     axis : Axis or path-like, or list of either, optional
-        One for all logs, or one for each. What is known, or the file that says it: mass, offset, encoder resolution,
-        cut-off and decimation.
+        A single axis for all logs, or an axis for each log. Known data, or a file with them: mass, offset, encoder
+        resolution, cut-off and decimation.
     cutoff : float or str, optional
         Cut-off of the zero-phase filter [Hz], or text such as ``"100 Hz"``; a tenth of the sampling frequency by
         default.
     decimation : int, optional
-        Of how many samples one row is kept; 10 by default, more where noise of the position would hide friction.
+        Number of samples per row; 10 by default, more if position noise would hide friction.
     blocks : int, optional
-        Time blocks, each held out in turn, by whose error models are ranked; 0 for none. Five, or as many as a short
-        log has room for, where not given.
+        Number of time blocks. Each block is held out in turn, and models are ranked by the held-out error; 0 disables
+        it. The default is 5, fewer for a short log.
     offset : float, str or "identify", optional
-        Constant part of the force [N or N*m] if known, or text with a unit; the axis decides where it is not given.
+        Constant part of the force [N or N*m] if known, or text with a unit; by default that of the axis.
     mass : float or str, optional
-        Moving mass [kg] or inertia [kg*m^2] if known, or text with a unit; the axis decides where it is not given.
+        Moving mass [kg] or inertia [kg*m^2] if known, or text with a unit; by default that of the axis.
     free : str or sequence of str
-        Shapes that are identified too, instead of being kept at their default: ``"exponent"`` of the Dahl model;
-        several separated by commas.
+        Shape parameters to identify instead of keeping their default, such as ``"exponent"`` of the Dahl model;
+        separate several by commas.
     draws : int
-        Logs that are simulated with the best model and fitted again, for its 95 % intervals; 0 for none.
+        Number of logs simulated with the best model and fitted again, for its 95 % intervals; 0 disables them.
     method : {"prediction_error", "inverse_dynamics", "output_error"}, optional
-        What is made small: the error of the effort along the measured motion, and for the best model, where it has
-        pre-sliding and `draws` are asked for, that of the position which an observer predicts; the first alone; or the
-        error of a simulation. The axis decides where it is not given.
+        The error that is minimised. ``"inverse_dynamics"``: error of the effort along the measured motion.
+        ``"prediction_error"``: the same, then for the best model with pre-sliding, if `draws` is not 0, error of the
+        position predicted by an observer. ``"output_error"``: error of a simulation. By default that of the axis.
     settings : Settings or mapping of str to float, optional
-        Thresholds from where on something is said or doubted, by name; those that are not given are as the axis says,
-        or at their defaults.
+        Thresholds of diagnostics, by name; by default those of the axis, else the default values.
     progress : callable, optional
-        Called with the share of the work done and what is being done.
+        Called with the share of the work done and the current task.
 
     Returns
     -------
     Identification
-        The models, best first; ``bristle.identify`` returns them as an `Identified`, which predicts, and is kept.
+        The models, best first; ``bristle.identify`` returns an `Identified`, which also predicts and can be saved.
 
     Raises
     ------
     InputError
-        If the log or the axis does not serve, or there is no such model.
+        If the log, the axis or the model is invalid.
 
     Examples
     --------
@@ -141,7 +140,7 @@ def identify(
     for entry, _ in pairs:
         if entry.effort is None:
             mend = "Name the column of force, torque or current in the axis file"
-            raise InputError("has no effort, which inverse dynamics needs", path=f"log {entry.source.name}".strip(), mend=mend)
+            raise InputError("has no effort; inverse dynamics needs it", path=f"log {entry.source.name}".strip(), mend=mend)
     (first_log, first_axis), kind = pairs[0], pairs[0][0].kind
     prior = replace(request.prior_knowledge_of(first_axis, mass, offset, kind), free=request.freed(free, components))
     of_logs, pairs = checks_of(pairs, prior, chosen), [(parted(log, axis), axis) for log, axis in pairs]
@@ -191,7 +190,7 @@ def _context(
     cutoff: float | None,
     decimation: int | None,
 ) -> Context:
-    """Return what the fits of all models to some logs share."""
+    """Return the data that the fits of all models share."""
     logs, axes = map(list, zip(*pairs, strict=True))
     described = [axis or Axis(kind=log.kind) for log, axis in pairs]
     estimator, treated = None, logs
@@ -206,14 +205,14 @@ def _context(
     if finds:
         alignment = alignment_of(logs, axes, settings, sought=sought)
         if decimation is None and set(map(attrgetter("decimation"), described)) == {None}:
-            # So many fewer rows that noise of the position does not hide friction.
+            # Fewer rows, so that position noise does not hide friction.
             rows, share = calmed(aligned(treated_dataset, alignment))
             treated_dataset = replace(treat(rows), calmed_from=share) if rows > treated_dataset.decimation else treated_dataset
         dataset, prior = _aligned(treated_dataset, prior, alignment, settings)
     if any(cogging.harmonics is None for axis in described for cogging in axis.cogging):
         prior = with_harmonics(prior, axes[0], dataset)
         if finds:
-            # Waves whose length is known tell the delay better than waves that were looked for.
+            # Waves of known length determine the delay better than waves found in the residual.
             axes = [axis and told_by(prior.plant, axis) for axis in axes]
             alignment = alignment_of(logs, axes, settings, sought=sought)
             dataset, prior = _aligned(treated_dataset, prior, alignment, settings)
@@ -222,8 +221,8 @@ def _context(
 
 
 def _aligned(treated: Dataset, prior: PriorKnowledge, alignment: Alignment, settings: Settings) -> tuple[Dataset, PriorKnowledge]:
-    """Return a log whose channels stand in time as they were found to, and what is known then before the fit."""
-    # The noise, from half of what is told on, biases the own inertia of each model.
+    """Return the rows of a log with its channels aligned in time, and the prior knowledge with the measured inertia."""
+    # Noise above half of the reported threshold biases the inertia in the fits.
     moved = aligned(treated, alignment)
     unsure = 1.0 if moved.acceleration_noise_share > 0.5 * settings.acceleration_noise else settings.inertia_unsure
     measured, mass, half_width = {}, alignment.mass, alignment.mass_half_width
@@ -234,9 +233,9 @@ def _aligned(treated: Dataset, prior: PriorKnowledge, alignment: Alignment, sett
 
 
 def _of_channel(context: Context, treated: Dataset, report: Report) -> Context:
-    """Return the context of a log with its filter in the channel in which LuGre friction then explains more."""
-    # An effort that passed less of a filter than the position was recorded before it acted, or the position was filtered.
-    # The equations before the fit do not tell which; friction where it turns does.
+    """Return the context with the filter in the channel for which LuGre friction explains more."""
+    # If the position is smoother than the effort, the effort was recorded before it acted, or the position was filtered.
+    # The first stage cannot distinguish both; reversals of friction can.
     alignment = context.dataset.alignment
     if alignment is None or (alignment.smoothing or 0.0) >= 0.0:
         return context
@@ -247,7 +246,7 @@ def _of_channel(context: Context, treated: Dataset, report: Report) -> Context:
 
 
 def _left(context: Context) -> float:
-    """Return the share of the effort that LuGre friction does not explain; half of it is nothing to go on with."""
+    """Return the share of the effort that LuGre friction does not explain; an unfinished fit is an interruption."""
     estimation = along_the_motion(context, find(TELLS_CHANNEL), silent)
     if estimation.solution.unfinished:
         raise KeyboardInterrupt
@@ -257,7 +256,7 @@ def _left(context: Context) -> float:
 def _all_fits(
     context: Context, components: Sequence[FrictionModel], extended: bool, blocks: int, share: Callable[[int, str], Report]
 ) -> tuple[list[Fit], dict[str, Estimation], dict[str, str], str]:
-    """Return the fits of several models, with slots where those are to be looked for, and what was interrupted."""
+    """Return the fits of several models, `extended` by slots if requested, and a remark about interrupted work."""
     fits, estimations, left_out = _fits(context, components, blocks, share)
     ended = len(fits) + len(left_out) < len(components)
     if extended and not ended:
@@ -265,7 +264,7 @@ def _all_fits(
         added, ended = _with_slots(context, fits, estimations, left_out, blocks, report)
         components = (*components, *added)
     missing = [component.name for component in components if component.name not in left_out][len(fits) :]
-    remarks = [f"{fit.name} is as far as it was fitted until then" for fit in fits if fit.unfinished]
+    remarks = [f"the fit of {fit.name} is incomplete" for fit in fits if fit.unfinished]
     remarks += [f"{', '.join(missing)} {'was' if len(missing) == 1 else 'were'} not fitted"] if missing else []
     return fits, estimations, left_out, f"interrupted: {'; '.join(remarks)}" if remarks else WITHOUT_SLOTS * ended
 
@@ -273,7 +272,7 @@ def _all_fits(
 def _fits(
     context: Context, components: Sequence[FrictionModel], blocks: int, share: Callable[[int, str], Report]
 ) -> tuple[list[Fit], dict[str, Estimation], dict[str, str]]:
-    """Return the fits of several models, as many as a person waits for, and why others cannot be compared."""
+    """Return the fits of several models until an interruption, and the reasons for omitted models."""
     fits: list[Fit] = []
     estimations: dict[str, Estimation] = {}
     left_out: dict[str, InputError] = {}
@@ -307,7 +306,7 @@ def _ranked(fits: Sequence[Fit], context: Context) -> list[Fit]:
 def _with_slots(
     context: Context, fits: list[Fit], estimations: dict[str, Estimation], left_out: dict[str, str], blocks: int, report: Report
 ) -> tuple[list[FrictionModel], bool]:
-    """Fit the best model with the slots that its residual names, and so on."""
+    """Fit the best model with the slots suggested by its residual, in several rounds."""
     added: list[FrictionModel] = []
     for turn in range(TURNS):
         if any(fit.unfinished for fit in fits):
@@ -322,7 +321,7 @@ def _with_slots(
             break
         try:
             more, of_them, refused = _fits(context, further, blocks, partial(_turn, report, turn, len(further)))
-        except InputError as error:  # none of them can be fitted to this log
+        except InputError as error:  # no model can be fitted to this log
             left_out |= {one.name: error.message for one in further}
             break
         added += further
@@ -333,7 +332,7 @@ def _with_slots(
 
 
 def _turn(report: Report, turn: int, count: int, number: int, task: str) -> Report:
-    """Return what is told the share of one of so many fits, of one of all turns."""
+    """Return the progress callback of one fit in one round."""
     return lambda share, remark="": report((turn + (number + share) / count) / TURNS, remark)
 
 

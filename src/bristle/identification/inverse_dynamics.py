@@ -1,9 +1,9 @@
-r"""Inverse dynamics: measured effort against plant and friction, on the rows of a data set.
+r"""Inverse dynamics: measured effort as the sum of plant and friction, on the rows of a data set.
 
 .. math:: u = M \ddot q + F(\dot q, \dots) + \text{offset}
 
-holds in every row; the parameters minimise the sum of squares of what is left over. No simulation is involved, and the
-controller that was running does not matter.
+holds in every row; the parameters minimise the sum of squares of the residual. It needs no simulation and no
+controller.
 
 References
 ----------
@@ -38,14 +38,14 @@ from bristle.logs.log import Channel, Log
 from bristle.plants.terms import TURN
 from bristle.translation.scope import NotExportableError
 
-HOLD = 0.25  # samples, as a standard error: an effort that is held acts half of one earlier or later
-DOUBT, UNSEEN = 0.8, 0.4  # of what fits to replicates are off, and more where nothing is seen beyond the filter
-AWAY, AWAY_TIME = 2.0, 15e-3  # periods of the cut-off, and seconds, of filters in the channels: from a reversal
+HOLD = 0.25  # samples, as a standard error: a held effort may act half a sample earlier or later
+DOUBT, UNSEEN = 0.8, 0.4  # of the mean offset of fits to replicates; addition if the motion is not visible beyond the filter
+AWAY, AWAY_TIME = 2.0, 15e-3  # distance from a reversal: periods of the cut-off; seconds, for filters in the channels
 
 
 @dataclass(frozen=True)
 class InverseDynamics:
-    """Rows ``effort = M acceleration + ... + F(motion)``; `contacts` before each segment fit the effort best where not given."""
+    """Rows ``effort = M acceleration + ... + F(motion)``; by default the `contacts` before each segment fit the effort best."""
 
     dataset: Dataset
     parameters: ParameterSet
@@ -56,19 +56,19 @@ class InverseDynamics:
     intervals_code = "intervals"
 
     def friction(self, values: Mapping[str, float]) -> np.ndarray:
-        """Return the friction force of each row [N or N*m], of the model run along the recorded motion."""
+        """Return the friction force of each row [N or N*m] along the recorded motion."""
         component = self.parameters.component
         asks = component.start is not None or TRANSMITTED in component.variables.values()
         plant = self.plant(values) if asks else None
         return self.dataset.rows_of(self.dataset.friction_along(self.model(values), plant, self.contacts))
 
     def model(self, values: Mapping[str, float]) -> Model:
-        """Return the friction model with these values, whether or not it allows them."""
+        """Return the friction model with these values, without validation."""
         component = self.parameters.component
         return Model(component, component.assemble({name: values[name] for name in component.variables}), self.dataset.kind)
 
     def plant(self, values: Mapping[str, float]) -> Model:
-        """Return the plant with these values, whether or not it allows them."""
+        """Return the plant with these values, without validation."""
         plant = self.parameters.plant
         return Model(plant, plant.assemble({name: values[name] for name in plant.variables}), self.dataset.kind)
 
@@ -77,7 +77,7 @@ class InverseDynamics:
         return self.dataset.rows_of(self.dataset.explained(self.plant(values), self.model(values), self.contacts))
 
     def mechanical(self, values: Mapping[str, float]) -> np.ndarray:
-        """Return the effort that the plant takes in each row, friction apart [N or N*m]."""
+        """Return the effort of the plant in each row, without friction [N or N*m]."""
         return self.dataset.mechanical_rows(self.plant(values))
 
     def residual(self, free: Mapping[str, float]) -> np.ndarray:
@@ -85,16 +85,17 @@ class InverseDynamics:
         return self.dataset.effort - self.predicted({**self.parameters.held, **free})
 
     def excerpt(self) -> Self | None:
-        """Return the same for a part of a long log; None for a short one, and for a class of one's own, which may hold rows."""
+        """Return the problem for a part of a long log; None for a short log or a derived class."""
         dataset = self.dataset.excerpt() if self.contacts is None and type(self) is InverseDynamics else None
         return None if dataset is None else replace(self, dataset=dataset)
 
     def linearised(self, free: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray | None]:
         """Return the residual of each row, and the derivative of the predicted effort by each free parameter, shape (row, free).
 
-        Forward along the motion, beside the force; by differences, with a warning, where a kernel cannot be translated.
-        The place of the contact before a segment follows the parameters: the part of a derivative that it explains is left out.
-        The derivative is None for a class that has a `residual`, a `predicted` or a `friction` of its own.
+        Derivatives are integrated along the motion with the force, or computed by differences, with a warning, if a
+        kernel cannot be translated. The contact before a segment depends on the parameters: the part of a derivative
+        that it explains is removed. The derivative is None for a class that overrides `residual`, `predicted` or
+        `friction`.
         """
         if has_own(self, InverseDynamics, "residual", "predicted", "friction"):
             return self.residual(free), None
@@ -118,7 +119,7 @@ class InverseDynamics:
         return self.dataset.effort - self.mechanical(values) - rows.force, columns
 
     def _transmitted(self, plant: Model, names: Sequence[str]) -> Transmitted:
-        """Return a function of a segment: the effort that passes on to the load, and its derivatives by these parameters."""
+        """Return a function of a segment: the effort transmitted to the load, and its derivatives by these parameters."""
         units = [self.plant(self.unit(name)) if name in self.parameters.plant.variables else None for name in names]
 
         def along(segment: Segment) -> tuple[np.ndarray, np.ndarray]:
@@ -128,7 +129,7 @@ class InverseDynamics:
         return along
 
     def _without_start(self, columns: np.ndarray, change: np.ndarray, contacts: Sequence[float | None]) -> None:
-        """Leave out what the start of the contact makes up for, which follows (variable projection [1]_) but at an end of its range."""
+        """Project off the effect of the initial contact (variable projection [1]_), unless it is at an end of its range."""
         for number, contact in enumerate(contacts):
             within = self.dataset.segment_of_row == number
             direction = change[within]
@@ -142,7 +143,7 @@ class InverseDynamics:
         return {name: self.mechanical(self.unit(name)) for name in self.parameters.free if name in self.parameters.plant.variables}
 
     def found_first(self) -> list[np.ndarray]:
-        """Return what one standard error of delay, bend and each known parameter does to the effort, shape (row,) each [N or N*m]."""
+        """Return the change of the effort by one standard error of delay, bend and each measured parameter, shape (row,) each."""
         changes, step = list[np.ndarray](), self.dataset.sample_time
         for name, entry in self.parameters.fixed.items():
             if entry.half_width is not None:
@@ -156,7 +157,7 @@ class InverseDynamics:
 
     @cached_property
     def delay_std(self) -> float:
-        """Standard error of the delay that was taken out of the log [s]; that of a hold where neither is known."""
+        """Standard error of the removed delay [s]; that of a hold if delay and hold are unknown."""
         alignment = self.dataset.alignment
         if alignment is None or not alignment.sought:
             return 0.0
@@ -166,18 +167,18 @@ class InverseDynamics:
 
     @property
     def bend_std(self) -> float:
-        """Standard error of half the square of the time constant of a filter that was taken out of the log [s^2]."""
+        """Standard error of half the square of the time constant of a removed filter [s^2]."""
         alignment = self.dataset.alignment
         if alignment is None or alignment.smoothing is None or alignment.smoothing_half_width is None:
             return 0.0
         return abs(alignment.smoothing) * alignment.smoothing_half_width / NORMAL_95
 
     def errors(self, free: Mapping[str, float]) -> dict[str, float]:
-        """Return nothing: the error of the effort along the motion is known of every fit."""
+        """Return an empty dictionary: every fit has the error of the effort along the motion."""
         return {}
 
     def effort_residual(self, free: Mapping[str, float], residual: np.ndarray) -> np.ndarray:
-        """Return the residual: it is that of the effort of each row [N or N*m]."""
+        """Return the residual unchanged: it is that of the effort of each row [N or N*m]."""
         return residual
 
     @cached_property
@@ -197,21 +198,21 @@ class InverseDynamics:
 
     @cached_property
     def away(self) -> Away:
-        """The rows away from reversals and rests; a slide of six times as long is a steady one."""
+        """The rows away from reversals and rests; after six times this distance, a slide is steady."""
         dataset, x, speed = self.dataset, self.dataset.position, np.abs(self.dataset.velocity)
         time, least = dataset.samples_from_rest * dataset.sample_time, max(AWAY / dataset.cutoff, AWAY_TIME)
         turns = float(np.ptp(x)) * dataset.cutoff / max(float(np.median(speed)), np.finfo(float).tiny)
-        return Away(time > least, time > 6.0 * least, x, dataset.velocity, turns)  # times as long: where a slide is a steady one
+        return Away(time > least, time > 6.0 * least, x, dataset.velocity, turns)  # times as long: from here on, a slide is steady
 
     @cached_property
     def columns(self) -> np.ndarray:
-        """Regressor of a linear model, shape (row, free): what it answers to one parameter of 1 with all others 0."""
+        """Regressor of a linear model, shape (row, free): the response to one parameter of 1 with all others 0."""
         plant = self.parameters.plant.variables
         columns = [self.plant_columns[name] if name in plant else self.friction(self.unit(name)) for name in self.parameters.free]
         return np.stack(columns, axis=1) if columns else np.empty((self.dataset.effort.size, 0))
 
     def unit(self, *names: str) -> dict[str, float]:
-        """Return all parameters, these 1 and the others 0, but what a force is not linear in, such as a length, as it is fixed."""
+        """Return these parameters at 1 and the others at 0; nonlinear parameters, such as a length, keep their fixed values."""
         values, of_friction = {name: float(name in names) for name in self.parameters.variables}, self.parameters.component.variables
         for name, fixed in self.parameters.fixed.items():
             variable = self.parameters.variables[name]
@@ -225,24 +226,24 @@ class InverseDynamics:
         return self.predicted(self.parameters.complete(dict.fromkeys(self.parameters.free, 0.0)))
 
     def friction_slope(self, values: Mapping[str, float]) -> np.ndarray:
-        """Return by how much the effort of each row rises with the level of friction, dF/dc [N or N*m]."""
+        """Return the derivative of the effort of each row by the relative friction level [N or N*m]."""
         return (self.friction(cycles.scaled(self.parameters.component, values, 1.0 + cycles.NUDGE)) - self.friction(values)) / cycles.NUDGE
 
     def replicates(self, values: Mapping[str, float], slope: np.ndarray, residual: np.ndarray) -> RowReplicates:
-        """Return what draws logs of the fitted model."""
+        """Return the replicates of the fitted model."""
         return RowReplicates(self, values)
 
     def refits_linearly(self, friction: Model) -> bool:
-        """Return False: the coordinates know what is linear."""
+        """Return False: the coordinates know their linearity."""
         return False
 
     def folds(self, count: int) -> tuple[str, list[Fold]]:
-        """Return time blocks of the log; rows beside one share samples with it through the filters, and fit neither."""
+        """Return time blocks of the log; rows next to a block share samples with it through the filters, and are not fitted."""
         name, blocks = cycles.time_blocks(self.dataset, count)
         return name, [Fold(block, cycles.beside(block, self.dataset.reach), block) for block in blocks]
 
     def parts_of(self, blocks: int, settings: Settings) -> tuple[str, list[Fold]]:
-        """Return the logs where there are several, else so many time blocks; a log too short for them is refused."""
+        """Return the logs if there are several, else `blocks` time blocks; reject a log that is too short."""
         log = self.dataset.log_of_row
         if log[0] != log[-1]:
             return "logs", [Fold(log == number, log != number, log == number) for number in np.unique(log)]
@@ -253,11 +254,11 @@ class InverseDynamics:
 
 @dataclass(frozen=True)
 class RowReplicates:
-    """Replicates of the rows of a `problem` as it was fitted, all its parameters `values` [SI].
+    """Replicates of the rows of a fitted `problem`, with all its parameters `values` [SI].
 
-    On the motion of the log act the friction of the model, whose level scatters from reversal to reversal, and the
-    plant; the effort is read with noise, the position through the axis's own encoder, of which nobody knows where its
-    steps lie. What the filters, the encoder and the scatter do to an estimate, they do to one from a replicate alike.
+    Plant and friction of the model act along the motion of the log; the friction level scatters from half-cycle to
+    half-cycle. The effort has noise, and the position passes the encoder of the axis with a random phase of its
+    steps. Filters, encoder and scatter therefore bias a fit to a replicate as they bias the estimate.
     """
 
     problem: InverseDynamics
@@ -266,16 +267,16 @@ class RowReplicates:
 
     @property
     def doubt(self) -> float:
-        """The more, the less the position shows of what the filter takes from its reversals."""
+        """Doubt of the offset of the fits; it grows as the position shows less of the reversals beyond the filter."""
         pairs = zip(self._recovered, self._starts, strict=True)
         return DOUBT + UNSEEN * (1.0 - float(np.mean(np.concatenate([motion.visible[list(starts)] for motion, starts in pairs]))))
 
     def made_with(self, values: Mapping[str, float]) -> RowReplicates:
-        """Return what draws logs of the same model with other parameters."""
+        """Return replicates of the same model with other parameters."""
         return replace(self, values=values, left=self._residual)
 
     def draw(self, disturbance: cycles.Disturbance, rng: np.random.Generator, side: float = 1.0) -> InverseDynamics:
-        """Return the same problem on a log drawn anew."""
+        """Return the same problem on a new random log."""
         dataset, log = self.problem.dataset, self.log(disturbance, rng, side)
         axis = Axis(kind=dataset.kind, resolution=dataset.resolution)
         drawn = treat(log, axis, dataset.cutoff, dataset.decimation, like=dataset)
@@ -288,7 +289,7 @@ class RowReplicates:
         return replace(self.problem, dataset=differentiated(drawn) if finely else drawn)
 
     def log(self, disturbance: cycles.Disturbance, rng: np.random.Generator, side: float = 1.0) -> Log:
-        """Return a log drawn anew: the segments of the motion, one after the other."""
+        """Return a new random log: the segments of the motion in sequence."""
         dataset = self.problem.dataset
         scatter, noise, jitter = (side * size for size in (disturbance.scatter, disturbance.noise, disturbance.jitter))
         efforts, positions, segments, first = [], [], [], 0
@@ -328,12 +329,12 @@ class RowReplicates:
         )
 
     def _wrong(self, rng: np.random.Generator, side: float) -> tuple[float, float, Model]:
-        """Return by how much delay [s] and filter [s^2] of the log may be wrong, and the plant, as wrong as they."""
+        """Return random errors of delay [s] and filter [s^2], and a plant with random errors."""
         fixed = self.problem.parameters.fixed.items()
         widths = {name: entry.half_width for name, entry in fixed if entry.half_width is not None}
         if not widths and not self.problem.delay_std:
             return 0.0, 0.0, self._plant
-        # With numbers of its own, whatever else is drawn, and the same in the mirror image.
+        # A separate random stream, independent of other draws and equal in the mirror image.
         assert isinstance(rng.bit_generator, np.random.PCG64)
         apart = np.random.Generator(rng.bit_generator.jumped())
         late, *errors, bent = side * apart.standard_normal(2 + len(widths))
@@ -354,7 +355,7 @@ class RowReplicates:
 
     @cached_property
     def _motion(self) -> tuple[Segment, ...]:
-        """The motion of the log, before its filter."""
+        """The unfiltered motion of the log."""
         return tuple(motion.segment for motion in self._recovered)
 
     @cached_property
@@ -363,12 +364,12 @@ class RowReplicates:
 
     @cached_property
     def _between(self) -> tuple[Segment, ...]:
-        """The same between its samples."""
+        """The same motion on a finer grid."""
         return tuple(cycles.between_samples(segment, self.problem.dataset.sample_time) for segment in self._motion)
 
     @cached_property
     def _residual(self) -> tuple[np.ndarray, ...]:
-        """What the fitted model leaves over along each segment [N or N*m]."""
+        """Residual of the fitted model along each segment [N or N*m]."""
         if self.left is not None:
             return self.left
         dataset = self.problem.dataset

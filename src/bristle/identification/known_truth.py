@@ -1,9 +1,9 @@
-"""What a log can tell: its identified axis, simulated along the recorded motion, is identified again, and the truth is known.
+"""Recovery test of a log: the identified axis is simulated along the recorded motion and identified again, with known truth.
 
-A simulated log has the motion, the channel and the encoder of the recorded one, in steps of unknown phase; the level of
-friction scatters from half-cycle to half-cycle, the effort is noisy. In a loop around the recorded motion the effort
-moves the axis, so that friction decides how it moves; friction over a channel that was recorded beside the motion acts
-along the recorded motion instead. The fit to a simulated log knows what the person said of the axis, and no more.
+A simulated log has the motion, channel and encoder of the recorded log, with encoder steps of random phase. The friction
+level scatters from half-cycle to half-cycle, and the effort is noisy. The axis is simulated in a loop around the recorded
+motion, so friction affects the motion. Friction that depends on a recorded surrounding acts along the recorded motion
+instead. The fit to a simulated log knows only the given data of the axis.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ from bristle.logs.filters import through_filter
 from bristle.logs.log import Log
 
 SEED = 20_261_127
-DETERMINED, ROUGH = 10.0, 50.0  # percent: what errors stay within
-FEWEST = 0.5  # share of the simulated logs: a parameter that no more identify is not determined
-FEWEST_DRAWS, MOST_DRAWS = 20, 100  # behind the intervals of a fit to a simulated log
-HOLD_LEAST, TELLING = 0.75, 5  # share of the intervals: where fewer hold, of so many at least, they are too narrow
+DETERMINED, ROUGH = 10.0, 50.0  # percent: limits of the errors
+FEWEST = 0.5  # share of the simulated logs that must identify a determined parameter
+FEWEST_DRAWS, MOST_DRAWS = 20, 100  # for the intervals of a fit to a simulated log
+HOLD_LEAST, TELLING = 0.75, 5  # smallest share of intervals that contain the truth; fewest intervals for this verdict
 
 
 @dataclass(frozen=True)
@@ -52,13 +52,13 @@ class Determined:
     truth : float
         The value of the simulated axis in `unit`.
     relative_to : str
-        The parameter that errors are a share of: itself, or of a constant force the level of friction.
+        The reference of relative errors: the parameter, or the friction level for a constant force.
     errors : ndarray, shape (fit,)
-        Relative error of each fit that identified the parameter [%], not finite where the truth is zero.
+        Relative error of each fit that identified the parameter [%], not finite for a truth of zero.
     intervals, hold : int
-        How many of these fits have a 95 % interval, and how many intervals hold the truth.
+        Number of these fits with a 95 % interval, and number of intervals that contain the truth.
     logs : int
-        How many logs were simulated.
+        Number of simulated logs.
     """
 
     name: str
@@ -73,7 +73,7 @@ class Determined:
 
     @property
     def identified(self) -> int:
-        """How many fits identified the parameter."""
+        """Number of fits that identified the parameter."""
         return self.errors.size
 
     @property
@@ -88,7 +88,7 @@ class Determined:
 
     @property
     def within_percent(self) -> float | None:
-        """Median error and a 95 % prediction interval about it [%]: what the error of a further log stays within."""
+        """Median error and a 95 % prediction interval about it [%]: the bound of the error of a further log."""
         from scipy.special import stdtrit
 
         if self.median_error_percent is None or self.spread_percent is None:
@@ -105,12 +105,12 @@ class Determined:
 
     @property
     def is_rare(self) -> bool:
-        """Whether no more than half of the fits identified the parameter."""
+        """Whether at most half of the fits identified the parameter."""
         return self.identified <= FEWEST * self.logs
 
     @property
     def too_narrow(self) -> bool:
-        """Whether too few of the intervals hold the truth, of as many as tell."""
+        """Whether too few of the intervals contain the truth."""
         return self.intervals >= TELLING and self.hold < HOLD_LEAST * self.intervals
 
     @classmethod
@@ -125,9 +125,9 @@ class Determined:
         count: int = 10,
         progress: Progress | None = None,
     ) -> tuple[Determined, ...]:
-        """Return how well each parameter of a fit comes out of simulated logs, of which `fit` has the truth in its models.
+        """Return the recovery of each parameter from simulated logs, with the models of `fit` as the truth.
 
-        `treatment` and `settings` are those of the fit. One without intervals, or to a simulated signal, is refused.
+        `treatment` and `settings` are those of the fit. A fit without intervals, or by simulation, is rejected.
         """
         again = _same_fit(logs, axes, fit, treatment, settings)
         estimates, refused = list[Mapping[str, Estimate]](), list[InputError]()
@@ -152,7 +152,7 @@ class Determined:
 def _same_fit(
     logs: Sequence[Log], axes: Sequence[Axis | None], fit: Fit, treatment: Mapping[str, float], settings: Mapping[str, float]
 ) -> Callable[..., Identification]:
-    """Return what identifies logs as a person asked of a fit; a fit that cannot be simulated is refused."""
+    """Return `identify` with the arguments of a fit; reject a fit that cannot be simulated."""
     if fit.position_rmse is not None or fit.loop_rmse is not None:
         message, allowed = "were identified by a method whose logs are not simulated", "inverse_dynamics or prediction_error"
         raise InputError(message, path="results", value="output_error", allowed=allowed, mend="Identify again with one of these methods")
@@ -179,7 +179,7 @@ def _same_fit(
 
 
 class SimulatedLog(NamedTuple):
-    """A log that the identified axis makes along the motion of a recorded one."""
+    """A simulated log of the identified axis along the motion of a recorded log."""
 
     log: Log
     axis: Axis | None
@@ -187,7 +187,7 @@ class SimulatedLog(NamedTuple):
     treatment: Mapping[str, float]
 
     def drawn(self, rng: np.random.Generator) -> Log:
-        """Return such a log."""
+        """Return a simulated log."""
         log, component = self.log, self.fit.friction.component
         along = any(part.is_recorded for part in component.surroundings) or TRANSMITTED in component.variables.values()
         make = self._along if along or getattr(self.fit.plant.component, "columns", ()) else self._in_loop
@@ -212,7 +212,7 @@ class SimulatedLog(NamedTuple):
         return Unseen(self.fit.resampling.bands.scatter, self.fit.resampling.bands.noise, dataset.resolution)
 
     def _in_loop(self, rng: np.random.Generator) -> Iterator[tuple[slice, Recorded]]:
-        """Yield where segments stand, and what the axis records there in a loop around the recorded motion."""
+        """Yield the slice of each segment, and the record of the axis there in a loop around the recorded motion."""
         log, dt, channel = self.log, self.log.sample_time, self._channel
         dataset = treat(log, self.axis, self.treatment["cutoff"])
         axis = IdentifiedAxis(self.fit.plant, self.fit.friction, dataset, dt, steps_of(dt), channel)
@@ -228,7 +228,7 @@ class SimulatedLog(NamedTuple):
             yield place, part
 
     def _along(self, rng: np.random.Generator) -> Iterator[tuple[slice, Recorded]]:
-        """Yield where segments stand, and the effort that the axis takes along the recorded motion."""
+        """Yield the slice of each segment, and the effort of the axis along the recorded motion."""
         (plant, friction), delay, channel = (self.fit.plant, self.fit.friction), self.treatment.get("delay", 0.0), self._channel
         lag = self.treatment.get("position_smoothing", 0.0)
         alignment = Alignment(delay, smoothing=-(lag or channel.lag) or None, sought=False, of_position=lag > 0.0)
@@ -245,19 +245,19 @@ class SimulatedLog(NamedTuple):
             yield self._place(segment.time), replace(recorded, effort=late)
 
     def _place(self, time: np.ndarray) -> slice:
-        """Return where the samples of a segment stand in the log."""
+        """Return the slice of a segment in the log."""
         first = int(np.searchsorted(self.log.time.values, time[0]))
         return slice(first, first + time.size)
 
 
 def _determined(fit: Fit, estimate: Estimate, fits: Sequence[Mapping[str, Estimate]], count: int) -> Determined:
-    """Return what fits to simulated logs say of one parameter of a fit."""
+    """Return the recovery of one parameter in fits to simulated logs."""
     name, values, variables = estimate.name, {**fit.plant.values, **fit.friction.values}, fit.friction.component.variables
-    # The stiffness of all elements is none of the parameters of their model.
+    # The stiffness of all elements is not a parameter of their model.
     truth = float(values.get(name, estimate.value))
     levels = names_of(Role.LEVEL, variables) if variables.get(name) == OFFSET else []
     scale = max(levels, key=lambda level: abs(values[level]), default=name)
-    # A constant force near zero is no share of itself, and known all the same.
+    # The relative error of a constant force near zero refers to the friction level.
     of_fits = [parameters[name] for parameters in fits if name in parameters]
     identified = [again for again in of_fits if again.status == "identified" or scale != name]
     ends = [again.interval for again in identified if again.interval is not None]

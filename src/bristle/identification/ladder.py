@@ -8,8 +8,9 @@ with :math:`p = 4`, and the standard errors :math:`s_{ij}` of the :math:`n` coor
 
 .. math:: V_i = A^{-1} \Bigl(\sum_b g_b g_b^T\Bigr) A^{-1}
 
-with the information :math:`A` of the observer and the scores :math:`g_b` of blocks of time [1]_. A stiff observer sees little but
-rounding, a loose one drifts by the forces that no model has: their errors have different causes, and partly cancel.
+with the information :math:`A` of the observer and the scores :math:`g_b` of blocks of time [1]_. A stiff observer
+sees little but rounding, a loose observer drifts by unmodelled forces: their errors have different causes, and partly
+cancel.
 
 References
 ----------
@@ -79,7 +80,7 @@ class Ladder:
 def sandwich(rung: Rung) -> np.ndarray:
     """Return the covariance of the coordinates from the scores of blocks of time, shape (coordinate, coordinate).
 
-    What is known to half of its interval, as an inertia by instruments is, moves them by as much as it may be wrong.
+    Parameters known beforehand with an interval, such as a measured inertia, contribute their uncertainty.
     """
     solution, parameters, count = rung.solution, rung.problem.parameters, rung.problem.settled_rows
     unsure = {name: fixed.half_width / NORMAL_95 for name, fixed in parameters.fixed.items() if fixed.half_width}
@@ -91,7 +92,7 @@ def sandwich(rung: Rung) -> np.ndarray:
     inverse = np.linalg.pinv(columns.T @ columns, rcond=1e-12, hermitian=True)
     scores = scores_of(columns[:count], residual[:count], BLOCKS)
     weights = np.array([expectation.weight for expectation in rung.problem.expected])
-    beforehand = columns[count:] * (rung.problem.unit * np.sqrt(weights))[:, None]  # what is expected has an error of its own
+    beforehand = columns[count:] * (rung.problem.unit * np.sqrt(weights))[:, None]  # an expectation has a separate error
     pulls = columns.T @ (derivatives[:, len(parameters.free) :] * np.array([*unsure.values()]))
     matrix = inverse @ (BLOCKS / (BLOCKS - 1) * (scores.T @ scores) + beforehand.T @ beforehand + pulls @ pulls.T) @ inverse
     return matrix / np.where(scale > 0.0, scale, np.inf)[:, None] / np.where(scale > 0.0, scale, np.inf)

@@ -1,7 +1,7 @@
 """Least squares for the parameters of one problem: linear, or by bounded descents from several starts.
 
-Descents are those of scipy (trust region reflective), with Jacobians that come along with the residual; where a problem knows none,
-of differences that are taken here: on all cores, never beyond an upper bound, and with steps that events of a simulation do not disturb.
+Descents are those of scipy (trust region reflective). The Jacobian comes with the residual, else from differences: on
+all cores, never beyond an upper bound, with steps that events of a simulation do not disturb.
 """
 
 from __future__ import annotations
@@ -29,20 +29,20 @@ CANDIDATES = 24
 STARTS = 3
 EVALUATIONS = 60
 SEED = 20_240_229
-FAR = 1e6  # times a typical residual: a model that left the finite numbers, or nearly
-STEP = 1e-5  # of a coordinate, or of 1: a stick or a reversal that moves by a step of the integration is far below
+FAR = 1e6  # times a typical residual: limit for a model that diverges
+STEP = 1e-5  # of a coordinate, or of 1: far above the shift of an event by one step of the integration
 DIFFERENCE = float(np.sqrt(np.finfo(float).eps))  # of a coordinate, for a derivative
 SIMULATED = 1e-7  # relative change of the cost that ends a search whose differences are coarse
-HELD_OUT = 1e-6  # the same, of a search on some rows: errors on the others are told to a thousandth
+HELD_OUT = 1e-6  # the same for a search on some rows: held-out errors are then accurate to a thousandth
 EDGE = 1e-3  # in coordinates: of a typical magnitude, or of a factor e
 
 
 class _KnownError(Exception):
-    """A descent has come to a minimum that is known."""
+    """A descent has reached a known minimum."""
 
 
 class Report(Protocol):
-    """What a search tells of its progress: the share of the work done, and a remark."""
+    """Callback for progress: the share of the work done, and a remark."""
 
     def __call__(self, share: float, remark: str = "") -> None:
         """Take note."""
@@ -50,16 +50,16 @@ class Report(Protocol):
 
 
 def silent(share: float, remark: str = "") -> None:
-    """Tell nobody."""
+    """Ignore progress."""
 
 
 def between(report: Report, low: float, high: float) -> Report:
-    """Return what tells the progress of a part of the work, which goes from `low` to `high`."""
+    """Return the callback for a part of the work, from `low` to `high`."""
     return lambda share, remark="": report(low + (high - low) * share, remark)
 
 
 class Sliding(NamedTuple):
-    """Coulomb and viscous friction of a log, as a linear fit finds them beside its plant and offset, by name [SI]."""
+    """Coulomb and viscous friction of a log from a linear fit, with plant and offset by name [SI]."""
 
     values: Mapping[str, float]
     coulomb: float
@@ -67,7 +67,7 @@ class Sliding(NamedTuple):
 
 
 def linear(problem: InverseDynamics, rows: np.ndarray | slice = slice(None)) -> Solution:
-    """Return the least-squares parameters, from some rows, of a model that is linear in them."""
+    """Return the least-squares parameters of a linear model from some rows."""
     space = ParameterSpace.of(problem.parameters)
     columns = problem.columns[rows]
     target = (problem.dataset.effort - problem.fixed_effort)[rows]
@@ -84,14 +84,14 @@ def linear(problem: InverseDynamics, rows: np.ndarray | slice = slice(None)) -> 
 
 @dataclass
 class Linearised:
-    """The residual of a search over its unit, of some rows, with its Jacobian, by differences where no derivative is known."""
+    """The scaled residual of a search on some rows, with its Jacobian."""
 
     search: Search
     rows: np.ndarray | slice
     _last: tuple[np.ndarray, np.ndarray, np.ndarray | None] | None = None
 
     def at(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
-        """Return the coordinates, the residual there, and its derivative by the free parameters where that is known."""
+        """Return the coordinates, the residual there, and its derivative by the free parameters, or None."""
         if self._last is None or not np.array_equal(x, self._last[0]):
             with np.errstate(over="ignore", invalid="ignore"):
                 residual, derivatives = self.search.problem.linearised(self.search.space.values(x))
@@ -114,7 +114,7 @@ class Linearised:
 
 @dataclass(frozen=True)
 class Search:
-    """The search for the parameters of a problem, from starts around its `sliding` friction, with a residual of about `unit`."""
+    """The search for the parameters of a problem, from starts around its `sliding` friction; `unit` scales the residual."""
 
     problem: Sought
     scales: Scales
@@ -124,7 +124,7 @@ class Search:
 
     @property
     def step(self) -> float:
-        """By how much a coordinate moves for a difference, of it or of 1."""
+        """Relative step of a coordinate for a difference."""
         return STEP if self.simulates else DIFFERENCE
 
     @cached_property
@@ -133,7 +133,7 @@ class Search:
         return TransformedSpace.within(self.problem.parameters, self.scales)
 
     def solve(self, report: Report = silent, nested: Sequence[Mapping[str, float]] = ()) -> Solution:
-        """Return the best of several starts, `nested` optima first, which a long log compares on a part; an interruption ends it early."""
+        """Return the best of several starts, `nested` optima first; a long log compares starts on an excerpt."""
         excerpt = self.problem.excerpt()
         if excerpt is None:
             return self.as_far_as_it_came(partial(self._from_several, nested, report))
@@ -151,7 +151,7 @@ class Search:
         return self.as_far_as_it_came(go_on)
 
     def as_far_as_it_came(self, work: Callable[[BestSoFar], None]) -> Solution:
-        """Return the best of all that `work` comes to; where a person interrupts it, the best until then."""
+        """Return the best result of `work`; after an interruption, the best result so far."""
         best = BestSoFar()
         try:
             work(best)
@@ -170,12 +170,12 @@ class Search:
         starts = [*map(self.space.theta, nested), *drawn][: max(STARTS, len(nested) + 1)]
         for number, start in enumerate(starts):
             report((number + 0.3) / (len(starts) + 0.3), f"best so far {self.percent(best.cost):.3g} %" if number else "")
-            # A start that comes to where another one ended would end there, too.
+            # A start that meets the end of another start would end there too.
             with suppress(_KnownError):
                 best.take(self.descend(start, best=best, again=False))
 
     def lowest(self, starts: Sequence[Mapping[str, float]]) -> tuple[float, Mapping[str, float]]:
-        """Return the smallest cost of several starts, and the first that has it."""
+        """Return the smallest cost of several starts, and its first start."""
         costs = self._costs([*map(self.space.theta, starts)])
         return min(costs), starts[int(np.argmin(costs))]
 
@@ -183,18 +183,18 @@ class Search:
         return [0.5 * float(residual @ residual) for residual in self.residuals(thetas)]
 
     def percent(self, cost: float) -> float:
-        """Return what half a sum of squares is of the measured signal [%]."""
+        """Return the root of a cost relative to the measured signal [%]."""
         return 100.0 * math.sqrt(2.0 * cost) * self.unit / max(float(np.linalg.norm(self.problem.measured)), np.finfo(float).tiny)
 
     def refit(
         self, start: Mapping[str, float], rows: np.ndarray | None = None, limit: int = EVALUATIONS // 3, best: BestSoFar | None = None
     ) -> Solution:
-        """Return the solution from a start nearby; of some `rows` as closely as the error on all others is judged."""
+        """Return the solution from a nearby start; with some `rows`, to the accuracy of held-out errors."""
         chosen, tolerance = (slice(None), 0.0) if rows is None else (rows, HELD_OUT)
         return self.descend(self.space.theta(start), chosen, limit, best, tolerance)
 
     def finite(self, residual: np.ndarray) -> np.ndarray:
-        """Return a residual over its unit, finite wherever a model went."""
+        """Return a residual over its unit, clipped to finite values."""
         return np.clip(np.nan_to_num(residual / self.unit, nan=FAR, posinf=FAR, neginf=-FAR), -FAR, FAR)
 
     def residuals(self, thetas: Sequence[np.ndarray], rows: np.ndarray | slice = slice(None)) -> list[np.ndarray]:
@@ -213,7 +213,7 @@ class Search:
         *,
         again: bool = True,
     ) -> Solution:
-        """Return a minimum nearby; where it is not to be found `again`, a known one raises _KnownError."""
+        """Return a nearby minimum; unless `again`, a known minimum raises _KnownError."""
         from scipy.optimize import least_squares
 
         low, high = self.space.low, self.space.high
@@ -227,7 +227,7 @@ class Search:
                     raise _KnownError
             return rest
 
-        # The method needs a start strictly inside.
+        # The method needs a start strictly inside the bounds.
         width = np.minimum(high - low, 1.0)
         theta = np.clip(theta, low + 1e-4 * width, high - 1e-4 * width)
         ended: Any = least_squares(
@@ -249,7 +249,7 @@ class Search:
         return Solution(self.space, theta, -ended.jac * self.unit, at_edge, float(ended.cost))
 
     def _start(self, rng: np.random.Generator) -> np.ndarray:
-        """Return a start: the sliding part from the linear fit, all else drawn from the range it is sought in."""
+        """Return a start: sliding friction from the linear fit, other parameters drawn from their ranges."""
         variables = self.problem.parameters.variables
         values = self.problem.parameters.complete({})
         for transform in self.space.transforms:
@@ -264,7 +264,7 @@ class Search:
     def _draw(self, transform: Transform, variable: Variable, rng: np.random.Generator) -> float:
         if transform.name in self.sliding.values:
             value = self.sliding.values[transform.name]
-            # Friction in front of its first slip is stiff too: both share what the log shows.
+            # Friction before its first slip is stiff too: both share the visible stiffness.
             return value * rng.uniform(0.2, 1.0) if variable.quantity == "force/length" else value
         if variable.excitation in OF_SLOTS:
             return self.problem.parameters.component.defaults.get(transform.name, 0.0)

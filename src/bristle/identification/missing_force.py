@@ -1,17 +1,18 @@
-r"""Forces that a model has no place for, found in what its fit leaves over.
+r"""Forces missing from a model, found in the residual of its fit.
 
-Each cause has a few columns: what friction would do with it, to first order. A cause is there where its columns,
-fitted to most half-cycles, tell the residual of the others (cross-validation [1]_). Two things would hide it, and are
-weighed first. Rows around reversals err by their sampling: what does not act there alone is looked for farther away,
-and each band of distance from a reversal counts by what it leaves over. And friction has another level on each
-half-cycle: with the share :math:`1 - \sqrt{v_k / (\tau^2 + v_k)}` of that level taken out, of a scatter :math:`\tau`
-and an error :math:`v_k`, rows are as good as independent of it [2]_.
+Each cause has a few columns: the first-order change of friction by this cause. A cause is present if its columns,
+fitted to most half-cycles, predict the residual of the others (cross-validation [1]_). Weights remove two
+disturbances first. Sampling errors dominate rows around reversals: forces that also act elsewhere are sought farther
+away, and the weight of each band of distance from a reversal follows from its residual. And friction has another
+level in each half-cycle: with the share :math:`1 - \sqrt{v_k / (\tau^2 + v_k)}` of that level removed, for a scatter
+:math:`\tau` and an error :math:`v_k`, rows are nearly independent of it [2]_.
 
-What the parameters of the model can take is no missing force, nor is what a wrong inertia, a delay or a filter of
-a channel makes: their derivatives are fitted with each cause.
+Changes of the parameters, of the inertia, of the delay or of a filter are not missing forces: their derivatives are
+fitted with each cause.
 
-One rule tells a cause from errors of the treatment, which come back on each half-cycle too: its force, times the share
-of the residual that it tells, must be a share of friction, and more than signs by chance for each half-cycle give [3]_.
+Errors of the treatment also repeat in each half-cycle. A cause must therefore exceed a threshold: its force, times the
+share of the residual that it explains, must be a share of friction. It must also exceed the result of random signs for
+each half-cycle [3]_.
 
 References
 ----------
@@ -39,17 +40,17 @@ from bristle.identification.missing_rows import FEWEST_ROWS, SMALLEST, Rows, Wei
 from bristle.identification.settings import Settings
 from bristle.logs.waves import frequency_in, refined, waves
 
-AS_GOOD = 1.05  # times what another cause leaves: gravity is what turns with an angle, before a parabola or a ripple
-EVEN = 0.9  # of what a ripple tells, where it is alike in both directions, or not
+AS_GOOD = 1.05  # times the residual of another cause: gravity is preferred to a parabola or a ripple over the angle
+EVEN = 0.9  # of the share of a ripple, for a ripple equal in both directions, or opposite
 OVERTONES = range(2, 7)  # of a ripple
 FALLS = (0.01, 0.03, 0.1, 0.3, 1.0)  # of the largest speed, over which friction may fall
-WAYS = tuple(np.geomspace(1e-4, 0.03, 6).tolist())  # of the range, over which a force may build up after a reversal
+WAYS = tuple(np.geomspace(1e-4, 0.03, 6).tolist())  # of the range: build-up length of a force after a reversal
 LAGS = (0.01, 0.04)  # [s]
 LAG_FALLS = (0.003, 0.01, 0.03, 0.1)  # of the largest speed
-LEAST_OF_A_RIPPLE = 0.3  # of what is left over: its period is sought, so that signs by chance tell nothing of it
-FEWEST_WAVES = 1.5  # over the range: fewer are a change along the axis
+LEAST_OF_A_RIPPLE = 0.3  # of the residual: its period is searched, so random signs are no test
+FEWEST_WAVES = 1.5  # over the range: fewer waves are a change along the axis
 MOST_CAUSES, MOST_SEARCHES = 3, 5
-FEWEST_UNITS = 24  # half-cycles, or parts of them, that have a sign of their own
+FEWEST_UNITS = 24  # half-cycles, or parts of them, with separate signs
 DRAWS = 1999  # of signs
 HALF_POWER = np.log(2.0) ** 0.5 / (2.0 * np.pi)  # of a Gaussian: its width times its cut-off
 SMALL = 1e-3
@@ -70,15 +71,15 @@ class Missing(NamedTuple):
 
     @property
     def evidence(self) -> float:
-        """The force [N or N*m] times the share that it tells of what is left over: errors of the treatment have little of both."""
+        """The force [N or N*m] times the explained share of the residual, both small for errors of the treatment."""
         return self.share * self.force
 
 
 def missing_forces(rows: Rows, settings: Settings, *, static: bool = False) -> tuple[tuple[Missing, ...], float]:
-    """Return the forces that a model lacks, the one that tells most first, and what is left without them [N or N*m].
+    """Return the forces that a model lacks, the strongest evidence first, and the remaining residual [N or N*m].
 
-    They are looked for away from reversals, below the frequencies at which the acceleration is noise; a ripple also beyond
-    them, and around reversals the force that builds up after them where the model is `static`.
+    They are sought away from reversals, below the frequencies at which noise dominates the acceleration. A ripple is also
+    sought above. If the model is `static`, the force that builds up after reversals is sought too.
     """
     if not rows.enough:
         return (), 0.0
@@ -86,14 +87,14 @@ def missing_forces(rows: Rows, settings: Settings, *, static: bool = False) -> t
     behind = columns_of.pop("presliding")
     if np.count_nonzero(rows.far) >= FEWEST_ROWS and (away := rows.at(rows.far)).enough:
         explained, causes = rows.explained[rows.far], {name: columns[rows.far] for name, columns in columns_of.items()}
-        # A ripple may be too fast for the filter, and is told with its period where it passes none.
+        # A ripple may be too fast for the filter: find it with its period in unfiltered rows.
         fast, left = _Search.of(away, explained, slow=False).causes_in(causes, settings)
         fast = [force for force in fast if force.cause == "ripple"]
         explained = np.column_stack([explained, *(_columns(force, away, causes) for force in fast)])
         slow, of_all = _Search.of(away, explained, slow=True).causes_in(causes, settings, ripple=not fast)
         missing, left = [*fast, *slow], left if fast else of_all
     if static:
-        # What builds up over a way lags, too: a lag is not what it is told beside.
+        # A force that builds up over a way also lags: omit a lag from the explained columns.
         explained = np.column_stack([rows.explained, *(_columns(force, rows, columns_of) for force in missing if force.cause != "lag")])
         around, of_all = _Search.of(rows, explained, slow=True).causes_in({"presliding": behind}, settings, ripple=False)
         missing, left = [*missing, *around], left if missing else of_all
@@ -106,7 +107,7 @@ def _columns(force: Missing, rows: Rows, causes: Mapping[str, np.ndarray]) -> np
 
 @dataclass
 class _Search:
-    """A search for causes in rows, behind a filter or not, beside what is explained, which grows with what was found."""
+    """A search for causes in rows, filtered or not; each found cause is added to the explained columns."""
 
     rows: Rows
     passed: Callable[[np.ndarray], np.ndarray]
@@ -116,7 +117,7 @@ class _Search:
 
     @classmethod
     def of(cls, rows: Rows, explained: np.ndarray, *, slow: bool) -> _Search:
-        """Return a search in rows as they are, or in what is `slow` of them."""
+        """Return a search in all frequencies of the rows, or only in the `slow` part."""
         passed, fastest = (_LowPass.of(rows), rows.narrow) if slow else (np.asarray, rows.cutoff)
         explained = passed(explained / np.maximum(np.linalg.norm(explained, axis=0), SMALLEST))
         residual = passed(rows.residual)
@@ -124,7 +125,7 @@ class _Search:
         return cls(rows, passed, fastest, Weighed.of(replace(rows, residual=residual, slope=passed(rows.slope))), explained)
 
     def causes_in(self, candidates: Mapping[str, np.ndarray], settings: Settings, *, ripple: bool = True) -> tuple[list[Missing], float]:
-        """Return the causes that tell something, a `ripple` among them, and what is left without them."""
+        """Return the significant causes, including a `ripple` if requested, and the remaining residual."""
         least = settings.missing_evidence * float(np.sqrt(np.mean(self.rows.friction**2)))
         causes, missing = {name: self.passed(columns) for name, columns in candidates.items()}, list[Missing]()
         left = self.weighed.left(self.explained)
@@ -143,14 +144,14 @@ class _Search:
                 break
             best = forces[max(forces, key=lambda name: forces[name].share)]
             if "gravity" in forces and best.cause in ("position", "ripple"):
-                # Gravity comes before a place or a ripple that, alike in both directions as its first columns are, tells no more.
+                # Prefer gravity to a force over the position or a ripple that, with its symmetric columns, explains no more.
                 alike = self._force(best.cause, tried[best.cause][:, :2], left)
                 best = forces["gravity"] if 1.0 - forces["gravity"].share <= AS_GOOD * (1.0 - alike.share) else best
             columns = tried[best.cause]
             if best.cause == "ripple":
                 error = self.passed(_encoder_error(self.rows, period))
                 if self._force("ripple", error, left).share > best.share:
-                    # A scale errs with overtones: what else comes back over the position is its error, too.
+                    # The error of a scale has overtones: other waves over the position are also its error.
                     self.explained, ripple = np.column_stack([self.explained, columns, error]), False
                     left = self.weighed.left(self.explained)
                     continue
@@ -164,14 +165,14 @@ class _Search:
         return missing, float(np.sqrt(np.mean(left**2)))
 
     def _force(self, cause: str, columns: np.ndarray, left: np.ndarray) -> Missing:
-        """Return the force by a cause, fitted beside what is explained; `left` is what that leaves of each part, fitted to the others."""
+        """Return the force of a cause, fitted with the explained columns; `left` is the residual of these alone."""
         after, force, coefficients = self.weighed.with_columns(self.explained, columns)
         share = 1.0 - float(after @ after) / max(float(left @ left), SMALLEST)
         amplitude = float(np.hypot(*coefficients)) if cause == "gravity" else 0.0
         return Missing(cause, max(share, 0.0), float(np.sqrt(np.mean(force**2))), amplitude=amplitude)
 
     def _in_detail(self, ripple: Missing, least: float) -> Missing:
-        """Return a ripple with whether it is alike in both directions, and how often in its period it comes back."""
+        """Return a ripple with its symmetry between directions, and its overtones."""
         x, side, left = self.rows.position, self.rows.side, self.weighed.left(self.explained)
         columns = self.passed(waves(x, side, 1.0 / ripple.period))
         even, odd = (self._force("ripple", part, left).share >= EVEN * ripple.share for part in (columns[:, :2], columns[:, 2:]))
@@ -188,9 +189,9 @@ class _Search:
 
 
 def ripple_in(rows: Rows, weighed: Weighed, explained: np.ndarray, fastest: float) -> tuple[np.ndarray | None, float]:
-    """Return the waves over the position that take most of what is left, added to friction and in proportion to it.
+    """Return the waves over the position that explain most of the residual, additive and proportional to friction.
 
-    At the usual speed no faster ones than `fastest` [Hz] are looked for.
+    At the usual speed, waves are sought up to the frequency `fastest` [Hz].
     """
     x, side = rows.position, rows.side
     most = float(np.ptp(x)) * fastest / float(np.median(np.abs(rows.velocity)))
@@ -201,12 +202,12 @@ def ripple_in(rows: Rows, weighed: Weighed, explained: np.ndarray, fastest: floa
 
 
 def _encoder_error(rows: Rows, period: float) -> np.ndarray:
-    """Return what an error of the position of such a period does to the acceleration: it grows with the square of the speed."""
+    """Return the acceleration error by a position error of this period: it grows with the square of the speed."""
     return waves(rows.position, None, 1.0 / period) * (rows.velocity**2 / np.mean(rows.velocity**2))[:, None]
 
 
 def columns_by_cause(rows: Rows) -> dict[str, np.ndarray]:
-    """Return what friction does by each cause but a ripple, to first order, shape (row, column) each."""
+    """Return the first-order changes of friction by each cause except a ripple, shape (row, column) each."""
     x, side, speed = rows.position, rows.side[:, None], np.abs(rows.velocity)
     speed = speed / float(np.quantile(speed, 0.99))
     falls = np.exp(-speed[:, None] / np.array(FALLS))
@@ -227,9 +228,9 @@ def columns_by_cause(rows: Rows) -> dict[str, np.ndarray]:
 
 
 def lagging_columns(rows: Rows) -> np.ndarray:
-    """Return what friction that falls with the speed does where it lags behind it, shape (row, column).
+    """Return the change of falling friction by a lag behind the speed, shape (row, column).
 
-    Rows that are left out are at rest: the speed that friction sees has died away over them.
+    Omitted rows are at rest: the lagged speed decays over them.
     """
     speed, time = np.abs(rows.velocity), rows.time
     top, step = float(np.quantile(speed, 0.99)), np.diff(time, prepend=time[0])
@@ -247,7 +248,7 @@ def lagging_columns(rows: Rows) -> np.ndarray:
 
 @dataclass(frozen=True)
 class _LowPass:
-    """A Gaussian over stretches of rows, of a width in rows."""
+    """A Gaussian filter over stretches of rows, with its width in rows."""
 
     starts: np.ndarray
     ends: np.ndarray
@@ -255,13 +256,13 @@ class _LowPass:
 
     @classmethod
     def of(cls, rows: Rows) -> _LowPass:
-        """Return the filter whose cut-off is where the acceleration of rows begins to be noise."""
+        """Return the filter whose cut-off separates the acceleration of the rows from its noise."""
         starts = np.flatnonzero(np.diff(rows.stretch, prepend=-1))
         width = HALF_POWER / (rows.narrow * float(np.median(np.diff(rows.time))))
         return cls(starts, np.append(starts[1:], rows.time.size), width)
 
     def __call__(self, signals: np.ndarray) -> np.ndarray:
-        """Return signals, shape (row, ...), behind the filter, which takes no more than there is at an end."""
+        """Return filtered signals, shape (row, ...); at the ends the weights are renormalised."""
         from scipy.ndimage import gaussian_filter1d
 
         behind = np.empty_like(signals, dtype=float)
@@ -272,7 +273,7 @@ class _LowPass:
 
 
 def _no_chance(weighed: Weighed, explained: np.ndarray, columns: np.ndarray, level: float) -> bool:
-    """Return whether columns take more of what is left than with signs by chance, but for so many of them."""
+    """Return whether columns explain more of the residual than with random signs, at this level."""
     certain, free = weighed.of_columns(explained), weighed.of_columns(columns)
     free = free - certain @ unbounded(certain, free, rcond=TINY)
     free = free / np.maximum(np.linalg.norm(free, axis=0), SMALLEST)

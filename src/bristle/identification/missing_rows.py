@@ -1,4 +1,4 @@
-"""The rows of a fit in which a missing force is looked for, and what each of them counts for."""
+"""The rows of a fit in the search for a missing force, and their weights."""
 
 from __future__ import annotations
 
@@ -16,24 +16,24 @@ from bristle.identification.dataset import PIECES, Dataset, spread
 from bristle.identification.half_cycles import Groups, independent_rows
 from bristle.identification.parameters import holds
 
-PARTS = 10  # of the half-cycles, each told by the others
+PARTS = 10  # parts of the half-cycles, each predicted from the others
 FEWEST_CYCLES, FEWEST_ROWS = 5, 200
 BANDS = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # periods of the cut-off from a reversal
 SLOW = (0.003, 0.01, 0.03)  # of the largest speed
-LEAST_BAND = 0.5  # of the median: no band counts for much more than the others
-SMALL = 1e-3  # of a column: what keeps one that is seldom seen from being fitted to chance
+LEAST_BAND = 0.5  # of the median: lower bound of the residual of a band, which limits its weight
+SMALL = 1e-3  # of a column: ridge against a fit to chance
 TINY = 1e-9
-GAP = 1.5  # of the time from row to row, beyond which some are left out
+GAP = 1.5  # of the time from row to row: a larger step is a gap
 SMALLEST = float(np.finfo(float).tiny)
-NARROW = 0.125  # of the cut-off: faster than that, rows know of corners and of the filters more than of friction
+NARROW = 0.125  # of the cut-off: above, corners and filters dominate the rows
 
 
 @dataclass(frozen=True)
 class Rows:
     """The rows of a fit: motion and effort, the residual, the derivatives by its parameters, friction and its slope.
 
-    `surroundings` are those that were recorded, by name; `turned` is how long ago or ahead the velocity turns [s], even
-    where it only trembles. Below the frequency `narrow` [Hz] the acceleration is no noise.
+    `surroundings` are recorded quantities by name. `turned` is the time to the nearest change of direction [s],
+    trembles included. Below the frequency `narrow` [Hz] noise of the acceleration is negligible.
     """
 
     time: np.ndarray
@@ -82,13 +82,13 @@ class Rows:
         )
 
     def at(self, rows: np.ndarray) -> Rows:
-        """Return some of the rows, of which an array of bool is true."""
+        """Return the rows selected by a mask."""
         arrays = {entry.name: signal[rows] for entry in fields(self) if isinstance(signal := getattr(self, entry.name), np.ndarray)}
         surroundings = {name: signal[rows] for name, signal in self.surroundings.items()}
         return replace(self, **arrays, cycles=Groups(self.cycles.of_rows[rows]), surroundings=surroundings)
 
     def pieces(self, most: int) -> Rows:
-        """Return so many rows at most: of more, pieces from all over the log."""
+        """Return at most `most` rows: pieces from the whole log."""
         size = self.residual.size
         if size <= most:
             return self
@@ -99,19 +99,19 @@ class Rows:
 
     @property
     def enough(self) -> bool:
-        """Whether there are enough rows and half-cycles for some to be told by the others."""
+        """Whether there are enough rows and half-cycles for cross-validation."""
         return self.residual.size >= FEWEST_ROWS and bool(self.friction.any()) and self.cycles.count >= FEWEST_CYCLES
 
     @cached_property
     def far(self) -> np.ndarray:
-        """Which rows move, far from reversals and wherever the velocity trembles through zero."""
+        """Mask of the moving rows far from reversals and trembles."""
         speed = np.abs(self.velocity)
         periods = np.minimum(self.turned, np.minimum(*self.from_ends(self.time))) * self.cutoff
         return (periods > 3.0) & (speed > SLOW[0] * float(np.quantile(speed, 0.99)))  # periods of the cut-off from a reversal
 
     @cached_property
     def stretch(self) -> np.ndarray:
-        """The number of the stretch of each row, in which none is left out."""
+        """The number of the contiguous stretch of each row."""
         step = np.diff(self.time, prepend=self.time[0])
         return np.cumsum(step > GAP * np.median(step))
 
@@ -121,19 +121,19 @@ class Rows:
         return np.where(self.velocity < 0.0, -1.0, 1.0)
 
     def from_ends(self, along: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return how far each row is from the first and from the last one of its half-cycle, along a signal."""
+        """Return the distance of each row from the first and the last row of its half-cycle, along a signal."""
         cycle, first = self.cycles.index, self.cycles.first
         last = np.append(first[1:], self.residual.size) - 1
         return np.abs(along - along[first][cycle]), np.abs(along[last][cycle] - along)
 
     @cached_property
     def explained(self) -> np.ndarray:
-        """What is no missing force, shape (row, column): parameters, inertia, delay and filter, a constant."""
+        """Columns that do not count as a missing force, shape (row, column): parameters, inertia, delay and filter, a constant."""
         rate = self.rate(self.predicted)
         return np.column_stack([self.jacobian, self.acceleration, rate, self.rate(rate), np.ones_like(rate)])
 
     def rate(self, signal: np.ndarray) -> np.ndarray:
-        """Return the rate of a signal; none where rows are left out."""
+        """Return the rate of a signal; 0 at gaps."""
         time = self.time
         step = np.diff(time, prepend=time[0])
         apart = step > GAP * np.median(step)
@@ -142,9 +142,9 @@ class Rows:
 
 @dataclass(frozen=True)
 class Weighed:
-    """Rows of equal worth: weighed by their distance from a reversal, and freed of the scatter of the level.
+    """Rows weighted by their distance from a reversal and whitened of the level scatter.
 
-    `lost` is the share of its level that each half-cycle loses, `part` the number of the part that a row is in.
+    `lost` is the removed share of the level of each half-cycle, `part` the number of the part of a row.
     """
 
     rows: Rows
@@ -154,7 +154,7 @@ class Weighed:
 
     @classmethod
     def of(cls, rows: Rows) -> Weighed:
-        """Return the weights that the residual of a fit asks for."""
+        """Return the rows with weights from the residual of a fit."""
         cycle, residual = rows.cycles.index, rows.residual
         nearest = np.minimum(*rows.from_ends(rows.time)) * rows.cutoff
         speed = np.abs(rows.velocity)
@@ -171,12 +171,12 @@ class Weighed:
         power = _floored(cycles.summed(slope * slope))
         lost = np.zeros(cycles.count)
         if power.max() > SMALLEST:
-            # What is lost makes the rows of a half-cycle as good as independent.
+            # After removal of this share, the rows of a half-cycle are nearly independent.
             level = cycles.summed(slope * residual) / power
             within = residual - level[cycles.index] * slope
             error = float(within @ within) / max(independent_rows(within), 1.0) / power
             square = float(np.mean(level**2))
-            for _ in range(8):  # of the weights, which depend on the scatter that they tell
+            for _ in range(8):  # iterations of the weights, which depend on the scatter
                 share = 1.0 / (square + error)
                 square = float(np.sum(share * level**2) / np.sum(share))
             square = max(square - float(np.median(error)), 0.0)
@@ -184,7 +184,7 @@ class Weighed:
         return cls(rows, weight, lost, part)
 
     def of_columns(self, columns: np.ndarray) -> np.ndarray:
-        """Return columns or a signal, shape (row, ...), weighed."""
+        """Return weighted columns or a weighted signal, shape (row, ...)."""
         slope = self.rows.slope * self.weight
         weighed = columns.reshape(columns.shape[0], -1) * self.weight[:, None]
         power, cycles = self.rows.cycles.summed(slope * slope), self.rows.cycles
@@ -193,20 +193,20 @@ class Weighed:
 
     @cached_property
     def residual(self) -> np.ndarray:
-        """The residual, weighed."""
+        """The weighted residual."""
         return self.of_columns(self.rows.residual)
 
     def without(self, explained: np.ndarray) -> np.ndarray:
-        """Return the weighed residual without what some columns take of it, fitted to all rows."""
+        """Return the weighted residual after a fit of columns to all rows."""
         columns = self.of_columns(explained)
         return self.residual - columns @ unbounded(columns, self.residual, rcond=TINY)
 
     def left(self, explained: np.ndarray) -> np.ndarray:
-        """Return the weighed residual without what some columns, fitted to the other parts, tell of each part."""
+        """Return the weighted residual of each part after a fit of columns to the other parts."""
         return self._fitted(self.of_columns(explained), explained.shape[1])[0]
 
     def with_columns(self, explained: np.ndarray, columns: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the same with the columns of a cause, what these take beside the others [N or N*m], coefficients."""
+        """Return the same with the columns of a cause, their force beyond the explained columns [N or N*m], and coefficients."""
         together = np.column_stack([explained, columns])
         left, coefficients = self._fitted(self.of_columns(together), explained.shape[1])
         coefficients = coefficients[explained.shape[1] :]
@@ -215,8 +215,8 @@ class Weighed:
         return left, force - own @ (own.T @ force), coefficients
 
     def _fitted(self, columns: np.ndarray, certain: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return what is left of each part by a fit to the others, and the coefficients of a fit to all."""
-        # All but the first columns, which are `certain`, are held back a little.
+        """Return the residual of each part after a fit to the others, and the coefficients of a fit to all."""
+        # A ridge on all but the first columns, which are `certain`.
         scale = np.linalg.norm(columns, axis=0)
         scale[scale == 0.0] = 1.0
         scaled, residual = columns / scale, self.residual
@@ -233,4 +233,4 @@ class Weighed:
 
 
 def _floored(power: np.ndarray) -> np.ndarray:
-    return np.maximum(power, max(1e-12 * float(power.max()), SMALLEST))  # of the friction of the half-cycle with most: less has no level
+    return np.maximum(power, max(1e-12 * float(power.max()), SMALLEST))  # of the half-cycle with the most friction: below, it has no level

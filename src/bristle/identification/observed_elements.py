@@ -1,10 +1,11 @@
-r"""Elements that slip as observers see them: each has a level of its own, at thresholds that are laid out beforehand.
+r"""Elements that slip, for observers: a level for each element, at thresholds on a fixed grid.
 
 .. math:: F_C = \sum_i f_i, \qquad s = \sum_i \frac{f_i}{r_i}, \qquad F(x) = \sum_i f_i \min\Bigl(\frac{x}{r_i}, 1\Bigr)
 
-Level, stiffness and virgin curve are linear in the levels :math:`f_i`. A shape from rows behind a filter is softer than the contact;
-an observer differentiates and filters no position. The thresholds :math:`r_i` are those of inverse dynamics, and more
-of them down to one step of the encoder. An element that never slips would be a slow force, which an observer takes up itself.
+Level, stiffness and virgin curve are linear in the levels :math:`f_i`. A shape from filtered rows is softer than the
+contact; an observer does not differentiate or filter the position. The thresholds :math:`r_i` are those of inverse
+dynamics, with additional thresholds down to one encoder step. An element that never slips is a slow force, which the
+observer absorbs.
 """
 
 from __future__ import annotations
@@ -28,17 +29,17 @@ from bristle.identification.parameter_space import ParameterSpace, Solution
 from bristle.identification.parameters import Role, names_of, stroke_of
 
 PER_DECADE, DECADES = 3.5, 3.0  # thresholds, at least
-NEAR = 1.25  # times a threshold: elements that slip so near to it count to it
-BEYOND = 1.4  # times the largest: a threshold more
+NEAR = 1.25  # times a threshold: nearer elements are merged with it
+BEYOND = 1.4  # times the largest: an additional threshold
 LEAST_STEPS = 1.0  # of the encoder: the smallest threshold
 SLIPPED = 0.98  # of the level of elements that slip within half of the stroke: the largest threshold
-LEAST = 1e-100  # N or N*m: an element without force still has its threshold
+LEAST = 1e-100  # N or N*m: an element without force keeps its threshold
 STARTS = (1.0, 4.0, 0.25)  # level of the first element over that of the last one, where further searches begin
 
 
 @dataclass(frozen=True, kw_only=True)
 class SpreadModel(ListedModel):
-    """A `maxwell_slip` model with its slots, that has a level for each of some thresholds [m or rad] instead of its lists."""
+    """A `maxwell_slip` model with its slots and, instead of its lists, a level for each threshold [m or rad]."""
 
     thresholds: tuple[float, ...]
 
@@ -57,7 +58,7 @@ class SpreadModel(ListedModel):
 
     @cached_property
     def variables(self) -> ReadOnly[str, Variable]:
-        """Each parameter: the levels of the elements, then what the model has beside its lists."""
+        """Each parameter: the levels of the elements, then the other parameters of the model."""
         variables: dict[str, Variable] = {}
         for name in self.names:
             variables[name] = replace(self.inner.variables[self.level], min=0.0)
@@ -73,11 +74,11 @@ class SpreadModel(ListedModel):
         return self.of_inner(values) | {self.level: total} | dict(zip(ARRAYS, (levels / self.thresholds, levels / total), strict=True))
 
     def assemble(self, values: Mapping[str, Any]) -> Any:
-        """Return what kernels receive, from the values that a person sets."""
+        """Return the parameters of the kernels from the values of the model."""
         return self.inner.assemble(self.lists(values))
 
     def values(self, parameters: Any) -> dict[str, Any]:
-        """Return the values that a person sets, from what kernels receive."""
+        """Return the values of the model from the parameters of the kernels."""
         values = self.inner.values(parameters)
         levels = dict(zip(self.names, (values[self.level] * np.asarray(values[ARRAYS[1]])).tolist(), strict=True))
         return {name: levels[name] if name in levels else values[name] for name in self.variables}
@@ -100,14 +101,14 @@ def spread_model(inner: FrictionModel, thresholds: tuple[float, ...]) -> SpreadM
 
 
 def spreads(component: FrictionModel) -> bool:
-    """Return whether observers know elements of this model: they have one level, and slip at it."""
+    """Return whether observers support the elements of this model: they need one level without a Stribeck curve."""
     if not isinstance(component, ShapedModel):
         return False
     return base_of(component.inner) is maxwell_slip and len(names_of(Role.LEVEL, component.inner.variables)) == 1
 
 
 def spread_out(inverse: InverseDynamics, values: Mapping[str, float]) -> tuple[InverseDynamics, dict[str, float]]:
-    """Return a problem of elements of a fixed shape as that of levels at thresholds, and the levels with the same virgin curve."""
+    """Return a problem of elements of fixed shape as a problem of levels at thresholds, and the levels with the same virgin curve."""
     parameters = inverse.parameters
     assert isinstance(parameters.component, ShapedModel)
     lists = parameters.component.lists(parameters.complete(values))
@@ -118,7 +119,7 @@ def spread_out(inverse: InverseDynamics, values: Mapping[str, float]) -> tuple[I
     levels, slips = (stiffness * slips)[chosen], slips[chosen]
     thresholds = _thresholds(slips, levels, LEAST_STEPS * inverse.dataset.resolution)
     component = spread_model(parameters.component.inner, tuple(thresholds.tolist()))
-    # The forces that are linear between the thresholds: where the slope falls, an element slips.
+    # Forces that are linear between the thresholds: at each drop of the slope, an element slips.
     forces = np.concatenate([[0.0], np.minimum(np.divide.outer(thresholds, slips), 1.0) @ levels])
     slopes = np.append(np.diff(forces) / np.diff(thresholds, prepend=0.0), 0.0)
     start = {name: value for name, value in values.items() if name not in (component.level, TOTAL)}
@@ -128,7 +129,7 @@ def spread_out(inverse: InverseDynamics, values: Mapping[str, float]) -> tuple[I
 
 
 def _thresholds(slips: np.ndarray, levels: np.ndarray, least: float) -> np.ndarray:
-    """Return where elements slip that have these levels, near ones as one of them, and thresholds between and below them."""
+    """Return the thresholds of elements, near ones merged, with additional thresholds between and below them."""
     largest = float(slips[np.searchsorted(np.cumsum(levels), SLIPPED * np.sum(levels))])
     least = min(max(least, largest * 10.0**-DECADES), 0.5 * largest)
     known = [least]
@@ -141,14 +142,14 @@ def _thresholds(slips: np.ndarray, levels: np.ndarray, least: float) -> np.ndarr
 
 @dataclass(frozen=True, kw_only=True)
 class SpreadSpace(ParameterSpace):
-    """Levels of elements in the coordinates of an `inner` space, reported as level, stiffness, and all else."""
+    """Levels of elements in the coordinates of an `inner` space, reported as level, stiffness and the other parameters."""
 
     inner: ParameterSpace
     component: SpreadModel
 
     @property
     def reported(self) -> tuple[str, ...]:
-        """The level, the stiffness, then all else."""
+        """The level, the stiffness, then the other parameters."""
         rest = (name for name in self.inner.names if name not in self.component.names)
         return (self.component.level, TOTAL, *rest)
 
@@ -159,7 +160,7 @@ class SpreadSpace(ParameterSpace):
 
     @cached_property
     def _sums(self) -> np.ndarray:
-        """What is reported per free parameter, and the virgin curve after it, shape (number, parameter)."""
+        """Matrix from free parameters to the reported numbers and the virgin curve, shape (number, parameter)."""
         levels, thresholds = self._levels, np.array(self.component.thresholds)
         sums = np.zeros((len(self.reported) + len(self.curve), len(self.inner.names)))
         sums[0, levels], sums[1, levels] = 1.0, 1.0 / thresholds
@@ -169,17 +170,17 @@ class SpreadSpace(ParameterSpace):
         return sums
 
     def numbers(self, theta: np.ndarray) -> np.ndarray:
-        """Return what is reported [SI], and the virgin curve; a draw may have levels below nothing, whose sum is none of them."""
+        """Return the reported numbers [SI], and the virgin curve; levels in a draw may be negative."""
         numbers = self.inner.numbers(theta)
         numbers[self._levels] = (self.inner.derivative(theta) @ theta)[self._levels]
         return self._sums @ numbers
 
     def values(self, theta: np.ndarray) -> dict[str, Any]:
-        """Return what is reported, by name [SI]."""
+        """Return the reported numbers by name [SI]."""
         return dict(zip(self.reported, self.numbers(theta).tolist(), strict=False))
 
     def member(self, theta: np.ndarray) -> dict[str, Any]:
-        """Return what the model with its lists takes [SI]: levels that are not negative, with the same sum."""
+        """Return the values of the model with lists [SI]: non-negative levels with the same sum."""
         names, values = self.component.names, self.inner.values(theta)
         levels = {name: max(values[name], LEAST) for name in names}
         share = max(float(self.numbers(theta)[0]), LEAST) / sum(levels.values())
@@ -187,12 +188,12 @@ class SpreadSpace(ParameterSpace):
         return {name: value for name, value in values.items() if name not in names} | lists
 
     def derivative(self, theta: np.ndarray) -> np.ndarray:
-        """Return the derivative of what is reported, shape (reported, coordinate)."""
+        """Return the derivative of the reported numbers, shape (reported, coordinate)."""
         return self._sums[: len(self.reported)] @ self.inner.derivative(theta)
 
 
 def gathered(inverse: InverseDynamics, solution: Solution) -> tuple[InverseDynamics, Solution]:
-    """Return a problem of levels at thresholds, and its solution, as those of elements of the shape that was found."""
+    """Return a problem of levels at thresholds and its solution, converted to elements of the shape found."""
     component, inner = inverse.parameters.component, solution.space
     assert isinstance(component, SpreadModel)
     lists = component.lists(solution.values)

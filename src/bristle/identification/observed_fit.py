@@ -1,9 +1,10 @@
-r"""A fit with the parameters of a contact as observers foresee them, and their intervals.
+r"""A fit with the contact parameters of observers, and their intervals.
 
 .. math:: V' = V + e\,e^T
 
-with the covariance :math:`V` of a ladder of observers (`bristle.identification.ladder`) and the difference :math:`e` from inverse dynamics
-in what steady sliding shows. Replicates of the log tell whether the model predicts the log as well as chance allows.
+with the covariance :math:`V` of a ladder of observers (`bristle.identification.ladder`) and the difference :math:`e`
+from inverse dynamics in the parameters of steady sliding. Replicates of the log show whether the model predicts the
+log as well as noise permits.
 """
 
 from __future__ import annotations
@@ -45,20 +46,20 @@ from bristle.plants.terms import effort_of_columns
 from bristle.sensors import encoder
 
 STUDENT = 2.045 / NORMAL_95  # 97.5 % quantile of Student's t of one degree of freedom less, over that of the normal distribution
-WORSE = 1.35  # times the prediction error of replicates: what the model does not explain
+WORSE = 1.35  # times the prediction error of replicates: above, the model does not explain the motion
 REPLICATES, REFITTED, SEED = 4, 8, 20_261_126  # evaluations of a refit
-HELD_AT, LED_AT, DAMPED = 25.0, 25.0, 0.7  # Hz: of the motion that a replicate follows, and of the loop that leads it; its damping
-APART_MOST = 3.0  # standard errors: what inverse dynamics may say else
+HELD_AT, LED_AT, DAMPED = 25.0, 25.0, 0.7  # Hz: low-pass of the motion that a replicate follows; bandwidth of its loop; damping of the loop
+APART_MOST = 3.0  # standard errors: largest difference from inverse dynamics
 SHOWN_BY_SLIDING = ("sliding", "speed")
 SIDED = (Role.LEVEL, Role.VISCOUS)
 REPLACED = ("widened", "coarse_elements", "delay_found", "delay_rough", "delay_unknown", "delay_or_filter")
-"""Codes of intervals of inverse dynamics, and of a delay that the first stage did not see well."""
+"""Codes about intervals of inverse dynamics and the delay of the first stage, replaced by those of the observer."""
 FILTERED = "filter_suspect"
-DRAWS = 400  # that intervals are read from
+DRAWS = 400  # for the intervals
 
 
 class Observed(NamedTuple):
-    """What observers say of a fit: the parameters, and the covariance of their coordinates."""
+    """The result of observers: the parameters, and the covariance of their coordinates."""
 
     solution: Solution
     matrix: np.ndarray
@@ -75,7 +76,7 @@ class Observed(NamedTuple):
         return Covariance(errors, errors, matrix / np.outer(scale, scale), condition)
 
     def draws(self, count: int = DRAWS) -> np.ndarray:
-        """Return sets of coordinates that the log allows, shape (draw, coordinate), each followed by its mirror image."""
+        """Return random coordinates compatible with the log, shape (draw, coordinate), each followed by its mirror image."""
         values, vectors = np.linalg.eigh(self.matrix)
         half = np.random.default_rng(SEED).standard_normal((-(-count // 2), values.size)) * np.sqrt(np.maximum(values, 0.0))
         drawn = self.solution.theta + np.stack([half, -half], axis=1).reshape(-1, values.size)[:count] @ vectors.T
@@ -83,13 +84,13 @@ class Observed(NamedTuple):
 
 
 def variance_of(ladder: Ladder, inverse: Mapping[str, float], scale: float) -> np.ndarray:
-    """Return the covariance of the coordinates beside inverse dynamics [SI], whose errors are so many times as large as by chance."""
+    """Return the covariance of the coordinates, with the difference from inverse dynamics [SI]; `scale` multiplies the errors."""
     apart = _apart(ladder, np.sqrt(np.diag(ladder.covariance)), inverse)
     return (STUDENT * scale) ** 2 * (ladder.covariance + np.diag(apart**2))
 
 
 def _apart(ladder: Ladder, errors: np.ndarray, inverse: Mapping[str, float]) -> np.ndarray:
-    """Return by how much inverse dynamics says else of each coordinate that steady sliding shows, within some errors."""
+    """Return the difference of inverse dynamics in each coordinate of steady sliding, clipped to a multiple of the errors."""
     solution, variables = ladder.solution, ladder.best.problem.parameters.variables
     apart = np.zeros(solution.theta.size)
     for place, name in enumerate(solution.space.names):
@@ -99,7 +100,7 @@ def _apart(ladder: Ladder, errors: np.ndarray, inverse: Mapping[str, float]) -> 
 
 
 def with_observer(fit: Fit, estimation: Estimation, context: Context, ladder: Ladder, scale: float) -> Fit:
-    """Return a fit with the parameters of a ladder, and with intervals; refused where a model does not allow them."""
+    """Return a fit with the parameters and intervals of a ladder; reject parameters that the model does not allow."""
     of_inverse = {estimate.name: estimate.value for estimate in fit.estimates}
     inverse, solution = ladder.best.problem.inverse, ladder.solution
     if isinstance(inverse.parameters.component, SpreadModel):
@@ -110,10 +111,10 @@ def with_observer(fit: Fit, estimation: Estimation, context: Context, ladder: La
     better, thetas, space = fit_of(of_observer, context), observed.draws(), solution.space
     draws = np.array([space.numbers(theta) for theta in thetas])
     renewed = {estimate.name: _with_interval(estimate, solution, draws) for estimate in better.estimates}
-    # What inverse dynamics said of a parameter holds no more.
+    # Diagnostics of inverse dynamics about these parameters no longer apply.
     observed_names = set(space.reported).difference((DELAY, BEND))
     about = [diagnostic for diagnostic in fit.diagnostics if diagnostic.parameter not in observed_names and diagnostic.code not in REPLACED]
-    # A filter that was taken out rightly is no doubt: the log is predicted as well as its replicates are.
+    # The removal of a filter is no longer in doubt: the log is predicted as well as its replicates.
     about = [replace(diagnostic, severity="note") if diagnostic.code == FILTERED else diagnostic for diagnostic in about]
     dataset = inverse.dataset
     if dataset.alignment is not None and dataset.alignment.sought:
@@ -143,7 +144,7 @@ def with_observer(fit: Fit, estimation: Estimation, context: Context, ladder: La
 
 
 def _about_delay(dataset: Dataset, draws: np.ndarray, settings: Settings) -> Diagnostic:
-    """Return the delay of the effort as an observer has it, and its half-width from draws [s]."""
+    """Return the delay of the effort from an observer, and its half-width from draws [s]."""
     low, middle, high = np.percentile(draws, [2.5, 50.0, 97.5]).tolist()
     delay = middle + 0.5 * dataset.sample_time * bool(dataset.held)
     return about_delay(delay, 0.5 * (high - low), dataset.sample_time, settings)
@@ -158,7 +159,7 @@ def _with_interval(estimate: Estimate, solution: Solution, draws: np.ndarray) ->
 
 
 def foreseen(fit: Fit, estimation: Estimation, context: Context, logs: Sequence[Log], report: Report = silent) -> Fit:
-    """Return a fit with the parameters with which an observer foresees its logs best; a fit that keeps its own says why."""
+    """Return a fit with the parameters of the best observer, or the fit with a remark why it keeps its parameters."""
 
     def with_remark(fit: Fit, numbers: dict[str, Number]) -> Fit:
         about = Diagnostic("prediction_error", severity="note", numbers=numbers, kind=fit.friction.kind)
@@ -182,20 +183,20 @@ def foreseen(fit: Fit, estimation: Estimation, context: Context, logs: Sequence[
         better = with_observer(fit, estimation, context, ladder, scale)
     except InputError as error:
         return with_remark(fit, {"why": error.message})
-    # Both have as many elements as they like: where an observer's explain the force less well, it took a missing force for stiffness.
+    # If the elements of the observer explain the force less well, a missing force was taken for stiffness.
     miss = better.force_error_percent / max(fit.force_error_percent, np.finfo(float).tiny)
     if better.further and miss > WORSE:
-        return with_remark(fit, {"why": f"its elements miss {miss:.2g} times as much of the force"})
+        return with_remark(fit, {"why": f"its elements leave {miss:.2g} times as much of the force unexplained"})
     return with_remark(better, numbers)
 
 
 def _filtered_unseen(dataset: Dataset) -> bool:
-    """Return whether the position was filtered, and nobody knows by how much: the effort may have been, too."""
+    """Return whether the position passed an unknown filter: the effort may have passed it too."""
     return dataset.off_grid and not (dataset.alignment is not None and dataset.alignment.of_position)
 
 
 def held_in(fit: Fit, estimation: Estimation) -> dict[str, Fixed]:
-    """Return what stays as inverse dynamics has it: the plant, and what pushes to one side, which an observer takes for its own."""
+    """Return the parameters kept from inverse dynamics: the plant, and directional forces, which an observer absorbs."""
     parameters = estimation.inverse.parameters
     component, values = parameters.component, parameters.complete(estimation.solution.values)
     sided = [name for name in directional(component) for role in SIDED if role.fits(component.variables[name])]
@@ -207,7 +208,7 @@ def held_in(fit: Fit, estimation: Estimation) -> dict[str, Fixed]:
 
 
 def levels_in(fit: Fit) -> dict[str, tuple[float, float]]:
-    """Return the levels of friction as inverse dynamics has them, with their standard errors [SI]."""
+    """Return the friction levels of inverse dynamics, with their standard errors [SI]."""
     estimates = [fit.parameters[name] for name in fit.levels]
     return {
         estimate.name: (estimate.value, 0.5 * (estimate.ends[1] - estimate.ends[0]) / NORMAL_95)
@@ -235,7 +236,7 @@ def errors_of_replicates(rung: Rung, context: Context, scatter: float, report: R
 
 
 class Unseen(NamedTuple):
-    """What a replicate has beside the model: steps of the encoder, scatter of the level as a share of it, noise of the effort [SI]."""
+    """Disturbances of a replicate: relative scatter of the level, noise of the effort, encoder step [SI]."""
 
     scatter: float
     noise: float
@@ -243,9 +244,9 @@ class Unseen(NamedTuple):
 
 
 def unseen_in(rung: Rung, most: Unseen, seed: np.random.SeedSequence) -> Unseen:
-    """Return as much as lets a replicate be foreseen as badly as the log was: steps first, then noise, at `most` these.
+    """Return the disturbances with which a replicate has the prediction error of the log: steps first, then noise, at `most` these.
 
-    A position that was filtered behind its encoder shows less than whole steps.
+    A position filtered after its encoder shows less than whole steps.
     """
 
     def square(unseen: Unseen) -> float:
@@ -257,12 +258,14 @@ def unseen_in(rung: Rung, most: Unseen, seed: np.random.SeedSequence) -> Unseen:
 
     smooth, quiet = square(Unseen(0.0, 0.0, 0.0)), square(Unseen(0.0, 0.0, most.step))
     noisy, loud = square(most._replace(scatter=0.0)), square(most)
-    step = most.step * (share(smooth, quiet) if smooth < rung.error**2 else 1.0)  # what smooth positions show too is not of their steps
+    step = most.step * (
+        share(smooth, quiet) if smooth < rung.error**2 else 1.0
+    )  # an error that smooth positions also have is not due to steps
     return Unseen(most.scatter * share(noisy, loud), most.noise * share(quiet, noisy), step)
 
 
 def replicate(rung: Rung, unseen: Unseen, rng: np.random.Generator) -> PredictionErrors | None:
-    """Return the same problem on a log that the identified axis made along the same motion; None where that left the finite numbers."""
+    """Return the same problem on a simulated log of the identified axis along the same motion; None if it diverged."""
     problem, inverse = rung.problem, rung.problem.inverse
     values = inverse.parameters.complete(rung.solution.values)
     channel = Channel(values[DELAY], values[BEND], problem.lag)
@@ -273,7 +276,7 @@ def replicate(rung: Rung, unseen: Unseen, rng: np.random.Generator) -> Predictio
 
 
 class Channel(NamedTuple):
-    """How the effort of a log lags and is smoothed, and the filter that was taken out of it [s, s^2, s]."""
+    """Delay and smoothing of the effort of a log, and the filter removed from it [s, s^2, s]."""
 
     delay: float
     bend: float
@@ -281,7 +284,7 @@ class Channel(NamedTuple):
 
 
 class IdentifiedAxis(NamedTuple):
-    """The identified axis: its models, the log that it was identified from, and the channel of its effort."""
+    """The identified axis: its models, its log, and the channel of its effort."""
 
     plant: Model
     friction: Model
@@ -291,12 +294,12 @@ class IdentifiedAxis(NamedTuple):
     channel: Channel
 
     def replicate(self, part: Recorded, unseen: Unseen, rng: np.random.Generator) -> Recorded | None:
-        """Return what this axis records of the motion of a segment, through its encoder; None where it left the finite numbers."""
+        """Return the record of this axis along the motion of a segment, through its encoder; None if it diverged."""
         dt, count, (delay, bend, lag), step = self.dt, part.position.size, self.channel, unseen.step
         smooth = low_passed(part.position - part.position[0], min(HELD_AT, 0.2 / dt), dt) + part.position[0]
         velocity = np.gradient(smooth, dt)
         acted = part.efforts(delay, bend, dt)[0, :count]
-        commanded = np.append(0.5 * (acted[1:] + acted[:-1]), acted[-1:])  # what is held until the next sample
+        commanded = np.append(0.5 * (acted[1:] + acted[:-1]), acted[-1:])  # held until the next sample
         _, slope = self.plant.component.port(self.plant.component.State(smooth[0], velocity[0]), 0.0, dt, self.plant.parameters)
         omega, mass = 2.0 * np.pi * LED_AT, -0.5 * dt / slope
         unforeseen, pulls = unseen.scatter * self._leaning(smooth, velocity, rng), effort_of_columns(self.plant, part.columns)
@@ -315,7 +318,7 @@ class IdentifiedAxis(NamedTuple):
         )
         if trace.position.size < count:
             return None
-        # What is held until the next sample acts half of one later, and smoothed by that.
+        # An effort held until the next sample acts half a sample later, and smoothed.
         recorded = Recorded(trace.position, trace.effort, ()).efforts(-delay - 0.5 * dt, -bend - dt**2 / 24.0, dt)[0, :count]
         noise = unseen.noise * rng.standard_normal(count)
         phase = rng.uniform(0.0, step)
@@ -323,7 +326,7 @@ class IdentifiedAxis(NamedTuple):
         return Recorded(position, recorded + (through_filter(noise, lag, dt) if lag else noise), part.columns)
 
     def _leaning(self, position: np.ndarray, velocity: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-        """Return friction along a motion, of a level of its own in each half-cycle: a standard normal number."""
+        """Return friction along a motion, times a standard normal number for each half-cycle."""
         turns = np.cumsum(np.diff(np.signbit(velocity), prepend=velocity[0] < 0.0))
         force = along(self.friction, v=velocity, x=position, dt=self.dt)
         return rng.standard_normal(int(turns[-1]) + 1)[turns] * force

@@ -1,15 +1,15 @@
-r"""Prediction errors: the parameters with which a loose observer foresees the recorded position best.
+r"""Prediction errors: the parameters with which a loose observer best predicts the recorded position.
 
 .. math:: \hat\theta = \arg\min_\theta \sum_k \bigl[q_k - \hat q_{k|k-1}(\theta)\bigr]^2
 
-The recorded effort moves the simulated axis, which an observer holds to the recorded position
-(`bristle.engine.observer`). Rounding of the encoder is noise of the output there, and the position is differentiated
-nowhere: what moves a contact is the simulated motion, at rest too. The effort acts when it did: it lags by a delay
-:math:`\tau`, and was smoothed by :math:`e^{-c\,\omega^2}`, which a filter of time constant `T` does with
-:math:`c = T^2 / 2`, and a hold with :math:`-\Delta t^2 / 24`.
+The recorded effort moves the simulated axis, and an observer corrects it by the recorded position
+(`bristle.engine.observer`). Encoder rounding is then output noise, and the position is never differentiated: the
+simulated motion moves the contact, also at rest. The effort is corrected for a delay :math:`\tau` and for a smoothing
+by :math:`e^{-c\,\omega^2}`. A filter of time constant `T` has :math:`c = T^2 / 2`, a hold has
+:math:`-\Delta t^2 / 24`.
 
-The observer is loosened step by step, each from where the last one ended, until it drifts [1]_; `bristle.identification.ladder`
-is the mean of these rungs.
+The bandwidth of the observer is lowered step by step until it drifts [1]_. Each step starts from the result of the last.
+`bristle.identification.ladder` is the mean of these rungs.
 
 References
 ----------
@@ -47,20 +47,20 @@ from bristle.logs.log import Log
 
 DELAY, BEND = "delay", "bend"
 RATE = 4e3  # steps of the integration in a second, at least
-FIRST, LOOSER, RUNGS = 100.0, 0.6, 7  # bandwidth of the stiffest observer [Hz] and each next one as a share of it
+FIRST, LOOSER, RUNGS = 100.0, 0.6, 7  # bandwidth of the stiffest observer [Hz], ratio of consecutive bandwidths, number of rungs
 HIGHEST = 0.1  # of the sampling frequency: the stiffest observer
-DRIFTS = 6.0  # times the least prediction error: where a ladder ends
+DRIFTS = 6.0  # times the smallest prediction error: end of a ladder
 FEW = 6  # evaluations of a further start
 STARTS = ((1.0, 0.01, 0.15), (0.5, 0.02, 0.5), (1.0, 0.03, 0.5))
-"""Of further starts: times the stiffness, of the largest speed, of the square root of stiffness and mass."""
-SETTLES = 0.3  # s, after which nothing is left of how an observer began
-SHARPEST = 0.7  # most that an effort is sharpened by, in the exponent
-BESIDE = 256  # samples by which an effort goes on beyond its ends
-WEIGHT, LEVELS_WEIGHT = 30.0, 10.0  # rows that a weak prior is worth, and a level that inverse dynamics has
-BEND_STD = 5e-7  # s^2: of the bend beforehand
-FALLS, EXCESS = 0.02, 0.3  # beforehand: of the largest speed, friction falls with; logarithm of break-away over the level
-SLOWEST = 1e-4  # of the largest speed: the least that friction falls with
-SHORTEST, MOST = 1.0, 150_000  # s: of a segment; samples of logs in all, of which pieces are observed beyond
+"""Further starts: factor of the stiffness, share of the largest speed, share of the square root of stiffness and mass."""
+SETTLES = 0.3  # s, after which the start of an observer has decayed
+SHARPEST = 0.7  # largest exponent of the sharpening of an effort
+BESIDE = 256  # samples by which an effort is extended beyond its ends
+WEIGHT, LEVELS_WEIGHT = 30.0, 10.0  # weight of a weak prior in rows, and of a level from inverse dynamics
+BEND_STD = 5e-7  # s^2: prior of the bend
+FALLS, EXCESS = 0.02, 0.3  # priors: Stribeck velocity over the largest speed; logarithm of break-away over the level
+SLOWEST = 1e-4  # of the largest speed: the smallest Stribeck velocity
+SHORTEST, MOST = 1.0, 150_000  # s: shortest segment; total samples, of which pieces are used beyond
 EVALUATIONS, ENDED = 15, 1e-4  # of a descent; relative change of its cost that ends it
 ROUNDED = 0.25  # of an encoder step: prediction errors are no smaller
 
@@ -75,20 +75,20 @@ class Recorded:
 
     @cached_property
     def _swing(self) -> tuple[np.ndarray, np.ndarray, int]:
-        """The straight line between the ends of the effort, the spectrum of what swings around it, and of how many samples that is."""
+        """The line between the ends of the effort, the spectrum of the deviation from it, and its number of samples."""
         from scipy.fft import next_fast_len, rfft
 
         count = self.effort.size
         ramp, beside = np.linspace(self.effort[0], self.effort[-1], count), min(count - 1, BESIDE)
         swing, fades = self.effort - ramp, 0.5 + 0.5 * np.cos(np.pi * np.arange(1, beside + 1) / beside)
         around = np.zeros(cast(int, next_fast_len(count + 2 * beside, real=True)))
-        # The swing is 0 at both ends: turned about them it goes on without a jump.
+        # The swing is 0 at both ends: rotated about them it continues without a jump.
         around[:count], around[count : count + beside] = swing, -fades * swing[-2 : -2 - beside : -1]
         around[around.size - beside :] = -fades[::-1] * swing[beside:0:-1]
         return ramp, np.asarray(rfft(around)), around.size
 
     def efforts(self, delay: float, bend: float, dt: float) -> np.ndarray:
-        """Return the effort as it acted, and its derivatives by delay and bend, at the samples and once beyond, shape (3, sample + 1)."""
+        """Return the corrected effort, and its derivatives by delay and bend, at the samples and once beyond, shape (3, sample + 1)."""
         from scipy.fft import irfft
 
         ramp, spectrum, around = self._swing
@@ -106,8 +106,8 @@ class Recorded:
 class PredictionErrors:
     """The prediction errors of an observer as a least-squares problem, for one bandwidth [Hz].
 
-    `inverse` is the same model as inverse dynamics: it knows what is free and what is fixed. What is `expected` of a
-    coordinate beforehand, by the name of a parameter, is one more row.
+    `inverse` is the same model as inverse dynamics, with the free and fixed parameters. Each prior in `expected` is
+    an additional row.
     """
 
     inverse: InverseDynamics
@@ -120,7 +120,7 @@ class PredictionErrors:
 
     @property
     def parameters(self) -> ParameterSet:
-        """What is free and what is fixed."""
+        """The free and fixed parameters."""
         return self.inverse.parameters
 
     @property
@@ -134,14 +134,14 @@ class PredictionErrors:
         return np.concatenate([part.position for part in self.parts])
 
     def excerpt(self) -> None:
-        """Return None: the ladder begins where inverse dynamics ends."""
+        """Return None: the ladder starts from the result of inverse dynamics."""
 
     def residual(self, free: Mapping[str, float]) -> np.ndarray:
-        """Return the prediction error of each sample [m or rad], and what is expected beforehand as further rows."""
+        """Return the prediction error of each sample [m or rad], and the priors as further rows."""
         return self.linearised(free)[0]
 
     def linearised(self, free: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
-        """Return the residual, and the derivative of the foreseen position by each free parameter, shape (row, free)."""
+        """Return the residual, and the derivative of the predicted position by each free parameter, shape (row, free)."""
         values, names = self.parameters.complete(free), self.parameters.free
         plant, friction = Perturbed(self.inverse.plant, values, names), Perturbed(self.inverse.model, values, names)
         virgin = friction.slopes(lambda near: pack(near.component.initial_state(near.parameters)))
@@ -160,7 +160,7 @@ class PredictionErrors:
         return stacked[:, 0], -stacked[:, 1:]
 
     def beforehand(self, free: Mapping[str, float]) -> np.ndarray:
-        """Return how far the parameters are from what is expected of them, and the derivatives, shape (expectation, 1 + free)."""
+        """Return the deviations of the parameters from their priors, and the derivatives, shape (expectation, 1 + free)."""
         values, names = self.parameters.complete(free), self.parameters.free
         rows = [expectation.row(values, names, self.unit) for expectation in self.expected]
         return np.reshape(rows, (len(rows), 1 + len(names)))
@@ -170,7 +170,7 @@ class PredictionErrors:
         return float(np.sqrt(np.mean(self.residual({name: values[name] for name in self.parameters.free})[: self.settled_rows] ** 2)))
 
     def scattering(self, values: Mapping[str, float], scatter: float) -> PredictionErrors:
-        """Return the same problem, where the level of friction scatters by such a share from half-cycle to half-cycle."""
+        """Return the same problem with this relative `scatter` of the friction level between half-cycles."""
         variables, free = self.parameters.component.variables, self.parameters.free
         levels = [name for role in (Role.LEVEL, Role.BREAK_AWAY) for name in names_of(role, variables) if name in free]
         if not scatter or not levels:
@@ -183,7 +183,7 @@ class PredictionErrors:
         return replace(self, scatter=LevelScatter.of(starts, column, scatter / math.sqrt(2.0), self.unit))
 
     def of_size(self, size: float) -> PredictionErrors:
-        """Return the same problem, whose prediction errors are about so large [m or rad]."""
+        """Return the same problem with this typical prediction error [m or rad]."""
         return replace(self, unit=max(size, ROUNDED * self.inverse.dataset.resolution))
 
     def _weights(self, values: Mapping[str, float], names: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
@@ -201,7 +201,7 @@ class PredictionErrors:
 
     @property
     def settled_rows(self) -> int:
-        """How many rows are prediction errors."""
+        """Number of rows with prediction errors."""
         return sum(max(part.position.size - round(SETTLES / self.dt), 0) for part in self.parts)
 
 
@@ -211,7 +211,7 @@ def steps_of(dt: float) -> int:
 
 
 class Expected(NamedTuple):
-    """What is known beforehand of a product of powers of parameters, or of its logarithm: `mean` and `std`, as so many rows."""
+    """Prior of a product of powers of parameters, or of its logarithm: `mean`, `std`, and a weight in rows."""
 
     powers: Mapping[str, float]
     logarithmic: bool
@@ -220,7 +220,7 @@ class Expected(NamedTuple):
     weight: float = WEIGHT
 
     def row(self, values: Mapping[str, float], names: Sequence[str], unit: float) -> np.ndarray:
-        """Return how far it lies from what is expected, and its derivatives, as a row of a residual of this unit."""
+        """Return the deviation from the prior, and its derivatives, as a row of a residual of this unit."""
         product = math.prod(values[name] ** power for name, power in self.powers.items())
         slopes = [self.powers.get(name, 0.0) * (product / values[name] if values[name] else 1.0) for name in names]
         far, slopes = (math.log(product), np.array(slopes) / product) if self.logarithmic else (product, np.array(slopes))
@@ -228,7 +228,7 @@ class Expected(NamedTuple):
 
 
 class Rung(NamedTuple):
-    """One step of the ladder: its problem, where it ended, and the root mean square of its prediction errors [m or rad]."""
+    """One step of the ladder: its problem, its solution, and the root mean square of its prediction errors [m or rad]."""
 
     problem: PredictionErrors
     solution: Solution
@@ -236,9 +236,9 @@ class Rung(NamedTuple):
 
 
 def observable(inverse: InverseDynamics, free: Mapping[str, float]) -> bool:
-    """Return whether an observer can lead a model: the effort moves a mass, the contact bends, no channel that was recorded is needed."""
+    """Return whether an observer supports a model: a mass, a contact stiffness, and no recorded surroundings."""
     component, values = inverse.parameters.component, inverse.parameters.complete(free)
-    # The effort of a sensor beside the contact moves nothing.
+    # The effort of a sensor next to the contact does not move a mass.
     if (isinstance(component, ShapedModel) and not spreads(component)) or (inverse.dataset.keeps_rests and not inverse.dataset.creeping):
         return False
     recorded = any(surrounding.is_recorded for surrounding in component.surroundings) or TRANSMITTED in component.variables.values()
@@ -256,10 +256,11 @@ def climb(
     scatter: float = 0.0,
     report: Report = silent,
 ) -> tuple[Rung, ...]:
-    """Return the rungs of a ladder that begins at these free parameters of an inverse model [SI], those that are `held` apart.
+    """Return the rungs of a ladder from these free parameters of an inverse model [SI], with `held` parameters fixed.
 
-    `levels` of friction are expected by value and standard error, and scatter by a share from half-cycle to half-cycle.
-    There are none where no segment lasts long enough, or where the stiffest observer already loses the motion.
+    `levels` are the priors of the friction levels, with standard errors; `scatter` is the relative scatter between
+    half-cycles. The ladder is empty if no segment is long enough, or if the stiffest observer already loses the
+    motion.
     """
     if isinstance(inverse.parameters.component, ShapedModel):
         inverse, start = spread_out(inverse, start)
@@ -267,7 +268,7 @@ def climb(
     alignment = dataset.alignment or Alignment()
     bend = 0.0 if dataset.held is False else -(dt**2) / 24.0
     values = {**parameters.complete(start), DELAY: (alignment.delay or 0.0) - 0.5 * dt * bool(dataset.held), BEND: bend}
-    # Rows behind a filter may hide a fall of friction that a contact shows.
+    # Filtered rows may hide a fall of friction that a contact shows.
     speed = float(np.max(np.abs(dataset.velocity)))
     falls = [name for name in names_of(Role.FALL, parameters.component.variables) if parameters.is_redundant(name)]
     values |= dict.fromkeys(falls, FALLS * speed)
@@ -298,12 +299,12 @@ def climb(
 
 
 def effort_lag(alignment: Alignment) -> float:
-    """Return the time constant of the filter that the effort of a log gets [s], or loses if negative."""
+    """Return the time constant of the filter applied to the effort of a log [s]; negative for its inverse."""
     return 0.0 if alignment.of_position else -(alignment.smoothing or 0.0)
 
 
 def _starts(values: Mapping[str, float], inverse: InverseDynamics, speed: float) -> Iterator[dict[str, float]]:
-    """Yield further starts: other stiffnesses, other falls of friction, other damping of the contact."""
+    """Yield further starts: other stiffness, Stribeck velocity and contact damping."""
     component = inverse.parameters.component
     if isinstance(component, SpreadModel):
         yield from component.starts(values)
@@ -324,7 +325,7 @@ def _starts(values: Mapping[str, float], inverse: InverseDynamics, speed: float)
 
 
 def climbed(errors: PredictionErrors, start: Mapping[str, float], context: Context, limit: int = EVALUATIONS) -> Rung:
-    """Return where one rung ends that begins at these parameters."""
+    """Return the rung that starts from these parameters."""
     search = replace(context, scales=_finer(context.scales, errors.inverse.dataset.resolution)).search(errors, errors.unit)
     begun = {name: start[name] for name in errors.parameters.free}
     solution = search.descend(search.space.theta(errors.parameters.complete(begun)), limit=limit, tolerance=ENDED)
@@ -334,12 +335,12 @@ def climbed(errors: PredictionErrors, start: Mapping[str, float], context: Conte
 
 
 def _finer(scales: Scales, step: float) -> Scales:
-    """Return scales of what acts between samples, too, down to a step of the encoder: the motion of an observer is finer than the log."""
+    """Return scales that include motion between samples, down to an encoder step: an observer moves more finely than the log."""
     return scales._replace(shortest=min(scales.shortest, step or scales.shortest), slowest=min(scales.slowest, SLOWEST * scales.speed))
 
 
 def _parts(logs: Sequence[Log], alignment: Alignment, dt: float) -> Iterator[Recorded]:
-    """Yield the segments of logs that last, pieces of long ones; their effort as it was before a filter that was found."""
+    """Yield the long segments of logs, or pieces of them, with the effort before a known filter."""
     lag, share = effort_lag(alignment), min(MOST / sum(map(len, logs)), 1.0)
     position_lag = 0.0 if lag else alignment.smoothing or 0.0
     for log in logs:
@@ -356,7 +357,7 @@ def _parts(logs: Sequence[Log], alignment: Alignment, dt: float) -> Iterator[Rec
 
 
 def _channel(dt: float) -> dict[str, Variable]:
-    """Return what is unknown of the channel of the effort."""
+    """Return the unknown parameters of the channel of the effort."""
     return {
         DELAY: Variable("time", "delay of the effort", min=-20.0 * dt, max=20.0 * dt, nominal=dt, excitation="drive"),
         BEND: Variable("time^2", "smoothing of the effort", nominal=dt**2, excitation="drive"),
@@ -366,7 +367,7 @@ def _channel(dt: float) -> dict[str, Variable]:
 def _expected(
     inverse: InverseDynamics, start: Mapping[str, float], speed: float, beside: Mapping[str, tuple[float, float]]
 ) -> tuple[Expected, ...]:
-    """Return what is known beforehand of the channel, and of the parameters that a log may not show."""
+    """Return the priors of the channel, and of parameters that a log may not show."""
     variables, parameters = inverse.parameters.component.variables, inverse.parameters
     expected, alignment = [Expected({BEND: 1.0}, False, start[BEND], BEND_STD)], inverse.dataset.alignment
     if alignment is not None and alignment.delay_half_width is not None:

@@ -1,11 +1,11 @@
-r"""Output error: the parameters that make the simulated signal the measured one.
+r"""Output error: the parameters with which the simulated signal matches the measured signal.
 
 .. math:: \hat\theta = \arg\min_\theta \sum_k \left[y_k - \hat y_k(\theta)\right]^2
 
-In open loop `y` is the position that the measured effort makes of the model. In closed loop it is the effort that the
-controller asks for: the controller keeps the position near its reference whatever the model is, and what the model does
-wrong shows in the effort that this takes. The measured position is nowhere differentiated, so its noise does not bias
-the parameters as it does in inverse dynamics.
+In open loop `y` is the position of the model under the measured effort. In closed loop it is the effort of the
+controller: the controller keeps the position near its reference for any model, and errors of the model appear in the
+effort. The measured position is never differentiated, so its noise does not bias the parameters as in inverse
+dynamics.
 """
 
 from __future__ import annotations
@@ -40,18 +40,18 @@ from bristle.logs.turns import half_cycle_numbers, turning_points
 from bristle.simulation.result import relative_error_percent
 from bristle.translation.scope import NotExportableError
 
-AWAY = 0.3  # standard deviation of the logarithm by which further starts are away from the first
+AWAY = 0.3  # standard deviation of the logarithm of further starts about the first
 FURTHER_STARTS = 2
 FIRST_EVALUATIONS, LAST_EVALUATIONS = 40, 12
 SEED = 7_110_601
-START = 0.25  # of the work, which finds where a simulation begins
+START = 0.25  # share of the work for the start of a simulation
 
 
 @dataclass(frozen=True)
 class OutputError:
     """The error of a simulation as a least-squares problem: the segments of the logs are its `outputs`.
 
-    `inverse` is the same model as inverse dynamics; it knows what is free and what is fixed.
+    `inverse` is the same model as inverse dynamics, with the free and fixed parameters.
     """
 
     inverse: InverseDynamics
@@ -59,7 +59,7 @@ class OutputError:
 
     @classmethod
     def of(cls, loop: type[Output], inverse: InverseDynamics, logs: Sequence[Log], axes: Sequence[Axis], *, fine: bool = False) -> Self:
-        """Return the problem of several logs: simulated quickly, or as finely as the end of a search asks for."""
+        """Return the problem of several logs, simulated quickly, or finely for the end of a search."""
         if any(axis.seeks_lag for axis in axes):
             time, parameters = logs[0].sample_time, inverse.parameters
             description = "lag of the drive behind its controller"
@@ -70,7 +70,7 @@ class OutputError:
 
     @property
     def loop(self) -> type[Output]:
-        """What is simulated."""
+        """The simulated loop."""
         return type(self.outputs[0])
 
     @property
@@ -90,7 +90,7 @@ class OutputError:
 
     @property
     def parameters(self) -> ParameterSet:
-        """What is free and what is fixed."""
+        """The free and fixed parameters."""
         return self.inverse.parameters
 
     @property
@@ -114,7 +114,7 @@ class OutputError:
         return self.dataset.sample_time
 
     def excerpt(self) -> None:
-        """Return None: a simulation begins where inverse dynamics ends."""
+        """Return None: a simulation starts from the result of inverse dynamics."""
 
     def residual(self, free: Mapping[str, float]) -> np.ndarray:
         """Return measured minus simulated signal of each sample."""
@@ -130,11 +130,11 @@ class OutputError:
         return np.concatenate([output.simulated(mechanism) for output in self.outputs])
 
     def mechanism(self, values: Mapping[str, float]) -> Mechanism:
-        """Return what is simulated, from all parameters."""
+        """Return the simulated models, from all parameters."""
         return Mechanism(self.inverse.plant(values), self.inverse.model(values), values)
 
     def linearised(self, free: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray | None]:
-        """Return the residual, shape (sample,), and the derivatives of the signal, (sample, free), where kernels and classes have them."""
+        """Return the residual, shape (sample,), and the derivatives of the signal, (sample, free), if available."""
         values, names, inverse = self.parameters.complete(free), self.parameters.free, self.inverse
         if has_own(self, OutputError, "residual", "simulated", "mechanism") or any(output.regressors for output in self.outputs):
             return self.residual(free), None
@@ -149,7 +149,7 @@ class OutputError:
         return self.measured - signal, derivatives
 
     def errors(self, free: Mapping[str, float]) -> dict[str, float]:
-        """Return the errors of a fit that its solution made small, and the lag of the drive where that was sought."""
+        """Return the minimised errors of a fit, and the lag of the drive if it was sought."""
         residual, measured = self.residual(free), self.measured
         errors = {
             f"{self.loop.signal}_error_percent": relative_error_percent(measured, measured - residual),
@@ -159,32 +159,32 @@ class OutputError:
 
     @cached_property
     def half_cycles(self) -> Groups:
-        """The samples of each half-cycle of the logs, trembles and steps of the encoder left out."""
+        """The samples of each half-cycle of the logs, without trembles and encoder steps."""
         least = least_way(self.dataset.resolution, self.dataset.noise)
         positions = [output.position for output in self.outputs]
-        # The step from a sample to the next one has the number of the first: there the motion turns.
+        # The step between two samples has the number of the first: there the motion turns.
         turns = [turning_points(position, least) for position in positions]
         return Groups(np.concatenate(half_cycle_numbers(turns, [position.size for position in positions])))
 
     @cached_property
     def away(self) -> Away:
-        """Nowhere: a simulated signal keeps the traces of each reversal."""
+        """No rows: each reversal affects all later samples of a simulated signal."""
         return Away.nowhere(self.measured.size)
 
     def friction_slope(self, values: Mapping[str, float]) -> np.ndarray:
-        """Return by how much the signal of each sample rises with the level of friction, shape (sample,)."""
+        """Return the derivative of the signal of each sample by the relative friction level, shape (sample,)."""
         return np.nan_to_num((self.simulated(scaled(self.parameters.component, values, 1.0 + NUDGE)) - self.simulated(values)) / NUDGE)
 
     def replicates(self, values: Mapping[str, float], slope: np.ndarray, residual: np.ndarray) -> SignalReplicates:
-        """Return what draws logs of the fitted model."""
+        """Return the replicates of the fitted model."""
         return SignalReplicates(self, values, slope, residual)
 
     def refits_linearly(self, friction: Model) -> bool:
-        """Return whether a fit to a replicate may be taken for linear around the solution."""
+        """Return whether a fit to a replicate may be linearised around the solution."""
         return self.loop.refits_linearly(friction)
 
     def folds(self, count: int) -> tuple[str, list[Fold]]:
-        """Return the logs where there are several, else `count` parts of one, of its period if it repeats itself."""
+        """Return the logs if there are several, else `count` parts of the log, or of its period if it is periodic."""
         rows = self.dataset
         if len(self.outputs) > 1:
             sizes = [output.measured.size for output in self.outputs]
@@ -201,31 +201,33 @@ class OutputError:
         return name, [Fold(of_sample == k, of_sample != k, all_rows if of_row is None else of_row == k) for k in range(count)]
 
     def parts_of(self, blocks: int, settings: Settings) -> tuple[str, list[Fold]]:
-        """Return the logs where there are several, else so many parts of one."""
+        """Return the logs if there are several, else `blocks` parts of the log."""
         return self.folds(blocks)
 
 
 def loop_of(logs: Sequence[Log], axes: Sequence[Axis | None]) -> type[Output]:
-    """Return which loop is simulated: as the axis says, else as it can be; axes that disagree are refused."""
+    """Return the loop to simulate: that of the axis, else closed if possible; reject axes that disagree."""
     requested = {axis.loop for axis in axes if axis is not None} or {None}
     if len(requested) > 1:
-        raise InputError("differs from axis to axis", path="identification.loop", mend="Say the same in all of them")
+        raise InputError("differs between axes", path="identification.loop", mend="Write the same in all axis files")
     closed = all(
         axis is not None and axis.controller is not None and log.reference is not None for log, axis in zip(logs, axes, strict=True)
     )
     loop = {"open": Position, "closed": Effort}[requested.pop() or ("closed" if closed else "open")]
     if loop is Position and any(axis is not None and axis.seeks_lag for axis in axes):
-        raise InputError("shows in a closed loop only", path="effort.lag", value="identify", mend="Describe [controller] and reference")
+        raise InputError(
+            "is visible in a closed loop only", path="effort.lag", value="identify", mend="Describe [controller] and reference"
+        )
     return loop
 
 
 @dataclass(frozen=True)
 class SignalReplicates:
-    """Replicates of the signal of a simulation: `error` as it was fitted, and all its parameters `values` [SI].
+    """Replicates of the signal of a simulation: `error` is the fitted problem, `values` are all its parameters [SI].
 
-    All that disturbs a log is small beside its signal, so each cause changes the signal by itself: the encoder as far
-    as it shows in the loop, the level of friction, by which the signal rises with `slope`, and what the fit `left`
-    over, shape (sample,) each.
+    Disturbances are small compared with the signal, so their changes of the signal add up: the encoder as visible in
+    the loop, the friction level with the derivative `slope`, and the residual `left` of the fit, shape (sample,)
+    each.
     """
 
     error: OutputError
@@ -236,7 +238,7 @@ class SignalReplicates:
     doubt = 0.0
 
     def draw(self, disturbance: Disturbance, rng: np.random.Generator, side: float = 1.0) -> Changed:
-        """Return the same fit to a log drawn anew."""
+        """Return the same fit to a new random log."""
         cycles = self.error.half_cycles
         levels = self._split((disturbance.scatter * rng.standard_normal(cycles.count))[cycles.index])
         pure, changes = [pure for pure, _ in self._pure], []
@@ -246,12 +248,12 @@ class SignalReplicates:
         return Changed(self, np.concatenate(pure), side * np.concatenate(changes))
 
     def made_with(self, values: Mapping[str, float]) -> SignalReplicates:
-        """Return what draws logs of the same model with other parameters."""
+        """Return replicates of the same model with other parameters."""
         return replace(self, values=values)
 
     @cached_property
     def _pure(self) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Signal of each segment without disturbance, and what a level of friction that is higher adds to it."""
+        """Signal of each segment without disturbance, and its change per relative friction level."""
         return [
             (output.simulated(self._mechanism), np.nan_to_num(output.leaning(self._mechanism, slope)))
             for output, slope in zip(self.error.outputs, self._split(self.slope), strict=True)
@@ -268,24 +270,24 @@ class SignalReplicates:
 
 @dataclass(frozen=True)
 class Changed:
-    """The same fit to its own signal with a change, shape (sample,)."""
+    """The same fit to the simulated signal plus a change, shape (sample,)."""
 
     replicates: SignalReplicates
     pure: np.ndarray
     change: np.ndarray
 
     def residual(self, free: Mapping[str, float]) -> np.ndarray:
-        """Return what these parameters leave of the changed signal; at the solution of the fit it is the change."""
+        """Return the residual of the changed signal; at the solution of the fit it is the change."""
         error, values = self.replicates.error, self.replicates.values
         if all(free[name] == values[name] for name in error.parameters.free):
             return self.change
         simulated = error.simulated(error.parameters.complete(free))
-        return self.pure + self.change - np.where(np.isfinite(simulated), simulated, 1e12)  # of a signal that left the finite numbers
+        return self.pure + self.change - np.where(np.isfinite(simulated), simulated, 1e12)  # for a signal that diverged
 
 
 @dataclass(frozen=True)
 class Simulation:
-    """The estimator of least output error, which goes on from where inverse dynamics ends."""
+    """The estimator of least output error, started from inverse dynamics."""
 
     logs: Sequence[Log]
     axes: Sequence[Axis]
@@ -293,15 +295,15 @@ class Simulation:
 
     @property
     def excerpts(self) -> list[Log]:
-        """What of the logs inverse dynamics is to look at for a start."""
+        """The parts of the logs for the start by inverse dynamics."""
         return [self.loop.excerpt(log, axis) for log, axis in zip(self.logs, self.axes, strict=True)]
 
     def error(self, inverse: InverseDynamics, *, fine: bool = False) -> OutputError:
-        """Return the problem, as a search on the way or at its end asks for it."""
+        """Return the problem, simulated quickly, or finely for the end of a search."""
         return OutputError.of(self.loop, inverse, self.logs, self.axes, fine=fine)
 
     def __call__(self, context: Context, component: FrictionModel, report: Report) -> Estimation:
-        """Return the estimation of one model; where its start is interrupted, that of the start."""
+        """Return the estimation of one model, or that of its start if the start is interrupted."""
         problem = context.problem(component)
         if problem.parameters.is_linear:
             start = linear(problem)
@@ -312,7 +314,7 @@ class Simulation:
         return self.estimate(context, problem, start, between(report, START, 1.0))
 
     def estimate(self, context: Context, inverse: InverseDynamics, start: Solution, report: Report) -> Estimation:
-        """Return the estimation of a model of which inverse dynamics has the solution `start`."""
+        """Return the estimation of a model from the solution `start` of inverse dynamics."""
         error = self.error(inverse)
         search = context.search(error, error.magnitude, simulates=True)
         first = {LAG: 0.2 * self.logs[0].sample_time} | start.values  # samples

@@ -25,12 +25,12 @@ from bristle.simulation.recorded.closed_loop import ClosedLoop, closed_loop_of
 from bristle.simulation.recorded.open_loop import FINE, OpenLoop, open_loop_of
 
 LAG = "lag"
-COARSE = 4  # steps for one sample of an open loop, on the way
+COARSE = 4  # steps for one sample of an open loop during a search
 SEEDS = 2**31
 
 
 def slices_of(log: Log) -> tuple[slice, ...]:
-    """Return the segments of a log; all of it where it has none."""
+    """Return the segments of a log; the whole log without segments."""
     return log.segments or (slice(0, len(log)),)
 
 
@@ -55,32 +55,32 @@ class Output(ABC):
     intervals_code: ClassVar[str]
     in_loop: ClassVar[bool] = False
     is_effort: ClassVar[bool]
-    away_evaluations: ClassVar[int]  # of a descent that starts away from the first one
+    away_evaluations: ClassVar[int]  # of a descent from a further start
     is_refined: ClassVar[bool] = False  # whether a simulation is integrated more finely at the end of a search
 
     @classmethod
     @abstractmethod
     def of(cls, log: Log, axis: Axis, part: slice, *, fine: bool = False) -> Output:
-        """Return a segment of a log, simulated as finely as a search on the way or at its end asks for."""
+        """Return a segment of a log, simulated quickly, or finely for the end of a search."""
 
     @staticmethod
     def excerpt(log: Log, axis: Axis) -> Log:
-        """Return what of a log inverse dynamics is to look at for a start."""
+        """Return the part of a log for the start by inverse dynamics."""
         return log
 
     @property
     @abstractmethod
     def period(self) -> int:
-        """Samples of its period, or of its log."""
+        """Samples of a period, or of the log."""
 
     @property
     def phase(self) -> np.ndarray:
-        """How far each sample is on its way through its period or its log, from 0 to 1."""
+        """Phase of each sample in its period or log, from 0 to 1."""
         return np.arange(self.measured.size) % self.period / self.period
 
     @abstractmethod
     def simulated(self, mechanism: Mechanism) -> np.ndarray:
-        """Return the signal of the model, NaN from where it left the finite numbers, shape (sample,)."""
+        """Return the signal of the model, NaN after it diverges, shape (sample,)."""
 
     @abstractmethod
     def with_derivatives(
@@ -92,24 +92,24 @@ class Output(ABC):
     def read(
         self, mechanism: Mechanism, pure: np.ndarray, push: np.ndarray, disturbance: Disturbance, rng: np.random.Generator
     ) -> np.ndarray:
-        """Return what a push against the motion and an encoder, whose steps lie anywhere, add to the `pure` signal."""
+        """Return the change of the `pure` signal by a push against the motion and an encoder with a random phase of its steps."""
 
     @abstractmethod
     def leaning(self, mechanism: Mechanism, slope: np.ndarray) -> np.ndarray:
-        """Return what `read` takes for a push where friction is twice what it is, shape (sample,).
+        """Return the push that `read` needs for twice the friction, shape (sample,).
 
-        `slope` is by how much the signal rises with the level of friction.
+        `slope` is the derivative of the signal by the relative friction level.
         """
 
     @staticmethod
     @abstractmethod
     def refits_linearly(friction: Model) -> bool:
-        """Return whether a fit to a replicate may be taken for linear around the solution."""
+        """Return whether a fit to a replicate may be linearised around the solution."""
 
 
 @dataclass(frozen=True)
 class Position(Output):
-    """The position [m or rad] that the recorded effort makes in open loop."""
+    """The position [m or rad] under the recorded effort in open loop."""
 
     loop: OpenLoop
 
@@ -122,14 +122,14 @@ class Position(Output):
 
     @classmethod
     def of(cls, log: Log, axis: Axis, part: slice, *, fine: bool = False) -> Position:
-        """Return a segment, integrated with a few steps for one sample."""
+        """Return a segment, integrated with a few steps per sample."""
         position = log.position.values[part]
         columns = tuple(column.values[part] for column in log.regressors)
         return cls(position, position, open_loop_of(log, axis, part, FINE if fine else COARSE), regressors=columns)
 
     @staticmethod
     def excerpt(log: Log, axis: Axis) -> Log:
-        """Return a log without what only repeats its first period."""
+        """Return a log without repetitions of its first period."""
         parts = []
         for part in slices_of(log):
             loop, first = open_loop_of(log, axis, part, 1), part.start or 0
@@ -138,7 +138,7 @@ class Position(Output):
 
     @property
     def period(self) -> int:
-        """Samples until the effort is what it was."""
+        """Samples in a period of the effort."""
         return self.loop.effort.size // self.loop.steps
 
     def simulated(self, mechanism: Mechanism) -> np.ndarray:
@@ -156,7 +156,7 @@ class Position(Output):
     def read(
         self, mechanism: Mechanism, pure: np.ndarray, push: np.ndarray, disturbance: Disturbance, rng: np.random.Generator
     ) -> np.ndarray:
-        """Return what an encoder adds to that position, and the push, which is a change of the position [m or rad]."""
+        """Return the change of that position by an encoder and a push, a change of the position [m or rad]."""
         change = push + disturbance.jitter * rng.standard_normal(self.measured.size)
         if disturbance.resolution <= 0.0:
             return change
@@ -164,7 +164,7 @@ class Position(Output):
         return disturbance.resolution * np.round((pure + change + phase) / disturbance.resolution) - phase - pure
 
     def leaning(self, mechanism: Mechanism, slope: np.ndarray) -> np.ndarray:
-        """Return the change of the position [m or rad]: no force is simulated again."""
+        """Return the slope as a change of the position [m or rad], without a new simulation."""
         return slope
 
     @staticmethod
@@ -175,10 +175,9 @@ class Position(Output):
 
 @dataclass(frozen=True)
 class Effort(Output):
-    """The effort [N or N*m] that the controller asks for in closed loop, which is integrated finely all the way.
+    """The effort [N or N*m] of the controller in closed loop, always integrated finely.
 
-    The encoder of the simulation is a perfect one: steps of its own would be noise of another kind beside those of
-    the log, and would leave no derivative.
+    The simulation has a perfect encoder: encoder steps would be additional noise, and the signal would have no derivative.
     """
 
     loop: ClosedLoop
@@ -201,11 +200,11 @@ class Effort(Output):
 
     @property
     def period(self) -> int:
-        """All of its samples: a log in closed loop counts as one."""
+        """All samples: a log in closed loop counts as a single period."""
         return self.loop.count
 
     def simulated(self, mechanism: Mechanism) -> np.ndarray:
-        """Return the effort that the controller asks of the model [N or N*m]."""
+        """Return the effort of the controller [N or N*m]."""
         return self._whole(self._run(mechanism).command)
 
     def with_derivatives(
@@ -228,23 +227,23 @@ class Effort(Output):
     def read(
         self, mechanism: Mechanism, pure: np.ndarray, push: np.ndarray, disturbance: Disturbance, rng: np.random.Generator
     ) -> np.ndarray:
-        """Return what both add to that effort [N or N*m]; the controller sees the position through the encoder."""
+        """Return the change of that effort by both [N or N*m]; the controller sees the position through the encoder."""
         moved = self.loop.moved_by(rng.uniform(0.0, disturbance.resolution))
         seed = int(rng.integers(SEEDS))
         sensor = encoder(kind=mechanism.plant.kind, resolution=disturbance.resolution, noise=disturbance.jitter, seed=seed)
         return self._whole(self._run(mechanism, moved, sensor, push).command) - pure
 
     def leaning(self, mechanism: Mechanism, slope: np.ndarray) -> np.ndarray:
-        """Return the friction force in the loop [N or N*m], its constant part left out.
+        """Return the friction force in the loop [N or N*m], without its constant part.
 
-        Where the body sticks, it is what friction holds against: a higher level breaks away later.
+        While the body sticks, this is the static friction: with a higher level it breaks away later.
         """
         return self._whole(self._run(mechanism).friction - offset_of(mechanism.friction.component.variables, mechanism.values))
 
     def _run(
         self, mechanism: Mechanism, loop: ClosedLoop | None = None, sensor: Model | None = None, push: np.ndarray | None = None
     ) -> LoopTrace:
-        """Run the loop, or another one like it, by a perfect encoder where no sensor is given."""
+        """Run this loop or another loop, by default with a perfect encoder."""
         plant, friction, values = mechanism
         beside = effort_of_columns(plant, self.regressors)
         if beside is not None:
@@ -253,7 +252,7 @@ class Effort(Output):
         return (loop or self.loop).run(plant, friction, sensor, lag=values.get(LAG), disturbance=push)
 
     def _whole(self, signal: np.ndarray) -> np.ndarray:
-        """Return a signal of all samples, NaN from where the loop left the finite numbers."""
+        """Return a signal of all samples, NaN after the loop diverged."""
         return np.concatenate([signal, np.full(self.loop.count - signal.size, np.nan)])
 
     @staticmethod

@@ -1,9 +1,9 @@
-"""The coordinates θ in which least squares seeks parameters, and the point where it ended.
+"""The coordinates θ of least squares, and its solution.
 
-Parameters that are positive and of unknown magnitude (a stiffness, a Stribeck velocity) are sought in their logarithm;
-one that may not fall below another (F_S >= F_C) as an excess over it, one whose product with a second must stay below
-a third as a share of the largest value, so that the relation holds at every step; all others over a typical magnitude.
-What a model is linear in needs no transform.
+Positive parameters of unknown magnitude (stiffness, Stribeck velocity) are sought in their logarithm. A parameter
+with a lower bound (F_S >= F_C) is sought as the excess over it. If a product must stay below a limit, the parameter
+is a share of its largest value. So all relations are satisfied at every step. Other parameters are scaled by a
+typical magnitude. Linear parameters need no transform.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ from bristle.identification.parameters import ParameterSet, Scales
 
 ABOVE = re.compile(r"(\w+) (>=?) (\w+)")
 MULTIPLE_BELOW = re.compile(r"(\w+) \* (\w+) < (\w+)")
-SHARE_MOST = 0.95  # of what a multiple must stay below: at 1 a gate would be a jump
-CLEARLY = 0.1  # of the force scale: by how much a force is above another one that it must exceed
+SHARE_MOST = 0.95  # of the limit of a product: at 1 a gate would be a jump
+CLEARLY = 0.1  # of the force scale: least excess of a force over its strict lower bound
 
 
 class Turned(NamedTuple):
-    """Parameters on the other side of the best ones: `numbers` as they are reported [SI], `values` for the model."""
+    """Reflected parameters: reported `numbers` [SI], and `values` for the model."""
 
     numbers: np.ndarray
     values: dict[str, Any]
@@ -37,10 +37,10 @@ class Turned(NamedTuple):
 
 @dataclass(frozen=True)
 class ParameterSpace:
-    """Coordinates of free parameters, within bounds; these ones are the parameters themselves [SI].
+    """Coordinates of free parameters within bounds; in this class, the parameters [SI].
 
-    A signal is `linear` in them, or not; some are the logarithm of a parameter. At the displacements `curve` [m or rad]
-    the virgin curve is reported, too.
+    `linear` states whether the signal is linear in them; `logarithmic` names the logarithms. The virgin curve is also
+    reported, at the displacements `curve` [m or rad].
     """
 
     names: tuple[str, ...]
@@ -52,55 +52,55 @@ class ParameterSpace:
 
     @classmethod
     def of(cls, parameters: ParameterSet) -> ParameterSpace:
-        """Return the free parameters within what the model allows."""
+        """Return the space of free parameters with the bounds of the model."""
         variables = [parameters.variables[name] for name in parameters.free]
         low, high = (np.array([getattr(variable, side) for variable in variables]) for side in ("min", "max"))
         return ParameterSpace(parameters.free, low, high)
 
     @property
     def reported(self) -> tuple[str, ...]:
-        """The parameters that a person reads of."""
+        """The reported parameters."""
         return self.names
 
     def values(self, theta: np.ndarray) -> dict[str, Any]:
-        """Return what the model takes [SI], by name."""
+        """Return the parameters of the model [SI], by name."""
         return dict(zip(self.names, theta.tolist(), strict=True))
 
     def member(self, theta: np.ndarray) -> dict[str, Any]:
-        """Return what the model takes of a set of parameters that the log allows [SI]."""
+        """Return the parameters of the model for a draw [SI]."""
         return self.values(theta)
 
     def numbers(self, theta: np.ndarray) -> np.ndarray:
-        """Return what is reported [SI], and the curve after it, shape (reported and curve,)."""
+        """Return the reported numbers [SI], followed by the curve, shape (reported and curve,)."""
         return theta
 
     def derivative(self, theta: np.ndarray) -> np.ndarray:
-        """Return the derivative of what is reported, shape (reported, coordinate)."""
+        """Return the derivative of the reported numbers, shape (reported, coordinate)."""
         return np.eye(len(self.names))
 
     def turned(self, theta: np.ndarray, best: np.ndarray) -> Turned:
-        """Return what lies as far on the other side of the `best` coordinates as others do, within the bounds."""
+        """Return the reflection of coordinates about the `best` coordinates, within the bounds."""
         opposite = np.clip(2.0 * best - theta, self.low, self.high)
         return Turned(self.numbers(opposite), self.values(opposite))
 
 
 class Ceiling(NamedTuple):
-    """What the product of a parameter and a `factor` must stay below: the smallest of the parameters `below`."""
+    """Upper bound of the product of a parameter and a `factor`: the smallest of the parameters `below`."""
 
     factor: str
     below: tuple[str, ...]
 
     def smallest(self, values: Mapping[str, float]) -> str:
-        """Return which parameter the product must stay below."""
+        """Return the parameter that bounds the product."""
         return min(self.below, key=lambda name: values[name])
 
     def largest_value(self, values: Mapping[str, float]) -> float:
-        """Return what the parameter itself must stay below [SI]."""
+        """Return the upper bound of the parameter [SI]."""
         return values[self.smallest(values)] / values[self.factor]
 
 
 class Transform(NamedTuple):
-    """One free parameter as the solver sees it: ``plain``, ``log``, ``excess`` over another or ``below`` a ceiling.
+    """The coordinate of a free parameter: ``plain``, ``log``, ``excess`` over another or ``below`` a ceiling.
 
     `low` and `high` bound the coordinate, `least` and `most` the parameter, which is in excess of the parameter `above`
     or below a `ceiling`.
@@ -120,17 +120,17 @@ class Transform(NamedTuple):
         """Return the parameter [SI] at this coordinate, given those computed before it."""
         unit = self.scale if self.ceiling is None else self.ceiling.largest_value(values)
         value = math.exp(theta) if self.form == "log" else unit * theta
-        # Rounding must not lead out of what the model allows.
+        # Rounding must not violate the bounds of the model.
         return min(max(value + (values[self.above] if self.above else 0.0), self.least), self.most)
 
     def theta(self, value: float, values: Mapping[str, float]) -> float:
-        """Return the coordinate of a parameter, put inside its range."""
+        """Return the coordinate of a parameter, clipped to its range."""
         unit, base = self.scale if self.ceiling is None else self.ceiling.largest_value(values), values[self.above] if self.above else 0.0
         inside = math.log(max(value, 1e-300)) if self.form == "log" else (value - base) / unit
         return min(max(inside, self.low), self.high)
 
     def derivative(self, values: Mapping[str, float]) -> dict[str, float]:
-        """Return the derivative of the parameter: by its own coordinate, and by each parameter computed before it."""
+        """Return the derivatives of the parameter by its coordinate and by the parameters computed before it."""
         value = values[self.name]
         if self.ceiling is not None:
             below, factor = self.ceiling.smallest(values), self.ceiling.factor
@@ -140,14 +140,14 @@ class Transform(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class TransformedSpace(ParameterSpace):
-    """Free parameters through their transforms, each after the one that it may not fall below."""
+    """Free parameters through their transforms, each after the parameters that it depends on."""
 
     parameters: ParameterSet
     transforms: tuple[Transform, ...]
 
     @classmethod
     def within(cls, parameters: ParameterSet, scales: Scales) -> TransformedSpace:
-        """Return the coordinates of the free parameters; what further relations say is left to the finished model."""
+        """Return the coordinates of the free parameters; the validation of the model checks further relations."""
         component, bases = parameters.component, dict[str, tuple[str, ...]]()
         floors: dict[str, Floor] = {}
         for relation in component.relations:
@@ -162,7 +162,7 @@ class TransformedSpace(ParameterSpace):
         ceilings, placed = _ceilings(parameters, floors, bases), list[str]()
 
         def place(name: str) -> None:
-            # Each after those that it is computed from.
+            # Each after its bases.
             for base in bases.get(name, ()):
                 if base in parameters.free:
                     place(base)
@@ -194,7 +194,7 @@ class TransformedSpace(ParameterSpace):
         return np.array(list(self.values(theta).values()))
 
     def theta(self, values: Mapping[str, float]) -> np.ndarray:
-        """Return the coordinates of parameters [SI], put inside their range."""
+        """Return the coordinates of parameters [SI], clipped to their ranges."""
         return np.array([transform.theta(values[transform.name], values) for transform in self.transforms])
 
     def derivative(self, theta: np.ndarray) -> np.ndarray:
@@ -212,7 +212,7 @@ class TransformedSpace(ParameterSpace):
 
 @dataclass(frozen=True)
 class Solution:
-    """Where least squares ended: the best parameters of one problem."""
+    """The solution of least squares: the best parameters of one problem."""
 
     space: ParameterSpace
     theta: np.ndarray
@@ -223,7 +223,7 @@ class Solution:
 
     @cached_property
     def values(self) -> dict[str, Any]:
-        """The free parameters as the model takes them [SI]."""
+        """The free parameters of the model [SI]."""
         return self.space.values(self.theta)
 
     @cached_property
@@ -237,7 +237,7 @@ def _transform(name: str, variable: Variable, scales: Scales, floor: Floor | Non
     if ceiling is not None:
         return Transform(name, "below", 1.0, 0.0, SHARE_MOST, *allowed, ceiling=ceiling)
     if floor is not None:
-        # A log shows no force that its effort never came near.
+        # A log does not show a force far above its efforts.
         most = 2.0 * scales.peak / scale if variable.quantity == "force" else math.inf  # times the largest effort of the log
         return Transform(name, "excess", scale, CLEARLY if floor.strict else 0.0, most, *allowed, floor.name)
     if variable.min > 0.0 and variable.quantity != "mass":
@@ -245,14 +245,14 @@ def _transform(name: str, variable: Variable, scales: Scales, floor: Floor | Non
         low, high = max(low, variable.min), min(high, variable.max)
         if not low < high:
             message, allowed = f"would be {low:.3g} to {high:.3g}", f"{variable.min:g} to {variable.max:g}"
-            mend = "Mend the units of the time and the position"
-            raise InputError(f"{message} by the extent of this log, in SI", path=name, allowed=allowed, mend=mend)
+            mend = "Check the units of time and position"
+            raise InputError(f"{message} for the extent of this log, in SI", path=name, allowed=allowed, mend=mend)
         return Transform(name, "log", 1.0, math.log(low), math.log(high), *allowed)
     return Transform(name, "plain", scale, variable.min / scale, variable.max / scale, *allowed)
 
 
 class Floor(NamedTuple):
-    """What a parameter may not fall below, and whether it must be clearly above."""
+    """Lower bound of a parameter: the name of another parameter, and whether it is strict."""
 
     name: str
     strict: bool
@@ -264,9 +264,9 @@ def _hangs_on(name: str, base: str, bases: Mapping[str, tuple[str, ...]]) -> boo
 
 
 def _ceilings(parameters: ParameterSet, floors: Mapping[str, Floor], bases: dict[str, tuple[str, ...]]) -> dict[str, Ceiling]:
-    """Return the ceiling of each free parameter whose multiple a relation keeps below another one."""
-    # None of a parameter that may be negative or has a floor, and none that hangs on itself: those are left to the
-    # finished model. `bases` takes in what each is computed from.
+    """Return the ceiling of each free parameter whose product with another is bounded by a relation."""
+    # Parameters that may be negative, have a floor or depend on themselves are left to the validation of the model.
+    # `bases` receives the dependencies.
     component, variables = parameters.component, parameters.variables
     ceilings: dict[str, Ceiling] = {}
     for relation in component.relations:

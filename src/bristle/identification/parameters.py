@@ -1,8 +1,7 @@
-"""The parameters of a plant with a friction model: what they are, how large, which are free, which are fixed, and why.
+"""The parameters of a plant with a friction model: their roles, magnitudes, and the free and fixed parameters with reasons.
 
-What a parameter is, is told from its quantity and from what a log must contain to show it: no name is asked for. By the
-typical magnitudes of a log parameters of unknown magnitude are scaled, bounded and drawn. What a slot depends on must
-be recorded.
+The role of a parameter follows from its quantity and excitation, not from its name. Typical magnitudes of a log scale and
+bound parameters of unknown magnitude. The inputs of a slot must be recorded.
 """
 
 import math
@@ -28,15 +27,15 @@ from bristle.identification.dataset import Dataset
 from bristle.plants.inertia import MODEL as inertia
 
 SLIDES = ("sliding", "stribeck", "presliding")
-STRIBECK_SHARE = 1.0 / 3.0  # of the greatest speed: beyond, the log would not show the level that friction falls to
-ALIKE = 1e-9  # of two scales of a unit that are one
-ONE_WAY = 0.01  # share of the samples below which a direction counts as not seen
-SLIDES_FROM = 0.1  # of the largest speed: what is slower is not asked for a level of friction
+STRIBECK_SHARE = 1.0 / 3.0  # of the largest speed: above, the log would not show the level after the fall
+ALIKE = 1e-9  # relative difference below which two unit factors are equal
+ONE_WAY = 0.01  # share of the samples below which a direction counts as missing
+SLIDES_FROM = 0.1  # of the largest speed: slower rows do not show a friction level
 SINGULAR = 1e-9
 
 
 class Role(Enum):
-    """Quantity and excitation of the parameters that are treated in a way of their own."""
+    """Quantity and excitation of parameters with special treatment."""
 
     INERTIA = ("mass", "acceleration")
     VISCOUS = ("force*time/length", "speed")
@@ -47,33 +46,33 @@ class Role(Enum):
     MICRO_DAMPING = ("force*time/length", "presliding")
 
     def fits(self, variable: Variable) -> bool:
-        """Return whether this is such a parameter; the constant part of friction is no level."""
+        """Return whether a parameter has this role; the constant part of friction is not a level."""
         return (variable.quantity, variable.excitation) == self.value and variable != OFFSET
 
 
 def names_of(role: Role | Variable, variables: Mapping[str, Variable]) -> list[str]:
-    """Return the parameters of a role, or those that are one and the same `Variable`."""
+    """Return the parameters of a role, or those equal to a `Variable`."""
     return [name for name, variable in variables.items() if (role.fits(variable) if isinstance(role, Role) else variable == role)]
 
 
 def acts_in_sliding(variable: Variable) -> bool:
-    """Return whether a parameter is a force that friction only reaches where it slides, however the log shows it."""
+    """Return whether a parameter is a force that friction reaches only in sliding."""
     return variable.quantity == "force" and variable.excitation in SLIDES and variable != OFFSET
 
 
 def name_of(role: Role | Variable, variables: Mapping[str, Variable]) -> str | None:
-    """Return the first parameter of a role; None where there is none."""
+    """Return the first parameter of a role, or None."""
     return next(iter(names_of(role, variables)), None)
 
 
 def offset_of(variables: Mapping[str, Variable], values: Mapping[str, float]) -> float:
-    """Return the constant part of friction [N or N*m]; 0 where a model has none."""
+    """Return the constant part of friction [N or N*m]; 0 if a model does not have it."""
     name = name_of(OFFSET, variables)
     return 0.0 if name is None else values.get(name, 0.0)
 
 
 def constant_of(variables: Mapping[str, Variable], values: Mapping[str, float]) -> float:
-    """Return what of a friction is no friction [N or N*m]: its constant part, or half of what two levels differ by."""
+    """Return the constant force in a friction model [N or N*m]: its constant part, or half the difference of two levels."""
     levels = [values[name] for name in names_of(Role.LEVEL, variables)]
     halves = 0.5 * (levels[0] - levels[1]) if len(levels) > 1 else 0.0
     return offset_of(variables, values) + halves
@@ -93,7 +92,7 @@ class Scales(NamedTuple):
     sample_time: float
 
     def magnitude(self, variable: Variable) -> float:
-        """Return a typical value of a parameter [SI]: where nothing else is known of it, by its exponents."""
+        """Return a typical value of a parameter [SI], by default from the exponents of its quantity."""
         if variable.excitation == "drive":
             return variable.nominal
         typical = {
@@ -109,13 +108,13 @@ class Scales(NamedTuple):
         if variable.quantity in typical or not powers or set(powers) - {"force", "length", "time"}:
             return typical.get(variable.quantity, variable.nominal)
         length, time = powers.get("length", 0.0), powers.get("time", 0.0)
-        # A speed and an acceleration have every power of a length and a time between them.
+        # Speed and acceleration together give every power of length and time.
         parts = ((self.force, powers.get("force", 0.0)), (self.speed, 2.0 * length + time), (self.acceleration, -length - time))
         above, below = (math.prod(part ** max(sign * power, 0.0) for part, power in parts) for sign in (1.0, -1.0))
         return above / below
 
     def range(self, variable: Variable) -> tuple[float, float]:
-        """Return between which values a positive parameter of unknown magnitude is sought [SI]."""
+        """Return the search range of a positive parameter of unknown magnitude [SI]."""
         return {
             "length": (self.shortest, self.stroke),
             "length/time": (self.slowest, max(STRIBECK_SHARE * self.speed, 2.0 * self.slowest)),
@@ -127,7 +126,7 @@ class Scales(NamedTuple):
 
 
 def stroke_of(dataset: Dataset) -> float:
-    """Return how far the axis goes within a segment of the log [m or rad]."""
+    """Return the largest stroke within a segment of the log [m or rad]."""
     return max(float(np.ptp(segment.position)) for segment in dataset.segments)
 
 
@@ -136,7 +135,9 @@ def scales_of(dataset: Dataset, force: float) -> Scales:
     speeds = np.abs(dataset.all_velocities)
     speeds = speeds[speeds > 0.0]
     speed = float(np.quantile(speeds, 0.995))
-    slowest = max(float(np.quantile(speeds, 0.01)), 1e-4 * speed)  # of the samples are slower than the smallest Stribeck velocity sought
+    slowest = max(
+        float(np.quantile(speeds, 0.01)), 1e-4 * speed
+    )  # a share of the samples is slower than the smallest Stribeck velocity sought
     stroke = stroke_of(dataset)
     return Scales(
         force=force,
@@ -152,12 +153,12 @@ def scales_of(dataset: Dataset, force: float) -> Scales:
 
 
 def holds(dataset: Dataset, surrounding: Surrounding) -> bool:
-    """Return whether a log has this channel, and of this quantity."""
+    """Return whether a log has this channel with this quantity."""
     return all(surrounding.name in segment.surroundings for segment in dataset.segments) and _is_of_its_quantity(dataset, surrounding)
 
 
 def refuse_unrecorded(component: FrictionModel, dataset: Dataset) -> None:
-    """Refuse a log that lacks a channel which a slot depends on, or holds something else under its name."""
+    """Reject a log without a channel that a slot needs, or with another quantity under its name."""
     for surrounding in component.surroundings:
         name = surrounding.name
         if all(surrounding.name in segment.surroundings for segment in dataset.segments):
@@ -166,7 +167,7 @@ def refuse_unrecorded(component: FrictionModel, dataset: Dataset) -> None:
             slot, unit = slot_needing(component, name), surrounding.variable.unit(dataset.kind)
             written = f'{{ column = "...", unit = "{"%" if unit == "1" else unit}" }}' if surrounding.is_own else "..."
             mend = f"Name its column under [columns] of the axis file: {name} = {written}, or drop +{slot}"
-            raise InputError(f"has no {name}, which +{slot} needs", path="log", mend=mend)
+            raise InputError(f"has no {name}, needed by +{slot}", path="log", mend=mend)
 
 
 def _is_of_its_quantity(dataset: Dataset, surrounding: Surrounding) -> bool:
@@ -175,27 +176,27 @@ def _is_of_its_quantity(dataset: Dataset, surrounding: Surrounding) -> bool:
 
 
 def _refuse_another(surrounding: Surrounding, dataset: Dataset) -> None:
-    """Refuse a channel of another quantity, or most of whose values nothing of this quantity has."""
+    """Reject a channel of another quantity, or with most values out of range."""
     name, variable = surrounding.name, surrounding.variable
     wanted, unit = variable.unit(dataset.kind), dataset.units.get(name, "")
     place, allowed = f"columns.{name}", f"{variable.description}, in {wanted} or a multiple of it"
     if not surrounding.is_own:
         return
     if not _is_of_its_quantity(dataset, surrounding):
-        mend = "Mend the unit in the axis file, or the channel in the file of the slot"
-        message = "is of another quantity than the slot takes it for"
+        mend = "Correct the unit in the axis file, or the channel in the file of the slot"
+        message = "has another quantity than the slot expects"
         raise InputError(message, path=f"{place}.unit", value=unit, allowed=allowed, mend=mend)
     usual = float(np.median(np.concatenate([segment.surroundings[name] for segment in dataset.segments])))
     if not variable.min <= usual <= variable.max:
-        allowed, mend = variable.allowed(dataset.kind), f"Is its unit right? It is {variable.description}"
-        raise InputError("is out of range, in the middle of its values", path=place, value=usual, allowed=allowed, mend=mend)
+        allowed, mend = variable.allowed(dataset.kind), f"Check its unit: the slot expects the {variable.description}"
+        raise InputError("has a median out of range", path=place, value=usual, allowed=allowed, mend=mend)
 
 
 class Fixed(NamedTuple):
-    """A parameter that is not identified: its value, why (the code of a diagnostic with what its sentence needs).
+    """A fixed parameter: its value, and the reason as the code of a diagnostic with its `numbers`.
 
-    It is `redundant` where no log could tell it. Of what was found in this log before any model, half of its 95 %
-    interval is known, and there is no reason.
+    It is `redundant` if no log could identify it. A parameter measured in this log before the fit has the
+    `half_width` of its 95 % interval, and no reason.
     """
 
     value: float
@@ -209,7 +210,7 @@ class Fixed(NamedTuple):
 class ParameterSet:
     """The parameters of a plant with a friction model: the `free` ones, plant first, and all others `fixed`.
 
-    `loop` is what is unknown of the loop that both are simulated in.
+    `loop` contains the unknown parameters of the simulated loop.
     """
 
     component: FrictionModel
@@ -233,7 +234,7 @@ class ParameterSet:
         return {**self.held, **values}
 
     def is_redundant(self, name: str) -> bool:
-        """Return whether a parameter is held that no log, or not this one, could tell."""
+        """Return whether a parameter is fixed because the log cannot identify it."""
         return name in self.fixed and self.fixed[name].redundant
 
     @property
@@ -244,10 +245,10 @@ class ParameterSet:
 
 @dataclass(frozen=True)
 class PriorKnowledge:
-    """What is known of the axis beforehand: the plant, those of its parameters that are known, and the offset.
+    """Prior knowledge of the axis: the plant, its known parameters, and the offset.
 
-    An offset of None is to be identified; so is the pitch of the screw. Shapes in `free` are identified too. What was
-    `measured` in the log before any model has half of its 95 % interval beside it.
+    If the offset or the pitch of the screw is None, it is identified. Shapes in `free` are identified too. Parameters
+    `measured` in the log before the fit have a value and the half-width of their 95 % interval.
     """
 
     offset: float | None = None
@@ -259,10 +260,10 @@ class PriorKnowledge:
 
 
 def parameters_of(component: FrictionModel, prior: PriorKnowledge, dataset: Dataset) -> ParameterSet:
-    """Return which parameters of a model are free and which are held, with the reason."""
+    """Return the free and the fixed parameters of a model, with the reasons."""
     held = {name: Fixed(value, reason="", half_width=width) for name, (value, width) in prior.measured.items()}
     held |= {name: Fixed(value, "held_known") for name, value in prior.values.items()}
-    # What no log can tell is held at a round number of the right magnitude.
+    # Redundant parameters are fixed at a round number of the right magnitude.
     length = 10.0 ** math.floor(math.log10(stroke_of(dataset)))
     for name, factors in component.redundancies:
         value = length ** exponents_of(component.variables[name].quantity).get("length", 0.0)
@@ -295,7 +296,7 @@ def parameters_of(component: FrictionModel, prior: PriorKnowledge, dataset: Data
         velocity = dataset.velocity
         fast = np.abs(velocity) > SLIDES_FROM * float(np.max(np.abs(velocity)))
         v, forward, effort = velocity[fast], velocity[fast] > 0.0, dataset.effort[fast]
-        # Before sliding the effort takes all levels: it is the constant alone that keeps its sign on both sides.
+        # In pre-sliding the effort covers all levels: only the constant keeps its sign in both directions.
         constant = 0.0
         if np.median(effort[forward]) * np.median(effort[~forward]) > 0.0:
             columns = np.stack([forward, ~forward, v * forward, v * ~forward, dataset.acceleration[fast]], axis=1)

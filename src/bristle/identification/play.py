@@ -1,8 +1,8 @@
-"""Play between motor and load, by what a motor does while it does not carry its load.
+"""Play between motor and load, detected by the residual where the load changes flanks.
 
-Behind play a load rests against one flank of the drive, until the force that it takes changes its sign: then it flies
-to the other flank, and knocks. Amid motion, where an axis begins to brake, a rigid one has no reason to: there the
-residual is compared with that of rows of the same speed and the same jerk. At a reversal each model errs by its sampling.
+With play, the load rests against one flank of the drive until its force changes sign. Then it crosses to the other
+flank and strikes it. A rigid axis has no such shock when it starts to brake during a motion. There the residual is
+compared with that of rows of the same speed and jerk. Reversals are excluded because of sampling errors.
 """
 
 from __future__ import annotations
@@ -16,20 +16,20 @@ from bristle.identification.missing_force import TINY, Missing
 from bristle.identification.missing_rows import FEWEST_ROWS, SMALLEST, Rows
 from bristle.identification.settings import Settings
 
-MOST_OF_ONE = 0.5  # of what changes of sides leave over
-LARGER = 1.8  # times the residual elsewhere: what is left over where the load changes flanks
-BEFORE, AFTER, LASTS = 2, 4, 0.03  # rows ahead of a change of sides; after it that many at least, and so long [s]
-FEWEST_CHANGES, FEWEST_ALIKE, ENOUGH = 4, 10, 20  # changes of sides, rows of a kind to compare with, rows around them
+MOST_OF_ONE = 0.5  # of the residual around changes of flank
+LARGER = 1.8  # times the residual elsewhere: residual where the load changes flanks
+BEFORE, AFTER, LASTS = 2, 4, 0.03  # rows before a change of flank; rows after it, at least; time after it [s]
+FEWEST_CHANGES, FEWEST_ALIKE, ENOUGH = 4, 10, 20  # changes of flank, rows of a kind for comparison, rows around the changes
 SPEEDS = (0.003, 0.01, 0.03, 0.1, 0.3, 0.6)  # of the largest
 JERKS = (0.5, 0.75, 0.9)  # quantiles
 
 
 def play_at_flanks(rows: Rows, settings: Settings) -> tuple[tuple[Missing, ...], float]:
-    """Return play, none or once, and what rows of the same speed and jerk leave over elsewhere [N or N*m]."""
+    """Return play, if present, and the residual of rows of the same speed and jerk elsewhere [N or N*m]."""
     far = rows.far
     if not rows.enough or np.count_nonzero(far) < FEWEST_ROWS:
         return (), 0.0
-    # Which change of sides each row is around, from 0; -1 around none.
+    # Number of the nearby change of flank of each row, from 0; else -1.
     flank = rows.predicted < 0.0
     turned = np.flatnonzero((flank[1:] != flank[:-1]) & (rows.stretch[1:] == rows.stretch[:-1])) + 1
     after = max(round(LASTS / float(np.median(np.diff(rows.time)))), AFTER)
@@ -49,7 +49,7 @@ def play_at_flanks(rows: Rows, settings: Settings) -> tuple[tuple[Missing, ...],
     numbers, changes = np.unique(near[around], return_inverse=True)
     if changes.size < ENOUGH or numbers.size < FEWEST_CHANGES:
         return (), 0.0
-    # One knock may be a jolt, or the end of a filter: where it is most of what is left over, it counts for none.
+    # A single shock may have another cause, or be the edge of a filter: if it dominates, omit it.
     excesses = np.bincount(changes, square[around] - usual[kind[around]])
     if np.max(excesses) > MOST_OF_ONE * np.sum(excesses):
         around[np.flatnonzero(around)[changes == int(np.argmax(excesses))]] = False

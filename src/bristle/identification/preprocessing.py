@@ -1,16 +1,16 @@
-r"""From a log to regression rows: the standard treatment of inverse dynamics, and nothing else.
+r"""From a log to regression rows: the standard treatment of inverse dynamics.
 
 The position passes a zero-phase Butterworth filter of fourth order and is differentiated twice by central differences.
-The effort and each column of the friction model, its sign included, pass the same filter: what one side of the
-equation loses at high frequency, the other loses too. What lies within five periods of the cut-off from an edge is
-dropped; all that is left is decimated alike. Rows at rest are left out: there friction balances whatever effort
-there is. In a log that only creeps, as in pre-sliding, nothing tells rest from motion, and all rows are kept.
+The effort and each column of the friction model, its sign included, pass the same filter, so both sides of the
+equation lose the same high frequencies. Samples within five periods of the cut-off from an edge are dropped. All
+others are decimated. Rows at rest are left out: there friction balances any effort. In a log that only creeps, as in
+pre-sliding, rest and motion cannot be distinguished, and all rows are kept.
 
-An effort that a controller holds until its next sample leads the position by half a sample: the mean of two values
-that follow each other acts at the sample between them.
+An effort that a controller holds until its next sample leads the position by half a sample: the mean of two
+consecutive values acts at the sample between them.
 
-Both sides alike is exact for what is linear in the motion. The columns of friction are computed from a motion that is
-filtered already: a reversal that the filter displaces, or a shape shorter than its period, stays an error.
+Filtering both sides is exact for terms linear in the motion. The columns of friction are computed from a motion that
+is already filtered. A reversal displaced by the filter, or a shape shorter than its period, remains an error.
 
 References
 ----------
@@ -36,10 +36,10 @@ from bristle.logs.turns import rests, whole_cycle, with_sides
 
 CUTOFF_SHARE = 0.1  # of the sampling frequency
 DECIMATION = 10
-BENT_ROWS = 400  # that are left of a short log, of a plant with terms
+BENT_ROWS = 400  # rows that remain of a short log, for a plant with terms
 ROWS_MIN = 50
-HIDES, CALM = 0.3, 0.03  # of what friction takes: noise that hides it, and that does not
-CREEPS = 10.0  # encoder steps of the range from which an axis moves, be it ever so slowly
+HIDES, CALM = 0.3, 0.03  # noise as a share of friction: it hides friction, and it does not
+CREEPS = 10.0  # range in encoder steps above which an axis counts as moving
 
 
 def treat_all(
@@ -53,24 +53,26 @@ def treat_all(
 ) -> Dataset:
     """Return the regression rows of several logs of one axis, one after the other, each treated as `treat` does.
 
-    The effort lags the position by `delay`, of which filters of the time constants `smoothing`, of the effort, and
-    `position_smoothing` make part [s].
+    The effort lags the position by `delay` [s]. Filters with the time constants `smoothing` (effort) and
+    `position_smoothing` cause part of it [s].
     """
     parts = [treat(log, axis, cutoff, decimation) for log, axis in zip(logs, axes, strict=True)]
     first = parts[0]
     for log, part in zip(logs, parts, strict=True):
         path = f"log {log.source.name}"
         if part.kind != first.kind:
-            raise InputError("is of another kind of axis than the first log", path=path, value=part.kind, allowed=first.kind)
-        if abs(part.sample_time / first.sample_time - 1.0) > 1e-3:  # relative difference of sample times that is none
+            raise InputError("has a different kind of axis than the first log", path=path, value=part.kind, allowed=first.kind)
+        if abs(part.sample_time / first.sample_time - 1.0) > 1e-3:  # relative difference below which sample times count as equal
             period, first_period = (with_unit(time, "s") for time in (part.sample_time, first.sample_time))
             raise InputError(f"was sampled every {period}, the first log every {first_period}", path=path, mend="Resample one of them")
         for name in ("cutoff", "decimation", "held"):
             if getattr(part, name) != getattr(first, name):
-                raise InputError(f"has another {name} than the first log", path=path, value=getattr(part, name), mend="Give both the same")
+                raise InputError(
+                    f"has a different {name} than the first log", path=path, value=getattr(part, name), mend="Give both the same"
+                )
     segments, end = [], first.segments[0].time[0]
     for number, part in enumerate(parts):
-        # Rows are told apart by their time: a log begins where the one before it ends.
+        # Rows are identified by their time: each log begins where the previous log ends.
         later = end - part.segments[0].time[0]
         segments += [replace(segment, log=number, time=segment.time + later) for segment in part.segments]
         end = segments[-1].time[-1] + first.sample_time
@@ -87,9 +89,9 @@ def treat_all(
 def treat(log: Log, axis: Axis | None, cutoff: float | None = None, decimation: int | None = None, like: Dataset | None = None) -> Dataset:
     """Return the regression rows of a log.
 
-    The axis has the cut-off [Hz], the decimation and the encoder resolution, where no argument overrides them; a tenth
-    of the sampling frequency and 10 where nothing is given, less for a plant with terms on a short log. Noise and rows are taken
-    from a data set `like` it, of the same motion, instead of being found once more.
+    Arguments override the cut-off [Hz] and decimation of the axis. The defaults are a tenth of the sampling frequency
+    and 10, less for a plant with terms on a short log. Noise and rows come from the data set `like` of the same
+    motion, if given.
     """
     dt, axis = float(log.sample_time), axis or Axis(kind=log.kind)
     cutoff = axis.cutoff if cutoff is None else cutoff
@@ -98,7 +100,7 @@ def treat(log: Log, axis: Axis | None, cutoff: float | None = None, decimation: 
         raise InputError("out of range", path="cutoff", value=cutoff, allowed=f"between 0 and {0.5 / dt:g} Hz, half the sampling frequency")
     decimation = axis.decimation if decimation is None else decimation
     if decimation is None:
-        # An arm swings for some seconds only; the rows of a longer log are those of a plant without terms.
+        # An arm swings for a few seconds only; a longer log has the rows of a plant without terms.
         bends = axis.gravity or axis.cogging or axis.regressors
         decimation = min(max(len(log) // BENT_ROWS, 1), DECIMATION) if bends else DECIMATION
     for name in ("time", "position", "effort"):
@@ -162,7 +164,7 @@ def treat(log: Log, axis: Axis | None, cutoff: float | None = None, decimation: 
 
 
 def smallest_step(position: Channel) -> float:
-    """Return the smallest step between samples, which is that of the encoder [m or rad]; 0 where nothing moves."""
+    """Return the smallest step between samples, the encoder step [m or rad]; 0 without motion."""
     if position.recorded_step is not None:
         return position.recorded_step
     steps = np.abs(np.diff(position.values))
@@ -182,25 +184,24 @@ def segment_of(
 ) -> tuple[Segment, float, float]:
     """Return a segment of a log, and the standard deviations of the noise of its position and of its effort.
 
-    `part` has no gap, `cutoff` is that of the filter [Hz], `resolution` the step of the encoder [m or rad]. The
-    `noises` are found where they are not given. An effort that is `held` acts until the next sample.
-    Nothing is taken for rest where the axis is `creeping`.
+    `part` has no gap; `cutoff` [Hz] belongs to the filter; `resolution` is the encoder step [m or rad]. Missing
+    `noises` are estimated. An effort that is `held` acts until the next sample. A `creeping` axis never rests.
     """
     assert log.effort is not None
     dt, position, effort = log.sample_time, log.position.values[part], log.effort.values[part]
     # The offset of a long stroke would cost digits in the second difference.
     origin = position[0]
     if held:
-        # The mean of two values that follow each other acts around the sample between them.
+        # The mean of two consecutive values acts around the sample between them.
         effort = 0.5 * (effort + np.append(effort[:1], effort[:-1]))
     smooth, smooth_effort = low_passed(position - origin, cutoff, dt), low_passed(effort, cutoff, dt)
     if noises is None:
         left_over = (position - origin - smooth, effort - smooth_effort)
         noise, effort_noise = (DEVIATION_OVER_MEDIAN * float(np.median(np.abs(part))) for part in left_over)
-        # White noise above the cut-off tells how much there is in all.
+        # White noise above the cut-off determines the total noise.
         noises = noise, effort_noise / max(1.0 - 2.0 * (cutoff * dt), 0.1) ** 0.5
     velocity = np.gradient(smooth, dt)
-    window = max(round(5 / (cutoff * dt)), 1)  # of the cut-off frequency, without an encoder step, make a rest
+    window = max(round(5 / (cutoff * dt)), 1)  # five periods of the cut-off without an encoder step are a rest
     rest = velocity == 0.0 if creeping else rests(smooth, window, max(1.5 * resolution, 4.0 * noises[0]))
     segment = Segment(
         time=log.time.values[part],
@@ -216,11 +217,11 @@ def segment_of(
 
 
 def _first_cycle(segment: Segment, kind: Kind) -> int:
-    """Return after how many samples a motion that repeats is where it began, and moves on alike."""
+    """Return the number of samples after which a periodic motion repeats."""
     first = whole_cycle(segment.position, segment.velocity)
     if first is None:
         raise InputError(
-            "does not come back to where it began, so that its first cycle is not known",
+            "does not return to its start, so its first cycle is unknown",
             path="log.start",
             value=f"cycle, from {with_unit(float(segment.position[0]), unit_of('length', kind))}",
             mend='Write start = "moving" under [log] of the axis file, or begin with a whole cycle',
@@ -229,7 +230,7 @@ def _first_cycle(segment: Segment, kind: Kind) -> int:
 
 
 def aligned(dataset: Dataset, alignment: Alignment) -> Dataset:
-    """Return the rows of a log whose channels stand in time as they were found to."""
+    """Return the rows of a log with its channels aligned in time."""
     smoothing, of_position = alignment.smoothing or 0.0, alignment.of_position
     moved = shifted(dataset, alignment.delay or 0.0, *((0.0, -smoothing) if of_position else (smoothing,)))
     moved = differentiated(moved) if alignment.slow else moved
@@ -237,10 +238,10 @@ def aligned(dataset: Dataset, alignment: Alignment) -> Dataset:
 
 
 def shifted(dataset: Dataset, delay: float, smoothing: float = 0.0, position_smoothing: float = 0.0) -> Dataset:
-    """Return the rows of a log whose effort lags by `delay`, mended, and before the filters that are part of it [s].
+    """Return the rows of a log without its `delay` of the effort [s] and without the filters that cause part of it.
 
-    The effort passed a filter of the time constant `smoothing`, or is filtered by it where that is negative: it was
-    recorded before it acted. The position passed one of `position_smoothing`.
+    The effort passed a filter of time constant `smoothing`. If `smoothing` is negative, the effort was recorded
+    before it acted, and is filtered now. The position passed a filter of time constant `position_smoothing`.
     """
     if not delay and not smoothing and not position_smoothing:
         return dataset
@@ -259,11 +260,11 @@ def shifted(dataset: Dataset, delay: float, smoothing: float = 0.0, position_smo
 
 
 def calmed(dataset: Dataset) -> tuple[int, float]:
-    r"""Return of how many samples one row is kept, lest noise of the position hide friction, and by how much it would.
+    r"""Return the decimation at which position noise does not hide friction, and the noise at the present decimation.
 
-    In rows that contain frequencies up to `f`, white noise :math:`\sigma` of the position makes an inertia `M` take a
-    force of :math:`M (2\pi)^2 \sigma \sqrt{\tfrac{2}{5} \Delta t f^5}`, here as a share of what friction takes. Where
-    that is much, fewer rows do not have it, and friction turns where it did, which a lower cut-off would blur.
+    In rows with frequencies up to `f`, white noise :math:`\sigma` of the position causes an inertial force of
+    :math:`M (2\pi)^2 \sigma \sqrt{\tfrac{2}{5} \Delta t f^5}`, returned as a share of friction. Where that share is
+    large, a higher decimation removes the noise. A lower cut-off would blur the reversals of friction.
     """
     alignment, dt, rows = dataset.alignment, dataset.sample_time, dataset.decimation
     if alignment is None or alignment.mass is None:
@@ -276,12 +277,12 @@ def calmed(dataset: Dataset) -> tuple[int, float]:
     if share <= HIDES:
         return rows, share
     bandwidth = dataset.bandwidth * (CALM / share) ** 0.4
-    most = rows * dataset.effort.size // 1000  # that are left
+    most = rows * dataset.effort.size // 1000  # remaining rows
     return max(min(round(0.5 / (bandwidth * dt)), most), rows), share
 
 
 def differentiated(dataset: Dataset) -> Dataset:
-    """Return the rows of a log whose acceleration is true to the fourth order of the step."""
+    """Return the rows of a log with an acceleration of fourth order in the step."""
     dt, moved = dataset.sample_time, []
     for segment in dataset.segments:
         acceleration = derivative(derivative(segment.position - segment.position[0], dt), dt)

@@ -1,7 +1,7 @@
-"""What an estimator is: a signal that was measured, and what the free parameters leave of it.
+"""The interface of an estimator: a measured signal and its residual for free parameters.
 
-A new estimator is one file with such a problem. The search, the bootstrap, the look at what can be identified, the
-validation and the ranking do the rest with what is written here.
+A new estimator is a file with such a problem. Search, bootstrap, judgement of the parameters, validation and ranking
+use only this interface.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ from bristle.logs.waves import frequency_in, waves
 
 SINGULAR = 1e-7  # of the largest singular value: the accuracy of a Jacobian by differences
 FEWEST = 50  # rows
-LEAST_TURNS, WAVE_SHARE = 3.0, 0.05  # of waves: turns over the range, share of the squares that are left over
-CHANCE = 2.0  # standard deviations, by which fits to replicates may differ: no more than that is none
-BETWEEN = (-0.2, 1.2)  # of the way from one fit to the other
+LEAST_TURNS, WAVE_SHARE = 3.0, 0.05  # of waves: turns over the range, share of the squared residual
+CHANCE = 2.0  # standard deviations of fits to replicates: a smaller change is not significant
+BETWEEN = (-0.2, 1.2)  # range of the share of the way between both fits
 
 
 @dataclass(frozen=True)
 class Away:
-    """Where nothing of how friction turns disturbs a signal."""
+    """Rows without the influence of friction reversals."""
 
     rows: np.ndarray
     far: np.ndarray
@@ -40,12 +40,12 @@ class Away:
 
     @classmethod
     def nowhere(cls, count: int) -> Away:
-        """Return that of a signal of so many rows which keeps the traces of each reversal."""
+        """Return the empty selection, for a signal in which reversals affect all later rows."""
         none = np.zeros(count, dtype=bool)
         return cls(none, none, np.zeros(count), np.zeros(count))
 
     def beside(self, residual: np.ndarray | None = None) -> np.ndarray:
-        """Return forces beside friction, shape (row, force): a damping by direction, and the cogging that a residual shows."""
+        """Return forces additional to friction, shape (row, force): directional damping, and the cogging in a residual."""
         speed, x = np.abs(self.velocity)[:, None], self.position
         if residual is None or np.count_nonzero(self.rows) < FEWEST:
             return speed
@@ -61,18 +61,18 @@ class Away:
 
 @dataclass(frozen=True)
 class Contrast:
-    r"""What a fit would say without its reversals, and beside a damping that differs by direction.
+    r"""The difference between a fit and a fit without reversals, with directional damping.
 
-    A filter in a channel, a delay that is hardly known, a body that sticks: around reversals a log errs by all of it, and
-    so does a fit. Least squares asks all rows alike; away from reversals
+    A filter in a channel, an uncertain delay or stiction cause errors around reversals, and bias a fit. Least squares
+    uses all rows; away from reversals
 
     .. math:: \min_\delta \sum_\text{away} \left(r - J \delta - \gamma\, |\dot q|\right)^2
 
-    says by how much its parameters would be others. Where that is more than it is in replicates of the log, which have
-    none of those errors, it is no chance (Hausman's contrast, Econometrica 46(6), 1978, doi:10.2307/1913827), and the
-    truth may lie with either. A parameter that rows away from reversals do not tell well stays what it is.
+    is the change of its parameters. Replicates of the log do not have those errors. If the change exceeds that in
+    replicates, it is significant (Hausman's contrast, Econometrica 46(6), 1978, doi:10.2307/1913827), and the truth
+    may lie with either fit. Parameters that rows away from reversals do not determine are not changed.
 
-    The change of coordinates by a residual is `matrix`, shape (coordinate, row); of some rows only.
+    `matrix`, shape (coordinate, row), maps the residual of the selected rows to the change of coordinates.
     """
 
     matrix: np.ndarray
@@ -89,16 +89,16 @@ class Contrast:
         if np.count_nonzero(away.rows) < FEWEST or not inner.any():
             return empty
         places, columns = np.flatnonzero(inner), jacobian[:, inner] / np.linalg.norm(jacobian[:, inner], axis=0)
-        # The standard errors of all coordinates, of white noise of 1; of the forces those that are none of the columns.
+        # The standard errors of all coordinates for unit white noise; only forces that the columns do not contain.
         usual, forces = np.linalg.norm(np.linalg.pinv(columns, rcond=SINGULAR), axis=1), away.beside(residual)[away.rows]
         length, basis = np.linalg.norm(forces, axis=0), np.linalg.qr(columns[away.rows])[0]
         beside = forces[:, length > 0.0] / length[length > 0.0]
-        beside = beside[:, np.linalg.norm(beside - basis @ (basis.T @ beside), axis=0) > 0.02]  # of a force: what the columns cannot take
+        beside = beside[:, np.linalg.norm(beside - basis @ (basis.T @ beside), axis=0) > 0.02]  # share of a force outside the columns
         while places.size:
             inverse = np.linalg.pinv(np.hstack([columns[away.rows], beside]), rcond=SINGULAR)
             share = np.linalg.norm(inverse[: places.size], axis=1) / usual
             worst = int(np.argmax(share))
-            if share[worst] <= 3.0:  # times the standard error: what rows away from reversals tell of a parameter
+            if share[worst] <= 3.0:  # times the standard error: limit for parameters determined away from reversals
                 matrix = np.zeros((theta.size, inverse.shape[1]))
                 matrix[places] = inverse[: places.size] / np.linalg.norm(jacobian[:, places], axis=0)[:, None]
                 return cls(matrix, np.flatnonzero(away.rows))
@@ -107,19 +107,20 @@ class Contrast:
 
     @property
     def determined(self) -> np.ndarray:
-        """Which coordinates rows away from reversals tell, shape (coordinate,) of bool."""
+        """Mask of the coordinates that rows away from reversals determine, shape (coordinate,) of bool."""
         return np.asarray(np.any(self.matrix != 0.0, axis=1))
 
     def change(self, residual: np.ndarray) -> np.ndarray:
-        """Return by how much the other fit lies beside one that leaves this residual, shape (coordinate,)."""
+        """Return the difference of the other fit for this residual, shape (coordinate,)."""
         return self.matrix @ residual[self.rows]
 
 
 def between(change: np.ndarray, usual: np.ndarray, errors: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Return how far draws move towards the other fit, shape (draw, coordinate).
+    """Return the shifts of draws towards the other fit, shape (draw, coordinate).
 
-    `usual` are the changes in fits to replicates and `errors` those of the fits, in pairs, of the same shape. Where the
-    other fit is the surer one of replicates, draws go all the way between both; else as far as chance does not.
+    `usual` are the changes in fits to replicates, `errors` are the errors of these fits, both in pairs and of the
+    same shape. If the other fit is more certain in replicates, draws spread over the whole difference; else over its
+    significant part.
     """
     beyond, variance = change - np.mean(usual, axis=0), np.var(usual, axis=0)
     square = np.maximum(beyond**2, np.finfo(float).tiny)
@@ -132,7 +133,7 @@ def between(change: np.ndarray, usual: np.ndarray, errors: np.ndarray, rng: np.r
 
 
 class Residual(Protocol):
-    """What is left over of a signal."""
+    """The residual of a signal."""
 
     def residual(self, free: Mapping[str, float]) -> np.ndarray:
         """Return measured minus predicted signal, shape (row,), from the free parameters."""
@@ -140,7 +141,7 @@ class Residual(Protocol):
 
 
 class Fold(NamedTuple):
-    """What is held out together: rows of the signal, those fitted meanwhile, rows of the data set, shape (row,) of bool."""
+    """Masks of a held-out part: held-out rows of the signal, fitted rows, held-out rows of the data set, shape (row,) of bool."""
 
     held_out: np.ndarray
     fitted: np.ndarray
@@ -148,33 +149,33 @@ class Fold(NamedTuple):
 
 
 class Replicates(Protocol):
-    """What the same axis would have recorded, had the fitted model been the truth."""
+    """Simulated records of the same axis with the fitted model as the truth."""
 
     @property
     def doubt(self) -> float:
-        """Share, as one standard error, by which fits to the log may be off otherwise than those to replicates are."""
+        """Standard error of the mean offset of fits, as a share of the offset in replicates."""
         ...
 
     def draw(self, disturbance: Disturbance, rng: np.random.Generator, side: float = 1.0) -> Residual:
-        """Return the same problem on a log drawn anew, or on its mirror image, all disturbances reversed (-1)."""
+        """Return the same problem on a new random log, or on its mirror image with reversed disturbances (-1)."""
         ...
 
     def made_with(self, values: Mapping[str, float]) -> Replicates:
-        """Return what draws logs of the same model with other parameters; what the fit left over stays what it is."""
+        """Return replicates of the same model with other parameters; the residual of the fit is kept."""
         ...
 
 
 def has_own(problem: Residual, base: type[Residual], *methods: str) -> bool:
-    """Return whether the class of a problem has methods of its own in place of those of its base."""
+    """Return whether the class of a problem overrides any of these methods of its base."""
     return any(getattr(type(problem), name) is not getattr(base, name) for name in methods)
 
 
 class Sought(Residual, Protocol):
-    """What a search makes small."""
+    """The interface of a problem for a search."""
 
     @property
     def parameters(self) -> ParameterSet:
-        """What is free and what is fixed."""
+        """The free and fixed parameters."""
         ...
 
     @cached_property
@@ -183,22 +184,22 @@ class Sought(Residual, Protocol):
         ...
 
     def excerpt(self) -> Sought | None:
-        """Return the same for a part of a long log, on which a search may look for its start; None where there is none."""
+        """Return the problem for a part of a long log, for the start of a search, or None."""
         ...
 
     def linearised(self, free: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray | None]:
         """Return the residual, and the derivative of the predicted signal by each free parameter, shape (row, free).
 
-        None where only differences of the residual can tell the derivative.
+        The derivative is None if only differences of the residual are available.
         """
         ...
 
 
 class Problem(Sought, Protocol):
-    """What least squares makes small, and what resampling needs to know of it.
+    """The interface of a problem for least squares and resampling.
 
-    `is_effort` says whether the signal is an effort [N or N*m], as the bands around it are; `in_loop` whether a controller
-    closes the loop; `intervals_code` is the code of the diagnostic that tells how intervals were found.
+    `is_effort` states whether the signal and its bands are efforts [N or N*m], `in_loop` whether a controller closes
+    the loop. `intervals_code` is the code of the diagnostic about the method of the intervals.
     """
 
     @property
@@ -225,35 +226,35 @@ class Problem(Sought, Protocol):
 
     @cached_property
     def away(self) -> Away:
-        """Where nothing of how friction turns disturbs the signal; nowhere, where that cannot be told."""
+        """The rows without the influence of friction reversals."""
         ...
 
     def errors(self, free: Mapping[str, float]) -> dict[str, float]:
-        """Return the errors of the signal, and what else of it a fit tells, by the names that `Fit` has for them."""
+        """Return the errors of the signal and further results, by their names in `Fit`."""
         ...
 
     def effort_residual(self, free: Mapping[str, float], residual: np.ndarray) -> np.ndarray:
-        """Return measured minus predicted effort of each row of the data set [N or N*m], where that is the residual."""
+        """Return measured minus predicted effort of each row of the data set [N or N*m] for this residual."""
         ...
 
     def friction_slope(self, values: Mapping[str, float]) -> np.ndarray:
-        """Return by how much the signal of each row rises with the level of friction, from all parameters."""
+        """Return the derivative of the signal of each row by the relative friction level, from all parameters."""
         ...
 
     def replicates(self, values: Mapping[str, float], slope: np.ndarray, residual: np.ndarray) -> Replicates:
-        """Return what draws logs of the fitted model; `slope` and `residual` are those at all parameters."""
+        """Return the replicates of the fitted model; `slope` and `residual` belong to these parameters."""
         ...
 
     def refits_linearly(self, friction: Model) -> bool:
-        """Return whether a fit to a replicate may be taken for linear around the solution."""
+        """Return whether a fit to a replicate may be linearised around the solution."""
         ...
 
     def folds(self, count: int) -> tuple[str, list[Fold]]:
-        """Return what parts of a log are called, and the parts, each of which is held out in turn."""
+        """Return the name of the parts of a log, and the parts to hold out in turn."""
         ...
 
     def parts_of(self, blocks: int, settings: Settings) -> tuple[str, list[Fold]]:
-        """Return the logs where there are several, else so many parts of one; one too short is refused."""
+        """Return the logs if there are several, else `blocks` parts of the log; reject a log that is too short."""
         ...
 
 
@@ -271,7 +272,7 @@ class Covariance:
 
 
 def covariance_of(solution: Solution, residual: np.ndarray, errors: Sequence[np.ndarray] = ()) -> Covariance:
-    """Return the standard errors of a solution with this residual [N or N*m], beside `errors` of all rows at once."""
+    """Return the standard errors of a solution with this residual [N or N*m], and with systematic `errors` of all rows."""
     names = list(solution.space.reported)
     inner = np.array([name not in solution.at_edge for name in names], dtype=bool)
     jacobian = solution.jacobian[:, inner]
@@ -287,10 +288,10 @@ def covariance_of(solution: Solution, residual: np.ndarray, errors: Sequence[np.
     # The scatter of the scores, summed over blocks of consecutive rows.
     rows, count = residual.size, min(CLUSTERS, residual.size)
     sums = scores_of(columns, residual, count)
-    # Makes up for the freedom that the fit took from the residuals.
+    # Correction for the degrees of freedom of the fit.
     factor = count / max(count - 1, 1) * (rows - 1) / max(rows - len(names), 1)
     robust = inverse @ (factor * (sums.T @ sums) + pulls @ pulls.T) @ inverse
-    # Columns that take part in a direction that the rows do not see, and those that no row sees.
+    # Columns in a direction without effect on the rows, and columns without any effect.
     blind = np.any(np.abs(directions[~regular]) > 1e-3, axis=0)
     derivative = solution.derivative[:, inner]
     back, without_effect = derivative[:, sensitive] / scale[sensitive], derivative[:, ~sensitive]
@@ -312,5 +313,5 @@ def scores_of(columns: np.ndarray, residual: np.ndarray, blocks: int) -> np.ndar
 
 
 def _root(variance: np.ndarray) -> np.ndarray:
-    """Return the standard error of each variance; none is known where rounding left less than nothing of it."""
+    """Return the standard error of each variance; infinite if rounding made the variance negative."""
     return np.sqrt(np.where(variance < 0.0, np.inf, variance))

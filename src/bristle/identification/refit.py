@@ -1,4 +1,4 @@
-"""A fit again, nearby: Gauss-Newton from where a first fit ended, with the Jacobian that it had there."""
+"""Refit near a first fit: Gauss-Newton with the Jacobian of its solution."""
 
 from dataclasses import dataclass, field
 
@@ -15,7 +15,7 @@ SHORT = 0.02  # of the longest step
 
 @dataclass(frozen=True)
 class Refit:
-    """Fits like the first one, of which `solution` is the end, on some rows; of a `linear` signal the first step is all."""
+    """Refits from the `solution` of a first fit, on some rows; one step for a `linear` signal."""
 
     solution: Solution
     rows: np.ndarray | slice = field(default_factory=lambda: slice(None))
@@ -23,7 +23,7 @@ class Refit:
 
     @cached_property
     def _factors(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """The orthogonal factor, the triangle, its inverse, and the lengths that columns were divided by."""
+        """The orthogonal factor, the triangle, its inverse, and the lengths of the columns."""
         columns = self.solution.jacobian[self.rows]
         scale = np.linalg.norm(columns, axis=0)
         scale[scale == 0.0] = 1.0
@@ -31,7 +31,7 @@ class Refit:
         return q, r, np.linalg.pinv(r, rcond=SINGULAR), scale
 
     def step(self, theta: np.ndarray, residual: np.ndarray) -> np.ndarray:
-        """Return the step of the coordinates that best takes away a residual, shape (row,)."""
+        """Return the step of the coordinates that best removes a residual, shape (row,)."""
         q, r, inverse, scale = self._factors
         target = q.T @ residual[self.rows]
         space = self.solution.space
@@ -42,7 +42,7 @@ class Refit:
             if np.any(np.isfinite(high)):
                 scaled = np.clip(bounded(r, target, np.minimum(low, -1e-300), np.maximum(high, 1e-300))[0], low, high)
             else:
-                # Above a floor only: non-negative least squares, in which what has no floor is a difference.
+                # Lower bounds only: non-negative least squares, with unbounded coordinates as differences.
                 base = np.where(floored, low, 0.0)
                 parts = non_negative(np.hstack([r, -r[:, ~floored]]), target - r @ base)
                 scaled = base + parts[: low.size]
@@ -62,7 +62,7 @@ class Refit:
             longest = max(longest, length)
             if length <= max(0.03**2 * variance, SHORT**2 * longest):  # of a standard error
                 break
-            for share in (1.0, 0.3):  # of a step that led too far
+            for share in (1.0, 0.3):  # shorter step if it overshoots
                 trial = np.clip(theta + share * step, space.low, space.high)
                 after = problem.residual(space.values(trial))
                 before, beside = residual[self.rows], after[self.rows]

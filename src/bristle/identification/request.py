@@ -1,4 +1,4 @@
-"""What a person asks to be identified: models, what is known beforehand, thresholds, numbers or text."""
+"""The arguments of an identification: models, prior knowledge and thresholds, as numbers or text."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -30,7 +30,7 @@ MASS = Variable("mass", "moving mass or inertia")
 
 
 def models_of(model: Any) -> tuple[FrictionModel, ...]:
-    """Return the friction models that are asked for."""
+    """Return the requested friction models."""
     requested = _separated(model)
     components: dict[str, FrictionModel] = {}
     for item in requested:
@@ -38,10 +38,10 @@ def models_of(model: Any) -> tuple[FrictionModel, ...]:
             continue
         component = _component_of(item)
         if component.name in components:
-            raise InputError("is asked for twice", path="model", value=component.name, mend="Write it once; give your own another name")
+            raise InputError("is requested twice", path="model", value=component.name, mend="Write it once; give your model another name")
         for names, kind in _not_identified(component):
             raise InputError(
-                f"{component.name} has {kind} ({', '.join(names)}), which inverse dynamics does not identify",
+                f"{component.name} has {kind} ({', '.join(names)}) that inverse dynamics does not identify",
                 path="model",
                 value=component.name,
                 mend="Fit dahl, lugre, maxwell_slip or gms, or write the parameters into a model file yourself",
@@ -58,12 +58,12 @@ def models_of(model: Any) -> tuple[FrictionModel, ...]:
 
 
 def asks_for_all(model: Any) -> bool:
-    """Return whether every model that can be identified is asked for."""
+    """Return whether all identifiable models are requested."""
     return any(map(_is_all, _separated(model)))
 
 
 def _separated(model: Any) -> list[Any]:
-    """Return what is asked for, names apart."""
+    """Return the requested items, with lists of names split."""
     items: list[Any] = []
     for item in model if isinstance(model, (list, tuple)) else [model]:
         items += [name.strip() for name in item.split(",")] if isinstance(item, str) else [item]
@@ -90,7 +90,7 @@ def _component_of(item: Any) -> SlottedModel:
 
 @cache
 def _not_identified(component: FrictionModel) -> list[tuple[list[str], str]]:
-    """Return the parameters that no fit here finds, and what they are."""
+    """Return the parameters that no fit supports, and their kind."""
     slips = base_of(component) in ELEMENT_MODELS
     arrays = [name for name in component.variables if component.is_array(name) and not slips]
     choices = [name for name, variable in component.variables.items() if variable.choices and name not in component.defaults]
@@ -99,7 +99,7 @@ def _not_identified(component: FrictionModel) -> list[tuple[list[str], str]]:
 
 
 def freed(free: Sequence[str], components: Sequence[FrictionModel]) -> tuple[str, ...]:
-    """Return the shapes that are to be identified; one that none of the models has is refused."""
+    """Return the shapes to identify; reject a shape that no model has."""
     shapes = {
         name
         for component in components
@@ -108,36 +108,36 @@ def freed(free: Sequence[str], components: Sequence[FrictionModel]) -> tuple[str
     }
     for name in free:
         if name not in shapes:
-            raise InputError("is no shape that is kept at a default", path="free", value=name, allowed=", ".join(sorted(shapes)) or "none")
+            raise InputError("is not a shape with a default value", path="free", value=name, allowed=", ".join(sorted(shapes)) or "none")
     return tuple(free)
 
 
 def refuse_without_draws(method: str | None, draws: int) -> None:
-    """Refuse an observer that is asked for where nothing tells whether it explains the log."""
+    """Reject an observer without replicates, which are needed to test it."""
     if method == "prediction_error" and not draws:
         mend = "Write --draws 100, or --method inverse_dynamics"
-        raise InputError("are needed, to tell whether an observer explains the log", path="draws", value=0, allowed="20 or more", mend=mend)
+        raise InputError("are needed to test whether an observer explains the log", path="draws", value=0, allowed="20 or more", mend=mend)
 
 
 def with_method(pairs: Sequence[tuple[Log, Axis | None]], method: str | None) -> list[tuple[Log, Axis | None]]:
-    """Return logs with their axes, which say what is made small, as a person asks."""
+    """Return logs with their axes, with the requested method."""
     return [(log, axis if method is None else replace(axis or Axis(kind=log.kind), method=method)) for log, axis in pairs]
 
 
 def settings_of(axis: Axis | None, beside: Settings | Mapping[str, float] | None) -> Settings:
-    """Return the thresholds: those of the axis, and those `beside` it."""
+    """Return the thresholds: those of the axis, overridden by `beside`."""
     of_axis = dict(axis.settings) if axis is not None else {}
     Settings.of(of_axis, "identification.settings")
     return Settings.of(of_axis | (beside.as_data() if isinstance(beside, Settings) else dict(beside or {})))
 
 
 def prior_knowledge_of(axis: Axis | None, mass: float | str | None, offset: float | str | None, kind: Kind) -> PriorKnowledge:
-    """Return what is known beforehand: the arguments, in SI of the axis or text with a unit, else the axis file."""
+    """Return the prior knowledge: the arguments, in SI or text with a unit, else the axis file."""
     axis = axis or Axis(kind=kind, offset="identify")
     mass = axis.mass if mass is None else mass
     value = None if mass is None else quantity(mass, MASS, kind, path="mass")
     if value is not None and not (math.isfinite(value) and value >= 1e-15):
-        raise InputError("out of range", path="mass", value=value, allowed="> 0", mend="Leave it out to have it identified")
+        raise InputError("out of range", path="mass", value=value, allowed="> 0", mend="Leave it out to identify it")
     plant = with_terms(
         PLANTS[axis.plant],
         gravity=axis.gravity,
@@ -157,6 +157,6 @@ def prior_knowledge_of(axis: Axis | None, mass: float | str | None, offset: floa
 
 
 def treatment_of(cutoff: Any, decimation: Any, kind: Kind) -> tuple[float | None, int | None]:
-    """Return the cut-off [Hz] and the decimation that are asked for, None where none is."""
+    """Return the requested cut-off [Hz] and decimation, or None."""
     rows = None if decimation is None else whole(1, 10_000)(decimation, "decimation", kind)
     return None if cutoff is None else quantity(cutoff, CUTOFF, kind, path="cutoff"), rows

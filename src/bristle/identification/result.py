@@ -1,4 +1,4 @@
-"""What an identification returns: the model, its uncertainty, how well it fits, and what the log cannot tell."""
+"""The result of an identification: models, uncertainty, errors, and diagnostics."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ if TYPE_CHECKING:
     from bristle.logs.log import Log
 
 TRADED_IN = ("one_speed", "one_direction", "level_drifts", "never_slides")
-"""Codes that name parameters whose intervals are not to be relied on."""
+"""Codes that name parameters with unreliable intervals."""
 CONSTANT_HELD = ("held_levels", "held_constant")
-LARGE_OFFSET, SURE_OFFSET = 0.25, 3.0  # of the level by direction, and standard errors: a constant force that is told
+LARGE_OFFSET, SURE_OFFSET = 0.25, 3.0  # of the level by direction, and standard errors: a constant force above both is reported
 LACKING = ("structure", "clipped", "saturates", "scale_steps", "high_passed")
-"""Codes that a force is missing, in the model or in the effort of a log: their `names` make up for it."""
+"""Codes for a force missing in the model or in the effort of a log: the parameters in `names` absorb it."""
 
 
 class Information(NamedTuple):
-    """Akaike's and the Bayesian information criterion above those of the best model, and the measurements counted."""
+    """Akaike's and the Bayesian information criterion minus those of the best model, and the effective number of measurements."""
 
     aic: float
     bic: float
@@ -40,7 +40,7 @@ class Information(NamedTuple):
 
 
 class Scatter(NamedTuple):
-    """Standard deviation of the level of friction from reversal to reversal, as a share of it, with 95 % interval."""
+    """Relative standard deviation of the friction level between half-cycles, with its 95 % interval."""
 
     value: float
     low: float
@@ -49,23 +49,23 @@ class Scatter(NamedTuple):
 
 @dataclass(frozen=True)
 class Resampling:
-    """What fits to replicates of the log and to parts of it say.
+    """Results of fits to replicates of the log and to parts of it.
 
     Parameters
     ----------
     bands : Bands
-        Sets of the free parameters that the log allows, and what else makes up a band around a prediction.
+        Draws of the free parameters, and the other data of a band around a prediction.
     scatter : Scatter
-        Of the level of friction from reversal to reversal.
+        Of the friction level between half-cycles.
     half_cycles : int
-        From which the scatter is known.
+        Number of half-cycles behind the scatter.
     resolution : float
         Step of the position encoder [m or rad].
     curve : tuple of (float, float, float, float)
-        Of elements that slip: displacement [m or rad], force on the virgin curve there [N or N*m], and the ends of its
-        95 % interval.
+        Virgin curve of elements that slip: displacement [m or rad], force [N or N*m], and the ends of its 95 %
+        interval.
     curve_from : float
-        Displacement from which on that curve is identified [m or rad]; 0 where all of it is.
+        Displacement from which that curve is identified [m or rad]; 0 if all of it is.
     """
 
     bands: Bands
@@ -80,7 +80,7 @@ class Resampling:
 class Traces:
     """Measured and predicted effort on the decimated grid of the identification, shape (sample,) each.
 
-    `mechanical` is what the plant takes of it, friction apart.
+    `mechanical` is the effort of the plant without friction.
     """
 
     time: np.ndarray
@@ -92,7 +92,7 @@ class Traces:
 
     @property
     def friction(self) -> np.ndarray:
-        """Measured effort less what the plant takes [N or N*m]."""
+        """Measured effort minus that of the plant [N or N*m]."""
         return self.measured - self.mechanical
 
     @property
@@ -114,34 +114,33 @@ class Fit:
     correlation : ndarray, shape (parameter, parameter)
         Correlation of the estimates named in `correlation_names`.
     condition_number : float
-        Of the regressor with columns scaled to unit length.
+        That of the regressor with columns scaled to unit length.
     traces : Traces
-        What was fitted.
+        The fitted signals.
     force_error_percent : float
         100 ||effort - predicted|| / ||effort|| over the log [%].
     held_out : HeldOut or None
         Error on held-out time blocks.
     diagnostics : tuple of Diagnostic
-        What cannot be identified and why, of severity ``warning``; what was taken for granted, of severity ``note``.
+        Parameters that are not identified, with the reason, as ``warning``; assumptions as ``note``.
     rank : int
         1 for the best of the models compared.
     position_error_percent, position_rmse : float or None
-        Of the position that the effort makes of the model [%, and m or rad], where that is what was made small.
+        Error of the position of the model under the effort [%, and m or rad], if this error was minimised.
     loop_error_percent, loop_rmse : float or None
-        Of the effort that the controller asks for in the simulated loop [%, and N or N*m], where that is what was made
-        small.
+        Error of the effort of the controller in the simulated loop [%, and N or N*m], if this error was minimised.
     lag : float or None
-        Time constant with which the drive follows its controller [s], where it was identified.
+        Time constant of the drive behind its controller [s], if it was identified.
     combinations : tuple of Estimate
-        Products that the log tells where it does not tell one of their factors.
+        Products that are identified although one of their factors is redundant.
     further : int
-        Free numbers besides the parameters: the shape of the elements of ``maxwell_slip``.
+        Number of free numbers besides the parameters: the shape of the elements of ``maxwell_slip``.
     unfinished : bool
-        Whether a person interrupted the search, or the work on what was held out.
+        Whether the search or the validation was interrupted.
     resampling : Resampling or None
-        How sure the fit is; None where that was not asked.
+        Uncertainty from replicates; None if not requested.
     information : Information or None
-        What the fit costs in parameters, against the other models.
+        Information criteria in comparison with the other models.
     """
 
     plant: Model
@@ -178,12 +177,12 @@ class Fit:
 
     @property
     def inertia(self) -> Estimate | None:
-        """The estimate of the moving mass or inertia; None where it is none of the parameters."""
+        """The estimate of the moving mass or inertia; None if it is not a parameter."""
         return self.parameters.get(name_of(Role.INERTIA, self.plant.component.variables) or "")
 
     @property
     def never_slid(self) -> bool:
-        """Whether the log never saw sliding: the effort follows the position, or a level lies beyond the largest effort."""
+        """Whether the log contains no sliding: the effort follows the position, or a level is above the largest effort."""
         beyond = [item.name for item in self.estimates if item.reason is not None and item.reason.code == "beyond_effort"]
         levels = [variable for name, variable in self.friction.component.variables.items() if name in beyond]
         is_stuck = any(diagnostic.code == "never_slides" for diagnostic in self.diagnostics)
@@ -191,52 +190,52 @@ class Fit:
 
     @property
     def lacking(self) -> tuple[str, ...]:
-        """Codes of the diagnostics that a force is missing: ``structure`` in the model, others in the effort of the log."""
+        """Codes of diagnostics of a missing force: ``structure`` in the model, others in the effort of the log."""
         return tuple(code for code in LACKING if any(diagnostic.code == code for diagnostic in self.diagnostics))
 
     @property
     def effective(self) -> tuple[str, ...]:
-        """Parameters that are identified, but where the model or the effort lacks a force: they make up for it."""
+        """Identified parameters that absorb a force missing in the model or the effort."""
         return self._named_by(LACKING)
 
     @property
     def doubted(self) -> tuple[str, ...]:
-        """Parameters that are identified, and of which a diagnostic says that their intervals do not hold."""
+        """Identified parameters with intervals that a diagnostic declares unreliable."""
         return self._named_by(TRADED_IN)
 
     def _named_by(self, codes: tuple[str, ...]) -> tuple[str, ...]:
-        """Return the parameters that are identified and that diagnostics of these codes name."""
+        """Return the identified parameters named by diagnostics of these codes."""
         named = [diagnostic.numbers.get("names", ()) for diagnostic in self.diagnostics if diagnostic.code in codes]
         names = {name for group in named if isinstance(group, tuple) for name in group}
         return tuple(estimate.name for estimate in self.estimates if estimate.status == "identified" and estimate.name in names)
 
     @property
     def levels(self) -> tuple[str, ...]:
-        """Names of the levels of friction: of one, of one for each direction, or none."""
+        """Names of the friction levels: a single level, a level for each direction, or empty."""
         return tuple(names_of(Role.LEVEL, self.friction.component.variables))
 
     @property
     def with_constant(self) -> tuple[str, ...]:
-        """Levels of friction by direction: what they differ by and a constant force look alike, and one was held."""
+        """Friction levels by direction that are confounded with a constant force, which was held constant."""
         reasons = [estimate.reason for estimate in self.estimates if estimate.reason is not None]
         held = [reason.numbers["levels"] for reason in reasons if reason.code in CONSTANT_HELD]
         return tuple(str(name) for levels in held if isinstance(levels, tuple) for name in levels)
 
     @property
     def friction_error_percent(self) -> float:
-        """What is left over, as a percentage of the effort less that of the plant: 100 ||residual|| / ||u - M a||."""
+        """Residual as a percentage of the effort without that of the plant: 100 ||residual|| / ||u - M a||."""
         friction = self.traces.friction
         return relative_error_percent(friction, friction - self.traces.residual)
 
     @property
     def friction_alone_error_percent(self) -> float:
-        """The same as a percentage of friction alone, its constant part (weight, bias) taken out."""
+        """The same as a percentage of friction alone, without its constant part (weight, bias)."""
         friction = self.traces.friction - constant_of(self.friction.component.variables, self.friction.values)
         return relative_error_percent(friction, friction - self.traces.residual)
 
     @property
     def missed_percent(self) -> float:
-        """The same without noise of the effort and steps of the encoder, where fits to replicates tell how much they are."""
+        """The same without effort noise and encoder steps, if replicates were fitted."""
         percent, size = self.friction_alone_error_percent, float(np.sqrt(np.mean(self.traces.residual**2)))
         if self.resampling is None or not size > 0.0:
             return percent
@@ -245,13 +244,13 @@ class Fit:
 
     @property
     def error_percent(self) -> float:
-        """What was made small: the error of a simulation where there is one, else of the effort of each row [%]."""
+        """The minimised error [%]: that of a simulation, else that of the effort."""
         simulated = (self.position_error_percent, self.loop_error_percent)
         return next((percent for percent in simulated if percent is not None), self.force_error_percent)
 
     @property
     def metrics(self) -> dict[str, float]:
-        """Numbers that say how good the fit is."""
+        """Measures of the quality of the fit."""
         metrics = {
             "force_error_percent": self.force_error_percent,
             "friction_error_percent": self.friction_error_percent,
@@ -272,27 +271,27 @@ class Fit:
 
 @dataclass(frozen=True)
 class Identification:
-    """Every model fitted to a log, best first, and how it was done.
+    """Every model fitted to a log, best first, with the treatment of the log.
 
     Parameters
     ----------
     fits : tuple of Fit
-        Ranked by the error on held-out time blocks, the simplest first of those that the blocks do not tell apart.
+        The chosen model, then the others by their error on held-out time blocks.
     log : Log
-        The log as it was used, the first of several.
+        The log, or the first of several.
     treatment : dict
-        ``cutoff`` [Hz], ``decimation``, samples ``dropped`` at each edge, ``rows`` used, ``rest_percent``, the
-        share of the samples at rest [%], and ``velocity_max``, the largest speed fitted to [m/s or rad/s].
+        ``cutoff`` [Hz], ``decimation``, samples ``dropped`` at each edge, ``rows`` used, ``rest_percent``, the share
+        of the samples at rest [%], and ``velocity_max``, the largest fitted speed [m/s or rad/s].
     unfinished : str
-        What was interrupted, in words; empty where all was done.
+        Interrupted work in words; empty if complete.
     further_logs : tuple of Log
-        Those that were fitted beside it.
+        The other logs of the fit.
     break_aways : tuple of BreakAway
-        Break-away as the log shows it, by rate, the slowest first; inertia and offset are those of the best model.
+        Break-aways in the log by rate, the slowest first; inertia and offset are those of the best model.
     left_out : mapping of str to str
-        Models that were asked for among others and cannot be compared, and why.
+        Requested models that cannot be compared, with the reason.
     settings : Settings
-        The thresholds from where on something was said or doubted.
+        The thresholds of the diagnostics.
     """
 
     fits: tuple[Fit, ...]
@@ -306,13 +305,13 @@ class Identification:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was found while reading, with its logs; a constant force that the best model holds at 0; models left out."""
+        """Notes from reading the logs; a constant force that the best model fixes at 0; omitted models."""
         logs, logs_by_note = (self.log, *self.further_logs), dict[str, list[str]]()
         for log in logs:
             for note in log.notes:
                 logs_by_note.setdefault(note, []).append(log.source.name)
         remarks = [note if len(of) == len(logs) else f"{', '.join(of)}: {note}" for note, of in logs_by_note.items()]
-        # The best model puts into its two directions what another one found as a constant force.
+        # The best model describes by its two directions a constant force that another model found.
         reasons = {estimate.name: estimate.reason for estimate in self.best.estimates if estimate.reason is not None}
         name = next((name for name, reason in reasons.items() if reason.code == "held_levels"), "")
         levels = names_of(Role.LEVEL, self.best.friction.component.variables) or self.best.with_constant
@@ -324,12 +323,12 @@ class Identification:
             error = estimate.std if estimate.robust_std is None else estimate.robust_std
             if abs(estimate.value) > max(LARGE_OFFSET * level, SURE_OFFSET * error):
                 remarks.append(
-                    f"{self.best.name} holds {name} at 0, as +asymmetry does; {fit.name} found "
+                    f"{self.best.name} fixes {name} at 0, as +asymmetry does; {fit.name} found "
                     f"{with_unit(estimate.value, estimate.unit)}: if a constant force acts, such as a weight, write "
                     f'{name} = "{estimate.value:.4g} {estimate.unit}" under [plant] of the axis file'
                 )
                 break
-        return (*remarks, *(f"{name} is left out: {reason}" for name, reason in self.left_out.items()))
+        return (*remarks, *(f"{name} is omitted: {reason}" for name, reason in self.left_out.items()))
 
     @property
     def best(self) -> Fit:
@@ -338,7 +337,7 @@ class Identification:
 
     @property
     def finished(self) -> Self:
-        """Itself, for what is built on it; the interruption that left it unfinished goes on from here."""
+        """The identification itself; raises KeyboardInterrupt if it is unfinished."""
         if self.unfinished:
             raise KeyboardInterrupt
         return self

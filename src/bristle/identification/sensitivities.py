@@ -1,6 +1,6 @@
-"""The friction force of each row, and how it changes with parameters of its model: forward along the recorded motion.
+"""The friction force of each row and its derivatives by parameters, integrated forward along the recorded motion.
 
-A log goes by block by block, so that a long one takes no more memory than its rows.
+A log is processed in blocks, so a long log needs no more memory than its rows.
 """
 
 import math
@@ -25,19 +25,19 @@ from bristle.engine.instance import warn_of_lost
 from bristle.identification.dataset import Dataset, Segment
 from bristle.translation.scope import NotExportableError
 
-STEP = 1e-4  # of a parameter: the numbers that a model is made of are linear in it, or nearly so
-NUDGE = 1e-4  # of where a contact stood, from -1 to 1, towards the middle
-DIFFERENCE = float(np.sqrt(np.finfo(float).eps))  # of a parameter, where a law is differentiated by differences
-BLOCK = 2**15  # samples that are worked on at once
+STEP = 1e-4  # of a parameter: packed numbers of a model are nearly linear in it
+NUDGE = 1e-4  # of the state of a contact, from -1 to 1, towards 0
+DIFFERENCE = float(np.sqrt(np.finfo(float).eps))  # of a parameter, for differences
+BLOCK = 2**15  # samples in a block
 
 ModelOf = Callable[[Mapping[str, float]], Model]
 Contacts = Sequence[float | None]
-# The effort that passes on to the load along a segment, shape (sample,), and its derivatives, shape (sample, parameter).
+# The effort transmitted to the load along a segment, shape (sample,), and its derivatives, shape (sample, parameter).
 Transmitted = Callable[[Segment], tuple[np.ndarray, np.ndarray]]
 
 
 class Perturbed:
-    """A model, and copies of it, in each of which one of its parameters is a little larger or smaller."""
+    """A model, and copies with one parameter slightly larger or smaller."""
 
     def __init__(self, model_of: ModelOf, values: Mapping[str, float], names: Sequence[str]) -> None:
         self.model, self.count = model_of(values), len(names)
@@ -50,7 +50,7 @@ class Perturbed:
             self._pairs.append((high, low, 2.0 * step))
 
     def slopes(self, numbers: Callable[[Model], np.ndarray]) -> np.ndarray:
-        """Return the derivative of numbers of the model by each of the parameters, shape (number, parameter)."""
+        """Return the derivative of numbers of the model by each parameter, shape (number, parameter)."""
         slopes = np.zeros((numbers(self.model).size, self.count))
         with np.errstate(invalid="ignore"):
             for place, (high, low, width) in zip(self.places, self._pairs, strict=True):
@@ -63,12 +63,12 @@ class Perturbed:
 
 
 def warn_of_differences(component: FrictionModel, error: NotExportableError) -> None:
-    """Warn that a law is differentiated by differences, and why."""
+    """Warn about a law that is differentiated by differences, with the reason."""
     warnings.warn(f"{component.name} is differentiated by differences: {error}", InputWarning, stacklevel=3)
 
 
 class FrictionRows(NamedTuple):
-    """The friction of each row [N or N*m], its derivatives by where the contact stood, (row,) or None, and by parameters, (row, name)."""
+    """The friction of each row [N or N*m], its derivatives by the initial contact, (row,) or None, and by parameters, (row, name)."""
 
     force: np.ndarray
     by_contact: np.ndarray | None
@@ -83,7 +83,7 @@ def friction_rows(
     contacts: Contacts,
     transmitted: Transmitted | None = None,
 ) -> FrictionRows:
-    """Return the friction of each row with its derivatives; a contact stood from -1 to 1 before a segment, or is virgin."""
+    """Return the friction of each row with its derivatives; the initial contact is between -1 and 1, or virgin."""
     perturbed, rows, stood = Perturbed(model_of, values, names), list[np.ndarray](), any(place is not None for place in contacts)
     model, dt, count = perturbed.model, dataset.sample_time, stood + len(names)
     of_model = _led(perturbed.parameters(), stood)
@@ -93,7 +93,7 @@ def friction_rows(
             of_state[:, 0] = (pack(state_at(model, place)) - pack(state_at(model, _inside(place)))) / (place - _inside(place))
         acting = None if transmitted is None else transmitted(segment)
         parts = list[np.ndarray]()
-        # The force itself goes through the filters as one more direction, the last one; alone where all others are full.
+        # The force passes the filters as the last direction, in a separate run if the others are full.
         for first in range(0, count + 1, DIRECTIONS):
             now, left = slice(first, first + DIRECTIONS), count - first
             run = TangentRun(model, of_model[:, now], _begun(model, place), of_state[:, now], acts=acting is not None)
@@ -119,7 +119,7 @@ def _alone(force: np.ndarray, out: np.ndarray) -> None:
 def _blocks(
     run: TangentRun, segment: Segment, dt: float, acting: tuple[np.ndarray, np.ndarray] | None, place_of_force: int
 ) -> Iterator[Block]:
-    """Yield the blocks of the tangents of the force along a segment; in one direction they hold the force itself."""
+    """Yield the blocks of the tangents of the force along a segment; one direction contains the force."""
 
     def write(samples: slice, out: np.ndarray) -> None:
         signals = segment.part(samples, dt, None if acting is None else acting[0])
@@ -138,7 +138,7 @@ def _blocks(
 def by_differences(
     force: Callable[[Mapping[str, float], Contacts], np.ndarray], values: Mapping[str, float], names: Sequence[str], contacts: Contacts
 ) -> FrictionRows:
-    """Return the `friction_rows` of a law that cannot be differentiated, from the force of each row."""
+    """Return the `friction_rows` of a law without derivatives, from differences of the force of each row."""
 
     def column(name: str) -> np.ndarray:
         step = DIFFERENCE * (abs(values[name]) or 1.0)
@@ -151,7 +151,7 @@ def by_differences(
 
 
 def _led(columns: np.ndarray, count: int) -> np.ndarray:
-    """Return derivatives, shape (number, direction), behind so many directions in which nothing moves."""
+    """Return derivatives, shape (number, direction), after `count` directions of zeros."""
     led = np.zeros((len(columns), count + columns.shape[1]))
     led[:, count:] = columns
     return led
@@ -163,5 +163,5 @@ def _begun(model: Model, place: float | None) -> Any:
 
 
 def _inside(place: float) -> float:
-    """Return where a contact stands that is a little nearer to the middle."""
+    """Return a contact state slightly nearer to 0."""
     return place - math.copysign(NUDGE, place)

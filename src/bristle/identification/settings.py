@@ -1,8 +1,8 @@
-"""Thresholds of an identification: from where on something is said, doubted or left out.
+"""Thresholds of an identification.
 
-None of them changes the value of a parameter of a model, but those of the channels in time, which say when a delay, a
-filter and an inertia are known; those of validation may change which model comes first. What methods need to work
-(numbers of starts, seeds, tolerances) stands with the methods.
+They decide from where on bristle reports, doubts or omits a result, and change no parameter value. There are two
+exceptions. The thresholds of the channels in time decide when a delay, a filter and an inertia count as known. Those of
+validation may change the order of the models. Settings of a method (number of starts, seed, tolerance) are in its module.
 """
 
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from bristle.logs.look import CheckThresholds
 
 @dataclass(frozen=True)
 class Settings(CheckThresholds):
-    """The thresholds; `Settings.described` tells what each of them is.
+    """The thresholds; `Settings.described` lists them with their meaning.
 
     Examples
     --------
@@ -21,7 +21,7 @@ class Settings(CheckThresholds):
     (0.3, 0.5)
     """
 
-    # Told so to a person who sets them still.
+    # Former thresholds: setting one is an error that says so.
     fixed = frozenset(
         (
             *("hopeless_std", "delay_inertia", "filter_seen", "nested_loop", "amplitude_half_cycles", "tremble"),
@@ -35,42 +35,50 @@ class Settings(CheckThresholds):
         )
     )
 
-    # Parameters: which of them count as identified.
-    unsure_std: float = _set(0.5, "relative standard error above which a parameter counts as not identified")
-    beyond_effort: float = _set(1.2, "share of the largest effort beyond which a friction force counts as one that never acted")
-    inseparable: float = _set(0.99, "correlation above which two parameters are told to be hardly separable", most=1.0)
+    # Parameters: when they count as identified.
+    unsure_std: float = _set(0.5, "largest relative standard error of an identified parameter")
+    beyond_effort: float = _set(1.2, "largest friction force that a log can show, as a share of its largest effort")
+    inseparable: float = _set(0.99, "correlation from which bristle reports two parameters as confounded", most=1.0)
 
-    # Excitation: what a log shows at all.
-    zone_noise: float = _set(10.0, "standard deviations of the noise of the position that a pre-sliding zone must exceed", "σ")
-    zone_counts: float = _set(5.0, "encoder steps that a pre-sliding zone must exceed", "steps")
-    blurred_share: float = _set(0.05, "share of the stiffness of elements within so many steps, from which it is not identified", most=1.0)
+    # Excitation: the smallest motion that a log can show.
+    zone_noise: float = _set(10.0, "smallest pre-sliding zone, in standard deviations of the position noise", "σ")
+    zone_counts: float = _set(5.0, "smallest pre-sliding zone, in encoder steps", "steps")
+    blurred_share: float = _set(
+        0.05, "largest share of an identified stiffness in elements that slip within the smallest pre-sliding zone", most=1.0
+    )
 
     # Channels in time.
-    delay_rough: float = _set(0.7, "half-width of the 95 % interval of a delay beyond which it is told as unknown", "samples")
-    delay_unsure: float = _set(4.0, "half-width of a delay up to which it is taken out", "samples")
-    inertia_unsure: float = _set(0.03, "half-width of the inertia, as a share, beyond which each model has its own", most=1.0)
-    stages_differ: float = _set(3.0, "joint standard errors by which the rows of a fit may want another inertia", "σ")
-    stages_apart = 0.02  # share of the inertia by which the rows of a fit may want another one
+    delay_rough: float = _set(
+        0.7, "half-width of the 95 % interval of a delay from which bristle reports the delay as uncertain", "samples"
+    )
+    delay_unsure: float = _set(4.0, "largest half-width of the 95 % interval of a delay that bristle removes", "samples")
+    inertia_unsure: float = _set(
+        0.03, "relative half-width of the measured inertia from which each model fits the inertia separately", most=1.0
+    )
+    stages_differ: float = _set(3.0, "largest difference between the fitted and the measured inertia, in joint standard errors", "σ")
+    stages_apart = 0.02  # the same as a share of the inertia
 
     # Noise and residual.
-    acceleration_noise: float = _set(0.01, "share of noise in the mean square acceleration from which it is told", most=1.0)
-    noisy_inertia = 0.05  # share of noise in the mean square acceleration beyond which a fit does not tell the inertia
-    poor_error: float = _set(40.0, "error of the effort from which units and signs are doubted", "%")
-    usable_error: float = _set(20.0, "error of a model, of what friction takes, above which it is used with care", "%")
-    useless_error: float = _set(60.0, "error of a model, of what friction takes, above which it is not used", "%")
-    missing_force: float = _set(0.006, "share of the friction force, root mean square, below which a missing force is too small to matter")
-    missing_evidence: float = _set(0.0016, "share of friction of a missing force, times the share that it tells of what is left over")
-    # level at which such a cause must take more than with signs drawn by chance for each half-cycle; P. Kline, A. Santos, Journal of
+    acceleration_noise: float = _set(0.01, "share of noise in the mean square acceleration from which bristle reports it", most=1.0)
+    noisy_inertia = 0.05  # share of noise in the mean square acceleration above which a fit does not identify the inertia
+    poor_error: float = _set(40.0, "error of the effort from which bristle doubts units and signs", "%")
+    usable_error: float = _set(20.0, "largest model error relative to friction for the verdict Usable", "%")
+    useless_error: float = _set(60.0, "largest model error relative to friction for the verdict Use with care", "%")
+    missing_force: float = _set(0.006, "smallest missing force that matters: its rms as a share of friction")
+    missing_evidence: float = _set(0.0016, "smallest reported missing force: its share of friction times its share of the residual")
+    # level at which such a cause must explain more than with random signs for each half-cycle; P. Kline, A. Santos, Journal of
     # Econometric Methods 1(1), 2012, doi:10.1515/2156-6674.1006
     missing_level = 0.99
 
     # Validation and comparison of models.
-    held_out_rows: float = _set(20.0, "rows that a held-out block has at least, its margins apart", "rows", least=2.0)
-    same_error: float = _set(1e-3, "relative difference of held-out errors that is none")
-    doubtful_share: float = _set(0.5, "share of parameters not identified from which a model gives way to simpler ones")
+    held_out_rows: float = _set(20.0, "smallest held-out block, without its margins", "rows", least=2.0)
+    same_error: float = _set(1e-3, "largest relative difference between held-out errors that count as equal")
+    doubtful_share: float = _set(
+        0.5, "share of unidentified parameters, counting those that matter, from which a simpler model is preferred"
+    )
 
     # The loop in simulation.
-    loop_differs: float = _set(0.15, "relative difference of measured and simulated following error from which no gain is promised")
+    loop_differs: float = _set(0.15, "largest relative difference of measured and simulated following error for a predicted gain")
 
 
 DEFAULT = Settings()

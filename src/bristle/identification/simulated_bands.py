@@ -1,25 +1,24 @@
-r"""Bands around a simulated prediction: how far the motion and the effort of a loop may be from what was predicted.
+r"""Bands around a simulated prediction of the motion and the effort of a loop.
 
-The simulation is run again with each of several sets of parameters that the log of the identification allows. On the
-plant acts, besides,
+The simulation is repeated with several draws of the parameters. The additional force
 
 .. math:: d = (c_k - 1)\, F(t) + \varepsilon\, g_j
 
-with a level of friction :math:`c_k` drawn anew for each half-cycle `k` of the recorded motion, the friction force `F`
-along it, what the model leaves over beyond that, :math:`\varepsilon`, and a standard normal number :math:`g_j` that
-lasts as long as what is left over keeps its side. A band around the effort is
+acts on the plant, with a random friction level :math:`c_k` for each half-cycle `k` of the recorded motion, the friction
+force `F` along it, the unexplained force :math:`\varepsilon`, and a standard normal number :math:`g_j` for each
+correlation time of the unexplained force. A band around the effort is
 
 .. math:: \hat u \pm 1.96\, \kappa \sqrt{\overline{(u_b - \hat u)^2} + \sigma^2}
 
-where :math:`\sigma` is the noise of what is measured and :math:`\kappa` the factor that held-out blocks asked for. That
-of the position is
+where :math:`\sigma` is the measurement noise and :math:`\kappa` the factor from held-out blocks. The band of the
+position is
 
 .. math:: \hat q \pm 1.96 \sqrt{\overline{(q_b - \hat q)^2} + \sigma_q^2 + \rho^2}
 
-with the rounding :math:`\sigma_q` of the encoder and :math:`\rho` for all that these leave over of the measured
-position: noise, and what the model lacks in the loop. It is set on the log of the identification, simulated in the same
-loop, so that 95 % of its positions lie inside. The spread is that about the prediction itself: where an error of the
-force adds up, as in open loop, it grows with it.
+with the rounding :math:`\sigma_q` of the encoder, and :math:`\rho` for the remaining error of the measured position:
+noise and model error in the loop. It is set on the log of the identification, simulated in the same loop, so that the
+band contains 95 % of its positions. The spread is that about the prediction. If a force error accumulates, as in open
+loop, the spread grows with it.
 """
 
 from __future__ import annotations
@@ -47,9 +46,9 @@ from bristle.logs.log import Log
 from bristle.logs.turns import numbered, reversals, turning_points
 from bristle.simulation.recorded.closed_loop import START_SAMPLES, Course, Stretch, can_be_simulated
 
-ROUNDING = 0.475 / NORMAL_95  # of a step: 95 % of what rounding adds, alike over the whole step, lie within 0.475 of it
-SIMULATED = 400_000  # samples of all simulations that tell what they leave over
-FEW, MANY = 3, 12  # of them
+ROUNDING = 0.475 / NORMAL_95  # of a step: 95 % of the rounding errors, uniform over the step, are within 0.475 of it
+SIMULATED = 400_000  # samples of all simulations for the remaining error
+FEW, MANY = 3, 12  # simulations
 LEFT = {"closed-loop": "left_in_closed_loop", "open-loop": "left_in_open_loop"}
 
 
@@ -61,7 +60,7 @@ class Widths(NamedTuple):
 
 
 def simulated_widths(bands: Bands, plant: Model, friction: Model, predicted: Course, stretch: Stretch) -> Widths:
-    """Return the half-widths of the 95 % bands around a simulation; infinite where no other one came that far."""
+    """Return the half-widths of the 95 % bands around a simulation; infinite where all other simulations diverged."""
     position, effort = _squares(bands, plant, friction, predicted, stretch, MEMBERS)
     left = getattr(bands, LEFT[stretch.loop])
     return Widths(
@@ -70,9 +69,9 @@ def simulated_widths(bands: Bands, plant: Model, friction: Model, predicted: Cou
 
 
 def with_loops(fit: Fit, pairs: Sequence[tuple[Log, Axis | None]]) -> Fit:
-    """Return a fit whose bands know what simulations of its logs leave over of the measured positions.
+    """Return a fit with bands that include the position error in simulations of its logs.
 
-    In a loop that cannot be simulated, as where no controller is known, that stays what it is.
+    If a loop cannot be simulated, such as without a controller, this error is unchanged.
     """
     if fit.resampling is None:
         return fit
@@ -87,7 +86,7 @@ def with_loops(fit: Fit, pairs: Sequence[tuple[Log, Axis | None]]) -> Fit:
                 parts = (Stretch.of(log, axis, loop, part) for part in log.segments or (slice(None),))
                 stretches += [stretch for stretch in parts if stretch.count > START_SAMPLES]
         members = min(max(SIMULATED // max(sum(stretch.count for stretch in stretches), 1), FEW), MANY)
-        # What cannot be simulated is not predicted either: a plant or a friction that needs another channel.
+        # A plant or friction that needs another channel is not simulated, and not predicted either.
         with suppress(InputError):
             excesses = [np.zeros(0)]
             for stretch in stretches:
@@ -95,8 +94,8 @@ def with_loops(fit: Fit, pairs: Sequence[tuple[Log, Axis | None]]) -> Fit:
                 course = stretch.run(fit.plant, dressed, np.zeros(stretch.count))
                 spread, _ = _squares(bands, fit.plant, dressed, course, stretch, members)
                 residual = stretch.position[: course.position.size] - course.position
-                # By how much a squared residual exceeds what the band has for it; a sample where no other simulation came that
-                # far lies in any band.
+                # Excess of the squared residual over the spread and the rounding; where all other simulations diverged, the band
+                # contains every sample.
                 excesses.append((residual / NORMAL_95) ** 2 - spread - _rounding(stretch) ** 2)
             squares = np.concatenate(excesses)
             found |= {name: max(float(np.quantile(squares, 0.95, method="higher")), 0.0) ** 0.5} if squares.size else {}
@@ -108,7 +107,7 @@ def _rounding(stretch: Stretch) -> float:
 
 
 def _squares(bands: Bands, plant: Model, friction: Model, predicted: Course, stretch: Stretch, most: int) -> np.ndarray:
-    """Return the mean square of what other simulations are off, of position and effort, shape (2, sample)."""
+    """Return the mean square deviation of other simulations in position and effort, shape (2, sample)."""
     count, dt, rng = predicted.position.size, stretch.log.sample_time, np.random.default_rng(SEED)
     # The half-cycle of each sample of the log, and the friction force there.
     log, resolution = stretch.log, stretch.axis.resolution or 0.0
@@ -131,7 +130,7 @@ def _squares(bands: Bands, plant: Model, friction: Model, predicted: Course, str
     levels, left = (rng.standard_normal((len(members), int(numbers[-1]) + 1)) for numbers in (cycle, block))
     with Abreast() as pool:
         squares = np.array(list(pool.map(member, members, levels, left)))
-    # The mean over those simulations that came so far.
+    # The mean over the simulations that reached the sample.
     finite = np.isfinite(squares)
     total, came = np.sum(squares, axis=0, where=finite), finite.sum(axis=0)
     return np.divide(total, came, out=np.full(total.shape, np.inf), where=came > 0)
@@ -143,25 +142,25 @@ SEED = 95
 
 @dataclass(frozen=True)
 class Bands:
-    """What it takes to draw a band around a prediction.
+    """The data of a band around a prediction.
 
     Parameters
     ----------
     draws : mapping of str to array_like, shape (member,) or (member, element)
-        Sets of free parameters that the log of the identification allows [SI], as the model takes them.
+        Draws of the free parameters of the model [SI].
     scatter : float
-        Standard deviation of the level of friction from reversal to reversal, as a share of it.
+        Relative standard deviation of the friction level between half-cycles.
     noise : float
         Standard deviation of the noise of the effort, sample by sample [N or N*m].
     unexplained : float
-        Root mean square of what the model leaves over beyond noise, encoder and scatter [N or N*m].
+        Root mean square of the residual beyond noise, encoder and scatter [N or N*m].
     lasting : float
-        How long that keeps its side [s].
+        Correlation time of the unexplained force [s].
     inflation : float
-        Factor set on held-out blocks.
+        Factor from held-out blocks.
     left_in_closed_loop, left_in_open_loop : float
-        What the simulated loop leaves over of the measured position beyond all that and the rounding of the encoder,
-        as a standard deviation [m or rad].
+        Standard deviation of the remaining position error of the simulated loop, beyond these and the rounding of the
+        encoder [m or rad].
     """
 
     draws: Mapping[str, np.ndarray]
@@ -182,7 +181,7 @@ class Bands:
 def half_width(bands: Bands, plant: Model, friction: Model, dataset: Dataset) -> np.ndarray:
     """Return the half-width of the 95 % band around the effort of each row [N or N*m], shape (row,).
 
-    Parameters that were not fitted are those of the models.
+    Parameters without draws are those of the models.
     """
     starts, rng = half_cycle_starts(dataset), np.random.default_rng(SEED)
     members = []
@@ -200,7 +199,7 @@ def half_width(bands: Bands, plant: Model, friction: Model, dataset: Dataset) ->
 
 
 def with_parameters(bands: Bands, index: int, model: Model) -> Model:
-    """Return a model with one of the sets of parameters, as far as they are its own."""
+    """Return a model with its parameters from one draw."""
     own = {name: np.asarray(draws[index])[()] for name, draws in bands.draws.items() if name in model.values}
     component = model.component
     return Model(component, component.assemble(numbers_of(component, model.parameters) | own), model.kind)

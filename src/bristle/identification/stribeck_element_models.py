@@ -1,12 +1,12 @@
-r"""Elements that slip by a Stribeck curve, the generalised Maxwell-slip model, from a log.
+r"""Elements that slip by a Stribeck curve (generalised Maxwell-slip model), identified from a log.
 
-For a given curve the forces of elements that break away at deflections laid out beforehand are linear in their
-stiffness, and non-negative least squares finds them (`bristle.identification.element_models`). For given elements the
-curve, the attraction to it and all else are a few numbers, which a bounded search finds. Both are done in turn,
-beginning with elements that know no curve, as long as the error falls. Loops before sliding tell the elements, slides
-the curve, and what happens between both the attraction :math:`C`.
+For a given curve, the forces of elements with break-away deflections on a fixed grid are linear in their stiffness.
+Non-negative least squares finds them (`bristle.identification.element_models`). For given elements, a bounded search
+finds the curve, the attraction to it and the other parameters. Both steps alternate as long as the error falls,
+starting from elements without a curve. Pre-sliding loops determine the elements, sliding the curve, and the
+transition the attraction :math:`C`.
 
-The intervals are those of the numbers, for elements of this shape.
+The intervals are those of the parameters, for elements of this shape.
 """
 
 from dataclasses import dataclass, replace
@@ -29,7 +29,7 @@ OF_THIS_SHAPE = Diagnostic("element_shape", severity="note")
 
 ROUNDS = 4
 STARTS = 3  # Stribeck velocities
-COULOMB = 0.8  # of the level of elements without a curve, where the search begins
+COULOMB = 0.8  # of the level of elements without a curve, at the start of the search
 
 
 class Curve(NamedTuple):
@@ -45,14 +45,14 @@ class Curve(NamedTuple):
 
 
 def estimate_stribeck_elements(context: Context, component: FrictionModel, report: Report) -> Estimation:
-    """Fit elements that slip by a curve: shape and curve in turn."""
+    """Fit elements that slip by a curve, alternating between shape and curve."""
     model = StribeckElements(context, component)
     problem, solution, elements = model.solve(report)
     view = problem.parameters.component
     assert isinstance(view, ShapedModel)
 
     def residual_without(rows: np.ndarray) -> np.ndarray:
-        # The elements of the best shape there, then all else.
+        # The elements of the best shape there, then the other parameters.
         refitted = model.problem(elements.solution(rows)[0].parameters.component)
         return refitted.residual(context.search(refitted).refit(solution.values, rows).values)
 
@@ -77,7 +77,7 @@ class StribeckElements:
     component: FrictionModel
 
     def solve(self, report: Report) -> tuple[InverseDynamics, Solution, Elements]:
-        """Return the problem with the elements of the best shape, its solution, and where they came from."""
+        """Return the problem with the elements of the best shape, its solution, and the problem of the elements."""
         elements = self._elements()
         first, plain = elements.solution()
         problem = self.problem(first.parameters.component)
@@ -86,7 +86,7 @@ class StribeckElements:
         values, scales = first.parameters.complete(plain.values), self.context.scales
         for static, level in zip(statics, levels, strict=True):
             values |= {static: values[level], level: COULOMB * values[level]}
-        values["C"] = scales.force / (30.0 * scales.sample_time)  # samples in which the force comes to the curve, where the search begins
+        values["C"] = scales.force / (30.0 * scales.sample_time)  # samples in which the force reaches the curve, at the start of the search
         low, high = scales.range(problem.parameters.variables["v_S"])
         ends = []
         for number, v_S in enumerate(np.geomspace(low, high, STARTS + 2)[1:-1].tolist()):
@@ -100,7 +100,7 @@ class StribeckElements:
             again = self._elements(Curve(F_C / F_S, best.values["v_S"], best.values["C"] / F_S))
             trial = self.problem(again.solution()[0].parameters.component)
             solution = self.context.search(trial).refit(best.values, limit=EVALUATIONS)
-            fell = solution.cost < 0.98 * best.cost  # of the sum of squares before: by less it does not fall
+            fell = solution.cost < 0.98 * best.cost  # of the previous sum of squares: a smaller decrease ends the search
             if solution.cost < best.cost:
                 problem, best, elements = trial, solution, again
             if not fell:
@@ -108,7 +108,7 @@ class StribeckElements:
         return problem, best, elements
 
     def _elements(self, curve: Curve | None = None) -> Elements:
-        """Return the problem of the elements alone, which slip by a curve or, at first, at one force."""
+        """Return the problem of the elements alone, with slip by a curve or, at first, at a constant force."""
         elements = elements_of(self.context, find(self.component.name.replace(gms.name, maxwell_slip.name, 1)))
         return elements if curve is None else replace(elements, element=curve.element)
 

@@ -1,4 +1,4 @@
-"""Whether a model has the structure of the axis: which force it lacks, by name, and which model has it."""
+"""The structure of a model: missing forces by name, and models that contain them."""
 
 import math
 from collections.abc import Collection, Mapping, Sequence
@@ -39,19 +39,19 @@ CODES = {
     "transmitted": "missing_transmitted",
     "elastic": "elastic_load",
 }
-"""The code of each cause; the others are further channels of the log."""
+"""The code of each cause; other causes are channels of the log."""
 LEVEL, DAMPED = "coulomb+", "coulomb_viscous+"
-WITHOUT_MODEL = ("gravity", "play", "elastic")  # told by what to write or to look for
+WITHOUT_MODEL = ("gravity", "play", "elastic")  # causes without a model to try next
 OF_THE_DRIVE = ("play", "elastic")
-AS_OF_A_DRIVE = ("speed", "lag", "presliding")  # causes around reversals, which a drive that is not rigid has too
-LOOKS_LIKE = "filter_suspect"  # what a drive that is not rigid is taken for
-NEARLY = 0.1  # of a turn, by which a period may miss a whole number of times
-MOST_ROWS = 120_000  # of a log, that are looked at for forces that a model lacks
+AS_OF_A_DRIVE = ("speed", "lag", "presliding")  # causes around reversals, also found with a drive that is not rigid
+LOOKS_LIKE = "filter_suspect"  # diagnostic that a drive that is not rigid causes
+NEARLY = 0.1  # allowed deviation from a whole number of periods in a turn
+MOST_ROWS = 120_000  # of a log, in the search for missing forces
 AMPLITUDE = 2.0**0.5  # of waves, over their root mean square
 
 
 def missing_in(fit: Fit, estimation: Estimation, settings: Settings) -> tuple[tuple[Missing, ...], float]:
-    """Return the forces that a fit along the measured motion lacks, and what noise and scatter leave [N or N*m]."""
+    """Return the forces missing in a fit along the measured motion, and the remaining residual [N or N*m]."""
     problem, solution = estimation.inverse, estimation.solution
     if fit.unfinished or estimation.simulates or solution.jacobian.shape[0] != fit.traces.residual.size:
         return (), 0.0
@@ -72,10 +72,10 @@ def missing_in(fit: Fit, estimation: Estimation, settings: Settings) -> tuple[tu
 
 
 def _of_the_drive(fit: Fit, dataset: Dataset, rows: Rows, settings: Settings) -> tuple[tuple[Missing, ...], float]:
-    """Return what a drive that is not rigid does, or a contact that gives way, none or once, and what is left [N or N*m]."""
+    """Return the force of an elastic drive or contact, if present, and the remaining residual [N or N*m]."""
     elastic = elastic_coupling(dataset, fit.plant, fit.friction)
     if elastic is not None:
-        # A contact that gives way before it slides is a spring, too: a model that has none of its own comes first.
+        # A contact with pre-sliding is also a spring: for a model without pre-sliding it is the first explanation.
         cause = "presliding" if is_static(fit.friction) else "elastic"
         force = Missing(cause, elastic.share, elastic.force, amplitude=elastic.antiresonance)
         if force.evidence >= settings.missing_evidence * float(np.sqrt(np.mean(rows.friction**2))):
@@ -84,17 +84,17 @@ def _of_the_drive(fit: Fit, dataset: Dataset, rows: Rows, settings: Settings) ->
 
 
 def with_structure(fit: Fit, estimation: Estimation, settings: Settings, lead: float | None = None, compared: Collection[str] = ()) -> Fit:
-    """Return a fit with what its model lacks before all else that is to be known of it.
+    """Return a fit with diagnostics of missing forces before all others.
 
-    A `lead` [m or rad] is that of the axis file: of its turns cogging is told. Nobody is sent to models that were
-    `compared` and are no better. Parameters are effective however small the force is; a warning is what may matter to
-    the use of the model.
+    The `lead` [m or rad] of the axis file defines the turns for cogging. Models that were already `compared` are not
+    suggested as the next model. Parameters are effective even if the force is small. The severity is ``warning`` only
+    if the force may matter in use.
     """
     kind, friction = fit.friction.kind, fit.traces.predicted - fit.traces.mechanical
     level = float(np.sqrt(np.mean(friction**2)))
     if "never_slides" in map(attrgetter("code"), fit.diagnostics) and is_static(fit.friction):
-        # All that a static model leaves over builds up over a distance. Such a force lies over the position as much as over
-        # the way since a reversal, and would be taken for one of the place.
+        # The residual of a static model builds up over a distance. Such a force depends on the position as much as on the way
+        # since a reversal, and would be taken for a force over the position.
         left = float(np.sqrt(np.mean(fit.traces.residual**2)))
         percent = 100.0 * left / level if level > 0.0 else 100.0
         numbers = {"force": left, "percent": percent, "share_percent": 100.0, **_next("hysteresis", fit.friction, compared)}
@@ -122,23 +122,23 @@ def with_structure(fit: Fit, estimation: Estimation, settings: Settings, lead: f
 
 
 def next_models(fit: Fit, estimation: Estimation, settings: Settings) -> tuple[str, ...]:
-    """Return the models with one more slot to try beside a fit: both directions apart, and what its residual names.
+    """Return the models with one more slot to try after a fit: separate directions, and slots suggested by its residual.
 
-    A slot of a level alone is tried beside a damping as well, which what was missing may have hidden. Beside what is a
-    person's own nothing is tried.
+    A slot of a level without damping is also tried with damping, which the missing force may have hidden. For models of a
+    user, the result is empty.
     """
     if not goes_by_name(fit.friction.component):
         return ()
     causes = ["direction"]
     for force in missing_in(fit, estimation, settings)[0]:
-        # A ripple that turns with the motion is one of the level.
+        # A ripple that reverses with the motion is a ripple of the level.
         causes.append("level" if force.cause == "ripple" and force.alike is False else force.cause)
     named = [name for cause in causes if cause in SLOT_OF and (name := model_with(cause, fit.friction))]
     return tuple(dict.fromkeys([*named, *[name.replace(LEVEL, DAMPED, 1) for name in named if name.startswith(LEVEL)]]))
 
 
 def _next(cause: str, friction: Model, compared: Collection[str]) -> dict[str, Number]:
-    """Return the model to try next, or the one of those compared that it would be."""
+    """Return the model to try next, or its name as `compared` if it was already fitted."""
     name = model_with(cause, friction)
     return {"model": "", "compared": name} if name in compared else {"model": name, "compared": ""}
 
@@ -147,7 +147,7 @@ def _diagnostic(missing: Missing, level: float, friction: Model, lead: float | N
     cause = missing.cause
     numbers: dict[str, Number] = {"force": missing.force, "percent": 100.0 * missing.force / level, "share_percent": 100.0 * missing.share}
     if cause not in WITHOUT_MODEL:
-        # A ripple that turns with the motion is one of the level.
+        # A ripple that reverses with the motion is a ripple of the level.
         numbers |= _next("level" if cause == "ripple" and missing.alike is False else cause, friction, compared)
     if cause == "ripple":
         numbers |= {"period": missing.period, "amplitude": AMPLITUDE * missing.force}
@@ -167,17 +167,17 @@ def _diagnostic(missing: Missing, level: float, friction: Model, lead: float | N
     return Diagnostic(CODES.get(cause, "missing_channel"), "", "warning", numbers, friction.kind)
 
 
-FALLS_WITH = 5.0  # power of the cut-off that the noise of the acceleration grows with
+FALLS_WITH = 5.0  # the noise of the acceleration grows with this power of the cut-off
 DIRECTIONS = {1: ("",), 2: ("forward", "backward")}
 
 
 def about_residual(percent: float, settings: Settings) -> tuple[Diagnostic, ...]:
-    """Return a warning where the model leaves much of the effort [%] over."""
+    """Return a warning if the residual is a large part of the effort [%]."""
     return (Diagnostic("unexplained", numbers={"percent": percent}),) if percent >= settings.poor_error else ()
 
 
 def about_rise(problem: InverseDynamics, values: Mapping[str, float]) -> tuple[Diagnostic, ...]:
-    """Return a remark where friction rises with speed before it levels off, which no break-away force does."""
+    """Return a warning if friction rises with speed before it levels off: then F_S is not a break-away force."""
     variables = problem.parameters.component.variables
     firsts, levels = names_of(Role.BREAK_AWAY, variables), names_of(Role.LEVEL, variables)
     speed = name_of(Role.FALL, variables)
@@ -197,7 +197,7 @@ def about_rise(problem: InverseDynamics, values: Mapping[str, float]) -> tuple[D
 
 
 def about_noise(problem: InverseDynamics, estimates: Sequence[Estimate], settings: Settings) -> tuple[Diagnostic, ...]:
-    """Return a warning where noise of the position makes the inertia too small, but not so much that it is unknown."""
+    """Return a warning if position noise biases the inertia, but leaves it identifiable."""
     share = problem.dataset.acceleration_noise_share
     inertia = name_of(Role.INERTIA, problem.parameters.plant.variables)
     identified = {estimate.name for estimate in estimates if estimate.status == "identified"}
@@ -210,14 +210,14 @@ def about_noise(problem: InverseDynamics, estimates: Sequence[Estimate], setting
 
 
 def noisy_inertia(dataset: Dataset, name: str, settings: Settings) -> Diagnostic:
-    """Return by how much noise of the position makes the inertia too small, and the cut-off that would mend it."""
+    """Return a warning with the bias of the inertia by position noise, and a cut-off that avoids it."""
     share = dataset.acceleration_noise_share
-    enough = dataset.bandwidth * (0.1 * settings.acceleration_noise / share) ** (1.0 / FALLS_WITH)  # of the share of noise that is told
+    enough = dataset.bandwidth * (0.1 * settings.acceleration_noise / share) ** (1.0 / FALLS_WITH)  # of the reported share of noise
     return Diagnostic("noisy_acceleration", name, "warning", {"percent": 100.0 * share, "cutoff": enough})
 
 
 def about_alignment(problem: InverseDynamics, solution: Solution, residual: np.ndarray, settings: Settings) -> tuple[Diagnostic, ...]:
-    """Return what was found of the channels in time, and where all rows want another inertia than was found with it."""
+    """Return diagnostics of delay and filter, and a warning if the rows contradict the measured inertia."""
     dataset, alignment, about = problem.dataset, problem.dataset.alignment, list[Diagnostic]()
     if alignment is None:
         return ()
@@ -258,13 +258,13 @@ def about_alignment(problem: InverseDynamics, solution: Solution, residual: np.n
 
 
 def about_delay(delay: float, half_width: float, dt: float, settings: Settings) -> Diagnostic:
-    """Return by how much the effort lags the position, and how well that is known [s]."""
+    """Return the diagnostic of the delay of the effort with its half-width [s]."""
     code, severity = ("delay_rough", "warning") if half_width > settings.delay_rough * dt else ("delay_found", "note")
     return Diagnostic(code, severity=severity, numbers={"delay": delay, "samples": delay / dt, "half_width": half_width})
 
 
 def about_treatment(dataset: Dataset) -> tuple[Diagnostic, ...]:
-    """Return what was done to a log before a model was fitted to it."""
+    """Return notes about the treatment of a log before the fits."""
     treated = {"cutoff": dataset.cutoff, "dropped": dataset.dropped, "decimation": dataset.decimation}
     remarks: list[tuple[str, dict[str, float]]] = [("filtered", treated)]
     if dataset.calmed_from:

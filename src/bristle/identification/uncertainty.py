@@ -1,7 +1,4 @@
-"""How sure a fit is: intervals from replicates of the log, and bands.
-
-It is the same for every problem, whatever the signal that it makes small.
-"""
+"""Uncertainty of a fit, for every problem: intervals from replicates of the log, and bands."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -23,16 +20,16 @@ from bristle.identification.result import Fit, Resampling
 from bristle.identification.settings import Settings
 from bristle.identification.simulated_bands import Bands, half_width
 
-IN_DOUBT = 2.5  # times the scatter of replicates: what it takes to hold where the treatment is in doubt, as measured
+IN_DOUBT = 2.5  # times the scatter of replicates: measured factor for intervals with a doubtful treatment
 AT_REVERSALS = ("presliding", "stribeck")
 TREATMENT_DOUBTS = frozenset({"delay_unknown", "delay_rough", "delay_or_filter", "filter_suspect", "stages_differ"})
-MOST_SCALE = 2.0  # of errors, of a model that lacks a force: what that was measured for
+MOST_SCALE = 2.0  # largest factor of the errors for a model that lacks a force: the range of its validation
 
 
 def with_uncertainty(
     fit: Fit, estimation: Estimation, draws: int, settings: Settings, report: Callable[[float], None] = lambda share: None
 ) -> Fit:
-    """Return a fit with what so many replicates of its log say of it; `report` is told the share of the work done."""
+    """Return a fit with intervals and bands from `draws` replicates of its log; `report` receives the share of the work done."""
     problem, solution = estimation.resampled
     linear = problem.refits_linearly(fit.friction)
     scale, unsure = birge_ratio(fit), _unsure(fit.diagnostics, estimation)
@@ -54,7 +51,7 @@ def with_uncertainty(
     diagnostics = [*fit.diagnostics, *(diagnostic for diagnostic in (*lost, *about) if diagnostic is not None)]
     if unsure:
         diagnostics.append(Diagnostic("widened", severity="note", numbers={"names": unsure, "times": IN_DOUBT}))
-    # What disturbed the replicates, and what of the residual is none of it.
+    # The disturbances of the replicates, and the unexplained part of the residual.
     numbers = {
         "draws": bands.count,
         "resolution": resolution,
@@ -69,9 +66,9 @@ def with_uncertainty(
 
 
 def birge_ratio(fit: Fit) -> float:
-    """Return how many times as large as by chance the errors of a fit are whose model lacks a force, at least 1.
+    """Return the factor of the errors due to a force missing in the model, at least 1.
 
-    Replicates know of what chance leaves over alone. R. T. Birge, Physical Review 40(2), 1932, doi:10.1103/PhysRev.40.207
+    Replicates contain only the random part of the residual. R. T. Birge, Physical Review 40(2), 1932, doi:10.1103/PhysRev.40.207
     """
     structures = (diagnostic.numbers for diagnostic in fit.diagnostics if diagnostic.code == "structure")
     missing, chance = next(((numbers["missing"], numbers["chance"]) for numbers in structures), (0.0, 1.0))
@@ -81,8 +78,8 @@ def birge_ratio(fit: Fit) -> float:
 
 
 def _unsure(diagnostics: Sequence[Diagnostic], estimation: Estimation) -> tuple[str, ...]:
-    """Return the parameters that show where friction turns, where it is in doubt how a log is to be treated."""
-    # A replicate is treated as it is made, so that replicates know nothing of such a doubt.
+    """Return the parameters that depend on reversals, if the treatment of the log is in doubt."""
+    # Replicates are treated correctly by construction, and do not contain this doubt.
     problem, solution = estimation.resampled
     variables, doubts = problem.parameters.variables, TREATMENT_DOUBTS.intersection(diagnostic.code for diagnostic in diagnostics)
     turning = (name for name in solution.space.reported if name in variables and variables[name].excitation in AT_REVERSALS)
@@ -94,11 +91,11 @@ def _identified(estimates: Sequence[Estimate]) -> list[str]:
 
 
 def _bands(replicates: Bootstrap, estimation: Estimation) -> Bands:
-    """Return what a band around an effort is made of; what a position lacks is none of it."""
+    """Return the data of a band around an effort, without the error of a simulated position."""
     problem, _ = estimation.resampled
     members = [estimation.finished(member) for member in replicates.members]
     lacking, rest = replicates.unexplained if problem.is_effort else 0.0, replicates.residual
-    jitter = replicates.disturbance.jitter  # until a loop is simulated, the least that it leaves over
+    jitter = replicates.disturbance.jitter  # lower bound of the position error until a loop is simulated
     if replicates.scatter.value > 0.0:
         rest = within_cycles(problem.half_cycles, replicates.slope, rest)
     return Bands(
@@ -113,7 +110,7 @@ def _bands(replicates: Bootstrap, estimation: Estimation) -> Bands:
 
 
 def _inflation(bands: Bands, fit: Fit, estimation: Estimation, *, linear: bool) -> float:
-    """Return the factor that makes bands hold 95 % of the rows of parts that were held out, at least 1."""
+    """Return the factor with which bands contain 95 % of held-out rows, at least 1."""
     problem, solution = estimation.resampled
     width, share = half_width(bands, fit.plant, fit.friction, problem.dataset), []
     for fold in problem.folds(BLOCKS)[1]:
@@ -125,15 +122,15 @@ def _inflation(bands: Bands, fit: Fit, estimation: Estimation, *, linear: bool) 
 
 
 def _with_interval(estimate: Estimate, replicates: Bootstrap, problem: InverseDynamics) -> tuple[Estimate, Diagnostic | None]:
-    """Return an estimate with its 95 % interval, where it was fitted to replicates; what was fitted lies in it."""
+    """Return an estimate with its 95 % interval, if replicates were fitted; the interval contains the estimate."""
     low, high = replicates.interval(estimate.name) if estimate.name in replicates.reported else (0.0, 0.0)
-    if low == high:  # Where all replicates end on the edge where the fit ended, there is no interval.
+    if low == high:  # All replicates ended on the same edge as the fit: no interval.
         return estimate, None
     warning, alignment = None, problem.dataset.alignment
     variable = problem.parameters.plant.variables.get(estimate.name)
     if alignment is not None and alignment.mass is not None and alignment.mass_half_width is not None:
         first = alignment.mass - alignment.mass_half_width, alignment.mass + alignment.mass_half_width
-        # That of an inertia reaches over that of the first stage where both have nothing in common.
+        # If the intervals of the inertia from the fit and from the first stage are disjoint, use their union.
         if variable is not None and Role.INERTIA.fits(variable) and (high < first[0] or first[1] < low):
             numbers = {"first": alignment.mass, "value": estimate.value}
             warning = Diagnostic("stages_differ", estimate.name, "warning", numbers, problem.dataset.kind)
@@ -142,8 +139,8 @@ def _with_interval(estimate: Estimate, replicates: Bootstrap, problem: InverseDy
 
 
 def _judged(estimate: Estimate, variable: Variable | None, kind: Kind) -> Estimate:
-    """Return an estimate, as not identified where its interval is wide though it takes next to nothing of the force."""
-    # A small force is known to be small, and what matters is called known roughly.
+    """Return an estimate, as not identified if its interval is wide because its effect on the force is small."""
+    # A small force is known to be small, and a parameter that matters counts as roughly known.
     percent = 0.0 if estimate.interval is None else estimate.interval_percent or 0.0
     is_force = variable is None or variable.quantity == "force"
     if is_force or estimate.status != "identified" or estimate.is_rough or percent <= 100.0 * ROUGH:

@@ -1,14 +1,14 @@
-r"""How models of different size are compared: by their error on what was not fitted, and by information criteria.
+r"""Comparison of models of different size: by held-out error, and by information criteria.
 
 .. math:: \mathrm{AIC} = n \ln\frac{\|r\|^2}{N} + 2 k, \qquad \mathrm{BIC} = n \ln\frac{\|r\|^2}{N} + k \ln n
 
-over `N` rows and `k` free parameters [1]_. Residuals that last from row to row are not `N` measurements but
+over `N` rows and `k` free parameters [1]_. Correlated residuals are not `N` independent measurements but
 
 .. math:: n = N\,\frac{1 - \rho}{1 + \rho}
 
-with the correlation :math:`\rho` of neighbouring rows, of the model that leaves least over; with `N` itself the largest
-model would always win. Both criteria take the residual for noise. Where all models lack something, the error on
-blocks that were held out is the better judge.
+with the correlation :math:`\rho` of neighbouring rows for the model with the smallest residual; with `N` the largest
+model would always win. Both criteria treat the residual as noise. If all models lack a force, the held-out error is
+the better criterion.
 
 References
 ----------
@@ -30,13 +30,13 @@ from bristle.identification.settings import DEFAULT, Settings
 from bristle.simulation.result import relative_error_percent
 
 TOO_SHORT = Diagnostic("too_short")
-PLACES = frozenset({"position", "periodic"})  # slots that know the place of the axis
+PLACES = frozenset({"position", "periodic"})  # slots that depend on the position
 
 
 def held_out_error(
     estimation: Estimation, blocks: int, settings: Settings, report: Callable[[float], None] = lambda share: None
 ) -> HeldOut:
-    """Return the error on each of so many parts of a log, fitted to all others; of several logs, on each of them."""
+    """Return the error on each of several parts of a log, or on each log, fitted to all others."""
     name, folds = estimation.problem.parts_of(blocks, settings)
     measured, errors = estimation.problem.measured, []
     for number, fold in enumerate(folds):
@@ -46,10 +46,9 @@ def held_out_error(
 
 
 def in_order(fits: Sequence[Fit], settings: Settings = DEFAULT, spread: float = 0.0) -> list[Fit]:
-    """Return fits to the same log, best first; `spread` is that between repeats of one motion [%], 0 where none is.
+    """Return fits to the same log, best first; `spread` is that between repetitions of one motion [%], else 0.
 
-    One that was interrupted has nothing held out. It comes last, unless it already explains far more than the best of
-    the others: then that one is what a person who could wait no longer came for.
+    An interrupted fit has no held-out error. It is last, unless it already explains far more than the best finished fit.
     """
     interrupted = [fit for fit in fits if fit.unfinished]
     finished = ranked([fit for fit in fits if not fit.unfinished], settings, spread)
@@ -65,7 +64,7 @@ def ranked(fits: Sequence[Fit], settings: Settings = DEFAULT, spread: float = 0.
 
     The smallest held-out error leads. bristle chooses the simplest model whose error exceeds the smallest by no more than
     the standard error of their difference, block by block. A leader gives way to a simpler model, within the spread of
-    its error over the blocks, if the log leaves open half or more of its parameters, counting those that matter.
+    its error over the blocks, if half or more of its parameters, counting those that matter, are not identified.
 
     If a log repeats one motion, the position gives the time within a period, and a model that varies along the axis
     follows every repeating force. Such a leader gives way to a model with fewer slots of the position, within the
@@ -102,7 +101,7 @@ def ranked(fits: Sequence[Fit], settings: Settings = DEFAULT, spread: float = 0.
 
 
 def _by_place(fit: Fit) -> frozenset[str]:
-    """Return the slots by which a model varies along the axis."""
+    """Return the slots with a dependence on the position."""
     return PLACES.intersection(variations_of(fit.friction.component))
 
 
@@ -115,16 +114,16 @@ def _size(fit: Fit) -> int:
 
 
 def _doubtful(fit: Fit, settings: Settings) -> bool:
-    """Return whether the log leaves open too many parameters that matter to the force."""
+    """Return whether too many parameters that matter to the force are not identified."""
     unsure = [estimate.status != "identified" and estimate.matters for estimate in fit.estimates if estimate.status != "held"]
     return bool(unsure) and sum(unsure) >= settings.doubtful_share * len(unsure)
 
 
 def with_information(fits: Sequence[Fit]) -> list[Fit]:
-    """Return fits to the same rows with their information criteria, which are differences to the smallest ones."""
+    """Return fits to the same rows with their information criteria, as differences from the smallest values."""
     sums = list[float]()
     for fit in fits:
-        # What the fit made small, as if each row held as much of it as the samples do.
+        # The minimised error, as if each row had the mean square of the samples.
         simulated, residual = fit.position_rmse if fit.loop_rmse is None else fit.loop_rmse, fit.traces.residual
         sums.append(float(residual @ residual) if simulated is None else residual.size * simulated**2)
     squares = np.array(sums)

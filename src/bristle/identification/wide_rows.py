@@ -1,4 +1,4 @@
-"""The wide rows of a log, in which friction turns where it does, and what they say behind a narrow filter.
+"""The wide rows of a log, with sharp reversals of friction, and their fits after a narrow filter.
 
 The equations and the weights are those of `bristle.identification.first_stage`.
 """
@@ -25,27 +25,27 @@ from bristle.logs.waves import frequency_in, waves
 WIDTHS = (5.0, 10.0, 20.0, 40.0)  # sampling frequency over the cut-off of the wide rows, the widest first
 WIDEST = 250.0  # Hz
 SPEED_NOISE = 0.025  # of the top speed: noise of the speed in wide rows
-TOP = 0.995  # quantile of the speeds that is the top speed
-SLOW, FAST = 0.05, 0.15  # of the top speed: what is slower is left out, what is faster counts fully
+TOP = 0.995  # quantile of the speeds that defines the top speed
+SLOW, FAST = 0.05, 0.15  # of the top speed: slower rows are omitted, faster rows have full weight
 EDGE = 0.5  # s at the ends of a stretch
 FINE = 0.25  # periods of the wide cut-off from row to row
-SPEEDS = (0.03, 0.1, 0.3)  # of the top speed: where friction may bend
-REACH, REACH_TIME, REACH_STEP = 12.0, 8e-3, 0.4e-3  # samples, or s, to either side in which a delay is sought; s
-ROUGH = 25.0  # Hz: where it is sought roughly
+SPEEDS = (0.03, 0.1, 0.3)  # of the top speed: scales of nonlinear friction
+REACH, REACH_TIME, REACH_STEP = 12.0, 8e-3, 0.4e-3  # search range of a delay in samples or s; step [s]
+ROUGH = 25.0  # Hz: cut-off of the rough search
 STEPS = 8
-CALM, CALMEST = 2.0, 60.0  # of the narrow cut-off; Hz: above it the slope of the acceleration is noise
-CLOSE, CLOSE_FILTER = 0.02, 3e-8  # samples, s^2: a step that is none
+CALM, CALMEST = 2.0, 60.0  # of the narrow cut-off; Hz: above, noise dominates the slope of the acceleration
+CLOSE, CLOSE_FILTER = 0.02, 3e-8  # samples, s^2: converged steps
 BLOCKS = 20  # of the jackknife
-FILTER = 2e-6  # s^2: c of a filter of 2 ms, which a channel may have without a word
-WAVES, WAVE_SHARE = 2, 0.05  # over the position: most, share of the residual
-TURNS, MOST_TURNS = 3.0, 1024.0  # of them over the range
+FILTER = 2e-6  # s^2: c of a filter of 2 ms, the prior of an undocumented filter
+WAVES, WAVE_SHARE = 2, 0.05  # over the position: largest number, share of the residual
+TURNS, MOST_TURNS = 3.0, 1024.0  # turns over the range
 FEWEST = 400  # rows
-SINGULAR = 1e-9  # of normal equations with a diagonal of ones
+SINGULAR = 1e-9  # for normal equations with a unit diagonal
 
 
 @dataclass
 class _Stretch:
-    """A stretch of the log on the grid of the wide rows: position, regressor (column, row), weight, and effort so much later [s]."""
+    """A stretch of the log on the grid of the wide rows: position, regressor (column, row), weight, and effort at a delay [s]."""
 
     position: np.ndarray
     columns: np.ndarray
@@ -64,29 +64,29 @@ class InstrumentFit(NamedTuple):
     covariance: np.ndarray
     bias: float
     converged: bool
-    parts: np.ndarray = np.empty(0)  # of the inertia, one block of time left out after the other
+    parts: np.ndarray = np.empty(0)  # of the inertia, without each block of time in turn
 
     def std(self, place: int) -> float:
-        """Return the standard error of one of them, by its place in the covariance."""
+        """Return the standard error at a place of the covariance."""
         return float(self.covariance[place, place]) ** 0.5
 
     def below(self, other: InstrumentFit, errors: float, least: float) -> float:
-        """Return by what share of the other inertia this one is smaller; 0 within so many standard errors, or the `least` share.
+        """Return the relative decrease of the inertia from the other fit; 0 if within `errors` standard errors or the `least` share.
 
-        What both fits have of chance, by the same blocks of time, is not in their difference (Durbin, Wu, Hausman).
+        The common random error of both fits, by blocks of time, cancels in their difference (Durbin, Wu, Hausman).
         """
         apart, change = other.parts - self.parts, float(other.theta[0] - self.theta[0])
         surely = change > errors * ((BLOCKS - 1) / BLOCKS * float(apart @ apart)) ** 0.5
         return change / float(other.theta[0]) if surely and change > least * float(other.theta[0]) else 0.0
 
     def doubted(self, scale: float) -> InstrumentFit:
-        """Return the same with errors so many times as large."""
+        """Return the same fit with errors multiplied by `scale`."""
         return self._replace(covariance=scale**2 * self.covariance)
 
 
 @dataclass
 class WideRows:
-    """The rows of all stretches, with the regressor behind each narrow filter that was asked for."""
+    """The rows of all stretches, with the regressor after each requested narrow filter."""
 
     stretches: list[_Stretch]
     width: float  # Hz
@@ -94,15 +94,15 @@ class WideRows:
     dt: float
     noise: float  # of the position, sample by sample
     narrow: dict[float, np.ndarray] = field(default_factory=dict)
-    passed: tuple[float, list[np.ndarray]] | None = None  # filter [s^2], and the columns behind it
-    calm: tuple[tuple[float, float], list[np.ndarray]] | None = None  # cut-off and filter, and the acceleration behind both
+    passed: tuple[float, list[np.ndarray]] | None = None  # filter [s^2], and the columns after it
+    calm: tuple[tuple[float, float], list[np.ndarray]] | None = None  # cut-off and filter, and the acceleration after both
 
     def suffice(self) -> bool:
-        """Return whether these are enough; columns that a log in one direction does not have are dropped."""
+        """Return whether there are enough rows; drop columns without rows, as in a log in one direction."""
         if not self.stretches:
             return False
         weight, largest = self._together("weight"), list[list[tuple[float, float]]]()
-        for stretch in self.stretches:  # column by column: all of them together take as much memory as a long log
+        for stretch in self.stretches:  # column by column, to save memory
             largest.append([(float(np.abs(stretch.weight * column).max()), float(np.abs(column).max())) for column in stretch.columns])
         weighed, plain = np.moveaxis(np.max(largest, axis=0), -1, 0)
         present = weighed > 1e-6 * plain
@@ -114,22 +114,22 @@ class WideRows:
         return list(map(attrgetter(name), self.stretches))
 
     def _together(self, name: str) -> np.ndarray:
-        """Return a signal of all stretches, one after the other."""
+        """Return a signal of all stretches, concatenated."""
         return np.concatenate(self._signals(name), axis=-1)
 
     def behind(self, cutoff: float, signals: Sequence[np.ndarray]) -> np.ndarray:
-        """Return signals, shape (signal, sample), weighed and behind the narrow filter, all stretches one after the other."""
+        """Return weighted signals after the narrow filter, shape (signal, sample), all stretches concatenated."""
         stride, narrow = max(int(0.2 / (cutoff * self.step)), 1), butterworth(cutoff, self.step)
         return np.hstack([filtered_every(stride, s.weight * x, *narrow) for s, x in zip(self.stretches, signals, strict=True)])
 
     def regressor(self, cutoff: float) -> np.ndarray:
-        """Return the columns weighed and behind the narrow filter, shape (column, row)."""
+        """Return the weighted columns after the narrow filter, shape (column, row)."""
         if cutoff not in self.narrow:
             self.narrow[cutoff] = self.behind(cutoff, self._signals("columns"))
         return self.narrow[cutoff]
 
     def springiness(self, cutoff: float) -> float:
-        """Return the correlation of acceleration and position, but for its sign and zero: in a single sine they are one."""
+        """Return the absolute correlation of acceleration and position; 1 for a single sine."""
         constant = self.behind(cutoff, [np.ones((1, s.weight.size)) for s in self.stretches])[0]
         both = self.regressor(cutoff)[:2]
         both = both - np.outer(both @ constant, constant) / max(float(constant @ constant), np.finfo(float).tiny)
@@ -137,7 +137,7 @@ class WideRows:
         return abs(float(both[0] @ both[1])) / lengths**0.5 if lengths > 0.0 else 0.0
 
     def scanned(self) -> float:
-        """Return the delay that leaves least, roughly."""
+        """Return a rough delay: that with the smallest residual."""
         cutoff = min(ROUGH, self.width)
         basis = np.linalg.qr(self.regressor(cutoff).T)[0]
         reach = max(REACH * self.dt, REACH_TIME)
@@ -148,11 +148,11 @@ class WideRows:
         return float(delays[np.argmin(np.concatenate(left))])
 
     def fit(self, cutoff: float, delay: float, c: float = 0.0, *, free: tuple[bool, bool], steps: int = STEPS) -> InstrumentFit:
-        """Return what the equations say at one cut-off, after so many steps; `free` are delay and filter."""
+        """Return the fit at one cut-off after at most `steps` steps; `free` are delay and filter."""
         rows, target = self._weighed(cutoff, delay, c)
         theta = normal(rows @ rows.T, rows @ target, rcond=SINGULAR)
         for step in range(steps):
-            # A little more delay and a little more of a filter, those of them that are free.
+            # Derivatives by delay and filter, if free.
             columns = self._filtered(c)
             slopes = list[np.ndarray]()
             for x, calm in zip(columns, self._calm(cutoff, c), strict=True):
@@ -166,13 +166,13 @@ class WideRows:
             moved, further = float(full[theta.size]) if free[0] else 0.0, float(full[-1]) if free[1] else 0.0
             converged = abs(moved) < CLOSE * self.dt and abs(further) < CLOSE_FILTER
             if converged or step == steps - 1:
-                # By how much white noise of the position makes the inertia too small.
+                # Bias of the inertia by white position noise.
                 first = np.zeros(equations.shape[0])
                 first[0] = 1.0
                 weight = self._together("weight")
                 noise = 0.4 * self.dt * self.noise**2 * (2.0 * np.pi) ** 4 * cutoff**5 * equations.shape[1] * float(np.mean(weight**2))
                 bias = abs(noise * float(theta[0]) * float(normal(equations @ equations.T, first, rcond=SINGULAR)[0]))
-                # The covariance by leaving out one block after the other.
+                # The covariance by a jackknife over blocks.
                 *_, parts = zip(*left_out(equations, target, BLOCKS, rcond=SINGULAR), strict=True)
                 changes = np.array(parts) - np.mean(parts, axis=0)
                 covariance = (BLOCKS - 1) / BLOCKS * changes.T @ changes
@@ -183,7 +183,7 @@ class WideRows:
         raise AssertionError
 
     def _calm(self, cutoff: float, c: float) -> list[np.ndarray]:
-        """Return the acceleration of `_filtered` without what is noise, which a weight would carry into all rows."""
+        """Return the acceleration of `_filtered` without noise, which a weight would spread over all rows."""
         calm = max(CALM * cutoff, CALMEST)
         if calm >= self.width:
             return [x[0] for x in self._filtered(c)]
@@ -192,7 +192,7 @@ class WideRows:
         return self.calm[1]
 
     def _filtered(self, c: float) -> list[np.ndarray]:
-        """Return the columns, behind the filter that the effort passed; each step of a fit asks twice for the same."""
+        """Return the columns after the filter of the effort; cached, because each step needs them twice."""
         columns = self._signals("columns")
         if c <= 0.0:
             return columns
@@ -209,11 +209,11 @@ class WideRows:
         return rows, self.behind(cutoff, efforts)[0]
 
     def _efforts(self, *delays: float) -> list[np.ndarray]:
-        """Return the effort of all stretches so much later each, shape (delay, row)."""
+        """Return the effort of all stretches for each delay, shape (delay, row)."""
         return [np.stack([s.effort_at(delay) for delay in delays]) for s in self.stretches]
 
     def lowered(self, bent: InstrumentFit, delay: float) -> np.ndarray:
-        """Return by how much a filter lowers the squared residual of each block by the others; without it the effort is late by `delay`."""
+        """Return the decrease of the squared residual of each block by a filter; without filter, the effort lags by `delay`."""
         rows, target = self._weighed(bent.cutoff, bent.delay, bent.c)
         plain = self._weighed(bent.cutoff, delay, bent.c)[1]
         lag = (2.0 * abs(bent.c)) ** 0.5
@@ -226,7 +226,7 @@ class WideRows:
         return squares[0] - squares[1]
 
     def find_waves(self, delay: float) -> None:
-        """Add waves over the position that the residual shows: cogging, the pitch of a screw."""
+        """Add waves over the position found in the residual: cogging, pitch of a screw."""
         for _ in range(WAVES):
             weight, x = self._together("weight"), self._together("position")
             rows = weight * self._together("columns")
@@ -247,9 +247,9 @@ class WideRows:
 
 
 def wide_rows(logs: Sequence[Log], axes: Sequence[Axis | None], widths: Sequence[float] = WIDTHS, *, few: bool = False) -> WideRows | None:
-    """Return the rows behind the widest filter in which noise of the speed is little; None of a log too short.
+    """Return the rows after the widest filter with little noise of the speed; None if the log is too short.
 
-    The `widths` are those tried, the sampling frequency over the cut-off. Of `few` columns friction does not bend.
+    The `widths` to try are the sampling frequency over the cut-off. With `few` columns, friction is linear in the speed.
     """
     dt = float(logs[0].sample_time)
     narrowest = 1.0 / (widths[-1] * dt)
@@ -264,7 +264,7 @@ def wide_rows(logs: Sequence[Log], axes: Sequence[Axis | None], widths: Sequence
                 if len(range(*part.indices(len(log)))) * log.sample_time >= 4.0 * EDGE:
                     segment, noise, _ = segment_of(log, part, width, step, held=bool(axis and axis.held))
                     parts.append(segment)
-                    # White noise above the cut-off tells how much there is in all; it is no less than that of rounding.
+                    # White noise above the cut-off determines the total noise; it is at least that of rounding.
                     noises.append(max(noise / max(1.0 - 2.0 * width * log.sample_time, 0.1) ** 0.5, step / 12.0**0.5))
         speeds = [derivative(segment.position - segment.position[0], dt) for segment in parts]
         top = float(np.quantile(np.abs(np.concatenate([*speeds, [0.0]])), TOP))
@@ -275,7 +275,7 @@ def wide_rows(logs: Sequence[Log], axes: Sequence[Axis | None], widths: Sequence
             pairs = zip(parts, speeds, strict=True)
             frequencies = list[float]()
             if axes[0] is not None:
-                # The waves over the position that the plant has for certain [1/m or 1/rad]: gravity, cogging.
+                # The known waves of the plant over the position [1/m or 1/rad]: gravity, cogging.
                 frequencies = [2.0 * np.pi * n / cogging.turn for cogging in axes[0].cogging for n in cogging.harmonics or ()]
                 frequencies = [1.0] * axes[0].gravity + frequencies
             stretches = [_stretch(*pair, width, dt, stride, top, frequencies, few=few) for pair in pairs if top > 0.0]
@@ -304,12 +304,12 @@ def _stretch(
         yield from segment.regressors
 
     def wide(signals: Iterable[np.ndarray]) -> np.ndarray:
-        # Signal by signal, of which nothing else is kept: those of a long log take more memory than all that is left of them.
+        # Signal by signal, to save memory.
         return np.stack([low_passed(signal, width, dt)[::stride].copy() for signal in signals])
 
     rows, smooth = wide(columns()), wide((segment.position - segment.position[0], speed))
     share = np.abs(smooth[1]) / top
-    # The filter carries what friction does at rest into the rows beside.
+    # The filter spreads friction at rest into neighbouring rows.
     guard = max(int(1.0 / (width * dt * stride)), 1)
     moving = minimum_filter1d((share > SLOW).astype(float), 2 * guard + 1)
     rise = np.clip((share - SLOW) / (FAST - SLOW), 0.0, 1.0)

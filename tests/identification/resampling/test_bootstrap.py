@@ -1,4 +1,4 @@
-"""Intervals from twins of the log: what they hold, and where the plain ones do not."""
+"""Coverage of intervals from replicates, in comparison with plain intervals."""
 
 import benchmarks.bootstrap
 import numpy as np
@@ -31,7 +31,7 @@ def dahl():
 
 
 @pytest.mark.slow
-def test_where_the_level_scatters_the_bootstrap_knows_and_the_plain_covariance_does_not(dahl):
+def test_bootstrap_intervals_include_level_scatter_and_plain_covariance_does_not(dahl):
     for name, truth in CASES["dahl"].values.items():
         item = dahl.parameters[name]
         assert item.interval[0] < truth < item.interval[1]
@@ -48,13 +48,13 @@ def test_the_scatter_is_a_number_with_an_interval(dahl):
 
 
 @pytest.mark.slow
-def test_the_interval_of_the_scatter_is_as_wide_as_so_many_half_cycles_leave_it(dahl):
+def test_interval_of_the_scatter_has_the_width_of_so_many_half_cycles(dahl):
     scatter = dahl.resampling.scatter
     # Of 30 independent levels: a ratio of 1.67; what the fit takes of them makes it wider.
     assert 1.5 < scatter.high / scatter.low < 2.4
 
 
-def test_a_twin_and_its_mirror_image_lie_on_both_sides_of_the_model():
+def test_a_replicate_and_its_mirror_image_lie_on_both_sides_of_the_model():
     dataset = treat(log_of(sines(), sliding_effort(sines())), Axis(), 50.0, 5)
     problem = InverseDynamics(dataset, parameters_of(friction.find("coulomb_viscous"), PriorKnowledge(), dataset))
     twin, disturbance = RowReplicates(problem, TRUTH), Disturbance(0.065, 0.3, 0.0, 1e-7, 0.5)
@@ -65,7 +65,7 @@ def test_a_twin_and_its_mirror_image_lie_on_both_sides_of_the_model():
         assert np.std(getattr(item, signal).values - middle) > 0.0
 
 
-def test_a_twin_has_the_segments_of_its_log_each_where_it_was():
+def test_a_replicate_has_the_segments_of_its_log():
     parts = (slice(0, 4000), slice(4000, 7000), slice(7000, 10_000))
     dataset = treat(log_of(sines(), sliding_effort(sines()), segments=parts), Axis(), 50.0, 5)
     problem = InverseDynamics(dataset, parameters_of(friction.find("coulomb_viscous"), PriorKnowledge(), dataset))
@@ -77,7 +77,7 @@ def test_a_twin_has_the_segments_of_its_log_each_where_it_was():
 
 
 @pytest.mark.parametrize("scatter", [0.0, 0.1])
-def test_a_level_that_scatters_is_seen_with_its_size(scatter):
+def test_scatter_of_a_level_is_recovered(scatter):
     moved = sines(6.0, frequencies=(1.1, 2.9, 5.3))
     levels = 1.0 + scatter * np.random.default_rng(2).standard_normal(200)
     half_cycle = np.cumsum(np.diff(np.sign(moved.velocity), prepend=0.0) != 0.0)
@@ -94,7 +94,7 @@ def test_a_level_that_scatters_is_seen_with_its_size(scatter):
 
 
 @pytest.mark.slow
-def test_bands_hold_what_was_measured_though_the_truth_is_another_model():
+def test_bands_contain_measurements_of_a_different_true_model():
     log = recorded(MAXWELL, motion(*FITTED, pairs=PAIRS), seed=1)
     fit = identify(log, "dahl", axis=AXIS, blocks=0, draws=40).best
     unidentifiable = predict(fit.plant, fit.friction, recorded(MAXWELL, motion(*UNSEEN, pairs=9), seed=2), AXIS, bands=fit.resampling.bands)
@@ -122,7 +122,7 @@ def test_elements_that_slip_have_intervals_on_their_level_stiffness_and_virgin_c
 
 
 @pytest.mark.slow
-def test_white_noise_alone_gives_what_least_squares_does():
+def test_bootstrap_of_white_noise_agrees_with_least_squares():
     effort = sliding_effort(sines(10.0), noise=0.3)
     fit = identify(log_of(sines(10.0), effort), "coulomb_viscous", axis=STATED, blocks=0, draws=150).best
     for name, truth in TRUTH.items():
@@ -146,7 +146,7 @@ def test_the_ends_of_an_interval_are_percentiles_of_the_draws(dahl):
 
 
 @pytest.mark.slow
-def test_of_elements_the_shape_is_that_of_the_fit_to_a_twin():
+def test_draws_of_elements_have_the_shape_of_the_fit_to_a_replicate():
     log = recorded(MAXWELL, motion(*FITTED, pairs=11), seed=0)
     component, known = friction.find("maxwell_slip"), prior_knowledge_of(AXIS, None, None, log.kind)
     dataset = treat(log, AXIS)
@@ -166,7 +166,7 @@ def test_of_elements_the_shape_is_that_of_the_fit_to_a_twin():
     assert far.values["sigma_2"] >= 0.0
 
 
-def test_replicates_that_err_alike_are_turned_around_and_pairs_share_an_edge():
+def test_biased_replicates_are_reflected_and_pairs_share_an_edge():
     space = ParameterSpace(("level", "damping"), np.array([-np.inf, 0.0]), np.full(2, np.inf))
     thetas = np.array([[12.0, 0.0], [13.0, 0.4], [11.0, 0.2]])
     solution = Solution(space, np.array([10.0, 0.0]), np.zeros((1, 2)), {"damping": "smallest"})
@@ -197,7 +197,7 @@ class OneAboveTheOther(ParameterSpace):
         return np.array([[1.0, 0.0], [1.0, 1e6]])
 
 
-def test_of_what_is_sought_in_excess_of_another_the_sum_is_wider_and_the_other_stays():
+def test_wider_draws_of_an_excess_widen_the_sum_and_not_its_base():
     space = OneAboveTheOther(("level", "break_away"), np.full(2, -np.inf), np.full(2, np.inf))
     solution = Solution(space, np.array([10.0, 2e-6]), np.zeros((1, 2)))
     # Where the level is high, its excess is low: the break-away force is known better than either.
@@ -221,7 +221,7 @@ class OneOfNothing(ParameterSpace):
         return np.array([[1.0], [0.0]])
 
 
-def test_what_depends_on_nothing_leaves_draws_finite():
+def test_parameters_without_effect_leave_draws_finite():
     solution = Solution(OneOfNothing(("level",), np.array([-np.inf]), np.array([np.inf])), np.array([1.0]), np.eye(1))
     drawn = turned(solution, np.array([[2.0], [0.0]]), solution.theta, wide=np.array([1.0, 2.5]))
     np.testing.assert_allclose([draw.numbers[0] for draw in drawn], [0.0, 2.0])
@@ -233,7 +233,7 @@ def test_too_few_draws_are_refused():
 
 
 @pytest.mark.slow
-def test_the_benchmark_of_intervals_still_finds_what_it_times(monkeypatch):
+def test_benchmark_of_intervals_finds_the_functions_that_it_times(monkeypatch):
     for name, count in (("DRAWS", 2), ("RUNS", 1), ("AFRESH", 1)):
         monkeypatch.setattr(benchmarks.bootstrap, name, count)
     (ratio,) = benchmarks.bootstrap.bootstrap()

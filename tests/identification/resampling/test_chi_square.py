@@ -1,4 +1,4 @@
-"""Degrees of freedom of estimated squares, and what one that went astray does to them."""
+"""Degrees of freedom of estimated squares, and the effect of an outlier."""
 
 import numpy as np
 import pytest
@@ -15,14 +15,14 @@ def squares(freedom: int, count: int) -> np.ndarray:
 
 
 @pytest.mark.parametrize("freedom", [3, 10, 40])
-def test_mean_and_freedom_are_found_again(freedom):
+def test_mean_and_freedom_are_recovered(freedom):
     result = ChiSquare.of(squares(freedom, 20_000))
     assert result.mean == pytest.approx(MEAN, rel=0.02)
     assert result.freedom == pytest.approx(freedom, rel=0.06)
 
 
 @pytest.mark.parametrize("freedom", [10, 40])
-def test_so_many_of_the_deviations_lie_below(freedom):
+def test_share_of_deviations_below_a_quantile_is_right(freedom):
     drawn = squares(freedom, 20_000)
     result = ChiSquare.of(drawn)
     for share in (0.025, 0.5, 0.975):
@@ -30,7 +30,7 @@ def test_so_many_of_the_deviations_lie_below(freedom):
         assert below == pytest.approx(share, abs=0.008)
 
 
-def test_one_of_a_hundred_that_went_astray_changes_little():
+def test_an_outlier_in_a_hundred_changes_little():
     drawn = squares(40, 100)
     result = ChiSquare.of(drawn)
     drawn[7] *= 1e4
@@ -41,6 +41,6 @@ def test_one_of_a_hundred_that_went_astray_changes_little():
     assert 2.0 * np.mean(drawn) ** 2 / np.var(drawn) < 0.1
 
 
-def test_where_nothing_scatters_nothing_is_uncertain():
+def test_equal_estimates_have_no_uncertainty():
     assert ChiSquare.of(np.zeros(5)) == CERTAIN
     assert ChiSquare.of(np.full(5, MEAN)).deviation(0.975) == 1.0

@@ -1,4 +1,4 @@
-"""Half-cycles are where the body turns, not where noise or a step of the encoder does."""
+"""Half-cycles start at reversals of the body, not of noise or encoder steps."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ def treated(motion, step=0.0, noise=0.0):
 
 
 @pytest.mark.parametrize(("step", "noise"), [(0.0, 0.0), (1e-5, 0.0), (0.0, 2e-6)])
-def test_every_turn_of_a_sine_is_one(step, noise):
+def test_each_reversal_of_a_sine_begins_a_half_cycle(step, noise):
     dataset = treated(sines(10.0, DT, (0.01,), (0.5,), (0.0,)), step, noise)
     (starts,) = half_cycle_starts(dataset)
     # Ten turns in ten seconds, the first half of a second before the first one.
@@ -30,7 +30,7 @@ def test_every_turn_of_a_sine_is_one(step, noise):
         assert abs(np.sum(np.sign(velocity))) >= velocity.size - 2
 
 
-def test_a_rest_in_noise_is_no_turn():
+def test_a_rest_in_noise_is_not_a_reversal():
     t = DT * np.arange(6000)
     present = np.clip(t - 1.0, 0.0, 1.0) - np.clip(t - 4.0, 0.0, 1.0)
     motion = Motion(t, 0.01 * present, np.gradient(0.01 * present, DT), np.zeros(t.size))
@@ -46,7 +46,7 @@ def test_sums_over_half_cycles_are_sums_of_their_rows():
         np.testing.assert_allclose(sums[number], rows[cycles.of_rows == index].sum(axis=0))
 
 
-def test_a_known_scatter_is_seen_with_the_spread_of_chi_square_though_one_stroke_is_long():
+def test_a_known_scatter_is_recovered_despite_one_long_stroke():
     t = DT * np.arange(12_000)
     # One long stroke, then many short ones.
     x = np.where(t < 4.0, 0.01 * (1.0 - t / 4.0), 0.01 * 0.02 * np.abs((t - 4.0) / 0.4 % 1.0 * 2.0 - 1.0))
@@ -62,7 +62,7 @@ def test_a_known_scatter_is_seen_with_the_spread_of_chi_square_though_one_stroke
     assert np.std(seen) / np.mean(seen) == pytest.approx((2.0 * rows.size) ** -0.5, rel=0.15)
 
 
-def test_what_is_left_within_half_cycles_has_no_level():
+def test_residual_within_half_cycles_has_no_level():
     dataset = treated(sines())
     residual, cycles = np.random.default_rng(1).normal(size=(2, dataset.effort.size)), half_cycles(dataset)
     left = within_cycles(cycles, residual[0], residual[1])
@@ -70,7 +70,7 @@ def test_what_is_left_within_half_cycles_has_no_level():
 
 
 @pytest.mark.parametrize("scatter", [0.0, 0.1])
-def test_what_turns_back_at_once_shows_no_level(scatter):
+def test_a_motion_that_reverses_at_once_shows_no_level(scatter):
     # An axis that rings where it stops: after each stroke of 60 rows, three turns of 2 rows, wrong by their filter.
     rng, sizes = np.random.default_rng(1), np.tile([60, 2, 2, 2], 24)
     groups = Groups(np.repeat(np.arange(sizes.size), sizes))

@@ -1,4 +1,4 @@
-"""What a log does not see is named, with what takes its place."""
+"""Unidentified parameters are named with their confounded partners."""
 
 from tests.identification.known_logs import STATED, TRUTH, log_of, sines, sliding_effort
 
@@ -6,7 +6,7 @@ from bristle.identification import identify
 from bristle.report.messages import warnings_of
 
 
-def test_everything_is_seen_in_a_log_that_shows_everything():
+def test_a_rich_log_identifies_every_parameter():
     motion = sines(8.0)
     fit = identify(log_of(motion, sliding_effort(motion)), "coulomb_viscous", axis=STATED, blocks=0, draws=20).best
     assert {estimate.status for estimate in fit.estimates} == {"identified"}
@@ -16,7 +16,7 @@ def test_everything_is_seen_in_a_log_that_shows_everything():
         assert estimate.interval[0] - estimate.larger_std < TRUTH[estimate.name] < estimate.interval[1] + estimate.larger_std
 
 
-def test_an_inertia_that_hardly_matters_is_not_seen():
+def test_an_inertia_of_small_effect_is_not_identified():
     motion = sines(20.0, amplitudes=(0.02,), frequencies=(0.1,), phases=(0.3,))
     effort = sliding_effort(motion, noise=0.3, M=0.4)
     fit = identify(log_of(motion, effort), "coulomb_viscous", axis=STATED, blocks=0, draws=20).best
