@@ -12,7 +12,7 @@ backlash, and then rises on the other side with a growing slope. Between the end
 dissipates in slip only. A sum of stops (Prandtl-Ishlinskii) cannot represent this: its stiffness only falls along a
 stroke.
 
-The place of the contact in its backlash at the begin of a log is unknown: it may be anywhere between the stops. With
+The place of the contact in its backlash at the beginning of a log is unknown: it may be anywhere between the stops. With
 ``+asymmetry`` the two ends have separate forces and springs, by the side that the contact leans to.
 
 References

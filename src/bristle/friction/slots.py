@@ -235,7 +235,7 @@ def variations_of(component: FrictionModel) -> tuple[str, ...]:
 
 
 def slot_needing(component: FrictionModel, channel: str) -> str:
-    """Return the slot of a model that depends on a log channel: the slots of the other channels have their names."""
+    """Return the slot of a model for a log channel; the name of the channel if no channel slot needs it."""
     return next((slot.name for slot in channel_slots_of(component) if slot.channel.name == channel), channel)
 
 

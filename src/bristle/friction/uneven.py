@@ -83,7 +83,7 @@ def creeping_after(f, v, dt, q):
 # The solvers do not inline either: some models inside take a minute to compile there.
 @kernel(inline=False)
 def trial(state, memory, motion, dt, p):
-    """Return the mean force [N or N*m] over a step, at the level at the begin of the step."""
+    """Return the mean force [N or N*m] over a step, at the level at the beginning of the step."""
     force, move = friction_trial(state.inner, memory, motion, dt, p.inner)
     creeping = 0.5 * (state.creeping + creeping_after(state.creeping, motion.v, dt, p.own))
     return p.inner.offset + state.factor * (force - p.inner.offset) + creeping, Move(move, motion.x, motion.v, dt)
