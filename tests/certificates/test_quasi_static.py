@@ -37,7 +37,7 @@ def test_a_force_that_grows_without_limit_is_never_passed(spring):
 
 
 @pytest.mark.parametrize("spring", [0.0, 7e-7, 1.4e-6])
-def test_a_symmetric_contact_has_equal_limits_or_none(spring):
+def test_a_symmetric_contact_has_equal_or_infinite_limits(spring):
     # The springs lie on both sides of what counts as growing for ever.
     operator = hysteresis.prandtl_ishlinskii(thresholds=[1e-6], weights=[1e6], spring=spring)
     fixed = holding_of(as_friction(operator))

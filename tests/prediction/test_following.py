@@ -137,7 +137,7 @@ def test_the_threshold_is_a_setting(vertical):
     assert following_of(log, simulation, strict).contradiction is not None
 
 
-def test_a_contradicted_loop_promises_nothing(vertical):
+def test_a_contradicted_loop_has_no_promised_gain(vertical):
     log, _ = vertical
     identification = br.identify(log, "lugre", axis=reported(VERTICAL, k_p=2.0 * VERTICAL.k_p), draws=0, blocks=0)
     summary, page = identification.outcome.summary, identification.outcome.page

@@ -96,7 +96,7 @@ class Shared:
     paired : bool
         Whether cycles of one motion were drawn together, because each motion occurs once.
     as_one : float
-        Number of correlated neighbouring cycles that count as one; the median of all quantities.
+        Number of correlated neighbouring cycles per independent cycle; the median of all quantities.
     """
 
     before_percent: float

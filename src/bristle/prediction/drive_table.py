@@ -45,7 +45,7 @@ def drive_table(fit: Fit, entries: int = 20) -> list[tuple[float, float]]:
     list of (float, float)
         Velocity [m/s or rad/s], ascending, and the force to feed forward [N or N*m], including the offset, without inertia.
         The table covers the velocities of the log, in both directions if the log has both. Straight lines between the
-        entries follow the steady friction as closely as possible; a table with fewer entries has the same accuracy.
+        entries follow the steady friction as closely as possible. The table is shorter if fewer entries suffice.
         Zero speed has two entries, -0.0 and +0.0, one per direction. The table is empty for a plant on a spring,
         which has no steady motion, and for a log without sliding (`Fit.never_slid`).
 

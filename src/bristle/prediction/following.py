@@ -212,7 +212,7 @@ def _best_factor(trial: _Trial, name: str) -> Suspect:
 
 
 def _fed(trial: _Trial) -> Suspect:
-    """Return the share of the reference velocity in the feedforward, on the line between none of it and all of it."""
+    """Return the share of the reference velocity in the feedforward, on the line from 0 to 1."""
     ends = [trial.followed(_with_law(trial.variant, k_ff=share)) for share in (0.0, 1.0)]
     if ends[0] is None or ends[1] is None:
         return Suspect("k_ff", 1.0, np.inf)
