@@ -30,11 +30,11 @@ def test_levels_are_shares_of_the_way_to_break_away():
         (Holding(-math.inf, math.inf, 1.0), False, False),
     ],
 )
-def test_a_contact_breaks_away_at_a_force_between_nothing_and_infinity(holding, breaks_away, has_presliding):
+def test_a_contact_breaks_away_at_a_force_between_zero_and_infinity(holding, breaks_away, has_presliding):
     assert (holding.breaks_away, holding.has_presliding) == (breaks_away, has_presliding)
 
 
-def test_a_question_that_makes_no_sense_has_a_reason_and_no_value():
+def test_a_certificate_that_does_not_apply_has_a_reason_and_no_value():
     assert not_applicable("N", "why") == Certificate(False, None, "N", None, None, "why")
 
 
@@ -55,12 +55,12 @@ def test_the_default_ripple_lies_between_three_and_six_tenths_of_break_away():
     assert drift(model, holding, None, False) == drift(model, holding, (0.3 * F_S, 0.6 * F_S), False)
 
 
-def test_a_contact_that_walks_is_told_by_the_hour():
+def test_drift_is_stated_per_hour():
     item = drift(lugre(), holding_of(lugre()), RIPPLE, False)
     assert not item.passed
     assert item.value > item.threshold > 0.0
     # Ten cycles in a second for an hour.
-    assert item.advice.startswith(f"It creeps {36_000 * item.value:.3g} rad ")
+    assert item.advice.startswith(f"It drifts {36_000 * item.value:.3g} rad ")
     assert item.advice.endswith("in an hour at 10 Hz: take maxwell_slip, gms, or preisach_lugre with its gate")
 
 
@@ -71,15 +71,15 @@ def test_a_contact_that_rests_moves_by_less_than_a_millionth_of_its_way():
     path.to_force(RIPPLE[1])
     assert item.threshold == pytest.approx(1e-6 * path.x)
     assert abs(item.value) <= item.threshold
-    assert (item.passed, item.advice) == (True, "It stays where it is put")
+    assert (item.passed, item.advice) == (True, "It does not drift")
 
 
-def test_what_drift_asks_for():
+def test_drift_applies_to_friction_with_a_break_away_force():
     model = lugre()
     assert "magnet" in drift(model, holding_of(model), None, True).advice
     assert "no break-away force" in drift(model, Holding(-math.inf, math.inf, 0.0), None, False).advice
     rests = drift(friction.coulomb(F_C=2.0), Holding(-2.0, 2.0, 0.0), None, False)
-    assert (rests.value, rests.threshold, rests.passed, rests.advice) == (0.0, 0.0, True, "It rests: nothing moves below break-away")
+    assert (rests.value, rests.threshold, rests.passed, rests.advice) == (0.0, 0.0, True, "It rests: no motion below break-away")
 
 
 @pytest.mark.parametrize("ripple", [(-F_S, 0.0), (0.0, F_S), (0.05, 0.05), (0.06, 0.04)])
@@ -91,7 +91,7 @@ def test_a_ripple_lies_where_the_contact_rests(ripple):
 # --- closure --------------------------------------------------------------------------------------------------------
 
 
-def test_what_is_missing_is_a_share_of_break_away_and_has_the_sign_of_the_load():
+def test_the_missing_force_is_a_share_of_break_away_with_the_sign_of_the_load():
     model = lugre()
     holding = holding_of(model)
     x1, x2 = default_loop(model, holding)
@@ -109,24 +109,24 @@ def test_what_is_missing_is_a_share_of_break_away_and_has_the_sign_of_the_load()
     assert item.advice.startswith(f"{100.0 * abs(item.value):.3g} % of break-away is missing at the return")
 
 
-def test_a_loop_that_comes_back_is_closed():
+def test_a_loop_that_returns_to_its_force_is_closed():
     model = maxwell_slip()
     item = closure(model, holding_of(model), None)
-    assert (item.passed, item.advice) == (True, "It comes back to the force that it had")
+    assert (item.passed, item.advice) == (True, "It returns to its former force")
     assert abs(item.value) < 1e-9
     assert not closure(model, Holding(-1.0, 1.0, 0.0), None).applies
 
 
 @pytest.mark.parametrize("loop", [(0.0, 0.0), (1e-3, 1e-3), (1e-3, 2e-3), (-1e-3, -2e-3), (math.inf, 0.0), (1e-3, math.nan)])
-def test_a_loop_turns_away_from_nought_and_then_back(loop):
-    with pytest.raises(InputError, match=r"loop.*must be where the loop turns first.*such as .3e-6, 1\.5e-6. rad"):
+def test_a_loop_turns_away_from_zero_and_then_back(loop):
+    with pytest.raises(InputError, match=r"loop.*must be the two positions where the loop turns.*such as .3e-6, 1\.5e-6. rad"):
         closure(lugre(), Holding(-F_S, F_S, 1e-3), loop)
 
 
 # --- energy ---------------------------------------------------------------------------------------------------------
 
 
-def test_friction_keeps_all_of_the_work_of_coulomb_and_none_of_a_spring():
+def test_coulomb_keeps_all_work_and_a_spring_keeps_no_work():
     turn = np.sin(np.linspace(0.0, 2.0 * np.pi, 401))
     assert certify._share_kept(friction.coulomb(F_C=2.0), turn, 1.0) == pytest.approx(1.0)
     spring = as_friction(hysteresis.stop(r=10.0))
@@ -142,15 +142,15 @@ def test_the_fattest_loop_is_where_a_stop_slips_widely():
     assert not loop.is_magnetic
 
 
-def test_cycles_that_give_back_are_told_by_their_share(monkeypatch):
+def test_cycles_that_return_energy_are_stated_by_their_share(monkeypatch):
     model, holding, loop = friction.coulomb(F_C=1.0), Holding(-1.0, 1.0, 0.0), Loop(1e-3, 1.0, False)
     shares = iter([0.5, -0.125, *(0.1 for _ in range(1000))])
     monkeypatch.setattr(certify, "_share_of_random_cycle", lambda *requested: next(shares))
     item = dissipation(model, holding, loop)
     assert (item.value, item.threshold, item.unit, item.passed) == (-0.125, 0.0, "1", False)
-    assert item.advice == "A closed cycle returns 12.5 % of its work: see passive for what to change"
+    assert item.advice == "A closed cycle returns 12.5 % of its work: see passive for the remedy"
     fine = dissipation(model, holding, loop)
-    assert (fine.value, fine.passed, fine.advice) == (0.1, True, "No cycle of 200 gives energy back")
+    assert (fine.value, fine.passed, fine.advice) == (0.1, True, "No cycle of 200 returns energy")
 
 
 def test_cycles_are_as_wide_as_the_contact_and_run_backward_for_a_magnet(monkeypatch):
@@ -162,7 +162,7 @@ def test_cycles_are_as_wide_as_the_contact_and_run_backward_for_a_magnet(monkeyp
 
 
 @pytest.mark.parametrize(("shares", "expected"), [((0.2,), 0.2), ((-0.4, -0.3), -0.3), ((-0.4, -0.1), 0.0), ((-1e-10,), -1e-10)])
-def test_a_loss_that_finer_steps_take_away_is_none(monkeypatch, shares, expected):
+def test_a_loss_that_finer_steps_remove_is_ignored(monkeypatch, shares, expected):
     kept, sizes = iter(shares), []
 
     def share(model, x, duration):
@@ -196,14 +196,14 @@ def test_random_cycles_are_closed_and_up_to_a_hundred_times_as_wide(monkeypatch)
 # --- deflection -----------------------------------------------------------------------------------------------------
 
 
-def test_saturation_is_held_against_the_larger_static_force():
+def test_saturation_is_compared_with_the_larger_static_force():
     model = composite(f_p=1.2 * F_S)
     item = well_posed(model, holding_of(model))
-    assert (item.passed, item.advice, item.unit) == (True, "f_p lies 20 % above F_S", "rad")
+    assert (item.passed, item.advice, item.unit) == (True, "f_p is 20 % above F_S", "rad")
     thin = composite(f_p=1.02 * F_S, validate=False)
     item = well_posed(thin, holding_of(thin))
     assert not item.passed
-    assert item.advice.startswith("f_p lies only 2 % above F_S: raise f_p to 136.5 mN·m at least")
+    assert item.advice.startswith("f_p is only 2 % above F_S: raise f_p to at least 136.5 mN·m")
     assert item.value > item.threshold
 
 
@@ -222,14 +222,14 @@ def test_other_models_are_bounded_by_their_static_force():
 @pytest.mark.parametrize(
     ("damping", "passed", "advice"),
     [
-        (Damping(0.0), True, "Passive whatever the viscous coefficient"),
-        (Damping(5.0, 3.0), True, "sigma_2 exceeds what is needed by 2 N·s/m"),
-        (Damping(3.0, 3.0), True, "sigma_2 exceeds what is needed by 0 N·s/m"),
-        (Damping(2.9, 3.0), False, "Bristles let go at speed give energy back: raise sigma_2 to 3 N·s/m at least"),
-        (Damping(2.9, math.inf, "It lies"), False, "It lies: no viscous coefficient makes up for that"),
+        (Damping(0.0), True, "Passive for any viscous coefficient"),
+        (Damping(5.0, 3.0), True, "sigma_2 exceeds the least value by 2 N·s/m"),
+        (Damping(3.0, 3.0), True, "sigma_2 exceeds the least value by 0 N·s/m"),
+        (Damping(2.9, 3.0), False, "Bristles released at speed return energy: raise sigma_2 to at least 3 N·s/m"),
+        (Damping(2.9, math.inf, "It lies"), False, "It lies: no viscous coefficient can compensate this"),
     ],
 )
-def test_damping_is_held_against_what_is_needed(monkeypatch, damping, passed, advice):
+def test_damping_is_compared_with_the_least_value(monkeypatch, damping, passed, advice):
     monkeypatch.setattr("bristle.certificates.passive.damping_of", lambda p: damping)
     item = passive(friction.viscous(F_v=1.0), False)
     assert (item.value, item.threshold, item.passed) == (damping.present, damping.needed, passed)
@@ -237,7 +237,7 @@ def test_damping_is_held_against_what_is_needed(monkeypatch, damping, passed, ad
     assert not passive(friction.viscous(F_v=1.0), True).applies
 
 
-def test_the_side_with_the_least_to_spare_counts(monkeypatch):
+def test_the_side_with_the_smaller_margin_counts(monkeypatch):
     sides = iter([Damping(5.0, 1.0), Damping(5.0, 4.0)])
     monkeypatch.setattr("bristle.certificates.passive.damping_of", lambda p: next(sides))
     uneven = friction.find("viscous+asymmetry")(F_v_pos=5.0, F_v_neg=5.0)
@@ -247,25 +247,25 @@ def test_the_side_with_the_least_to_spare_counts(monkeypatch):
 
 
 @pytest.mark.parametrize(("weights", "spring", "is_known"), [([1.0, 2.0], 0.0, True), ([1.0, 0.0], 3.0, True)])
-def test_springs_and_stops_that_push_back_give_nothing(weights, spring, is_known):
+def test_springs_and_stops_with_positive_weights_are_passive(weights, spring, is_known):
     model = hysteresis.prandtl_ishlinskii(thresholds=[1e-6, 2e-6], weights=weights, spring=spring)
     assert (damping_of(model.parameters) is not None) is is_known
 
 
-def test_bouc_wen_gives_back_below_a_half():
+def test_bouc_wen_returns_energy_below_a_half():
     example = friction.bouc_wen.example
     for beta, needed in ((0.5, 0.0), (0.6, 0.0), (0.49, math.inf)):
         p = friction.bouc_wen(**(example | {"beta": beta}), validate=False).parameters
         assert damping_of(p).needed == needed
 
 
-def test_without_micro_damping_nothing_is_needed():
+def test_without_micro_damping_no_viscosity_is_needed():
     assert needed_damping(28.0, 1e-3, lambda v: 20.0, lambda v: 0.0, lambda q, G: q / G) == 0.0
     # Constant micro-damping: sigma_1 (F_S - F_C)/F_C.
     assert needed_damping(28.0, 1e-3, lambda v: 20.0, lambda v: 500.0, lambda q, G: q / G) == pytest.approx(200.0, rel=1e-8)
 
 
-def test_a_check_hands_units_to_its_questions():
+def test_a_check_takes_units_for_all_questions():
     item = check(hysteresis.stop(r=1e-6), loop=("0.5 um", "0.1 um"))
     assert item["closure"].value == pytest.approx(0.0, abs=1e-9)
     with pytest.raises(InputError, match=r"loop\[0\]"):

@@ -13,7 +13,7 @@ from bristle.core import InputError
 QUESTIONS = ["well_posed", "passive", "drift", "closure", "dissipation"]
 
 
-def test_the_public_name_is_this_one():
+def test_the_public_function_is_check():
     assert bristle.check is check
 
 
@@ -25,10 +25,10 @@ def test_every_question_is_answered_with_every_field():
     assert all(field.advice and "\n" not in field.advice for field in result.values())
 
 
-def test_a_model_that_fails_says_what_to_change():
+def test_a_model_that_fails_gets_advice():
     result = check(lugre())
     assert [name for name, item in result.items() if item.passed is False] == ["passive", "drift", "closure"]
-    assert "sigma_2 to 30 mN·m·s/rad" in result["passive"].advice
+    assert "sigma_2 to at least 30 mN·m·s/rad" in result["passive"].advice
     assert all("preisach_lugre" in result[name].advice for name in ("drift", "closure"))
 
 
@@ -50,7 +50,7 @@ def test_coulomb_friction_rests_and_has_no_loop_to_close():
     assert not result["closure"].applies
 
 
-def test_a_viscous_film_holds_nothing():
+def test_a_viscous_film_has_no_break_away_force():
     result = check(friction.viscous(F_v=5.0))
     assert [name for name, item in result.items() if item.applies] == ["passive", "dissipation"]
 
@@ -67,14 +67,14 @@ def test_forces_and_positions_may_be_text_with_units():
     assert message == bare
 
 
-def test_an_offset_moves_what_the_contact_holds():
+def test_an_offset_shifts_the_static_forces():
     plain = check(friction.find("lugre+asymmetry")(**slots(offset=0.0)), force_ripple=(0.04, 0.08))
     moved = check(friction.find("lugre+asymmetry")(**slots(offset=0.02)), force_ripple=(0.06, 0.10))
     assert moved["drift"].value == pytest.approx(plain["drift"].value, rel=1e-6)
     assert moved["closure"].value == pytest.approx(plain["closure"].value, rel=1e-6)
 
 
-def test_friction_that_varies_along_the_axis_is_taken_as_it_is_in_the_middle():
+def test_friction_that_varies_along_the_axis_is_tested_in_the_middle():
     # At 0, where contacts are led from, friction is 13 % less than in the middle.
     values = {"kind": "rotational", "F_C": 0.1, "F_S": 0.13, "v_S": 0.3, "sigma_0": 100.0}
     place = {"x_0": 0.1, "x_L": 0.1, "p_1": 0.05, "p_2": -0.08}
@@ -104,11 +104,11 @@ def test_a_friction_operator_is_friction():
         ({"force_ripple": (0.08, 0.04)}, "rests"),
         ({"force_ripple": ("40 J", "80 J")}, "torque"),
         ({"loop": "3 um, 1 um"}, "two values"),
-        ({"loop": (3 * UM, 3 * UM)}, "back from there"),
+        ({"loop": (3 * UM, 3 * UM)}, "part of the way back"),
         ({"loop": (0.0, 1.0)}, "away from 0"),
         ({"loop": (float("nan"), 1.0)}, "loop"),
     ],
 )
-def test_what_cannot_be_checked_is_refused_with_its_place(arguments, words):
+def test_bad_arguments_are_refused_with_their_place(arguments, words):
     with pytest.raises(InputError, match=words):
         check(arguments.pop("model", lugre()), **arguments)

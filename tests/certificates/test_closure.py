@@ -29,7 +29,7 @@ def closure_of(model, loop=None):
         (composite(rho=0.95), LARGE, -0.62),
     ],
 )
-def test_the_force_that_is_missing(model, loop, percent):
+def test_the_missing_force_has_its_known_value(model, loop, percent):
     result = closure_of(model, loop)
     assert 100.0 * result.value == pytest.approx(percent, abs=0.051 if abs(percent) < 30 and percent != -17.03 else 0.05)
     assert not result.passed
@@ -43,12 +43,12 @@ def test_memory_in_the_position_closes(model, loop):
     assert result.passed
 
 
-def test_a_loop_and_its_mirror_image_miss_alike():
+def test_a_loop_and_its_mirror_image_miss_the_same_force():
     present, mirrored = (closure_of(lugre(), (side * 3 * UM, side * 1.5 * UM)).value for side in (1.0, -1.0))
     assert mirrored == pytest.approx(present, rel=1e-12)
 
 
-def test_the_loop_of_the_certificate_loads_to_its_share_and_goes_half_of_the_way_back():
+def test_the_default_loop_loads_to_its_share_and_returns_halfway():
     model = composite()
     holding = holding_of(model)
     x1, x2 = default_loop(model, holding)

@@ -20,7 +20,7 @@ def test_friction_takes_energy_out_of_every_cycle(model):
 
 
 @pytest.mark.parametrize("reach", [1.2, 2.0, 5.0])
-def test_what_a_settled_loop_keeps_is_its_area_over_the_work_to_and_fro(monkeypatch, reach):
+def test_the_kept_share_of_a_settled_loop_is_its_area_over_its_work(monkeypatch, reach):
     # An element that slips at 1 N after 1 um, led by `reach` to and fro: 4 (reach - 1) stay, 1 comes back twice in a
     # round and is put in again. The first way out from rest is another one.
     monkeypatch.setattr(certify, "REACHES", 1e-6 * np.array([reach]))
@@ -52,7 +52,7 @@ def stay(state, memory, move, p):
     return state
 
 
-def test_a_model_that_pushes_at_speed_is_found():
+def test_a_model_that_creates_energy_at_speed_is_found():
     pushes = FrictionModel(name="pushes", description="pushes", Parameters=Parameters, State=State, trial=push, commit=stay)
     result = check(pushes(F_C=1.0))
     assert not result["dissipation"].passed

@@ -23,7 +23,7 @@ def drift_of(model, ripple=RIPPLE):
         (composite("leuven", n=8), 3.34e-3),
     ],
 )
-def test_bristles_that_slip_at_every_force_walk(model, micrometres):
+def test_bristles_that_slip_at_every_force_drift(model, micrometres):
     result = drift_of(model)
     assert result.value / UM == pytest.approx(micrometres, rel=5e-3)
     assert not result.passed
@@ -38,20 +38,20 @@ def test_the_drift_of_lugre_has_a_closed_form(low, high):
 
 
 @pytest.mark.parametrize("model", [composite(), composite(kernel="reformed_dahl_exact"), maxwell_slip(), gms()])
-def test_memory_in_the_position_stays(model):
+def test_a_memory_in_the_position_does_not_drift(model):
     result = drift_of(model)
     assert abs(result.value) <= 1e-8 * UM
     assert result.passed
 
 
-def test_a_gate_that_opens_lets_it_creep_before_break_away():
+def test_an_opening_gate_drifts_before_break_away():
     result = drift_of(composite(), (0.06, 0.97 * F_S))
     assert result.value > result.threshold
     assert not result.passed
 
 
 @pytest.mark.parametrize("model", [lugre(), pytest.param(composite("paper"), marks=pytest.mark.slow)])
-def test_a_mass_on_the_contact_walks_as_far(model):
+def test_a_mass_on_the_contact_drifts_as_far(model):
     # A slow triangle of the force on a body, by the integrator: nothing quasi-static in it.
     dt, period, cycles = 2e-4, 0.5, 6
     t = dt * np.arange(int(cycles * period / dt) + 1)

@@ -58,7 +58,7 @@ def test_the_condition_for_constant_micro_damping(model, needed):
     ],
     ids=lambda item: getattr(item, "name", None),
 )
-def test_what_gives_nothing_back_is_passive_whatever_its_viscosity(model, present):
+def test_friction_that_returns_no_energy_is_passive_for_any_viscosity(model, present):
     result = passive_of(model)
     assert result.applies
     assert (result.value, result.threshold, result.passed) == (present, 0.0, True)
@@ -78,7 +78,7 @@ def test_micro_damping_that_fades_early_needs_no_viscosity():
     assert not passive_of(lugre(sigma_1=sigma_1, sigma_2=0.0)).passed
 
 
-def test_where_the_bristle_force_is_unlimited_the_bound_is_sharp():
+def test_the_bound_is_sharp_for_an_unlimited_bristle_force():
     def needed(v_d):
         return needed_damping(10.0 * F_S, V_S, lambda v: F_C, lambda v: 0.1 * math.exp(-((v / v_d) ** 2)), lambda q, G: q / G)
 
@@ -116,7 +116,7 @@ class Contact:
         return force * v * dt
 
 
-def test_gms_is_not_passive_whatever_its_viscosity():
+def test_gms_is_not_passive_for_any_viscosity():
     k = 1e7
 
     def strokes(F_C, F_S):
@@ -135,7 +135,7 @@ def test_gms_is_not_passive_whatever_its_viscosity():
     assert not passive_of(gms()).passed
 
 
-def test_reformed_dahl_gives_more_than_it_took_and_for_ever():
+def test_reformed_dahl_returns_more_energy_than_it_took_without_limit():
     model, creep = friction.reformed_dahl(s=1e7, f_p=20.0), 1e-6
     contact = Contact(model)
     each = []
@@ -152,7 +152,7 @@ def test_reformed_dahl_gives_more_than_it_took_and_for_ever():
     assert not passive_of(model).passed
 
 
-def test_nothing_is_claimed_where_no_condition_is_known():
+def test_no_verdict_without_a_known_condition():
     of_a_user = load_code(EXAMPLE)
     assert not passive_of(of_a_user(**of_a_user.example)).applies
 
@@ -167,7 +167,7 @@ def test_nothing_is_claimed_where_no_condition_is_known():
         ((0.2, -5.0), -9.0),
     ],
 )
-def test_a_summit_is_closed_in_on_from_its_neighbourhood_and_lies_within_the_ends(summit, height):
+def test_a_maximum_is_found_from_its_neighbourhood_within_the_ends(summit, height):
     def hill(x, q):
         return -((x - summit[0]) ** 2) - (q - summit[1]) ** 2
 

@@ -13,21 +13,21 @@ from bristle.certificates.quasi_static import Path, holding_of
 
 
 @pytest.mark.parametrize("model", [lugre(), composite(), composite("paper"), maxwell_slip()])
-def test_a_contact_holds_its_static_friction_either_way(model):
+def test_a_contact_has_its_static_friction_in_both_directions(model):
     result = holding_of(model)
     assert result.forward == pytest.approx(F_S, rel=1e-9)
     assert result.backward == pytest.approx(-F_S, rel=1e-9)
     assert result.has_presliding
 
 
-def test_an_offset_shifts_what_is_held():
+def test_an_offset_shifts_the_range_at_rest():
     result = holding_of(friction.find("coulomb+asymmetry")(F_C_pos=3.0, F_C_neg=2.0, offset=0.25))
     assert (result.backward, result.forward, result.half) == (-1.75, 3.25, 2.5)
     assert not result.has_presliding
 
 
 @pytest.mark.parametrize("spring", [2e-5, 1e-2])
-def test_a_force_that_grows_with_the_position_for_ever_is_never_passed_however_little_it_grows(spring):
+def test_a_force_that_grows_without_limit_is_never_passed(spring):
     # 1 N of a stop, and from the spring 0.02 N or 10 N over the longest slide, a kilometre.
     fixed = holding_of(as_friction(hysteresis.prandtl_ishlinskii(thresholds=[1e-6], weights=[1e6], spring=spring)))
     assert (fixed.backward, fixed.forward) == (-math.inf, math.inf)
@@ -37,7 +37,7 @@ def test_a_force_that_grows_with_the_position_for_ever_is_never_passed_however_l
 
 
 @pytest.mark.parametrize("spring", [0.0, 7e-7, 1.4e-6])
-def test_what_is_symmetric_holds_as_much_backward_as_forward_or_neither(spring):
+def test_a_symmetric_contact_has_equal_or_infinite_limits(spring):
     # The springs lie on both sides of what counts as growing for ever.
     operator = hysteresis.prandtl_ishlinskii(thresholds=[1e-6], weights=[1e6], spring=spring)
     fixed = holding_of(as_friction(operator))
@@ -45,12 +45,12 @@ def test_what_is_symmetric_holds_as_much_backward_as_forward_or_neither(spring):
     assert math.isinf(fixed.forward) == (spring > 1e-6)
 
 
-def test_the_distance_is_where_half_of_the_force_is_there():
+def test_the_distance_is_that_of_half_the_force():
     # A bristle of LuGre charges as 1 - exp(-sigma_0 x / F_S).
     assert holding_of(lugre()).distance == pytest.approx(F_S / STIFFNESS * np.log(2.0), rel=0.12)
 
 
-def test_a_force_is_reached_where_the_equations_say():
+def test_a_force_is_reached_at_the_place_of_the_equations():
     model = composite("paper")
     path = Path(model, holding_of(model))
     assert path.to_force(0.08)
@@ -68,7 +68,7 @@ def test_a_force_is_reached_where_the_equations_say():
     assert path.x == pytest.approx(until.t_events[0][0], rel=1e-5)
 
 
-def test_a_force_is_reached_too_where_what_is_held_at_rest_is_above_the_means_before():
+def test_a_force_at_rest_above_the_previous_means_is_reached():
     # A kernel that holds more than its surface does: after steps whose mean is below the target, it rests above it.
     model = friction.find("leuven")(
         s=1e7, f_p=23.52, F_C=8.4, F_S=8.4, v_S=0.008, sigma_1=1000.0, sigma_2=240.0, kernel="dahl_masing", n=4.0
@@ -79,7 +79,7 @@ def test_a_force_is_reached_too_where_what_is_held_at_rest_is_above_the_means_be
         assert path.force == pytest.approx(target, abs=1e-9)
 
 
-def test_a_force_that_is_held_at_rest_moves_nothing():
+def test_a_force_within_the_range_at_rest_causes_no_motion():
     model = friction.coulomb(F_C=2.0)
     path = Path(model, holding_of(model))
     assert path.to_force(1.0)
@@ -106,7 +106,7 @@ def test_a_path_by_position_ends_where_it_should():
 
 
 @pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])
-def test_a_path_shows_the_curve_that_it_went_along_whatever_the_size_of_the_force(scale):
+def test_a_path_contains_its_curve_for_forces_of_any_size(scale):
     # Two elements: 20 N/m and 80 N/m up to their limits, 0.5 N and 0.5 N, and then the same from there on back.
     k, limit = np.array([20.0, 80.0]), np.array([0.5, 0.5])
     model = friction.maxwell_slip(F_C=scale, k_i=(scale * k).tolist(), nu_i=limit.tolist())

@@ -23,7 +23,7 @@ def test_the_bound_of_the_deflection(transition, kernel, micrometres):
 
 
 @pytest.mark.parametrize("ratio", [1.05, 1.5, 2.0])
-def test_the_bound_is_where_the_operator_gives_the_static_force(ratio):
+def test_the_bound_is_at_the_static_force_of_the_operator(ratio):
     f_p = ratio * F_S
     assert well_posed_of(composite(f_p=f_p)).value == pytest.approx(f_p * F_S / (STIFFNESS * (f_p - F_S)), rel=1e-6)
 
@@ -33,17 +33,17 @@ def test_without_saturation_above_the_static_force_it_grows(ratio):
     result = well_posed_of(composite(f_p=ratio * F_S, validate=False))
     assert math.isinf(result.value)
     assert not result.passed
-    assert "raise f_p to 136.5 mN·m" in result.advice
+    assert "raise f_p to at least 136.5 mN·m" in result.advice
 
 
-def test_a_thin_margin_is_no_pass():
+def test_a_thin_margin_fails():
     result = well_posed_of(composite(f_p=1.02 * F_S, validate=False))
     assert math.isfinite(result.value)
     assert result.value > result.threshold
     assert not result.passed
 
 
-def test_the_limit_is_what_the_least_margin_gives():
+def test_the_limit_is_the_bound_at_the_least_margin():
     least = well_posed_of(composite(f_p=1.05 * F_S))
     assert well_posed_of(composite()).threshold == pytest.approx(least.value, rel=1e-9)
     assert least.passed

@@ -47,7 +47,7 @@ def test_a_deflection_without_bound_is_an_answer_not_bad_input(bristle, models):
     assert result.code == 1
     answer = result.data["certificates"]["well_posed"]
     assert answer["passed"] is False
-    assert "raise f_p to 136.5 mN·m" in answer["advice"]
+    assert "raise f_p to at least 136.5 mN·m" in answer["advice"]
 
 
 def test_a_condition_that_no_certificate_speaks_of_is_bad_input(bristle, models):

@@ -83,7 +83,7 @@ def test_an_operator_keeps_its_constant(bristle, place):
     assert result.code == 0
     header = Path("as_c/axis_x.h").read_text()
     assert "axis_x_output(axis_x *axis, double x)" in header
-    assert re.search(r"offset +1\.5 +N +constant output beside the operator", header)
+    assert re.search(r"offset +1\.5 +N +constant added to the output of the operator", header)
     assert bristle("export", "operator.toml", "--to", "wasm", "--out", "other").code == 2
 
 

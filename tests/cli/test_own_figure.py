@@ -130,7 +130,7 @@ def test_the_example_shows_the_residual_along_the_travel(bristle, place):
     [
         ("1 / 0", f"mine.py, line {LINE}: the figure mine is not drawn: ZeroDivisionError: division by zero"),
         ("sys.exit(3)", f"mine.py, line {LINE}: the figure mine is not drawn: SystemExit: 3"),
-        ("figure = None", "mine: the figure mine is not drawn: InputError: mine: returned a NoneType and no Figure"),
+        ("figure = None", "mine: the figure mine is not drawn: InputError: mine: returned a NoneType, not a Figure"),
         ("axes.text(0, 0, '$\\\\frac{$', parse_math=True)", "mine: the figure mine is not drawn: ValueError"),
     ],
 )
@@ -217,14 +217,14 @@ def test_what_the_report_has_only_at_times_is_told_where_it_has_not(bristle, pla
 @pytest.mark.parametrize(
     ("command", "parts", "said"),
     [
-        (RUN, {"takes": "prediction"}, "what the report of run has not; found 'prediction', allowed simulation"),
+        (RUN, {"takes": "prediction"}, "results that the report of run lacks; found 'prediction', allowed simulation"),
         (PREDICT, {"takes": "identification"}, "Use it with bristle identify"),
         (DESIGN, {"takes": "simulation"}, "Use it with bristle identify or bristle run"),
-        (COMPARE, {"name": "short", "takes": "comparison"}, "a name that it cannot have; found 'short'"),
-        (STUDY, {"takes": "comparison"}, "what the report of study has not"),
-        (PREDICT, {"takes": "model"}, "from what no report has; found 'model'"),
-        (PREDICT, {"name": "prediction"}, "a name that it cannot have; found 'prediction'"),
-        (PREDICT, {"name": "../mine"}, "a name that it cannot have"),
+        (COMPARE, {"name": "short", "takes": "comparison"}, "an invalid name; found 'short'"),
+        (STUDY, {"takes": "comparison"}, "results that the report of study lacks"),
+        (PREDICT, {"takes": "model"}, "results that no report has; found 'model'"),
+        (PREDICT, {"name": "prediction"}, "an invalid name; found 'prediction'"),
+        (PREDICT, {"name": "../mine"}, "an invalid name"),
         (PREDICT, {"caption": " "}, "its figure has no caption"),
         (PREDICT, {"title": ""}, "its figure has no title"),
         (PREDICT, {"alternative": ""}, "its figure has no alternative"),
@@ -249,7 +249,7 @@ def test_what_does_not_go_together_is_refused(bristle, place):
     shutil.copy("mine.py", "again.py")
     twice = bristle(*PREDICT, *option, "--figure", "again.py")
     assert twice.code == 2
-    assert "another figure has this name, too; found 'mine'" in twice.err
+    assert "another figure has the same name; found 'mine'" in twice.err
     none = bristle(*PREDICT, "--figure", "own.py")
     assert none.code == 2
     assert "own.py: defines no figure. End the file with FIGURE" in none.err

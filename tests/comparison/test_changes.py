@@ -27,7 +27,7 @@ def sides(*stretches):
 
 
 @pytest.mark.parametrize(("window", "samples"), [(0.05, 5), (0.054, 5), (0.056, 6), (1e-6, 1)])
-def test_a_window_is_so_many_samples_and_never_without_any(window, samples):
+def test_a_window_has_its_number_of_samples_but_at_least_one(window, samples):
     assert _window_samples(sides(stretch()), window) == samples
 
 
@@ -45,7 +45,7 @@ def test_a_window_is_a_tenth_of_the_time_between_reversals(turns, samples):
     assert _window_samples(sides(stretch(turns)), None) == samples
 
 
-def test_reversals_of_a_stretch_count_once_however_many_cycles_it_has():
+def test_reversals_of_a_stretch_count_once_for_any_number_of_cycles():
     often, seldom = stretch((0, 50, 100)), stretch((0, 200, 400, 600))
     side = Side([Cycle(often, slice(0, 90)), Cycle(often, slice(0, 90)), Cycle(often, slice(0, 90)), Cycle(seldom, slice(0, 90))])
     assert _window_samples((side, side), None) == 20
@@ -75,7 +75,7 @@ def doubts(shared=SOUND, changes=None, before=None, after=None, reason=None):
     return {item.code: (item.severity, dict(item.numbers)) for item in outcome}
 
 
-def test_a_sound_comparison_has_no_doubt():
+def test_a_sound_comparison_has_no_warning():
     assert doubts() == {}
 
 
@@ -93,11 +93,11 @@ def test_a_sound_comparison_has_no_doubt():
         ({"cycles_before": 6}, None),
     ],
 )
-def test_what_both_sides_share_may_be_too_little(changed, code):
+def test_too_small_a_common_part_is_reported(changed, code):
     assert set(doubts(SOUND.__class__(**(SOUND.__dict__ | changed)))) == ({code} if code else set())
 
 
-def test_numbers_of_doubts_are_those_of_the_comparison():
+def test_numbers_in_warnings_are_those_of_the_comparison():
     shared = Shared(40.0, 60.0, 4, 5, 1, complete=True, paired=False, as_one=3.0)
     outcome = doubts(shared)
     assert outcome["motions_differ"] == ("warning", {"before_percent": 40.0, "after_percent": 60.0})
@@ -109,7 +109,7 @@ def test_pieces_are_not_too_few_cycles():
     assert "few_cycles" not in doubts(Shared(100.0, 100.0, 4, 4, 1, complete=False, paired=True, as_one=1.0))
 
 
-def test_changes_without_an_interval_rest_on_too_few_cycles():
+def test_too_few_cycles_give_no_interval():
     assert doubts(changes={"friction.level": change("friction.level", interval=None)}) == {"few_cycles": ("warning", {})}
 
 
@@ -121,12 +121,12 @@ def test_an_interval_of_hardly_any_width_is_that_of_identical_cycles(half, ident
 
 @pytest.mark.parametrize(("before", "after", "sides"), [(None, 1, ("before",)), (1, None, ("after",)), (None, None, ("before", "after"))])
 @pytest.mark.parametrize(("channel", "code"), [("reference", "no_reference"), ("effort", "no_effort")])
-def test_a_channel_that_a_log_lacks_is_told_with_its_side(channel, code, before, after, sides):
+def test_a_missing_channel_is_reported_with_its_side(channel, code, before, after, sides):
     pairs = [[recorded(), recorded(**{channel: value})] for value in (before, after)]
     assert doubts(before=pairs[0], after=pairs[1]) == {code: ("warning", {"sides": sides})}
 
 
-def test_friction_that_is_not_told_has_a_reason():
+def test_missing_friction_has_a_reason():
     item = {"following_error.rms": change()}
     assert doubts(changes=item, reason=InputError("is too short")) == {"friction_not_told": ("warning", {"why": "is too short"})}
     assert doubts(changes=item)["friction_not_told"] == ("warning", {"why": ""})
@@ -143,7 +143,7 @@ def test_sample_times_and_single_recordings_are_noted():
 # --- quantities ------------------------------------------------------------------------------------------------------
 
 
-def test_a_quantity_that_a_side_does_not_tell_is_left_out():
+def test_a_quantity_unknown_on_a_side_is_left_out():
     side = Side([Cycle(stretch(), slice(0, 9), 0)] * 3)
     measures = [
         Measure("told", "length", lambda side: np.array([[2.0, 1.0]] * 3), lambda sums: sums[..., 0] / sums[..., 1]),
@@ -167,7 +167,7 @@ def test_shares_of_motion_are_of_samples():
     assert comparison.shared.as_one == 1.0
 
 
-def test_friction_over_speed_stands_apart_from_changes():
+def test_friction_over_speed_is_separate_from_changes():
     comparison = br.compare(log(1, sine(6)), log(2, sine(6)))
     assert not any(name.startswith("friction.at_speeds") for name in comparison.changes)
     speeds = [speed for speed, _ in comparison.friction_curve]

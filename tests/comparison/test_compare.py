@@ -52,7 +52,7 @@ def bumped(seed, times, *, forward):
     return log(seed, motion, position=motion[0] - error)
 
 
-def test_a_glitch_behind_one_reversal_is_told_for_that_direction_alone():
+def test_a_glitch_after_one_reversal_is_reported_for_that_direction_only():
     flat = log(1, sine(12), position=sine(12)[0] - 1e-6 * np.random.default_rng(9).standard_normal(sine(12)[0].size))
     for forward, lower, same in ((True, ERRORS[3], ERRORS[2]), (False, ERRORS[2], ERRORS[3])):
         comparison = br.compare(bumped(2, 0.02, forward=forward), flat)
@@ -61,7 +61,7 @@ def test_a_glitch_behind_one_reversal_is_told_for_that_direction_alone():
         assert abs(comparison.changes[same].change) < 1e-6
 
 
-def test_the_window_behind_a_reversal_is_as_long_as_told():
+def test_the_window_after_a_reversal_has_the_given_length():
     pair = bumped(2, 0.08, forward=True), bumped(3, 0.08, forward=False)
     assert br.compare(*pair).window == pytest.approx(0.05, abs=STEP)  # a tenth of half a second
     assert br.compare(*pair, window="40 ms").changes[ERRORS[3]].before < 1e-5
@@ -69,7 +69,7 @@ def test_the_window_behind_a_reversal_is_as_long_as_told():
     assert br.compare(*pair, window=0.1).window == pytest.approx(0.1)
 
 
-def test_a_log_sampled_faster_has_no_larger_peaks_for_it():
+def test_faster_sampling_does_not_raise_peaks():
     peaks = []
     for step in (STEP, STEP / 8.0):
         motion = sine(12, step=step)
@@ -82,7 +82,7 @@ def test_a_log_sampled_faster_has_no_larger_peaks_for_it():
     assert "sample_times_differ" in codes(comparison)
 
 
-def test_only_what_both_logs_move_alike_is_compared():
+def test_only_common_motions_are_compared():
     slow, fast = sine(8), sine(16, period=0.5)
     before = log(1, [np.concatenate(pair) for pair in zip(slow, fast, strict=True)])
     comparison = br.compare(before, log(2, sine(9)))
@@ -94,7 +94,7 @@ def test_only_what_both_logs_move_alike_is_compared():
 
 @pytest.mark.parametrize("other", [sine(9, amplitude=0.04), sine(9, period=1.2)], ids=["amplitude", "period"])
 def test_logs_without_a_motion_in_common_are_refused(other):
-    with pytest.raises(InputError, match=r"references share no motion: no cycle .*same reference: same places, same speed"):
+    with pytest.raises(InputError, match=r"references share no motion: no cycle .*same reference: same positions, same speed"):
         br.compare(log(1, sine(9)), log(2, other))
 
 
@@ -120,7 +120,7 @@ def test_a_motion_in_one_direction_is_compared_in_pieces():
 
 
 @pytest.mark.parametrize("cycles", [3, 4])
-def test_a_motion_that_begins_and_ends_at_a_turn_gives_all_of_its_cycles(cycles):
+def test_a_motion_from_turn_to_turn_gives_all_its_cycles(cycles):
     phase = 2.0 * np.pi * STEP * np.arange(round(cycles / STEP) + 1)
     w = 2.0 * np.pi
     motion = -0.05 * np.cos(phase), 0.05 * w * np.sin(phase), 0.05 * w * w * np.cos(phase)
@@ -129,7 +129,7 @@ def test_a_motion_that_begins_and_ends_at_a_turn_gives_all_of_its_cycles(cycles)
     assert (comparison.shared.cycles_before, comparison.shared.motions) == (cycles, 1)
 
 
-def test_a_peak_that_only_two_pieces_tell_has_no_narrow_interval():
+def test_a_peak_in_only_two_pieces_has_no_narrow_interval():
     comparison = br.compare(log(1, sine(2)), log(2, sine(2)))
     assert comparison.shared.cycles_before > 10
     for name in ERRORS[2:]:
@@ -137,7 +137,7 @@ def test_a_peak_that_only_two_pieces_tell_has_no_narrow_interval():
         assert change.interval is None or change.verdict == "no_change"
 
 
-def test_without_a_reference_effort_and_friction_are_told_and_that_is_said():
+def test_without_a_reference_effort_and_friction_are_compared_with_a_remark():
     comparison = br.compare(log(1, sine(9), reference=None), log(2, sine(9), friction=7.0))
     assert set(comparison.changes) == {"effort.rms", "effort.peak", "friction.level"}
     assert comparison.helped is None
@@ -147,7 +147,7 @@ def test_without_a_reference_effort_and_friction_are_told_and_that_is_said():
     assert "without a reference" in comparison.sentences[0]
 
 
-def test_positions_without_a_reference_are_alike_though_noise_and_the_loop_differ():
+def test_positions_match_despite_noise_and_different_loops():
     motion = sine(9)
     noise = 1e-4 * np.random.default_rng(5).standard_normal((2, motion[0].size))
     pair = [
@@ -156,11 +156,11 @@ def test_positions_without_a_reference_are_alike_though_noise_and_the_loop_diffe
     ]
     comparison = br.compare(*pair)
     assert (comparison.shared.cycles_before, comparison.shared.cycles_after) == (8, 8)
-    with pytest.raises(InputError, match="positions, compared because there is no reference, share no motion"):
+    with pytest.raises(InputError, match=r"positions .compared for lack of a reference. share no motion"):
         br.compare(pair[0], log(3, sine(9, amplitude=0.04), reference=None))
 
 
-def test_without_an_effort_the_following_error_is_told():
+def test_without_an_effort_the_following_error_is_compared():
     comparison = br.compare(log(1, sine(9), effort=None), log(2, sine(9), effort=None, gain=0.5))
     assert set(comparison.changes) == set(ERRORS)
     assert "no_effort" in codes(comparison)
@@ -189,7 +189,7 @@ def strokes(*amplitudes):
 
 
 @pytest.mark.parametrize("fast_after", [1, 2])
-def test_friction_is_told_at_no_speed_that_the_compared_strokes_lack(fast_after):
+def test_friction_is_given_only_at_speeds_of_the_compared_strokes(fast_after):
     tiny = np.repeat([0.001, 0.0014, 0.002, 0.0028], 2)  # below a tenth of the speed of the fast ones: near a reversal
     before = log(1, strokes(*tiny, 0.02, 0.02, 0.05))
     comparison = br.compare(before, log(2, strokes(*tiny, 0.02, 0.02, *fast_after * [0.05])))
@@ -200,14 +200,14 @@ def test_friction_is_told_at_no_speed_that_the_compared_strokes_lack(fast_after)
     assert comparison.changes["friction.level"].before == pytest.approx(9.0, rel=0.15)
 
 
-def test_several_logs_of_a_side_are_taken_together():
+def test_several_logs_of_a_side_are_combined():
     comparison = br.compare([log(1, sine(5)), log(2, sine(6))], [log(3, sine(5)), log(4, sine(5))])
     assert (comparison.shared.cycles_before, comparison.shared.cycles_after) == (9, 8)
     assert "one_recording" not in codes(comparison)
     assert "one_recording" in codes(br.compare(log(1, sine(9)), log(3, sine(9))))
 
 
-def test_few_cycles_and_cycles_without_scatter_are_doubted():
+def test_few_cycles_and_cycles_without_scatter_are_warned_of():
     assert "few_cycles" in codes(br.compare(log(1, sine(4)), log(2, sine(9))))
     assert "few_cycles" not in codes(br.compare(log(1, sine(9)), log(2, sine(9))))
     motion = sine(9)
@@ -227,11 +227,11 @@ def test_units_are_those_of_the_axis():
 @pytest.mark.parametrize("other", ["itself", "a copy"])
 def test_the_same_log_on_both_sides_is_refused(other):
     item = log(1, sine(9))
-    with pytest.raises(InputError, match=r"same log on both sides.*from before the change, and one from after it"):
+    with pytest.raises(InputError, match=r"same log on both sides.*from before the change, and a log from after it"):
         br.compare(item, item if other == "itself" else log(1, sine(9)))
 
 
-def test_what_cannot_be_compared_is_refused():
+def test_incomparable_logs_are_refused():
     item, columns = log(1, sine(9)), {"time": STEP * np.arange(400), "position": np.full(400, np.nan)}
     refusals = {
         "names no log": lambda: br.compare([], item),

@@ -49,7 +49,7 @@ def test_cycles_reach_from_a_forward_turn_to_the_next():
     assert spans(cycles._complete([recording(-motion, turns)])) == [(6, 18), (18, 30)]
 
 
-def test_a_motion_that_begins_half_way_begins_no_cycle_there():
+def test_a_motion_that_begins_halfway_begins_no_cycle_there():
     motion, turns = to_and_fro(3)
     begun = recording(motion[3:], turns - 3)
     assert spans(cycles._complete([begun])) == [(9, 21), (21, 33)]
@@ -57,7 +57,7 @@ def test_a_motion_that_begins_half_way_begins_no_cycle_there():
     assert spans(cycles._complete([ended])) == [(0, 12), (12, 24)]
 
 
-def test_the_rest_before_and_behind_a_motion_belongs_to_no_cycle():
+def test_rest_before_and_after_a_motion_belongs_to_no_cycle():
     motion, turns = to_and_fro(2)
     rested = np.concatenate([np.zeros(5), motion, np.zeros(7)])
     assert spans(cycles._complete([recording(rested, turns + 5)])) == [(5, 17), (17, 29)]
@@ -89,7 +89,7 @@ def test_a_standstill_has_no_cycle():
         (0.0, 96, 2),
     ],
 )
-def test_cycles_are_of_a_motion_that_lasts_as_long_and_lies_as_near(away, count, number):
+def test_equal_duration_and_nearby_positions_make_the_same_motion(away, count, number):
     known = [np.zeros(3), np.full(3, 10.0)]
     assert (
         cycles._first_alike(np.array([0.0, 0.0, away]) if abs(away) < 1 else np.full(3, away), count, known, [100, 100], 0.5, 0.02)
@@ -97,7 +97,7 @@ def test_cycles_are_of_a_motion_that_lasts_as_long_and_lies_as_near(away, count,
     )
 
 
-def test_the_first_motion_has_the_number_nought():
+def test_the_first_motion_has_the_number_zero():
     assert cycles._first_alike(np.zeros(3), 10, [], [], 0.5, 0.02) == 0
 
 
@@ -118,7 +118,7 @@ def test_pieces_are_placed_from_where_their_motion_begins(complete, number):
 
 
 @pytest.mark.parametrize(("away", "grain", "number"), [(1.05, 0.0, 0), (1.25, 0.0, 1), (1.25, 0.2, 0), (1.45, 0.2, 1)])
-def test_cycles_are_alike_within_a_share_a_step_and_a_grain(away, grain, number):
+def test_cycles_are_equal_within_a_share_a_step_and_a_grain(away, grain, number):
     # Of a range of 9, in steps of 1: a share of 0.02 are 0.18.
     first, second = (Cycle(recording(origin + np.arange(10.0)), slice(0, 10)) for origin in (0.0, away))
     assert cycles._numbered([[first], [second]], grain, 0.02, complete=True)[1][0].kind == number
@@ -132,7 +132,7 @@ def recorded(item, step=STEP, **requested):
     return cycles._recordings_of(item, None, step, **({"follows": True, "tells_effort": False} | requested))
 
 
-def test_the_following_error_is_the_reference_less_the_position():
+def test_the_following_error_is_the_reference_minus_the_position():
     motion = sine(2)
     item = log(1, motion, position=motion[0] - 1e-5, effort=None)
     (part,), reason = recorded(item)
@@ -164,7 +164,7 @@ def test_a_log_with_more_samples_gives_as_many_as_the_other(times, rows):
     assert part.error.size == part.motion.size
 
 
-def test_sliding_is_of_the_rows_at_which_the_axis_moves():
+def test_sliding_has_the_rows_of_a_moving_axis():
     motion = sine(3)
     (part,), reason = recorded(log(1, motion), tells_effort=True)
     assert reason is None
@@ -177,14 +177,14 @@ def test_sliding_is_of_the_rows_at_which_the_axis_moves():
     assert part.sliding[1, fast] == pytest.approx(motion[2][fast], abs=0.25)
 
 
-def test_a_log_too_short_for_the_filter_tells_why():
+def test_a_log_too_short_for_the_filter_has_a_reason():
     motion = [part[:12] for part in sine(1)]
     (part,), reason = recorded(log(1, motion), tells_effort=True)
     assert part.sliding is None
     assert reason is not None
 
 
-def test_a_log_that_moves_to_and_fro_gives_whole_cycles_and_others_pieces():
+def test_back_and_forth_motion_gives_cycles_and_other_motion_pieces():
     single, other = ((log(seed, sine(4), effort=None), None) for seed in (1, 2))
     low, high, complete = sides_of([single], [other], follows=True, tells_effort=False)
     assert complete
@@ -205,7 +205,7 @@ def test_both_sides_have_the_longest_sample_time():
 
 
 @pytest.mark.parametrize("amplitude", [5e-5, 0.05, 50.0])
-def test_a_reference_that_trembles_by_less_than_a_share_of_its_range_turns_no_oftener(amplitude):
+def test_a_small_tremble_of_the_reference_adds_no_turns(amplitude):
     motion = sine(4, amplitude=amplitude)
     ripple = 0.4e-3 * np.ptp(motion[0]) * np.sin(0.25 * np.pi * np.arange(motion[0].size))
     single, other = ((log(seed, motion, reference=motion[0] + ripple, effort=None), None) for seed in (1, 2))
@@ -214,7 +214,7 @@ def test_a_reference_that_trembles_by_less_than_a_share_of_its_range_turns_no_of
     assert [cycle.count for cycle in low.cycles] == pytest.approx(3 * [250], abs=4)
 
 
-def test_a_side_says_why_its_first_log_tells_no_friction():
+def test_a_side_has_the_reason_for_missing_friction_of_its_first_log():
     short = log(1, [part[:12] for part in sine(1)])
     long, other = log(2, sine(4)), log(3, sine(4))
     for side in ([short, long], [long, short]):
@@ -238,7 +238,7 @@ def test_signals_of_a_cycle_are_cut_from_its_stretch():
 
 
 @pytest.mark.parametrize(("follows", "wider", "is_one"), [(True, 1.05, True), (True, 1.1, False), (False, 1.1, True), (False, 1.2, False)])
-def test_references_are_the_same_motion_within_a_fiftieth_of_the_range_and_positions_within_six(follows, wider, is_one):
+def test_references_match_within_2_percent_and_positions_within_6_percent(follows, wider, is_one):
     # And within a step from sample to sample, which is a hundredth of the range here.
     sides = [[(log(seed, sine(4, amplitude=size)), None)] for seed, size in ((1, 0.05), (2, 0.05 * wider))]
     low, high, complete = sides_of(*sides, follows=follows, tells_effort=False)

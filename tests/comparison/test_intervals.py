@@ -42,17 +42,17 @@ def coverage(cycles, *, likeness=0.0, paired=False, single=False, repeats=200):
 
 
 @pytest.mark.parametrize("cycles", [3, 8, 20])
-def test_intervals_of_cycles_hold_95_percent(cycles):
+def test_intervals_of_cycles_cover_95_percent(cycles):
     assert 0.90 <= coverage(cycles) <= 0.985
 
 
 @pytest.mark.parametrize("cycles", [6, 30])
-def test_intervals_of_motions_that_come_once_hold_95_percent(cycles):
+def test_intervals_of_motions_that_occur_once_cover_95_percent(cycles):
     assert 0.90 <= coverage(cycles, paired=True) <= 0.985
 
 
 @pytest.mark.slow
-def test_intervals_of_cycles_that_are_like_their_neighbours_are_wider_for_it(monkeypatch):
+def test_intervals_of_correlated_cycles_are_wider(monkeypatch):
     assert coverage(60, likeness=0.6) >= 0.88
     monkeypatch.setattr(resampling, "_as_one", lambda influence: 1.0)
     assert coverage(60, likeness=0.6) < 0.82
@@ -73,14 +73,14 @@ def test_the_interval_of_a_change_of_means_is_that_of_students_t(cycles, neighbo
 
 
 @pytest.mark.slow
-def test_single_samples_drawn_as_if_independent_hold_nothing(monkeypatch):
+def test_single_samples_drawn_as_independent_do_not_cover(monkeypatch):
     monkeypatch.setattr(resampling, "_as_one", lambda influence: 1.0)
     assert coverage(4, single=True, repeats=50) < 0.6
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("motion", [sine(9), wandering(14.0)], ids=["repeats", "never repeats"])
-def test_of_two_logs_of_one_axis_as_it_was_95_percent_of_the_intervals_hold_zero(motion):
+def test_intervals_cover_zero_in_95_percent_of_unchanged_axes(motion):
     result = [br.compare(log(2 * seed, motion), log(2 * seed + 1, motion)) for seed in range(50)]
     changes = [change for item in result for change in item.changes.values()]
     assert len(changes) == 7 * len(result)
@@ -88,7 +88,7 @@ def test_of_two_logs_of_one_axis_as_it_was_95_percent_of_the_intervals_hold_zero
 
 
 @pytest.mark.slow
-def test_of_a_real_change_95_percent_of_the_intervals_hold_it():
+def test_intervals_cover_a_real_change_in_95_percent():
     fixed = []
     for seed in range(50):
         comparison = br.compare(log(2 * seed, sine(9)), log(2 * seed + 1, sine(9), friction=7.6))
@@ -98,7 +98,7 @@ def test_of_a_real_change_95_percent_of_the_intervals_hold_it():
 
 
 @pytest.mark.parametrize(("signs", "told"), [((1.0, -1.0), True), ((1.0, 1.0), False), ((-1.0, -1.0), False)])
-def test_cycles_drawn_in_one_direction_alone_tell_no_friction(signs, told):
+def test_cycles_in_one_direction_give_no_friction(signs, told):
     logs = [[(log(seed, wandering(14.0)), None)] for seed in (0, 1)]
     low, high, _ = sides_of(*logs, follows=True, tells_effort=True)
     rows = SlidingRows(low, high)

@@ -40,7 +40,7 @@ def test_levels_are_the_root_mean_square_of_all_samples_and_the_mean_of_peaks():
     assert rms.sums(chosen).tolist() == [[25.0, 2.0], [5.0, 3.0]]
 
 
-def test_peaks_behind_reversals_are_those_of_each_direction():
+def test_peaks_after_reversals_are_those_of_each_direction():
     error = np.zeros(13)
     error[[3, 6, 8, 9, 11]] = 7.0, -1.0, 3.0, -2.0, 5.0
     stretch = recording(ZIGZAG, error, turns=[0, 3, 6, 9, 12])
@@ -64,14 +64,14 @@ def test_a_reversal_counts_in_the_cycle_that_begins_with_it():
     assert forward.sums(side(stretch, (6, 9, 0))).tolist() == [[4.0, 1.0]]
 
 
-def test_a_window_that_ends_behind_the_log_is_no_window():
+def test_a_window_that_ends_after_the_log_is_ignored():
     stretch = recording(ZIGZAG, np.ones(13), turns=[9])
     chosen = side(stretch, (6, 13, 0))
     assert turn_measures(3)[0].sums(chosen).tolist() == [[1.0, 1.0]]  # sample 12 is the last one
     assert turn_measures(4)[0].sums(chosen).tolist() == [[0.0, 0.0]]
 
 
-def test_courses_are_means_over_cycles_motion_behind_motion():
+def test_courses_are_means_over_cycles_motion_after_motion():
     before = recording([0, 1, 0, 2, 3, 0, 1, 0], [1, 2, 3, 4, 5, 6, 7, 8])
     after = recording([0, 1, 0, 2, 3], [10, 20, 30, 40, 50])
     low, high = side(before, (0, 3, 0), (3, 5, 1), (5, 8, 0)), side(after, (0, 3, 0), (3, 5, 1))
@@ -94,7 +94,7 @@ def test_without_a_reference_the_course_is_of_the_effort():
     assert (course.before.tolist(), course.after.tolist()) == ([1.0, 2.0], [3.0, 4.0])
 
 
-def test_courses_around_reversals_reach_a_window_before_and_three_behind():
+def test_courses_around_reversals_cover_one_window_before_and_three_after():
     error = np.arange(13.0)
     stretch = recording(ZIGZAG, error, turns=[3, 6, 9])
     both = side(stretch, (0, 6, 0), (6, 12, 0)), side(recording(ZIGZAG, 2.0 * error, turns=[3, 6, 9]), (0, 6, 0), (6, 12, 0))
@@ -168,7 +168,7 @@ def test_ranges_of_speed_reach_to_the_largest_of_either_side(faster):
     assert edges[0] == pytest.approx(0.1 * np.quantile(np.concatenate([SPEEDS, 2.0 * SPEEDS]), 0.95), rel=0.01)
 
 
-def test_friction_is_half_of_what_the_directions_differ_by_at_each_speed():
+def test_friction_is_half_the_difference_between_directions_at_each_speed():
     before, after = strokes(sliding(), sliding()), strokes(sliding(level=4.0), sliding(level=4.0))
     rows = SlidingRows(before, after)
     level, *ranges = rows.measures()
@@ -183,7 +183,7 @@ def test_friction_is_half_of_what_the_directions_differ_by_at_each_speed():
     assert low - high == pytest.approx(1.0, abs=1e-6)
 
 
-def test_a_range_without_a_direction_tells_no_friction():
+def test_a_range_without_a_direction_gives_no_friction():
     slow, fast = np.linspace(0.0, 0.5, 101), np.linspace(0.5, 1.0, 101)
     part = np.concatenate([sliding(slow), sliding(fast, both=False)], axis=1)
     rows = SlidingRows(strokes(part, part), strokes(part, part))
@@ -191,7 +191,7 @@ def test_a_range_without_a_direction_tells_no_friction():
     assert max(rows.speeds) < 0.56
 
 
-def test_a_motion_without_rows_takes_no_part_in_friction():
+def test_a_motion_without_rows_does_not_affect_friction():
     full, empty = sliding(), np.full_like(sliding(), np.nan)
     before, after = (strokes(full, empty, full, empty, kinds=[0, 1, 0, 1]) for _ in range(2))
     rows = SlidingRows(before, after)
@@ -200,7 +200,7 @@ def test_a_motion_without_rows_takes_no_part_in_friction():
     assert [bool(chosen.any()) for chosen in sums] == [True, False, True, False]
 
 
-def test_cycles_without_rows_tell_no_friction():
+def test_cycles_without_rows_give_no_friction():
     bare = strokes(np.empty((3, 0)), np.empty((3, 0)))
     rows = SlidingRows(bare, bare)
     assert (rows.measures(), rows.speeds) == ([], [])
@@ -222,7 +222,7 @@ def test_rows_are_those_of_the_cycle():
 
 
 @pytest.mark.parametrize(("rows", "blocks", "serves"), [(10, 2, True), (9, 2, False), (19, 2, True), (40, 1, False)])
-def test_a_range_serves_by_twenty_rows_from_two_blocks_in_each_direction(rows, blocks, serves):
+def test_a_range_needs_twenty_rows_from_two_blocks_in_each_direction(rows, blocks, serves):
     count = np.zeros((3, 2, 1), dtype=int)
     count[:blocks] = rows
     full = np.full((3, 2, 1), 40)

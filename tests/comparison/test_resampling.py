@@ -32,11 +32,11 @@ def counted(*values):
         ([0, 0, 5, 5], [0, 0, 6, 6], False),  # motions of one side alone do not count
     ],
 )
-def test_cycles_are_drawn_as_pairs_where_most_motions_come_seldom(before, after, is_paired):
+def test_cycles_are_drawn_as_pairs_if_most_motions_are_rare(before, after, is_paired):
     assert plan_of(before, after).paired is is_paired
 
 
-def test_motions_that_come_once_are_left_out_where_others_repeat():
+def test_motions_that_occur_once_are_left_out_if_others_repeat():
     plan = plan_of([0, 1, 0, 0], [1, 0, 0])
     assert (plan.before.tolist(), plan.after.tolist()) == ([0, 2, 3], [1, 2])
     assert (plan.kinds_before.tolist(), plan.kinds_after.tolist()) == ([0, 0, 0], [0, 0])
@@ -48,7 +48,7 @@ def test_no_cycle_is_compared_without_a_motion_in_common():
     assert changed(mean, counted(1, 2), counted(3, 4), plan_of([0, 0], [0, 0])._replace(kinds_after=np.array([1, 1]))) is None
 
 
-def test_each_motion_counts_alike_on_both_sides():
+def test_each_motion_has_the_same_weight_on_both_sides():
     # Motion 0 has the value 1 and 3, motion 1 the value 2 and 4; each comes twice on the side that has it less often.
     before, after = counted(1, 1, 1, 1, 2, 2), counted(3, 3, 4, 4, 4, 4)
     result = changed(mean, before, after, plan_of([0, 0, 0, 0, 1, 1], [0, 0, 1, 1, 1, 1]))
@@ -100,19 +100,19 @@ def test_the_interval_of_paired_motions_is_that_of_students_t():
     assert 0.5 * np.ptp(ratio.interval) == pytest.approx(0.01 * error, rel=0.06)
 
 
-def test_paired_cycles_of_a_motion_are_taken_together():
+def test_paired_cycles_of_a_motion_are_combined():
     before, after = counted(4, 1, 3, 1), counted(6, 2, 8)
     result = changed(mean, before, after, plan_of([7, 2, 7, 3], [7, 2, 3]))
     # Motion 7 is 3.5 and 6, motion 2 is 1 and 2, motion 3 is 1 and 8.
     assert (result.before, result.after) == (pytest.approx(5.5 / 3.0), pytest.approx(16.0 / 3.0))
 
 
-def test_a_single_pair_tells_a_change_without_an_interval():
+def test_a_single_pair_gives_a_change_without_an_interval():
     result = changed(mean, counted(4.0), counted(6.0), plan_of([0], [0]))
     assert result == (4.0, 6.0, None, 1.0)
 
 
-def test_a_ratio_without_end_stays_a_number():
+def test_an_infinite_ratio_stays_a_number():
     sizes = counted(1e-200, 1.0, 1e-200, 1e-200, 1e-200)
     result = changed(mean, sizes, sizes[::-1], plan_of(range(5), range(5)))
     assert all(map(math.isfinite, result.interval))
@@ -127,7 +127,7 @@ def test_cycles_that_scatter_less_have_a_narrower_interval():
     assert np.mean(wide.interval) == pytest.approx(1.0)
 
 
-def test_the_side_that_scatters_settles_the_degrees_of_freedom():
+def test_the_side_with_scatter_determines_the_degrees_of_freedom():
     # Of the two, only eight cycles scatter: Student's t with 7 degrees of freedom and the variance of their mean.
     values = np.array([1, -1, -1, 1, -1, 1, 1, -1]) + 5.0
     result = changed(mean, counted(*values), counted(*30 * [6.0]), plan_of(8 * [0], 30 * [0]))
@@ -146,12 +146,12 @@ def test_the_side_that_scatters_settles_the_degrees_of_freedom():
         ([1.0, 2.0, 2.0, 1.0], 2.0),  # half of all at most
     ],
 )
-def test_neighbours_that_are_alike_count_as_fewer_cycles(influence, expected):
+def test_correlated_neighbours_count_as_fewer_cycles(influence, expected):
     assert resampling._as_one(np.array(influence)) == pytest.approx(expected)
 
 
 @pytest.mark.parametrize("correlation", [0.0, 0.5, 0.8])
-def test_so_many_count_as_a_cycle_as_a_known_correlation_says(correlation):
+def test_the_number_per_independent_cycle_follows_a_known_correlation(correlation):
     noise = np.random.default_rng(4).standard_normal(40_000)
     values = np.empty_like(noise)
     values[0] = noise[0]
@@ -161,13 +161,13 @@ def test_so_many_count_as_a_cycle_as_a_known_correlation_says(correlation):
     assert resampling._as_one(values - values.mean()) == pytest.approx(expected, rel=0.06)
 
 
-def test_a_mean_rests_on_a_cycle_by_how_far_that_is_from_its_motion():
+def test_the_influence_of_a_cycle_is_its_distance_from_its_motion():
     values, kinds = np.array([1.0, 3.0, 10.0, 14.0]), np.array([0, 0, 2, 2])
     influence = resampling._influence(lambda sums: sums[..., 0], values[:, None], np.ones(4), kinds)
     assert influence == pytest.approx([-1.0, 1.0, -2.0, 2.0])
 
 
-def test_a_cycle_without_which_nothing_is_known_has_no_influence():
+def test_an_indispensable_cycle_has_no_influence():
     with np.errstate(invalid="ignore"):
         influence = resampling._influence(mean, np.array([[2.0, 1.0]]), np.ones(1), np.zeros(1, dtype=int))
     assert influence.tolist() == [0.0]
@@ -184,7 +184,7 @@ def test_enough_draws_are_made_for_two_digits_of_a_variance():
     assert 1.0 / math.sqrt(2.0 * len(resampling._draws(2, np.random.default_rng(1)))) < 0.03
 
 
-def test_a_variance_is_raised_for_few_cycles_that_are_alike():
+def test_a_variance_is_raised_for_few_correlated_cycles():
     variance, freedom = resampling._spread(np.array([1.0, 3.0, np.nan, np.inf]), 12, 2, 1.5)
     assert variance == pytest.approx(1.5 * 12.0 / 10.0)  # of 1 and 3 it is 1
     assert freedom == pytest.approx(12.0 / 1.5 - 2.0)
@@ -200,5 +200,5 @@ def test_an_interval_lies_evenly_about_the_change():
 
 
 @pytest.mark.parametrize(("change", "variance"), [(math.nan, 1.0), (1.0, math.nan), (math.inf, 1.0)])
-def test_a_number_that_is_missing_has_no_interval(change, variance):
+def test_a_missing_number_has_no_interval(change, variance):
     assert resampling._interval(change, variance, 3.0) is None

@@ -18,14 +18,14 @@ def test_a_change_is_in_percent_of_the_size_before():
     assert (falling.change_percent, falling.interval_percent) == (25.0, (12.5, 37.5))
 
 
-def test_nothing_before_gives_no_percents():
+def test_a_zero_before_gives_no_percent():
     fresh = change(0.0, 1.0, (0.5, 1.5))
     assert math.isnan(fresh.change_percent)
     assert fresh.interval_percent is None
     assert change(4.0, 3.0, None).interval_percent is None
 
 
-def test_a_backward_interval_is_turned_round():
+def test_an_interval_in_reverse_order_is_sorted():
     assert change(2.0, 3.0, (1.5, 0.5)).interval_percent == (25.0, 75.0)
 
 
@@ -42,7 +42,7 @@ def test_a_backward_interval_is_turned_round():
         (4.0 + 4.2e-6, (4.1e-6, 4.3e-6), "higher"),
     ],
 )
-def test_an_interval_without_zero_settles_the_verdict(after, interval, verdict):
+def test_an_interval_without_zero_determines_the_verdict(after, interval, verdict):
     assert change(4.0, after, interval).verdict == verdict
 
 
@@ -60,7 +60,7 @@ def test_the_unit_is_that_of_the_axis(quantity, kind, unit):
     assert change(1.0, 2.0, None, quantity, kind).unit == unit
 
 
-def test_plain_data_hold_lists_and_the_verdict():
+def test_plain_data_have_lists_and_the_verdict():
     assert change(4.0, 3.0, (-1.5, -0.5)).as_data() == {
         "before": 4.0,
         "after": 3.0,

@@ -99,7 +99,7 @@ def learned():
     return follow(controllers.adaptive_hysteresis(**GAINS, **LEARNING), 2.0 * HALF, level=1.6)
 
 
-def test_friction_of_its_own_form_is_learned_from_nothing(learned):
+def test_friction_of_the_same_form_is_learned_from_zero(learned):
     without = follow(controllers.adaptive_hysteresis(**GAINS, **{**LEARNING, "Gamma": 0.0}), 20.0)
     assert rms(learned, 40.0, HALF) < 0.02 * rms(without, 10.0, 20.0)
     assert rms(learned, 40.0, HALF) < 0.3 * rms(learned, 0.0, 4.0)
@@ -121,7 +121,7 @@ def through(law, samples, *, error, effort_limit=math.inf):
         yield state
 
 
-def test_weights_stay_within_their_bounds_whatever_the_error():
+def test_weights_stay_within_their_bounds_for_any_error():
     law = controllers.adaptive_hysteresis(**GAINS, **LEARNING)
     for error in (5e-6, -5e-6):
         *_, last = through(law, 6000, error=error)
@@ -133,7 +133,7 @@ def test_weights_stay_within_their_bounds_whatever_the_error():
         assert np.max(states) > 0.0
 
 
-def test_within_the_dead_zone_and_at_the_limit_of_the_effort_nothing_is_learned():
+def test_weights_do_not_learn_in_the_dead_zone_or_at_the_effort_limit():
     law = controllers.adaptive_hysteresis(**GAINS, **LEARNING, delta=1e-4)
     *_, quiet = through(law, 500, error=2e-7)
     *_, limited = through(law, 500, error=5e-6, effort_limit=1.0)
@@ -157,7 +157,7 @@ def test_elements_close_their_loops_and_end_at_their_thresholds():
 
 
 @pytest.mark.slow
-def test_it_stays_bounded_for_a_thousand_seconds_with_an_encoder():
+def test_weights_stay_bounded_for_a_thousand_seconds_with_an_encoder():
     law = controllers.adaptive_hysteresis(**GAINS, **LEARNING, delta=2e-5, cutoff=400.0)
     trace = follow(law, 1000.0, level=1.6, half=500.0, resolution=0.125e-6)
     for first in (20.0, 480.0, 980.0):
@@ -170,7 +170,7 @@ def test_it_stays_bounded_for_a_thousand_seconds_with_an_encoder():
 BRISTLES = {"F_C": 20.0, "F_S": 26.0, "v_S": 2e-3, "sigma_0": 2e6, "sigma_2": 30.0}
 
 
-def test_at_a_steady_speed_the_observer_holds_the_friction_of_the_model():
+def test_at_a_steady_speed_the_observer_has_the_friction_of_the_model():
     v, law = 1.5e-3, controllers.lugre_observer(**GAINS, **BRISTLES)
     model = friction.lugre(**BRISTLES, sigma_1=0.0)
     p, state = law.parameters, law.component.start(0.0, v, 0.0, DT, law.parameters)
@@ -181,7 +181,7 @@ def test_at_a_steady_speed_the_observer_holds_the_friction_of_the_model():
     assert model.F_C < effort < model.F_S
 
 
-def test_at_its_limit_the_observer_draws_its_bristles_no_further():
+def test_at_its_limit_the_observer_does_not_correct_its_bristles():
     law = controllers.lugre_observer(**GAINS, **BRISTLES, k=0.5, limit=1.0)
     *_, limited = through(law, 200, error=5e-6, effort_limit=1.0)
     *_, moved = through(law, 200, error=5e-6)
@@ -189,7 +189,7 @@ def test_at_its_limit_the_observer_draws_its_bristles_no_further():
     assert moved.z > 0.0
 
 
-def test_the_error_draws_the_bristles_until_they_hold_the_friction():
+def test_the_error_corrects_the_bristles_to_the_friction():
     # At rest the observer integrates the error: what a constant force leaves goes, and without the gain it stays.
     def left(k):
         law = controllers.lugre_observer(**GAINS, **BRISTLES, k=k)

@@ -21,7 +21,7 @@ def stepped(law, reference=ASKED, measured=0.05, **state):
     return law.component.step(begun, reference, measured, DT, law.parameters)
 
 
-def test_a_cascade_asks_for_a_velocity_and_then_for_an_effort():
+def test_a_cascade_commands_a_velocity_and_then_an_effort():
     law = cascade(k_p=10.0, k_v=100.0, k_i=50.0, k_ff=0.5)
     effort, state = stepped(law, q_1=0.03, r_1=0.05, integral=7.0)
     # 10 * 0.02 + 0.5 * 0.2 - 0.2 m/s, and 50 * 0.1 * 0.1 N more in the integral.
@@ -29,26 +29,26 @@ def test_a_cascade_asks_for_a_velocity_and_then_for_an_effort():
     assert state == pytest.approx((0.05, 0.03, 7.5, 0.07, 0.05))
 
 
-def test_a_cascade_may_take_its_velocities_over_two_samples():
+def test_a_cascade_may_average_its_velocities_over_two_samples():
     law = cascade(k_p=10.0, k_v=100.0, k_ff=0.5, averaging=2)
     effort, _ = stepped(law, q_1=9.0, q_2=0.01, r_1=9.0, r_2=0.03)
     assert effort == pytest.approx(100.0 * (0.2 + 0.5 * 0.2 - 0.2) + 5.0)
 
 
 @pytest.mark.parametrize(("limit", "effort", "integral"), [(100.0, 30.0, 10.0), (25.0, 25.0, 5.0)])
-def test_an_integral_stands_still_while_a_limit_is_reached(limit, effort, integral):
+def test_an_integral_stops_at_the_limit(limit, effort, integral):
     law = cascade(k_p=10.0, k_v=100.0, k_i=250.0, limit=limit)
     reached, state = stepped(law, Reference(0.07, 0.0, 0.0, 0.0), q_1=0.05, integral=5.0)
     assert (reached, state.integral) == pytest.approx((effort, integral))
 
 
-def test_an_integral_that_comes_back_from_a_limit_moves():
+def test_an_integral_moves_back_from_the_limit():
     law = cascade(k_p=10.0, k_v=100.0, k_i=250.0, limit=25.0)
     effort, state = stepped(law, Reference(0.03, 0.0, 0.0, 0.0), q_1=0.05, integral=80.0)
     assert (effort, state.integral) == pytest.approx((25.0, 75.0))
 
 
-def test_a_cascade_that_takes_over_knows_the_samples_before_and_holds_its_effort():
+def test_a_cascade_that_takes_over_has_the_previous_samples_and_effort():
     law = cascade(k_p=10.0, k_v=100.0, k_i=50.0, k_ff=1.0)
     component, p = law.component, law.parameters
     begun = component.start(0.05, 0.5, 2.0, DT, p)
@@ -73,7 +73,7 @@ def test_a_sliding_mode_switches_beyond_its_layer(phi, share):
     assert behind == pytest.approx(2.0 * (3.0 - 2.0 - 1.6) + 5.0 - 12.0 * share)
 
 
-def test_on_its_surface_nothing_switches():
+def test_no_switching_on_the_surface():
     law = sliding_mode(**SURFACE, K_2=6.0)
     assert stepped(law, Reference(0.05, 0.5, 3.0, 5.0), q=0.0)[0] == pytest.approx(11.0)
     assert stepped(sliding_mode(**SURFACE, K_2=6.0, limit=9.0), q=0.0)[0] == 9.0
@@ -91,7 +91,7 @@ def test_super_twisting_adds_the_root_of_the_surface_and_integrates_its_sign():
     assert stepped(law, Reference(0.05, 0.5, 3.0, 5.0), q=0.0, w=1.0)[1].w == 1.0
 
 
-def test_super_twisting_that_takes_over_holds_what_its_surface_does_not_ask_for():
+def test_super_twisting_that_takes_over_integrates_the_remaining_effort():
     law = super_twisting(**SURFACE, k_1=3.0, k_2=20.0)
     begun = law.component.initial_state(law.parameters)
     resumed = law.component.resume(begun, ASKED, 0.05, 60.0, DT, law.parameters)
@@ -102,7 +102,7 @@ def test_super_twisting_that_takes_over_holds_what_its_surface_does_not_ask_for(
         assert law.component.resume(begun, ASKED, 0.05, 60.0, DT, without.parameters) == begun
 
 
-def test_a_disturbance_observer_feeds_back_what_its_model_does_not_explain():
+def test_a_disturbance_observer_feeds_back_the_unexplained_force():
     law = disturbance_observer(**SURFACE, g=20.0)
     effort, state = stepped(law, q=0.0, z=4.0, feedback=9.0)
     # Toward the effort of the last sample and g J v = 20 N by 1 - exp(-2).
@@ -117,7 +117,7 @@ def test_a_disturbance_observer_feeds_back_what_its_model_does_not_explain():
     assert law.component.resume(begun, ASKED, 0.05, math.nan, DT, law.parameters) == begun
 
 
-def test_a_friction_observer_draws_its_bristles_by_motion_and_error():
+def test_motion_and_error_move_the_bristles_of_a_friction_observer():
     bristles = {"F_C": 20.0, "F_S": 28.0, "v_S": 0.5, "sigma_0": 100.0, "sigma_2": 3.0, "k": 0.25}
     law = lugre_observer(**SURFACE, **bristles)
     effort, state = stepped(law, q=0.0, z=0.02)
@@ -129,7 +129,7 @@ def test_a_friction_observer_draws_its_bristles_by_motion_and_error():
     assert (limited, kept.z) == (5.0, 0.02)
 
 
-def test_an_adaptive_law_holds_with_its_stops_and_learns_outside_its_dead_zone():
+def test_an_adaptive_law_compensates_with_stops_and_learns_outside_its_dead_zone():
     law = adaptive_hysteresis(**SURFACE, reach=0.12, Gamma=50.0, w_max=8.0, delta=0.1)
     weights = {f"w_{i}": 1.0 for i in range(1, 7)}
     effort, state = stepped(law, q=0.0, r=0.05, w_0=2.0, **weights)
@@ -157,12 +157,12 @@ def test_an_adaptive_law_keeps_its_stops_and_its_strengths_within_bounds():
     assert begun == pytest.approx((0.01, 0.3, 0.01, *[0.0] * 13))
 
 
-def test_an_open_loop_passes_on_what_is_fed_forward():
+def test_the_command_of_an_open_loop_is_the_feedforward():
     assert stepped(open_loop()) == (5.0, ())
     assert open_loop().component.start(0.0, 0.0, 0.0, DT, open_loop().parameters) == ()
 
 
-def test_a_velocity_is_a_difference_behind_a_filter_or_that_of_an_observer():
+def test_a_velocity_is_a_filtered_difference_or_that_of_an_observer():
     pole = math.exp(-2.0 * math.pi * 0.5)
     assert observed(0.0, 0.3, 0.05, DT, FILTERED_DIFFERENCE, 5.0) == pytest.approx((0.05, 0.3 + (1.0 - pole) * 0.2))
     assert observed(0.0, 0.3, 0.05, DT, FILTERED_DIFFERENCE, math.inf) == pytest.approx((0.05, 0.5))
@@ -176,7 +176,7 @@ def test_samples_before_lie_on_the_parabola_of_the_motion():
     assert motion_before(1.0, 2.0, 3.0, DT) == pytest.approx((0.815, 1.7))
 
 
-def test_a_law_knows_the_limit_of_its_drive_and_what_joins_it_on_the_way():
+def test_a_law_respects_the_limit_of_its_drive_and_injected_inputs():
     law = cascade(k_p=1.0, k_v=1.0)
     assert within_drive(law, 30.0).values["limit"] == 30.0
     assert within_drive(law, 30.0, [4.0, -7.0]).values["limit"] == 37.0
@@ -205,7 +205,7 @@ COMMON = {"J": (0.0, 1.0), "lambda_": (0.0, 300.0), "K_1": (0.0, 300.0), "limit"
         (adaptive_hysteresis, {"reach": (1e-12, 1.0), "Gamma": (0.0, 1.0), "w_max": (0.0, 1.0), "delta": (0.0, 1.0)}, {"delta": 0.0}),
     ],
 )
-def test_gains_are_not_negative_and_begin_from_the_order_of_a_machine(law, own, defaults):
+def test_gains_are_not_negative_and_nominal_gains_fit_a_machine(law, own, defaults):
     for name, variable in law.variables.items():
         if not variable.choices:
             assert (variable.min, variable.nominal) == (COMMON | own)[name], name
@@ -218,5 +218,5 @@ def test_gains_are_not_negative_and_begin_from_the_order_of_a_machine(law, own, 
 @pytest.mark.parametrize(
     "law", [cascade, sliding_mode, super_twisting, disturbance_observer, lugre_observer, adaptive_hysteresis], ids=lambda law: law.name
 )
-def test_a_law_begins_at_rest_at_zero_with_nothing_held(law):
+def test_a_law_begins_at_rest_at_zero_with_empty_integrals(law):
     assert set(law.State()) == {0.0}

@@ -21,7 +21,7 @@ def drive(controller, reference, *, limit=np.inf, model=None, **options):
     return run_closed_loop(inertia(M=2.0), model, controller, sensors.encoder(), desired, DT, limit=limit, **options)
 
 
-def test_without_integral_it_is_proportional_in_both_loops():
+def test_a_cascade_without_integral_is_proportional_in_both_loops():
     c = controllers.cascade(k_p=50.0, k_v=300.0)
     state = c.component.start(0.1, 0.2, 0.0, DT, c.parameters)
     effort, _ = c.component.step(state, Reference(0.103, 0.0, 0.0), 0.1, DT, c.parameters)
@@ -29,7 +29,7 @@ def test_without_integral_it_is_proportional_in_both_loops():
 
 
 @pytest.mark.parametrize("averaging", [1, 2])
-def test_velocity_of_a_steady_motion_is_read_right(averaging):
+def test_the_velocity_of_a_steady_motion_is_exact(averaging):
     c = controllers.cascade(k_p=0.0, k_v=1.0, averaging=averaging)
     state = c.component.start(0.0, 0.25, 0.0, DT, c.parameters)
     for k in range(5):
@@ -37,7 +37,7 @@ def test_velocity_of_a_steady_motion_is_read_right(averaging):
         assert effort == pytest.approx(-0.25, rel=1e-9)
 
 
-def test_starting_under_way_leaves_no_jolt():
+def test_starting_in_motion_causes_no_jolt():
     t = DT * np.arange(400)
     reference = 0.05 * t
     c = controllers.cascade(k_p=60.0, k_v=400.0, k_ff=1.0)
@@ -46,7 +46,7 @@ def test_starting_under_way_leaves_no_jolt():
 
 
 @pytest.mark.parametrize("averaging", [1, 2])
-def test_a_cascade_that_takes_over_an_acceleration_goes_on_as_one_that_was_there_before(averaging):
+def test_a_cascade_that_takes_over_continues_like_one_from_the_start(averaging):
     c = controllers.cascade(k_p=20.0, k_v=300.0, averaging=averaging)
 
     def position(k):
@@ -62,7 +62,7 @@ def test_a_cascade_that_takes_over_an_acceleration_goes_on_as_one_that_was_there
 
 @pytest.mark.parametrize("averaging", [1, 2])
 @pytest.mark.parametrize("k_p", [40.0, 80.0])
-def test_what_is_fed_forward_exactly_leaves_no_error(k_p, averaging):
+def test_exact_feedforward_leaves_no_error(k_p, averaging):
     """Velocity and desired velocity are late by the same half of a sample, or of two."""
     t = DT * np.arange(4000)
     acceleration = 0.16 * np.cos(4.0 * t)
@@ -73,7 +73,7 @@ def test_what_is_fed_forward_exactly_leaves_no_error(k_p, averaging):
     assert np.ptp(desired[0] - trace.measured) < 1e-9  # one of them alone would leave 4 µm
 
 
-def test_a_loop_that_goes_on_holds_the_weight():
+def test_a_resumed_loop_supports_the_weight():
     """An empty integral would let the axis drop."""
     weight, still = 300.0, np.full(2000, 0.1)
     c = controllers.cascade(k_p=60.0, k_v=8000.0, k_i=2e5)
@@ -92,7 +92,7 @@ def test_a_loop_that_goes_on_holds_the_weight():
         controllers.super_twisting(J=2.0, lambda_=60.0, K_1=60.0, k_1=0.1, k_2=0.5),
     ],
 )
-def test_a_law_that_integrates_takes_over_the_effort_of_a_motion(law):
+def test_an_integrating_law_takes_over_the_effort_of_a_motion(law):
     v, effort = 0.05, 9.0
     reference = 0.1 + v * DT * np.arange(3000)
     trace = drive(
@@ -117,7 +117,7 @@ def test_the_integral_removes_the_error_that_friction_leaves():
     assert abs(with_integral.position[-1] - 1e-3) < 1e-7
 
 
-def test_a_long_saturation_winds_nothing_up():
+def test_a_long_saturation_causes_no_windup():
     reference = np.concatenate((np.zeros(20), np.full(3980, 0.2)))
     c = controllers.cascade(k_p=30.0, k_v=400.0, k_i=2e4, limit=12.0)
     trace = drive(c, reference)
@@ -127,7 +127,7 @@ def test_a_long_saturation_winds_nothing_up():
     assert abs(trace.position[-1] - 0.2) < 1e-3
 
 
-def test_the_limit_holds_with_feedforward_and_injected_inputs():
+def test_the_limit_applies_to_feedforward_and_injected_inputs():
     t = DT * np.arange(1500)
     c = controllers.cascade(k_p=60.0, k_v=400.0, limit=20.0)
     trace = drive(c, 0.05 * np.sin(12 * t), limit=18.0, injected=np.full(t.size, 4.0))
@@ -143,7 +143,7 @@ def test_delay_moves_the_effort_by_whole_samples(delay):
     assert np.all(trace.effort[:delay] == 0.5)
 
 
-def test_an_unstable_loop_ends_with_a_status_and_not_with_infinities():
+def test_an_unstable_loop_ends_with_a_status_not_with_infinities():
     from bristle.core.status import Status
 
     t = DT * np.arange(5000)

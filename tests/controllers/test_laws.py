@@ -45,7 +45,7 @@ def drive(law, reference, *, model=None, disturbance=None, sensor=None, **option
 @pytest.mark.parametrize(
     ("name", "left"), [("sliding_mode", 1e-6), ("disturbance_observer", 1e-6), ("super_twisting", 20.0 * 2.0 * 5.0 * DT)]
 )
-def test_a_law_that_takes_over_a_motion_leaves_no_jolt(name, left):
+def test_a_law_that_takes_over_a_motion_causes_no_jolt(name, left):
     # Super-twisting chatters around its surface by a few steps of its integral, J k_2 T_s.
     t = DT * np.arange(400)
     trace = drive(LAWS[name], 0.05 * t, v=0.05)
@@ -53,7 +53,7 @@ def test_a_law_that_takes_over_a_motion_leaves_no_jolt(name, left):
 
 
 @pytest.mark.parametrize("name", ["sliding_mode", "disturbance_observer"])
-def test_a_law_that_takes_over_an_acceleration_goes_on_with_its_force(name):
+def test_a_law_that_takes_over_an_acceleration_continues_its_force(name):
     dt, v, a = 1e-5, 0.05, 3.0
     t = dt * np.arange(200)
     desired = np.array([v * t + 0.5 * a * t**2, v + a * t, np.full(t.size, a), np.zeros(t.size)])
@@ -63,7 +63,7 @@ def test_a_law_that_takes_over_an_acceleration_goes_on_with_its_force(name):
     assert trace.command == pytest.approx(2.0 * a, rel=2e-3)
 
 
-def test_an_observer_that_takes_over_an_acceleration_sees_no_disturbance():
+def test_an_observer_that_takes_over_an_acceleration_has_no_disturbance():
     law, v, a, x = LAWS["disturbance_observer"].with_values(cutoff=math.inf), 0.05, 3.0, 60.0 * DT
     state = law.component.start(0.0, v, a, DT, law.parameters)
     # Along positions of which the difference is the velocity, the filter is out by the square of g T_s, and no more.
@@ -73,7 +73,7 @@ def test_an_observer_that_takes_over_an_acceleration_sees_no_disturbance():
 
 
 @pytest.mark.parametrize("name", sorted(LAWS))
-def test_the_limit_holds(name):
+def test_the_effort_is_within_its_limit(name):
     law = LAWS[name].with_values(limit=1.5)
     trace = drive(law, 0.2 * np.ones(300))
     assert np.max(np.abs(trace.command)) == 1.5
@@ -101,7 +101,7 @@ def test_without_switching_the_sliding_mode_law_is_proportional_and_derivative()
     assert state.q == measured
 
 
-def test_the_root_of_the_surface_brings_a_velocity_to_rest_in_the_time_of_torricelli():
+def test_the_root_term_stops_a_velocity_in_torricellis_time():
     # With k_1 alone dv/dt = -k_1 sqrt(|v|): at rest after 2 sqrt(v_0)/k_1, having gone 2 v_0^1.5/(3 k_1).
     dt, v, k_1 = 1e-4, 0.09, 0.5
     law = controllers.super_twisting(J=2.0, lambda_=0.0, K_1=0.0, k_1=k_1, k_2=0.0)
@@ -113,7 +113,7 @@ def test_the_root_of_the_surface_brings_a_velocity_to_rest_in_the_time_of_torric
     assert trace.position[-1] == pytest.approx(2.0 * v**1.5 / (3.0 * k_1), rel=1e-3)
 
 
-def test_the_observer_takes_away_what_a_constant_force_leaves():
+def test_the_observer_removes_the_error_of_a_constant_force():
     steps = np.zeros(2000)
     left = {g: drive(controllers.disturbance_observer(**GAINS, g=g), steps, disturbance=3.0).position[-1] for g in (0.0, 60.0)}
     assert left[0.0] == pytest.approx(-3.0 / (2.0 * 30.0 * 40.0), rel=1e-3)
@@ -187,7 +187,7 @@ def test_friction_along_the_measured_motion_is_that_of_the_model_there():
     assert np.array_equal(trace.motor_velocity, trace.velocity)
 
 
-def test_what_is_fed_forward_in_a_loop_rises_no_faster_than_its_limit():
+def test_feedforward_in_a_loop_is_limited_in_rate():
     model = friction.maxwell_slip(F_C=2.0, k_i=[2e4, 1e4], nu_i=[0.5, 0.5])
     reference = 5e-3 * np.sin(15.0 * DT * np.arange(600))
     shape = Shape(rate_limit=100.0)
@@ -197,7 +197,7 @@ def test_what_is_fed_forward_in_a_loop_rises_no_faster_than_its_limit():
 
 
 @pytest.mark.parametrize("name", ["gms", "maxwell_stribeck"])
-def test_along_a_path_with_dwells_the_desired_and_the_measured_motion_are_fed_alike(name):
+def test_desired_and_measured_motion_with_dwells_have_equal_feedforward(name):
     model = friction.MODELS[name](**friction.MODELS[name].example)
     reference = 3e-2 * np.sin(40.0 * DT * np.arange(900))
     coarse = sensors.encoder(resolution=1e-3)
@@ -209,20 +209,20 @@ def test_along_a_path_with_dwells_the_desired_and_the_measured_motion_are_fed_al
 
 
 @pytest.mark.parametrize(("signal", "values"), [("x", np.zeros(9)), ("transmitted", np.zeros(11))])
-def test_signals_along_a_path_are_as_long_as_it_is(signal, values):
+def test_signals_along_a_path_have_its_length(signal, values):
     signals = {"x": np.zeros(10)} | {signal: values}
     with pytest.raises(InputError, match=signal):
         compensation_along(friction.find("coulomb")(F_C=2.0), Shape(), np.zeros(10), DT, **signals)
 
 
-def test_at_rest_a_set_valued_model_is_fed_the_middle_of_its_interval():
+def test_feedforward_of_a_set_valued_model_at_rest_is_the_middle():
     contact = friction.find("coulomb")(F_C=2.0, offset=0.5)
     trace = drive(LAWS["sliding_mode"], np.zeros(50), compensator=Compensator(contact, Shape()))
     assert trace.compensation[0] == pytest.approx(0.5)
 
 
 @pytest.mark.parametrize("name", LAWS)
-def test_an_effort_that_is_given_with_the_reference_is_added_as_it_is(name):
+def test_an_effort_given_with_the_reference_is_added_unchanged(name):
     law = LAWS[name]
 
     def effort(known):

@@ -57,7 +57,7 @@ def test_the_integral_gain_of_another_quantity_is_refused():
         PID(kind="translational", K_P=1.0, K_I="5 N*m/(rad*s)", K_D=0.0)
 
 
-def test_the_integral_gain_is_told_in_the_units_of_a_drive():
+def test_the_integral_gain_is_shown_in_the_units_of_a_drive():
     columns = {"effort": Column("u", "V", "V", 35.0), "position": Column("q", "count", "count", -1e-6)}
     axis = Axis(kind="translational", columns=columns)
     quantity = PID.variables["K_I"].quantity
@@ -65,7 +65,7 @@ def test_the_integral_gain_is_told_in_the_units_of_a_drive():
         assert in_effort(text, quantity, axis.kind, axis, "K_I") == pytest.approx(value, rel=1e-12)
 
 
-def test_the_integral_takes_away_what_a_constant_force_leaves():
+def test_the_integral_removes_the_error_of_a_constant_force():
     desired = np.zeros((4, 4000))
     desired[0] = 1e-2
     pushed = {

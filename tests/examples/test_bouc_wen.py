@@ -32,7 +32,7 @@ def folder() -> Path:
 
 
 @pytest.mark.measured
-def test_the_truth_comes_back_and_unseen_motion_is_predicted(bristle, folder, tmp_path):  # noqa: F811
+def test_the_truth_is_recovered_and_unseen_motion_is_predicted(bristle, folder, tmp_path):  # noqa: F811
     out = tmp_path / "out"
     result = bristle("identify", folder / "train.h5", "--axis", AXIS, "--model", "bouc_wen_classic", "--out", out, "--json")
     assert result.code == 0, result.err

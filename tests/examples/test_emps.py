@@ -63,7 +63,7 @@ def test_friction_by_direction_as_published(bristle, emps, identified, tmp_path)
 
 
 @pytest.mark.measured
-def test_reversed_effort_is_told_though_the_mass_is_known(bristle, emps, tmp_path):  # noqa: F811
+def test_a_reversed_effort_is_reported_even_with_a_known_mass(bristle, emps, tmp_path):  # noqa: F811
     text = AXIS.read_text().replace('column = "vir", unit = "V"', 'column = "vir", unit = "V", sign = -1')
     (tmp_path / "axis.toml").write_text(text.replace("[plant]\n", '[plant]\nmass = "95 kg"\n'))
     message = bristle("identify", emps, "--axis", tmp_path / "axis.toml", "--draws", "0", "--json")
@@ -155,7 +155,7 @@ def test_a_loop_with_pulses_is_fitted_as_a_whole(bristle, pulse_record, tmp_path
     assert looped.data["metrics"]["force_error_percent"] < 2.0
 
 
-def test_the_refined_axis_file_knows_the_pulses_too(bristle, pulse_record, tmp_path):  # noqa: F811
+def test_the_refined_axis_file_also_has_the_pulses(bristle, pulse_record, tmp_path):  # noqa: F811
     out = tmp_path / "out"
     requested = ("--axis", REFINED, "--model", "stribeck_free+periodic+asymmetry", "--out", out, "--json")
     assert bristle("identify", pulse_record, *requested).code == 0

@@ -23,7 +23,7 @@ def number_after(text, output):
     return float(re.search(re.escape(text) + r"\s*(-?[\d.]+)", output)[1])
 
 
-def test_every_example_is_short_and_asserted_here():
+def test_every_example_is_short_and_tested():
     asserted = Path(__file__).read_text()
     assert [script.name for script in SCRIPTS if script.name not in asserted] == []
     assert len(SCRIPTS) >= 4

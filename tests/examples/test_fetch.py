@@ -58,7 +58,7 @@ def test_an_archive_without_the_right_file_is_refused(site, fetch, content):
     assert "nonlinearbenchmark.org" in done.stderr
 
 
-def test_an_address_that_does_not_answer_is_told(site, fetch):
+def test_an_address_without_an_answer_is_reported(site, fetch):
     done, present = fetch(f"{site[1]}/moved.zip")
     assert (done.returncode, present) == (2, [])
     assert "cannot be fetched" in done.stderr

@@ -58,14 +58,14 @@ def test_the_table_along_the_curves_and_the_positive_measure(bristle, curves_fil
 
 
 @pytest.mark.measured
-def test_every_fifth_curve_is_told_by_the_others_whichever_fifth_it_is(recorded):
+def test_every_fifth_curve_is_predicted_by_the_others(recorded):
     block_errors_percent = identify_operator(recorded, "reversal_table").best.held_out.block_errors_percent
     assert len(block_errors_percent) == 5
     assert max(block_errors_percent) <= 0.021
 
 
 @pytest.mark.measured
-def test_the_measure_of_cells_as_it_is_written(recorded, tmp_path):
+def test_the_measure_of_cells_has_the_documented_values(recorded, tmp_path):
     fit = fit_grid(recorded)
     write_operator(tmp_path / "model.toml", fit.operator)
     operator, offset, _ = read_operator(tmp_path / "model.toml")

@@ -40,7 +40,7 @@ def figures_in(shown):
     return sum(hasattr(figure, "_repr_svg_") or hasattr(figure, "number") for figure in figures)
 
 
-def test_each_is_small_stripped_listed_and_asserted_here():
+def test_each_notebook_is_small_stripped_listed_and_tested():
     page, asserted = (FOLDER / "README.md").read_text(encoding="utf-8"), Path(__file__).read_text(encoding="utf-8")
     assert len(NOTEBOOKS) >= 3
     for notebook in NOTEBOOKS:

@@ -25,7 +25,7 @@ def folder(tmp_path) -> Path:
     return tmp_path
 
 
-def test_its_code_asks_before_it_runs(folder, capsys):
+def test_code_files_need_permission_to_run(folder, capsys):
     assert main(["run", str(folder / "rig.toml")]) == 2
     assert "sensor.file: names code, which is not run unasked: resolver.py" in capsys.readouterr().err
     for custom in ("pid.py", "resolver.py"):
@@ -33,7 +33,7 @@ def test_its_code_asks_before_it_runs(folder, capsys):
     assert main(["run", str(folder / "rig.toml"), "--json"]) == 0
 
 
-def test_the_sensor_is_a_cause_by_its_name(folder, capsys):
+def test_the_sensor_is_a_cause_under_its_name(folder, capsys):
     assert main(["design", str(folder / "rig.toml"), "--allow-code", "--json"]) == 0
     budget = json.loads(capsys.readouterr().out)["budget"]
     assert "an error twice in a turn" in budget["causes"]["resolver"]["description"]
@@ -41,13 +41,13 @@ def test_the_sensor_is_a_cause_by_its_name(folder, capsys):
     assert budget["nothing"]["peak_to_peak"] < 1e-9
 
 
-def test_the_error_of_the_sensor_shows_in_what_is_true(folder):
+def test_the_error_of_the_sensor_shows_in_the_true_position(folder):
     (trace,) = simulate(read_experiment(folder / "rig.toml", allow_code=True)).variants.values()
     read_wrongly = trace.measured - trace.position
     assert read_wrongly.max() == pytest.approx(2.5e-6, rel=1e-3)
 
 
-def test_the_law_leaves_for_c(folder, tmp_path):
+def test_the_law_is_exported_to_c(folder, tmp_path):
     if compiler() is None:
         pytest.skip("no C compiler here")
     out = tmp_path / "c"
@@ -65,7 +65,7 @@ def test_the_law_leaves_for_c(folder, tmp_path):
         ('[sensor]\nfile = "../resolver.py"', "names code elsewhere, which is not run"),
     ],
 )
-def test_what_is_none_is_refused(folder, capsys, table, said):
+def test_files_without_a_component_are_refused(folder, capsys, table, said):
     rig = folder / "rig.toml"
     text = rig.read_text(encoding="utf-8").replace('a = "2.5 um"\nL = "10 mm"\n', "")
     rig.write_text(text.replace('[sensor]\nfile = "resolver.py"', table), encoding="utf-8")
@@ -74,7 +74,7 @@ def test_what_is_none_is_refused(folder, capsys, table, said):
 
 
 @pytest.mark.parametrize(("section", "model", "built_in"), [("reference", "sine", references), ("plant", "inertia", plants)])
-def test_a_copy_of_what_is_built_in_gives_the_same_bits(folder, section, model, built_in):
+def test_a_copy_of_a_built_in_component_gives_the_same_bits(folder, section, model, built_in):
     rig = folder / "rig.toml"
     text = rig.read_text(encoding="utf-8").replace("[plant]\n", '[plant]\nmodel = "inertia"\n')
     rig.write_text(text, encoding="utf-8")

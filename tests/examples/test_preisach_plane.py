@@ -102,7 +102,7 @@ def test_a_hundred_branches_become_a_compensator_by_commands(bristle, folder):  
     assert np.array_equal(force, br.response(operator, deflection))
 
 
-def test_the_page_works_as_written_and_says_what_comes_out(folder, monkeypatch, capsys):
+def test_the_page_works_as_written_with_its_numbers(folder, monkeypatch, capsys):
     from bristle.cli.main import main
 
     monkeypatch.chdir(folder)

@@ -23,5 +23,5 @@ def test_gravity_is_in_proportion_to_the_weight(arms):
     assert heavy / light == pytest.approx(2.0, rel=0.05)
 
 
-def test_what_was_held_out_is_predicted(arms):
+def test_held_out_data_are_predicted(arms):
     assert [fit.held_out.mean_percent < 22.0 for fit in arms] == [True, True]

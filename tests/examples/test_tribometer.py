@@ -54,7 +54,7 @@ def test_break_away_repeats_from_stroke_to_stroke(result):
 
 
 @pytest.mark.measured
-def test_what_this_log_cannot_tell_is_said(result):
+def test_unidentifiable_parameters_of_this_log_are_reported(result):
     identification, _, _ = result
     # Its terms of the place predict the second half better, by less than one stroke differs from the next.
     assert identification.best.name == "maxwell_slip"

@@ -81,7 +81,7 @@ def test_the_table_is_in_rpm_and_percent_of_rated(identification, entries):
         assert float(row[percents].replace("−", "-")) == pytest.approx(truth / PERCENT, rel=0.03)
 
 
-def test_the_first_page_tells_them_in_the_units_of_the_drive(identification):
+def test_the_first_page_shows_values_in_the_units_of_the_drive(identification):
     page = identification.outcome.page
     assert "in % of rated: <i>F</i><sub>+</sub>" in page
     assert "11.8\u00a0g·cm² at the motor" in page or "0.118\u00a0kg·cm² at the motor" in page
@@ -120,7 +120,7 @@ def test_a_file_of_the_table_is_in_percent_over_rpm(identification, tmp_path, po
         assert percent == pytest.approx(truth / PERCENT, rel=0.03)
 
 
-def test_each_parameter_is_told_in_the_units_of_the_drive(identification):
+def test_each_parameter_is_shown_in_the_units_of_the_drive(identification):
     parameters = identification.outcome.summary["parameters"]
     assert parameters["F_C"]["in_drive_units"]["% of rated"] == pytest.approx(LEVEL / PERCENT, rel=0.03)
     viscous = parameters["F_v"]["in_drive_units"]

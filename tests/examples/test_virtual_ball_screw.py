@@ -49,7 +49,7 @@ def test_the_rig_is_that_of_the_bench():
     assert read_model(EXAMPLE / "rig.toml").friction == read_model(BENCH / "set_a_rig.toml").friction
 
 
-def test_the_log_holds_the_encoder_and_the_command_and_no_truth(folder):
+def test_the_log_has_the_encoder_and_the_command_without_the_truth(folder):
     place, motion = folder
     head = (place / "recorded" / "log.csv").read_text().partition("\n")[0]
     assert head == "t [s],encoder [um],force command [N],reference [um]"
@@ -60,7 +60,7 @@ def test_the_log_holds_the_encoder_and_the_command_and_no_truth(folder):
 
 
 @pytest.mark.parametrize("name", EXPECTED)
-def test_what_was_designed_is_found_again_in_a_loop_that_follows_loosely(folder, name):
+def test_designed_parameters_are_recovered_in_a_loose_loop(folder, name):
     place, motion = folder
     axis = read_axis(place / "axis.toml")
     all_found = passages(read_log(place / "recorded" / "log.csv", axis), axis)
@@ -70,7 +70,7 @@ def test_what_was_designed_is_found_again_in_a_loop_that_follows_loosely(folder,
     assert covered > 0.5 * sum(end - begin for begin, end in pieces)
 
 
-def test_what_was_put_in_is_found(folder):
+def test_true_parameters_are_recovered(folder):
     place, _ = folder
     result, truth = read_model(place / "fit" / "model.toml"), read_model(EXAMPLE / "rig.toml").friction.values
     values = result.friction.values
@@ -84,7 +84,7 @@ def test_what_was_put_in_is_found(folder):
     assert result.info["treatment"]["delay"] == pytest.approx(-0.7e-3, abs=0.1e-3)
 
 
-def test_what_was_identified_compensates(folder, bristle):  # noqa: F811
+def test_the_identified_model_compensates(folder, bristle):  # noqa: F811
     place, _ = folder
     result = bristle("run", place / "compensated.toml", "--json")
     peaks = {name: 1e6 * item["following_error"]["peak_to_peak"] for name, item in result.data["variants"].items()}

@@ -45,27 +45,27 @@ def test_every_model_has_a_legible_panel_of_one_scale(draw, result):
     assert "torque [mN·m]" in figure.axes[0].get_ylabel()
 
 
-def test_a_translational_axis_speaks_of_force_and_position():
+def test_a_translational_axis_is_labelled_force_and_position():
     model = friction.lugre(F_C=20.0, F_S=28.0, v_S=2e-3, sigma_0=1e7)
     figure = figures.minor_loops({"LuGre": traced(model, Path.to_position, [5e-6, 0.0])})
     assert figure.axes[0].get_xlabel() == "Position [µm]"
     assert figure.axes[0].get_ylabel() == "Friction force [N]"
 
 
-def test_titles_carry_what_the_certificates_found(result):
+def test_titles_have_the_numbers_of_the_certificates(result):
     titles = [axes.get_title(loc="right") for axes in drift_of(result).axes]
-    assert titles == ["LuGre: 489 µrad", "as printed: 572 µrad", "gate: none", "Maxwell slip: none"]
+    assert titles == ["LuGre: 489 µrad", "as printed: 572 µrad", "gate: no drift", "Maxwell slip: no drift"]
     titles = [axes.get_title(loc="right") for axes in closure_of(result).axes]
     assert titles == ["LuGre: −30.7 %", "as printed: −17.0 %", "gate: closes", "Maxwell slip: closes"]
 
 
-def test_the_cycles_that_are_drawn_walk_as_far_as_the_certificate_says(result):
+def test_drawn_cycles_drift_as_far_as_the_certificate_states(result):
     x, force = traced(MODELS["LuGre"], Path.to_force, [RIPPLE[1], *(RIPPLE * 4)])
     tops = x[np.isclose(force, RIPPLE[1], rtol=1e-9)]
     assert np.diff(tops)[-1] == pytest.approx(result["LuGre"]["drift"].value, rel=1e-6)
 
 
-def test_the_loop_that_is_drawn_misses_what_the_certificate_says(result):
+def test_the_drawn_loop_misses_the_force_of_the_certificate(result):
     x, force = traced(MODELS["LuGre"], Path.to_position, [*LOOP, LOOP[0]])
     first, last = force[x == LOOP[0]]
     assert (last - first) / 0.13 == pytest.approx(result["LuGre"]["closure"].value, rel=1e-9)

@@ -22,7 +22,7 @@ def without_reference():
     return item
 
 
-def test_errors_are_drawn_where_there_is_a_reference_and_efforts_elsewhere():
+def test_errors_are_drawn_with_a_reference_and_efforts_without():
     position, errors, *_ = comparison(compared()).axes
     assert position.get_title(loc="right") == "reference"
     assert errors.get_ylabel() == "Following error [µm]"
@@ -32,7 +32,7 @@ def test_errors_are_drawn_where_there_is_a_reference_and_efforts_elsewhere():
     assert [label.get_text() for label in changes.get_yticklabels()] == ["effort, rms"]  # what has an interval
 
 
-def test_before_lies_light_below_after():
+def test_before_is_light_below_after():
     errors = comparison(compared()).axes[1]
     before, after = lines(errors)["before"], lines(errors)["after"]
     assert before.get_linewidth() > after.get_linewidth()
@@ -53,7 +53,7 @@ def test_friction_has_a_mark_at_each_speed_before_and_after():
     assert len(comparison(item).axes) == 3
 
 
-def test_the_window_behind_a_reversal_is_shaded_over_the_line_of_no_error():
+def test_the_window_after_a_reversal_is_shaded_over_the_zero_line():
     turn = comparison(compared()).axes[2]
     (shade,) = turn.patches
     assert (shade.get_x(), shade.get_x() + shade.get_width()) == pytest.approx((0.0, 150.0))
@@ -64,10 +64,10 @@ def test_the_window_behind_a_reversal_is_shaded_over_the_line_of_no_error():
     assert comparison(item).axes[2].patches[0].get_width() == 0.0
 
 
-def test_a_change_is_full_where_the_interval_leaves_out_zero():
+def test_a_full_point_has_an_interval_without_zero():
     changes = comparison(compared()).axes[-1]
     drawn = lines(changes)
-    sure, unsure = drawn["_change"], drawn["_no change told"]
+    sure, unsure = drawn["_change"], drawn["_no change detected"]
     assert sure.get_data() == (pytest.approx([-50.0]), pytest.approx([0.0]))
     assert unsure.get_data() == (pytest.approx([5.0]), pytest.approx([1.0]))
     assert (sure.get_markerfacecolor(), unsure.get_markerfacecolor()) == (sure.get_color(), "white")
@@ -78,7 +78,7 @@ def test_a_change_is_full_where_the_interval_leaves_out_zero():
     assert changes.get_ylim() == (1.6, -0.6)
 
 
-def test_in_short_reversals_stand_above_the_changes_or_the_whole_motion():
+def test_the_short_figure_has_reversals_or_the_motion_above_the_changes():
     turn, changes = comparison_in_short(compared()).axes
     assert turn.get_title(loc="right") == "forward to backward"
     assert changes.get_xlabel() == "Change [%]"

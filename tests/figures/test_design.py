@@ -41,7 +41,7 @@ def test_the_circle_is_drawn_around_and_unrolled():
 
 
 @pytest.mark.parametrize(("cutoff", "resolution"), [(200.0, 1.25e-7), (np.inf, 0.0)])
-def test_the_mechanics_stand_above_the_scheme_with_their_numbers(cutoff, resolution):
+def test_the_mechanics_are_above_the_scheme_with_their_numbers(cutoff, resolution):
     figure = rig_layout.rig_layout(rig_layout.Mechanics(0.01, 4e-4, 3e-4, cutoff, resolution), loop("one"))
     assert_legible(figure)
     (axes,) = figure.axes
@@ -51,14 +51,14 @@ def test_the_mechanics_stand_above_the_scheme_with_their_numbers(cutoff, resolut
     assert ("perfect" in texts) == (resolution == 0.0)
 
 
-def test_the_scheme_of_the_rig_has_the_filter_of_the_controller_and_the_break_away_of_both_directions():
+def test_the_scheme_has_the_filter_of_the_controller_and_both_break_aways():
     variant = next(variant for variant in read_experiment(EXPERIMENTS / "set_a.toml").variants if variant.name == "printed")
     (axes,) = rig_layout.rig_layout(rig_layout.Mechanics(5e-3, 4e-4, 2.5e-4, 200.0, 1.25e-7), variant).axes
     texts = {text.get_text() for text in axes.texts}
     assert {"cutoff = 400 Hz", "F_S_pos = 65.3 N", "F_S_neg = 35.2 N"} <= texts
 
 
-def test_loops_are_bars_in_the_units_of_each_quantity_and_margins_stand_beside_the_usual_least():
+def test_loops_are_bars_in_their_units_and_margins_show_the_usual_least():
     figure = loop_design.loops_proposed(["as it is", "wide"], [3e-6, None], [0.05, 0.04], [50.0, 20.0], 30.0, "rotational")
     *_, phase = figure.axes
     assert [axes.get_xlabel() for axes in figure.axes] == ["Error, p-p [µrad]", "Torque, rms [mN·m]", "Phase margin [°]"]

@@ -20,7 +20,7 @@ def test_extremes_and_ends_are_kept_exactly(y, columns):
 
 
 @given(y=SIGNALS, columns=st.integers(1, 40))
-def test_each_sample_lies_between_kept_ones_close_by(y, columns):
+def test_each_sample_lies_between_kept_samples_nearby(y, columns):
     kept = envelope(y, columns)
     reach = -(-y.size // columns)
     for k in range(y.size):
@@ -35,7 +35,7 @@ def test_a_spike_of_one_sample_survives():
 
 
 @given(lengths=st.lists(st.integers(2, 50), min_size=1, max_size=5))
-def test_a_line_breaks_at_each_gap_and_nowhere_else(lengths):
+def test_a_line_breaks_only_at_gaps(lengths):
     starts = np.cumsum([0, *(1.0 + 0.01 * n for n in lengths[:-1])])
     t = np.concatenate([start + 0.01 * np.arange(n) for start, n in zip(starts, lengths, strict=True)])
     x, y = line(t, np.cos(t))
@@ -44,7 +44,7 @@ def test_a_line_breaks_at_each_gap_and_nowhere_else(lengths):
     assert [part.stop - part.start for part in runs(t, t)] == lengths
 
 
-def test_a_long_stretch_is_not_made_coarse_by_short_ones_beside_it():
+def test_short_stretches_do_not_make_a_long_stretch_coarse():
     lengths = [9000, *[5] * 60]
     starts = np.cumsum([0.0, *(2.0 + n for n in lengths[:-1])])
     t = np.concatenate([start + np.arange(n) for start, n in zip(starts, lengths, strict=True)])
@@ -56,7 +56,7 @@ def test_a_long_stretch_is_not_made_coarse_by_short_ones_beside_it():
     assert x.size < 4 * 480 + 12 * len(lengths)
 
 
-def test_what_is_not_finite_is_a_gap():
+def test_values_that_are_not_finite_are_gaps():
     t = np.arange(10.0)
     y = np.array([0.0, 1.0, np.nan, 3.0, 4.0, np.inf, 6.0, 7.0, 8.0, np.nan])
     assert runs(t, y) == [slice(0, 2), slice(3, 5), slice(6, 9)]
@@ -65,7 +65,7 @@ def test_what_is_not_finite_is_a_gap():
 
 @settings(max_examples=50)
 @given(points=arrays(float, st.tuples(st.just(2), st.integers(1, 400)), elements=st.floats(-10, 10)))
-def test_no_point_of_a_cloud_is_far_from_a_drawn_one(points):
+def test_every_point_of_a_cloud_is_near_a_drawn_point(points):
     x, y = points
     cells = (12, 8)
     kept = spread(x, y, cells)

@@ -37,7 +37,7 @@ def figure(request, workbench):
 
 
 @pytest.mark.fast_cases(8)
-def test_every_axis_says_what_it_is_and_in_which_unit(figure):
+def test_every_axis_has_a_name_and_a_unit(figure):
     for axes in figure.axes:
         assert axes.get_xlabel()
         assert axes.get_ylabel() or not any(tick.label1.get_visible() for tick in axes.yaxis.get_major_ticks())
@@ -46,7 +46,7 @@ def test_every_axis_says_what_it_is_and_in_which_unit(figure):
 
 
 @pytest.mark.fast_cases(1)
-def test_no_text_lies_on_another_or_outside(figure):
+def test_texts_neither_overlap_nor_leave_the_figure(figure):
     assert_legible(figure)
 
 
@@ -65,13 +65,13 @@ def test_lines_with_a_name_differ_without_colour(figure):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_rotational_axis_speaks_of_torque_and_angle(name, workbenches):
+def test_a_rotational_axis_is_labelled_torque_and_angle(name, workbenches):
     labels = {kind: " ".join(ax.get_xlabel() + ax.get_ylabel() for ax in draw(name, bench).axes) for kind, bench in workbenches.items()}
     assert not re.search(r"rad|N·m|Torque|Angle", labels["translational"], re.IGNORECASE)
     assert not re.search(r"\[[kmµ]?N\]|m/s|\[[mµn]?m\]|Force|Position", labels["rotational"])
 
 
-def test_drawing_leaves_the_settings_of_matplotlib_alone(stage):
+def test_drawing_does_not_change_the_settings_of_matplotlib(stage):
     before = dict(matplotlib.rcParams)
     for name in NAMES:
         draw(name, stage)

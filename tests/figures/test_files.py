@@ -37,7 +37,7 @@ def streams_of(pdf):
     return b"\n".join(result)
 
 
-def test_text_of_svg_is_text_on_white_and_nothing_is_asked_from_outside(margins):
+def test_svg_has_text_on_white_without_external_resources(margins):
     text = figure_file(margins, "svg", "Poles & margins <of a loop>").decode()
     tree = ElementTree.fromstring(text)
     words = " ".join(tree.itertext())
@@ -49,7 +49,7 @@ def test_text_of_svg_is_text_on_white_and_nothing_is_asked_from_outside(margins)
     assert "dc:date" not in text
 
 
-def test_fonts_of_pdf_are_inside_as_letters_and_no_outlines(margins):
+def test_pdf_embeds_fonts_as_letters_not_outlines(margins):
     pdf = figure_file(margins, "pdf", "Poles")
     whole = pdf + streams_of(pdf)
     assert b"/FontFile2" in whole
@@ -58,7 +58,7 @@ def test_fonts_of_pdf_are_inside_as_letters_and_no_outlines(margins):
     assert b"CreationDate" not in whole
 
 
-def test_it_is_as_wide_as_two_columns_of_a_journal(margins):
+def test_a_figure_is_as_wide_as_two_columns_of_a_journal(margins):
     _, _, wide, _ = re.search(rb"/MediaBox \[ ?([\d.]+) ([\d.]+) ([\d.]+) ([\d.]+)", figure_file(margins, "pdf", "")).groups()
     assert 6.8 < float(wide) / 72.0 < TWO_COLUMNS
     svg = figure_file(margins, "svg", "").decode()
@@ -79,7 +79,7 @@ def test_png_has_300_dots_an_inch_on_white(margins, tmp_path):
 
 
 @pytest.mark.parametrize("form", FORMATS)
-def test_the_same_figure_gives_the_same_bytes_whatever_is_set(form):
+def test_the_same_figure_has_the_same_bytes_for_any_settings(form):
     first = figure_file(gallery()["expected"](), form, "a")
     settings = {"font.size": 31, "svg.fonttype": "path", "pdf.fonttype": 3, "savefig.dpi": 20, "savefig.facecolor": "red"}
     with matplotlib.rc_context(settings):
@@ -95,7 +95,7 @@ def test_any_name_can_be_drawn(form):
         assert len(figure_file(gallery(NAMES[:2], NAMES)["minor_loops"](), form, "\x00\ud800 \n" + "".join(NAMES))) > 1000
 
 
-def test_letters_that_the_fonts_lack_are_told_once_and_other_warnings_stay():
+def test_missing_letters_are_reported_once_and_other_warnings_remain():
     class Lacking(Figure):
         def savefig(self, *_, **__):
             for letter in (36724, 30340):

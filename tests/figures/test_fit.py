@@ -9,14 +9,14 @@ from tests.figures.gallery import PLAIN, F, T, X, fit, looped, predicted
 
 from bristle.figures import fit as figures
 
-WORDS = "Shaded: where 95 % of what is measured are expected."
+WORDS = "Shaded: the 95 % band of the measurement."
 
 
 def lines(axes):
     return {line.get_label(): line for line in axes.get_lines()}
 
 
-def test_friction_is_reported_apart_by_whether_the_axis_speeds_up():
+def test_friction_is_shown_separately_for_speeding_up_and_slowing_down():
     best = fit(PLAIN, "lugre")
     best.traces.velocity = np.array([-2e-3, -1e-3, 1e-3, 2e-3, 3e-3])
     best.traces.acceleration = np.array([-1.0, 1.0, 1.0, -1.0, 0.0])
@@ -47,7 +47,7 @@ def test_units_of_the_first_page_are_those_of_the_larger_of_measured_and_modelle
     assert (axes.get_xlabel(), axes.get_ylabel()) == labels
 
 
-def test_the_first_page_has_the_worst_reversal_where_a_loop_completed():
+def test_the_first_page_has_the_worst_reversal_of_a_completed_loop():
     best, curve = fit(PLAIN, "lugre"), [(-0.1, -9.0), (0.1, 9.0)]
     alone, beside = figures.first_page(best, curve), figures.first_page(best, curve, looped(PLAIN))
     assert [len(figure.axes) for figure in (alone, beside)] == [1, 2]
@@ -79,7 +79,7 @@ def pair(half_width=None):
     return full, close
 
 
-def test_the_close_up_lies_around_the_largest_difference_and_is_shaded_in_the_whole():
+def test_the_close_up_is_around_the_largest_difference_and_shaded_above():
     full, close = pair()
     (shade,) = full.patches
     low, high = (float(edge) for edge in (shade.get_x(), shade.get_x() + shade.get_width()))
@@ -115,7 +115,7 @@ def with_residual(residual):
     return figures.residuals(best)
 
 
-def test_the_distribution_of_residuals_stands_beside_a_normal_distribution():
+def test_the_distribution_of_residuals_is_drawn_with_a_normal_distribution():
     residual = 3.0 + 0.5 * np.random.default_rng(3).normal(size=4000)
     over_time, spread, white = with_residual(residual).axes
     shares, edges, _ = spread.patches[0].get_data()
@@ -131,7 +131,7 @@ def test_the_distribution_of_residuals_stands_beside_a_normal_distribution():
     assert [float(bar.vertices[0, 0]) for bar in white.collections[0].get_paths()[:3]] == pytest.approx([0.0, 5.0, 10.0])
 
 
-def test_the_band_of_white_noise_holds_95_percent():
+def test_the_band_of_white_noise_contains_95_percent():
     *_, white = with_residual(np.random.default_rng(4).normal(size=2500)).axes
     box = white.patches[0].get_patch_transform().transform_path(white.patches[0].get_path()).vertices[:, 1]
     assert (box.min(), box.max()) == pytest.approx((-1.96 / 50.0, 1.96 / 50.0), rel=1e-3)
@@ -140,7 +140,7 @@ def test_the_band_of_white_noise_holds_95_percent():
     assert alternating.get_ylim()[0] == pytest.approx(-1.05, abs=0.01)
 
 
-def test_residuals_of_nothing_have_no_normal_distribution():
+def test_zero_residuals_have_no_normal_distribution():
     _, spread, _ = with_residual(np.zeros(500)).axes
     assert not lines(spread)
     assert spread.patches[0].get_data()[1][[0, -1]].tolist() == [-1.0, 1.0]
@@ -170,7 +170,7 @@ def test_a_prediction_shows_the_predicted_signals(effort, position, panels):
     assert not figures.PREDICTION.applies(result, "translational")
 
 
-def test_the_error_of_a_position_is_measured_less_predicted_in_the_band():
+def test_the_error_of_a_position_is_measured_minus_predicted_in_the_band():
     result = predicted()
     result.position_half_width = np.full(T.size, 1e-4)
     *_, course, off = figures.prediction(result).axes
@@ -185,7 +185,7 @@ def test_the_error_of_a_position_is_measured_less_predicted_in_the_band():
 
 
 @pytest.mark.parametrize(("effort", "position"), [(None, None), (1, None), (None, 1)])
-def test_a_caption_speaks_of_a_band_where_a_band_is_drawn(effort, position):
+def test_a_caption_mentions_a_band_only_if_it_is_drawn(effort, position):
     result = Some(half_width=effort, position_half_width=position, mode="inverse")
     assert (WORDS in figures.PREDICTION.caption(result, "translational")) == (effort is not None or position is not None)
     assert "inverse mode: " in figures.PREDICTION.caption(result, "translational")

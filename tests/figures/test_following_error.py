@@ -35,7 +35,7 @@ def test_the_measured_error_lies_under_the_simulated_ones(stage):
     assert drawn > 2.9 * simulated
 
 
-def test_there_is_nothing_to_draw_where_all_diverged(stage):
+def test_no_figure_if_all_loops_diverged(stage):
     result = stage.looped
     for name in result.variants:
         assert has_completed(result)
@@ -43,7 +43,7 @@ def test_there_is_nothing_to_draw_where_all_diverged(stage):
     assert not has_completed(result)
 
 
-def test_the_close_up_holds_a_reversal_of_the_reference(stage):
+def test_the_close_up_contains_a_reversal_of_the_reference(stage):
     figure = figures.following_error(stage.looped)
     close = next(axes for axes in figure.axes if "reversal" in axes.get_title(loc="right"))
     low, high = close.get_xlim()

@@ -18,7 +18,7 @@ HISTORY = (0.9, -0.6, 0.5, -0.1, 0.3)
 
 
 @pytest.mark.parametrize("kind", SIZES)
-def test_figures_of_operators_are_legible_and_speak_of_their_axis(kind):
+def test_figures_of_operators_are_legible_and_named_for_their_axis(kind):
     exact = hysteresis.preisach(kernel="reformed_dahl_exact", kind=kind, **SIZES[kind])
     figure = figures.preisach_plane(exact, EXTENT[kind] * np.array(HISTORY))
     assert_legible(figure)
@@ -43,14 +43,14 @@ def test_below_the_staircase_are_the_relays_that_are_up(history):
             assert relay == (1.0 if cells[i] < height else -1.0)
 
 
-def test_what_has_no_turning_points_has_no_plane():
-    with pytest.raises(InputError, match="keeps no turning points"):
+def test_an_operator_without_turning_points_has_no_plane():
+    with pytest.raises(InputError, match="has no turning points"):
         figures.preisach_plane(hysteresis.play(r=1.0), [1.0])
     with pytest.raises(InputError, match="is empty"):
         figures.preisach_plane(hysteresis.preisach(s=1.0, f_p=1.0), [])
 
 
-def test_a_close_up_shows_what_is_left_of_a_straight_line():
+def test_a_close_up_shows_the_difference_from_a_straight_line():
     time, x = np.linspace(0.0, 1.0, 201), 1e-6 * np.sin(np.linspace(0.0, 4.0 * np.pi, 201))
     straight, bent = 2.0 + 3e6 * x, 2.0 + 3e6 * x + 1e12 * x**2
     close_up = "close", {"straight": (x, straight), "bent": (x, bent)}
@@ -60,7 +60,7 @@ def test_a_close_up_shows_what_is_left_of_a_straight_line():
     assert second == pytest.approx(bent - straight, abs=1e-9)
 
 
-def test_what_is_compared_lies_wide_and_light_beneath():
+def test_the_compared_trace_is_wide_and_light_beneath():
     x = np.linspace(0.0, 1.0, 50)
     traces = {"one": (x, x), "two": (x, 2.0 * x)}
     figure = small_multiples.marked_path(

@@ -27,12 +27,12 @@ def box_of(text):
     return box
 
 
-def test_axes_with_a_name_and_a_unit_are_in_order(axes):
+def test_axes_with_a_name_and_a_unit_pass(axes):
     assert unlabelled_axes(axes.figure) == []
 
 
 @pytest.mark.parametrize("word", "xy")
-def test_numbers_without_a_name_are_a_fault_and_a_bare_axis_is_in_order(axes, word):
+def test_numbers_without_a_name_fail_and_a_bare_axis_passes(axes, word):
     axes.set(**{f"{word}label": ""})
     assert unlabelled_axes(axes.figure) == [f"an axis {word} has no label"]
     axes.tick_params(labelbottom=False, labelleft=False)
@@ -40,14 +40,14 @@ def test_numbers_without_a_name_are_a_fault_and_a_bare_axis_is_in_order(axes, wo
 
 
 @pytest.mark.parametrize("word", "xy")
-def test_a_name_has_the_unit_at_the_end_unless_names_stand_in_place_of_numbers(axes, word):
+def test_a_name_ends_with_its_unit_unless_the_axis_has_names(axes, word):
     axes.set(**{f"{word}label": "Share [%] of all"})
     assert unlabelled_axes(axes.figure) == [f"the axis {word}, 'Share [%] of all', has no unit"]
     getattr(axes, f"set_{word}ticks")([0.0, 1.0], ["first", "second"])
     assert unlabelled_axes(axes.figure) == []
 
 
-def test_panels_that_are_not_shown_have_no_faults(axes):
+def test_hidden_panels_have_no_faults(axes):
     axes.set(xlabel="", ylabel="")
     axes.set_axis_off()
     assert unlabelled_axes(axes.figure) == []
@@ -56,7 +56,7 @@ def test_panels_that_are_not_shown_have_no_faults(axes):
     assert unlabelled_axes(axes.figure) == []
 
 
-def test_every_text_of_a_figure_is_seen_and_no_other(axes):
+def test_exactly_the_visible_texts_of_a_figure_are_found(axes):
     figure = axes.figure
     axes.plot([0.0, 1.0], [0.0, 1.0], label="of the panel")
     axes.legend()
@@ -75,7 +75,7 @@ def test_every_text_of_a_figure_is_seen_and_no_other(axes):
 
 
 @pytest.mark.parametrize("ticks", [[-0.5, 0.0, 0.5, 1.0], [0.0, 0.5, 1.0, 1.5]])
-def test_ticks_beyond_either_end_are_not_seen(axes, ticks):
+def test_ticks_beyond_the_ends_are_ignored(axes, ticks):
     axes.set_xticks(ticks)
     axes.set_xlim(0.0, 1.0)
     axes.set_yticks([])
@@ -93,7 +93,7 @@ def test_texts_may_touch_by_a_pixel(overlap, faults, beside):
 
 
 @pytest.mark.parametrize(("angles", "faults"), [((45.0, 45.0), 0), ((45.0, 0.0), 1), ((30.0, 30.0), 1)])
-def test_texts_that_slant_alike_do_not_overlap(angles, faults):
+def test_texts_with_the_same_slant_do_not_overlap(angles, faults):
     figure = Figure(figsize=(4.0, 3.0), dpi=100.0)
     for angle in angles:
         at(figure, 100.0, 100.0, rotation=angle)

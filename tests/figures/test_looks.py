@@ -33,7 +33,7 @@ def test_a_figure_looks_as_frozen(name):
     assert list(differences(FROZEN[name], look_of(DRAWS[name]()))) == []
 
 
-def test_a_look_that_changed_is_reported_by_the_place():
+def test_a_changed_look_is_reported_with_its_place():
     was = {"panels": [{"box": [1.0, 2.0], "titles": ["a"]}]}
     assert list(differences(was, {"panels": [{"box": [1.0, 2.00001], "titles": ["a"]}]})) == []
     assert list(differences(was, {"panels": [{"box": [1.0, 2.1], "titles": ["a"]}]})) == ["/panels/0/box: [1.0, 2.0] became [1.0, 2.1]"]
@@ -138,7 +138,7 @@ UNITS = {
 
 
 @pytest.mark.parametrize("name", UNITS)
-def test_units_are_those_in_which_the_largest_signal_is_read_whichever_it_is(name):
+def test_units_suit_the_largest_signal(name):
     draw, panel, side, unit = UNITS[name]
     labels = [getattr(draw(*sizes)[panel], f"get_{side}label")() for sizes in ((1.0, 1e-3), (1e-3, 1.0), (1e-3, 1e-3))]
     assert [label.partition(" [")[2] for label in labels] == [f"{unit}]", f"{unit}]", f"{SMALLER[unit]}]"]

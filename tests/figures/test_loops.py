@@ -13,7 +13,7 @@ def drawn(axes, label):
     return [line for line in axes.get_lines() if line.get_label() == label]
 
 
-def test_a_published_range_stands_in_the_panel_of_its_loop_in_the_unit_of_the_axis():
+def test_a_published_range_is_in_the_panel_of_its_loop_in_the_unit_of_the_axis():
     figure = loop_rows.error_distribution(simulated(PLAIN), 0.5, 0.0, {PLAIN[1]: (-3e-6, 2e-5)})
     first, second = figure.axes[:2]
     assert first.get_xlabel() == "Following error [mm]"
@@ -32,7 +32,7 @@ def test_the_bars_of_a_distribution_are_shares_of_the_samples_and_its_mean_is_th
         assert mean.get_xdata()[0] == pytest.approx(shares @ middle / 100.0, abs=np.diff(edges)[0])
 
 
-def test_panels_of_one_scale_hold_the_highest_of_all():
+def test_panels_with_a_common_scale_contain_the_highest_of_all():
     loops = simulated(PLAIN)
     loops[PLAIN[1]].measured = loops[PLAIN[1]].reference + 1e-4 * np.sin(9.0 * T)
     *first, last = loop_rows.tracking_error(loops, 0.5).axes
@@ -45,7 +45,7 @@ def test_panels_of_one_scale_hold_the_highest_of_all():
     assert first.get_ylim()[1] > max(float(np.max(patch.get_data().values)) for axes in (first, last) for patch in axes.patches[1:])
 
 
-def test_friction_is_drawn_over_the_effort_as_it_is_and_as_means():
+def test_friction_is_drawn_over_the_raw_and_the_averaged_effort():
     loops = simulated(PLAIN)
     for k, item in enumerate(loops.values()):
         item.friction = (0.5 + 0.1 * k) * F

@@ -34,13 +34,13 @@ def test_samples_before_the_settling_time_are_left_out():
     assert errors.get_ylabel() == "Following error [µm]"
 
 
-def test_an_error_is_the_reference_less_the_encoder_reading():
+def test_an_error_is_the_reference_minus_the_encoder_reading():
     result = looped(("a",))
     result.variants["a"].measured = X - 2e-6
     assert lines(following_error(result).axes[1])["a"].get_ydata() == pytest.approx(2.0)
 
 
-def test_errors_of_nothing_have_bars_all_the_same():
+def test_zero_errors_have_bars():
     result = looped(("a",))
     result.variants["a"].measured = X
     spread = following_error(result).axes[2]
@@ -53,7 +53,7 @@ def test_errors_of_nothing_have_bars_all_the_same():
 @pytest.mark.parametrize(
     ("focus", "panels", "title"), [((), 5, ""), (("plain", "fed"), 6, "plain and fed only"), (NAMES, 5, ""), (("none",), 5, "")]
 )
-def test_some_loops_have_a_panel_of_their_own_where_others_would_flatten_them(focus, panels, title):
+def test_flattened_loops_get_a_separate_panel(focus, panels, title):
     figure = following_error(looped(NAMES), focus)
     assert len(figure.axes) == panels
     assert figure.get_size_inches()[1] == pytest.approx(1.6 * (panels - 1))
@@ -62,7 +62,7 @@ def test_some_loops_have_a_panel_of_their_own_where_others_would_flatten_them(fo
     assert shares == pytest.approx(100.0 * (2 if title else 3))
 
 
-def test_a_measured_error_lies_below_all_and_is_no_loop():
+def test_a_measured_error_is_below_all_and_not_a_loop():
     figure = following_error(looped(NAMES), ("fed",), np.full(T.size, 9e-6))
     whole, compensated = lines(figure.axes[1]), lines(figure.axes[2])
     assert list(whole) == ["measured", *NAMES]
@@ -84,7 +84,7 @@ def test_the_worst_reversal_is_drawn_of_the_first_and_the_last_loop(measured, na
     assert list(lines(alone)) == [*([] if measured is None else ["measured"]), "one"]
 
 
-def test_two_loops_lie_light_and_dark_and_a_third_loop_behind():
+def test_two_loops_are_light_and_dark_with_a_third_loop_behind():
     full, close, effort = loops_at_reversal(looped(NAMES), NAMES).axes
     styles = [(line.get_linestyle(), line.get_linewidth()) for line in full.get_lines()]
     assert styles == [("--", 1.1), ("-", 2.2), ("-", 0.9)]
@@ -97,7 +97,7 @@ def test_two_loops_lie_light_and_dark_and_a_third_loop_behind():
     assert [line.get_linewidth() for line in loops_at_reversal(looped(NAMES), NAMES[:2]).axes[0].get_lines()] == [2.2, 0.9]
 
 
-def test_a_reference_that_never_turns_is_looked_at_around_the_largest_error():
+def test_without_a_reversal_the_close_up_is_around_the_largest_error():
     result = looped(("a",))
     item = result.variants["a"]
     item.reference = T.copy()
@@ -108,7 +108,7 @@ def test_a_reference_that_never_turns_is_looked_at_around_the_largest_error():
     assert x.size == 40 or np.ptp(x) > 0.0
 
 
-def test_a_loop_completes_that_is_finite_and_outlasts_the_settling_time():
+def test_a_completed_loop_is_finite_and_longer_than_the_settling_time():
     result = looped(NAMES)
     assert has_completed(result) is True
     for name in NAMES[1:]:
@@ -139,8 +139,8 @@ def test_an_open_loop_has_four_panels_and_a_legend_for_several():
 
 
 def test_captions_follow_the_drawing():
-    assert "Reference less encoder reading: over time" in FIGURE.caption(None, (), None)
-    assert "Reference less encoder reading, measured and simulated: over time" in FIGURE.caption(None, (), 1)
+    assert "Reference minus encoder reading: over time" in FIGURE.caption(None, (), None)
+    assert "Reference minus encoder reading, measured and simulated: over time" in FIGURE.caption(None, (), 1)
     single, two = (["a"], ["a"]), (["a", "b", "c"], ["b", "c"])
     assert AT_REVERSAL.caption(None, single).endswith("and the effort there.")
     assert AT_REVERSAL.caption(None, two).endswith("and the effort there, both of b and c.")

@@ -49,11 +49,11 @@ def test_runs_without_numbers_have_no_median():
     assert not axes.get_lines()
 
 
-def test_the_caption_of_a_study_says_whether_there_is_a_grid():
+def test_the_caption_of_a_study_depends_on_its_grid():
     spread = {"m": ("Way", "m", {"all": np.arange(9.0)})}
     grid, plain = (Some(described={"grid": grid}) for grid in ({"a": [1]}, {}))
     assert SPREAD.caption(grid, spread).endswith("A line for each point of the grid.")
-    assert SPREAD.caption(plain, spread).endswith("Shaded are the 90 % in the middle.")
+    assert SPREAD.caption(plain, spread).endswith("Shaded: the middle 90 %.")
     assert SPREAD.alternative(plain, spread) == "Distribution of m over the runs"
     assert SPREAD.draw(plain, spread).axes[0].get_xlabel() == "Way [m]"
     assert FLEET.alternative(None, ["F_C", "M"], {}) == "F_C, M of each log with 95 % intervals"
@@ -71,7 +71,7 @@ def marks(axes):
     return {name: item.get_offsets().data.tolist() for name, item in zip(names, axes.collections[-3:], strict=True)}
 
 
-def test_logs_that_tell_nothing_or_lie_beyond_have_marks_of_their_own():
+def test_logs_without_a_value_or_beyond_the_panel_have_special_marks():
     runs, axes = drawn()
     result = marks(axes)
     assert [place for place, _ in result["above"]] == [3.0]
@@ -85,7 +85,7 @@ def test_logs_that_tell_nothing_or_lie_beyond_have_marks_of_their_own():
     assert [place for place, _ in marks(drawn(**{"F_C.status": statuses})[1])["none"]] == [7.0, 9.0]
 
 
-def test_the_median_is_that_of_the_logs_that_tell():
+def test_the_median_is_that_of_logs_with_a_value():
     runs, axes = drawn()
     tells = np.isfinite(runs.columns["F_C"])
     assert lines(axes)["median"].get_ydata()[0] == pytest.approx(np.median(runs.columns["F_C"][tells]))
@@ -93,10 +93,10 @@ def test_the_median_is_that_of_the_logs_that_tell():
     assert axes.get_ylabel() == "F_C [N]"
 
 
-def test_every_log_has_the_interval_and_those_apart_are_hollow():
+def test_every_log_has_its_interval_and_outliers_are_hollow():
     runs, axes = drawn()
     ordinary, apart = axes.containers
-    assert (ordinary.get_label(), apart.get_label()) == ("log, 95 % interval", "stands apart")
+    assert (ordinary.get_label(), apart.get_label()) == ("log, 95 % interval", "outlier")
     assert sorted(ordinary.lines[0].get_xdata()) == [k for k in range(20) if k not in (3, 5, 9)]
     assert apart.lines[0].get_xdata().tolist() == [5]
     assert (ordinary.lines[0].get_fillstyle(), apart.lines[0].get_fillstyle()) == ("full", "none")
@@ -106,7 +106,7 @@ def test_every_log_has_the_interval_and_those_apart_are_hollow():
 
 
 @pytest.mark.parametrize(("count", "size"), [(60, 3.4), (61, 2.0)])
-def test_marks_are_smaller_where_there_are_many_logs(count, size):
+def test_marks_are_smaller_for_many_logs(count, size):
     value = 8.0 + 0.01 * np.arange(float(count))
     columns = {
         "run": np.arange(count),

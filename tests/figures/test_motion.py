@@ -46,7 +46,7 @@ def test_each_purpose_has_a_panel_in_which_the_motion_begins_at_zero():
     assert motion(planned("stribeck", kind="rotational")).axes[0].get_ylabel() == "Angle [mrad]"
 
 
-def test_a_slide_is_reported_by_the_second_half():
+def test_a_slide_is_represented_by_its_second_half():
     velocity = np.zeros(401)
     velocity[20:60], velocity[80:84], velocity[100:140] = 2e-3, 5e-3, -4e-3  # the second one is too short to be steady
     velocity[60:80] = np.linspace(2.1e-3, 4.9e-3, 20)

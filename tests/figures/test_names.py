@@ -39,7 +39,7 @@ def letters(svg):
     return "".join(ElementTree.fromstring(svg).itertext())
 
 
-def test_the_gallery_holds_every_figure():
+def test_the_gallery_contains_every_figure():
     rest = {"ReportFigure", "as_csv", "figure_file", "inline_svg", "load_figure_file", "numbers_of"}
     assert set(figures.__all__) - rest <= set(gallery())
 
@@ -69,7 +69,7 @@ def test_every_figure_takes_every_name(names, only):
 
 
 @pytest.mark.parametrize("ways", [WAYS, pytest.param(None, marks=pytest.mark.slow)], ids=["some", "all"])
-def test_a_name_stands_in_its_figure_as_it_was_written(ways):
+def test_a_name_appears_in_its_figure_as_written(ways):
     short = ('<b d="1.23456"', "_$x_1^2$ 5%")
     for name, draw in named(short).items():
         if ways is None or name in ways:
@@ -90,13 +90,13 @@ MIXED = ["<b>&amp;", "short", f"{LONG}_2", "_c", "W" * 50]
     ],
     ids=["long", "mixed", "mixed, some figures"],
 )
-def test_names_of_any_length_lie_neither_on_another_nor_outside(names, many, ways):
+def test_names_of_any_length_neither_overlap_nor_leave_the_figure(names, many, ways):
     for name, draw in named(names, many).items():
         if ways is None or name in ways:
             assert_legible(draw())
 
 
-def test_a_long_name_is_cut_where_one_can_see_it_and_a_number_behind_it_is_not():
+def test_a_long_name_is_cut_visibly_and_a_number_after_it_is_kept():
     draws = gallery([f"{LONG}_{k}" for k in range(5)])
     for name, behind in (("closure", "−30.0 %"), ("ripple", "0.5 µm"), ("marked_path", "0.5 µm")):
         titles = [item for item in (axes.get_title(loc="right") for axes in draws[name]().axes) if item]
@@ -113,7 +113,7 @@ def test_a_name_is_as_long_as_there_is_room(name, room):
     assert width(text, 8.5) <= room < width(text, 8.5) + 0.35
 
 
-def test_names_that_would_read_alike_are_told_apart():
+def test_names_with_the_same_short_form_are_numbered():
     names = [f"{LONG}{k}{LONG}" for k in range(3)] + ["short", "short"]
     result = shortened_apart(names, 1.5)
     assert len(set(result)) == 4
@@ -121,12 +121,12 @@ def test_names_that_would_read_alike_are_told_apart():
     assert max(width(item, 8.5) for item in result) <= 1.5
 
 
-def test_what_a_page_must_not_hold_is_marked():
+def test_characters_forbidden_in_a_page_are_marked():
     assert printable("a\x00\x1f\ud800\ufffe\U0010ffff\u202eb\tc\n") == "a" + 6 * "�" + "b\tc\n"
     assert one_line(" a\n\x0b\u2028 b ") == "a b"
 
 
-def test_a_number_behind_a_name_that_is_read_from_the_right_stays_behind_it():
+def test_a_number_after_a_right_to_left_name_stays_after_it():
     mark = "\u200e"
     assert one_line("שלום") == f"שלום{mark}"
     assert one_line("שלום 12") == f"שלום{mark} 12"
@@ -140,7 +140,7 @@ def labelled(text):
     return figure
 
 
-def test_a_text_that_no_figure_has_made_fit_is_made_fit_when_it_is_drawn():
+def test_forbidden_characters_are_also_marked_while_drawing():
     svg = figures.inline_svg(labelled("a\x00b\ud800c"), "a", "\x01")
     assert FORBIDDEN.search(svg) is None
     assert "a�b�c" in letters(svg)

@@ -74,14 +74,14 @@ def test_each_column_has_a_head_and_each_series_a_name(name):
             assert item.strokes
 
 
-def test_panels_without_numbers_at_an_axis_have_those_of_the_panel_beside():
+def test_panels_without_numbers_at_an_axis_share_those_of_their_neighbour():
     panels = numbers_of(gallery()["loop_family"]())
     assert [panel.y for panel in panels] == ["Friction force [N]"] * 2
     above, _, below = numbers_of(gallery()["margins"]())
     assert (above.x, below.x) == ("Frequency [Hz]", "Frequency [Hz]")
 
 
-def test_a_panel_of_its_own_quantity_keeps_its_own_head():
+def test_a_panel_of_another_quantity_keeps_its_head():
     figure = Figure()
     left, right = figure.subplots(1, 2)
     for item in (left, right):
@@ -90,7 +90,7 @@ def test_a_panel_of_its_own_quantity_keeps_its_own_head():
     assert [item.y for item in numbers_of(figure)] == ["Force [N]", "y"]
 
 
-def test_names_are_those_of_the_legend_wherever_it_stands():
+def test_names_are_those_of_the_legend_at_any_place():
     panels = numbers_of(gallery()["following_error"]())
     for panel in panels[1:]:
         names = [series for series, item in panel.drawn if item.mark != "area"]
@@ -99,13 +99,13 @@ def test_names_are_those_of_the_legend_wherever_it_stands():
     assert [name for name, item in poles.drawn if item.mark == "points"] == ["small motions", "large motions"]
 
 
-def test_a_colour_that_means_something_else_in_another_panel_names_nothing():
+def test_a_colour_of_another_panel_gives_no_name():
     over_time, spread, _ = numbers_of(gallery()["residuals"]())
     assert [name for name, _ in over_time.drawn] == ["Residual"]
     assert [name for name, _ in spread.drawn] == ["normal", "residual"]
 
 
-def test_a_series_is_called_by_the_label_that_legends_leave_out(axes):
+def test_a_series_is_named_by_its_hidden_label(axes):
     axes.plot([0.0, 1.0], [0.0, 1.0], color="#aa0000", label="rig")
     axes.plot(1.0, 1.0, "o", color="#aa0000", label="_reached")
     axes.vlines([0.2, 0.4], 0.0, 1.0, color="#aa0000")
@@ -130,7 +130,7 @@ def test_logarithmic_axes_have_the_numbers_themselves(axes):
     assert result["level", "line"][0] == [pytest.approx([1.0, 10.0]), pytest.approx([1e5, 10.0])]
 
 
-def test_gaps_part_a_line(axes):
+def test_gaps_divide_a_line(axes):
     axes.plot([0.0, 1.0, 2.0, 3.0, 4.0], [5.0, np.nan, 7.0, 8.0, np.nan], label="a")
     axes.plot([0.0, 1.0, 2.0], [1.0, np.nan, 3.0], "o", label="b")
     _, result = read(axes.figure)
@@ -138,7 +138,7 @@ def test_gaps_part_a_line(axes):
     assert result["b", "points"] == [[[0.0, 1.0], [2.0, 3.0]]]
 
 
-def test_bars_stand_where_they_end_by_their_names(axes):
+def test_bars_are_read_at_their_ends_with_their_names(axes):
     axes.bar([0, 1], [3.0, 5.0], width=0.4, label="up")
     axes.set_xticks([0, 1], ["first", "second"])
     _, result = read(axes.figure)
@@ -146,7 +146,7 @@ def test_bars_stand_where_they_end_by_their_names(axes):
     assert [item["name at x"] for item in rows_of(numbers_of(axes.figure)[0])] == ["first", "second"]
 
 
-def test_level_bars_beside_their_rows_are_called_as_the_row(axes):
+def test_horizontal_bars_have_the_name_of_their_row(axes):
     axes.barh([-0.2, 0.8], [3.0, 5.0], height=0.3, label="a")
     axes.set_yticks([0, 1], ["first", "second"])
     assert [(item["x"], item["name at y"]) for item in rows_of(numbers_of(axes.figure)[0])] == [("3", "first"), ("5", "second")]
@@ -185,7 +185,7 @@ def test_marks_of_several_series_have_the_names_of_their_series(name):
     assert not marks & {"loop", "reached"}
 
 
-def test_what_stands_at_a_place_of_the_panel_is_no_number(axes):
+def test_marks_placed_relative_to_the_panel_are_not_numbers(axes):
     axes.plot([0.0, 1.0], [0.0, 1.0], transform=axes.transAxes)
     axes.add_patch(Rectangle((0.1, 0.1), 0.2, 0.2, transform=axes.transAxes))
     axes.add_patch(FancyArrowPatch((0.0, 0.0), (1.0, 1.0)))
@@ -202,7 +202,7 @@ def test_round_edges_are_cut_into_straight_ones(axes):
     assert np.hypot(*np.transpose(edge)) == pytest.approx(100.0, rel=1e-3)
 
 
-def test_columns_of_one_head_are_told_apart(axes):
+def test_columns_with_the_same_head_are_distinguished(axes):
     axes.plot([0.0, 1.0], [0.0, 1.0])
     axes.set_xlabel("Position [mm]")
     axes.set_ylabel("Position [mm]")

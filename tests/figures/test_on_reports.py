@@ -32,7 +32,7 @@ def test_every_figure_of_a_file_is_on_a_report_and_every_line_is_a_figure():
 
 
 @pytest.mark.parametrize("report", REPORTS)
-def test_every_figure_that_is_drawn_stands_on_the_page(report):
+def test_every_drawn_figure_is_on_the_page(report):
     pages = [report_of(report)]
     pages += [rendered(report, by_position=True)] if report == "identification" else []
     for page, _, drawn in pages:
@@ -45,7 +45,7 @@ UNLABELLED = {
     ("design", "loops"): "the axis y, 'Loop', has no unit",
     ("design", "margins"): "the axis y, 'Open loop, gain', has no unit",
     ("design", "circles"): "an axis x has no label",
-    ("fleet", "fleet"): "the axis x, 'Log, by its number', has no unit",
+    ("fleet", "fleet"): "the axis x, 'Number of the log', has no unit",
 }
 """Figures of bristle with an axis that has no unit, such as a ratio or a number of a log; the first such axis of each."""
 
@@ -63,7 +63,7 @@ def test_figures_of_bristle_meet_the_contract_of_figures(report):
     assert figures.figure_file(plate.figure, "pdf", plate.alternative), plate.name
 
 
-def test_nearly_every_figure_of_the_registry_is_drawn_of_the_small_results():
+def test_nearly_every_registered_figure_is_drawn_from_the_small_results():
     missing = set()
     for report, places in REPORTS.items():
         drawn = {plate.name for plate in report_of(report)[2]}
@@ -75,7 +75,7 @@ def test_nearly_every_figure_of_the_registry_is_drawn_of_the_small_results():
 @pytest.mark.parametrize(
     ("report", "section"), [(report, section) for report in REPORTS for section in sorted({place.section for place in REPORTS[report]})]
 )
-def test_a_figure_that_is_added_to_a_section_stands_on_the_page(report, section, monkeypatch):
+def test_a_figure_added_to_a_section_is_on_the_page(report, section, monkeypatch):
     module = ModuleType("bristle.figures.added")
     module.FIGURE = ReportFigure(
         name="added", takes=FACT.get(report, report), draw=lambda fact: style.panels(2.0)[0], alternative="added", caption="Added."
@@ -86,5 +86,5 @@ def test_a_figure_that_is_added_to_a_section_stands_on_the_page(report, section,
     assert 'id="figure-added"' in rendered(report, **({"by_position": True} if section == "position" else {}))[0]
 
 
-def test_what_a_figure_may_take_is_there_to_try_it():
+def test_sample_results_exist_for_every_input_of_a_figure():
     assert {name for names in FACTS.values() for name in names} == set(EXAMPLES)

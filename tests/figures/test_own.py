@@ -33,20 +33,20 @@ def test_a_file_defines_a_figure(tmp_path):
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"name": "Mine"}, "a name that it cannot have"),
-        ({"name": "1mine"}, "a name that it cannot have"),
-        ({"name": "a" + "b" * 41}, "a name that it cannot have"),
-        ({"name": "following"}, "a name that it cannot have"),
+        ({"name": "Mine"}, "an invalid name"),
+        ({"name": "1mine"}, "an invalid name"),
+        ({"name": "a" + "b" * 41}, "an invalid name"),
+        ({"name": "following"}, "an invalid name"),
         ({"title": " "}, "has no title"),
         ({"caption": ""}, "has no caption"),
         ({"alternative": ""}, "has no alternative"),
-        ({"draw": "3"}, "is drawn by nothing"),
-        ({"takes": '"weather"'}, "from what no report has.*weather"),
-        ({"takes": "()"}, "from what no report has"),
-        ({"takes": '("log", "weather")'}, "from what no report has.*weather"),
+        ({"draw": "3"}, "has no function `draw`"),
+        ({"takes": '"weather"'}, "takes results that no report has.*weather"),
+        ({"takes": "()"}, "takes results that no report has"),
+        ({"takes": '("log", "weather")'}, "takes results that no report has.*weather"),
     ],
 )
-def test_a_file_that_does_not_say_enough_is_refused(tmp_path, changes, words):
+def test_an_incomplete_file_is_refused(tmp_path, changes, words):
     with pytest.raises(InputError, match=words):
         load_figure_file(written(tmp_path, **changes))
 
@@ -55,26 +55,26 @@ def figure(name="mine", takes="simulation", draw=lambda simulation: style.panels
     return ReportFigure(name=name, takes=takes, draw=draw, caption="See.", alternative="mine", **more)
 
 
-def test_a_figure_stands_on_reports_that_have_the_results_for_the_drawing():
+def test_a_figure_is_on_reports_with_its_inputs():
     refuse_unfit(figure(), "run", [figure()], "")
-    with pytest.raises(InputError, match=r"the report of study has not.*simulation.*bristle identify or bristle run"):
+    with pytest.raises(InputError, match=r"the report of study lacks.*simulation.*bristle identify or bristle run"):
         refuse_unfit(figure(), "study", [figure()], "")
     with pytest.raises(InputError) as error:
         refuse_unfit(figure(takes=("study", "design")), "study", [], "")
     assert "Use it with" not in str(error.value)
-    with pytest.raises(InputError, match="another figure has this name"):
+    with pytest.raises(InputError, match="another figure has the same name"):
         refuse_unfit(figure(), "run", [figure(), figure()], "")
 
 
-def test_figures_are_named_by_themselves_or_by_their_files(tmp_path):
+def test_figures_are_given_as_objects_or_files(tmp_path):
     first, second = figures_named([figure("other"), written(tmp_path)], "run")
     assert (first.name, second.name) == ("other", "mine")
     assert figures_named((), "run") == ()
-    with pytest.raises(InputError, match="another figure has this name"):
+    with pytest.raises(InputError, match="another figure has the same name"):
         figures_named([figure(), written(tmp_path)], "run")
 
 
-def test_a_figure_is_drawn_of_copies():
+def test_a_figure_is_drawn_from_copies():
     facts = {"simulation": {"a": [1]}}
 
     def draw(simulation):
@@ -83,7 +83,7 @@ def test_a_figure_is_drawn_of_copies():
 
     assert draw_own(figure(draw=draw), facts).axes
     assert facts == {"simulation": {"a": [1]}}
-    with pytest.raises(InputError, match="returned a int and no Figure"):
+    with pytest.raises(InputError, match="returned a int, not a Figure"):
         draw_own(figure(draw=lambda simulation: 3), facts)
 
 
@@ -94,7 +94,7 @@ def test_a_figure_is_not_kept_by_the_stateful_interface(monkeypatch):
     assert closed == [drawing]
 
 
-def test_a_figure_applies_where_all_is_there_and_more_is_taken_where_there_is_any():
+def test_a_figure_applies_with_all_its_inputs_and_takes_optional_results():
     item = figure(takes=("log", "fit"), may_take=("more",))
     assert item.missing({"log": 1, "fit": None}) == ("fit",)
     assert item.arguments({"log": 1, "fit": 2}) == (1, 2, None)

@@ -41,7 +41,7 @@ def test_loops_begin_at_zero_position():
     assert len(passages(item, segments).axes) == 1
 
 
-def test_of_very_many_samples_some_are_drawn():
+def test_a_few_of_very_many_samples_are_drawn():
     count = 45_000
     values = np.arange(float(count))
     item = Some(kind="translational", time=Some(values=values), position=Some(values=values), effort=Some(values=values))
@@ -49,7 +49,7 @@ def test_of_very_many_samples_some_are_drawn():
     assert axes.get_lines()[0].get_xdata().size == count // 2
 
 
-def test_the_caption_speaks_of_loops_where_there_are_any():
+def test_the_caption_mentions_loops_only_if_there_are_loops():
     item, segments = log()
     assert "Below, effort over position" in PASSAGES.caption(item, segments)
     assert PASSAGES.alternative(item, segments).endswith("of its loops")
@@ -59,7 +59,7 @@ def test_the_caption_speaks_of_loops_where_there_are_any():
     assert "Below" not in PASSAGES.caption(item, segments)
 
 
-def test_recorded_curves_stand_beside_predictions_and_differences():
+def test_recorded_curves_are_drawn_with_predictions_and_differences():
     overlay, left = recorded_curves([(X, F), (2.0 * X, F)], [0.9 * F, 0.9 * F], "translational").axes
     assert [line.get_label() for line in overlay.get_lines()][:2] == ["recorded", "predicted"]
     assert len([line for line in overlay.get_lines() if not line.get_label().startswith("_")]) == 2
@@ -70,7 +70,7 @@ def test_recorded_curves_stand_beside_predictions_and_differences():
 
 
 @pytest.mark.parametrize(("count", "drawn"), [(24, 24), (25, 13), (48, 24), (49, 17)])
-def test_of_many_curves_some_are_drawn(count, drawn):
+def test_a_few_of_many_curves_are_drawn(count, drawn):
     curves = [(X[:4], F[:4] + k) for k in range(count)]
     overlay, left = recorded_curves(curves, [f for _, f in curves], "rotational").axes
     assert len(left.get_lines()) == drawn

@@ -35,6 +35,6 @@ def test_no_product_is_taken_across_a_gap():
     assert twice == pytest.approx(alone, abs=1e-12)
 
 
-def test_residuals_of_zero_have_none():
+def test_zero_residuals_have_no_autocorrelation():
     correlation, _ = autocorrelation(np.arange(100.0), np.zeros(100))
     assert np.all(correlation == 0.0)

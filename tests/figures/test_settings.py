@@ -77,7 +77,7 @@ def saved(name, **how):
 
 
 @pytest.mark.parametrize("how", [{"format": "svg", "metadata": {"Date": None}}, {}], ids=["svg", "png"])
-def test_a_figure_that_its_user_saves_is_the_same_too(how, hostile):
+def test_a_figure_saved_by_the_user_is_the_same(how, hostile):
     result = saved("expected", **how)
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
@@ -91,7 +91,7 @@ def shown(name):
     return bytes(canvas.buffer_rgba())
 
 
-def test_a_figure_on_a_canvas_of_its_user_is_the_same_too(hostile):
+def test_a_figure_on_a_canvas_of_the_user_is_the_same(hostile):
     result = shown("expected")
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
@@ -99,7 +99,7 @@ def test_a_figure_on_a_canvas_of_its_user_is_the_same_too(hostile):
 
 
 @pytest.mark.slow
-def test_threads_that_draw_at_once_leave_all_as_it_was(hostile, plain):
+def test_concurrent_threads_restore_all_settings(hostile, plain):
     names = SOME * 2
     with Abreast(4) as pool:
         draws = gallery()
@@ -127,7 +127,7 @@ def run(code, folder, **environment):
         pytest.param(None, {"MPLCONFIGDIR": os.devnull, "MATPLOTLIBRC": os.curdir}, id="folders", marks=pytest.mark.slow),
     ],
 )
-def test_no_file_or_variable_of_settings_changes_a_figure_or_is_remarked_upon(file, environment, tmp_path, plain):
+def test_no_settings_file_or_variable_changes_a_figure_or_causes_a_warning(file, environment, tmp_path, plain):
     if file is not None:
         (tmp_path / "matplotlibrc").write_bytes(file)
     after = "import os; print(os.environ.get('MPLBACKEND'))"
@@ -146,7 +146,7 @@ def test_no_file_or_variable_of_settings_changes_a_figure_or_is_remarked_upon(fi
         (b"axes.formatter.use_locale: True\n", {"LC_ALL": "xx_YY.nonsense"}, "unsupported locale setting"),
     ],
 )
-def test_settings_with_which_matplotlib_cannot_be_imported_are_told(file, environment, words, tmp_path):
+def test_settings_that_break_the_import_of_matplotlib_are_reported(file, environment, words, tmp_path):
     (tmp_path / "matplotlibrc").write_bytes(file)
     code = "from bristle.core import InputError\ntry:\n    import bristle.figures\nexcept InputError as error:\n    print(error)"
     message, remarks = run(code, tmp_path, **environment)
@@ -156,7 +156,7 @@ def test_settings_with_which_matplotlib_cannot_be_imported_are_told(file, enviro
     assert "Correct the file matplotlibrc" in message
 
 
-def test_figures_of_the_user_follow_the_users_file_though_bristle_was_first(tmp_path):
+def test_figures_of_the_user_follow_the_settings_file_of_the_user(tmp_path):
     (tmp_path / "matplotlibrc").write_text("font.size: 31\nlines.linewidth: 7\nbackend: pdf\n")
     message, _ = run(
         "import bristle.figures, logging, matplotlib, os\n"
@@ -170,7 +170,7 @@ def test_figures_of_the_user_follow_the_users_file_though_bristle_was_first(tmp_
 
 
 @pytest.mark.slow
-def test_a_session_that_was_there_before_stays_as_it_was(tmp_path):
+def test_an_earlier_session_is_unchanged(tmp_path):
     message, _ = run(
         "import logging, matplotlib\n"
         "import matplotlib.pyplot as plt\n"
@@ -193,7 +193,7 @@ def test_a_session_that_was_there_before_stays_as_it_was(tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
-def test_a_process_that_is_forked_while_a_thread_draws_can_draw_and_has_the_users_settings(tmp_path):
+def test_a_process_forked_during_drawing_can_draw_with_the_users_settings(tmp_path):
     message, _ = run(
         "import os, signal, threading, warnings, matplotlib\n"
         "from bristle.figures.drawing import own_settings\n"
@@ -219,7 +219,7 @@ def test_a_process_that_is_forked_while_a_thread_draws_can_draw_and_has_the_user
 
 
 @pytest.mark.slow
-def test_a_command_writes_the_same_report_and_says_nothing_of_the_settings(tmp_path):
+def test_a_command_writes_the_same_report_for_any_settings(tmp_path):
     written = []
     for name, settings in (("plain", b""), ("hostile", SETTINGS.encode())):
         folder = tmp_path / name

@@ -51,18 +51,18 @@ def test_the_part_before_a_sample_is_wide_and_both_parts_share_the_sample():
     assert forth.get_linewidth() > back.get_linewidth()
 
 
-def test_panels_stand_in_rows_of_three_with_numbers_at_the_first():
+def test_panels_are_in_rows_of_three_with_numbers_at_the_first():
     figure = minor_loops(dict.fromkeys("abcd", (UP, FORCE)))
     assert titles(figure) == list("abcd")
     assert [axes.get_ylabel() for axes in figure.axes] == ["Friction force [N]", "", "", "Friction force [N]"]
     assert all(axes.get_ylim() == pytest.approx((-0.2, 4.2)) for axes in figure.axes)
 
 
-@pytest.mark.parametrize(("step", "text"), [(2.1e-12, ""), (1.9e-12, "none"), (-2.1e-12, ""), (0.0, "none"), (5e-7, "500 nm")])
-def test_a_drift_is_zero_below_a_millionth_of_the_way(step, text):
+@pytest.mark.parametrize(("step", "text"), [(2.1e-12, ""), (1.9e-12, "no drift"), (-2.1e-12, ""), (0.0, "no drift"), (5e-7, "500 nm")])
+def test_a_drift_below_a_millionth_of_the_way_is_zero(step, text):
     figure = drift({"a": (UP, FORCE)}, {"a": step})
     (title,) = titles(figure)
-    assert (title == "a: none") is (text == "none")
+    assert (title == "a: no drift") is (text == "no drift")
     if text == "500 nm":
         assert title == "a: 500 nm"
     assert figure.axes[0].get_xlim() == pytest.approx((-0.06, 2.06))
@@ -70,7 +70,7 @@ def test_a_drift_is_zero_below_a_millionth_of_the_way(step, text):
 
 
 @pytest.mark.parametrize(("share", "text"), [(-0.307, "−30.7 %"), (4e-5, "closes"), (6e-5, "0.0 %"), (0.0, "closes")])
-def test_a_loop_closes_that_misses_less_than_the_hundredth_of_a_percent(share, text):
+def test_a_loop_that_misses_less_than_a_hundredth_of_a_percent_closes(share, text):
     figure = closure({"a": (UP, FORCE)}, {"a": share})
     assert titles(figure) == [f"a: {text}"]
     left, returned = lines(figure.axes[0])["left"], lines(figure.axes[0])["returned"]
@@ -83,7 +83,7 @@ def letters(axes):
     return [(text.get_text(), text.get_ha()) for text in axes.texts]
 
 
-def test_turns_have_their_letters_away_from_the_middle():
+def test_letters_of_turns_are_away_from_the_middle():
     figure = marked_path(TRACES, {"a": [0, 20, 41], "b": [0, 20, 41]}, "abc", {"a": "A", "b": "B"})
     assert titles(figure) == ["A", "B"]
     first = figure.axes[0]
@@ -96,14 +96,14 @@ def test_turns_have_their_letters_away_from_the_middle():
 
 
 @pytest.mark.parametrize(("count", "columns"), [(1, 1), (2, 2), (3, 2), (4, 2)])
-def test_marked_paths_stand_in_rows_of_two(count, columns):
+def test_marked_paths_are_in_rows_of_two(count, columns):
     traces, turns = dict.fromkeys("abcd"[:count], (UP, FORCE)), {name: [0, 20, 41] for name in "abcd"[:count]}
     figure = marked_path(traces, turns, "xyz", dict.fromkeys("abcd", ""))
     assert len({round(axes.get_position().x0, 6) for axes in figure.axes}) == columns
     assert [bool(axes.get_ylabel()) for axes in figure.axes] == [True, False, True, False][:count]
 
 
-def test_a_letter_is_written_twice_where_the_points_part():
+def test_a_letter_is_written_twice_if_the_points_are_apart():
     axes = Figure().add_subplot()
     axes.set_ylim(0.0, 100.0)
     small_multiples._write_letters(axes, np.zeros(4), np.array([10.0, 12.0, 14.0, 50.0]), "aaab")
@@ -142,7 +142,7 @@ def test_break_away_is_marked_where_the_largest_force_is_nearly_reached():
 
 
 @pytest.mark.parametrize(("count", "height"), [(1, 1.6 + 2.2 + 0.4), (2, 1.6 + 2.2 + 0.4), (3, 1.6 + 4.4 + 0.4)])
-def test_a_ripple_stands_above_a_panel_for_each_contact(count, height):
+def test_a_ripple_is_above_a_panel_for_each_contact(count, height):
     traces = dict.fromkeys("abc"[:count], (UP, FORCE))
     time = np.linspace(0.0, 0.2, 42)
     figure = ripple(time, FORCE, traces, 20, {name: name.upper() for name in traces})

@@ -33,16 +33,16 @@ def inches(axes):
 
 
 @pytest.mark.parametrize("name", ["break_away", "errors_by_truth", "following_error", "loops_proposed", "residuals"])
-def test_looks_of_lines_and_marks_are_as_they_were_frozen(name):
+def test_looks_of_lines_and_marks_are_frozen(name):
     assert list(differences(frozen()[name], look_of(gallery()[name]()))) == []
 
 
 @pytest.mark.parametrize("kind", WORDS)
-def test_effort_and_position_are_called_as_on_the_kind_of_axis(kind):
+def test_words_for_effort_and_position_depend_on_the_kind_of_axis(kind):
     assert (style.effort_word(kind), style.position_word(kind)) == WORDS[kind]
 
 
-def test_the_largest_of_signals_leaves_out_infinities():
+def test_the_largest_of_signals_ignores_infinities():
     assert style.largest(np.array([1.0, -3.0]), np.array([np.nan, np.inf, 2.0])) == 3.0
     assert style.largest() == style.largest(np.array([np.nan])) == style.largest(np.empty(0)) == 0.0
 
@@ -77,7 +77,7 @@ def test_a_step_of_more_than_half_above_the_usual_is_a_gap(step, parts):
     assert len(style.runs(x, x)) == parts
 
 
-def test_a_sample_by_itself_is_a_stretch():
+def test_a_single_sample_is_a_stretch():
     assert style.runs(np.zeros(1), np.zeros(1)) == [slice(0, 1)]
     assert style.runs(np.arange(3.0), np.array([1.0, np.nan, 2.0])) == [slice(0, 1), slice(2, 3)]
     assert style.runs(np.array([0.0, np.nan, 2.0]), np.zeros(3)) == [slice(0, 1), slice(2, 3)]
@@ -126,7 +126,7 @@ def test_a_panel_leaves_room_for_the_words_at_the_edges():
     assert not figure.has_room_above
 
 
-def test_panels_stand_apart_by_the_same_inches_whatever_their_number():
+def test_panels_have_the_same_distance_for_any_number():
     figure, grid = style.panels(6.0, rows=2, columns=3)
     assert [len(row) for row in grid] == [3, 3]
     wide, tall = figure.get_size_inches()
@@ -136,7 +136,7 @@ def test_panels_stand_apart_by_the_same_inches_whatever_their_number():
     assert len({round(box.width, 9) for row in boxes for box in row}) == len({round(box.height, 9) for row in boxes for box in row}) == 1
 
 
-def test_panels_share_their_room_as_they_are_asked_to():
+def test_panels_divide_their_room_as_specified():
     _, grid = style.panels(6.0, rows=2, columns=2, heights=(1.0, 3.0), widths=(2.0, 1.0), undivided=(1,), between=0.5, gap=0.4)
     assert [len(row) for row in grid] == [2, 1]
     (left, right), (below,) = ([axes.get_position() for axes in row] for row in grid)
@@ -154,7 +154,7 @@ def test_room_is_made_for_the_lines_of_a_legend(names, over, lines):
 
 
 @pytest.mark.parametrize(("count", "rows", "columns"), [(1, 1, 1), (2, 1, 2), (3, 2, 2), (5, 3, 2)])
-def test_a_grid_has_so_many_panels_and_no_more(count, rows, columns):
+def test_a_grid_has_the_given_number_of_panels(count, rows, columns):
     figure, axes = style.grid_of(count)
     assert figure.axes == axes
     assert len(axes) == count
@@ -164,7 +164,7 @@ def test_a_grid_has_so_many_panels_and_no_more(count, rows, columns):
     assert style.grid_of(count, top=0.5)[0].get_size_inches()[1] == pytest.approx(0.5 + 2.2 * rows)
 
 
-def test_rows_have_their_names_from_above_down_at_the_first_panel():
+def test_rows_have_their_names_from_the_top_down_at_the_first_panel():
     figure, (first, second) = style.named_rows(["upper", "lower"], columns=2)
     assert figure.get_size_inches()[1] == pytest.approx(0.9 + 2 * 0.3)
     assert [label.get_text() for label in first.get_yticklabels()] == ["upper", "lower"]
@@ -182,7 +182,7 @@ def test_names_of_rows_have_room_up_to_the_longest(name, left):
     assert illegible_texts(figure) == []
 
 
-def test_names_of_rows_are_cut_where_there_is_little_room():
+def test_names_of_rows_are_cut_if_room_is_short():
     assert 1.9 < inches(style.named_rows(["W" * 90], longest=1.6)[1][0])[0] <= 0.45 + 1.6
 
 
@@ -207,7 +207,7 @@ def test_panels_of_the_same_height_reach_from_the_lowest_to_the_highest():
     assert {axes.get_ylim() for axes in row} == {(-2.0, 4.0)}
 
 
-def test_a_title_is_cut_to_the_panel_and_keeps_the_number_behind_the_name():
+def test_a_title_is_cut_to_the_panel_and_keeps_the_number_after_the_name():
     _, ((axes, _),) = style.panels(3.0, columns=2)
     available, name = 7.2 * axes.get_position().width, "W" * 60
     whole = []
@@ -287,13 +287,13 @@ def test_a_legend_of_few_names_is_a_single_line_above_the_panel_from_the_left():
 
 
 @pytest.mark.parametrize(("letters", "columns"), [(3, 6), (10, 3), (20, 3), (26, 2), (40, 4)])
-def test_names_stand_in_three_lines_at_most_where_they_fit_in_full(letters, columns):
+def test_names_that_fit_in_full_take_at_most_three_lines(letters, columns):
     _, axes = named(*("n" * letters + str(k) for k in range(6)))
     style.legend(axes)
     assert (axes.get_legend() or axes.figure.legends[0])._ncols == columns
 
 
-def test_a_legend_with_room_above_all_panels_stands_at_the_top_of_the_page():
+def test_a_legend_with_room_above_all_panels_is_at_the_top():
     figure, axes = named("one", "two", over_titles=True)
     style.legend(axes)
     assert axes.get_legend() is None
@@ -302,7 +302,7 @@ def test_a_legend_with_room_above_all_panels_stands_at_the_top_of_the_page():
     assert legend.get_bbox_to_anchor().x0 == pytest.approx(axes.bbox.x0)
 
 
-def test_a_long_name_takes_the_room_that_short_ones_leave():
+def test_a_long_name_takes_the_room_that_short_names_leave():
     figure, axes = named("a", "W" * 200)
     style.legend(axes)
     texts = {text.get_text()[0]: box for text, box in texts_of(figure) if text.get_text()[0] in "aW"}
@@ -320,7 +320,7 @@ def test_two_long_names_share_the_room_of_a_legend():
     assert illegible_texts(figure) == []
 
 
-def test_a_legend_behind_which_there_is_no_room_begins_further_left():
+def test_a_legend_without_room_to_the_right_begins_further_left():
     figure, axes = named("the name of the first variant", "and that of another one", columns=3)
     style.legend(axes)
     boxes = [box for text, box in texts_of(figure) if text.get_text()[:3] in ("the", "and")]
@@ -329,7 +329,7 @@ def test_a_legend_behind_which_there_is_no_room_begins_further_left():
     assert max(box.x1 for box in boxes) > figure.bbox.x1 - 0.5 * figure.dpi
 
 
-def test_a_legend_in_the_corner_returns_the_reach_over_the_panel():
+def test_a_legend_in_the_corner_returns_its_height():
     figure, axes = named("one", "two")
     reach = style.legend_in_corner(figure, axes)
     (legend,) = figure.legends
@@ -342,7 +342,7 @@ def test_a_legend_in_the_corner_returns_the_reach_over_the_panel():
 
 
 @pytest.mark.parametrize(("worst", "first"), [(500, 485), (0, 0), (999, 970)])
-def test_a_window_lies_around_the_largest_error_and_within_the_log(worst, first):
+def test_a_window_is_around_the_largest_error_and_within_the_log(worst, first):
     error = np.zeros(1000)
     error[worst] = -0.5
     error[[10, 20]] = np.nan, np.inf

@@ -20,12 +20,12 @@ def labelled(text):
     return figure
 
 
-def test_the_same_figure_gives_the_same_bytes(stage):
+def test_the_same_figure_has_the_same_bytes(stage):
     best = stage.identified.best
     assert inline_svg(residuals(best), "a", "") == inline_svg(residuals(best), "a", "")
 
 
-def test_two_figures_share_no_identifier_and_each_reference_is_met(stage):
+def test_figures_share_no_identifiers_and_all_references_resolve(stage):
     best = stage.identified.best
     page = inline_svg(residuals(best), "a", "") + inline_svg(residuals(best), "b", "")
     ids = re.findall(r'\bid="([^"]+)"', page)
@@ -33,7 +33,7 @@ def test_two_figures_share_no_identifier_and_each_reference_is_met(stage):
     assert set(re.findall(r'(?:href="#|url\(#)([^")]+)', page)) <= set(ids)
 
 
-def test_nothing_is_asked_from_outside_and_nothing_is_dated(stage):
+def test_svg_has_no_external_resources_and_no_dates(stage):
     text = inline_svg(effort_over_time(stage.identified.best), "a", "")
     assert not re.search(r"https?:|<metadata|<!DOCTYPE|<\?xml|xlink", text)
 
@@ -45,7 +45,7 @@ def test_it_is_well_formed_and_described():
 
 
 @pytest.mark.parametrize("text", ["<script>alert(1)</script>", "1.23456789", "$\\alpha$ & co", 'd="M 1.23456"'])
-def test_text_comes_through_as_it_is(text):
+def test_text_is_unchanged(text):
     svg = inline_svg(labelled(text), "a", "")
     assert "<script" not in svg
     assert text in "".join(ElementTree.fromstring(svg).itertext())

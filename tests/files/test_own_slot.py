@@ -190,7 +190,7 @@ def test_a_model_is_told_from_a_slot(bench):
         load_slot_file(custom)
     with pytest.raises(InputError, match=r"oiled\.py: defines no friction model"):
         br.load_code("oiled.py")
-    with pytest.raises(InputError, match=r"no such slot; found '\+oiled\.py'.*or one of your own"):
+    with pytest.raises(InputError, match=r"no such slot; found '\+oiled\.py'.*or your file"):
         find("lugre+oiled.py")
 
 

@@ -24,7 +24,7 @@ def each(logs, out, **options):
     return identify_each([logs] if not isinstance(logs, list) else logs, out, axis=AXIS, **OPTIONS | {"workers": 1} | options)
 
 
-def test_a_log_is_a_row_and_one_that_fails_is_a_row_with_its_reason(logs, tmp_path):
+def test_every_log_is_a_row_and_a_failed_log_has_its_reason(logs, tmp_path):
     assert each(logs, tmp_path / "out").is_whole
     data = br.read_study(tmp_path / "out")
     assert data["log"].values.tolist() == [f"press_2026-03-0{day}T06-30.csv" for day in (1, 2, 3)]
@@ -55,7 +55,7 @@ def test_intervals_and_scatter_are_those_of_the_draws(logs, tmp_path):
     assert (row["scatter"], row["scatter.lower"], row["scatter.upper"]) == tuple(scatter)
 
 
-def test_it_goes_on_and_it_grows_and_what_is_there_keeps_its_number(logs, tmp_path, monkeypatch):
+def test_a_fleet_continues_and_grows_and_logs_keep_their_numbers(logs, tmp_path, monkeypatch):
     each(logs, tmp_path / "out")
     (tmp_path / "out" / "runs" / "0000000001.parquet").unlink()
     write_log(logs / "press_2026-03-02T01-00.csv", 5.2, seed=9)  # sorts between those that are there
@@ -71,18 +71,18 @@ def test_it_goes_on_and_it_grows_and_what_is_there_keeps_its_number(logs, tmp_pa
     assert runs_in(tmp_path / "out").count == 4
 
 
-def test_a_log_with_another_content_and_another_model_are_refused(logs, tmp_path):
+def test_a_changed_log_and_another_model_are_refused(logs, tmp_path):
     each(logs, tmp_path / "out")
     before = content(tmp_path / "out")
     write_log(logs / "press_2026-03-01T06-30.csv", 7.0)
-    with pytest.raises(InputError, match=r"in this fleet already, with another content.*name another folder"):
+    with pytest.raises(InputError, match=r"already in this fleet, with different content.*name another folder"):
         each(logs, tmp_path / "out")
     with pytest.raises(InputError, match='"coulomb_viscous" and is now "stribeck"'):
         each(logs, tmp_path / "out", model="stribeck")
     assert content(tmp_path / "out") == before
 
 
-def test_what_a_command_names_wrongly_is_refused_before_anything_begins(logs, tmp_path):
+def test_wrong_arguments_are_refused_before_any_work(logs, tmp_path):
     first = logs / "press_2026-03-01T06-30.csv"
     for names, message in (
         ([logs / "gone.csv"], "there is no such file"),
@@ -114,7 +114,7 @@ def test_tables_of_a_file_are_logs(tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="kills processes as POSIX does")
-def test_a_worker_that_is_killed_costs_nothing(logs, tmp_path, monkeypatch):
+def test_a_killed_worker_loses_no_rows(logs, tmp_path, monkeypatch):
     simulated, ended = Crew._simulated, []
 
     def deadly_once(crew, block):
@@ -135,7 +135,7 @@ def test_a_worker_that_is_killed_costs_nothing(logs, tmp_path, monkeypatch):
     assert content(tmp_path / "out") == content(tmp_path / "alone")
 
 
-def test_ctrl_c_within_a_fit_leaves_no_half_row(logs, tmp_path, monkeypatch):
+def test_an_interruption_during_a_fit_leaves_no_partial_row(logs, tmp_path, monkeypatch):
     import bristle.fleet.identify as module
 
     def interrupted(log, model, **options):

@@ -25,7 +25,7 @@ def fleet(*logs, model="coulomb_viscous", kind="translational"):
     return Fleet("press", logs, (None,), kind, component, {}, (), 10**9, {})
 
 
-def test_each_log_is_a_block_by_itself():
+def test_each_log_is_a_separate_block():
     item = fleet(log("a"), log("b"), log("c"))
     assert item.count == 3
     assert item.blocks == (Block(0, 1), Block(1, 2), Block(2, 3))
@@ -64,7 +64,7 @@ def entry(item):
     return {"folder": item.folder, "log": item.name, "sha256": item.checksum, "time": item.time}
 
 
-def test_logs_that_are_listed_keep_their_numbers_and_new_ones_come_behind():
+def test_listed_logs_keep_their_numbers_and_new_logs_follow():
     a, b, c = log("a", "1"), log("b", "2"), log("c", "3")
     past = [entry(b), entry(log("gone", "9"))]
     following = fleet(a, b, c).following(past)
@@ -72,8 +72,8 @@ def test_logs_that_are_listed_keep_their_numbers_and_new_ones_come_behind():
     assert [bool(item.place) for item in following.logs] == [True, False, True, True]
 
 
-def test_a_log_of_the_same_name_with_another_content_is_refused():
-    with pytest.raises(InputError, match=r"press/a.*is in this fleet already, with another content"):
+def test_a_log_of_the_same_name_with_different_content_is_refused():
+    with pytest.raises(InputError, match=r"press/a.*is already in this fleet, with different content"):
         fleet(log("a", "1")).following([entry(log("a", "2"))])
 
 
@@ -90,7 +90,7 @@ def estimate(status="identified", ends=(4.0, 6.0)):
         (estimate("unidentifiable"), {"p.status": "unidentifiable"}),
     ],
 )
-def test_a_row_holds_value_and_ends_of_a_parameter(item, row):
+def test_a_row_has_value_and_ends_of_a_parameter(item, row):
     assert _of_estimate("p", item) == row
 
 
@@ -102,7 +102,7 @@ def test_a_row_holds_value_and_ends_of_a_parameter(item, row):
         (ValueError("x" * 400), "raised", "ValueError: xxx"),
     ],
 )
-def test_a_log_that_fails_is_a_row_with_the_reason(error, status, reason, monkeypatch):
+def test_a_failed_log_is_a_row_with_the_reason(error, status, reason, monkeypatch):
     item = fleet(log("a"), LogFile("press/b", "press", "b", "1", 1.5))
 
     def fails(self, entry):
@@ -119,7 +119,7 @@ def test_a_log_that_fails_is_a_row_with_the_reason(error, status, reason, monkey
     assert columns["friction.F_C"][0] != columns["friction.F_C"][0]  # no number
 
 
-def test_a_log_that_is_read_is_a_row_with_the_numbers(monkeypatch):
+def test_a_readable_log_is_a_row_with_the_numbers(monkeypatch):
     monkeypatch.setattr(Identifier, "_numbers", lambda self, entry: {"error": 0.5})
     columns = Identifier(fleet(log("a"))).columns(Block(0, 1))
     assert (columns["status"], columns["reason"], columns["error"], columns["log"]) == (["ok"], [""], [0.5], ["a"])
@@ -149,7 +149,7 @@ def test_errors_of_a_fit_are_shares_in_a_row(monkeypatch):
     assert (row["diagnostics"], row["friction.F_C"], row["friction.F_C.upper"]) == ("a", 5.0, 6.0)
     with pytest.raises(InputError, match="has changed since the command began"):
         Identifier(fleet(log("a")))._numbers(log("a", "1"))
-    with pytest.raises(InputError, match="is translational, and this fleet is rotational"):
+    with pytest.raises(InputError, match="is translational, but this fleet is rotational"):
         Identifier(fleet(log("a"), kind="rotational"))._numbers(log("a"))
 
 

@@ -23,14 +23,14 @@ def test_its_loops_are_higher_by_the_constant(operator):
     assert with_constant(operator, 0.0) is operator
 
 
-def test_an_operator_with_an_offset_of_its_own_takes_it_there():
+def test_an_operator_with_an_offset_takes_the_constant_there():
     grid = br.hysteresis.preisach_grid(low=-1e-5, high=1e-5, E=[0.0, 1.0, 2.0, 0.0, 1.0, 0.0], offset=1.0)
     raised = with_constant(grid, 0.5)
     assert raised.component is grid.component
     assert raised.values["offset"] == 1.5
 
 
-def test_it_travels_as_any_component():
+def test_an_operator_with_a_constant_survives_pickling():
     raised = with_constant(STOPS, 1.5)
     assert pickle.loads(pickle.dumps(raised)) == raised
     assert copy.deepcopy(raised).component is raised.component

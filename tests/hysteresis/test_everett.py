@@ -30,7 +30,7 @@ every_measure = pytest.mark.parametrize("q", MEASURES.values(), ids=MEASURES)
 @every_measure
 @settings(max_examples=60, deadline=None)
 @given(one=inputs, other=inputs)
-def test_a_triangle_without_area_holds_nothing_and_a_larger_one_no_less(q, one, other):
+def test_the_measure_is_zero_without_area_and_grows_with_the_triangle(q, one, other):
     alpha, beta = max(one, other), min(one, other)
     assert everett(alpha, alpha, q) == 0.0
     assert everett(alpha, beta, q) <= everett(alpha + 0.1, beta, q) + 1e-15
@@ -78,7 +78,7 @@ def test_log1p_is_that_of_the_library(x):
 
 
 @pytest.mark.parametrize(("kernel", "error"), [("dahl_masing", 3e-4), ("reformed_dahl_exact", 6e-4)])
-def test_a_table_of_a_hundred_nodes_errs_little_and_of_second_order(kernel, error):
+def test_a_table_of_a_hundred_nodes_is_accurate_to_second_order(kernel, error):
     exact = of(kernel)
     q, path = measure(exact), walk(4, 2000)
     errors = []
@@ -117,7 +117,7 @@ def test_a_measure_without_symmetry_is_that_of_its_relays():
 
 
 @pytest.mark.parametrize(("count", "error"), [(30, 1e-2), (120, 2e-3)])
-def test_reversal_curves_give_back_the_operator_that_they_came_from(count, error):
+def test_reversal_curves_reproduce_their_operator(count, error):
     exact = of("reformed_dahl_exact")
     curves = []
     for alpha in np.linspace(-3.0, 3.0, count + 1)[1:].tolist():
@@ -128,7 +128,7 @@ def test_reversal_curves_give_back_the_operator_that_they_came_from(count, error
     assert np.max(np.abs(response(table, path) - response(exact, path))) < error
 
 
-def test_what_turned_below_the_first_curve_follows_it():
+def test_turns_below_the_first_curve_follow_it():
     down = np.linspace(0.0, 1.0, 5)
     curves = [(0.5 - 1.5 * down, -2.0 * down), (1.0 - 2.0 * down, -6.0 * down)]
     table = hysteresis.from_reversal_curves(curves, rows=41, columns=41)

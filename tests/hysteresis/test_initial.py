@@ -22,7 +22,7 @@ def test_saturated_starts_on_the_branch_from_that_end(kernel):
 
 
 @every_kernel
-def test_a_conditioning_sweep_comes_close_to_the_virgin_state_with_more_reversals(kernel):
+def test_a_sweep_with_more_reversals_is_closer_to_the_virgin_state(kernel):
     x = np.linspace(0.05, 2.9, 30)
     virgin = response(of(kernel), x)
     misses = []
@@ -34,7 +34,7 @@ def test_a_conditioning_sweep_comes_close_to_the_virgin_state_with_more_reversal
 
 
 @every_kernel
-def test_a_sweep_forgets_what_came_before_it(kernel):
+def test_a_sweep_erases_the_earlier_history(kernel):
     sweep = hysteresis.conditioned(3.0)
     x = np.linspace(0.0, 4.0, 20)
     fresh = response(of(kernel), x, history=sweep)

@@ -23,7 +23,7 @@ def assert_close(a, b, scale):
 
 
 @every_operator
-def test_a_thousand_trials_leave_the_memory_alone(operator):
+def test_a_thousand_trials_do_not_change_the_memory(operator):
     state, memory = after(operator, sized(operator, walk(1, 300)))
     before, trial = memory.tobytes(), operator.component.trial
     first = trial(state, memory, 0.3, operator.parameters)
@@ -53,7 +53,7 @@ def test_kernels_can_be_exported_and_variables_are_described(operator):
 @every_operator
 @settings(max_examples=30, deadline=None)
 @given(path=turns, share=st.floats(0.01, 0.99))
-def test_only_the_order_of_inputs_counts_not_how_densely_they_come(operator, path, share):
+def test_the_output_does_not_depend_on_the_density_of_inputs(operator, path, share):
     turned = sized(operator, np.array([0.0, *path]))
     between = turned[:-1] + share * np.diff(turned)
     dense = np.column_stack([between, turned[1:]]).ravel()
@@ -64,7 +64,7 @@ def test_only_the_order_of_inputs_counts_not_how_densely_they_come(operator, pat
 @every_operator
 @settings(max_examples=30, deadline=None)
 @given(inside=turns)
-def test_what_happens_inside_a_loop_is_wiped_out_when_it_closes(operator, inside):
+def test_a_closing_loop_wipes_out_its_inner_history(operator, inside):
     # 3.5 and -3.2 enclose all that happens inside; both are reached again before 3.8.
     end = [-3.2, 3.5, 3.8, 0.4]
     plain = response(operator, sized(operator, np.array([3.5, *end])))[-3:]
@@ -102,7 +102,7 @@ def test_every_output_has_its_sample(operator):
     assert np.array_equal(response(operator, standing)[::3], response(operator, path))
 
 
-def test_bad_input_is_refused_with_what_to_do():
+def test_bad_input_is_refused_with_advice():
     operator = OPERATORS["preisach"]
     with pytest.raises(InputError, match="knows no time"):
         response(operator, [0.0, 1.0], 1e-3)

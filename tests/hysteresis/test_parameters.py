@@ -63,7 +63,7 @@ def test_parameters_are_allowed_up_to_their_bounds(operator):
             assert variable.nominal == NOMINAL.get((operator, name), 1.0), name
 
 
-def test_what_nobody_gives_is_the_usual():
+def test_omitted_parameters_have_the_usual_default():
     stack = {"capacity": 256, "tolerance": 1e-12}
     assert {operator.name: dict(operator.defaults) for operator in OPERATORS.values()} == {
         "play": {},
@@ -117,7 +117,7 @@ def test_the_inverse_of_the_example_of_stops_has_kinks_at_its_forces():
     assert inverse.values["thresholds"].tolist() == pytest.approx([10.0, 14.0])
     assert inverse.values["weights"].tolist() == pytest.approx([0.25e-6 - 0.1e-6, 1e-6 - 0.25e-6])
     assert inverse.values["compliance"] == pytest.approx(1e-7)
-    with pytest.raises(InputError, match=r"prandtl_ishlinskii: must rise everywhere; found 0.*allowed slope > 0. Give it a spring"):
+    with pytest.raises(InputError, match=r"prandtl_ishlinskii: must rise everywhere; found 0.*allowed slope > 0. Add a spring"):
         inverse_of(prandtl_ishlinskii(thresholds=[1e-6], weights=[6e6]))
 
 
@@ -190,7 +190,7 @@ def test_the_exact_kernel_gives_the_loop_of_the_reformed_model():
     assert virgin(x, q) == pytest.approx(20.0 * loop_tip(1.0))
 
 
-def test_tables_that_do_not_fit_are_refused():
+def test_tables_of_the_wrong_size_are_refused():
     with pytest.raises(InputError, match="E of an odd number of rows"):
         everett_table(extent=1.0, E=[0.0] * 6, upper=[0.0] * 3)
     with pytest.raises(InputError, match="E of an odd number of rows"):
@@ -220,7 +220,7 @@ def test_virgin_relays_are_up_below_the_line_of_demagnetisation():
 @pytest.mark.parametrize(
     ("rows", "columns", "word"), [(1, 3, "rows: out of range"), (4, 3, "rows: must be odd.*Take 5"), (3, 2, "columns: out of range")]
 )
-def test_a_table_has_three_rows_and_columns_at_least(rows, columns, word):
+def test_a_table_has_at_least_three_rows_and_columns(rows, columns, word):
     with pytest.raises(InputError, match=word):
         tabulated(lambda alpha, beta: alpha - beta, 1.0, rows=rows, columns=columns)
     assert tabulated(lambda alpha, beta: alpha - beta, 1.0, rows=3, columns=3).values["upper"].size == 3

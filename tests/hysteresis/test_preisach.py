@@ -103,7 +103,7 @@ def test_off_the_diagonal_the_measure_is_negative(kernel):
             assert cell + everett(alpha, beta + h, q) <= 1e-16
 
 
-def test_a_magnet_turns_its_loop_the_other_way():
+def test_the_loop_of_a_magnet_runs_in_the_opposite_sense():
     magnet = hysteresis.tabulated(lambda alpha, beta: 0.25 * (alpha - beta) ** 2, 1.0)
     loop = along([1.0, -1.0, 1.0], 200)
     for operator, sign in ((magnet, -1.0), (of("dahl_masing"), 1.0)):
@@ -126,7 +126,7 @@ def test_below_one_the_exponent_saturates_at_a_finite_travel():
 
 
 @every_kernel
-def test_far_away_every_kernel_is_at_saturation_and_finite(kernel):
+def test_at_large_inputs_every_kernel_is_saturated_and_finite(kernel):
     f = response(of(kernel), [1e9, -1e9, 1e200, -1e200, 0.0])
     assert np.all(np.isfinite(f))
     assert np.max(np.abs(np.abs(f[:4]) - 1.0)) <= 1e-8

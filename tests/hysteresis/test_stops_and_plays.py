@@ -21,7 +21,7 @@ def test_play_and_stop_share_the_input(path, r):
     assert np.max(np.abs(stop)) <= r + 1e-15
 
 
-def test_a_gap_is_crossed_before_anything_moves():
+def test_a_gap_is_crossed_before_the_output_moves():
     path = np.array([0.5, 1.0, 1.5, 0.5, -0.5, -1.0])
     assert response(hysteresis.play(r=1.0), path).tolist() == [0.0, 0.0, 0.5, 0.5, 0.5, 0.0]
     assert response(hysteresis.stop(r=1.0), path).tolist() == [0.5, 1.0, 1.0, 0.0, -1.0, -1.0]
@@ -54,7 +54,7 @@ def test_stops_are_congruent_everywhere_and_obey_masing(bias, tip):
     assert abs((here[0] - here[-1]) - 2.0 * virgin) <= 1e-13
 
 
-def test_nothing_adds_up_over_many_small_moves():
+def test_no_error_accumulates_over_many_small_moves():
     fine = np.linspace(0.0, 0.1, 100_001)
     there_and_back = np.concatenate([fine, fine[::-1]])
     assert abs(response(hysteresis.stop(r=1.0), there_and_back)[-1]) == 0.0

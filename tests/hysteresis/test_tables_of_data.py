@@ -22,7 +22,7 @@ def curves_of(operator, extent=4.0, count=81, side=1.0, samples=80):
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
-def test_a_table_along_curves_is_the_operator_that_has_them(side):
+def test_a_table_along_curves_is_the_operator_of_these_curves(side):
     truth = of("reformed_dahl_exact")
     table = table_of_curves(curves_of(truth, side=side))
     u = walk(1, 1500)
@@ -39,7 +39,7 @@ def test_a_constant_part_of_the_output_stays_in_a_table_along_curves(side):
     assert response(table, u, history=[4.0]) == pytest.approx(response(truth, u, history=[4.0]) + 3.0, abs=0.01)
 
 
-def test_a_table_gives_its_curves_back_and_nothing_beyond():
+def test_a_table_reproduces_its_curves_and_is_constant_beyond():
     curves = curves_of(of("dahl_masing"), count=9)
     table = table_of_curves(curves, columns=4001)
     for u, f in curves:

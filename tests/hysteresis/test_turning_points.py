@@ -17,7 +17,7 @@ def stored(operator, path):
     return memory[: state.depth].tolist(), state
 
 
-def test_turning_points_are_nested_and_closed_loops_leave_none():
+def test_turning_points_are_nested_and_closed_loops_remove_theirs():
     operator = of("dahl_masing")
     assert stored(operator, [3.0])[0] == []
     assert stored(operator, [3.0, -1.0, 2.0, 0.0])[0] == [3.0, -1.0, 2.0]
@@ -29,7 +29,7 @@ def test_turning_points_are_nested_and_closed_loops_leave_none():
     assert stored(operator, [3.0, -2.999])[0] == [3.0]
 
 
-def test_a_reversal_below_the_tolerance_stores_nothing_and_a_larger_one_does():
+def test_only_a_reversal_beyond_the_tolerance_is_stored():
     operator = of("dahl_masing", tolerance=1e-3)
     points, state = stored(operator, [1.0, 1.0 - 0.9e-3])
     assert points == []
@@ -42,7 +42,7 @@ def test_a_reversal_below_the_tolerance_stores_nothing_and_a_larger_one_does():
 
 
 @pytest.mark.parametrize("capacity", [4, 5, 8, 33])
-def test_overflow_is_counted_and_told(capacity):
+def test_overflow_is_counted_and_reported(capacity):
     small = of("reformed_dahl_exact", capacity=capacity)
     sweep = hysteresis.conditioned(3.0, 60)
     with pytest.warns(InputWarning, match=rf"Raise capacity, now {capacity}"):
@@ -76,7 +76,7 @@ def test_a_walk_of_any_length_keeps_few_points():
 
 
 @pytest.mark.parametrize("kernel", ["dahl_masing", "reformed_dahl_exact"])
-def test_a_branch_holds_from_its_beginning_to_its_end(kernel):
+def test_a_branch_is_valid_from_its_beginning_to_its_end(kernel):
     operator = of(kernel)
     q = operator.component.measure(operator.parameters)
     state, memory = after(operator, walk(13, 400))
@@ -95,7 +95,7 @@ def test_a_branch_holds_from_its_beginning_to_its_end(kernel):
             assert branch_point(branch, u, q) == (branch_output(branch, u, q), branch_slope(branch, u, q))
 
 
-def test_at_the_end_of_a_branch_the_next_one_goes_on():
+def test_the_next_branch_continues_at_the_end_of_a_branch():
     operator = of("reformed_dahl_exact")
     q = operator.component.measure(operator.parameters)
     state, memory = after(operator, [3.0, -1.0, 2.0, 0.0, 0.5])
@@ -116,7 +116,7 @@ def composite(capacity):
 
 
 @pytest.mark.slow
-def test_friction_that_forgets_says_so_along_a_motion_and_in_a_simulation():
+def test_lost_memory_is_reported_along_a_motion_and_in_a_simulation():
     x = 1e-5 * hysteresis.conditioned(1.0, 40)
     response(composite(64), x, 1e-3)
     with pytest.warns(InputWarning, match="preisach_lugre: the memory of turning points was full"):

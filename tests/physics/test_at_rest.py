@@ -39,7 +39,7 @@ def strokes(seed, speed=3.5):
 @pytest.mark.fast_cases(12)
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("turned", [1.0, -1.0])
-def test_a_step_at_rest_leaves_the_same_contact_whichever_limit_is_asked_for(name, turned):
+def test_both_limits_of_a_step_at_rest_leave_the_same_contact(name, turned):
     moving = Contact(model_of(name))
     for v in turned * strokes(1):
         largest = abs(moving.move(v * DT, abs(v))[0])
@@ -51,7 +51,7 @@ def test_a_step_at_rest_leaves_the_same_contact_whichever_limit_is_asked_for(nam
 
 
 @pytest.mark.parametrize("name", [name for name in NAMES if "scatter" not in name and "+" not in name])
-def test_what_is_fed_at_rest_is_mirrored_by_a_mirrored_motion(name):
+def test_feedforward_at_rest_is_mirrored_for_a_mirrored_motion(name):
     model = model_of(name)
     if "scatter" in model.values:
         model = model.with_values(scatter=0.0)

@@ -15,7 +15,7 @@ S, F_C = 2e5, 1.3
 
 
 @pytest.mark.parametrize(("exponent", "beta"), [(1.0, 0.5), (2.0, 0.5), (2.0, 0.9), (5.0, 0.7)])
-def test_it_solves_its_differential_equation_with_order_two(exponent, beta):
+def test_steps_solve_the_differential_equation_with_order_two(exponent, beta):
     model = friction.bouc_wen(s=S, F_C=F_C, exponent=exponent, beta=beta)
 
     def slope(x, f, way):
@@ -35,7 +35,7 @@ def test_it_solves_its_differential_equation_with_order_two(exponent, beta):
     assert np.log2(errors[0] / errors[-1]) / 2 > 1.6, errors
 
 
-def test_the_dahl_model_of_exponent_one_is_the_case_of_full_direction_dependence():
+def test_dahl_of_exponent_one_is_the_case_of_full_direction_dependence():
     v = 10 ** np.random.default_rng(4).uniform(-6, -2, 200) * np.random.default_rng(5).choice((-1, 1), 200)
     bouc_wen = friction.bouc_wen(s=S, F_C=F_C, exponent=1.0, beta=1.0, sigma_2=3.0)
     dahl = friction.dahl(sigma_0=S, F_C=F_C, exponent=1.0, sigma_2=3.0)
@@ -60,6 +60,6 @@ def test_a_small_cycle_at_a_force_of_one_sign_relaxes():
     assert contact.force(0.0) < 0.99 * before
 
 
-def test_a_shape_that_produces_energy_is_refused():
+def test_a_shape_that_creates_energy_is_refused():
     with pytest.raises(InputError, match=r"beta.*0.5 to 1"):
         friction.bouc_wen(s=S, F_C=F_C, beta=0.2)

@@ -15,7 +15,7 @@ SHAPES = [(1.0, 1e3, 0.8, -1.1), (1.0, 1e3, 0.8, 0.3), (1.0, 1e3, 0.2, 0.7), (1.
 
 
 @pytest.mark.parametrize(("nu", "beta", "gamma", "delta"), SHAPES)
-def test_it_solves_its_differential_equation(nu, beta, gamma, delta):
+def test_steps_solve_the_differential_equation(nu, beta, gamma, delta):
     model = friction.bouc_wen_classic(alpha=ALPHA, beta=beta, gamma=gamma, delta=delta, nu=nu)
 
     def slope(x, z, way):
@@ -38,7 +38,7 @@ def test_it_solves_its_differential_equation(nu, beta, gamma, delta):
         assert np.log2(errors[0] / errors[-1]) / 2 > 1.6, errors
 
 
-def test_where_it_yields_it_is_the_model_in_stiffness_and_force():
+def test_a_yielding_shape_equals_the_model_in_stiffness_and_force():
     v = 10 ** np.random.default_rng(4).uniform(-6, -2, 300) * np.random.default_rng(5).choice((-1, 1), 300)
     bound, exponent, beta = 20.0, 2.0, 0.6
     plain = friction.bouc_wen(s=ALPHA, F_C=bound, exponent=exponent, beta=beta)
@@ -47,20 +47,20 @@ def test_where_it_yields_it_is_the_model_in_stiffness_and_force():
     np.testing.assert_allclose(force_along(classic, v, 1e-3), force_along(plain, v, 1e-3), rtol=1e-9, atol=1e-9)
 
 
-def test_only_the_products_of_its_amplitudes_show():
+def test_the_force_depends_on_products_of_the_amplitudes_only():
     v = 1e-2 * np.sin(np.linspace(0.0, 40.0, 500))
     item, other = (friction.bouc_wen_classic(alpha=ALPHA, beta=beta, gamma=800.0 / beta, delta=-1100.0 / beta) for beta in (1e3, 20.0))
     np.testing.assert_allclose(force_along(item, v, 1e-3), force_along(other, v, 1e-3), atol=1e-9)
 
 
-def test_it_hardens_where_its_amplitudes_add_up_to_less_than_nothing():
+def test_a_negative_sum_of_amplitudes_hardens():
     hard = friction.bouc_wen_classic(alpha=ALPHA, beta=1e3, gamma=0.8, delta=-1.1)
     force = force_along(hard, np.full(100, 1e-3), 1e-2)
     assert np.all(np.diff(np.diff(force)) > 0.0)
     assert force[-1] > ALPHA * 1e-3
 
 
-def test_a_closed_cycle_dissipates_whether_it_yields_or_hardens():
+def test_closed_cycles_dissipate_for_yielding_and_hardening():
     v = 0.02 * np.cos(np.linspace(0.0, 4.0 * np.pi, 2001)[:-1])
     for delta in (0.3, -1.1):
         model = friction.bouc_wen_classic(alpha=ALPHA, beta=1e3, gamma=0.8, delta=delta)

@@ -61,7 +61,7 @@ def test_a_branch_ends_where_a_loop_is_wiped_out(way):
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
 @pytest.mark.parametrize("law", [POWER, CREEPING])
-def test_by_a_power_law_the_share_that_slips_is_that_of_the_law(side, law):
+def test_the_slipping_share_follows_a_power_law(side, law):
     stack, memory = stack_after(side * 0.1)
     piece = piece_at(stack, memory, side, G, law)
     flow = deflection_rate(stack.z, piece, side * 2.0, G, law, Q)
@@ -73,7 +73,7 @@ def test_by_a_power_law_the_share_that_slips_is_that_of_the_law(side, law):
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
 @pytest.mark.parametrize("z", [0.2, 0.24, 0.28])
-def test_through_an_open_gate_the_share_that_slips_is_that_of_the_law(side, z):
+def test_the_slipping_share_follows_an_open_gate(side, z):
     stack, memory = stack_after(side * z)
     r = side * stack.f / G
     assert GATE.rho < r < 1.0
@@ -85,7 +85,7 @@ def test_through_an_open_gate_the_share_that_slips_is_that_of_the_law(side, z):
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
-def test_a_contact_above_the_force_in_sliding_goes_back_until_it_is_there(side):
+def test_a_contact_above_the_force_in_sliding_returns_to_it(side):
     stack, memory = stack_after(side * 0.3)
     level = 0.8 * side * stack.f
     piece = piece_at(stack, memory, side, level, GATE)
@@ -95,7 +95,7 @@ def test_a_contact_above_the_force_in_sliding_goes_back_until_it_is_there(side):
     assert flow.margin == pytest.approx(0.25 + PASSED)
 
 
-def test_a_contact_turns_only_where_it_has_passed_the_force_in_sliding():
+def test_a_contact_turns_only_after_passing_the_force_in_sliding():
     stack, memory = stack_after(0.3)
     for level, way in ((stack.f, 1.0), (stack.f * (1.0 - 0.5e-9), 1.0), (stack.f * (1.0 - 2e-9), -1.0)):
         assert piece_at(stack, memory, 1.0, level, GATE).way == way
@@ -105,7 +105,7 @@ def test_a_contact_turns_only_where_it_has_passed_the_force_in_sliding():
         assert piece_at(back, memory, 1.0, level, GATE).way == way
 
 
-def test_a_step_that_reaches_back_behind_a_turning_point_sees_the_mirror_image_of_its_branch():
+def test_a_step_back_past_a_turning_point_follows_the_mirrored_branch():
     stack, memory = stack_after(0.2)
     piece = piece_at(stack, memory, -1.0, 1e3, GATE)
     behind, at, ahead = (deflection_rate(0.2 + dz, piece, -1.0, 1e3, GATE, Q).f for dz in (1e-3, 0.0, -1e-3))

@@ -38,7 +38,7 @@ def test_every_file_has_its_name_in_the_list():
 
 
 @pytest.mark.parametrize("name", CHANNEL_SLOTS)
-def test_every_slot_meets_the_contract_and_stays_the_one_that_it_is(name):
+def test_every_slot_meets_the_contract_and_is_found_by_name(name):
     checks = check_model(CHANNEL_SLOTS[name])
     assert [check for check in checks if not check.passed] == []
     assert len(checks) == len(OF_SLOT)
@@ -50,7 +50,7 @@ def test_every_slot_meets_the_contract_and_stays_the_one_that_it_is(name):
 # --- seals under pressure ----------------------------------------------------------------------------------------
 
 
-def test_a_level_is_that_of_the_model_at_the_pressure_that_it_is_told_at():
+def test_the_level_at_the_stated_pressure_is_that_of_the_model():
     assert [of_seals.factor(pressure, of_seals.Parameters(1e-7, 2e6)) for pressure in (2e6, 3e6, 0.0)] == pytest.approx([1.0, 1.1, 0.8])
     slot = of_seals.SLOT
     assert (slot.neutral, slot.identified, slot.of, slot.channel.usual) == ((0.0, 0.0), ("k_P",), "level", 0.0)
@@ -60,7 +60,7 @@ def test_a_level_is_that_of_the_model_at_the_pressure_that_it_is_told_at():
     assert slot.channel.variable.min == 0.0
 
 
-def test_pressure_raises_what_is_dry_and_leaves_what_is_viscous():
+def test_pressure_raises_dry_friction_only():
     model = find("coulomb_viscous+pressure")(F_C="80 N", F_v="300 N*s/m", k_P="0.02 1/bar", P_0="10 bar")
     with interpreted():
         force = force_along(model, V, 1e-3, pressure=PRESSURE)
@@ -73,7 +73,7 @@ def test_pressure_raises_what_is_dry_and_leaves_what_is_viscous():
     assert still == pytest.approx(80.0 * np.sign(V) + 300.0 * V)
 
 
-def test_a_pressure_is_one_of_a_turning_axis_too():
+def test_a_rotational_axis_may_have_a_pressure():
     model = find("coulomb+pressure")(kind="rotational", F_C="2 N*m", k_P="0.01 1/bar", P_0="-10 bar")
     assert model.values["k_P"] == pytest.approx(1e-7)
     assert model.component.surroundings[0].variable.unit("rotational") == "N/m^2"
@@ -81,18 +81,18 @@ def test_a_pressure_is_one_of_a_turning_axis_too():
         assert force_along(model, V, 1e-3, pressure=9e6) == pytest.approx(4.0 * np.sign(V))
 
 
-def test_it_stands_in_one_place_of_a_name_and_goes_with_all_others():
+def test_a_channel_slot_has_one_place_in_a_name_and_combines_with_all_slots():
     model = with_slots(coulomb_viscous, ["pressure", "asymmetry", "load"])
     assert model is find("coulomb_viscous+load+pressure+asymmetry")
     assert model.name == "coulomb_viscous+load+pressure+asymmetry"
     assert [surrounding.name for surrounding in model.surroundings] == ["load", "pressure"]
     with pytest.raises(InputError, match="a slot twice"):
         find("lugre+pressure+pressure")
-    with pytest.raises(InputError, match=r"no such slot.*\+pressure.*or one of your own"):
+    with pytest.raises(InputError, match=r"no such slot.*\+pressure.*or your file"):
         find("lugre+presure")
 
 
-def test_a_model_file_names_it_and_no_code_is_asked_for(tmp_path):
+def test_a_model_file_names_the_slot_without_a_code_file(tmp_path):
     custom = load_slot_file(ROOT / "examples" / "humidity.py")
     model = find("lugre+pressure")(F_C=20.0, F_S=25.0, v_S=1e-3, sigma_0=1e6, k_P=2e-7)
     write_model(tmp_path / "model.toml", None, model)
@@ -106,14 +106,14 @@ def test_a_model_file_names_it_and_no_code_is_asked_for(tmp_path):
         assert read_model(tmp_path / "both.toml", allow_code=True).friction == both
 
 
-def test_one_of_ones_own_may_not_have_its_name(tmp_path):
+def test_a_user_defined_slot_may_not_have_the_name_of_a_built_in_slot(tmp_path):
     text = (ROOT / "examples" / "humidity.py").read_text(encoding="utf-8")
     (tmp_path / "mine.py").write_text(text.replace('name="humidity"', 'name="pressure"'), encoding="utf-8")
     with pytest.raises(InputError, match=r"a name that cannot be asked for; found 'pressure'"):
         load_slot_file(tmp_path / "mine.py")
 
 
-def test_the_next_model_has_it_once_and_keeps_what_is_a_persons_own():
+def test_the_next_model_has_each_slot_once_and_keeps_user_defined_slots():
     plain = coulomb_viscous(F_C=8.0, F_v=30.0)
     assert model_with("pressure", plain) == "coulomb_viscous+pressure"
     pressed = find("coulomb_viscous+pressure")(F_C=8.0, F_v=30.0)
@@ -186,7 +186,7 @@ print(json.dumps({
 '''
 
 
-def test_another_one_is_one_file_and_one_name(tmp_path):
+def test_a_new_channel_slot_needs_one_file_and_one_name(tmp_path):
     """The slot of the pages, put into the folder as it stands, with its name in the list: all else follows."""
     folder, work = tmp_path / "folder", tmp_path / "work"
     for made in (folder, work):
@@ -208,6 +208,6 @@ def test_another_one_is_one_file_and_one_name(tmp_path):
     assert "double humidity" in data["header"]
 
 
-def test_what_is_static_stays_so():
+def test_a_static_model_with_a_channel_slot_is_static():
     assert is_static(find("coulomb+pressure")(F_C=1.0))
     assert br.friction.with_presliding(find("coulomb+pressure")(F_C=1.0), 1e-6).values["k_P"] == 0.0

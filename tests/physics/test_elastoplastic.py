@@ -14,7 +14,7 @@ VALUES = {"F_C": 1.0, "F_S": 1.4, "v_S": 1e-3, "sigma_0": 1e5, "sigma_1": 10.0, 
 MODEL = friction.elastoplastic(**VALUES, z_ba=7e-6)
 
 
-def test_below_the_threshold_it_is_a_spring():
+def test_below_the_threshold_the_contact_is_a_spring():
     x = 6.5e-6 * np.sin(np.linspace(0.0, 60.0, 2000))
     free = friction.elastoplastic(**(VALUES | {"sigma_1": 0.0, "sigma_2": 0.0}), z_ba=7e-6)
     middle = 0.5 * (x[1:] + x[:-1])
@@ -28,7 +28,7 @@ def test_steady_sliding_is_that_of_lugre():
         assert steady[0] == pytest.approx(steady[1], rel=1e-12)
 
 
-def test_it_solves_its_differential_equation_with_order_two():
+def test_steps_solve_the_differential_equation_with_order_two():
     period, speed = 0.1, 8e-4
 
     def velocity(t):
@@ -49,6 +49,6 @@ def test_it_solves_its_differential_equation_with_order_two():
     assert np.log2(errors[0] / errors[-1]) / 2 > 1.7, errors
 
 
-def test_a_threshold_above_sliding_is_refused_with_what_to_do():
+def test_a_threshold_above_sliding_is_refused_with_advice():
     with pytest.raises(InputError, match=r"sigma_0 \* z_ba < F_C.*Lower z_ba"):
         friction.elastoplastic(**VALUES, z_ba=1.1e-5)

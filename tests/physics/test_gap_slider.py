@@ -23,7 +23,7 @@ def along(model, x, count=400):
     return np.array(result), force, v
 
 
-def test_it_slips_at_its_force_and_is_slack_in_its_backlash():
+def test_the_contact_slips_at_its_force_and_is_slack_in_its_backlash():
     ends, _, _ = along(MODEL, [10e-3, 10e-3 - R, -5e-3, 5e-3])
     assert ends[0] == pytest.approx(20.0)
     assert abs(ends[1]) < 0.1 * 20.0 * 0.1  # the middle of the backlash: next to nothing
@@ -40,7 +40,7 @@ def test_the_mean_of_a_step_does_not_depend_on_how_it_is_cut():
         assert np.mean(fine[cuts:]) == pytest.approx(once[1], rel=1e-6)
 
 
-def test_it_stores_between_its_stops_and_dissipates_only_by_slip():
+def test_the_contact_stores_between_its_stops_and_dissipates_only_in_slip():
     _, force, v = along(MODEL, [3e-3, -3e-3, 3e-3, -3e-3], 2000)
     cycle = slice(2000, 6000)
     assert abs(np.sum(force[cycle] * v[cycle])) < 1e-6 * 20.0 * R
@@ -49,7 +49,7 @@ def test_it_stores_between_its_stops_and_dissipates_only_by_slip():
     assert work == pytest.approx(20.0 * 2.0 * (24e-3 - 2.0 * R), rel=1e-3)
 
 
-def test_its_ends_differ_by_the_side_that_it_leans_to_and_join_without_a_jump():
+def test_parameters_may_differ_by_side_without_a_jump():
     model = friction.find("gap_slider+asymmetry")(F_C_pos=20.0, F_C_neg=12.0, give_pos=2e-3, give_neg=1e-3, gap=4e-3, n=2.0, share=0.1)
     ends, force, _ = along(model, [10e-3, -10e-3, 10e-3], 4000)
     assert ends == pytest.approx([20.0, -12.0, 20.0])
@@ -57,7 +57,7 @@ def test_its_ends_differ_by_the_side_that_it_leans_to_and_join_without_a_jump():
     assert np.max(np.abs(np.diff(force))) < 0.2
 
 
-def test_where_it_stood_is_found_from_what_followed():
+def test_the_initial_place_is_found_from_the_motion():
     rng, model = np.random.default_rng(3), friction.find("gap_slider")(**MODEL.values)
     v = 0.02 * np.sin(2.0 * np.pi * 0.5 * np.arange(4000) * 1e-3)
     signals = {"v": v, "x": np.cumsum(v) * 1e-3}

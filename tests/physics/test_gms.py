@@ -45,7 +45,7 @@ def test_the_mean_force_is_exact_through_stick_and_slip():
     np.testing.assert_allclose(force_along(MODEL, v[::64], 64e-4), fine, atol=1e-12)
 
 
-def test_a_minor_loop_before_sliding_closes_exactly():
+def test_a_presliding_minor_loop_closes_exactly():
     contact = Contact(MODEL)
     contact.move(3e-6, 1e-5, 30)
     before = contact.force(1e-5)

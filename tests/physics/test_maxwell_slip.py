@@ -30,7 +30,7 @@ def test_a_minor_loop_closes_exactly():
 
 @settings(max_examples=40, deadline=None)
 @given(st.lists(st.floats(-2.0, 2.0), min_size=1, max_size=6))
-def test_whatever_happens_inside_a_loop_is_forgotten_when_it_closes(turns):
+def test_a_closed_loop_erases_its_inner_history(turns):
     inside = [3e-6 + 1e-6 * (turn - 2.0) / 4.0 for turn in turns]
     direct = end_force(path(0, 5e-6, -1e-6, 3e-6, 4e-6, count=100))
     detour = end_force(path(0, 5e-6, -1e-6, 3e-6, *inside, 3e-6, 4e-6, count=100))
@@ -46,7 +46,7 @@ def test_masing_the_loop_is_the_virgin_curve_doubled():
         assert abs(tip - descending - 2 * virgin) < 1e-12
 
 
-def test_mean_force_is_exact_whatever_the_step():
+def test_mean_force_is_exact_for_any_step():
     fine, coarse = 4096, 4
     v = np.full(fine, 2e-3)
     mean_fine = force_along(MODEL, v, 1e-6).reshape(coarse, -1).mean(axis=1)

@@ -48,7 +48,7 @@ def peaks(model, amplitude=50e-6, cycles=400):
     return force.max(axis=1)
 
 
-def test_the_limit_scatters_by_as_much_as_told_from_reversal_to_reversal():
+def test_the_limit_scatters_from_reversal_to_reversal_as_specified():
     quiet, rough = peaks(QUIET), peaks(friction.maxwell_stribeck(**SIZES, scatter=0.05, seed=4))
     assert np.ptp(quiet[1:]) < 1e-9
     assert np.std(rough) / quiet[-1] == pytest.approx(0.05, rel=0.15)
@@ -62,7 +62,7 @@ def test_a_seed_gives_one_friction_and_another_seed_another():
     assert not np.any(first[1:] == other[1:])
 
 
-def test_a_reversal_slower_than_the_threshold_is_none():
+def test_a_reversal_slower_than_the_threshold_is_ignored():
     model = friction.maxwell_stribeck(**SIZES, scatter=0.2, seed=1, v_r=1.0)
     result, quiet = peaks(model, cycles=20), peaks(QUIET, cycles=20)
     # One limit is drawn, and no other: all peaks are scaled alike.

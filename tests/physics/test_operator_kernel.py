@@ -62,21 +62,21 @@ def along(model, name):
     ("model", "name"),
     [pytest.param(model, name, marks=() if (model, name) in QUICK else pytest.mark.slow) for model in MODELS for name in TABLES],
 )
-def test_compiled_it_has_the_bits_of_the_operator_alone(model, name):
+def test_compiled_kernels_equal_the_operator_to_the_bit(model, name):
     force, alone = along(model, name)
     assert np.array_equal(force, alone)
 
 
 @pytest.mark.parametrize("name", TABLES)
 @pytest.mark.parametrize("model", MODELS)
-def test_plain_it_has_the_bits_of_the_operator_alone(model, name):
+def test_plain_kernels_equal_the_operator_to_the_bit(model, name):
     with interpreted():
         force, alone = along(model, name)
     assert np.array_equal(force, alone)
 
 
 @pytest.mark.parametrize("name", TABLES)
-def test_sliding_it_follows_the_operator_as_far_as_the_step_is_solved(name):
+def test_sliding_follows_the_operator_to_solver_accuracy(name):
     model = over("preisach_lugre", operator_named(name))
     with interpreted():
         deflection, force = moved(model, walk(8e-6, 200))
@@ -104,7 +104,7 @@ def test_a_closed_form_is_the_kernel_of_that_name(model):
     assert over(model, operator) == getattr(friction, model)(**spelled, **custom)
 
 
-def test_it_stands_by_a_name_and_travels():
+def test_a_model_over_an_operator_is_found_by_name_and_survives_pickling():
     operator = operator_named("reversal_table")
     component = friction.find("preisach_contact+asymmetry")
     model = component(kernel=operator, sigma_2_pos=2.0, sigma_2_neg=3.0, offset=1.0)
@@ -122,7 +122,7 @@ def test_another_operator_takes_its_place():
     assert model.component(kernel=stops, sigma_2=2.0) == over("preisach_contact", stops, sigma_2=2.0)
 
 
-def test_slots_go_around_it():
+def test_a_model_over_an_operator_takes_slots():
     component = friction.find("preisach_lugre+prandtl_ishlinskii+position+asymmetry")
     example = example_of(component)
     with interpreted():
@@ -131,14 +131,14 @@ def test_slots_go_around_it():
     assert np.ptp(force) > 4.0
 
 
-def test_at_rest_it_gives_what_the_virgin_operator_gives():
+def test_the_force_at_rest_is_that_of_the_virgin_operator():
     table = operator_named("preisach_grid").with_values(offset=0.5)
     with interpreted():
         assert Contact(over("preisach_contact", table)).force(0.0) == 0.5
         assert Contact(friction.find("preisach_contact+asymmetry")(kernel=table)).force(0.0) == 0.5
 
 
-def test_a_return_below_the_tolerance_of_the_operator_is_not_remembered():
+def test_a_return_below_the_tolerance_of_the_operator_is_not_stored():
     smallest = 1e-3 * 2e-5
     table = operator_named("preisach_grid").with_values(tolerance=1e-3)
     for name in MODELS:
@@ -155,20 +155,20 @@ def test_a_return_below_the_tolerance_of_the_operator_is_not_remembered():
 @pytest.mark.parametrize(
     ("operator", "words"),
     [
-        (lambda: hysteresis.relay_grid(**hysteresis.relay_grid.example), "gives a staircase"),
+        (lambda: hysteresis.relay_grid(**hysteresis.relay_grid.example), "has a staircase output"),
         (lambda: hysteresis.play(r=1e-6), "gives no force from a displacement"),
         (lambda: hysteresis.inverse_of(operator_named("prandtl_ishlinskii")), "gives no force from a displacement"),
         (lambda: hysteresis.prandtl_ishlinskii(kind="magnetic", thresholds=[1.0], weights=[1.0]), "is magnetic"),
-        (lambda: hysteresis.preisach(s=1e7, f_p=30.0, tolerance=1e-3), "a tolerance of its own"),
-        (lambda: friction.coulomb(F_C=1.0), "is no hysteresis operator"),
+        (lambda: hysteresis.preisach(s=1e7, f_p=30.0, tolerance=1e-3), "has a tolerance"),
+        (lambda: friction.coulomb(F_C=1.0), "is not a hysteresis operator"),
     ],
 )
-def test_what_is_no_kernel_is_refused_by_name(operator, words):
+def test_components_that_are_not_kernels_are_refused_by_name(operator, words):
     with pytest.raises(InputError, match=words):
         friction.preisach_contact(kernel=operator())
 
 
-def test_what_the_operator_tells_is_not_given_twice():
+def test_parameters_of_the_operator_are_not_given_twice():
     with pytest.raises(InputError, match="s: is told by the operator"):
         friction.preisach_contact(kernel=hysteresis.preisach(s=1e7, f_p=30.0), s=1e7)
     with pytest.raises(InputError, match="has no such parameter"):
@@ -182,7 +182,7 @@ def test_kinds_that_differ_are_refused():
         friction.preisach_contact(kernel=stops, kind="translational")
 
 
-def test_an_operator_must_give_more_than_breaks_away():
+def test_the_saturation_of_an_operator_must_exceed_break_away():
     with pytest.raises(InputError, match="saturation of the operator > F_S"):
         over("preisach_lugre", operator_named("reversal_table"), F_S=8.1)
     spring = operator_named("prandtl_ishlinskii")

@@ -11,7 +11,7 @@ NONE = friction.coulomb(F_C=0.0)
 BODY = plants.oscillator(M=2.0, c=10.0, k=5e4)
 
 
-def test_it_rings_as_the_closed_form_does_with_order_two():
+def test_free_vibration_converges_to_the_closed_form_with_order_two():
     t = 1e-3 * np.arange(400)
     effort = 30.0 * np.sin(2.0 * np.pi * 20.0 * t) + 5.0
     exact = lti([1.0], [2.0, 10.0, 5e4]).output(effort, t)[1]
@@ -23,14 +23,14 @@ def test_it_rings_as_the_closed_form_does_with_order_two():
     assert np.log2(errors[0] / errors[-1]) / 2 == pytest.approx(2.0, abs=0.1)
 
 
-def test_its_energy_stays_where_nothing_takes_it():
+def test_energy_is_conserved_without_dissipation():
     free = plants.oscillator(M=2.0, c=0.0, k=5e4)
     trace = run_open_loop(free, NONE, np.zeros(2000), 1e-3, steps=1, x=1e-3)
     energy = 0.5 * 5e4 * trace.position**2 + 0.5 * 2.0 * trace.velocity**2
     np.testing.assert_allclose(energy, energy[0], rtol=1e-9)
 
 
-def test_the_inverse_gives_the_effort_back():
+def test_the_inverse_returns_the_effort():
     t = 1e-4 * np.arange(20_000)
     effort = 20.0 * np.sin(2.0 * np.pi * 7.0 * t)
     trace = run_open_loop(BODY, NONE, effort, 1e-4, steps=4, hold="linear")

@@ -131,7 +131,7 @@ DEFAULTS_OF_ONE = {
 
 
 @pytest.mark.parametrize("model", MODELS.values(), ids=list(MODELS))
-def test_what_nobody_gives_is_absent_or_the_usual(model):
+def test_omitted_parameters_are_absent_or_have_the_usual_default(model):
     made = model(**{name: value for name, value in model.example.items() if name not in model.defaults})
     for name in model.defaults:
         expected = DEFAULTS_OF_ONE.get((model, name), DEFAULTS.get(name))
@@ -159,7 +159,7 @@ def test_examples_are_of_one_contact(model):
         assert [20.0 * nu / k for nu, k in zip(example["nu_i"], example["k_i"], strict=True)] == pytest.approx([1e-6, 8e-6 / 3.0, 6e-6])
 
 
-def test_examples_differ_where_a_model_is_about_that():
+def test_examples_differ_if_the_model_is_about_the_difference():
     assert (dict(stribeck_free.example)["F_0"], dict(stribeck_free.example)["F_C"]) == (18.0, 24.0)  # friction that rises
     assert dict(reformed_dahl.example)["f_p"] == 20.0
     assert dict(preisach_contact.example)["f_p"] == 28.0
@@ -205,7 +205,7 @@ def test_a_virgin_contact_has_not_moved(model):
 
 
 @pytest.mark.parametrize("model", [item for item in STATIC if item is not gap_slider], ids=lambda item: item.name)
-def test_a_static_map_has_nothing_to_commit(model):
+def test_the_move_of_a_static_map_is_empty(model):
     made = model(**model.example)
     _, move = model.trial((), (), Motion(0.3, 0.0), 1e-3, made.parameters)
     assert (tuple(move), model.commit((), (), move, made.parameters)) == ((), ())
@@ -235,7 +235,7 @@ NOMINAL = {"v_S": 1e-2, "sigma_0": 1e6, "s": 1e6, "k_i": 1e6, "sigma_1": 1e2, "z
 
 
 @pytest.mark.parametrize("model", MODELS.values(), ids=list(MODELS))
-def test_what_is_sought_from_is_of_the_order_of_a_machine(model):
+def test_nominal_values_are_of_the_order_of_a_machine(model):
     for name, variable in model.variables.items():
         expected = NOMINAL.get(name)
         if (model, name) in {(bouc_wen_classic, "alpha"): 1e6, (bouc_wen_classic, "beta"): 1e3}:
@@ -250,13 +250,13 @@ DIRECTIONAL = ("F_C", "F_S", "F_0", "F_v", "sigma_2", "give")
 
 
 @pytest.mark.parametrize("model", MODELS.values(), ids=list(MODELS))
-def test_what_may_differ_by_direction_are_the_forces_of_sliding(model):
+def test_only_the_forces_of_sliding_may_differ_by_direction(model):
     for name, variable in model.variables.items():
         expected = (name in DIRECTIONAL or (model, name) == (reformed_dahl, "f_p")) and model is not bouc_wen_classic
         assert variable.directional is expected, name
 
 
-def test_an_uneven_contact_keeps_what_its_parameters_are():
+def test_an_uneven_contact_keeps_the_kinds_of_its_parameters():
     made = uneven(find("preisach_lugre")(**preisach_lugre.example), level=1.2)
     assert made.component.is_integer("seed")
     assert made.component.is_integer("capacity")

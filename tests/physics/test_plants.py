@@ -23,7 +23,7 @@ def state_of(plant, *values):
 
 
 @pytest.mark.parametrize("plant", PLACES.values(), ids=list(PLACES))
-def test_a_port_tells_the_mean_velocity_of_the_step(plant):
+def test_a_port_has_the_mean_velocity_of_the_step(plant):
     state, p = state_of(plant, 0.1, 0.4, *([0.3] if plant is PULLED else [])), plant.parameters
     a, b = plant.component.port(state, 7.0, 0.05, p)
     for force in (0.0, 3.0, -20.0):
@@ -51,7 +51,7 @@ def test_a_short_step_is_the_rate(plant):
         (ARM, (7.0 - 2.0 - 4.0 * math.sin(0.1) + math.cos(0.1) - 0.7 * math.cos(1.2 * math.pi) - 0.2 * math.sin(0.1 * math.pi)) / 2.0),
     ],
 )
-def test_an_acceleration_is_what_is_left_of_the_effort_over_the_mass(plant, acceleration):
+def test_acceleration_is_the_remaining_effort_over_the_mass(plant, acceleration):
     state = state_of(plant, 0.1, 0.4, *([0.3] if plant is PULLED else []))
     rate = plant.component.rate(state, 7.0, 2.0, plant.parameters)
     assert rate[:2] == pytest.approx((0.4, acceleration))
@@ -68,7 +68,7 @@ def test_the_effort_of_a_motion_gives_that_motion(plant):
 
 
 @pytest.mark.parametrize("plant", PLACES.values(), ids=list(PLACES))
-def test_a_body_at_rest_stays_while_the_far_end_of_its_spring_goes_on(plant):
+def test_a_body_at_rest_stays_while_the_far_end_of_its_spring_moves(plant):
     state = state_of(plant, 0.1, 0.4, *([0.3] if plant is PULLED else []))
     assert plant.component.rest(state, 7.0, 0.2, plant.parameters) == (0.1, 0.0, *([0.4] if plant is PULLED else []))
 
@@ -133,17 +133,17 @@ def test_terms_act_half_way_ahead_of_a_step():
     assert (a, b) == pytest.approx((0.4 + 0.0125 * (7.0 - at), -0.0125))
 
 
-def test_known_columns_take_their_share():
+def test_known_columns_contribute_to_the_effort():
     made = find("inertia+known", ["known_wind", "known_belt"])(M=2.0, known_wind=3.0, known_belt=-1.0)
     effort = effort_of_columns(made, [np.array([1.0, 2.0]), np.array([10.0, 0.0])])
     assert effort.tolist() == [3.0 - 10.0, 6.0]
     assert effort_of_columns(MASS, [np.ones(2)]) is None
-    with pytest.raises(InputError, match=r"log: has not the known columns of the plant; found '?1 columns.*allowed '?wind, belt"):
+    with pytest.raises(InputError, match=r"log: lacks the known columns of the plant; found '?1 columns.*allowed '?wind, belt"):
         effort_of_columns(made, [np.ones(2)])
     assert made.values["known_wind"] == 3.0
 
 
-def test_the_names_of_parameters_tell_the_terms():
+def test_the_names_of_parameters_determine_the_terms():
     assert terms_in(["M", "g_cos", "motor_6_cos", "motor_6_sin", "screw_1_sin", "known_a", "known_a", "motor_0_cos"]) == {
         "gravity": True,
         "cogging": {"motor": {6}, "screw": {1}},
@@ -153,10 +153,10 @@ def test_the_names_of_parameters_tell_the_terms():
     assert terms_in(["M"]) == {"gravity": False, "cogging": {"motor": set(), "screw": set()}, "columns": []}
 
 
-def test_a_plant_with_terms_says_so():
+def test_the_description_of_a_plant_names_its_terms():
     made = with_terms(inertia, gravity=True, cogging={"screw": [2, 1, 2]}, columns=["a"])
     assert made.name == "inertia+gravity+cogging+known"
-    assert made.description.endswith(", with gravity of a link and cogging and what columns of a log tell")
+    assert made.description.endswith(", with gravity of a link and cogging and known columns of a log")
     assert made.variables["screw_1_cos"].description == "cogging once a turn of the screw, cosine"
     assert made.variables["screw_2_sin"].description == "cogging 2 times a turn of the screw, sine"
     assert made.variables["known_a"].description == "effort for a 1 in the known column a"
@@ -178,15 +178,15 @@ def test_a_plant_with_terms_says_so():
             (),
             r"there is no such term; found '\+gravitty', allowed \+gravity, \+cogging, \+known. Did you mean 'gravity'",
         ),
-        ("inertia+cogging", ("g_sin",), r"has \+cogging and no coefficient.*such as motor_6_cos = 0.1"),
-        ("inertia+known", ("motor_6_cos",), r"has \+known and no coefficient.*such as known_NAME = 0.1"),
+        ("inertia+cogging", ("g_sin",), r"has \+cogging, but no coefficient.*such as motor_6_cos = 0.1"),
+        ("inertia+known", ("motor_6_cos",), r"has \+known, but no coefficient.*such as known_NAME = 0.1"),
     ],
 )
-def test_a_plant_that_is_not_there_is_refused_with_what_is(name, keys, words):
+def test_an_unknown_plant_is_refused_with_the_known_plants(name, keys, words):
     with pytest.raises(InputError, match=words):
         find(name, keys)
 
 
-def test_terms_that_are_not_named_are_left_out():
+def test_unnamed_terms_are_left_out():
     assert find("inertia") is inertia
     assert find("inertia+gravity", ["g_sin", "motor_6_cos", "known_a"]).name == "inertia+gravity"

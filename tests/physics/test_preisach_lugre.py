@@ -53,7 +53,7 @@ def test_without_room_above_static_friction_the_deflection_grows_without_bound()
     assert deflections[1] > 1.5 * deflections[0]
 
 
-def test_what_cannot_work_is_refused_and_what_hardly_works_warned_of():
+def test_impossible_parameters_are_refused_and_poor_parameters_warned_of():
     with pytest.raises(InputError, match=r"f_p > F_S.*Raise f_p"):
         composite(f_p=F_S)
     with pytest.warns(InputWarning, match=r"f_p >= 1.05 \* F_S"):
@@ -66,7 +66,7 @@ def test_what_cannot_work_is_refused_and_what_hardly_works_warned_of():
         composite("dahl")
 
 
-def test_units_as_text_and_names_as_a_person_writes_them():
+def test_units_may_be_text_and_names_may_be_written_by_hand():
     model = friction.preisach_lugre(
         kernel="dahl_masing",
         s="100 N*m/rad",
@@ -96,7 +96,7 @@ def test_below_the_gate_the_force_is_that_of_the_operator_on_the_position():
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
-def test_a_return_within_rounding_is_no_turn_and_a_creep_in_steps_as_small_goes_on(side):
+def test_a_return_within_rounding_is_no_turn_but_creep_in_such_steps_accumulates(side):
     # Of the length f_p/s = 1.56e-3 rad a step of 1e-16 rad is less than 1e-13.
     contact = Contact(composite())
     contact.move(side * 1e-3, 1e-3, 10)
@@ -127,7 +127,7 @@ def test_directions_differ_in_sliding_and_the_force_stays_continuous():
     assert force.min() == pytest.approx(-0.8, abs=1e-3)
 
 
-def test_memory_that_is_too_small_says_so():
+def test_a_full_memory_is_reported():
     model = friction.leuven(**SLIDING, s=STIFFNESS, f_p=1.2 * F_S, n=8.0, capacity=4)
     turns = 6.0 * UM * (-0.8) ** np.arange(20)
     path = np.concatenate([[0.0], turns])

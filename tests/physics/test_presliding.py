@@ -22,7 +22,7 @@ def steps(distance: float, count: int, dt: float = 1e-3) -> np.ndarray:
     return np.full(count, distance / count / dt)
 
 
-def test_the_force_turns_from_level_to_level_over_the_distance():
+def test_the_force_reverses_over_the_distance():
     model = with_presliding(LEVELS, DISTANCE)
     present, back = steps(40.0 * DISTANCE, 400), steps(-4.0 * DISTANCE, 400)
     force = force_along(model, np.concatenate([present, back]), 1e-3)
@@ -42,7 +42,7 @@ def test_sliding_is_that_of_the_map(v):
     assert turned[-1] == pytest.approx(force_along(SLIDING, moved, dt)[-1], rel=1e-12)
 
 
-def test_a_load_within_the_levels_is_held_and_one_beyond_is_not():
+def test_friction_balances_a_load_within_the_levels_but_not_beyond():
     model, plant = with_presliding(LEVELS, DISTANCE), inertia(M=2.0)
     time = 1e-3 * np.arange(2000)
     for load, fixed in ((9.0, True), (-4.0, True), (11.0, False), (-6.0, False)):

@@ -55,7 +55,7 @@ def test_a_symmetric_loop_is_that_of_the_exact_operator(k):
     np.testing.assert_allclose(result, expected[1:], rtol=1e-13, atol=1e-13)
 
 
-def test_a_minor_loop_is_not_closed_and_the_larger_one_not_taken_up_again():
+def test_a_minor_loop_stays_open_and_the_outer_loop_is_lost():
     contact = Contact(MODEL)
     tips = ends(contact, 3.5, *[2.5, 3.5] * 20)[::2]
     assert tips[0] - tips[1] == pytest.approx(0.177, abs=5e-4)

@@ -22,18 +22,18 @@ def force(rule, side, v, map_=SIDED):
     [("held", 0.0, 3.0), ("held", 1.0, 20.0), ("held", -1.0, -14.0), ("middle", 0.0, 3.0), ("middle", 1.0, 3.0), ("middle", -1.0, 3.0)],
 )
 @pytest.mark.parametrize("v", [0.0, -0.0, 1e-10, -1e-10])
-def test_at_rest_the_force_of_the_last_side_is_held_or_the_middle_taken(rule, side, expected, v):
+def test_the_force_at_rest_is_that_of_the_last_side_or_the_middle(rule, side, expected, v):
     assert force(rule, side, v) == (pytest.approx(expected), side)
 
 
 @pytest.mark.parametrize("rule", ["held", "middle"])
 @pytest.mark.parametrize(("v", "expected"), [(1.1e-10, 20.0), (-1.1e-10, -14.0), (0.5, 20.0)])
-def test_in_motion_a_map_is_what_it_is_and_its_side_is_remembered(rule, v, expected):
+def test_a_moving_map_is_unchanged_and_its_side_is_stored(rule, v, expected):
     for side in (0.0, 1.0, -1.0):
         assert force(rule, side, v) == (pytest.approx(expected), math.copysign(1.0, v))
 
 
-def test_at_rest_what_surrounds_a_contact_stays():
+def test_the_load_acts_on_a_contact_at_rest():
     loaded = friction.find("coulomb+load")(F_C=20.0, k_L=1.0)
     model = with_rest(loaded, "held")
     result, _ = model.component.trial(State(1.0), (), Motion(0.0, 0.0, 2.0), 1e-3, model.parameters)

@@ -17,7 +17,7 @@ LAWS = {
 
 
 @pytest.mark.parametrize("name", LAWS)
-def test_both_together_are_what_each_is_alone(name):
+def test_slip_and_slope_together_equal_each_alone(name):
     law, h = LAWS[name], 1e-6
     for r in RATIOS:
         value, slope = slip_point(r, law)
@@ -33,7 +33,7 @@ def test_in_steady_sliding_all_of_the_motion_slips(name):
     assert slip_weight(0.5, 2.0, LAWS[name]) == pytest.approx(max(LAWS[name].exponent, 1.0), rel=1e-15)
 
 
-def test_a_contact_that_is_unloaded_slips_the_other_way_by_its_share():
+def test_an_unloading_contact_slips_backward_by_its_share():
     law = LAWS["unloading with some"]
     assert slip(-0.5, law) == slip_point(-0.5, law)[0] == -0.4 * 0.25
     assert slip_point(-0.5, law)[1] == 0.4 * 2.0 * 0.5

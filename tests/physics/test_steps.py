@@ -55,7 +55,7 @@ def walk(seed, count=1200):
 
 @pytest.mark.fast_cases(8)
 @pytest.mark.parametrize("model", [*examples()])
-def test_the_force_moves_no_further_than_the_last_place_of_the_velocities(model):
+def test_the_force_changes_only_in_the_last_place_with_the_velocity(model):
     for seed in range(100):
         v = walk(seed, 600)
         up = np.random.default_rng(seed).random(v.size) < 0.5
@@ -65,7 +65,7 @@ def test_the_force_moves_no_further_than_the_last_place_of_the_velocities(model)
 
 
 @pytest.mark.parametrize("model", [*examples()])
-def test_a_first_step_of_whatever_length_is_the_mean_of_its_parts(model):
+def test_a_first_step_of_any_length_is_the_mean_of_its_parts(model):
     for distance in (1e-6, 2e-6, 5e-6, 1e-5, 2e-5, 5e-5, 1e-4, 2e-4, 5e-4):
         parts = 500
         fine = np.mean(force_along(model, np.full(parts, distance / DT), DT / parts))
@@ -121,7 +121,7 @@ def test_a_solve_of_the_composite_takes_few_rounds(transition, n, monkeypatch):
 
 
 @pytest.mark.parametrize(("transition", "n"), TRANSITIONS)
-def test_a_short_step_of_the_composite_asks_its_curve_three_times_at_most(transition, n, monkeypatch):
+def test_a_short_step_of_the_composite_evaluates_its_curve_at_most_three_times(transition, n, monkeypatch):
     requested = []
     for name in ("branch_output", "branch_point"):
         plain = getattr(deflection, name)
@@ -143,7 +143,7 @@ def test_a_step_of_hardly_any_length_keeps_the_force(transition, n):
 
 
 @pytest.mark.parametrize("kernel", range(4))
-def test_no_step_passes_the_force_in_sliding_where_a_loop_is_wiped_out_just_below_it(kernel):
+def test_no_step_passes_sliding_when_a_loop_is_wiped_out_just_below(kernel):
     q = ClosedForm(kernel, 1e7, 33.6)
     for missing, dx in itertools.product(np.geomspace(1e-11, 1e-8, 100).tolist(), (1e-5, 1e-3)):
         stack, memory, forces = Stack(), np.zeros(stack_size(8)), []
@@ -173,7 +173,7 @@ NASTY = {
 
 
 @pytest.mark.parametrize("name", sorted(NASTY))
-def test_the_interval_of_a_search_is_halved_in_every_round_after_a_few_whatever_the_function(name):
+def test_the_search_interval_is_halved_each_round_for_any_function(name):
     function, slope = NASTY[name]
     search = newton_from(1.0, 1.0)
     for k in range(NEWTON_ROUNDS + 40):

@@ -67,7 +67,7 @@ def test_friction_reversal_inside_a_step_is_followed():
         assert abs(trace.position[-1] - exact) < 1e-12, count
 
 
-def test_viscous_and_coulomb_stop_where_theory_says():
+def test_viscous_and_coulomb_friction_stop_at_the_theoretical_place():
     M, F_C, F_v, v0 = 2.0, 1.0, 0.8, 1.5
     # M v' = -F_C - F_v v from v0 to 0.
     distance = M / F_v * (v0 - F_C / F_v * np.log1p(F_v * v0 / F_C))
@@ -81,7 +81,7 @@ def test_viscous_and_coulomb_stop_where_theory_says():
     assert np.log2(errors[0] / errors[1]) > 1.7
 
 
-def test_the_stiction_spike_of_stribeck_is_felt():
+def test_stribeck_friction_has_its_stiction_spike():
     model = friction.stribeck(F_C=1.0, F_S=2.0, v_S=1e-2, F_v=0.0)
     fixed = run_open_loop(inertia(M=1.0), model, np.full(1000, 1.9), 1e-3)
     loose = run_open_loop(inertia(M=1.0), model, np.full(1000, 2.1), 1e-3)
@@ -91,7 +91,7 @@ def test_the_stiction_spike_of_stribeck_is_felt():
     assert sliding.velocity[-1] > 0.5
 
 
-def test_presliding_turns_a_static_map_over_its_distance():
+def test_presliding_reverses_a_static_map_over_its_distance():
     d = 2e-6
     model = friction.with_presliding(friction.coulomb(F_C=10.0), d)
     from bristle import response

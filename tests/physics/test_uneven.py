@@ -30,7 +30,7 @@ def test_a_step_has_the_mean_of_the_creeping_force_at_its_ends():
     assert moved(model, state, 1.0, 0.2, 0.1)[0] == pytest.approx(23.0 + 7.5)
 
 
-def test_each_reversal_draws_a_level_of_its_own_and_no_step_between():
+def test_each_reversal_draws_a_level_and_no_step_between():
     model = uneven(COULOMB, unevenness=0.1, travel=1e-9, seed=4)
     state, levels, counts = virgin(model), [], []
     for v in (1.0, 1.0, -1.0, -1.0, 1.0):
@@ -45,7 +45,7 @@ def test_each_reversal_draws_a_level_of_its_own_and_no_step_between():
 
 
 @pytest.mark.parametrize(("v", "draws"), [(4.9e-8, 0), (5.1e-8, 1), (-4.9e-8, 0), (-5.1e-8, 1)])
-def test_what_is_slower_than_noise_is_no_reversal(v, draws):
+def test_a_reversal_slower_than_noise_is_ignored(v, draws):
     model = uneven(COULOMB, unevenness=0.1)
     _, state = moved(model, virgin(model), v, 0.0)
     assert (state.reversals, state.side) == (draws, math.copysign(1.0, v) if draws else 0.0)
@@ -62,7 +62,7 @@ def test_a_level_changes_over_its_travel():
     assert start.scale == pytest.approx(1.4 - 0.4 * math.exp(-1.0), rel=1e-3)
 
 
-def test_a_level_that_is_drawn_keeps_a_twentieth():
+def test_a_drawn_level_keeps_at_least_a_twentieth():
     model = uneven(COULOMB, unevenness=0.3)
     deep = next(seed for seed in range(10_000) if normal(seed, 0) < -3.4)
     _, state = moved(model.with_values(seed=deep), virgin(model), 1.0, 0.0)

@@ -22,7 +22,7 @@ def moved(count=2000, dt=1e-3):
     return np.diff(x, prepend=0.1) / dt, x, dt
 
 
-def test_at_the_middle_nothing_varies_and_at_the_end_all_of_it_does():
+def test_variation_is_zero_in_the_middle_and_full_at_the_end():
     plain, placed = find("coulomb_viscous"), find("coulomb_viscous+position")
     values = {"F_C": 20.0, "F_v": 100.0}
     for x, factor, beside in ((0.1, 1.0, 0.0), (0.2, 1.1, 3.0), (0.0, 0.7, -1.0), (5.0, 1.1, 3.0), (-5.0, 0.7, -1.0)):
@@ -58,7 +58,7 @@ def test_a_body_still_sticks_where_friction_varies():
     assert np.ptp(trace.position[-500:]) == 0.0
 
 
-def test_slots_go_together_in_any_order_and_the_base_is_known():
+def test_slots_combine_in_any_order_and_the_base_is_known():
     item, other = find("lugre+asymmetry+position+load"), find("lugre+load+position+asymmetry")
     assert item is other
     assert item.name == "lugre+position+load+asymmetry"
@@ -76,7 +76,7 @@ def test_friction_may_not_change_its_sign_along_the_axis():
         find("coulomb+position")(F_C=20.0)
 
 
-def test_tables_and_certificates_take_friction_as_it_is_in_the_middle():
+def test_tables_and_certificates_use_the_friction_in_the_middle():
     model = find("lugre+position+periodic")(**LUGRE, **PLACE, pitch=5e-3, c_1=3.0, s_1=1.0)
     plain = find("lugre")(**LUGRE)
     assert steady_force(model, 0.02) == pytest.approx(steady_force(plain, 0.02))
@@ -84,7 +84,7 @@ def test_tables_and_certificates_take_friction_as_it_is_in_the_middle():
     assert {name: item.passed for name, item in check(model).items()} == {name: item.passed for name, item in check(plain).items()}
 
 
-def test_coefficients_that_multiply_friction_are_told_from_those_that_add_a_force():
+def test_multiplying_and_adding_coefficients_are_distinguished():
     model = find("coulomb+position+periodic+load+temperature")
     assert [name for name, variable in model.variables.items() if is_factor(variable)] == ["p_1", "p_2", "k_L", "k_T"]
 
@@ -103,7 +103,7 @@ def test_friction_keeps_its_sign_at_the_least_place_of_the_axis(p_1, p_2, allowe
 
 
 @pytest.mark.parametrize("slot", ["position", "periodic", "load", "temperature"])
-def test_friction_varies_with_nothing_that_no_slot_asks_for(slot):
+def test_friction_varies_only_with_the_causes_of_its_slots(slot):
     v, x = np.array([1.0, -1.0]), np.array([0.13, 0.17])
     model = find(f"coulomb+{slot}")
     neutral = {name: 0.0 for name in model.variables if name not in ("F_C", "x_L", "pitch")}
@@ -114,7 +114,7 @@ def test_friction_varies_with_nothing_that_no_slot_asks_for(slot):
 
 
 @pytest.mark.parametrize(("pitch", "allowed"), [(1e-12, True), (0.9e-12, False), (0.0, False)])
-def test_a_turn_of_the_screw_goes_a_picometre_at_least(pitch, allowed):
+def test_a_turn_of_the_screw_moves_at_least_a_picometre(pitch, allowed):
     made = {"F_v": 1.0, "pitch": pitch, "c_1": 0.1, "s_1": 0.0}
     if allowed:
         assert find("viscous+periodic")(**made).values["pitch"] == pitch

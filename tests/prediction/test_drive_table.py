@@ -38,7 +38,7 @@ def curved():
     return replace(fit, friction=friction.stribeck(F_C=8.0, F_S=11.0, v_S=1e-3, F_v=30.0))
 
 
-def test_it_covers_the_velocities_of_the_log(curved):
+def test_the_table_covers_the_velocities_of_the_log(curved):
     fit = curved
     table = drive_table(fit)
     velocities = [velocity for velocity, _ in table]
@@ -49,13 +49,13 @@ def test_it_covers_the_velocities_of_the_log(curved):
     assert np.diff(velocities[10:])[:-1].max() < 0.3 * np.diff(velocities)[-1]
 
 
-def test_straight_friction_takes_no_more_than_its_ends(fit):
+def test_straight_friction_needs_only_its_ends(fit):
     table = drive_table(fit)
     assert len(table) == 4
     assert largest_deviation(fit, table) < 1e-5
 
 
-def test_no_other_places_come_closer_to_the_model(curved):
+def test_no_other_entries_are_closer_to_the_model(curved):
     table = drive_table(curved)
     deviation = largest_deviation(curved, table)
     assert 0.0 < deviation < 0.02 * 11.0
@@ -131,7 +131,7 @@ def test_a_level_with_its_viscous_part_touches_friction_from_below(friction_of, 
     assert tuple(line) == pytest.approx((level, slope, off, off_of_level), abs=1e-4)
 
 
-def test_levels_of_both_directions_leave_the_constant_force_out():
+def test_levels_of_both_directions_exclude_the_constant_force():
     model = friction.find("coulomb_viscous+asymmetry")(F_C_pos=8.0, F_C_neg=6.0, F_v_pos=30.0, F_v_neg=20.0, offset=1.5)
     speed = np.linspace(0.0, 0.1, 20)
     sides = {1.0: np.column_stack([speed, 9.5 + 30.0 * speed]), -1.0: np.column_stack([speed, 4.5 + 20.0 * speed])}
@@ -168,7 +168,7 @@ def test_a_log_that_never_slid_has_no_table(fit):
     assert not beyond("M").never_slid
 
 
-def test_a_break_away_level_beyond_the_effort_is_no_sign_of_a_log_that_never_slid(curved):
+def test_a_break_away_level_beyond_the_effort_does_not_mean_no_sliding(curved):
     reason = Diagnostic("beyond_effort", "F_S")
     estimates = [replace(item, reason=reason) if item.name == "F_S" else item for item in curved.estimates]
     assert not replace(curved, estimates=tuple(estimates)).never_slid
@@ -212,7 +212,7 @@ def test_a_resolved_side_is_a_line_between_its_points():
     assert len(flat) < 100
 
 
-def test_points_are_placed_where_straight_lines_reach():
+def test_points_are_placed_as_far_as_straight_lines_reach():
     x = np.linspace(0.0, 4.0, 41)
     bent = np.column_stack([x, np.abs(x - 1.0)])
     assert placed(bent, 3) == [0, 10, 40]
@@ -228,7 +228,7 @@ def test_a_parabola_is_cut_into_stretches_of_one_length():
     assert np.diff(corners) == pytest.approx(250, abs=12)
 
 
-def test_points_that_take_more_lines_than_allowed_are_none():
+def test_too_many_points_give_no_result():
     x = np.linspace(0.0, 4.0, 41)
     bent = np.column_stack([x, np.abs(x - 1.0)])
     assert _reached(bent, 1e-9, 3) == [0, 10, 40]
@@ -236,7 +236,7 @@ def test_points_that_take_more_lines_than_allowed_are_none():
     assert _reached(bent, 2.0, 2) == [0, 40]
 
 
-def test_a_table_along_a_log_errs_by_what_it_leaves_out():
+def test_the_error_of_a_table_along_a_log_is_its_missing_force():
     log, model = sliding_log(), friction.coulomb_viscous(F_C=8.0, F_v=30.0)
     speed = np.linspace(0.0, 1.0, 50)
     side = np.column_stack([speed, 8.0 + 30.0 * speed])

@@ -64,17 +64,17 @@ def test_levels_distances_and_inertia():
 
 
 @pytest.mark.parametrize("quantity", ["1", "time", "1/temperature", "force*temperature"])
-def test_what_has_no_length_and_no_force_stays_as_it_is(quantity):
+def test_quantities_without_length_and_force_are_unchanged(quantity):
     assert drive_units(SCREW, "translational").of(quantity) == ()
 
 
-def test_without_an_axis_or_a_motor_there_is_less():
+def test_without_an_axis_or_a_motor_there_are_fewer_units():
     assert drive_units(None, "rotational").of("force") == ()
     assert set(by_name("force", BARE)) == set()
     assert set(by_name("force/length", BARE)) == {"N/mm"}
 
 
-def test_a_column_of_velocity_tells_its_own_unit():
+def test_a_velocity_column_has_its_unit():
     assert log_units(BARE, "translational").velocity.name == "mm/min"
     assert table_units(BARE, "translational").drive is None
     assert log_units(BARE, "translational").velocity.of(SPEED) == pytest.approx(1800.0)
@@ -115,7 +115,7 @@ def test_a_drive_wants_the_units_of_its_log_its_motor_and_percent_of_rated():
     assert sizes(units.inertias) == {"kg*m^2 at the motor": 250_000.0}
 
 
-def test_percent_of_a_log_are_not_told_twice():
+def test_percent_of_a_log_is_listed_once():
     rated = axis(position=("m", "m", 1.0), effort=("%", "%", 0.5), rated=50.0)
     assert sizes(drive_units(rated, "translational").efforts) == {"% of rated": 0.5}
     unrated = axis(position=("m", "m", 1.0), effort=("%", "%", 0.5))
@@ -131,7 +131,7 @@ def test_a_motor_without_a_gear_has_the_torque_of_the_axis(arm, torques):
     assert drive_units(axis(arm=1.0), "translational").efforts[0].name == "N*m at the motor"
 
 
-def test_a_command_runs_as_the_columns_of_the_log_do():
+def test_a_command_has_the_signs_of_the_columns_of_the_log():
     assert command_units(None, "translational") is None
     assert command_units(axis(position=("mm", "m", 1.0)), "translational") is None
     command = command_units(axis(position=("mm", "m", -1.0), effort=("mN", "N", 2.0), arm=2e-3, rated=50.0), "translational")
@@ -140,7 +140,7 @@ def test_a_command_runs_as_the_columns_of_the_log_do():
     assert sizes(command.others) == {"N*m at the motor": -500.0, "% of rated": -0.5}
 
 
-def test_a_command_in_another_unit_than_the_log_runs_as_the_position():
+def test_a_command_in_another_unit_has_the_sign_of_the_position():
     command = command_units(axis(position=("mm", "m", -1.0), effort=("N", "N", 1.0), rated=50.0), "translational")
     assert (command.effort.name, command.effort.si) == ("% of rated", -0.5)
     without = command_units(axis(position=("mm", "m", -1.0), rated=50.0), "translational")

@@ -90,7 +90,7 @@ def test_a_delay_of_the_loop_is_named(vertical):
 
 
 @pytest.mark.parametrize(("samples", "name"), [(3.0, "reference_later"), (-3.0, "reference_earlier")])
-def test_a_reference_that_is_recorded_at_another_time_is_named(vertical, samples, name):
+def test_a_reference_recorded_at_another_time_is_named(vertical, samples, name):
     log, result = vertical
     place = np.arange(len(log))
     moved = Channel(np.interp(place + samples, place, log.reference.values), "m", "r")
@@ -111,7 +111,7 @@ def explained(error_of):
     return explanations(variant, error_of(log.time.values, *errors), 0.15)
 
 
-def test_what_no_number_explains_is_not_explained():
+def test_an_error_that_no_number_explains_has_no_explanation():
     assert [item.name for item in explained(lambda time, text, true: true)] == ["k_p"]
     # A factor explains most of it in the mean square, and not the peak beside it.
     assert explained(lambda time, text, true: true + np.where(time == time[2000], 1e-4, 0.0)) == ()
@@ -119,7 +119,7 @@ def test_what_no_number_explains_is_not_explained():
     assert explained(lambda time, text, true: text + 2e-6 * np.sin(300.0 * time)) == ()
 
 
-def test_a_loop_that_nothing_explains_says_so(vertical):
+def test_a_loop_without_explanation_is_reported(vertical):
     log, result = vertical
     odd = replace(log, position=Channel(log.position.values + 1e-4 * np.sin(300.0 * log.time.values), "m", "q"))
     best = result.best
@@ -137,7 +137,7 @@ def test_the_threshold_is_a_setting(vertical):
     assert following_of(log, simulation, strict).contradiction is not None
 
 
-def test_a_contradicted_loop_promises_nothing(vertical):
+def test_a_contradicted_loop_has_no_promised_gain(vertical):
     log, _ = vertical
     identification = br.identify(log, "lugre", axis=reported(VERTICAL, k_p=2.0 * VERTICAL.k_p), draws=0, blocks=0)
     summary, page = identification.outcome.summary, identification.outcome.page
@@ -153,7 +153,7 @@ def test_a_contradicted_loop_promises_nothing(vertical):
     assert "compensated" not in shown
 
 
-def test_without_a_controller_the_log_tells_its_own_following_error(vertical):
+def test_without_a_controller_the_following_error_is_that_of_the_log(vertical):
     log, _ = vertical
     identification = br.identify(log, "coulomb_viscous", axis=Axis(resolution=VERTICAL.count, offset="identify"), draws=0, blocks=0)
     told_of = identification.outcome.summary["following_error"]
@@ -177,7 +177,7 @@ def mechanism(axis):
 
 
 @pytest.mark.parametrize(("name", "first"), [("vertical", 0), ("vertical", 1500), ("table", 1500)])
-def test_the_simulated_loop_starts_where_the_log_does(name, first):
+def test_the_simulated_loop_starts_like_the_log(name, first):
     """A motion under way goes on, and an axis at rest does not drop by its weight."""
     axis = AXES[name]
     log = recorded(axis, moves(2.5), first=first)
@@ -194,7 +194,7 @@ def test_the_simulated_loop_starts_where_the_log_does(name, first):
         assert off(replace(start, start=None)) > 1e-5
 
 
-def test_the_prediction_of_the_closed_loop_holds_the_weight(vertical):
+def test_the_closed_loop_prediction_supports_the_weight(vertical):
     log, result = vertical
     prediction = br.predict(result.best.plant, result.best.friction, log, reported(VERTICAL), "closed-loop")
     assert np.max(np.abs(prediction.position - prediction.position_predicted)[:300]) < 1e-6

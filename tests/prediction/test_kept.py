@@ -68,7 +68,7 @@ def test_a_fit_has_the_numbers_of_its_summary():
     assert fit.resampling is None
 
 
-def test_a_number_that_a_summary_cannot_hold_is_none_of_the_numbers():
+def test_a_null_in_a_summary_becomes_not_a_number():
     reported = summary()
     reported["metrics"] |= {"condition_number": None, "force_error_percent": None}
     fit = kept(reported)
@@ -76,20 +76,20 @@ def test_a_number_that_a_summary_cannot_hold_is_none_of_the_numbers():
     assert math.isnan(fit.force_error_percent)
 
 
-def test_a_parameter_that_is_not_identified_has_the_first_reason_that_is_told():
+def test_an_unidentified_parameter_has_the_first_reason():
     mass, force = kept(summary()).estimates
     assert (mass.name, mass.value, mass.std, mass.robust_std, mass.interval, mass.reason) == ("M", 2.0, 0.1, 0.2, (1.0, 3.0), None)
     assert (force.status, force.interval, force.reason.code) == ("at_edge", None, "at_bound")
 
 
-def test_diagnostics_keep_their_numbers_and_know_the_kind_of_axis():
+def test_diagnostics_keep_their_numbers_and_the_kind_of_axis():
     first, *_ = kept(summary()).diagnostics
     assert (first.code, first.parameter, first.severity, first.kind) == ("at_bound", "F_C", "warning", "translational")
     assert dict(first.numbers) == {"bound": 3.0, "names": ("F_C", "M")}
 
 
 @pytest.mark.parametrize("place", ["draws", "bands"])
-def test_how_sure_a_model_is_comes_with_all_its_draws_or_with_those_of_the_model_file(place):
+def test_uncertainty_has_all_draws_or_those_of_the_model_file(place):
     draws = {"F_C": np.array([19.0, 21.0])}
     reported = {"draws": draws} if place == "draws" else {"bands": {"draws": draws}}
     resampling = kept(summary(resampling=RESAMPLING), **reported).resampling
@@ -111,11 +111,11 @@ def test_how_sure_a_model_is_comes_with_all_its_draws_or_with_those_of_the_model
     assert resampling.curve_from == 1e-7
 
 
-def test_of_all_draws_and_those_of_the_model_file_all_count():
+def test_all_draws_take_precedence_over_those_of_the_model_file():
     both = kept(summary(resampling=RESAMPLING), {"F_C": np.array([1.0])}, {"draws": {"F_C": np.array([2.0])}})
     assert both.resampling.bands.draws["F_C"].tolist() == [1.0]
 
 
-def test_without_draws_nobody_knows_how_sure_a_model_is():
+def test_without_draws_the_uncertainty_is_unknown():
     assert kept(summary(resampling=RESAMPLING)).resampling is None
     assert kept(summary(), {"F_C": np.array([1.0])}).resampling is None

@@ -70,7 +70,7 @@ def place(tmp_path, monkeypatch, recorded):
 
 
 @pytest.mark.slow
-def test_a_law_that_asks_for_more_than_the_sum_may_be_is_identified_and_predicted(bristle, place, recorded):  # noqa: F811
+def test_a_law_that_commands_more_than_the_limit_is_identified_and_predicted(bristle, place, recorded):  # noqa: F811
     assert np.abs(recorded[:, 5]).max() > 1.09 * LIMIT
     fit = bristle(*IDENTIFY, "--json")
     assert fit.code == 0, fit.err
@@ -87,7 +87,7 @@ def test_a_law_that_asks_for_more_than_the_sum_may_be_is_identified_and_predicte
 
 
 @pytest.mark.slow
-def test_an_experiment_that_names_known_inputs_which_its_file_lacks_is_refused(bristle, place):  # noqa: F811
+def test_an_experiment_whose_file_lacks_named_known_inputs_is_refused(bristle, place):  # noqa: F811
     assert bristle(*IDENTIFY).code == 0
     lines = Path("fit/loop.csv").read_text().splitlines()
     Path("fit/loop.csv").write_text("\n".join(line.rpartition(",")[0] for line in lines))
@@ -112,7 +112,7 @@ def pushed():
     ).variants[0]
 
 
-def test_the_first_samples_of_a_loop_have_their_own_inputs(pushed):
+def test_the_first_samples_of_a_loop_have_their_known_inputs(pushed):
     first = pushed.first(100)
     assert first.run.duration == pytest.approx(100 * DT)
     np.testing.assert_array_equal(first.disturbance, pushed.disturbance[:100])
@@ -126,7 +126,7 @@ def test_moves_and_circles_of_other_lengths_have_no_known_inputs_of_the_log(push
     assert all(variant.injected is None for variant in (_axis(pushed, 0.01, 0.1, axis) for axis in "xy"))
 
 
-def test_a_page_pushes_the_axis_with_known_inputs_as_with_a_force_along_the_motion(pushed):
+def test_a_page_applies_known_inputs_like_a_force_along_the_motion(pushed):
     alike = replace(pushed, disturbance=pushed.disturbance - pushed.injected, injected=None)
     x = 0.01 * np.sin(np.arange(400) * 0.01)
     assert _signals(pushed, x, 400) == _signals(alike, x, 400)

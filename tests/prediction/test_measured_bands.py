@@ -41,7 +41,7 @@ def fitted_along_the_motion(jitter):
 @pytest.mark.slow
 @pytest.mark.parametrize(("noise", "step"), [(8e-6, 1e-6), (0.0, 1e-5)])
 @pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.slow)])
-def test_in_open_loop_they_hold_19_of_20_positions_of_the_log_and_of_a_noisy_twin(noise, step, seed):
+def test_open_loop_bands_cover_19_of_20_positions(noise, step, seed):
     fit = fitted_in_open_loop(noise, step)
     log = foreign_oscillator.recorded(seed, noise=noise, step=step)
     prediction = predict(fit.plant, fit.friction, log, replace(OPEN, resolution=step), "open-loop", bands=fit.resampling.bands)
@@ -51,7 +51,7 @@ def test_in_open_loop_they_hold_19_of_20_positions_of_the_log_and_of_a_noisy_twi
 @pytest.mark.slow
 @pytest.mark.parametrize("jitter", [pytest.param(0.0, marks=pytest.mark.slow), 3e-6])
 @pytest.mark.parametrize("seed", [5, pytest.param(8, marks=pytest.mark.slow)])
-def test_in_closed_loop_they_do_though_inverse_dynamics_never_saw_the_loop(jitter, seed):
+def test_closed_loop_bands_cover_after_a_fit_by_inverse_dynamics(jitter, seed):
     fit = fitted_along_the_motion(jitter)
     log = foreign_axis.recorded(SLIDE, swings(), jitter=jitter, seed=seed)
     prediction = predict(fit.plant, fit.friction, log, LOOP, "closed-loop", bands=fit.resampling.bands)
@@ -63,14 +63,14 @@ def test_in_closed_loop_they_do_though_inverse_dynamics_never_saw_the_loop(jitte
     assert not jitter or without.position_inside_percent < 50.0
 
 
-def test_a_loop_that_nobody_can_simulate_leaves_the_noise_of_the_position():
+def test_a_loop_that_cannot_be_simulated_has_the_band_of_position_noise():
     log = foreign_axis.recorded(SLIDE, swings(), jitter=3e-6)
     unknown = identify(log, "coulomb_viscous", axis=replace(LOOP, controller=None), blocks=0, draws=20).best.resampling.bands
     assert unknown.left_in_closed_loop == pytest.approx(3e-6, rel=0.1)
 
 
 @pytest.mark.slow
-def test_pulses_beyond_the_limit_of_the_drive_are_predicted_where_the_limit_acts_on_the_sum():
+def test_pulses_beyond_the_drive_limit_are_predicted_with_a_limit_on_the_sum():
     slide = foreign_axis.Axis(95.0, 0.0, 20.0, 20.0, 1.0, 240.0, 1e7, 5e3, 160.0, 8500.0, 0.0, 0.0, 5e-8)
     limit, pulse = 350.0, 178.0
     axis = Axis(controller=controllers.cascade(k_p=slide.k_p, k_v=slide.k_v), resolution=slide.count, effort_limit=limit, presliding=4e-6)

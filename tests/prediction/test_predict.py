@@ -73,7 +73,7 @@ def doubts(percent, velocity_max=None, **changes):
     ]
 
 
-def test_a_prediction_worse_than_nothing_is_told_of_the_position_first():
+def test_a_prediction_worse_than_zero_is_reported_for_the_position_first():
     assert doubts((99.0, 100.0)) == []
     assert doubts((101.0, 50.0)) == [("worse_than_none", {"signal": "effort", "percent": 101.0})]
     assert doubts((101.0, 102.0)) == [("worse_than_none", {"signal": "position", "percent": 102.0})]
@@ -89,7 +89,7 @@ def test_half_more_than_the_fitted_speed_is_beyond_it():
     assert numbers["speed"] == pytest.approx(0.05 * np.sin(4.0 * DT * 10.0) / (4.0 * DT * 10.0), rel=1e-4)
 
 
-def test_what_a_model_leaves_unexplained_is_told_at_the_rate_of_the_log():
+def test_the_unexplained_force_has_the_rate_of_the_log():
     extra = np.where((TIME > 2.0) & (TIME < 3.0), 1.0, 0.0)
     left = unexplained_force(PLANT, MODEL, log_of(EFFORT + extra), Axis(cutoff=60.0))
     assert left.shape == TIME.shape
@@ -100,7 +100,7 @@ def test_what_a_model_leaves_unexplained_is_told_at_the_rate_of_the_log():
     assert left[0] == left[-1] == 0.0
 
 
-def test_an_unexplained_force_stands_where_its_stretch_does():
+def test_an_unexplained_force_is_in_its_stretch():
     extra = np.where(TIME > 3.0, 1.0, 0.0)
     gap = log_of(EFFORT + extra, segments=(slice(0, 1200), slice(1600, 3000)))
     left = unexplained_force(PLANT, MODEL, gap, Axis(cutoff=60.0))
@@ -125,7 +125,7 @@ def test_the_effort_of_a_motion_lags_by_the_delay_of_the_treatment_and_of_the_ax
     assert late[15:][inside[:-15]] == pytest.approx(prompt[:-15][inside[:-15]], abs=1e-3)
 
 
-def test_rows_are_treated_as_their_identification_did():
+def test_rows_are_treated_as_in_the_identification():
     log = log_of()
     plain, late = (rows_as_fitted(log, None, {"cutoff": 60.0, "delay": delay}, 1) for delay in (None, 10.0 * DT))
     assert plain.cutoff == 60.0
@@ -142,7 +142,7 @@ def test_a_model_of_another_kind_of_axis_is_refused():
         predict(PLANT, MODEL, replace(log_of(), effort=None))
 
 
-def test_a_cut_off_that_the_sampling_does_not_carry_is_lowered_to_two_fifths_of_it():
+def test_a_cut_off_beyond_nyquist_is_lowered_to_two_fifths_of_the_sampling():
     fast = predict(PLANT, MODEL, log_of(), Axis(cutoff=250.0, decimation=1))
     first, *_, last = fast.diagnostics
     assert (first.code, dict(first.numbers)) == ("filtered", {"wanted": 250.0, "cutoff": pytest.approx(200.0)})
@@ -151,7 +151,7 @@ def test_a_cut_off_that_the_sampling_does_not_carry_is_lowered_to_two_fifths_of_
     assert [item.code for item in carried.diagnostics if "wanted" in dict(item.numbers)] == []
 
 
-def test_a_prediction_of_a_loop_has_the_samples_of_every_stretch_that_is_long_enough():
+def test_a_loop_prediction_has_the_samples_of_every_long_stretch():
     log = log_of(segments=(slice(0, 300), slice(300, 338), slice(400, 600)))
     axis = Axis(controller=controllers.cascade(k_p=30.0, k_v=200.0))
     opened = predict(PLANT, MODEL, log, axis, "open-loop")
@@ -175,7 +175,7 @@ def test_a_static_map_is_simulated_with_the_presliding_distance_of_the_axis():
     assert not np.array_equal(plain.position_predicted, result.position_predicted)
 
 
-def test_a_lag_that_is_given_counts_before_that_of_the_axis():
+def test_a_given_lag_overrides_that_of_the_axis():
     axis = Axis(controller=controllers.cascade(k_p=30.0, k_v=200.0), lag=0.02)
     log = log_of(segments=(slice(0, 200),))
     of_axis, same, prompt = (predict(PLANT, MODEL, log, axis, "closed-loop", lag=lag).position_predicted for lag in (None, 0.02, 0.0))
@@ -192,7 +192,7 @@ def test_filters_of_a_treatment_are_any_positive_amounts(name):
             CHANNELS[name](-1.0, name, "translational")
 
 
-def test_bands_stand_around_what_is_predicted_stretch_by_stretch(monkeypatch):
+def test_bands_are_around_the_prediction_stretch_by_stretch(monkeypatch):
     bands, stretches = object.__new__(Bands), []
 
     def widths(bands, plant, friction, run, stretch):

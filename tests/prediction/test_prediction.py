@@ -49,7 +49,7 @@ def recorded(*, injected=None, start=0, kind="translational", gap=None, resoluti
     )
 
 
-def test_closed_loop_of_the_true_model_is_the_log():
+def test_the_closed_loop_of_the_true_model_reproduces_the_log():
     prediction = predict(PLANT, TRUTH, recorded(), AXIS, "closed-loop")
     assert prediction.status == Status.OK
     assert prediction.metrics["force_error_percent"] < 1.5
@@ -58,7 +58,7 @@ def test_closed_loop_of_the_true_model_is_the_log():
 
 
 @pytest.mark.parametrize("start", [700, 1234, 2500])
-def test_a_log_that_begins_under_way_is_begun_under_way(start):
+def test_a_log_that_begins_in_motion_is_simulated_from_motion(start):
     prediction = predict(PLANT, TRUTH, recorded(start=start), AXIS, "closed-loop")
     assert prediction.metrics["force_error_percent"] < 1.5
     early = np.abs(prediction.position_predicted - prediction.position)[:200]
@@ -66,7 +66,7 @@ def test_a_log_that_begins_under_way_is_begun_under_way(start):
 
 
 @pytest.mark.parametrize("start", [700, 2500])
-def test_a_loop_begun_under_way_asks_for_the_effort_of_the_log_from_the_first_sample_on(start):
+def test_a_loop_begun_in_motion_has_the_effort_of_the_log_from_the_start(start):
     fine = replace(AXIS, resolution=1e-11)
     prediction = predict(PLANT, TRUTH, recorded(start=start, resolution=fine.resolution), fine, "closed-loop")
     assert np.max(np.abs(prediction.effort_predicted - prediction.effort)[:20]) < 0.02
@@ -134,14 +134,14 @@ def test_the_unexplained_force_is_the_residual_of_the_identification(cutoff):
     assert np.allclose(at_rows, fit.traces.residual, atol=1e-9 * np.max(np.abs(log.effort.values)))
 
 
-def test_a_loop_that_diverges_says_so():
+def test_a_diverging_loop_is_reported():
     wild = replace(AXIS, controller=controllers.cascade(k_p=2000.0, k_v=60000.0))
     prediction = predict(PLANT, TRUTH, recorded(), wild, "closed-loop")
     assert prediction.status == Status.NOT_FINITE
     assert prediction.metrics["force_error_percent"] is None
 
 
-def test_what_the_true_model_leaves_unexplained_is_little():
+def test_the_true_model_leaves_little_unexplained_force():
     log = recorded()
     left = unexplained_force(PLANT, TRUTH, log, AXIS)
     assert left.size == len(log)
@@ -161,7 +161,7 @@ def test_what_the_true_model_leaves_unexplained_is_little():
         (lambda log, axis: (replace(log, segments=(slice(0, 15),)), axis), "closed-loop", "long enough"),
     ],
 )
-def test_what_is_missing_is_named(change, mode, words):
+def test_missing_signals_are_named(change, mode, words):
     log, axis = change(recorded(), AXIS)
     with pytest.raises(InputError, match=words):
         predict(PLANT, TRUTH, log, axis, mode)
@@ -183,7 +183,7 @@ def test_the_measured_axis_is_predicted_as_well_as_published():
         assert predict(fit.plant, fit.friction, log, axis, "open-loop").metrics["position_error_percent"] < 10.0
 
 
-def test_a_prediction_worse_than_nothing_is_told():
+def test_a_prediction_worse_than_zero_is_reported():
     fit = identify(sliding_log(), "coulomb_viscous", blocks=0, draws=0).best
     stiff = friction.coulomb_viscous(F_C=80.0, F_v=30.0)
     doubted = predict(fit.plant, stiff, sliding_log())
@@ -195,14 +195,14 @@ def test_a_prediction_worse_than_nothing_is_told():
     assert not any("warning" in item for item in notes_of(predict(fit.plant, fit.friction, sliding_log())))
 
 
-def test_an_open_loop_that_runs_away_is_told():
+def test_a_runaway_open_loop_is_reported():
     fit = identify(sliding_log(), "coulomb_viscous", blocks=0, draws=0).best
     loose = friction.coulomb_viscous(F_C=0.1, F_v=0.1)
     notes = notes_of(predict(fit.plant, loose, sliding_log(), mode="open-loop"))
     assert notes[0].startswith("warning: a position of zero would be nearer")
 
 
-def test_a_log_that_is_sampled_more_slowly_than_the_filter_needs_is_predicted_with_a_lower_cut_off():
+def test_a_slowly_sampled_log_is_predicted_with_a_lower_cut_off():
     log = sliding_log()
     fit = identify(log, "coulomb_viscous", cutoff=80.0, blocks=0, draws=0).best
     every = 20  # 50 Hz
@@ -216,7 +216,7 @@ def test_a_log_that_is_sampled_more_slowly_than_the_filter_needs_is_predicted_wi
 
 
 @pytest.mark.parametrize("mode", ["inverse", "open-loop"])
-def test_speeds_beyond_the_fitted_ones_are_told(mode):
+def test_speeds_beyond_the_fitted_range_are_reported(mode):
     identification = identify(sliding_log(), "coulomb_viscous", blocks=0, draws=0)
     plant, fitted = identification.best.plant, identification.best.friction
     top = identification.treatment["velocity_max"]

@@ -15,7 +15,7 @@ def test_the_change_after_a_reversal_counts_from_the_force_before_it(stiffness):
     assert reversal_distance(model, 0.1) == pytest.approx(math.log(20.0) * 10.0 / stiffness, rel=0.1)
 
 
-def test_a_model_without_memory_turns_at_once():
+def test_a_model_without_memory_reverses_at_once():
     assert reversal_distance(coulomb(F_C=10.0), 0.1) == 0.0
 
 

@@ -47,7 +47,7 @@ def fitted(name: str):
 
 
 @pytest.mark.parametrize("name", ["coulomb_viscous", "coulomb_viscous+asymmetry"])
-def test_in_closed_loop_they_hold_effort_and_motion_though_the_model_lacks_something(name):
+def test_closed_loop_bands_cover_effort_and_motion_of_an_incomplete_model(name):
     fit = fitted(name)
     prediction = predict(fit.plant, fit.friction, recorded(2.3, 7.9), AXIS, "closed-loop", bands=fit.resampling.bands)
     assert 85.0 < prediction.inside_percent < 100.0
@@ -56,7 +56,7 @@ def test_in_closed_loop_they_hold_effort_and_motion_though_the_model_lacks_somet
     assert 0.2 < np.median(prediction.half_width) < 8.0
 
 
-def test_in_open_loop_they_grow_as_the_motion_drifts_away():
+def test_open_loop_bands_grow_as_the_motion_drifts():
     fit = fitted("coulomb_viscous+asymmetry")
     prediction = predict(fit.plant, fit.friction, recorded(2.3, 7.9), AXIS, "open-loop", bands=fit.resampling.bands)
     width = prediction.position_half_width
@@ -69,7 +69,7 @@ def test_in_open_loop_they_grow_as_the_motion_drifts_away():
     assert prediction.inside_percent is None
 
 
-def test_each_source_widens_them_and_noise_alone_is_its_own_width():
+def test_each_source_widens_the_bands_and_noise_alone_gives_its_width():
     fit, log = fitted("coulomb_viscous+asymmetry"), recorded(2.3, 7.9)
     whole = fit.resampling.bands
     sure = {name: np.repeat(fit.parameters[name].value, 5) for name in whole.draws}
@@ -89,7 +89,7 @@ def test_each_source_widens_them_and_noise_alone_is_its_own_width():
         assert np.median(width(wider)) > 1.1 * np.median(alone)
 
 
-def test_the_position_of_a_sure_model_is_unsure_by_the_rounding_of_its_encoder():
+def test_the_position_band_of_a_certain_model_is_the_encoder_rounding():
     fit, log, step = fitted("coulomb_viscous+asymmetry"), recorded(2.3, 7.9), 2e-5
     sure = {name: np.repeat(fit.parameters[name].value, 5) for name in fit.resampling.bands.draws}
     bands = replace(fit.resampling.bands, draws=sure, scatter=0.0, unexplained=0.0, left_in_open_loop=0.0)

@@ -69,7 +69,7 @@ def statistics(peak_to_peak, rms):
     ("measured", "simulated", "distance"),
     [((2.0, 1.0), (3.0, 1.0), 0.5), ((2.0, 1.0), (2.0, 0.4), 0.6), ((2.0, 1.0), (1.0, 1.2), 0.5), ((0.0, 1.0), (1.0, 1.0), np.inf)],
 )
-def test_two_errors_are_as_far_apart_as_their_swing_or_their_mean_square(measured, simulated, distance):
+def test_errors_differ_by_their_swing_or_their_rms(measured, simulated, distance):
     assert apart(statistics(*measured), statistics(*simulated)) == pytest.approx(distance)
 
 
@@ -116,13 +116,13 @@ def test_the_share_of_velocity_fed_forward_is_found(share):
     assert _fed(trial).difference == pytest.approx(0.0, abs=1e-9)
 
 
-def test_no_share_of_velocity_is_below_nothing():
+def test_no_share_of_velocity_is_negative():
     ahead = 2.0 * error_of(loop()) - error_of(CHANGES["k_ff"](loop(), 1.0))
     assert _fed(_Trial.of(loop(), ahead)).value == 0.0
 
 
 @pytest.mark.parametrize("lost", [0.0, 1.0])
-def test_a_loop_that_is_lost_at_either_end_tells_no_share(lost):
+def test_a_loop_that_diverges_at_an_end_has_no_share(lost):
     trial = _Trial.of(loop(), np.zeros(120))
     followed = lambda variant: None if variant.controller.values["k_ff"] == lost else np.zeros(120)  # noqa: E731
     half = SimpleNamespace(variant=loop(), error=trial.error, judged=trial.judged, followed=followed)
@@ -135,12 +135,12 @@ def test_the_time_of_a_reference_is_found(time):
     assert (outcome.name, outcome.value) == ("reference", pytest.approx(time, rel=0.05))
 
 
-def test_a_reference_that_rests_tells_no_time():
+def test_a_resting_reference_has_no_time():
     resting = loop(reference=references.recorded(position=np.zeros(120), sample_time=DT))
     assert _shifted(_Trial.of(resting, np.ones(120))) == Suspect("reference", 0.0, np.inf)
 
 
-def test_a_trial_judges_what_is_behind_the_settling_time():
+def test_a_trial_compares_samples_after_the_settling_time():
     trial = _Trial.of(loop(), np.ones(100))
     assert trial.variant.run.duration == pytest.approx(100 * DT)
     assert np.flatnonzero(trial.judged)[0] == 20
@@ -149,13 +149,13 @@ def test_a_trial_judges_what_is_behind_the_settling_time():
     assert _Trial.of(loop(), early).difference(loop()) == pytest.approx(0.0, abs=1e-12)
 
 
-def test_a_loop_agrees_where_both_errors_are_no_farther_apart_than_allowed():
+def test_a_loop_agrees_if_both_errors_differ_by_less_than_allowed():
     trial = _Trial.of(loop(), error_of(CHANGES["k_p"](loop(), 2.0)))
     assert trial.agrees(Suspect("k_p", 2.0, 0.0), 1e-9)
     assert not trial.agrees(Suspect("k_p", 1.0, 0.0), 0.1)
 
 
-def test_the_number_that_is_wrong_explains_the_error_best():
+def test_the_wrong_number_explains_the_error_best():
     first, *_ = explanations(loop(), error_of(CHANGES["delay"](loop(), 4.0)), 0.1)
     assert (first.name, first.value) == ("delay", 4.0)
 
@@ -164,7 +164,7 @@ def test_a_loop_that_follows_as_measured_needs_no_explanation():
     assert explanations(loop(), error_of(loop()) + 1e-5 * np.sin(0.9 * np.arange(120)), 0.1) == ()
 
 
-def test_a_gain_that_is_not_believed_is_not_promised():
+def test_an_implausible_gain_is_not_promised():
     sides = {"measured": statistics(1.0, 2.0), "simulated": statistics(3.0, 4.0), "compensated": statistics(5.0, 6.0)}
     following = Following(np.zeros(1), np.zeros(1), **sides)
     assert following.as_data() == {
@@ -207,7 +207,7 @@ def test_a_loop_of_an_axis_needs_a_controller_a_reference_and_an_effort():
     assert loop_of(plants.inertia(M=2.0), model, replace(log, effort=None), axis) is None
 
 
-def test_a_loop_of_a_log_is_told_from_the_axis_and_the_log():
+def test_a_loop_of_a_log_is_built_from_the_axis_and_the_log():
     motion = 0.05 * (1.0 - np.cos(2.0 * np.arange(300) * DT))
     log = log_of(motion, motion + 1e-3, (slice(0, 100), slice(100, 300)))
     axis = Axis(name="bench", controller=LAW, resolution=1e-6, effort_limit=50.0, lag=2e-3, presliding=1e-5, decimation=1)
@@ -226,7 +226,7 @@ def test_a_loop_of_a_log_is_told_from_the_axis_and_the_log():
     assert loop_of(plants.inertia(M=2.0), model, log, axis, lag=5e-3).variants[0].run.current_lag == 5e-3
 
 
-def test_a_loop_that_contradicts_its_log_says_what_would_explain_it(monkeypatch):
+def test_a_loop_that_contradicts_its_log_names_explanations(monkeypatch):
     model, reference = friction.viscous(F_v=20.0), loop().reference.values["position"]
     simulation = simulate(compensation_experiment(plants.inertia(M=2.0), model, model, LAW, reference, DT))
     recorded = simulation.variants["as_recorded"]
@@ -246,7 +246,7 @@ def test_a_loop_that_contradicts_its_log_says_what_would_explain_it(monkeypatch)
     assert statistics_of(other.error[6:]).rms == pytest.approx(other.measured.rms)
 
 
-def test_explanations_that_are_as_good_as_the_best_are_all_named(monkeypatch):
+def test_all_explanations_as_good_as_the_best_are_named(monkeypatch):
     left = {"k_p": 0.1, "position": 0.109, "effort": 0.111}
     trial = SimpleNamespace(variant=loop(), difference=lambda variant: 1.0, agrees=lambda suspect, allowed: True)
     monkeypatch.setattr(following._Trial, "of", lambda variant, error: trial)

@@ -51,7 +51,7 @@ def test_velocity_and_acceleration_are_derivatives(name):
 
 @given(distance=positive, velocity=positive, acceleration=positive, jerk=positive | st.just(math.inf))
 @settings(max_examples=60, deadline=None)
-def test_a_move_ends_where_it_should_and_keeps_its_limits(distance, velocity, acceleration, jerk):
+def test_a_move_ends_at_its_distance_within_its_limits(distance, velocity, acceleration, jerk):
     model = s_curve(distance=distance, velocity=velocity, acceleration=acceleration, jerk=jerk)
     end = duration(model)
     x, v, a = sampled(model, np.linspace(0.0, 1.01 * end, 3000))
@@ -72,12 +72,12 @@ def test_a_move_ends_where_it_should_and_keeps_its_limits(distance, velocity, ac
         ({"velocity": 0.2, "acceleration": 2.0, "jerk": 50.0}, 0.1 / 0.2 + 0.2 / 2.0 + 2.0 / 50.0),
     ],
 )
-def test_a_move_takes_the_shortest_time_there_is(limits, shortest):
+def test_a_move_takes_the_shortest_possible_time(limits, shortest):
     assert duration(s_curve(distance=0.1, **limits)) == pytest.approx(shortest, rel=1e-9)
 
 
 @pytest.mark.parametrize("ratio", [1.0, 0.8, 1.25])
-def test_triangles_turn_where_they_should(ratio):
+def test_triangles_turn_at_their_turning_points(ratio):
     model = triangle(amplitude=2.0, velocity=1.0, acceleration=10.0, cycle_count=3, ratio=ratio)
     t = np.linspace(0.0, duration(model), 200_001)
     x, v, _ = sampled(model, t)
@@ -92,7 +92,7 @@ def test_a_triangle_may_begin_backward():
     assert sampled(backward, t)[0] == pytest.approx(-sampled(forward, t)[0])
 
 
-def test_a_chirp_passes_every_frequency_in_the_time_that_its_sweep_gives_it():
+def test_a_chirp_passes_every_frequency_at_its_time():
     model = chirp(amplitude=1.0, f_0=2.0, f_1=32.0, duration=8.0)
     t = np.linspace(0.0, 8.0, 800_001)
     x, _, _ = sampled(model, t)
@@ -121,7 +121,7 @@ def test_a_sine_grows_to_its_amplitude_about_its_centre():
     assert sampled(sine(amplitude=2.0, frequency=1.0), np.array([0.25]))[0] == pytest.approx([2.0])
 
 
-def test_a_fade_is_half_way_in_the_middle_and_mirrored_about_that():
+def test_a_fade_is_half_in_the_middle_and_symmetric():
     w, rate, bend = fade(np.array([0.0, 0.5, 1.0, 1.5, 2.0, 2.5]), 2.0)
     assert w == pytest.approx([0.0, 0.103515625, 0.5, 0.896484375, 1.0, 1.0])
     # In the middle it rises by 15/8 over its length.
@@ -131,7 +131,7 @@ def test_a_fade_is_half_way_in_the_middle_and_mirrored_about_that():
     assert [part.tolist() for part in fade(np.array([0.0, 1.0]), 0.0)] == [[1.0, 1.0], [0.0, 0.0], [0.0, 0.0]]
 
 
-def test_a_varied_sine_passes_through_its_amplitudes_and_keeps_the_last():
+def test_a_varied_sine_passes_its_amplitudes_and_keeps_the_last():
     model = varied_sine(amplitudes=[1.0, 2.0, 4.0], frequency=10.0, duration=2.0, offset=3.0)
     # Peaks at 0.025 s after each tenth of a second.
     x, _, _ = sampled(model, np.array([0.025, 1.025, 2.025, 9.025]))
@@ -152,7 +152,7 @@ def test_both_axes_of_a_circle_run_at_its_feed_around_its_centre():
     assert circle(radius=0.05, feed=0.1).values["axis"] == "x"
 
 
-def test_a_recorded_motion_has_central_differences_and_rests_behind_its_end():
+def test_a_recorded_motion_has_central_differences_and_rests_after_its_end():
     x, v, a = sampled(recorded(position=[0.0, 1.0, 4.0, 9.0, 16.0], sample_time=1.0), np.array([0.0, 1.0, 1.5, 2.0, 4.0, 4.5]))
     assert x == pytest.approx([0.0, 1.0, 2.5, 4.0, 16.0, 16.0])
     assert v == pytest.approx([1.0, 2.0, 3.0, 4.0, 7.0, 0.0])
@@ -233,13 +233,13 @@ CORNERS = dict.fromkeys(("velocity", "acceleration", "jerk"), (1e-12, math.inf))
         (recorded, {"sample_time": (1e-9, math.inf)}),
     ],
 )
-def test_what_a_motion_may_be_asked_for_has_bounds(model, bounds):
+def test_parameters_of_a_motion_have_bounds(model, bounds):
     free = -math.inf, math.inf
     reported = {name: (variable.min, variable.max) for name, variable in model.variables.items() if not variable.choices}
     assert {name: pair for name, pair in reported.items() if pair != free} == bounds
 
 
-def test_what_nobody_asks_for_is_absent():
+def test_omitted_parameters_of_a_motion_are_absent():
     defaults = {model.name: dict(model.defaults) for model in (chirp, sine, varied_sine, s_curve, triangle, circle)}
     assert defaults == {
         "chirp": {"ramp": 0.0},

@@ -44,6 +44,6 @@ def test_one_that_fails_is_warned_of_and_the_report_is_there(identified, tmp_pat
 
 
 def test_what_it_never_has_is_refused(identified, tmp_path):
-    with pytest.raises(InputError, match="what the report of identify has not"):
+    with pytest.raises(InputError, match="results that the report of identify lacks"):
         identified.report(tmp_path / "a.html", figures=[figure(lambda motion: None, takes="motion")])
     assert not (tmp_path / "a.html").exists()

@@ -25,7 +25,7 @@ def test_a_position_is_rounded_to_the_nearest_count_and_half_a_count_upward(x, c
     assert read(0.25 * x, resolution=0.25) == (0.25 * counts, 1)
 
 
-def test_an_encoder_of_which_nothing_is_said_reads_the_position_itself():
+def test_an_encoder_with_defaults_reads_the_exact_position():
     assert dict(encoder.defaults) == {"resolution": 0.0, "noise": 0.0, "seed": 0}
     assert read(0.123456789, 4) == (0.123456789, 5)
 
@@ -37,7 +37,7 @@ def test_noise_is_added_before_counting_and_belongs_to_the_seed_and_the_sample()
     assert counted == [0.5 * math.floor((1.0 + 10.0 * part) / 0.5 + 0.5) for part in drawn]
 
 
-def test_where_every_number_is_a_whole_count_it_is_read_as_it_is():
+def test_positions_beyond_whole_counts_are_read_unchanged():
     # From 2^52 counts on; to an odd one of these half a count could not be added any more.
     for counts in (2.0**52, 2.0**52 + 1.0, -(2.0**52) - 1.0, 2.0**53 + 2.0, 2.0**62):
         assert read(0.25 * counts, resolution=0.25)[0] == 0.25 * counts
@@ -58,9 +58,13 @@ def test_counts_noise_and_seed_are_not_negative(name, ends, beyond):
 
 @pytest.mark.parametrize(
     ("changes", "words"),
-    [({"velocity": np.ones(4)}, r"velocity: has another length.*allowed 3 samples"), ({"dt": 0.0}, "dt"), ({"J_m": -1e-9}, "J_m")],
+    [
+        ({"velocity": np.ones(4)}, r"velocity: must have the length of effort.*allowed 3 samples"),
+        ({"dt": 0.0}, "dt"),
+        ({"J_m": -1e-9}, "J_m"),
+    ],
 )
-def test_a_torque_is_seen_between_samples_of_one_length_alone(changes, words):
+def test_torque_needs_effort_and_velocity_of_equal_length(changes, words):
     supplied = {"effort": np.array([1.0, 2.0, 3.0]), "velocity": np.array([0.0, 0.5, 0.25]), "dt": 0.1, "J_m": 0.2}
     assert torque_seen(**supplied).tolist() == pytest.approx([0.0, 2.5])
     assert torque_seen(**supplied | {"J_m": 0.0}).tolist() == [1.0, 2.0]

@@ -16,7 +16,7 @@ def axis(effort):
     return run_open_loop(inertia(kind="rotational", M=J), model, effort, DT)
 
 
-def test_it_sees_the_friction_only_where_the_axis_does_not_accelerate():
+def test_the_sensor_reads_friction_only_without_acceleration():
     trace = axis(np.full(40_000, 0.06))
     seen = torque_seen(trace.effort, trace.velocity, DT, SHARE * J)
     late = slice(-1000, None)
@@ -25,7 +25,7 @@ def test_it_sees_the_friction_only_where_the_axis_does_not_accelerate():
     assert np.max(np.abs(seen[early] - trace.friction[:-1][early])) > 0.2 * np.max(trace.friction)
 
 
-def test_beyond_the_friction_it_sees_the_inertia_behind_it():
+def test_the_sensor_also_reads_the_inertia_behind_it():
     trace = axis(0.06 * np.sin(2.0 * np.pi * 20.0 * DT * np.arange(5000)))
     beyond = torque_seen(trace.effort, trace.velocity, DT, SHARE * J) - trace.friction[:-1]
     behind = (1.0 - SHARE) * J * np.diff(trace.velocity) / DT

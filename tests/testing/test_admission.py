@@ -59,7 +59,7 @@ def test_an_example_of_something_else_is_refused(tmp_path):
     model = edited(tmp_path, '"F_q": 125.0', '"F_Q": 125.0')
     with pytest.raises(InputError, match=r"own\.py: .*F_Q"):
         admit(model)
-    with pytest.raises(InputError, match=r"the example gives F_Q.*Did you mean 'F_q'"):
+    with pytest.raises(InputError, match=r"the example has F_Q.*Did you mean 'F_q'"):
         with_slots(model, ["asymmetry"])
 
 

@@ -1,4 +1,4 @@
-"""Certificates: is this model fit to be used? One file a question, each answered with a number and a limit."""
+"""Certificates: tests that a model is fit for use. Each has a file, a number and a limit."""
 
 from typing import TYPE_CHECKING
 

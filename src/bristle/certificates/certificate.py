@@ -1,4 +1,4 @@
-"""What a certificate says."""
+"""The result of a certificate."""
 
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -17,15 +17,15 @@ class Certificate:
     applies : bool
         Whether the question makes sense for this model.
     value : float or None
-        What was found, in `unit`; None where the question does not apply.
+        The measured number, in `unit`; None if the question does not apply.
     unit : str
         SI unit of `value` and `threshold`.
     threshold : float or None
-        The limit that `value` is held against.
+        The limit of `value`.
     passed : bool or None
-        The verdict; None where the question does not apply.
+        The verdict; None if the question does not apply.
     advice : str
-        One line: what the number means and, where it fails, what to change.
+        One line: the meaning of the number and, on failure, the remedy.
     """
 
     applies: bool
@@ -42,7 +42,7 @@ def not_applicable(unit: str, reason: str) -> Certificate:
 
 
 class OperatorParameters(NamedTuple):
-    """Parameters of an operator taken as friction: those of the operator."""
+    """Parameters of an operator that acts as friction."""
 
     operator: Any
 

@@ -1,16 +1,16 @@
 r"""All certificates of a model: dissipation, those of slow motion, and passivity.
 
-Dissipation: the contact goes around random closed cycles, small and large, slow and fast, until it has settled on each; the work
-done on it in the last round must not be negative. Where it is, the cycle is repeated in finer steps: what summing over steps alone
-has made vanishes then.
+Dissipation: the contact follows random closed cycles, small and large, slow and fast, until it has settled on each. The work
+done on it in the last round must not be negative. A negative result is repeated in finer steps, which removes work that comes from
+the summation over steps alone.
 
-Bounded deflection: a bristle that is fed by a hysteresis force saturating at :math:`f_p` stops deflecting where that force
-reaches what friction can hold, :math:`F_S`. With :math:`f_p \le F_S` it never does, and the deflection grows for as long as the
-body slides. The contact is slid slowly, ever farther, and the deflection is read.
+Bounded deflection: a bristle under a hysteresis force that saturates at :math:`f_p` stops deflecting when that force
+reaches the break-away force :math:`F_S`. With :math:`f_p \le F_S` it never stops, and the deflection grows as long as the
+body slides. The test slides the contact slowly over growing distances and reads the deflection.
 
-Drift: under a force that goes up and down below break-away a real contact settles into a closed loop and stays; a model
-that slips a little at every force walks on. Closure: loaded, moved half of the way back and forth again, a real contact
-comes back to the force that it had; a model without a memory of where it turned misses it.
+Drift: under a force that rises and falls below break-away a real contact settles into a closed loop. A model
+that slips a little at every force drifts. Closure: a real contact that is loaded, moved half of the way back and forth again
+returns to its former force. A model without turning points does not.
 """
 
 import math
@@ -41,9 +41,9 @@ REACHES = np.geomspace(1e-9, 1e3, 49)  # m or rad
 
 
 class Loop(NamedTuple):
-    """A symmetric loop: how far it reaches [m or rad], what share of the work stays in the contact, and its sense.
+    """A symmetric loop: its amplitude [m or rad], the share of the work that stays in the contact, and its sense.
 
-    That of an operator may be magnetic: the output lags behind the input, where that of friction runs ahead.
+    The loop of an operator may be magnetic: its output lags behind the input, whereas that of friction leads.
     """
 
     reach: float
@@ -52,7 +52,7 @@ class Loop(NamedTuple):
 
 
 def fattest_loop(model: Model) -> Loop:
-    """Return the symmetric loop of which the largest share stays, or is gained: it tells the scale and the sense."""
+    """Return the symmetric loop with the largest share of work lost or gained; it determines the scale and the sense."""
     phase = np.linspace(0.0, 2.0 * np.pi, SAMPLES + 1)
     shares = [(reach, _share_kept(model, reach * np.sin(phase), reach / CREEP)) for reach in REACHES.tolist()]
     reach, share = max(shares, key=lambda loop: abs(loop[1]))
@@ -60,20 +60,20 @@ def fattest_loop(model: Model) -> Loop:
 
 
 def dissipation(model: Model, holding: Holding, loop: Loop) -> Certificate:
-    """Return the least share of the work, over random closed cycles, that the contact keeps."""
+    """Return the least share of work that the contact keeps, over random closed cycles."""
     generator = np.random.default_rng(SEED)
     scale = holding.distance or loop.reach
     sense = -1.0 if loop.is_magnetic else 1.0
     least = min(_share_of_random_cycle(model, generator, scale, sense) for _ in range(CYCLES))
     passed = least >= -ROUNDING
-    advice = f"No cycle of {CYCLES} gives energy back"
+    advice = f"No cycle of {CYCLES} returns energy"
     if not passed:
-        advice = f"A closed cycle returns {number(-100.0 * least, digits=3)} % of its work: see passive for what to change"
+        advice = f"A closed cycle returns {number(-100.0 * least, digits=3)} % of its work: see passive for the remedy"
     return Certificate(True, least, "1", 0.0, passed, advice)
 
 
 def _share_of_random_cycle(model: Model, generator: np.random.Generator, scale: float, sense: float) -> float:
-    """Return the share of the work that stays, over a closed path of three harmonics, 0.1 to 100 times as wide."""
+    """Return the share of work kept over a closed path of three harmonics, 0.1 to 100 times as wide."""
     orders = generator.choice(np.arange(1, 9), 3, replace=False)
     heights, phases = generator.normal(size=3) / orders, generator.uniform(0.0, 2.0 * np.pi, 3)
     width, speed = scale * 10.0 ** generator.uniform(-1.0, 2.0), 10.0 ** generator.uniform(-6.0, 2.0)
@@ -91,7 +91,7 @@ def _share_of_random_cycle(model: Model, generator: np.random.Generator, scale: 
 
 
 def _share_kept(model: Model, x: np.ndarray, duration: float) -> float:
-    """Return what part of the work along a closed path stays, in the last of some rounds."""
+    """Return the share of work kept along a closed path, in the last of some rounds."""
     step = np.tile(np.diff(x), ROUNDS)
     dt = duration / (x.size - 1)
     force = force_along(model, step / dt, dt, np.tile(x[1:], ROUNDS))
@@ -100,15 +100,15 @@ def _share_kept(model: Model, x: np.ndarray, duration: float) -> float:
     return float(np.sum(work)) / total if total > 0.0 else 0.0
 
 
-LEAST_RATIO = 1.05  # of f_p to F_S, and of a deflection that grows to what it was at half the distance
+LEAST_RATIO = 1.05  # of f_p to F_S, and of a growing deflection to its value at half the distance
 MISSING = 1e-3  # of break-away: a loop that misses more is not closed
 
 
 def well_posed(model: Model, holding: Holding) -> Certificate:
-    """Return whether the deflection is bounded in sliding, and its bound [m, rad, or N, N*m where it is a force]."""
+    """Return whether the deflection is bounded in sliding, and its bound [m, rad, or N, N*m for a force]."""
     if isinstance(model.parameters, OperatorParameters):
-        return not_applicable("1", "An operator has no deflection of its own: its input is given")
-    # The deflection z is read where there is one, else the first state, else the force.
+        return not_applicable("1", "The input of an operator is given: it has no deflection that could grow")
+    # Read the deflection z if there is one, else the first state, else the force.
     states = variables_of(model.component.State)
     name = "z" if "z" in states else next(iter(states), "")
     unit = unit_of(states[name].quantity if name else "force", model.kind)
@@ -119,28 +119,30 @@ def well_posed(model: Model, holding: Holding) -> Certificate:
     if not holding.has_presliding:
         return not_applicable(unit, "It has no deflection that could grow")
     bound = _bound(model, read, holding)
-    # F_S, the larger one where it differs by direction.
+    # F_S, the larger one if it differs by direction.
     static_force = max((value for name, value in model.values.items() if name in ("F_S", "F_S_pos", "F_S_neg")), default=None)
     saturation = model.values.get("f_p")
     if saturation is None or static_force is None:
-        advice = "Bounded for all parameters" if math.isfinite(bound) else "It grows for as long as the body slides: let it saturate"
+        advice = (
+            "Bounded for all parameters" if math.isfinite(bound) else "The deflection grows as long as the body slides: add a saturation"
+        )
         return Certificate(True, bound, unit, math.inf, math.isfinite(bound), advice)
     least = LEAST_RATIO * static_force
     at_least = model.component(kind=model.kind, validate=False, **(model.values | {"f_p": least}))
     passed = bool(saturation >= least * (1.0 - 1e-12) and math.isfinite(bound))
     share = f"{100.0 * (saturation / static_force - 1.0):.3g}"
-    raised = f"raise f_p to {with_unit(least, unit_of('force', model.kind), 4)} at least"
+    raised = f"raise f_p to at least {with_unit(least, unit_of('force', model.kind), 4)}"
     if passed:
-        advice = f"f_p lies {share} % above F_S"
+        advice = f"f_p is {share} % above F_S"
     elif math.isfinite(bound):
-        advice = f"f_p lies only {share} % above F_S: {raised}"
+        advice = f"f_p is only {share} % above F_S: {raised}"
     else:
-        advice = f"The deflection grows for as long as the body slides: {raised}"
+        advice = f"The deflection grows as long as the body slides: {raised}"
     return Certificate(True, bound, unit, _bound(at_least, read, holding), passed, advice)
 
 
 def _bound(model: Model, read: Callable[[Contact, float], float], holding: Holding) -> float:
-    """Return the largest deflection in slow sliding, either way; infinite where it still grows at the end."""
+    """Return the largest deflection in slow sliding, in either direction; infinite if it still grows at the end."""
     largest = 0.0
     for side in (1.0, -1.0):
         contact = Contact(model)
@@ -159,9 +161,9 @@ def drift(model: Model, holding: Holding, ripple: tuple[float, float] | None, is
     """Return the displacement per settled cycle [m or rad] under a force between two levels [N or N*m]."""
     unit = unit_of("length", model.kind)
     if is_magnet:
-        return not_applicable(unit, "Its loops run the other way around, as a magnet's: no force holds it")
+        return not_applicable(unit, "Its loops run in the opposite sense, like those of a magnet: it cannot rest under a force")
     if not holding.breaks_away:
-        return not_applicable(unit, "It has no break-away force: any force moves it, or it is a spring to the end")
+        return not_applicable(unit, "It has no break-away force: any force moves it, or it is a spring without limit")
     low, high = ripple or tuple(map(holding.level, (0.3, 0.6)))
     if not holding.backward < low < high < holding.forward:
         raise InputError(
@@ -171,7 +173,7 @@ def drift(model: Model, holding: Holding, ripple: tuple[float, float] | None, is
             allowed=f"above {holding.backward:.6g} and below {holding.forward:.6g} {unit_of('force', model.kind)}",
         )
     if not holding.has_presliding:
-        return Certificate(True, 0.0, unit, 0.0, True, "It rests: nothing moves below break-away")
+        return Certificate(True, 0.0, unit, 0.0, True, "It rests: no motion below break-away")
     path = Path(model, holding)
     path.to_force(high)
     threshold = 1e-6 * abs(path.x)  # more in a cycle is drift
@@ -184,21 +186,21 @@ def drift(model: Model, holding: Holding, ripple: tuple[float, float] | None, is
         if abs(moved - before) <= 1e-5 * abs(moved) or abs(moved) <= 1e-3 * threshold:
             break
     passed = abs(moved) <= threshold
-    advice = "It stays where it is put"
+    advice = "It does not drift"
     if not passed:
         creep = with_unit(abs(moved) * 36_000, unit)
-        advice = f"It creeps {creep} in an hour at 10 Hz: take maxwell_slip, gms, or preisach_lugre with its gate"
+        advice = f"It drifts {creep} in an hour at 10 Hz: take maxwell_slip, gms, or preisach_lugre with its gate"
     return Certificate(True, moved, unit, threshold, passed, advice)
 
 
 def closure(model: Model, holding: Holding, loop: tuple[float, float] | None) -> Certificate:
-    """Return the force missing at the return to `x1` over ``0 -> x1 -> x2 -> x1``, as a fraction of break-away."""
+    """Return the force error at the return to `x1` over ``0 -> x1 -> x2 -> x1``, as a fraction of break-away."""
     if not holding.has_presliding:
         return not_applicable("1", "Its force does not build up over a distance: there is no minor loop")
     x1, x2 = loop or default_loop(model, holding)
     if not (math.isfinite(x1) and math.isfinite(x2) and x1 != 0.0 and x2 / x1 < 1.0):
         raise InputError(
-            "must be where the loop turns first, away from 0, and then, back from there",
+            "must be the two positions where the loop turns: first away from 0, then part of the way back",
             path="loop",
             value=(x1, x2),
             allowed=f"such as (3e-6, 1.5e-6) {unit_of('length', model.kind)}",
@@ -210,7 +212,7 @@ def closure(model: Model, holding: Holding, loop: tuple[float, float] | None) ->
     path.to_position(x1)
     missing = math.copysign(1.0, x1) * (path.force - loaded) / holding.half
     passed = abs(missing) <= MISSING
-    advice = "It comes back to the force that it had"
+    advice = "It returns to its former force"
     if not passed:
         share = number(100.0 * abs(missing), digits=3)
         advice = (
@@ -221,31 +223,31 @@ def closure(model: Model, holding: Holding, loop: tuple[float, float] | None) ->
 
 
 def default_loop(model: Model, holding: Holding) -> tuple[float, float]:
-    """Return where to turn [m or rad]: at 0.85 of break-away, and halfway back."""
+    """Return the turning points [m or rad]: at 0.85 of break-away, and halfway back."""
     path = Path(model, holding)
     path.to_force(holding.level(0.85))
     return path.x, 0.5 * path.x
 
 
-PAIR = optional(many(lambda raw, path, kind: raw, least=2, most=2))  # in units that the model tells
+PAIR = optional(many(lambda raw, path, kind: raw, least=2, most=2))  # in units of the model
 
 
 @guarded(model=of_family("friction", "hysteresis"), force_ripple=PAIR, loop=PAIR)
 def check(model: Model, *, force_ripple: Any = None, loop: Any = None) -> dict[str, Certificate]:
-    """Return whether a friction model is fit to be used: one certificate for each question.
+    """Test whether a friction model is fit for use: a certificate for each question.
 
     Parameters
     ----------
     model : Model
-        A friction model, or a hysteresis operator, with parameters. An operator is taken as friction whose position is
-        the input; where its loops run the other way around (a magnet), energy is counted as it is in magnets. Friction
-        that varies along the axis is taken as it is in the middle.
+        A friction model, or a hysteresis operator, with parameters. An operator counts as friction whose position is
+        the input. If its loops run in the opposite sense (a magnet), energy is counted as in magnets. Friction that
+        varies along the axis is tested in its middle.
     force_ripple : (low, high), optional
-        Forces between which the contact is loaded up and down, for `drift`: numbers [N or N*m], or text with a unit.
-        Between 0.3 and 0.6 of the break-away force where not given.
+        Forces between which the contact is loaded, for `drift`: numbers [N or N*m], or text with a unit.
+        The default is 0.3 and 0.6 of the break-away force.
     loop : (x1, x2), optional
-        Positions where the loop ``0 -> x1 -> x2 -> x1`` of `closure` turns: numbers [m or rad], or text with a unit. At
-        0.85 of the break-away force, and halfway back, where not given.
+        Positions where the loop ``0 -> x1 -> x2 -> x1`` of `closure` turns: numbers [m or rad], or text with a unit. The
+        default is 0.85 of the break-away force, and halfway back.
 
     Returns
     -------

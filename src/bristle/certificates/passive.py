@@ -1,25 +1,25 @@
-r"""Passivity: whether friction can ever give back more energy than its bristles have stored.
+r"""Passivity: whether friction can return more energy than its bristles have stored.
 
-With the energy of the bristles as storage, the power that is lost at velocity :math:`v` and bristle force :math:`f`,
+With the energy of the bristles as storage, the power lost at velocity :math:`v` and bristle force :math:`f`,
 :math:`q = f \operatorname{sgn} v`, is at least
 
 .. math:: W = |v|\,q\,\Phi + \sigma_1(v)\,v^2 (1 - \Phi) + \sigma_2 v^2
 
-where :math:`\dot z = v (1 - \Phi)`. It is negative where bristles that are charged to :math:`F_S` let go at speed.
+where :math:`\dot z = v (1 - \Phi)`. It is negative if bristles charged to :math:`F_S` are released at speed.
 :math:`W \ge 0` everywhere needs
 
 .. math:: \sigma_2 \ge \sup_{v > 0,\ |q| \le F_S} \left[\sigma_1(v)\,(\Phi - 1) - \frac{q\,\Phi}{|v|}\right]
 
 With constant :math:`\sigma_1` this is :math:`\sigma_1 (F_S - F_C)/F_C` for :math:`\Phi = q/G` [1]_ and for a gate that
 ends there, and :math:`\sigma_1 [(F_S/F_C)^n - 1]` for :math:`\Phi = (q/G)^n`. With :math:`\sigma_1(v) = \sigma_1
-e^{-(v/v_d)^2}` it is 0 where :math:`\sigma_1 v_d \le 4\sqrt{2e}\,F_C`.
+e^{-(v/v_d)^2}` it is 0 if :math:`\sigma_1 v_d \le 4\sqrt{2e}\,F_C`.
 
-No viscous coefficient is enough where energy is given back however slow the motion. `bouc_wen` with
-:math:`\beta < \tfrac12` does so in its loops. `reformed_dahl` is stiff after every reversal: charged by many short
-strokes and let go in a long one it gives back more than it took, its stiffness on the way out being less. An element
-of `gms` that slips is drawn to :math:`\nu_i F_S` by time alone: let slip by a short fast stroke at
-:math:`\nu_i F_C`, and let rise while it hardly moves, it gains :math:`\nu_i^2 (F_S^2 - F_C^2)/(2 k_i)`, which it
-gives back at the reversal. Both are counter-examples, so the verdict is final.
+No viscous coefficient suffices if energy is returned at arbitrarily slow motion. `bouc_wen` with
+:math:`\beta < \tfrac12` returns energy in its loops. `reformed_dahl` is stiff after every reversal: charged by many short
+strokes and released in a long stroke, it returns more energy than it took, because it is softer on the long stroke. An
+element of `gms` that slips approaches :math:`\nu_i F_S` by time alone. If it slips in a short fast stroke at
+:math:`\nu_i F_C` and its force rises while it hardly moves, it gains :math:`\nu_i^2 (F_S^2 - F_C^2)/(2 k_i)`, which it
+returns at the reversal. Both are counter-examples, so the verdict is final.
 
 References
 ----------
@@ -50,51 +50,51 @@ DECADES = (-6.0, 12.0)  # of the speed, over the Stribeck velocity
 
 
 class Damping(NamedTuple):
-    """The viscous coefficient that a model has, and the least that makes it passive [N*s/m or N*m*s/rad]."""
+    """Viscous coefficient of a model, and the least value for passivity [N*s/m or N*m*s/rad]."""
 
     present: float
     needed: float = 0.0
-    because: str = "Its hysteresis gives energy back at every speed"
+    because: str = "Its hysteresis returns energy at every speed"
 
 
 def passive(model: Model, is_magnet: bool) -> Certificate:
-    """Return the viscous coefficient [N*s/m or N*m*s/rad], held against the least one that makes friction passive."""
+    """Return the viscous coefficient [N*s/m or N*m*s/rad], with the least value for passivity as its limit."""
     unit = unit_of("force*time/length", model.kind)
     if is_magnet:
-        return not_applicable(unit, "Its loops run the other way around, as a magnet's: it is no friction")
+        return not_applicable(unit, "Its loops run in the opposite sense, like those of a magnet: it is not friction")
     p = model.parameters.operator if isinstance(model.parameters, OperatorParameters) else model.parameters
     parameters = (p.forward, p.backward) if isinstance(p, Slotted) else (p,)
-    # What varies with the place is a factor of all of the force, or a force that is given back on the way back.
+    # A variation along the axis is a factor on the whole force, or a force whose work the return path gives back.
     sides = [damping_of(side.inner if isinstance(side, Varied) else side) for side in parameters]
     dampings = [side for side in sides if side is not None]
     if len(dampings) < len(sides):
-        return not_applicable(unit, "No condition is known for this model: see dissipation for a search by trial")
+        return not_applicable(unit, "No condition is known for this model: see dissipation for a numerical search")
     worst = min(dampings, key=lambda damping: damping.present - damping.needed)
     passed = worst.present >= worst.needed * (1.0 - 1e-9)
     if not math.isfinite(worst.needed):
-        advice = f"{worst.because}: no viscous coefficient makes up for that"
+        advice = f"{worst.because}: no viscous coefficient can compensate this"
     elif not passed:
-        advice = f"Bristles let go at speed give energy back: raise sigma_2 to {with_unit(worst.needed, unit, 4)} at least"
+        advice = f"Bristles released at speed return energy: raise sigma_2 to at least {with_unit(worst.needed, unit, 4)}"
     elif worst.needed > 0.0:
-        advice = f"sigma_2 exceeds what is needed by {with_unit(worst.present - worst.needed, unit)}"
+        advice = f"sigma_2 exceeds the least value by {with_unit(worst.present - worst.needed, unit)}"
     else:
-        advice = "Passive whatever the viscous coefficient"
+        advice = "Passive for any viscous coefficient"
     return Certificate(True, worst.present, unit, worst.needed, passed, advice)
 
 
 def needed_damping(
     F_S: float, v_S: float, G: Callable[[float], float], sigma_1: Callable[[float], float], slip: Callable[[float, float], float]
 ) -> float:
-    r"""Return the least viscous coefficient [N*s/m or N*m*s/rad] at which no power is given back.
+    r"""Return the least viscous coefficient [N*s/m or N*m*s/rad] at which no power is returned.
 
-    The supremum is looked for on a grid, and from each of its peaks on grids that close in.
+    The supremum is searched on a grid, and from each of its peaks on refined grids.
 
     Parameters
     ----------
     F_S : float
         Largest force of the bristles [N or N*m].
     v_S : float
-        Stribeck velocity, the scale of the speeds that are tried [m/s or rad/s].
+        Stribeck velocity, the scale of the speeds [m/s or rad/s].
     G, sigma_1 : callable
         Stribeck force [N or N*m] and micro-damping [N*s/m or N*m*s/rad] at a speed.
     slip : callable
@@ -118,7 +118,7 @@ def needed_damping(
 
 
 def _summit(height: Callable[[float, float], float], start: tuple[float, float], steps: tuple[float, float], F_S: float) -> float:
-    """Return the largest value around a point, by grids that close in on it."""
+    """Return the largest value around a point, by refined grids."""
     (x, q), (dx, dq) = start, steps
     for _ in range(20):
         nodes = [
@@ -133,7 +133,7 @@ def _summit(height: Callable[[float, float], float], start: tuple[float, float],
 
 @singledispatch
 def damping_of(p: Any) -> Damping | None:
-    """Return the `Damping` of a model with parameters `p`; None where no condition is known."""
+    """Return the `Damping` of a model with parameters `p`; None if no condition is known."""
     return None
 
 
@@ -148,12 +148,12 @@ def _by_slip_law(p: Any) -> Damping:
 
 
 def _of_elastoplastic(p: Any) -> Damping | None:
-    # Where slip begins is of no account: below sliding bristles give nothing back, and beyond it they slip as LuGre's.
+    # The threshold of slip does not matter: below sliding bristles return no energy, and beyond it they slip as LuGre's.
     constant = p._asdict() | {"v_d": math.inf}
     return damping_of(friction.lugre.Parameters(**{name: constant[name] for name in friction.lugre.Parameters._fields}))
 
 
-CHARGED = "Charged by short strokes and let go in a long one it gives back more"
+CHARGED = "Charged by short strokes and released in a long one, it returns more energy"
 REGAINED = "An element that slips regains its static force without moving, unless F_S = F_C"
 CONDITIONS: dict[Any, Callable[[Any], Damping | None]] = {
     friction.coulomb: lambda p: Damping(0.0),
@@ -172,7 +172,7 @@ CONDITIONS: dict[Any, Callable[[Any], Damping | None]] = {
     friction.elastoplastic: _of_elastoplastic,
     friction.preisach_lugre: _by_slip_law,
 }
-"""What is known of a model by its parameters."""
+"""Known conditions, by the class of the parameters."""
 for component, condition in CONDITIONS.items():
     damping_of.register(component.Parameters, condition)
 damping_of.register(OverStops, lambda p: None if damping_of(p.operator) is None else _by_slip_law(p.own))

@@ -1,7 +1,7 @@
-"""A contact moved so slowly that neither viscosity nor micro-damping shows: by position, or until a force is reached.
+"""Contact in motion so slow that viscosity and micro-damping vanish: to a position, or to a force.
 
-The speed is far below every Stribeck velocity, so friction holds all it can hold: its break-away force. Forces are read
-at rest, as the limits from either side.
+The speed is far below every Stribeck velocity, so friction reaches its break-away force. Forces are read
+at rest, as the limits from both sides.
 """
 
 import math
@@ -22,7 +22,7 @@ CHUNK = 100  # steps
 
 @dataclass(frozen=True)
 class Holding:
-    """What a contact holds at rest, and over what distance its force builds up."""
+    """Range of forces of a contact at rest, and the distance over which its force builds up."""
 
     backward: float
     forward: float
@@ -39,17 +39,17 @@ class Holding:
 
     @property
     def has_presliding(self) -> bool:
-        """Whether the force builds up over a distance, and there is a break-away force to build up to."""
+        """Whether the force builds up over a distance to a break-away force."""
         return self.distance > 0.0 and self.breaks_away
 
     @property
     def breaks_away(self) -> bool:
-        """Whether there is a force that it holds, and one that it does not."""
+        """Whether the contact rests under some forces and slides under others."""
         return 0.0 < self.half < math.inf
 
 
 def holding_of(model: Model) -> Holding:
-    """Return what a friction model holds at rest, and over what distance its force builds up."""
+    """Return the range of forces of a friction model at rest, and the distance over which its force builds up."""
     forward, backward = (_slid_to_the_end(model, side) for side in (1.0, -1.0))
     holding = Holding(backward, forward, 0.0)
     if not holding.breaks_away:
@@ -75,14 +75,14 @@ def _slid_to_the_end(model: Model, side: float) -> float:
 
 
 class Path:
-    """A virgin contact led by position or by force, from origin 0.
+    """A virgin contact moved to positions or forces, from origin 0.
 
     Parameters
     ----------
     model : Model
         A friction model with pre-sliding.
     holding : Holding
-        What it holds at rest.
+        Its range of forces at rest.
     """
 
     def __init__(self, model: Model, holding: Holding) -> None:
@@ -103,12 +103,12 @@ class Path:
 
     @property
     def trace(self) -> tuple[np.ndarray, np.ndarray]:
-        """Where it has been so far: positions in the middle of steps and where it turned [m or rad], and the forces."""
+        """The path so far: positions in the middle of steps and at turning points [m or rad], and the forces."""
         x, force = zip(*self._trace, strict=True)
         return np.concatenate(x), np.concatenate(force)
 
     def _note(self, start: float, force: np.ndarray) -> None:
-        """Keep what steps to here, from `start`, have shown."""
+        """Store the results of the steps from `start` to here."""
         between = start + (self.x - start) * (np.arange(force.size) + 0.5) / max(force.size, 1)
         self._trace.append((np.append(between, self.x), np.append(force, self.force)))
 
@@ -125,12 +125,12 @@ class Path:
         self._note(start, force)
 
     def to_force(self, target: float) -> bool:
-        """Go on until the friction force is `target` [N or N*m]; return False where the contact slides away before."""
+        """Move until the friction force is `target` [N or N*m]; return False if the contact slides away before."""
         if self._contact.force(0.0) < target:
             return self._climb(target, 1.0)
         if self._contact.force(-0.0) > target:
             return self._climb(target, -1.0)
-        # The force at rest is an interval that holds the target: nothing moves.
+        # The force at rest is an interval that contains the target: no motion.
         return True
 
     def _climb(self, target: float, side: float) -> bool:
@@ -151,8 +151,8 @@ class Path:
         return False
 
     def _below(self, before: Contact, target: float, steps: int) -> tuple[Contact, np.ndarray]:
-        """Return the contact moved on by so many steps, or fewer until its force at rest is below; and mean forces."""
-        # After steps whose mean forces are below the target, what is held at rest may be above it.
+        """Return the contact after so many steps, or fewer until its force at rest is below; and mean forces."""
+        # After steps with mean forces below the target, the force at rest may be above it.
         for count in range(steps, 0, -1):
             contact = before.copy()
             forces = contact.move(self._side * count * self._step, CREEP, count)
@@ -162,7 +162,7 @@ class Path:
 
 
 def _stopped_at(contact: Contact, target: float, side: float, farthest: float) -> Contact:
-    """Return the contact moved on, `farthest` at most, to where its force is `target`."""
+    """Return the contact moved, by `farthest` at most, to the point where its force is `target`."""
     from scipy.optimize import root_scalar
 
     def excess(distance: float) -> float:
@@ -179,7 +179,7 @@ def _stopped_at(contact: Contact, target: float, side: float, farthest: float) -
 
 
 def traced(model: Model, lead: Callable[[Path, float], Any], ends: list[float]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the path of a virgin contact that is led slowly from force to force, or from position to position.
+    """Return the path of a virgin contact that moves slowly from force to force, or from position to position.
 
     Parameters
     ----------

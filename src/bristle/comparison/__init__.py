@@ -1,4 +1,4 @@
-"""Two logs of one axis held against each other: what changed, and how sure that is."""
+"""Comparison of two logs of an axis: the changes, with their uncertainty."""
 
 from typing import TYPE_CHECKING
 

@@ -1,4 +1,4 @@
-"""Two sides of one axis, held against each other: what changed, and how sure that is."""
+"""Comparison of two sides of an axis: the changes, with their uncertainty."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -21,7 +21,7 @@ Sides = tuple[Side, Side]
 
 
 def compare(before: Sequence[LogAndAxis], after: Sequence[LogAndAxis], window: float | None = None) -> Comparison:
-    """Compare two sides, a log or several each, with what is known of the axis; `window` [s] is that of peaks at reversals."""
+    """Compare two sides, one or several logs each with its axis file; `window` [s] is that of peaks at reversals."""
     logs = [log for log, _ in (*before, *after)]
     _refuse_unlike(before, after)
     follows = all(log.reference is not None for log in logs)
@@ -31,9 +31,9 @@ def compare(before: Sequence[LogAndAxis], after: Sequence[LogAndAxis], window: f
     low, high, complete = sides_of(before, after, follows=follows, tells_effort=tells_effort)
     plan = plan_of(low.kinds, high.kinds)
     if not plan.before.size:
-        signals = "references" if follows else "positions, compared because there is no reference,"
-        reason = f"the {signals} share no motion: no cycle of one is like a cycle of the other"
-        raise InputError(reason, path="after", mend="Record both with the same reference: same places, same speed")
+        signals = "references" if follows else "positions (compared for lack of a reference)"
+        reason = f"the {signals} share no motion: no cycle of one equals a cycle of the other"
+        raise InputError(reason, path="after", mend="Record both with the same reference: same positions, same speed")
     sides = ((low, plan.before), (high, plan.after))
     used: Sides = tuple(replace(side, cycles=[side.cycles[number] for number in numbers]) for side, numbers in sides)  # type: ignore[assignment]
     kind = logs[0].kind
@@ -75,12 +75,12 @@ def _refuse_unlike(before: Sequence[LogAndAxis], after: Sequence[LogAndAxis]) ->
         channels, further = dict(first.channels()), dict(second.channels())
         is_alike = len(first) == len(second) and list(channels) == list(further)
         if is_alike and all(np.array_equal(channel.values, further[name].values) for name, channel in channels.items()):
-            mend = "Name the log from before the change, and one from after it"
+            mend = "Name a log from before the change, and a log from after it"
             raise InputError("is the same log on both sides", path=second.origin.name or "after", mend=mend)
 
 
 def _window_samples(sides: Sides, window: float | None) -> int | None:
-    """Return how many samples behind a reversal are looked at; None where nothing reverses."""
+    """Return the number of samples in the window after a reversal; None without reversals."""
     cycles = [cycle for side in sides for cycle in side.cycles]
     if window is not None:
         return max(round(window / cycles[0].recording.sample_time), 1)
@@ -92,11 +92,11 @@ def _window_samples(sides: Sides, window: float | None) -> int | None:
 
 
 def _changes(measures: Sequence[Measure], sides: Sides, plan: Plan, kind: Kind) -> tuple[dict[str, Change], list[float]]:
-    """Return each quantity that both sides tell, and how many cycles count as one in each."""
+    """Return each quantity that both sides have, and the number of correlated cycles for each."""
     changes: dict[str, Change] = {}
     as_one, sums = [], {}
     for measure in measures:
-        if measure.sums not in sums:  # several quantities rest on the same ones
+        if measure.sums not in sums:  # several quantities share their sums
             sums[measure.sums] = [measure.sums(side) for side in sides]
         low, high = sums[measure.sums]
         outcome = changed(measure.value, low, high, plan)
@@ -109,7 +109,7 @@ def _changes(measures: Sequence[Measure], sides: Sides, plan: Plan, kind: Kind) 
 def _diagnostics(
     before: Sequence[LogAndAxis], after: Sequence[LogAndAxis], shared: Shared, changes: dict[str, Change], reason: InputError | None
 ) -> tuple[Diagnostic, ...]:
-    """Return what may mislead, then what the comparison rests on."""
+    """Return warnings, then remarks on the basis of the comparison."""
     sides = {"before": [log for log, _ in before], "after": [log for log, _ in after]}
     logs = [*sides["before"], *sides["after"]]
     lacking = {
@@ -119,7 +119,7 @@ def _diagnostics(
     percents = {"before_percent": shared.before_percent, "after_percent": shared.after_percent}
     with_interval = [change for change in changes.values() if change.interval is not None and change.before != 0.0]
     fewest, periods = min(shared.cycles_before, shared.cycles_after), [log.sample_time for log in logs]
-    # An interval so narrow is that of cycles without scatter.
+    # Such a narrow interval means cycles without scatter.
     identical = any(0.5 * float(np.ptp(change.interval)) < ROUNDING * abs(change.before) for change in with_interval)  # type: ignore[arg-type]
     is_told = "friction.level" in changes or any(log.effort is None for log in logs)
     said: list[tuple[Severity, str, bool, dict[str, Number]]] = [

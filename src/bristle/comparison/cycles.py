@@ -1,7 +1,7 @@
-"""The two sides of a comparison: stretches of their logs on one grid of time, cut into cycles that are numbered by motion.
+"""The two sides of a comparison: stretches of their logs on one grid of time, cut into cycles numbered by motion.
 
-A motion is cut where it turns forward. Two cycles are of one motion if they last as long and pass the same positions;
-where a motion hardly turns, pieces of equal length stand for cycles, told by where they lie from where the log begins.
+A motion is cut where it turns forward. Two cycles have the same motion if they have the same duration and pass the same
+positions. If a motion hardly turns, pieces of equal length replace cycles, identified by their time in the log.
 """
 
 from collections.abc import Sequence
@@ -16,13 +16,13 @@ from bristle.identification.preprocessing import CUTOFF_SHARE, treat
 from bristle.logs.log import Log
 from bristle.logs.turns import graininess, turning_points
 
-SAME_PERIOD = 1e-3  # relative difference of sample times that is none
+SAME_PERIOD = 1e-3  # smaller relative differences of sample times are ignored
 PHASES = 33  # at which the positions of two cycles are compared
 PIECES = 20  # of the shorter of two motions that never turn
 FEWEST = 8  # samples of a cycle
-# Of references, and of positions, which the loop makes:
-ALIKE = (0.02, 0.06)  # of the range of a cycle, and of its duration: a difference that is none
-TREMBLE = (1e-3, 1e-2)  # of the range of the motion: a turn by less is none
+# For references, and for positions, which the loop makes:
+ALIKE = (0.02, 0.06)  # of the range of a cycle, and of its duration: smaller differences are ignored
+TREMBLE = (1e-3, 1e-2)  # of the range of the motion: smaller turns are ignored
 
 LogAndAxis = tuple[Log, Axis | None]
 
@@ -59,7 +59,7 @@ class Cycle:
 
 @dataclass(frozen=True)
 class Side:
-    """The cycles of one side, and why it tells no friction."""
+    """The cycles of one side, and the reason if its friction is unknown."""
 
     cycles: Sequence[Cycle]
     reason: InputError | None = None
@@ -71,8 +71,8 @@ class Side:
 
 
 def sides_of(before: Sequence[LogAndAxis], after: Sequence[LogAndAxis], *, follows: bool, tells_effort: bool) -> tuple[Side, Side, bool]:
-    """Return both sides, and whether their cycles are whole ones."""
-    # Of a log that has more samples, the largest of them would be larger.
+    """Return both sides, and whether their cycles are complete."""
+    # The peak of a log with more samples would be larger.
     sample_time = max(log.sample_time for log, _ in (*before, *after))
     recordings: tuple[list[Recording], list[Recording]] = ([], [])
     reasons: list[InputError | None] = [None, None]
@@ -100,7 +100,7 @@ def sides_of(before: Sequence[LogAndAxis], after: Sequence[LogAndAxis], *, follo
 def _recordings_of(
     log: Log, axis: Axis | None, sample_time: float, *, follows: bool, tells_effort: bool
 ) -> tuple[list[Recording], InputError | None]:
-    """Return the stretches of a log with a sample about every `sample_time` [s], and why it tells no friction."""
+    """Return the stretches of a log with a sample about every `sample_time` [s], and the reason if its friction is unknown."""
     sliding, reason = _sliding(log, axis, sample_time) if tells_effort else (None, None)
     motion = log.reference if follows else log.position
     assert motion is not None
@@ -118,11 +118,11 @@ def _recordings_of(
 
 
 def _sliding(log: Log, axis: Axis | None, sample_time: float) -> tuple[np.ndarray | None, InputError | None]:
-    """Return velocity, acceleration and effort as identification treats them; both logs by one filter."""
+    """Return velocity, acceleration and effort, treated as in identification; both logs with the same filter."""
     cutoff = axis.cutoff if axis is not None and axis.cutoff is not None else CUTOFF_SHARE / sample_time
     try:
         dataset = treat(log, axis, cutoff)
-    except InputError as error:  # too short for the filter, or nothing that moves
+    except InputError as error:  # too short for the filter, or without motion
         return None, error
     collected = np.full((3, len(log)), np.nan)
     for segment in dataset.segments:
@@ -139,8 +139,8 @@ def _complete(recordings: Sequence[Recording]) -> list[Cycle]:
         motion, moving = recording.motion, _moving(recording)
         near = TREMBLE[1] * float(np.ptp(motion))
         low, high = float(np.min(motion)) + near, float(np.max(motion)) - near
-        # A motion may begin and end at a turn: where it lies as far out as it goes. One is forward where the next one is
-        # farther up, the last one where the one before it is.
+        # A motion may begin and end at a turn, at its extreme position. Such a turn is forward if the next turn is
+        # further up; the last turn is forward if the previous turn is.
         ends = [place for place in (moving.start, moving.stop - 1) if moving.stop and not low < motion[place] < high]
         places = np.unique([*recording.turns, *ends]).astype(int)
         heights = recording.motion[places]
@@ -150,7 +150,7 @@ def _complete(recordings: Sequence[Recording]) -> list[Cycle]:
 
 
 def _moving(recording: Recording) -> slice:
-    """Return the samples from the first to the last that move."""
+    """Return the samples from the first to the last motion."""
     moved = np.flatnonzero(np.diff(recording.motion))
     return slice(int(moved[0]), int(moved[-1]) + 2) if moved.size else slice(0, 0)
 
@@ -186,7 +186,7 @@ def _numbered(sides: Sequence[Sequence[Cycle]], grain: float, share: float, *, c
 
 
 def _first_alike(shape: np.ndarray, count: int, shapes: Sequence[np.ndarray], counts: Sequence[int], least: float, share: float) -> int:
-    """Return the number of the first motion that is like this one; the next number where none is."""
+    """Return the number of the first equal motion, or the next number if there is no equal motion."""
     if not shapes:
         return 0
     away = np.max(np.abs(np.asarray(shapes) - shape), axis=1)

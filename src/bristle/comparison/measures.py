@@ -1,12 +1,12 @@
-r"""What is measured of each cycle, and the quantities that sums over cycles give.
+r"""Quantities of each cycle, and their values from sums over cycles.
 
-Every quantity is a function of sums over cycles, so that any choice of cycles has one: of root mean squares the sum of
-squares, of peaks their sum and their number, of friction the normal equations.
+Every quantity is a function of sums over cycles, so that it exists for any selection of cycles: the sum of
+squares for root mean squares, sum and number for peaks, the normal equations for friction.
 
-The friction level comes from :math:`u = M a + c + \sum_b F_b\, \mathrm{sign}(v)\, [|v| \in b]` by least squares, `b`
-being ranges of speed that both logs have in both directions, in what is compared of them: each :math:`F_b` is half the
-difference between the directions at one speed. Inertia hardly counts, because a stroke passes each speed once speeding
-up and once slowing down; `M` takes what is left of it. The level is the mean of :math:`F_b` with the same weights in
+The friction level is fitted to :math:`u = M a + c + \sum_b F_b\, \mathrm{sign}(v)\, [|v| \in b]` by least squares. The
+speed ranges `b` are those that the compared parts of both logs have in both directions, so each :math:`F_b` is half the
+difference between the directions at one speed. Inertia hardly matters, because a stroke passes each speed once speeding
+up and once slowing down; `M` takes the remainder. The level is the mean of :math:`F_b` with the same weights in
 both logs.
 """
 
@@ -21,9 +21,9 @@ from bristle.comparison.result import Course, Turn
 from bristle.core.lazy import cached_property
 
 RANGES = 4  # of speed
-SLOWEST = 0.1  # of the speed that 95 % stay below: slower rows are close to a reversal
+SLOWEST = 0.1  # of the 95 % quantile of speed: slower rows are close to a reversal
 FEWEST_ROWS = 20  # of a range, in each direction of each log
-SMALL = 1e-10  # of the diagonal of normal equations, added to it: a mass that no acceleration tells is 0 then
+SMALL = 1e-10  # share of the diagonal of normal equations, added to it: makes a mass without acceleration 0
 
 Sums = np.ndarray
 SumsOf = Callable[[Side], np.ndarray]
@@ -31,7 +31,7 @@ TURNS = {"forward_to_backward": False, "backward_to_forward": True}
 
 
 class Measure(NamedTuple):
-    """A quantity: its name, what it is of (``length``, ``force``), its sums by cycle, and its value from sums."""
+    """A quantity: its name, its dimension (``length``, ``force``), its sums by cycle, and its value from sums."""
 
     name: str
     quantity: str
@@ -45,7 +45,7 @@ def _mean(sums: Sums) -> np.ndarray:
 
 
 def level_measures(signal: str, name: str, quantity: str) -> list[Measure]:
-    """Return the root mean square of a signal, and its largest value in a cycle, mean over cycles."""
+    """Return the root mean square of a signal, and its largest value in a cycle, averaged over cycles."""
 
     def squares(side: Side) -> np.ndarray:
         parts = [cycle.part(signal) for cycle in side.cycles]
@@ -58,7 +58,7 @@ def level_measures(signal: str, name: str, quantity: str) -> list[Measure]:
 
 
 def _turns_in(cycle: Cycle, window: int, *, forward: bool) -> list[int]:
-    """Return the samples in a cycle at which the motion turns into one direction, those whose window the log holds."""
+    """Return the samples of a cycle at which the motion turns into one direction, if the log contains their window."""
     motion, places = cycle.recording.motion, cycle.recording.turns
     inside = places[(places >= cycle.samples.start) & (places < cycle.samples.stop)]
     inside = inside[inside + window < motion.size]
@@ -67,7 +67,7 @@ def _turns_in(cycle: Cycle, window: int, *, forward: bool) -> list[int]:
 
 
 def turn_measures(window: int) -> list[Measure]:
-    """Return the largest following error in so many samples behind a reversal, mean over reversals, each direction."""
+    """Return the largest following error in so many samples after a reversal, averaged over reversals, for each direction."""
 
     def peaks(forward: bool) -> SumsOf:
         def sums(side: Side) -> np.ndarray:
@@ -84,7 +84,7 @@ def turn_measures(window: int) -> list[Measure]:
 
 
 def course_of(before: Side, after: Side, *, follows: bool) -> Course:
-    """Return the mean of each motion, one behind the other: following error, or effort where there is no reference."""
+    """Return the mean of each motion, one after the other: following error, or effort without a reference."""
     signal, parts = "error" if follows else "effort", []
     for kind in dict.fromkeys(before.kinds):
         low, high = ([cycle for cycle in side.cycles if cycle.kind == kind] for side in (before, after))
@@ -98,7 +98,7 @@ def course_of(before: Side, after: Side, *, follows: bool) -> Course:
 def turn_courses(before: Side, after: Side, window: int) -> tuple[Turn, ...]:
     """Return the mean following error around the reversals of each direction that both sides have."""
     collected = []
-    steps = np.arange(-window, 3 * window + 1)  # one window before a reversal, three behind it
+    steps = np.arange(-window, 3 * window + 1)  # one window before a reversal, three after it
     for name, forward in TURNS.items():
         rows = [
             [
@@ -117,8 +117,8 @@ def turn_courses(before: Side, after: Side, window: int) -> tuple[Turn, ...]:
 class SlidingRows:
     """Rows of sliding of two sides, in ranges of speed that both have in both directions.
 
-    A cycle without a row in any range tells no friction, and without it a motion may come too seldom to be compared:
-    only motions whose rows enter the sums choose the ranges and their weights.
+    A cycle without a row in any range does not determine friction, and without it a motion may be too rare to compare.
+    Therefore only motions whose rows enter the sums determine the ranges and their weights.
     """
 
     def __init__(self, before: Side, after: Side) -> None:
@@ -140,7 +140,7 @@ class SlidingRows:
         return [cycle for cycle in side.cycles if cycle.kind in self.kinds]
 
     def _counts(self, sides: Sequence[Sequence[np.ndarray]]) -> list[np.ndarray]:
-        """Cut speeds into ranges; return the rows in each, of each side, shape (cycle, direction, range)."""
+        """Sort speeds into ranges; return the number of rows in each, for each side, shape (cycle, direction, range)."""
         pooled = np.abs(np.concatenate([np.empty(0), *sides[0], *sides[1]]))
         top = float(np.quantile(pooled, 0.95)) if pooled.size else 0.0
         self._speeds = pooled[pooled > SLOWEST * top]
@@ -156,7 +156,7 @@ class SlidingRows:
         return [float(np.mean(self._speeds[place == number])) for number in self.ranges]
 
     def measures(self) -> list[Measure]:
-        """Return the friction level, and friction in each range of speed; nothing where no range serves."""
+        """Return the friction level, and friction in each range of speed; empty without a usable range."""
         if not self.ranges.size:
             return []
         shares = self.weights / self.weights.sum()
@@ -168,7 +168,7 @@ class SlidingRows:
         ]
 
     def _sums(self, side: Side) -> np.ndarray:
-        """Return the normal equations of each cycle, their matrix behind their right side."""
+        """Return the normal equations of each cycle, the matrix after the right side."""
         equations = []
         for cycle in side.cycles:
             v, a, u = _rows(cycle) if cycle.kind in self.kinds else np.empty((3, 0))
@@ -180,7 +180,7 @@ class SlidingRows:
         return np.array(equations)
 
     def _friction(self, sums: Sums) -> np.ndarray:
-        """Return friction in each range, shape (..., range); NaN where a range lacks a direction."""
+        """Return friction in each range, shape (..., range); NaN if a range lacks a direction."""
         size = self.ranges.size + 2
         right, matrix = sums[..., :size], sums[..., size:].reshape(*sums.shape[:-1], size, size)
         scale = np.sqrt(np.maximum(np.diagonal(matrix, axis1=-2, axis2=-1), np.finfo(float).tiny))
@@ -188,18 +188,18 @@ class SlidingRows:
         solved = np.linalg.solve(scaled + SMALL * np.eye(size), (right / scale)[..., None])
         friction = (solved[..., 0] / scale)[..., 1:-1]
         rows = np.diagonal(matrix, axis1=-2, axis2=-1)[..., 1:-1]
-        # Forward less backward is the whole of a range in one direction: offset and friction are one number there.
+        # Forward minus backward is the whole of a range in one direction: offset and friction are confounded there.
         return np.where(np.abs(matrix[..., 0, 1:-1]) < rows * (1.0 - SMALL), friction, np.nan)
 
 
 def _serving(counts: Sequence[np.ndarray], kinds: Sequence[np.ndarray]) -> np.ndarray:
-    """Return the ranges with enough rows of each side in each direction, from more than one block that is drawn."""
+    """Return the ranges with enough rows of each side in each direction, from more than one drawn block."""
     paired = plan_of(*kinds).paired
     is_served = []
     for count, own in zip(counts, kinds, strict=True):
         blocks = [count[own == kind].sum(axis=0) for kind in np.unique(own)] if paired else count
         blocks = np.reshape(blocks, (-1, *count.shape[1:]))
-        # What rests on one block shows no scatter where blocks are drawn anew.
+        # A result from a single block shows no scatter when blocks are drawn anew.
         is_served.append((blocks.sum(axis=0) >= FEWEST_ROWS) & (np.sum(blocks > 0, axis=0) >= 2))
     return np.flatnonzero(np.all(is_served, axis=(0, 1)))
 

@@ -1,16 +1,16 @@
-r"""The interval of a change: from cycles drawn anew.
+r"""The interval of a change, from resampled cycles.
 
-The samples of a log are no independent numbers: errors keep their side for long, and the motion itself comes again.
-What is drawn with replacement are whole cycles [1]_, each a block that keeps its samples together. Where each motion of
-two logs has several cycles in each, every log is drawn by itself and each motion keeps its share; where a motion comes
-once, its two cycles, one of each log, are drawn together, and the interval is that of the ratio of both sides: how
-large an error is differs from motion to motion more than by what factor it changes.
+The samples of a log are not independent: errors keep their sign for long, and the motion repeats. Therefore whole
+cycles are drawn with replacement [1]_, each a block that keeps its samples together. If each motion has several cycles
+in each of the two logs, every log is drawn separately and each motion keeps its share. If a motion occurs once, its
+two cycles, one of each log, are drawn together, and the interval is that of the ratio of both sides: the size of an
+error differs between motions more than the factor of its change.
 
-Cycles may be like their neighbours, as while an axis warms up. With the correlations :math:`\rho_k` of what the
-quantity owes to a cycle and to the `k`-th one behind it, up to the first that is none, :math:`\tau = 1 + 2 \sum_k
-\rho_k` cycles count as one [2]_. Few cycles show less scatter than there is: a variance from `n` of them is raised by
-:math:`\tau\, n / (n - 1)`, and the interval is that of Student's t with :math:`n / \tau - 1` degrees of freedom, of
-two logs by the rule of Welch and Satterthwaite [3]_.
+Cycles may be correlated with their neighbours, as while an axis warms up. With the correlations :math:`\rho_k` between
+the effects of a cycle and of the `k`-th cycle after it, up to the first insignificant correlation,
+:math:`\tau = 1 + 2 \sum_k \rho_k` cycles count as one [2]_. Few cycles underestimate the scatter: a variance from `n`
+of them is raised by :math:`\tau\, n / (n - 1)`, and the interval is that of Student's t with :math:`n / \tau - 1`
+degrees of freedom, for two logs by the rule of Welch and Satterthwaite [3]_.
 
 References
 ----------
@@ -30,14 +30,14 @@ from numpy.typing import ArrayLike
 
 DRAWS = 1000
 SEED = 20_261_121
-PAIRS, OFTEN = 6, 4  # so many motions, each fewer times in a log than this, are drawn as pairs
-LARGEST = 100.0  # logarithm of a ratio that is told
+PAIRS, OFTEN = 6, 4  # so many motions, each less often in a log than this, are drawn as pairs
+LARGEST = 100.0  # logarithm of a reported ratio
 
 Value = Callable[[np.ndarray], np.ndarray]
 
 
 class Plan(NamedTuple):
-    """Which cycles of two logs are compared, and how they are drawn."""
+    """The compared cycles of two logs, and the way of drawing them."""
 
     before: np.ndarray
     after: np.ndarray
@@ -47,7 +47,7 @@ class Plan(NamedTuple):
 
 
 class Changed(NamedTuple):
-    """A quantity before and after, the 95 % interval of the change, and how many neighbouring cycles count as one."""
+    """A quantity before and after, the 95 % interval of the change, and the number of correlated cycles."""
 
     before: float
     after: float
@@ -56,7 +56,7 @@ class Changed(NamedTuple):
 
 
 def plan_of(kinds_before: ArrayLike, kinds_after: ArrayLike) -> Plan:
-    """Return which cycles to compare, by their motions: those of both sides; none where they share no motion."""
+    """Return the cycles to compare, by their motions: those of both sides; empty if they share no motion."""
     sides = np.asarray(kinds_before, dtype=int), np.asarray(kinds_after, dtype=int)
     shared = np.intersect1d(*sides)
     repeated = [kind for kind in shared if min(np.sum(side == kind) for side in sides) >= 2]
@@ -68,9 +68,9 @@ def plan_of(kinds_before: ArrayLike, kinds_after: ArrayLike) -> Plan:
 
 
 def changed(value: Value, before: np.ndarray, after: np.ndarray, plan: Plan) -> Changed | None:
-    """Return a quantity of both sides and the interval of its change; None where one side does not tell it.
+    """Return a quantity of both sides and the interval of its change; None if a side does not determine it.
 
-    Cycles that tell nothing of the quantity, whose sums are zero, do not count.
+    Cycles without information on the quantity, whose sums are zero, do not count.
     """
     is_told = before.any(axis=1), after.any(axis=1)
     own = plan_of(plan.kinds_before[is_told[0]], plan.kinds_after[is_told[1]])
@@ -79,7 +79,7 @@ def changed(value: Value, before: np.ndarray, after: np.ndarray, plan: Plan) -> 
     before, after, plan = before[is_told[0]][own.before], after[is_told[1]][own.after], own
     if plan.paired:
         return _pairs(value, before, after, plan)
-    # Each motion counts as often as the side has it that has it less often.
+    # Each motion has the weight of the side with fewer repetitions.
     counts = (np.bincount(kinds) for kinds in (plan.kinds_before, plan.kinds_after))
     shares = {kind: float(min(pair)) for kind, pair in enumerate(zip(*counts, strict=True)) if min(pair)}
     low, high = (_drawn(value, sums, kinds, shares) for sums, kinds in ((before, plan.kinds_before), (after, plan.kinds_after)))
@@ -90,7 +90,7 @@ def changed(value: Value, before: np.ndarray, after: np.ndarray, plan: Plan) -> 
 
 
 class _Drawn(NamedTuple):
-    """A quantity of a side, its variance, the degrees of freedom of that, and how many cycles count as one."""
+    """A quantity of a side, its variance with its degrees of freedom, and the number of correlated cycles."""
 
     value: float
     variance: float
@@ -124,8 +124,8 @@ def _pairs(value: Value, before: np.ndarray, after: np.ndarray, plan: Plan) -> C
     as_one = _as_one(first * influences[1] - second * influences[0])  # that of the ratio
     drawn = _draws(kinds.size, np.random.default_rng(SEED))
     draws = np.stack([value(drawn @ low), value(drawn @ high)])
-    draws = draws[:, np.isfinite(draws).all(axis=0)]  # a draw may lack what a quantity rests on
-    if not min(first, second, np.min(draws, initial=math.inf)) > 0.0:  # no factor leads from one to the other
+    draws = draws[:, np.isfinite(draws).all(axis=0)]  # a draw may lack the data of a quantity
+    if not min(first, second, np.min(draws, initial=math.inf)) > 0.0:  # the ratio is undefined
         return Changed(first, second, _interval(second - first, *_spread(draws[1] - draws[0], kinds.size, 1, as_one)), as_one)
     ratio = _interval(math.log(second / first), *_spread(np.log(draws[1] / draws[0]), kinds.size, 1, as_one))
     ends = None if ratio is None else tuple(first * math.expm1(min(end, LARGEST)) for end in ratio)
@@ -133,7 +133,7 @@ def _pairs(value: Value, before: np.ndarray, after: np.ndarray, plan: Plan) -> C
 
 
 def _influence(value: Value, sums: np.ndarray, weights: np.ndarray, kinds: np.ndarray) -> np.ndarray:
-    """Return by how much the quantity rests on each cycle, above the mean of its motion, shape (cycle,)."""
+    """Return the influence of each cycle on the quantity, above the mean of its motion, shape (cycle,)."""
     weighted = weights[:, None] * sums
     without = value(weighted.sum(axis=0) - weighted)
     mean = np.bincount(kinds, weights=without) / np.maximum(np.bincount(kinds), 1)
@@ -141,10 +141,10 @@ def _influence(value: Value, sums: np.ndarray, weights: np.ndarray, kinds: np.nd
 
 
 def _as_one(influence: np.ndarray) -> float:
-    """Return how many neighbours count as one cycle, from 1 to half of them."""
+    """Return the number of neighbours that count as one cycle, from 1 to half of them."""
     count, square, as_one = influence.size, float(influence @ influence), 1.0
     for lag in range(1, max(count // 3, 2)):
-        # Taken about their own mean, numbers without correlation have one of -1 / count.
+        # Around their mean, uncorrelated numbers have a correlation of -1 / count.
         correlation = float(influence[lag:] @ influence[:-lag]) / square + 1.0 / count if square > 0.0 else 0.0
         if correlation * math.sqrt(count) <= 0.5:  # standard deviations
             break
@@ -153,12 +153,12 @@ def _as_one(influence: np.ndarray) -> float:
 
 
 def _draws(count: int, rng: np.random.Generator) -> np.ndarray:
-    """Return how often each of `count` cycles is drawn, shape (draw, cycle)."""
+    """Return the number of times that each of `count` cycles is drawn, shape (draw, cycle)."""
     return rng.multinomial(count, np.full(count, 1.0 / count), DRAWS).astype(float)
 
 
 def _spread(draws: np.ndarray, count: int, motions: int, as_one: float) -> tuple[float, float]:
-    """Return the variance that draws show, raised for few cycles that are alike, and its degrees of freedom."""
+    """Return the variance of draws, raised for few correlated cycles, and its degrees of freedom."""
     finite = draws[np.isfinite(draws)]
     variance = float(np.var(finite)) if finite.size > 1 else math.nan
     return as_one * variance * count / (count - motions), max(count / as_one - motions, 1.0)

@@ -1,4 +1,4 @@
-"""What a comparison of two logs says."""
+"""The result of a comparison of two logs."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -12,7 +12,7 @@ from bristle.core.variable import Kind, unit_of
 from bristle.logs.log import Log
 
 Verdict = Literal["lower", "higher", "no_change", "unknown"]
-ROUNDING = 1e-6  # of the larger value: a change that is rounding
+ROUNDING = 1e-6  # of the larger value: a smaller change is rounding
 
 
 @dataclass(frozen=True)
@@ -24,11 +24,11 @@ class Change:
     name : str
         Such as ``following_error.rms``.
     quantity : str
-        What it is of: ``length`` or ``force``.
+        Its dimension: ``length`` or ``force``.
     before, after : float
         Its value [m or rad, N or N*m].
     interval : tuple of float or None
-        Ends of the 95 % interval of the change [m or rad, N or N*m]; None where too few cycles tell.
+        Ends of the 95 % interval of the change [m or rad, N or N*m]; None for too few cycles.
     kind : {"translational", "rotational"}
         Kind of axis.
     """
@@ -47,7 +47,7 @@ class Change:
 
     @property
     def change(self) -> float:
-        """What it is after less what it was before [m or rad, N or N*m]."""
+        """Value after minus value before [m or rad, N or N*m]."""
         return self.after - self.before
 
     @property
@@ -65,7 +65,7 @@ class Change:
 
     @property
     def verdict(self) -> Verdict:
-        """Whether its size is lower or higher, by an interval without zero; ``no_change`` that these logs can tell."""
+        """Whether the value is lower or higher, by an interval without zero; otherwise ``no_change``."""
         if self.interval is None:
             return "unknown"
         if abs(self.change) <= ROUNDING * max(abs(self.before), abs(self.after)) or math.prod(self.interval) <= 0.0:
@@ -73,7 +73,7 @@ class Change:
         return "lower" if self.change < 0.0 else "higher"
 
     def as_data(self) -> dict[str, Any]:
-        """Return it as plain data."""
+        """Return the change as plain data."""
         names = ("before", "after", "change", "interval", "change_percent", "interval_percent", "unit", "verdict")
         values = ((name, getattr(self, name)) for name in names)
         return {name: list(value) if isinstance(value, tuple) else value for name, value in values}
@@ -81,22 +81,22 @@ class Change:
 
 @dataclass(frozen=True)
 class Shared:
-    """What two sides have in common.
+    """The common part of two sides.
 
     Parameters
     ----------
     before_percent, after_percent : float
-        Share of the motion of each side that the other has too [%].
+        Share of the motion of each side that the other also has [%].
     cycles_before, cycles_after : int
-        How many cycles were compared.
+        Number of compared cycles.
     motions : int
-        How many different ones.
+        Number of different motions.
     complete : bool
-        Whether they are whole cycles, to and fro, and not pieces of a motion that hardly turns.
+        Whether the cycles are complete, forward and backward, and not pieces of a motion that hardly turns.
     paired : bool
-        Whether cycles of one motion were drawn together, because each motion comes once.
+        Whether cycles of one motion were drawn together, because each motion occurs once.
     as_one : float
-        How many neighbouring cycles count as one, being alike; the median of all quantities.
+        Number of correlated neighbouring cycles per independent cycle; the median of all quantities.
     """
 
     before_percent: float
@@ -111,16 +111,16 @@ class Shared:
 
 @dataclass(frozen=True)
 class Course:
-    """The mean course of what is compared, motion by motion; arrays of shape (sample,), in SI of the axis.
+    """The mean course of the compared signals, motion by motion; arrays of shape (sample,), in SI of the axis.
 
     Parameters
     ----------
     time : ndarray
         Time from the beginning of the first motion [s].
     motion : ndarray
-        Reference, or position where there is none.
+        Reference, or position without a reference.
     before, after : ndarray
-        Following error, or effort where there is none.
+        Following error, or effort without a reference.
     """
 
     time: np.ndarray
@@ -151,28 +151,28 @@ class Turn:
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """Two sides, held against each other.
+    """The comparison of two sides.
 
     Parameters
     ----------
     kind : {"translational", "rotational"}
         Kind of axis.
     changes : mapping of str to Change
-        What changed: following error, its peaks at reversals, effort, friction level; only what the logs tell.
+        Changes of following error, its peaks at reversals, effort, friction level; only those that the logs determine.
     friction_curve : sequence of tuple of float and Change
         Speed [m/s or rad/s] and friction there.
     shared : Shared
-        What was compared.
+        The common part of both sides.
     window : float or None
-        Time behind a reversal in which its peak is looked for [s].
+        Time after a reversal in which its peak is searched [s].
     course : Course
-        Means over cycles, to be drawn.
+        Means over cycles, for a figure.
     turns : tuple of Turn
-        Means around reversals, to be drawn.
+        Means around reversals, for a figure.
     logs_before, logs_after : tuple of Log
         The two sides.
     diagnostics : tuple of Diagnostic
-        What may mislead, and what the comparison rests on.
+        Warnings, and the basis of the comparison.
     """
 
     kind: Kind
@@ -188,6 +188,6 @@ class Comparison:
 
     @property
     def helped(self) -> bool | None:
-        """Whether the following error, root mean square, is lower; None where nothing tells of it."""
+        """Whether the rms following error is lower; None if it is unknown."""
         change = self.changes.get("following_error.rms")
         return None if change is None or change.verdict == "unknown" else change.verdict == "lower"

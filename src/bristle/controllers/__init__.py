@@ -1,6 +1,6 @@
-"""Controllers, one a file."""
+"""Controllers, each in a file."""
 
-# Every controller of bristle, a line each, in the order in which they are listed.
+# Every controller of bristle, in the order of the lists.
 # isort: off
 from bristle.controllers.cascade import cascade as cascade
 from bristle.controllers.sliding_mode import sliding_mode as sliding_mode
@@ -13,7 +13,7 @@ from bristle.controllers.open_loop import open_loop as open_loop
 
 from bristle.core.contracts import Controller
 
-# Those that a file may name: an open loop has none.
+# Controllers that a file may name; an open loop has no controller.
 CONTROLLERS: dict[str, Controller] = {
     controller.name: controller
     for controller in tuple(vars().values())

@@ -1,4 +1,4 @@
-r"""Proportional-derivative control with an adaptive hysteresis compensator: a Prandtl-Ishlinskii sum learned on line.
+r"""Proportional-derivative control with an adaptive hysteresis compensator: a Prandtl-Ishlinskii sum, learned online.
 
 With the error :math:`e = r - q` and the surface :math:`\varsigma = \dot e + \lambda e`
 
@@ -6,22 +6,22 @@ With the error :math:`e = r - q` and the surface :math:`\varsigma = \dot e + \la
     u = J\left[\ddot r + \lambda\,\dot e + K_1 \varsigma\right] + w_0 + \sum_{i=1}^{6} w_i E_i[r] + \hat F
 
 :math:`E_i` are normalised stop operators of the desired motion, with thresholds that divide the reach of pre-sliding
-evenly,
+evenly:
 
 .. math::
     E_i \leftarrow \max\left(-1, \min\left(1, E_i + \frac{\Delta r}{\rho_i}\right)\right), \quad
     \rho_i = \frac{i}{6}\,\rho
 
-and enter linearly, so that the weights follow the gradient of the energy of the surface,
+They enter linearly, so the weights follow the gradient of the energy of the surface,
 
 .. math::
     \dot w_i = \Gamma E_i \varsigma_\delta, \quad \dot w_0 = \Gamma \varsigma_\delta, \quad
     \varsigma_\delta = \varsigma - \max(-\delta, \min(\delta, \varsigma))
 
-The dead zone :math:`\delta` keeps the counts of the encoder out, and a projection keeps :math:`0 \le w_i \le w_{max}`
-and :math:`|w_0| \le w_{max}`: the weights are bounded whatever happens. Where :math:`F = w_0 + \sum w_i E_i[r]` holds
+The dead zone :math:`\delta` suppresses the counts of the encoder. A projection keeps :math:`0 \le w_i \le w_{max}`
+and :math:`|w_0| \le w_{max}`, so the weights are always bounded. If :math:`F = w_0 + \sum w_i E_i[r]`
 for some weights, :math:`V = J\varsigma^2/2 + \sum \tilde w_i^2/(2\Gamma)` falls outside the dead zone.
-:math:`\hat F` is what is fed forward besides.
+:math:`\hat F` is the feedforward.
 
 References
 ----------
@@ -85,13 +85,13 @@ class State(NamedTuple):
 
 @kernel
 def stop(E, dr, i, p):
-    """Return the output of the i-th stop operator after the desired position went on by `dr` [m or rad]."""
+    """Return the output of the i-th stop operator after a step of the desired position by `dr` [m or rad]."""
     return max(-1.0, min(1.0, E + dr * ELEMENTS / (i * p.reach)))
 
 
 @kernel
 def learned(w, E, surface, least, dt, p):
-    """Return a weight [N or N*m] after a sample, projected between `least` times the largest and the largest."""
+    """Return a weight [N or N*m] after a sample, between `least` times the largest and the largest."""
     return max(least * p.w_max, min(p.w_max, w + dt * p.Gamma * E * surface))
 
 
@@ -105,7 +105,7 @@ def step(state, reference, measured, dt, p):
     held = state.w_1 * E_1 + state.w_2 * E_2 + state.w_3 * E_3 + state.w_4 * E_4 + state.w_5 * E_5 + state.w_6 * E_6
     demand = p.J * (reference.acceleration + p.lambda_ * e_dot + p.K_1 * surface) + state.w_0 + held + reference.effort
     effort = max(-p.limit, min(p.limit, demand))
-    # At its limit the effort does not do what the weights say, and they learn nothing.
+    # A limited effort does not correspond to the weights, so they do not learn from it.
     beyond = 0.0 if effort != demand else surface - max(-p.delta, min(p.delta, surface))
     return effort, State(
         motion.q,
@@ -136,7 +136,7 @@ def start(measured, velocity, acceleration, dt, p):
 
 MODEL = adaptive_hysteresis = Controller(
     name="adaptive_hysteresis",
-    description="proportional-derivative law that learns a Prandtl-Ishlinskii compensator on line",
+    description="proportional-derivative law that learns a Prandtl-Ishlinskii compensator online",
     Parameters=Parameters,
     State=State,
     step=step,

@@ -6,11 +6,11 @@ r"""The position-velocity cascade of servo drives, with anti-windup and feedforw
     I \leftarrow I + k_i\,(v_\text{cmd} - \hat v)\,T_s \\
     \hat v &= \frac{q_k - q_{k-m}}{m\,T_s}, \qquad \hat{\dot r} = \frac{r_k - r_{k-m}}{m\,T_s}
 
-limited to :math:`\pm u_\text{max}`. The integral stands still while the limit is reached and the error would drive it
+limited to :math:`\pm u_\text{max}`. The integral stops while the limit is reached and the error would drive it
 further (conditional integration). :math:`u_{ff}` is the feedforward of the reference: inertia and friction along the
 desired trajectory. With ``averaging = 2`` the velocity is the backward difference of the mean of two samples. Both
-velocities are differences of the same samples: a difference is late by half of what it spans, and one of two alone
-would leave an error in proportion to the acceleration.
+velocities are differences of the same samples: a difference lags by half of its span, and unequal lags would
+leave an error in proportion to the acceleration.
 
 References
 ----------
@@ -36,7 +36,7 @@ class Parameters(NamedTuple):
     k_i: Annotated[float, Variable("force/length", "integral gain of the velocity loop", min=0.0)] = 0.0
     k_ff: Annotated[float, Variable("1", "share of the reference velocity fed forward", min=0.0, max=2.0)] = 0.0
     limit: EffortLimit = math.inf
-    averaging: Annotated[int, Variable("1", "samples over which the velocity is taken", min=1, max=2)] = 1
+    averaging: Annotated[int, Variable("1", "number of samples in the velocity difference", min=1, max=2)] = 1
 
 
 class State(NamedTuple):
@@ -77,7 +77,7 @@ def start(measured, velocity, acceleration, dt, p):
 
 @kernel
 def resume(state, reference, measured, effort, dt, p):
-    """Return the state of a cascade that has followed a reference, and has given an effort until now."""
+    """Return the state of a cascade after it has followed a reference with a known effort."""
     r_1, r_2 = samples_before(reference.position, reference.velocity, reference.acceleration, dt)
     followed = State(state.q_1, state.q_2, state.integral, r_1, r_2)
     if math.isnan(effort) or p.k_i == 0.0:

@@ -1,4 +1,4 @@
-r"""Proportional-derivative control with a disturbance observer: what the model does not explain is fed back.
+r"""Proportional-derivative control with a disturbance observer, which feeds back the force that the model lacks.
 
 With the error :math:`e = r - q` and the surface :math:`\varsigma = \dot e + \lambda e`
 
@@ -6,10 +6,9 @@ With the error :math:`e = r - q` and the surface :math:`\varsigma = \dot e + \la
     u = J\left[\ddot r + \lambda\,\dot e + K_1 \varsigma\right] + \hat F + \hat d, \qquad
     \hat d = \frac{g}{s + g}\left(u - \hat F - J \dot{\hat v}\right)
 
-so that the observer sees the inertia with the friction fed forward as its model, and estimates the rest of the force.
-The derivative of the velocity is not taken: :math:`\hat d = z - g J \hat v` with
-:math:`\dot z = g\,(u - \hat F + g J \hat v - z)`. While the effort is limited the observer knows the limited one, so
-nothing winds up.
+The observer has the inertia and the friction feedforward as its model, and estimates the rest of the force.
+It needs no derivative of the velocity: :math:`\hat d = z - g J \hat v` with
+:math:`\dot z = g\,(u - \hat F + g J \hat v - z)`. The observer uses the limited effort, so it does not wind up.
 
 References
 ----------
@@ -47,7 +46,7 @@ class State(NamedTuple):
     q: quantities.PositionBefore = 0.0
     v: quantities.VelocityBefore = 0.0
     z: Annotated[float, Variable("force", "estimate of the disturbance and the momentum's part")] = 0.0
-    feedback: Annotated[float, Variable("force", "effort one sample ago, less what was fed forward")] = 0.0
+    feedback: Annotated[float, Variable("force", "effort one sample ago, minus the feedforward")] = 0.0
 
 
 @kernel
@@ -70,7 +69,7 @@ def start(measured, velocity, acceleration, dt, p):
 
 @kernel
 def resume(state, reference, measured, effort, dt, p):
-    """Return the state of a law that has given an effort until now: beyond its inertia that was a disturbance."""
+    """Return the state of a law after a known effort: the part beyond its inertia was a disturbance."""
     if math.isnan(effort):
         return state
     feedback = effort - reference.effort

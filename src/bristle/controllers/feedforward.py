@@ -1,14 +1,14 @@
-r"""What becomes of a friction force on its way to the drive: gain, asymmetry, offset and limits.
+r"""The path of a friction force to the drive: gain, asymmetry, offset and limits.
 
 .. math:: u_\text{ff} = g\,\hat F\,(1 + a \operatorname{sgn} \hat F) + u_0
 
-limited in amplitude and in rate. A gain below 1 leaves room for what a compensator does not know; the asymmetry and
-the offset are for directions that differ in a way that the model does not.
+limited in amplitude and in rate. A gain below 1 leaves a margin for errors of the model; the asymmetry and
+the offset are for differences between the directions that the model lacks.
 
-Where the motion rests the force of a set-valued model is the reaction to whatever acts on it, anywhere between its two
-one-sided limits, and which one no model can know: the middle is fed forward. Nothing moves there, so that the contact
-stays as it was, whichever limit is asked for. The same kernel runs along a desired motion, in a loop along the measured
-one, and wherever the law is exported to.
+At rest the force of a set-valued model is the reaction to the applied force, anywhere between its two
+one-sided limits. No model knows the applied force, so the middle is fed forward. The contact does not move, and its
+state does not change with either limit. The same kernel runs along a desired motion, in a loop along the measured
+motion, and in every export.
 """
 
 import math
@@ -21,7 +21,7 @@ from bristle.core.kernel import kernel
 
 
 class Shape(NamedTuple):
-    """How a friction force is fed forward."""
+    """Shape of the feedforward of a friction force."""
 
     gain: Annotated[float, FEEDFORWARD["gain"]] = 1.0
     offset: Annotated[float, FEEDFORWARD["offset"]] = 0.0

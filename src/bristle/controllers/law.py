@@ -1,4 +1,4 @@
-"""One sample of a sampled loop: what a drive is commanded, from where the axis should be and where it is."""
+"""A sample of a sampled loop: the command of a drive from the desired and the measured position."""
 
 from bristle.core.dispatch import controller_step
 from bristle.core.kernel import kernel
@@ -8,7 +8,7 @@ from bristle.core.kernel import kernel
 def law(state, reference, measured, injected, limit, dt, p):
     """Return the command [N or N*m] of a controller, and its state after the sample.
 
-    `reference` carries what is fed forward, `injected` is added to what the controller gives; the sum is kept between
+    `reference` has the feedforward, `injected` is added to the output of the controller; the sum is limited to
     plus and minus `limit`.
     """
     effort, state = controller_step(state, reference, measured, dt, p)

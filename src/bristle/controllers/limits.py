@@ -1,4 +1,4 @@
-"""The limit of a drive, as its controller knows it."""
+"""The limit of a drive in its controller."""
 
 import numpy as np
 
@@ -6,17 +6,17 @@ from bristle.core.contracts import Model
 
 
 def within_drive(controller: Model, limit: float, injected: np.ndarray | None = None) -> Model:
-    """Return a controller that does not ask a drive for more than it gives, so that its integral does not wind up.
+    """Return a controller that respects the limit of a drive, so that its integral does not wind up.
 
     Parameters
     ----------
     controller : Model
-        The control law; one without a parameter ``limit`` is returned as it is.
+        The control law; a law without a parameter ``limit`` is returned unchanged.
     limit : float
         Largest effort of the drive [N or N*m].
     injected : ndarray, optional
-        Known inputs that join the output of the law before that limit [N or N*m]: they may take off again what the law
-        asks for beyond it.
+        Known inputs, added to the output of the law before that limit [N or N*m]; they may reduce an output beyond the
+        limit again.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-r"""Proportional-derivative control with a LuGre friction observer: the bristles of a model, drawn by the error.
+r"""Proportional-derivative control with a LuGre friction observer, corrected by the error.
 
 With the error :math:`e = r - q`, the surface :math:`\varsigma = \dot e + \lambda e` and the velocity :math:`\hat v`
 
@@ -6,9 +6,9 @@ With the error :math:`e = r - q`, the surface :math:`\varsigma = \dot e + \lambd
     u = J\left[\ddot r + \lambda\,\dot e + K_1 \varsigma\right] + \sigma_0 \hat z + \sigma_2 \hat v + \hat F, \qquad
     \dot{\hat z} = \hat v - \sigma_0 \frac{|\hat v|}{G(\hat v)}\,\hat z + k\,\varsigma
 
-with the Stribeck force :math:`G(v) = F_C + (F_S - F_C)\,e^{-(v/v_S)^2}`. The term with :math:`k` draws the bristles to
-where the error says that they are. Within a sample :math:`\hat v` and :math:`\varsigma` are constant, and
-:math:`\hat z` is exact. :math:`\hat F` is what is fed forward besides.
+with the Stribeck force :math:`G(v) = F_C + (F_S - F_C)\,e^{-(v/v_S)^2}`. The term with :math:`k` corrects the
+deflection of the bristles by the error. Within a sample :math:`\hat v` and :math:`\varsigma` are constant, and
+:math:`\hat z` is exact. :math:`\hat F` is the feedforward.
 
 References
 ----------
@@ -39,7 +39,7 @@ class Parameters(NamedTuple):
     v_S: Annotated[float, Variable("length/time", "Stribeck velocity of the observer", min=1e-12)]
     sigma_0: Annotated[float, Variable("force/length", "stiffness of its bristles", min=0.0)]
     sigma_2: Annotated[float, Variable("force*time/length", "its viscous coefficient", min=0.0)] = 0.0
-    k: Annotated[float, Variable("1", "how fast the error draws its bristles", min=0.0)] = 0.0
+    k: Annotated[float, Variable("1", "gain of the correction of the bristles by the error", min=0.0)] = 0.0
     estimator: quantities.Estimator = 0
     cutoff: quantities.Cutoff = math.inf
     limit: quantities.EffortLimit = math.inf

@@ -1,4 +1,4 @@
-"""No feedback: what is fed forward is the command. It stands in an open loop where another loop has its law."""
+"""No feedback: the feedforward is the command, in place of a control law."""
 
 from typing import NamedTuple
 
@@ -16,21 +16,16 @@ class State(NamedTuple):
 
 @kernel
 def step(state, reference, measured, dt, p):
-    """Return what is fed forward [N or N*m]."""
+    """Return the feedforward [N or N*m]."""
     return reference.effort, state
 
 
 @kernel
 def start(measured, velocity, acceleration, dt, p):
-    """Return the state: none."""
+    """Return the empty state."""
     return State()
 
 
 MODEL = open_loop = Controller(
-    name="open_loop",
-    description="no feedback: what is fed forward is the command",
-    Parameters=Parameters,
-    State=State,
-    step=step,
-    start=start,
+    name="open_loop", description="no feedback: the feedforward is the command", Parameters=Parameters, State=State, step=step, start=start
 )

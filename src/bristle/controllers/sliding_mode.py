@@ -1,16 +1,16 @@
 r"""Sliding mode control with a boundary layer and friction compensation, (19) to (23) of the source paper.
 
-With the error :math:`e = r - q` and the surface :math:`\varsigma = \dot e + \lambda e` (the paper calls it s, as it
-does the stiffness)
+With the error :math:`e = r - q` and the surface :math:`\varsigma = \dot e + \lambda e` (the paper calls it s, like the
+stiffness)
 
 .. math::
     u = J\left[\ddot r + \lambda\,\dot e + K_1 \varsigma + K_2\,\mathrm{sat}(\varsigma/\phi)\right] + \hat F, \qquad
     \dot\varsigma = -K_1 \varsigma - K_2\,\mathrm{sat}(\varsigma/\phi) + \frac{F - \hat F}{J}
 
-:math:`\phi = 0` is the sign function. The surface is reached and kept only where :math:`K_2` exceeds what the
-compensation leaves of the friction over the inertia, :math:`K_2 > \sup|F - \hat F|/J`; below that the law works as a
-proportional-derivative one of high gain, :math:`J\lambda(K_1 + K_2/\phi)` inside the layer. With :math:`K_2 = 0` it is
-that law. :math:`\hat F` is what is fed forward.
+:math:`\phi = 0` is the sign function. The law reaches and keeps the surface only if :math:`K_2` exceeds the
+uncompensated friction over the inertia, :math:`K_2 > \sup|F - \hat F|/J`. With a smaller :math:`K_2` it works as a
+proportional-derivative law of high gain, :math:`J\lambda(K_1 + K_2/\phi)` inside the layer. With :math:`K_2 = 0` it is
+that law. :math:`\hat F` is the feedforward.
 
 References
 ----------
@@ -52,7 +52,7 @@ class State(NamedTuple):
 
 @kernel
 def saturated(surface, phi):
-    """Return the surface over the boundary layer, limited to 1; its sign where there is no layer."""
+    """Return the surface over the boundary layer, limited to 1; its sign if there is no layer."""
     if abs(surface) >= phi:
         return 0.0 if surface == 0.0 else math.copysign(1.0, surface)
     return surface / phi

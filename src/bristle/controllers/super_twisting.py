@@ -6,8 +6,8 @@ With the surface :math:`\varsigma = \dot e + \lambda e`
     u = J\left[\ddot r + \lambda\,\dot e + K_1 \varsigma + k_1 \sqrt{|\varsigma|}\,\operatorname{sgn}\varsigma
     + w\right] + \hat F, \qquad \dot w = k_2 \operatorname{sgn}\varsigma
 
-It rejects a disturbance of bounded rate :math:`|\dot d| < k_2`, not of bounded size: friction that reverses within a
-few samples is faster than that.
+It rejects a disturbance of bounded rate :math:`|\dot d| < k_2`, not of bounded size. Friction that reverses within a
+few samples changes faster.
 
 References
 ----------
@@ -70,7 +70,7 @@ def start(measured, velocity, acceleration, dt, p):
 
 @kernel
 def resume(state, reference, measured, effort, dt, p):
-    """Return the state of a law that has given an effort until now: what its surface does not ask for, it has held."""
+    """Return the state of a law after a known effort: the part that its surface does not explain is the integral."""
     if math.isnan(effort) or p.k_2 == 0.0 or p.J == 0.0:
         return state
     held = Parameters(p.J, p.lambda_, p.K_1, p.k_1, 0.0, p.estimator, p.cutoff, math.inf)

@@ -1,6 +1,6 @@
-r"""The surface that control laws bring to zero, and the motion that they see.
+r"""The surface that control laws bring to zero, and the observed motion.
 
-With the error :math:`e = r - q` and the velocity :math:`\hat v` that is taken from the measured position
+With the error :math:`e = r - q` and the velocity :math:`\hat v` from the measured position
 
 .. math:: \dot e = \dot r - \hat v, \qquad \varsigma = \dot e + \lambda e
 """
@@ -21,7 +21,7 @@ class Surface(NamedTuple):
 
 @kernel
 def surface_at(state, reference, measured, dt, p):
-    """Return the `Surface` at a sample, for a law with the motion before in its state."""
+    """Return the `Surface` at a sample, for a law with the previous motion in its state."""
     motion = observed(state.q, state.v, measured, dt, p.estimator, p.cutoff)
     e_dot = reference.velocity - motion.v
     return Surface(motion, e_dot, e_dot + p.lambda_ * (reference.position - measured))

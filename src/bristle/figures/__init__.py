@@ -1,10 +1,10 @@
-"""Figures: each a function from results to a `matplotlib.figure.Figure`; the only importers of matplotlib.
+"""Figures: functions from results to a `matplotlib.figure.Figure`; the only importers of matplotlib.
 
-Every figure is readable in grey: lines differ in lightness and dashes and markers in shape, besides their colour. Those that
-reports alone have are in their files.
+Every figure is readable in grey: lines differ in lightness and dashes, markers in shape. Figures for reports only are
+in their files.
 """
 
-from bristle.figures import loading  # before all others: with it matplotlib is imported
+from bristle.figures import loading  # first of all: imports matplotlib
 
 # isort: split
 

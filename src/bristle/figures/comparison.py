@@ -1,4 +1,4 @@
-"""Two logs of one axis: following error over a cycle and at reversals, friction, and each change with its interval."""
+"""Figures of two logs of an axis: following error over a cycle and at reversals, friction, and the changes with intervals."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ POINTS: style.Look = {"color": AFTER["color"], "linestyle": "none", "marker": "o
 
 @style.styled
 def comparison(compared: Comparison) -> Figure:
-    """Return what two logs differ by: the mean cycle, the mean reversals, friction over speed, and the changes."""
+    """Return the differences of two logs: the mean cycle, the mean reversals, friction over speed, and the changes."""
     small = len(compared.turns) + bool(compared.friction_curve)
     changes = _changes_with_interval(compared)
     figure, grid = _rows([0.55, 1.2, *([1.1] * bool(small))], changes, 2, small)
@@ -57,7 +57,7 @@ def comparison(compared: Comparison) -> Figure:
 
 @style.styled
 def comparison_in_short(compared: Comparison) -> Figure:
-    """Return the mean around reversals, or over the motion where it has none, and each change with its interval."""
+    """Return the mean around reversals, or over the motion if it has no reversals, and each change with its interval."""
     changes = _changes_with_interval(compared)
     figure, grid = _rows([1.5], changes, 0, len(compared.turns), names=("before", "after"), over_titles=True)
     if compared.turns:
@@ -76,7 +76,7 @@ def _changes_with_interval(compared: Comparison) -> list[Change]:
 def _rows(
     heights: list[float], changes: Sequence[Change], divided: int, columns: int, **layout: Any
 ) -> tuple[Figure, list[list[style.Axes]]]:
-    """Return panels of these heights, one row of them divided, and at the end one for the changes."""
+    """Return panels of these heights, with one row of them divided, and a panel at the end for the changes."""
     heights = [*heights, *([0.25 + 0.17 * len(changes)] * bool(changes))]
     rows = len(heights)
     return style.panels(
@@ -91,7 +91,7 @@ def _rows(
 
 
 def _draw_errors(axes: style.Axes, compared: Comparison) -> None:
-    """Draw the mean following error over the motion, or the effort where there is no reference."""
+    """Draw the mean following error over the motion, or the effort if there is no reference."""
     course, kind = compared.course, compared.kind
     scale, word = (style.scale_for("length", kind, course.before, course.after), "Following error")
     if "following_error.rms" not in compared.changes:
@@ -112,7 +112,7 @@ def _draw_turns(panels: Sequence[style.Axes], compared: Comparison) -> None:
 
 
 def _draw_changes(axes: style.Axes, changes_told: Sequence[Change]) -> None:
-    """Draw each change with its interval; a full point is one whose interval leaves out zero."""
+    """Draw each change with its interval; a full point means that its interval excludes zero."""
     if not changes_told:
         return
     places = np.arange(len(changes_told), dtype=float)
@@ -121,7 +121,7 @@ def _draw_changes(axes: style.Axes, changes_told: Sequence[Change]) -> None:
     axes.plot(x, np.repeat(places, 3), label="_95 % interval", color=AFTER["color"], linewidth=style.WIDE)
     percents = np.array([change.change_percent for change in changes_told])
     sure = np.array([change.verdict in ("lower", "higher") for change in changes_told])
-    for part, face, name in ((sure, POINTS["color"], "_change"), (~sure, "white", "_no change told")):
+    for part, face, name in ((sure, POINTS["color"], "_change"), (~sure, "white", "_no change detected")):
         if part.any():
             axes.plot(percents[part], places[part], label=name, markerfacecolor=face, **POINTS)
     axes.axvline(0.0, zorder=0, **style.AID)
@@ -129,7 +129,7 @@ def _draw_changes(axes: style.Axes, changes_told: Sequence[Change]) -> None:
     axes.set(ylim=(len(changes_told) - 0.4, -0.6), ylabel="Quantity", xlabel="Change [%]", title="change, with its 95 % interval")
 
 
-CHANGES = "each change in percent of before: a full point is one whose interval leaves out zero."
+CHANGES = "each change in percent of before: the interval of a full point excludes zero."
 
 
 def _signal(compared: Comparison) -> str:
@@ -143,7 +143,7 @@ FIGURE = ReportFigure(
     alternative=lambda compared: f"{_signal(compared).capitalize()} and friction before and after, and each change with its interval",
     caption=lambda compared: (
         f"Above, the mean over cycles of the {_signal(compared)}: light before, dark after. "
-        + "Then the mean around reversals, with the window shaded in which the peak is looked for. " * bool(compared.turns)
+        + "Then the mean around reversals, with the window of the peak shaded. " * bool(compared.turns)
         + "Friction at the same speeds is half the difference of the effort between the directions. " * bool(compared.friction_curve)
         + f"Below, {CHANGES}"
     ),

@@ -1,7 +1,7 @@
-"""The settings of matplotlib that a figure is made, drawn and saved with, whatever its user has set, and its text.
+"""Settings of matplotlib to make, draw and save a figure, independent of those of its user, and its texts.
 
-They are settings of the process. One thread at a time has them; whoever else draws at that moment would see them. Text is made fit for a
-page, measured and shortened. A page is read with the fonts of its reader; the room for a text is measured with these, the same everywhere.
+The settings are global to the process. One thread at a time has them; other threads that draw at that moment would see them. Text is
+cleaned for a page, measured and shortened. A reader's fonts may differ; the room for a text is measured with these fonts.
 """
 
 import io
@@ -28,24 +28,24 @@ from bristle.core import escaped
 REGULAR = Path(matplotlib.get_data_path()) / "fonts" / "ttf" / "DejaVuSans.ttf"
 WIDE = "W"  # about as wide as high, like most letters that these fonts lack: ideographs, emoji
 LETTERS = 8.5  # points
-LONGEST_READ = 400  # letters: more than fit anywhere
+LONGEST_READ = 400  # letters: more than any figure has room for
 CUT = "…"
 
-# What XML and HTML forbid: control characters but tab and line break, halves of pairs, what is no character; and what
-# turns around the text behind it.
+# Forbidden in XML and HTML: control characters except tab and line break, halves of pairs, codes that are not characters; and
+# marks that reverse the text after them.
 _UNFIT = re.compile(
     "[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\ud800-\udfff\ufdd0-\ufdef\u202a-\u202e\u2066-\u2069"
     + "".join(f"{chr(plane + 0xFFFE)}{chr(plane + 0xFFFF)}" for plane in range(0, 0x110000, 0x10000))
     + "]"
 )
-# Hebrew, Arabic and their like: what stands behind their last letter would be read to the left of them.
+# Hebrew, Arabic and similar scripts: text after their last letter would be read to the left of them.
 _RIGHT_TO_LEFT = "\u0590-\u08ff\ufb1d-\ufdff\ufe70-\ufefc"
 FROM_LEFT_ON = "\u200e"
 _LAST_OF_THEM = re.compile(f"([{_RIGHT_TO_LEFT}])(?!{FROM_LEFT_ON})(?=[^{_RIGHT_TO_LEFT}]*$)")
 
 
 def printable(text: str) -> str:
-    r"""Return a text with a mark in place of each character that a page must not hold.
+    r"""Return a text with a mark in place of each character forbidden in a page.
 
     Examples
     --------
@@ -56,7 +56,7 @@ def printable(text: str) -> str:
 
 
 def one_line(text: str) -> str:
-    r"""Return a name as one line; a dash for one without letters.
+    r"""Return a name as one line; a dash for a name without letters.
 
     Examples
     --------
@@ -67,13 +67,13 @@ def one_line(text: str) -> str:
 
 
 def width(text: str, size: float) -> float:
-    """Return how wide a line of text is [inch], its letters `size` points high."""
+    """Return the width of a line of text [inch], with letters of `size` points."""
     font = FontProperties(fname=REGULAR, size=size)
     return TextToPath().get_text_width_height_descent(_drawable(text), font, False)[0] / 72.0  # points in an inch
 
 
 def _drawable(text: str) -> str:
-    """Return what is as wide as a text in letters that the font has: it is only measured, and nobody is warned of it."""
+    """Return a text of the same width in letters of the font: it is only measured, without warnings."""
     has = _letters()
     if text.isascii() or has.issuperset(text):
         return text
@@ -88,7 +88,7 @@ def _letters() -> frozenset[str]:
 
 
 def shortened(name: str, available: float, size: float = LETTERS) -> str:
-    """Return a name as one line, without its middle where it is too long: names differ at their beginnings and ends."""
+    """Return a name as one line; a long name loses its middle, because names differ at their beginnings and ends."""
     text = one_line(name[:LONGEST_READ] + name[-LONGEST_READ:] if len(name) > 2 * LONGEST_READ else name)
     if width(text, size) <= available:
         return text
@@ -103,7 +103,7 @@ def _without_middle(text: str, count: int) -> str:
 
 
 def shortened_apart(names: Sequence[str], available: float, size: float = LETTERS) -> list[str]:
-    """Return names shortened, with a number behind those that would read like one before them."""
+    """Return names shortened, with a number after a name that would otherwise equal an earlier name."""
     labels: dict[str, str] = {}
     for name in dict.fromkeys(names):
         text, number = shortened(name, available, size), 1
@@ -116,7 +116,7 @@ def shortened_apart(names: Sequence[str], available: float, size: float = LETTER
 
 
 def label(name: str) -> str:
-    """Return a name for a legend, which hides those that begin with an underscore."""
+    """Return a name for a legend, which hides names that begin with an underscore."""
     text = one_line(name)
     return f"‘{text}’" if text.startswith("_") else text
 
@@ -140,7 +140,7 @@ LOOK: dict[str, Any] = {
     "axes.xmargin": 0.01,
     "figure.facecolor": "none",
     "font.family": "sans-serif",
-    # Widest first: where a reader lacks one, the next takes less room, so that nothing begins to overlap.
+    # Widest first: if a reader lacks a font, the next takes less room, so texts do not overlap.
     "font.sans-serif": ["DejaVu Sans", "Verdana", "Helvetica", "Arial", "sans-serif"],
     "font.size": LETTERS,
     "grid.color": "#dfe3e8",
@@ -159,13 +159,13 @@ LOOK: dict[str, Any] = {
     "ytick.labelsize": AT_TICKS,
 }
 
-# The backend is what windows are opened with, which these figures never do; to ask for it would look one up.
+# The backend opens windows, which these figures never do; reading the setting would look up a backend.
 BACKEND = ("backend", "backend_fallback")
 OWN: Any = {key: value for key, value in dict(matplotlib.rcParamsDefault.copy()).items() if key not in BACKEND} | LOOK
 
 
 class _Turn:
-    """Whose turn it is to draw, and how often that thread has begun to."""
+    """The thread that draws, and the depth of its nested calls."""
 
     def __init__(self) -> None:
         self.lock = threading.RLock()
@@ -174,13 +174,13 @@ class _Turn:
 
 _turn = _Turn()
 if hasattr(os, "register_at_fork"):
-    # A child that is forked while another thread draws would find its settings changed and nobody to put them back.
+    # A child forked while another thread draws would keep these settings for ever.
     os.register_at_fork(before=_turn.lock.acquire, after_in_parent=_turn.lock.release, after_in_child=_turn.lock.release)
 
 
 @contextmanager
 def own_settings() -> Iterator[None]:
-    """Draw with these settings; the ones before are put back. Inside of itself it changes nothing."""
+    """Draw with these settings, then restore the previous ones. Nested use has no effect."""
     with _turn.lock:
         _turn.depth += 1
         try:
@@ -195,12 +195,12 @@ def own_settings() -> Iterator[None]:
 
 
 class Drawing(Figure):
-    """A figure drawn with the settings that it was made with: much is decided as late as that."""
+    """A figure that is drawn with the settings of its creation: matplotlib reads many of them late."""
 
     has_room_above = False  # whether there is room for a legend above all panels
 
     def draw(self, renderer: Any) -> None:
-        """Draw the figure, without the characters that a page must not hold."""
+        """Draw the figure, without the characters forbidden in a page."""
         with own_settings():
             for text in self.findobj(Text):
                 text.set_text(printable(text.get_text()))  # type: ignore[attr-defined]
@@ -212,7 +212,7 @@ class Drawing(Figure):
             super().savefig(fname, **kwargs)
 
     def _repr_svg_(self) -> str:
-        """Return the figure as notebooks show it."""
+        """Return the figure for notebooks."""
         file = io.StringIO()
         self.savefig(file, format="svg", bbox_inches="tight")
         return file.getvalue()

@@ -1,4 +1,4 @@
-"""A figure as a file to be published, and as SVG inside a page: text stays text, no date, the same bytes each time."""
+"""A figure as a file for publication, and as SVG inside a page: text stays text, no date, the same bytes each time."""
 
 import io
 import math
@@ -16,14 +16,14 @@ from bristle.core import InputWarning
 from bristle.figures.drawing import own_settings, printable
 
 DPI = 300
-MOST_PIXELS = 40e6  # of a png: programs that show or print more run out of memory
+MOST_PIXELS = 40e6  # of a png: larger images exhaust the memory of viewers and printers
 TEXT: Any = {"svg.fonttype": "none", "pdf.fonttype": 42}
 DATELESS: dict[str, dict[str, Any]] = {
     "svg": {"Date": None, "Creator": "bristle"},
     "pdf": {"CreationDate": None, "Creator": "bristle"},
     "png": {"Software": "bristle"},
 }
-# What a person wrote stands between the tags; inside of them matplotlib writes an entity for each ">".
+# User text is between the tags; inside a tag matplotlib writes an entity for each ">".
 _TAG = re.compile(r"<[^>]*>")
 
 
@@ -33,17 +33,17 @@ def figure_file(figure: Figure, form: str, title: str) -> bytes:
     Parameters
     ----------
     figure : Figure
-        What to draw: 183 mm wide, two columns of most journals.
+        The figure: 183 mm wide, two columns of most journals.
     form : {"svg", "pdf", "png"}
         ``svg`` with text as text; ``pdf`` with its fonts, whole letters and no outlines; ``png`` with 300 dots
         an inch, fewer where that is more than 40 million pixels.
     title : str
-        What the file says that it shows.
+        Title in the metadata of the file.
 
     Returns
     -------
     bytes
-        The same ones for the same figure.
+        The same bytes for the same figure.
     """
     out = io.BytesIO()
     metadata = DATELESS[form] | ({} if form == "png" else {"Title": printable(" ".join(title.split()))})
@@ -55,7 +55,7 @@ def figure_file(figure: Figure, form: str, title: str) -> bytes:
 
 @contextmanager
 def _one_remark_on_letters() -> Iterator[None]:
-    """Warn once of letters that the embedded fonts lack, whatever else is warned of."""
+    """Warn once of letters missing from the embedded fonts; pass other warnings on."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         yield
@@ -66,9 +66,9 @@ def _one_remark_on_letters() -> Iterator[None]:
             warnings.warn_explicit(warning.message, warning.category, warning.filename, warning.lineno)
     if lacking:
         warnings.warn(
-            "letters of a name are not in the fonts of the figures and stand as boxes in pdf and png; svg has them",
+            "letters of a name are not in the fonts of the figures and appear as boxes in pdf and png; use svg",
             InputWarning,
-            stacklevel=4,  # whoever asked for the file
+            stacklevel=4,  # the caller
         )
 
 
@@ -78,11 +78,11 @@ def inline_svg(figure: Figure, name: str, description: str) -> str:
     Parameters
     ----------
     figure : Figure
-        What to draw.
+        The figure.
     name : str
-        Goes before each identifier: letters, digits and hyphens, another one for each figure of a page.
+        Prefix of each identifier: letters, digits and hyphens, unique for each figure of a page.
     description : str
-        What a person who cannot see the figure is told.
+        Description for people who cannot see the figure.
 
     Returns
     -------
@@ -90,12 +90,12 @@ def inline_svg(figure: Figure, name: str, description: str) -> str:
         The element; the same bytes for the same figure.
     """
     out = io.StringIO()
-    # Text stays text, to be searched, copied and read aloud.
+    # Text stays text: searchable, copyable and readable by a screen reader.
     with own_settings(), matplotlib.rc_context({"svg.fonttype": "none"}):
         figure.savefig(out, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
     text = re.search(r"<svg\b.*</svg>", printable(out.getvalue()), flags=re.DOTALL)[0]  # type: ignore[index]
     text = re.sub(r"\s*<metadata>.*?</metadata>", "", text, count=1, flags=re.DOTALL)
-    # Before 3.10 matplotlib calls the clip of a panel that is no rectangle by its place in memory.
+    # Before 3.10 matplotlib names the clip of a panel that is not a rectangle by its address in memory.
     for number, identifier in enumerate(re.findall(r'<clipPath id="([^"]*)">\s*<path', text), 1):
         text = text.replace(identifier, f"clip-{number}")
     used = {reference for tag in _TAG.findall(text) for reference in re.findall(r'(?:xlink:href="#|url\(#)([^")]+)', tag)}
@@ -107,12 +107,12 @@ def inline_svg(figure: Figure, name: str, description: str) -> str:
 
 
 def _rounded(tag: str) -> str:
-    """Return a tag with the corners of its path to a hundredth of a point, which is finer than any printer."""
+    """Return a tag with the corners of its path to a hundredth of a point, finer than any printer."""
     return re.sub(r'(?<= )d="[^"]*"', lambda d: re.sub(r"(\.\d\d)\d+", r"\1", d[0]), tag)
 
 
 def _with_own_ids(tag: str, name: str, used: set[str]) -> str:
-    """Return a tag with `name` before its identifiers, and without that of a group that nothing refers to."""
+    """Return a tag with `name` before its identifiers, and without the identifier of an unused group."""
     tag = re.sub(r'<g id="([^"]*)"', lambda match: match[0] if match[1] in used else "<g", tag)
     tag = re.sub(r'\bid="', f'id="{name}-', tag)
     return tag.replace('xlink:href="#', f'href="#{name}-').replace("url(#", f"url(#{name}-")

@@ -1,4 +1,4 @@
-"""A fit or a prediction and its log: friction over velocity, signals over time, residuals."""
+"""Figures of a fit or a prediction and its log: friction over velocity, signals over time, residuals."""
 
 from __future__ import annotations
 
@@ -31,18 +31,18 @@ BRANCHES = (
 def first_page(
     fit: Fit, curve: Sequence[tuple[float, float]] = (), simulation: SimulationResult | None = None, measured: np.ndarray | None = None
 ) -> Figure:
-    """Return friction over velocity, and below it the following error at the worst reversal where there is a loop.
+    """Return friction over velocity and, if there is a loop, the following error at the worst reversal below it.
 
     Parameters
     ----------
     fit : Fit
-        A model and the traces that it was fitted to: the friction is their effort less inertia.
+        A model and its fitted traces: the friction is their effort minus inertia.
     curve : sequence of (velocity, effort)
         Steady friction of the model [m/s or rad/s, N or N*m], in order of velocity.
     simulation : SimulationResult, optional
-        The loop as it is and compensated.
+        The loop as recorded and with compensation.
     measured : ndarray, shape (sample,), optional
-        Following error of the axis itself along the same reference [m or rad].
+        Following error of the axis along the same reference [m or rad].
     """
     loop = simulation if simulation is not None and has_completed(simulation) else None
     rows = 1 if loop is None else 2
@@ -79,7 +79,7 @@ FIRST = ReportFigure(
     caption=lambda fit, curve, simulation, following: (
         "Friction over velocity, measured and modelled."
         if simulation is None
-        else "Above, friction measured and modelled. Below, the following error around its worst reversal: measured, "
+        else "Above, friction measured and modelled. Below, the following error around its worst reversal: measured,  "
         "simulated as recorded, and compensated."
     ),
 )
@@ -104,9 +104,9 @@ def draw_pair(
     kind: Kind,
     half_width: np.ndarray | None = None,
 ) -> None:
-    """Draw measured and predicted effort into two panels, the second one close up where they differ most.
+    """Draw measured and predicted effort into two panels, the second panel close up at the largest difference.
 
-    With a `half_width` [N or N*m] the 95 % band around what is predicted is shaded.
+    With a `half_width` [N or N*m] the 95 % band around the prediction is shaded.
     """
     scale, word = style.effort_scale(kind, measured, predicted)
     near = style.window(time, measured - predicted)
@@ -124,7 +124,7 @@ def draw_band(axes: style.Axes, x: np.ndarray, middle: np.ndarray, half_width: n
     """Shade a band around a line, in the units of the panel, shape (sample,) each."""
     label = "95 % band"
     for part in style.runs(x, middle + half_width):
-        # The outline of the band turns where what is predicted does.
+        # The outline of the band turns where the prediction does.
         samples = style.envelope((middle + half_width)[part]) + part.start
         low, high = middle[samples] - half_width[samples], middle[samples] + half_width[samples]
         axes.fill_between(x[samples], low, high, color=style.PREDICTED["color"], alpha=0.18, linewidth=0, label=label)
@@ -137,13 +137,13 @@ TIME = ReportFigure(
     draw=effort_over_time,
     alternative="Measured and predicted effort over time",
     caption="Effort over the whole log, and close up where measured and predicted effort differ most (shaded above). "
-    "Where the light line looks out from under the dark one, the model misses something.",
+    "Where the light line is visible, the model is wrong.",
 )
 
 
 @style.styled
 def residuals(fit: Fit) -> Figure:
-    """Return residuals over time, their distribution beside a normal one, and their autocorrelation."""
+    """Return residuals over time, their distribution with a normal distribution, and their autocorrelation."""
     time, residual = fit.traces.time, fit.traces.residual
     scale, _ = style.effort_scale(fit.plant.kind, residual)
     figure, ((over_time, spread), (white,)) = style.panels(4.3, rows=2, columns=2, widths=(3.1, 1.0), undivided=(1,), between=0.2, top=0.26)
@@ -173,7 +173,7 @@ def residuals(fit: Fit) -> Figure:
 
 
 def autocorrelation(time: np.ndarray, residual: np.ndarray, lags: int = 60) -> tuple[np.ndarray, int]:
-    """Return the autocorrelation of residuals, no product taken across a gap in time, and the samples used."""
+    """Return the autocorrelation of residuals, without products across a gap in time, and the number of samples used."""
     parts = [residual[part] - residual.mean() for part in style.runs(time, residual)]
     longest = max((part.size for part in parts), default=1)
     reach = min(lags, longest - 1)
@@ -186,9 +186,9 @@ RESIDUALS = ReportFigure(
     takes="fit",
     draw=residuals,
     alternative="Residuals over time, their distribution and autocorrelation",
-    caption="What the model leaves over. Bursts at reversals point to friction before sliding, a drift to temperature "
-    "or load. Bars of the autocorrelation outside the band mean that neighbouring residuals are alike: then standard "
-    "errors, which take them for independent, are too small.",
+    caption="Measured minus predicted effort. Bursts at reversals indicate pre-sliding friction, a drift indicates temperature "
+    "or load. Bars of the autocorrelation outside the band mean that neighbouring residuals are correlated: then standard "
+    "errors, which assume independence, are too small.",
 )
 
 
@@ -223,9 +223,9 @@ PREDICTION = ReportFigure(
     draw=prediction,
     alternative=lambda predicted, kind: f"Measured and predicted signals, {predicted.mode} mode",
     caption=lambda predicted, kind: (
-        f"The model run on the log in {predicted.mode} mode: {MODES.get(predicted.mode, '')}. Where the light line "
-        "looks out from under the dark one, what was measured is not predicted."
-        + " Shaded: where 95 % of what is measured are expected."
+        f"The model, simulated on the log in {predicted.mode} mode: {MODES.get(predicted.mode, '')}. Where the light line "
+        "is visible, the prediction is wrong."
+        + " Shaded: the 95 % band of the measurement."
         * (predicted.half_width is not None or predicted.position_half_width is not None)
     ),
     applies=lambda predicted, kind: predicted.effort_predicted is not None or predicted.position_predicted is not None,

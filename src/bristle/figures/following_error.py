@@ -1,4 +1,4 @@
-"""The variants of an experiment: following error over time, close up, as a distribution, and the effort; of an open loop all signals."""
+"""Figures of an experiment: following error over time, close up and as a distribution; effort; all signals of an open loop."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from bristle.figures.report_figure import ReportFigure
 from bristle.simulation import SimulationResult, worst_reversal
 
 BEHIND: style.Look = {"color": style.GREY, "linewidth": 1.1, "linestyle": "--"}
-MICROMETRE = np.array([1e-6])  # the errors of servos are told in no smaller unit
+MICROMETRE = np.array([1e-6])  # the smallest usual unit of servo errors
 SHARES = (0.01, 0.1, 1.0, 10.0, 100.0)  # percent
 
 
 class _Loop(NamedTuple):
-    """One variant after its settling time."""
+    """A variant after its settling time."""
 
     variant: str
     look: style.Look
@@ -49,13 +49,13 @@ def following_error(result: SimulationResult, focus: Sequence[str] = (), measure
     Parameters
     ----------
     result : SimulationResult
-        The simulated variants, at least one of them completed: a loop that diverged would flatten all others and
-        is left out. So is what lies before the settling time.
+        The simulated variants, at least one of them completed. A loop that diverged is left out, because it would flatten
+        all others. So is the time before settling.
     focus : sequence of str, optional
-        Names of the variants to be looked at closely, where others err so much more that they would flatten them;
+        Names of the variants in the close-up, if others have errors so large that they would flatten them;
         all of them by default.
     measured : ndarray, shape (sample,), optional
-        Following error of the axis itself along the same reference [m or rad]: drawn under the simulated ones.
+        Following error of the axis along the same reference [m or rad], drawn under the simulated errors.
     """
     loops = _settled(result, measured)
     simulated = [loop for loop in loops if not loop.is_measured]
@@ -91,7 +91,7 @@ def following_error(result: SimulationResult, focus: Sequence[str] = (), measure
     edges = np.linspace(low, high if high > low else low + 1.0, 80 + 1)
     for loop in near:
         spread.stairs(style.shares(loop.error * scale.factor, edges), edges, orientation="horizontal", label=f"_{loop.name}", **loop.look)
-    # A loop stands still or slides most of the time: only a logarithmic scale shows its rare large errors too.
+    # A loop rests or slides most of the time: only a logarithmic scale shows its rare large errors too.
     spread.set(xscale="log", xlim=(SHARES[0], SHARES[-1]), xlabel="Share [%]", ylim=full.get_ylim())
     spread.set_xticks(SHARES, [f"{share:g}" for share in SHARES])
     spread.xaxis.set_minor_locator(NullLocator())
@@ -116,7 +116,7 @@ def _draw_errors(axes: style.Axes, loops: list[_Loop], kind: Kind) -> Scale:
 
 
 def draw_worst_reversal(axes: style.Axes, result: SimulationResult, measured: np.ndarray | None) -> None:
-    """Draw the following error around the reversal with its widest swing: as measured, as it is, and the last one."""
+    """Draw the following error around the reversal with its widest swing: measured, of the first loop, and of the last loop."""
     loops = _settled(result, measured)
     times = _turn(loops[0])
     numbers = sorted({0, min(int(measured is not None), len(loops) - 1), len(loops) - 1})
@@ -127,10 +127,10 @@ def draw_worst_reversal(axes: style.Axes, result: SimulationResult, measured: np
 def loops_at_reversal(result: SimulationResult, names: Sequence[str], close_names: Sequence[str] = ()) -> Figure:
     """Return the following error of some variants, whole and at the worst reversal, and the effort there.
 
-    The first is the one to compare with; those with `close_names`, or all, are looked at closely at its worst reversal.
+    The first variant is the reference. The close-up at its worst reversal shows those in `close_names`, or all.
     """
     by_name = {loop.variant: loop for loop in _settled(result, None)}
-    # The two that are looked at closely lie light under dark, a third one behind them.
+    # The two variants in the close-up are light under dark, a third variant behind them.
     looks = (BEHIND, style.MEASURED, style.PREDICTED)[-min(len(names), 3) :] if len(names) > 1 else (style.PREDICTED,)
     loops = [by_name[name]._replace(look=look) for name, look in zip(names, looks, strict=False) if name in by_name]
     near = [loop for loop in loops if loop.variant in close_names] or loops
@@ -146,7 +146,7 @@ def loops_at_reversal(result: SimulationResult, names: Sequence[str], close_name
 
 
 def _draw_close_up(close: style.Axes, full: style.Axes, loops: list[_Loop], kind: Kind) -> list[_Loop]:
-    """Draw the errors around a reversal of the first loop, shaded in the whole; return what of the loops lies there."""
+    """Draw the errors around a reversal of the first loop, shaded in the whole; return that part of the loops."""
     times = _turn(loops[0])
     cut = [loop for loop in (loop.between(times[0], times[-1]) for loop in loops) if loop.time.size]
     _draw_errors(close, cut, kind)
@@ -155,14 +155,14 @@ def _draw_close_up(close: style.Axes, full: style.Axes, loops: list[_Loop], kind
 
 
 def _turn(loop: _Loop) -> np.ndarray:
-    """Return the times around a reversal of the reference, the one with the widest swing of the error."""
-    # Where the reference never reverses, around the largest error.
+    """Return the times around a reversal of the reference, that with the widest swing of the error."""
+    # If the reference never reverses, around the largest error.
     at = worst_reversal(loop.reference, loop.error)
-    return loop.time[style.window(loop.time, loop.error, 0.05) if at is None else at]  # where nothing reverses
+    return loop.time[style.window(loop.time, loop.error, 0.05) if at is None else at]  # without a reversal
 
 
 def has_completed(result: SimulationResult) -> bool:
-    """Return whether there is a variant to draw: one that stayed finite and outlasted its settling time."""
+    """Return whether there is a variant to draw, completed and longer than its settling time."""
     return bool(_settled(result, None))
 
 
@@ -189,10 +189,10 @@ FIGURE = ReportFigure(
     applies=lambda simulation, focus, following: has_completed(simulation),
     alternative="Following error and effort of each variant over time",
     caption=lambda simulation, focus, following: (
-        f"Reference less encoder reading{', measured and simulated' if following is not None else ''}: over time, as a "
-        "distribution, and close up at a reversal (shaded above). What jumps where the reference reverses is friction; "
-        "what follows the velocity is the lag of the position loop, or viscous friction that is not fed forward. "
-        "Below, the effort that it takes."
+        f"Reference minus encoder reading{', measured and simulated' if following is not None else ''}: over time, as a "
+        "distribution, and close up at a reversal (shaded above). Spikes at reversals are friction. "
+        "An error that grows with the speed is lag of the position loop, or viscous friction without feedforward. "
+        "Below, the effort."
     ),
 )
 AT_REVERSAL = ReportFigure(
@@ -237,5 +237,5 @@ OPEN = ReportFigure(
     draw=open_loop,
     applies=has_completed,
     alternative="Position, velocity, friction and effort of each variant over time",
-    caption="Where the velocity is zero and friction holds against the effort, the axis sticks.",
+    caption="While the velocity is zero and friction balances the effort, the axis sticks.",
 )

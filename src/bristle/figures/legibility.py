@@ -1,4 +1,4 @@
-"""Whether a figure can be read: its axes say what they are and in which unit, and no text lies on another one."""
+"""Tests that a figure is legible: its axes have names and units, and texts do not overlap."""
 
 import itertools
 import re
@@ -14,9 +14,9 @@ OVERLAP = 1.0  # pixel
 
 
 def unlabelled_axes(figure: Figure) -> list[str]:
-    """Return which axes do not say what they are and in which unit, a sentence each.
+    """Return the axes without a name or a unit, a sentence each.
 
-    An axis whose numbers another panel shows has no label of its own, and one with names in place of numbers no unit.
+    An axis whose numbers another panel shows needs no label, and an axis with names in place of numbers needs no unit.
     """
     faults = []
     panels = [axes for axes in figure.axes if axes.get_visible() and axes.axison]
@@ -48,7 +48,7 @@ def texts_of(figure: Figure) -> list[tuple[Any, Any]]:
 
 
 def illegible_texts(figure: Figure) -> list[str]:
-    """Return which texts lie on one another or outside of the figure, a sentence each."""
+    """Return overlapping texts and texts outside of the figure, a sentence each."""
     texts, page = texts_of(figure), figure.bbox
     faults = []
     for (first, box), (second, beside) in itertools.combinations(texts, 2):

@@ -1,6 +1,6 @@
-"""With this module matplotlib is imported, without its remarks on the settings of its user.
+"""Import of matplotlib, without its warnings about the settings of its user.
 
-These figures do not depend on them (`bristle.figures.drawing`). A setting with which the import fails raises an `InputError`.
+These figures do not depend on the settings (`bristle.figures.drawing`). If they break the import, an `InputError` is raised.
 """
 
 import logging
@@ -16,18 +16,18 @@ NAME = "matplotlib"
 
 
 def _load() -> None:
-    """Import matplotlib with the settings of its user, for figures of theirs; without remarks on them."""
+    """Import matplotlib with the settings of its user, for the user's figures; without warnings about them."""
     log = logging.getLogger(NAME)
     level = log.level
     log.setLevel(logging.CRITICAL + 1)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            # On folders, fonts and what it is built upon it remarks once it looks for them.
+            # It warns about folders, fonts and its dependencies on their first use.
             import_module(f"{NAME}.backends.backend_svg")
     except ImportError:
         raise
-    except Exception as error:  # what a file of settings can do to the import has no common type
+    except Exception as error:  # errors from a settings file have no common type
         mend = "Correct the file matplotlibrc, or the variables MATPLOTLIBRC, MPLBACKEND and LC_ALL of the environment"
         raise InputError(f"cannot be imported with its settings here: {error}", path=NAME, mend=mend) from error
     finally:

@@ -1,4 +1,4 @@
-"""Design of a loop: its open loop with margins and poles, the loops proposed for it, and the circle that two axes run."""
+"""Figures of a loop design: the open loop with margins and poles, the proposed loops, and the circle of two axes."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ NAMES = {"all": "all motions", "small": "small motions", "large": "large motions
 def margins(assessment: Assessment) -> Figure:
     """Return gain and phase of the open loop without friction, with the margins, and the poles of the closed loop."""
     points = assessment.bare
-    # The unit circle is to be round: its panel is as wide as both rows are tall.
+    # The unit circle must be round: its panel is as wide as both rows are tall.
     figure, grid = style.panels(3.9, rows=2, columns=2, widths=(1.25, 1.0), gap=0.28, between=0.72)
     (gain, poles), (phase, rest) = grid
     rest.remove()
@@ -47,7 +47,7 @@ def margins(assessment: Assessment) -> Figure:
     phase.axhline(-180.0, **style.AID)
     gain.set_ylabel("Open loop, gain")
     phase.set(ylabel="Phase [°]", xlabel="Frequency [Hz]")
-    # The powers of ten that matplotlib writes are mathematics, which a page shows as it stands.
+    # Matplotlib writes powers of ten as mathematics, which a page shows as source text.
     for axis in (gain.yaxis, phase.xaxis):
         axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     gain.tick_params(labelbottom=False)
@@ -65,7 +65,7 @@ def _draw_open_loops(gain: style.Axes, phase: style.Axes, assessment: Assessment
         response = point.loop.response(omega)
         hertz = omega / (2.0 * math.pi)
         gain.loglog(hertz, np.abs(response), label=NAMES[point.motions], **line)
-        # Continued from its start, which lies between -90 and -270 degrees, and drawn once around.
+        # Continued from its start between -90 and -270 degrees, and drawn once around.
         turned = np.unwrap(np.angle(response))
         turned -= 2.0 * math.pi * round((turned[0] + math.pi) / (2.0 * math.pi))
         phase.semilogx(hertz, np.degrees(turned), label=f"_{NAMES[point.motions]}", **line)
@@ -95,7 +95,7 @@ def loops_proposed(
     enough: float,
     kind: Kind = "translational",
 ) -> Figure:
-    """Return bars of what each loop errs by, which effort it takes, and how large its least phase margin is."""
+    """Return bars of the error, the effort and the least phase margin of each loop."""
     figure, row = style.named_rows(names, style.PAIR, style.NARROW, 3, between=0.2)
     columns = [np.array([np.nan if value is None else value for value in side]) for side in (errors, efforts, phases)]
     length = style.scale_for("length", kind, columns[0][np.isfinite(columns[0])], np.array([1e-6]))
@@ -108,7 +108,7 @@ def loops_proposed(
             if np.isfinite(value):
                 axes.barh(place, value, 0.55, **style.HATCHED_BAR if place else style.BAR)
         axes.set(xlim=(0.0, 1.08 * (np.nanmax(values, initial=0.0) * factor or 1.0)), xlabel=text)
-        axes.set_ylabel("Loop", visible=axes is row[0])  # the numbers of each panel have this head
+        axes.set_ylabel("Loop", visible=axes is row[0])  # column head of the numbers of each panel
     row[-1].axvline(enough, **style.DASHED)
     row[-1].set_title(f"dashed: usual least, {enough:g}°")
     return figure
@@ -125,10 +125,10 @@ PROPOSED = ReportFigure(
         enough,
         design.experiment.kind,
     ),
-    alternative="Following error, effort and smallest phase margin of the loop as it is and of those proposed",
+    alternative="Following error, effort and smallest phase margin of the present loop and of the proposed loops",
     caption=lambda design, names, phases, enough: (
         f"Simulated following error and effort, and the smallest phase margin without friction: {design.variant.name} "
-        "is the loop as it is, the others are proposed."
+        "is the present loop, the others are proposed."
     ),
 )
 
@@ -166,7 +166,7 @@ def circles(curves: Sequence[Circle], kind: Kind) -> Figure:
     ticks = [-step, 0.0] if -low > high else [0.0, step]
     round_.set_yticks(ticks, [""] * len(ticks))
     for tick in ticks:
-        # Above the lines, where the ticks of the axis itself would lie below them.
+        # Above the lines: the ticks of the axis would lie below them.
         box = {"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.9}
         round_.text(0.25 * np.pi, tick, number(tick, digits=1), ha="center", va="center", fontsize=AT_TICKS, bbox=box, zorder=5)
     round_.set_thetagrids(QUARTERS[:-1])
@@ -182,6 +182,6 @@ CIRCLES = ReportFigure(
     takes=("circles", "kind"),
     draw=circles,
     alternative="Radial deviation of the circle, around it and unrolled",
-    caption="How far from round the two axes run, magnified, around the grey circle on the left. At each of the four "
+    caption="Deviation of the two axes from the circle, magnified, around the grey circle on the left. At each of the four "
     "reversals friction changes sides, and the path bulges.",
 )

@@ -1,4 +1,4 @@
-"""Loops that follow a reference, a row or a panel for each: motions, efforts and errors; errors of loops and truths compared."""
+"""Loops that follow a reference, with a row or a panel for each; errors of loops and of true frictions compared."""
 
 from collections.abc import Mapping, Sequence
 from math import isfinite
@@ -25,7 +25,7 @@ def _rows(results: Loops, columns: int, top: float, between: float = 0.55) -> tu
 
 
 def _entitle(figure: Figure, grid: list[list[style.Axes]], results: Loops) -> None:
-    """Put the legend of all rows into the corner, and above each row the name of its loop."""
+    """Put the legend of all rows into the corner, and the name of each loop above its row."""
     reach = style.legend_in_corner(figure, grid[0][0])
     for (first, *_), name in zip(grid, results, strict=True):
         style.title(first, name, beside=reach if first is grid[0][0] else 0.0)
@@ -51,7 +51,7 @@ def tracking(results: Loops, settle: float, close: tuple[float, float]) -> Figur
 def tracking_error(results: Loops, settle: float) -> Figure:
     """Return the following error over time, a row for each loop."""
     figure, grid = _rows(results, 1, 0.4)
-    # In the unit of the motion: a thousandth of it is easily seen as such.
+    # In the unit of the motion, as a thousandth of it.
     length = style.scale_for("length", "translational", *(result.reference for result in results.values()))
     for (axes,), result in zip(grid, results.values(), strict=True):
         judged, forward = result.time >= settle, np.gradient(result.reference) > 0.0
@@ -95,7 +95,7 @@ def error_distribution(
 
 @style.styled
 def control_effort(results: Loops, settle: float, close: tuple[float, float], arm: float = 1.0) -> Figure:
-    """Return the driving torque of each loop and friction: as means over all the motion, and close up as they are."""
+    """Return the driving torque of each loop and friction: averaged over all the motion, and close up without averaging."""
     scale, word = style.effort_scale("rotational", *(arm * result.effort for result in results.values()))
     driving = f"Driving {word.lower()}"
     figure, grid = _rows(results, 2, 0.56, 0.6)
@@ -108,7 +108,7 @@ def control_effort(results: Loops, settle: float, close: tuple[float, float], ar
             style.over_time(axes, result.time[part], *signals, scale=scale, word=driving)
         style.mark_window(full, np.array(close))
         style.title(full, f"{name}, mean over {with_unit(MEAN_OVER, 's')}")
-        near.set_title("close up, as it is")
+        near.set_title("close up, not averaged")
     for panels in zip(*grid, strict=True):
         top = 1.06 * max(float(np.max(np.abs(axes.dataLim.intervaly))) for axes in panels)
         for axes in panels:
@@ -118,7 +118,7 @@ def control_effort(results: Loops, settle: float, close: tuple[float, float], ar
 
 
 def _averaged(effort: np.ndarray, time: np.ndarray, duration: float) -> np.ndarray:
-    """Return an effort averaged over a time around each sample; as it is for a time of 0."""
+    """Return an effort averaged over a time around each sample; unchanged for a time of 0."""
     count = max(round(duration / float(time[1] - time[0])), 1)
     return np.convolve(effort, np.ones(count), "same") / np.convolve(np.ones(effort.size), np.ones(count), "same")
 
@@ -148,7 +148,7 @@ def error_over(
     *,
     counted: bool = False,
 ) -> Figure:
-    """Return errors over a number that was assumed or counted: a line for each name, with bars to low and high."""
+    """Return errors over an assumed or counted number: a line for each name, with bars to low and high."""
     figure, ((axes,),) = style.panels(3.1, names=[*errors, *levels])
     looks = style.SERIES if len(errors) > 1 else style.SERIES[1:]
     for number, ((name, values), look) in enumerate(zip(errors.items(), looks, strict=False)):
@@ -171,7 +171,7 @@ def error_over(
 
 @style.styled
 def errors_by_loop(errors: Mapping[str, float], spreads: Mapping[str, float], published: Mapping[str, float], error_name: str) -> Figure:
-    """Return the error of each loop, and what others published, one a row."""
+    """Return the error of each loop, and published errors, a row for each."""
     figure, (axes,) = style.named_rows([*errors, *published])
     color = style.PREDICTED["color"]
     for row, (name, error) in enumerate(errors.items()):
@@ -180,7 +180,7 @@ def errors_by_loop(errors: Mapping[str, float], spreads: Mapping[str, float], pu
         axes.plot(error, row, "o", color=color, label=f"_{OWN_ERROR}" if row else OWN_ERROR)
     for row, value in enumerate(published.values(), len(errors)):
         axes.plot(value, row, "D", fillstyle="none", color=style.INK, label=f"_{PUBLISHED}" if row > len(errors) else PUBLISHED)
-    # Numbers stand above the marks, whatever the size of the page.
+    # Numbers are above the marks, for any size of the page.
     for row, value in enumerate([*errors.values(), *published.values()]):
         axes.annotate(f"{value:.2f}", (value, row), (0, 5), textcoords="offset points", ha="center", fontsize=7.5)
     axes.set(xlim=(0.0, 1.1 * max(*errors.values(), *published.values())), xlabel=error_name, ylabel="Loop")
@@ -197,7 +197,7 @@ def errors_by_truth(errors: Mapping[str, Mapping[str, Mapping[str, Spread]]], li
     finite = [limit, *(end for end in ends if isfinite(end) and end > 0.0)]
     for axes, (head, rows) in zip(row, errors.items(), strict=True):
         for place, loops in enumerate(rows.values()):
-            # Beside one another: mean, interval, and range under all conditions.
+            # From left to right: mean, interval, and range under all conditions.
             for number, ((name, spread), look) in enumerate(zip(loops.items(), LOOKS, strict=False)):
                 at, color = place + style.BESIDE * (number - 0.5 * (len(loops) - 1)), look["color"]
                 axes.hlines(at, spread.least, spread.most, color=color, linewidth=1.0, label=f"_{name}, conditions")
@@ -210,6 +210,6 @@ def errors_by_truth(errors: Mapping[str, Mapping[str, Mapping[str, Spread]]], li
         axes.axvline(limit, label=limit_name, **style.DOTTED)
         style.title(axes, head)
         axes.set_xlabel(error_name)
-        axes.set_ylabel("Friction of the rig", visible=axes is row[0])  # the numbers of each panel have this head
+        axes.set_ylabel("Friction of the rig", visible=axes is row[0])  # column head of the numbers of each panel
     style.legend_in_corner(figure, row[0])
     return figure

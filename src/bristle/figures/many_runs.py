@@ -1,4 +1,4 @@
-"""The runs of a study as distributions, and the logs of a fleet with their intervals."""
+"""Figures of the runs of a study as distributions, and of the logs of a fleet with their intervals."""
 
 from __future__ import annotations
 
@@ -53,8 +53,8 @@ SPREAD = ReportFigure(
     ),
     alternative=lambda study, spread: f"Distribution of {', '.join(spread)} over the runs",
     caption=lambda study, spread: (
-        "How often the runs come out at which value. "
-        + ("A line for each point of the grid." if study.described["grid"] else "Shaded are the 90 % in the middle.")
+        "Distribution of each number over the runs. "
+        + ("A line for each point of the grid." if study.described["grid"] else "Shaded: the middle 90 %.")
     ),
 )
 
@@ -65,7 +65,7 @@ def fleet_parameters(runs: Runs, names: Sequence[str], apart: Mapping[str, np.nd
     figure, panels = style.grid_of(len(names), between=0.8)
     for axes, name in zip(panels, names, strict=True):
         _draw(axes, runs, name, apart[name])
-        axes.set_xlabel("Log, by its number")
+        axes.set_xlabel("Number of the log")
     richest = max(panels, key=lambda axes: len(axes.get_legend_handles_labels()[1]))
     style.legend_in_corner(figure, richest)
     return figure
@@ -76,7 +76,7 @@ def _draw(axes: Axes, runs: Runs, name: str, apart: np.ndarray) -> None:
     tells = np.isfinite(columns[name]) & (columns[f"{name}.status"] == "identified")
     scale = scale_of(runs.described["columns"][name]["unit"], style.largest(np.median(np.abs(columns[name][tells]))))
     value, low, high = (columns[key] * scale.factor for key in (name, f"{name}.lower", f"{name}.upper"))
-    # Past what most logs span, and to all of them if they are near.
+    # Beyond the range of most logs, and up to all of them if they are near.
     usual = np.quantile(value[tells], (0.05, 0.95))
     margin = 0.6 * float(np.ptp(usual)) or 0.1 * abs(float(usual[1])) or 1.0  # logs beyond end in an arrow
     bottom = max(float(usual[0]) - margin, float(value[tells].min()) - 0.3 * margin)
@@ -86,7 +86,7 @@ def _draw(axes: Axes, runs: Runs, name: str, apart: np.ndarray) -> None:
     size = 3.4 if runs.count <= 60 else 2.0  # smaller markers for many logs
     axes.axhline(float(np.median(value[tells])), color=style.GREY, linewidth=0.8, linestyle="--", label="median")
     inside = (value >= bottom) & (value <= top)
-    for chosen, fill, word in ((~strange, "full", "log, 95 % interval"), (strange, "none", "stands apart")):
+    for chosen, fill, word in ((~strange, "full", "log, 95 % interval"), (strange, "none", "outlier")):
         chosen = chosen & tells & inside
         if chosen.any():
             ends = np.nan_to_num(np.abs([value - low, high - value]))[:, chosen]
@@ -114,6 +114,6 @@ FLEET = ReportFigure(
     takes=("fleet", "names", "apart"),
     draw=fleet_parameters,
     alternative=lambda runs, names, apart: f"{', '.join(names)} of each log with 95 % intervals",
-    caption="Each log by its number, with its 95 % interval; the line is the median. Hollow: a log that stands apart. A "
-    "tick at the bottom: a log that failed, or that does not tell this parameter. An arrow: beyond the panel.",
+    caption="Each log with its 95 % interval. The line is the median. Hollow: an outlier. A "
+    "tick at the bottom: a log that failed, or that does not identify this parameter. An arrow: beyond the panel.",
 )

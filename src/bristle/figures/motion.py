@@ -1,4 +1,4 @@
-"""A motion to run, and the friction to expect along it."""
+"""Figures of a motion to run, and of the expected friction along it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @style.styled
 def motion(planned: ExcitationMotion) -> Figure:
-    """Return position over time, one panel for each purpose."""
+    """Return position over time, a panel for each purpose."""
     parts = _parts(planned)
     figure, rows = style.panels(0.35 + style.ROW * len(parts), rows=len(parts), gap=0.72)
     for (axes,), (purpose, part) in zip(rows, parts.items(), strict=True):
@@ -31,7 +31,7 @@ def motion(planned: ExcitationMotion) -> Figure:
 
 @style.styled
 def expected(planned: ExcitationMotion, friction: np.ndarray) -> Figure:
-    """Return the loops of friction over position before sliding, and friction over the speed of steady slides."""
+    """Return the loops of friction over position in pre-sliding, and friction over the speed of steady slides."""
     parts = _parts(planned)
     force, word = style.effort_scale(planned.kind, friction)
     label = force.label(f"Friction {word.lower()}")
@@ -48,7 +48,7 @@ def expected(planned: ExcitationMotion, friction: np.ndarray) -> Figure:
         speed, level = np.abs(_steady(planned, friction, fast)).T
         scale = style.scale_for("length/time", planned.kind, speed)
         row[0].semilogx(speed * scale.factor, level * force.factor, ".", markersize=3.0, color=style.PREDICTED["color"])
-        # Plain numbers: the powers of ten that matplotlib writes are mathematics, which a page shows as it stands.
+        # Plain numbers: matplotlib writes powers of ten as mathematics, which a page shows as source text.
         row[0].xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         row[0].xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
         row[0].xaxis.set_minor_locator(NullLocator())
@@ -70,7 +70,7 @@ def _steady(planned: ExcitationMotion, friction: np.ndarray, part: slice) -> np.
 
 
 def _parts(planned: ExcitationMotion) -> dict[str, slice]:
-    """Return the samples of each purpose, in the order in which they come."""
+    """Return the samples of each purpose, in the order of the motion."""
     slices = {}
     placed = zip(planned.begins, planned.pieces, strict=True)
     for purpose, group in groupby(placed, key=lambda entry: entry[1].purpose):
@@ -85,15 +85,14 @@ FIGURE = ReportFigure(
     takes="motion",
     draw=motion,
     alternative="Position over time, for each purpose",
-    caption="Position from the start of the motion; each panel has its own scale. The loops before sliding are so small "
-    "that only the encoder sees them.",
+    caption="Position from the start of the motion; each panel has its own scale. Only the encoder resolves the small pre-sliding loops.",
 )
 EXPECTED = ReportFigure(
     name="expected",
     takes=("motion", "expected"),
     draw=expected,
-    alternative="Friction expected over position and over speed",
-    caption="What the motion would show if the axis were what it is believed to be: loops before sliding over position, "
-    "and friction over the speed of the steady slides. Where the loops do not close at their ends into sliding, "
-    "the pre-sliding distance is larger than believed.",
+    alternative="Expected friction over position and over speed",
+    caption="Friction of the assumed axis along the motion: pre-sliding loops over position, "
+    "and friction over the speed of the steady slides. Loops that do not close at their ends into sliding mean "
+    "that the pre-sliding distance is larger than assumed.",
 )

@@ -1,8 +1,8 @@
-"""The numbers that a figure shows, read back from what is drawn, in one way for all figures: none says it of itself.
+"""The numbers in a figure, read back from the drawn figure, in the same way for all figures.
 
-Lines, points, bars, steps and areas are found panel by panel, in the units of its axes and with their
-labels. A logarithmic axis has the numbers themselves, not their logarithms. A series is called by its label, which legends leave out
-where it begins with an underscore.
+Lines, points, bars, steps and areas are read panel by panel, in the units of its axes and with their
+labels. A logarithmic axis gives the numbers, not their logarithms. The name of a series is its label; legends omit labels
+that begin with an underscore.
 """
 
 import csv
@@ -28,7 +28,7 @@ _NUMBER = re.compile(r"[\d.,eE+−-]*")
 
 
 class Drawn(NamedTuple):
-    """Something drawn in a panel."""
+    """A line, bar, area or set of points in a panel."""
 
     artist: Any
     mark: str
@@ -36,7 +36,7 @@ class Drawn(NamedTuple):
 
 
 class Panel(NamedTuple):
-    """The numbers of a panel: its title, the heads of two columns, what is drawn, and the names at its axes."""
+    """The numbers of a panel: its title, the heads of two columns, its series, and the names at its axes."""
 
     title: str
     x: str
@@ -46,7 +46,7 @@ class Panel(NamedTuple):
 
 
 def numbers_of(figure: Figure) -> list[Panel]:
-    """Return the numbers of each panel of a figure; none for a diagram, whose places mean nothing."""
+    """Return the numbers of each panel of a figure; empty for a diagram, whose positions have no meaning."""
     panels = [(axes, list(drawn_in(axes))) for axes in figure.axes if axes.get_visible() and axes.axison]
     result = []
     for axes, drawn in panels:
@@ -61,8 +61,7 @@ def numbers_of(figure: Figure) -> list[Panel]:
 def as_csv(panel: Panel) -> str:
     """Return the numbers of a panel as comma-separated values, a line for each point.
 
-    Columns: the panel, the series, how it is drawn, which stroke of it, x, y; where there are such, names that stand
-    at the axes in place of numbers.
+    Columns: the panel, the series, its mark, its stroke, x, y; if present, names at the axes in place of numbers.
     """
     heads = ["panel", "series", "mark", "stroke", panel.x, panel.y]
     named = [(column, names) for column, names in enumerate(panel.names) if names]
@@ -90,7 +89,7 @@ def _heads(axes: Axes, neighbours: Sequence[Axes], title: str) -> tuple[str, str
 
 
 def _label_beside(axes: Axes, neighbours: Sequence[Axes], axis: str) -> str:
-    """Return the label of the panel below or to the left that has the numbers of this one, which shows none."""
+    """Return the label of the panel below or to the left whose numbers this panel shares."""
     key = "labelbottom" if axis == "x" else "labelleft"
     if getattr(axes, f"{axis}axis").get_tick_params().get(key, True):
         return ""
@@ -106,7 +105,7 @@ def _label_beside(axes: Axes, neighbours: Sequence[Axes], axis: str) -> str:
 
 
 def names_at(axis: Any) -> dict[float, str]:
-    """Return the names that stand at an axis in place of numbers, by where they stand."""
+    """Return the names at an axis in place of numbers, by their position."""
     formatter = axis.get_major_formatter()
     named = isinstance(formatter, (FixedFormatter, FuncFormatter))
     if not (named and isinstance(axis.get_major_locator(), FixedLocator)):
@@ -117,7 +116,7 @@ def names_at(axis: Any) -> dict[float, str]:
 
 
 def _nearest(value: float, names: dict[float, str]) -> str:
-    """Return the name of the row or column that holds a place."""
+    """Return the name of the row or column of a position."""
     ticks = sorted(names)
     reach = 0.5 * min((b - a for a, b in pairwise(ticks)), default=1.0)
     near = min(ticks, key=lambda tick: abs(tick - value))
@@ -125,14 +124,14 @@ def _nearest(value: float, names: dict[float, str]) -> str:
 
 
 def drawn_in(axes: Axes) -> Iterator[Drawn]:
-    """Yield what is drawn in a panel in its units; not what stands at a place of the panel itself."""
+    """Yield the series of a panel in its units, without those placed relative to the panel."""
     bars = [container for container in axes.containers if isinstance(container, BarContainer)]
     in_bars = {id(bar) for container in bars for bar in container}
     for artist in (*axes.lines, *axes.collections, *axes.patches):
         if id(artist) not in in_bars and artist.get_visible() and (drawn := _read(artist, axes)) and any(map(len, drawn.strokes)):
             yield drawn
     for container in bars:
-        # Where they end, in the middle of their width.
+        # The end of each bar, in the middle of its width.
         x, y = (1.0, 0.5) if container.orientation == "horizontal" else (0.5, 1.0)
         ends = [(bar.get_x() + x * bar.get_width(), bar.get_y() + y * bar.get_height()) for bar in container]
         if ends:
@@ -140,13 +139,13 @@ def drawn_in(axes: Axes) -> Iterator[Drawn]:
 
 
 def _read(artist: Any, axes: Axes) -> Drawn | None:
-    """Return what an artist draws."""
+    """Return the series of an artist."""
     if artist in axes.lines:
         return _line(artist, axes)
     if isinstance(artist, PathCollection):
         placed = _in_units(_floats(artist.get_offsets()), artist.get_offset_transform(), axes)
         return None if placed is None else Drawn(artist, "points", [placed])
-    if isinstance(artist, (FancyArrowPatch, ContourSet, QuadMesh)):  # of contours and cells the heights would be missing
+    if isinstance(artist, (FancyArrowPatch, ContourSet, QuadMesh)):  # the heights of contours and cells would be missing
         return None
     if artist in axes.collections:
         paths, transform = artist.get_paths(), artist.get_transform()
@@ -169,20 +168,20 @@ def _line(line: Any, axes: Axes) -> Drawn | None:
 
 
 def _strokes(path: Path) -> list[np.ndarray]:
-    """Return the corners of each stroke of a path; a closed one ends where it begins."""
+    """Return the corners of each stroke of a path; a closed stroke ends where it begins."""
     whole = Path(path.vertices, path.codes)
     whole.should_simplify = False
     return [part for polyline in whole.to_polygons(closed_only=False) for part in _without_gaps(np.asarray(polyline))]
 
 
 def _without_gaps(points: np.ndarray) -> list[np.ndarray]:
-    """Return the stretches of a line between points that are no numbers."""
+    """Return the stretches of a line between points that are not numbers."""
     gaps = ~np.isfinite(points).all(axis=1)
     return [points[stretch] for stretch in np.ma.clump_unmasked(np.ma.array(gaps, mask=gaps))]
 
 
 def _in_units(points: np.ndarray, transform: Any, axes: Axes) -> np.ndarray | None:
-    """Return points in the units of the axes; None for what stands at a place of the panel, whatever its units."""
+    """Return points in the units of the axes; None for points placed relative to the panel."""
     own = transform.contains_branch_seperately(axes.transData)
     if all(own):
         return points
@@ -198,7 +197,7 @@ def _floats(values: Any) -> np.ndarray:
 
 def series_names(drawn: Sequence[Drawn], y: str) -> list[str]:
     """Return the name of each series of a panel: its label, else the axis of the only line or points, else its mark."""
-    # Behind an underscore stands a label that legends leave out.
+    # Legends omit a label that begins with an underscore.
     labels = [re.sub(r"^_(child\d+$|nolegend_$)?", "", str(graphic.artist.get_label())) for graphic in drawn]
     unnamed = [graphic.mark for graphic, label in zip(drawn, labels, strict=True) if not label]
     counts: dict[str, int] = {}

@@ -1,7 +1,7 @@
-"""Which figure stands on which report, and where: a line each, in the order of the page.
+"""The figures of each report and their places, in the order of the page.
 
-A figure is a `ReportFigure` in a module of this folder, ``FIGURE`` or the attribute named behind a dot, and its line below; the
-section is the `id` of a section of the report. To be drawn elsewhere too, as from a notebook, its function is named in ``__init__``.
+A figure is a `ReportFigure` in a module of this folder, ``FIGURE`` or the attribute named after a dot, and a line below. The
+section is the `id` of a section of the report. For other uses, such as notebooks, its function is also named in ``__init__``.
 """
 
 from collections.abc import Callable
@@ -13,17 +13,17 @@ from bristle.figures.report_figure import Facts, ReportFigure
 
 
 def _by_position(facts: Facts) -> bool:
-    """Return whether a model was fitted to the position: then its prediction is what tells how well."""
+    """Return whether a model was fitted to the position: then its prediction shows the quality of the fit."""
     return facts["fit"].position_rmse is not None
 
 
 def _has_curve(facts: Facts) -> bool:
-    """Return whether there is friction over velocity: of a plant on a spring its motion is shown instead."""
+    """Return whether there is friction over velocity; for a plant on a spring the motion is shown instead."""
     return bool(facts["curve"]) or not Place("front", "fit.PREDICTION").figure.applies_to(facts)
 
 
 class Place(NamedTuple):
-    """Where a figure stands."""
+    """Place of a figure."""
 
     section: str
     name: str
@@ -31,12 +31,12 @@ class Place(NamedTuple):
 
     @property
     def figure(self) -> ReportFigure:
-        """The figure: ``FIGURE`` of a module, or the attribute behind a dot."""
+        """The figure: ``FIGURE`` of a module, or the attribute after a dot."""
         module, _, attribute = self.name.partition(".")
         return getattr(import_module(f"bristle.figures.{module}"), attribute or "FIGURE")
 
     def is_taken(self, facts: Facts) -> bool:
-        """Return whether the figure stands there on a report that rests on these facts."""
+        """Return whether the figure appears on a report with these facts."""
         return self.condition(facts) and self.figure.applies_to(facts)
 
 
@@ -70,5 +70,5 @@ REPORTS: dict[str, tuple[Place, ...]] = {
 
 @cache
 def names_on_reports() -> frozenset[str]:
-    """Return what the figures of reports are called as files."""
+    """Return the file names of the figures of reports."""
     return frozenset(place.figure.name for places in REPORTS.values() for place in places)

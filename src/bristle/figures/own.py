@@ -1,4 +1,4 @@
-"""A figure of a user's own: one Python file, the package unchanged."""
+"""A user-defined figure: one Python file, without changes to the package."""
 
 import copy
 import os
@@ -38,31 +38,31 @@ def load_figure_file(path: Readable) -> ReportFigure:
     Raises
     ------
     InputError
-        If the file cannot be read or run, defines no figure, or does not say what it is called, takes and shows.
+        If the file cannot be read or run, defines no figure, or its figure lacks a name, inputs or texts.
     """
     content = code_at(path)
     figure, source = declared_in(content, "FIGURE", ReportFigure, title="figure", mend=MEND), str(content.source)
     if not isinstance(figure.name, str) or not NAME.fullmatch(figure.name) or figure.name in names_on_reports():
         raise InputError(
-            "gives its figure a name that it cannot have",
+            "has a figure with an invalid name",
             path=source,
             value=figure.name,
-            allowed="small letters, digits and _, a letter first, and no name of a figure of bristle",
+            allowed="lower-case letters, digits and _, a letter first, not the name of a figure of bristle",
         )
     for part in ("title", "caption", "alternative"):
         text = getattr(figure, part)
         if not isinstance(text, str) or not text.strip():
             raise InputError(f"its figure has no {part}", path=source, mend=f'Write {part}="..."')
     if not callable(figure.draw):
-        raise InputError("its figure is drawn by nothing", path=source, value=figure.draw, mend=MEND)
+        raise InputError("its figure has no function `draw`", path=source, value=figure.draw, mend=MEND)
     unknown = [str(name) for name in figure.needs if name not in RESULTS]
     if unknown or not figure.needs:
         raise InputError(
-            "its figure is drawn from what no report has",
+            "its figure takes results that no report has",
             path=source,
             value=", ".join(unknown),
             allowed=", ".join(RESULTS),
-            mend='Write takes="identification" or the like',
+            mend='Write takes="identification", for example',
         )
     return figure
 
@@ -73,18 +73,18 @@ def refuse_unfit(figure: ReportFigure, command: str, figures: Sequence[ReportFig
     if strange:
         able = [f"bristle {name}" for name, facts in FACTS.items() if set(figure.needs) <= set(facts)]
         raise InputError(
-            f"its figure is drawn from what the report of {command} has not",
+            f"its figure takes results that the report of {command} lacks",
             path=path,
             value=", ".join(strange),
             allowed=", ".join(FACTS[command]),
             mend=f"Use it with {' or '.join(able)}" if able else "",
         )
     if [candidate.name for candidate in figures].count(figure.name) > 1:
-        raise InputError("another figure has this name, too", path=path, value=figure.name, mend="Write another name")
+        raise InputError("another figure has the same name", path=path, value=figure.name, mend="Write another name")
 
 
 def figures_named(figures: Sequence[ReportFigure | str | os.PathLike[str]], command: str) -> tuple[ReportFigure, ...]:
-    """Return figures for the report of a command; of files, those that they define."""
+    """Return figures for the report of a command; for files, the figures that they define."""
     loaded = [figure if isinstance(figure, ReportFigure) else load_figure_file(figure) for figure in figures]
     for figure in loaded:
         refuse_unfit(figure, command, loaded, figure.name)
@@ -93,15 +93,15 @@ def figures_named(figures: Sequence[ReportFigure | str | os.PathLike[str]], comm
 
 @style.styled
 def draw_own(figure: ReportFigure, facts: Facts) -> Figure:
-    """Return a figure of a user's own, drawn of copies in the style of the others: the results stay as they are."""
+    """Return a user-defined figure, drawn from copies of the results in the style of the others."""
     drawing = figure.draw(*copy.deepcopy(figure.arguments(facts)))
     if not isinstance(drawing, Figure):
         raise InputError(
-            f"returned a {type(drawing).__name__} and no Figure",
+            f"returned a {type(drawing).__name__}, not a Figure",
             path=figure.name,
             mend="Return the figure that bristle.figures.style.panels made",
         )
     pyplot = sys.modules.get("matplotlib.pyplot")
     if pyplot is not None:
-        pyplot.close(drawing)  # it would keep the figure for ever
+        pyplot.close(drawing)  # otherwise it would keep the figure for ever
     return drawing

@@ -12,7 +12,7 @@ from bristle.engine import after, response
 from bristle.figures import style
 from bristle.figures.small_multiples import loop_units
 
-SAMPLES = 120  # of a way from turn to turn
+SAMPLES = 120  # between two turns
 LETTERS, INDICES = "abcdefgh", "₁₂₃₄"
 HATCHES = ("////", "\\\\\\\\", "....", "xxxx")
 NOW = style.MEASURED["color"]
@@ -20,24 +20,24 @@ NOW = style.MEASURED["color"]
 
 @style.styled
 def preisach_plane(operator: Model, history: Sequence[float]) -> Figure:
-    """Return what an operator remembers of a history, and the loops that the history drew.
+    """Return the Preisach plane of an operator after a history, and the loops of that history.
 
     Parameters
     ----------
     operator : Model
         An operator with turning points: `preisach` or `everett_table`.
     history : sequence of float
-        Inputs where a demagnetised operator turned, the present one last [m or rad].
+        Inputs at the turns of a demagnetised operator, the present input last [m or rad].
 
     Raises
     ------
     InputError
-        If the operator keeps no turning points, or the history is empty.
+        If the operator has no turning points, or the history is empty.
     """
     if operator.component.measure is None:
-        raise InputError("keeps no turning points", path="operator", value=operator.name)
+        raise InputError("has no turning points", path="operator", value=operator.name)
     if not len(history):
-        raise InputError("is empty", path="history", mend="Give the inputs where it turned")
+        raise InputError("is empty", path="history", mend="Give the inputs at the turns")
     turns = [0.0, *map(float, history)]
     path = _way(turns)
     output = response(operator, path)
@@ -81,13 +81,13 @@ def preisach_stages(operator: Model, saturated: float, turns: Sequence[float], a
 
 
 def _way(turns: Sequence[float]) -> np.ndarray:
-    """Return inputs from turn to turn, denser where each way begins."""
+    """Return inputs from turn to turn, denser after each turn."""
     share = np.linspace(0.0, 1.0, SAMPLES) ** 2
     return np.concatenate([a + (b - a) * share for a, b in pairwise(turns)])
 
 
 def staircase(turning_points: Sequence[float], u: float) -> np.ndarray:
-    """Return the corners (beta, alpha) of the line below which relays are up, from that of the demagnetised state on."""
+    """Return the corners (beta, alpha) of the line below which relays are up, from the demagnetised state on."""
     first, *later = [*turning_points, u]
     beta, alpha = -abs(first), abs(first)
     corners, rising = [(beta, alpha)], first > 0.0
@@ -101,7 +101,7 @@ def staircase(turning_points: Sequence[float], u: float) -> np.ndarray:
 def _draw_memory(
     axes: Axes, operator: Model, turns: Sequence[float], extent: float, length: Scale, name: str = "relays up", hatch: str | None = None
 ) -> None:
-    """Draw the plane up to a threshold of `extent` [m or rad], with the staircase that a history leaves in it."""
+    """Draw the plane up to a threshold of `extent` [m or rad], with the staircase of a history."""
     state, memory = after(operator, turns)
     edge = extent * length.factor
     line = np.vstack(([-edge, edge], staircase(memory[: state.depth].tolist(), state.z) * length.factor))
@@ -116,10 +116,10 @@ def _draw_memory(
 
 
 def trapezoids(path: Sequence[float]) -> list[np.ndarray]:
-    """Return the corners (beta, alpha) of what the sums over the extremes add up, one part a term.
+    """Return the corners (beta, alpha) of the terms in the sum over the extremes.
 
-    Between one minimum and the next relays are up to the maximum before: a trapezoid on the diagonal. While the input
-    rises the last one is still a triangle, with the input at its tip.
+    Between two minima relays are up to the maximum before: a trapezoid on the diagonal. While the input
+    rises the last term is still a triangle, with the input at its tip.
     """
     minima, maxima = list(path[::2]), list(path[1::2])
     ends = minima[1:] if len(minima) > len(maxima) else [*minima[1:], maxima[-1]]
@@ -129,7 +129,7 @@ def trapezoids(path: Sequence[float]) -> list[np.ndarray]:
 
 
 def _hatch(axes: Axes, path: Sequence[float], length: Scale) -> None:
-    """Hatch the trapezoids Q_k, one unlike the next."""
+    """Hatch the trapezoids Q_k, each unlike the next."""
     box = {"facecolor": "white", "edgecolor": "none", "pad": 0.8}
     for index, corners in enumerate(trapezoids(path)):
         scaled, hatch = corners * length.factor, HATCHES[index % len(HATCHES)]

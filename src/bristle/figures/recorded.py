@@ -1,4 +1,4 @@
-"""Records: the experiments that a log contains, and hysteresis, recorded and predicted by an operator."""
+"""Figures of records: the experiments in a log, and hysteresis, recorded and predicted by an operator."""
 
 from collections.abc import Sequence
 
@@ -11,7 +11,7 @@ from bristle.figures import style
 from bristle.figures.report_figure import ReportFigure
 from bristle.logs import Log, Passage
 
-# Grey tells them apart too: from dark to light, and hatched.
+# Distinguishable in grey too: from dark to light, and hatched.
 SHADES = {
     "constant_velocity": ("#b9d3ea", ""),
     "loops": ("#f0cf8e", ""),
@@ -53,7 +53,7 @@ def _draw_loops(axes: Axes, log: Log, effort: np.ndarray, loops: Sequence[Passag
     step = max(sum(loop.size for loop in positions) // 20_000, 1)
     for x, u in zip(positions, efforts, strict=True):
         axes.plot(x[::step] * length.factor, u[::step] * force.factor, **style.REST)
-    title = "loops before sliding and break-aways, each from where it begins"
+    title = "pre-sliding loops and break-aways, each from its start"
     axes.set(title=title, xlabel=length.label(style.position_word(log.kind)), ylabel=force.label(word))
 
 
@@ -67,9 +67,9 @@ PASSAGES = ReportFigure(
     draw=passages,
     alternative=lambda log, passages: f"Position over time{', and effort over position of its loops' if _has_loops(log, passages) else ''}",
     caption=lambda log, passages: (
-        "Shaded: what kind of experiment each part of the log is."
-        + " Below, effort over position where friction turns slowly: loops that lie inside one another tell models of "
-        "friction apart; loops of one amplitude do not." * _has_loops(log, passages)
+        "Shaded: the kind of experiment in each part of the log."
+        + " Below, effort over position where friction reverses slowly: loops inside each other separate models of "
+        "friction; loops of one amplitude do not." * _has_loops(log, passages)
     ),
 )
 
@@ -89,7 +89,7 @@ def recorded_curves(curves: Sequence[tuple[np.ndarray, np.ndarray]], predicted: 
         overlay.plot(x, f_predicted * scale.factor, label=None if number else "predicted", **style.PREDICTED)
         left.plot(x, (f - f_predicted) * rest.factor, color=style.INK, linewidth=0.8)
     overlay.set_title("recorded and predicted")
-    left.set_title("recorded less predicted")
+    left.set_title("recorded minus predicted")
     overlay.set_ylabel(scale.label(word))
     left.set_ylabel(rest.label(word))
     for axes in (overlay, left):
@@ -103,5 +103,5 @@ CURVES = ReportFigure(
     takes=("recorded", "outputs"),
     draw=lambda recorded, outputs: recorded_curves(recorded.curves, outputs, recorded.kind),
     alternative="Recorded and predicted output over the input",
-    caption="Where the light line looks out from under the dark one, what was recorded is not predicted. Of many curves, some are shown.",
+    caption="Where the light line is visible, the prediction is wrong. Of many curves, some are shown.",
 )

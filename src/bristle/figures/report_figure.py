@@ -1,4 +1,4 @@
-"""A figure of a report: what it takes, what draws it, and what a reader is told of it; ours, or a user's."""
+"""A figure of a report: its inputs, its function and its texts; built-in or user-defined."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -6,9 +6,9 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-Facts = Mapping[str, Any]  # what a report rests on, by name; None, or no entry, for what it has not
+Facts = Mapping[str, Any]  # results of a report, by name; None, or no entry, for missing results
 
-# What figures of a user's own may take, by the command whose report has it; some of it only where there is a loop.
+# Inputs of user-defined figures, by the command of the report; some need a loop.
 FACTS: dict[str, tuple[str, ...]] = {
     "identify": ("identification", "log", "simulation", "prediction"),
     "predict": ("prediction", "log"),
@@ -26,24 +26,24 @@ class ReportFigure:
     Parameters
     ----------
     name : str
-        What it is called as a file: small letters, digits and underscores.
+        File name: lower-case letters, digits and underscores.
     takes : str or tuple of str
-        The results that it is drawn from, in the order in which `draw` takes them. Of a user's own figure:
+        The results that `draw` takes, in its order. For a user-defined figure:
         ``"identification"``, an `Identification`; ``"simulation"``, a `SimulationResult`; ``"prediction"``, a
         `Prediction`; ``"log"``, a `Log`; ``"design"``, a `Design`; ``"comparison"``, a `Comparison`; ``"study"``, the
         `Runs` of a study.
     draw : callable
-        Returns a `matplotlib.figure.Figure`, as `bristle.figures.style.panels` makes one.
+        Returns a `matplotlib.figure.Figure`, such as that of `bristle.figures.style.panels`.
     caption : str or callable
-        What to see in it; where it depends on the results, what returns it from the same.
+        Text below the figure; a function of the same results, if it depends on them.
     alternative : str or callable
-        What it is, for people who cannot see it; likewise.
+        Description for people who cannot see the figure, or a function of the results.
     title : str
-        The heading that a figure of a user's own stands under.
+        Heading above a user-defined figure.
     may_take : tuple of str
-        Further results, behind the others; None where there are none.
+        Further results, after the others; None for missing results.
     applies : callable or None
-        Whether it is drawn of these results; by default wherever all that it takes is there.
+        Condition on these results; by default, the figure is drawn if all its inputs exist.
     """
 
     name: str
@@ -57,15 +57,15 @@ class ReportFigure:
 
     @property
     def needs(self) -> tuple[str, ...]:
-        """The names of what it takes."""
+        """Names of the inputs."""
         return (self.takes,) if isinstance(self.takes, str) else tuple(self.takes)
 
     def missing(self, facts: Facts) -> tuple[str, ...]:
-        """Return what it takes and a report has not."""
+        """Return the inputs that a report lacks."""
         return tuple(name for name in self.needs if facts.get(name) is None)
 
     def arguments(self, facts: Facts) -> tuple[Any, ...]:
-        """Return what it is drawn from."""
+        """Return the inputs."""
         return tuple(facts.get(name) for name in (*self.needs, *self.may_take))
 
     def applies_to(self, facts: Facts) -> bool:

@@ -1,4 +1,4 @@
-"""A rig as two rows of boxes on one grid: its mechanics on the shaft, and its loop as a block diagram."""
+"""A rig as two rows of boxes on a grid: its mechanics on the shaft, and its loop as a block diagram."""
 
 import math
 from collections.abc import Sequence
@@ -12,9 +12,9 @@ from bristle.core import Model, Variant, number, unit_of, with_unit
 from bristle.figures import style
 from bristle.figures.drawing import AT_TICKS, LETTERS, shortened
 
-COLUMNS, ROWS, ROW, SHARE = 4, 4, 1.4, 0.78  # of the grid; height of a row [inch]; of a cell that its box takes
+COLUMNS, ROWS, ROW, SHARE = 4, 4, 1.4, 0.78  # of the grid; height of a row [inch]; share of a cell for its box
 LINES = 7  # in a box
-# From box to box: the signal, and of a line with a corner, whether it begins upright or level.
+# From box to box: the signal, and for a line with a corner, its first direction.
 ARROWS = (
     ("motor", "torque sensor", "u, θ", ""),
     ("torque sensor", "ball screw", "", ""),
@@ -30,7 +30,7 @@ FED = (("reference", "compensator", "", "angle,angleA=90,angleB=180,rad=0"), ("c
 
 
 class Mechanics(NamedTuple):
-    """What the drawing tells in numbers."""
+    """Numbers of the drawing."""
 
     lead: float
     J: float
@@ -68,7 +68,7 @@ def _mechanics(mechanics: Mechanics) -> dict[str, Block]:
     behind, total, motor = (f"{name} = {with_unit(inertia, 'kg*m^2')}" for name, inertia in (("J − J_m", J - J_m), ("J", J), ("J_m", J_m)))
     counts = f"{lead / resolution:,.0f} counts a turn".replace(",", " ") if resolution > 0.0 else "perfect encoder"
     filtered = f"filter {with_unit(cutoff, 'Hz')}" if math.isfinite(cutoff) else ""
-    at_table = f"as {with_unit(J * (2.0 * math.pi / lead) ** 2, 'kg')} there"
+    at_table = f"equals {with_unit(J * (2.0 * math.pi / lead) ** 2, 'kg')} there"
     return {
         "motor": (0, 0, "DC motor, encoder", [motor, counts]),
         "torque sensor": (1, 0, "torque sensor", ["between couplings", "T = F_p +", "(J − J_m) dω/dt", filtered]),
@@ -102,7 +102,7 @@ def _loop(variant: Variant) -> dict[str, Block]:
 
 
 def _value_lines(model: Model) -> list[str]:
-    """Return the parameters of a model, a line each; lists by their range."""
+    """Return the parameters of a model, a line each; arrays by their range."""
     lines = []
     for name, value in model.values.items():
         if name == "seed" or isinstance(value, str):
@@ -116,7 +116,7 @@ def _value_lines(model: Model) -> list[str]:
 
 
 def _amount(value: float, unit: str) -> str:
-    """Return a number with its unit; a stiffness of a table by the micrometre, as people tell it."""
+    """Return a number with its unit; a stiffness per micrometre, as usual."""
     return f"{number(1e-6 * value, digits=3)} N/µm" if unit == "N/m" else with_unit(value, unit)
 
 

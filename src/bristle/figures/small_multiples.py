@@ -1,4 +1,4 @@
-"""Force over position: several models to one scale, their closure and drift; families of loops, and a torque up and down."""
+"""Force over position: models at the same scale, closure and drift; families of loops; and torque over a ripple."""
 
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any, NamedTuple
@@ -13,11 +13,11 @@ from bristle.figures.drawing import LETTERS, label, width
 
 Traces = Mapping[str, tuple[np.ndarray, np.ndarray]]
 MARGIN = 0.05  # of the height, above and below
-LETTER = 0.09  # height of a letter, a third of which two points lie apart that are not one
+LETTER = 0.09  # height of a letter; points closer than a third of it share a letter
 
 
 class LoopUnits(NamedTuple):
-    """The units in which force is drawn over position, and what stands at the axes."""
+    """The units of force and position, and the labels of the axes."""
 
     length: Scale
     force: Scale
@@ -25,24 +25,24 @@ class LoopUnits(NamedTuple):
     y: str
 
     def plot(self, axes: Axes, x: np.ndarray | float, force: np.ndarray | float, *mark: str, **look: Any) -> None:
-        """Draw force over position, SI, in these units."""
+        """Draw force over position, given in SI, in these units."""
         axes.plot(np.multiply(x, self.length.factor), np.multiply(force, self.force.factor), *mark, **look)
 
     def height(self, curves: Collection[tuple[np.ndarray, np.ndarray]], margin: float = MARGIN) -> tuple[float, float]:
-        """Return from where to where the forces of curves go, with a margin, in these units."""
+        """Return the range of forces of the curves, with a margin, in these units."""
         low, high = (edge(float(edge(force)) for _, force in curves) * self.force.factor for edge in (min, max))
         return low - margin * (high - low), high + margin * (high - low)
 
 
 def loop_units(curves: Collection[tuple[np.ndarray, np.ndarray]], kind: Kind, effort: Kind | None = None) -> LoopUnits:
-    """Return the units for curves of (x, force); the forces of another kind of axis where `effort` says so."""
+    """Return the units for curves of (x, force); `effort` selects forces of another kind of axis."""
     length = style.scale_for("length", kind, *(x for x, _ in curves))
     force, word = style.effort_scale(effort or kind, *(force for _, force in curves))
     return LoopUnits(length, force, length.label(style.position_word(kind)), force.label(f"Friction {word.lower()}"))
 
 
 def plot_parts(axes: Axes, units: LoopUnits, trace: tuple[np.ndarray, np.ndarray], turn: int, names: tuple[str, str]) -> None:
-    """Draw what comes before a sample wide and light, and what comes after it narrow and dark."""
+    """Draw the part before a sample wide and light, and the part after it narrow and dark."""
     x, force = trace
     units.plot(axes, x[: turn + 1], force[: turn + 1], label=names[0], **style.MEASURED)
     units.plot(axes, x[turn:], force[turn:], label=names[1], **style.PREDICTED)
@@ -65,7 +65,7 @@ def _panels(
 
 @style.styled
 def minor_loops(traces: Traces, kind: Kind = "translational") -> Figure:
-    """Return force over position, one panel for each model.
+    """Return force over position, a panel for each model.
 
     Parameters
     ----------
@@ -82,20 +82,20 @@ def minor_loops(traces: Traces, kind: Kind = "translational") -> Figure:
 
 @style.styled
 def drift(traces: Traces, per_cycle: Mapping[str, float], kind: Kind = "translational") -> Figure:
-    """Return force over position while the force goes up and down: the first loading wide and light, then the cycles.
+    """Return force over position while the force rises and falls: the first loading wide and light, then the cycles.
 
     Parameters
     ----------
     traces : mapping of str to (x, force)
         Positions [m or rad] and forces [N or N*m], by the name of the model.
     per_cycle : mapping of str to float
-        How far it walks in a settled cycle [m or rad].
+        Drift in a settled cycle [m or rad].
     kind : {"translational", "rotational"}
         The kind of axis.
     """
     widest = max(float(np.ptp(x)) for x, _ in traces.values())
     unit = unit_of("length", kind)
-    titles = {name: f"{name}: {with_unit(step, unit) if abs(step) > 1e-6 * widest else 'none'}" for name, step in per_cycle.items()}
+    titles = {name: f"{name}: {with_unit(step, unit) if abs(step) > 1e-6 * widest else 'no drift'}" for name, step in per_cycle.items()}
     figure, panels, units = _panels(traces, titles, kind)
     for name, axes in panels.items():
         force = traces[name][1]
@@ -113,7 +113,7 @@ def closure(traces: Traces, missing: Mapping[str, float], kind: Kind = "translat
     traces : mapping of str to (x, force)
         Positions [m or rad] and forces [N or N*m], by the name of the model.
     missing : mapping of str to float
-        The force that is missing at the return, as a fraction of break-away.
+        The missing force at the return, as a fraction of break-away.
     kind : {"translational", "rotational"}
         The kind of axis.
     """
@@ -139,7 +139,7 @@ def marked_path(
     beneath: Traces | None = None,
     names: tuple[str, str] = ("there", "back and on"),
 ) -> Figure:
-    """Return force over position with the turning points marked, one panel for each model."""
+    """Return force over position with the turning points marked, a panel for each model."""
     figure, panels, units = _panels(traces, titles, kind, effort, beneath, columns=min(2, len(traces)), top=0.56)
     for name, axes in panels.items():
         x, force = traces[name]
@@ -159,7 +159,7 @@ def marked_path(
 
 
 def _write_letters(axes: Axes, x: np.ndarray, force: np.ndarray, letters: str) -> None:
-    """Write a letter beside each point, away from the middle; the same letter twice only where the points part."""
+    """Write a letter at each point, away from the middle; the same letter twice only if the points are apart."""
     middle = 0.5 * (float(x.min()) + float(x.max()))
     low, high = axes.get_ylim()
     written: list[tuple[str, float]] = []
@@ -178,7 +178,7 @@ Loops = Sequence[tuple[np.ndarray, np.ndarray]]
 
 @style.styled
 def loop_family(panels: Mapping[str, Mapping[str, Loops]], kind: Kind = "translational", effort: Kind | None = None) -> Figure:
-    """Return force over position, loops upon loops."""
+    """Return force over position with several loops in each panel."""
     curves = [curve for families in panels.values() for loops in families.values() for curve in loops]
     names = max(panels.values(), key=len)
     units, named = loop_units(curves, kind, effort), len(names) > 1
@@ -200,7 +200,7 @@ def loop_family(panels: Mapping[str, Mapping[str, Loops]], kind: Kind = "transla
 def break_away(
     traces: Traces, reached: Mapping[str, float], published: float, kind: Kind = "translational", effort: Kind | None = None
 ) -> Figure:
-    """Return force over position with the place marked where each contact has nearly reached its largest force."""
+    """Return force over position, marked where each contact has nearly reached its largest force."""
     units = loop_units(traces.values(), kind, effort)
     figure, ((axes,),) = style.panels(3.4, names=["the paper", *traces])
     axes.axvline(published * units.length.factor, label="the paper", **style.DOTTED)
@@ -225,7 +225,7 @@ def ripple(
     effort: Kind | None = None,
     close_up: tuple[str, Traces] | None = None,
 ) -> Figure:
-    """Return the driving force over time, and below it friction over position for each contact, from the ripple on."""
+    """Return the driving force over time, and below it friction over position for each contact, from the first cycle of the ripple on."""
     curves = list(traces.values())
     units, word = loop_units([(x, driving) for x, _ in curves], kind, effort), style.effort_word(effort or kind)
     count = len(traces) + (close_up is not None)
@@ -249,7 +249,7 @@ def ripple(
     under = units.x.replace(" [", ", from the first cycle on [")
     under = under if width(under, LETTERS) <= style.WIDTH * below[0].get_position().width else units.x
     if close_up is not None:
-        # Over one another, less one straight line, with their names in room above them.
+        # On top of each other, minus one straight line, with their names in room above them.
         beside, (heading, compared) = below.pop(1), close_up
         line = np.polynomial.Polynomial.fit(*next(iter(compared.values())), 1)
         for look, (name, (x, force)) in zip((style.MEASURED, style.PREDICTED), compared.items(), strict=False):
@@ -257,7 +257,7 @@ def ripple(
         low, high = beside.get_ylim()
         beside.set_ylim(low, high + 0.45 * (high - low))
         beside.legend(loc="upper left", frameon=False)
-        beside.set(xlabel=under, ylabel=units.force.label(f"{word} less a line"))
+        beside.set(xlabel=under, ylabel=units.force.label(f"{word} minus a line"))
         style.title(beside, heading)
     for axes, (name, trace) in zip(below, traces.items(), strict=True):
         plot_parts(axes, units, trace, cycle, ("first cycle", "later cycles"))

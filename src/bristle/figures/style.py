@@ -1,4 +1,4 @@
-"""One look for all figures, applied by context: panels, looks of lines, scales and words at axes, titles, and legends that have room.
+"""A common style for all figures: panels, lines, scales and words at axes, titles, and legends with enough room.
 
 References
 ----------
@@ -20,28 +20,28 @@ from bristle.figures.drawing import AT_TICKS, GREY, INK, LETTERS, WIDTH, Drawing
 
 
 def effort_word(kind: Kind) -> str:
-    """Return what effort is called on this kind of axis."""
+    """Return the word for effort on this kind of axis."""
     return {"rotational": "Torque", "magnetic": "Moment", "piezo": "Displacement"}.get(kind, "Force")
 
 
 def position_word(kind: Kind) -> str:
-    """Return what position is called on this kind of axis."""
+    """Return the word for position on this kind of axis."""
     return {"rotational": "Angle", "magnetic": "Field", "piezo": "Voltage"}.get(kind, "Position")
 
 
 def largest(*signals: np.ndarray) -> float:
-    """Return the largest absolute value among signals, what is not finite left out; 0 for none."""
+    """Return the largest finite absolute value among signals; 0 without values."""
     tops = [np.max(np.abs(signal[np.isfinite(signal)]), initial=0.0) for signal in map(np.asarray, signals)]
     return float(max(tops, default=0.0))
 
 
 def scale_for(quantity: str, kind: Kind, *signals: np.ndarray) -> Scale:
-    """Return the multiple of the unit of a generalised quantity in which all these signals are read best."""
+    """Return the most readable multiple of the unit of a generalised quantity for these signals."""
     return scale_of(unit_of(quantity, kind), largest(*signals))
 
 
 def effort_scale(kind: Kind, *signals: np.ndarray) -> tuple[Scale, str]:
-    """Return the multiple of the unit for these efforts, and what they are called."""
+    """Return the multiple of the unit for these efforts, and the word for effort."""
     return scale_for("force", kind, *signals), effort_word(kind)
 
 
@@ -50,11 +50,11 @@ def time_scale(time: np.ndarray) -> Scale:
     return scale_of("s", 1.0 if largest(time) >= 0.5 else largest(time))
 
 
-COLUMNS = 480  # about one a point of a figure as wide as a page
+COLUMNS = 480  # about one per point of a figure as wide as a page
 
 
 def envelope(y: np.ndarray, columns: int = COLUMNS) -> np.ndarray:
-    """Return which samples of a signal to keep: first, smallest, largest and last of each column."""
+    """Return the samples of a signal to keep: first, smallest, largest and last of each column."""
     if y.size <= 4 * columns:
         return np.arange(y.size)
     width = -(-y.size // columns)
@@ -80,12 +80,12 @@ def runs(x: np.ndarray, y: np.ndarray) -> list[slice]:
 
 
 def line(x: np.ndarray, y: np.ndarray, columns: int = COLUMNS) -> tuple[np.ndarray, np.ndarray]:
-    """Return a signal over time as a short line that looks the same, broken where there is a gap."""
+    """Return a signal over time as a short line that looks the same, broken at gaps."""
     parts = runs(x, y)
     total = sum(part.stop - part.start for part in parts)
     kept_x, kept_y = [], []
     for part in parts:
-        # A long stretch takes its share of the width, or a few short ones beside it would make it coarse.
+        # A long stretch takes its share of the width, or a few short stretches would make it coarse.
         # Two columns at least for each stretch.
         samples = envelope(y[part], max(columns * (part.stop - part.start) // total, 2)) + part.start
         kept_x += [x[samples], [np.nan]]
@@ -96,7 +96,7 @@ def line(x: np.ndarray, y: np.ndarray, columns: int = COLUMNS) -> tuple[np.ndarr
 
 
 def spread(x: np.ndarray, y: np.ndarray, cells: tuple[int, int] = (240, 120)) -> np.ndarray:
-    """Return which points of a cloud to draw: one for each cell of a grid that holds any, and the extremes."""
+    """Return the points of a cloud to draw: one for each occupied cell of a grid, and the extremes."""
     if x.size == 0:
         return np.arange(0)
     across, up = (np.minimum(((v - v.min()) / (np.ptp(v) or 1.0) * n).astype(int), n - 1) for v, n in zip((x, y), cells, strict=True))
@@ -106,12 +106,12 @@ def spread(x: np.ndarray, y: np.ndarray, cells: tuple[int, int] = (240, 120)) ->
 
 
 def shares(values: np.ndarray, edges: np.ndarray) -> np.ndarray:
-    """Return how many of some values lie between each two edges [% of them]."""
+    """Return the share of values between each two edges [%]."""
     return np.histogram(values, edges)[0] * (100.0 / max(values.size, 1))
 
 
 Look = dict[str, Any]
-# A wide light line under a narrow dark one stays legible in grey where two colours would not.
+# A wide light line under a narrow dark line stays legible in grey where two colours would not.
 MEASURED: Look = {"color": "#e0a83c", "linewidth": 2.2, "linestyle": "-"}
 PREDICTED: Look = {"color": "#0b3c6f", "linewidth": 0.9, "linestyle": "-"}
 LINES: tuple[Look, ...] = (
@@ -130,10 +130,10 @@ BAR: Look = {"color": PREDICTED["color"]}
 HATCHED_BAR: Look = {"color": MEASURED["color"], "hatch": "////", "edgecolor": "white", "linewidth": 0.0}
 PALE, BARS, DOUBTFUL = "#e9ecf0", "#9db6d0", "#b5651d"
 SMALL = 4.5  # points: a mark
-WIDE, BESIDE = 1.6, 0.2  # points: an interval; rows: marks of one row beside one another
+WIDE, BESIDE = 1.6, 0.2  # points: an interval; rows: distance of marks in one row
 TOP, ROW, PANEL = 0.32, 1.6, 2.2  # inches: above panels, a row over time, a row of panels
-LONGEST, NARROW = 2.4, 1.6  # inches: a name at an axis, and where there is little room
-NAME, PAIR = 0.3, 0.42  # inches: a row with a name, and one of two bars or marks
+LONGEST, NARROW = 2.4, 1.6  # inches: a name at an axis, and the same with little room
+NAME, PAIR = 0.3, 0.42  # inches: a row with a name, and a row with two bars or marks
 LINE = 0.18  # inches: of a legend
 HANDLE, BEHIND_HANDLE, BETWEEN = 2.2, 0.8, 1.4  # of a legend [em]
 PAD = 0.1  # around a legend [em]
@@ -143,7 +143,7 @@ AVAILABLE = (WIDTH - 2.0 * EDGE) / PIXELS
 
 
 def styled(draw: Callable[..., Figure]) -> Callable[..., Figure]:
-    """Return the function, run under this style."""
+    """Return the function, run with this style."""
 
     @wraps(draw)
     def drawn(*args: Any, **kwargs: Any) -> Figure:
@@ -172,7 +172,7 @@ def panels(
 ) -> tuple[Figure, list[list[Axes]]]:
     """Return a figure as wide as a page and its axes by row and column.
 
-    Room is made above them for a legend of these names, if it takes more than a line or is to lie over the titles.
+    Room is left above them for a legend of these names, if it takes more than a line or is placed over the titles.
     """
     labels = [label(name) for name in names]
     lines = -(-len(labels) // _columns(labels, 4, HANDLE)) if labels else 0
@@ -212,9 +212,9 @@ def grid_of(count: int, columns: int = 2, **layout: Any) -> tuple[Figure, list[A
 def named_rows(
     names: Sequence[str], row_height: float = NAME, longest: float = LONGEST, columns: int = 1, **layout: Any
 ) -> tuple[Figure, list[Axes]]:
-    """Return a figure with a row for each name, from above down, in each of its panels."""
+    """Return a figure with a row for each name, from the top down, in each of its panels."""
     texts = shortened_apart(names, longest, AT_TICKS)
-    widest = max((max(0.085 * len(text), width(text, AT_TICKS)) for text in texts), default=0.0)  # letters taken for wide ones
+    widest = max((max(0.085 * len(text), width(text, AT_TICKS)) for text in texts), default=0.0)  # assumes wide letters
     left = max(0.45 + min(widest, longest), 1.0)
     figure, (row,) = panels(0.9 + row_height * len(texts), columns=columns, left=left, **layout)
     for axes in row:
@@ -225,14 +225,14 @@ def named_rows(
 
 
 def share_y(row: Sequence[Axes], text: str) -> None:
-    """Write the name and the numbers of y at the first panel of a row alone."""
+    """Write the name and the numbers of y at the first panel of a row only."""
     row[0].set_ylabel(text)
     for axes in row[1:]:
         axes.tick_params(labelleft=False)
 
 
 def one_height(panels: Sequence[Axes]) -> None:
-    """Let panels go from where to where the lowest and the highest of them go."""
+    """Give panels the same range, from the lowest to the highest value of all."""
     limits = [axes.get_ylim() for axes in panels]
     for axes in panels:
         axes.set_ylim(min(low for low, _ in limits), max(high for _, high in limits))
@@ -247,7 +247,7 @@ def title(axes: Axes, text: str, name: str | None = None, beside: float = 0.0) -
 
 
 def over_time(axes: Axes, time: np.ndarray, *signals: tuple[np.ndarray, Look, str], scale: Scale, word: str) -> None:
-    """Draw signals over time, each with its look and its name, as short lines that look the same; name both axes."""
+    """Draw signals over time, each with its look and its name, as short lines that look the same; label both axes."""
     span = time_scale(time)
     for signal, look, name in signals:
         x, y = line(time, signal)
@@ -262,7 +262,7 @@ def mark_window(axes: Axes, times: np.ndarray) -> None:
 
 
 def plot_by_side(axes: Axes, points: np.ndarray, name: str, look: Look) -> None:
-    """Plot (velocity, effort) of each direction on its own, so that no line joins the two sides of rest."""
+    """Plot (velocity, effort) of each direction separately, so that no line joins the two sides of rest."""
     back = np.signbit(points[:, 0])
     for side in (back, ~back):
         if side.any():
@@ -271,7 +271,7 @@ def plot_by_side(axes: Axes, points: np.ndarray, name: str, look: Look) -> None:
 
 
 def legend(axes: Axes, columns: int = 4, *, handle: float = HANDLE) -> None:
-    """Put the legend above the panel, or where room was made for it, with names shortened to the width of the figure."""
+    """Put the legend above the panel, or into the room left for it, with names shortened to the width of the figure."""
     handles, labels = axes.get_legend_handles_labels()
     if not handles:
         return
@@ -287,7 +287,7 @@ def legend(axes: Axes, columns: int = 4, *, handle: float = HANDLE) -> None:
             break
     labels = shortened_apart(labels, widest)
     wide = sum(_tops(labels, columns)) + _beside_names(columns, handle)
-    # A panel far to the right, behind long names at its axis, begins later than its legend may have to.
+    # A panel far to the right, after long names at its axis, begins further right than its legend.
     begin = left if left + wide <= WIDTH - EDGE else WIDTH - EDGE - PIXELS * wide
     look = {
         "ncols": columns,
@@ -306,7 +306,7 @@ def legend(axes: Axes, columns: int = 4, *, handle: float = HANDLE) -> None:
 
 
 def legend_in_corner(figure: Figure, axes: Axes) -> float:
-    """Put the legend of a panel, in one line, into the upper left corner; return how far it reaches over it [inch]."""
+    """Put the legend of a panel, in one line, into the upper left corner; return its height [inch]."""
     handles, labels = axes.get_legend_handles_labels()
     columns = len(labels)
     figure.legend(handles, labels, loc="upper left", ncols=columns, frameon=False, handlelength=HANDLE, columnspacing=BETWEEN)
@@ -315,7 +315,7 @@ def legend_in_corner(figure: Figure, axes: Axes) -> float:
 
 
 def _columns(labels: Sequence[str], columns: int, handle: float) -> int:
-    """Return how many names stand in a line: as many as fit in full, if that takes three lines at most."""
+    """Return the number of names in a line: as many as fit in full, if that takes three lines at most."""
     for count in range(1, 4):
         in_line = -(-len(labels) // count)
         if sum(_tops(labels, in_line)) + _beside_names(in_line, handle) <= AVAILABLE:
@@ -324,12 +324,12 @@ def _columns(labels: Sequence[str], columns: int, handle: float) -> int:
 
 
 def _beside_names(columns: int, handle: float) -> float:
-    """Return how much of the width of a legend is not names [inch]."""
+    """Return the width of a legend without its names [inch]."""
     return EM * (columns * (handle + BEHIND_HANDLE) + (columns - 1) * BETWEEN + 2.0 * PAD)
 
 
 def _tops(labels: Sequence[str], columns: int) -> list[float]:
-    """Return how wide the widest name of each column is [inch], in order of width."""
+    """Return the width of the widest name of each column [inch], in order of width."""
     return sorted(max(width(str(name), LETTERS) for name in part) for part in np.array_split(labels, columns))
 
 

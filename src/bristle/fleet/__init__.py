@@ -1,4 +1,4 @@
-"""Fleets: many logs identified each by itself into one store."""
+"""Fleets: many logs, identified separately, in one store."""
 
 from bristle.fleet.identify import identify_each
 

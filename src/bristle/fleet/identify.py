@@ -1,4 +1,4 @@
-"""`identify_each`: many logs, each identified by itself, into one store that is gone on with and may grow."""
+"""`identify_each`: identifies each of many logs separately and stores the results in a folder that may grow."""
 
 import json
 import math
@@ -31,7 +31,7 @@ class FleetStore(Store):
     kind: ClassVar[str] = "fleet"
 
     def begin(self, provenance: Mapping[str, str]) -> None:
-        """List the logs of this command behind those that the folder has, each once; refuse another fleet."""
+        """Append the logs of this command to those in the folder, each once; refuse another fleet."""
         past = study_in(self.folder) if self.grown.is_whole(STUDY) else None
         if past is not None:
             refuse_another(past["described"], plain(self.study.described), self.folder)
@@ -43,7 +43,7 @@ class FleetStore(Store):
         self.grown.make(RUNS)
 
     def blocks_present(self) -> set[int]:
-        """Return the logs that need nothing: those with a row, and those that this command does not name."""
+        """Return the logs that need no work: those with a row, and those that this command does not name."""
         return super().blocks_present() | {number for number, log in enumerate(self.study.logs) if not log.place}
 
     def _content(self, provenance: Mapping[str, str]) -> dict[str, Any]:
@@ -69,7 +69,7 @@ class FleetStore(Store):
 
 
 class Identifier:
-    """What identifies the logs of a fleet, in this process."""
+    """Identification of the logs of a fleet in this process."""
 
     def __init__(self, fleet: Fleet) -> None:
         self.fleet = fleet
@@ -82,7 +82,7 @@ class Identifier:
         return {name: [row.get(name, value) for row in rows] for name, value in blank.items()}
 
     def _row(self, number: int) -> dict[str, Any]:
-        """Return the row of a log; of one that cannot be read or fitted, why."""
+        """Return the row of a log, with the reason if it cannot be read or fitted."""
         log = self.fleet.logs[number]
         row: dict[str, Any] = {"run": number, "folder": log.folder, "log": log.name, "status": OK, "reason": ""}
         if log.time is not None:
@@ -95,7 +95,7 @@ class Identifier:
             return row | {"status": REFUSED, "reason": told_by(error)[:REASON]}
         except MemoryError:
             return row | {"status": RAISED, "reason": "there is not enough memory for this log"}
-        except Exception as error:  # noqa: BLE001  (a model or a reader of a person's own may raise anything)
+        except Exception as error:  # noqa: BLE001  (a user-defined model or reader may raise any exception)
             return row | {"status": RAISED, "reason": f"{type(error).__name__}: {told_by(error)}"[:REASON]}
 
     def _numbers(self, entry: LogFile) -> dict[str, Any]:
@@ -104,7 +104,7 @@ class Identifier:
         if entry.checksum and log.origin.checksum != entry.checksum:
             raise InputError("has changed since the command began", path=entry.place)
         if log.kind != self.fleet.kind:
-            raise InputError(f"is {log.kind}, and this fleet is {self.fleet.kind}", path=entry.place)
+            raise InputError(f"is {log.kind}, but this fleet is {self.fleet.kind}", path=entry.place)
         identification = identify(log, self.fleet.model, axis=axis, **self.fleet.options).finished
         fit = identification.fits[0]
         codes = dict.fromkeys(diagnostic.code for diagnostic in fit.diagnostics if diagnostic.severity == "warning")
@@ -123,7 +123,7 @@ class Identifier:
 
 
 def _of_estimate(column: str, estimate: Estimate) -> Mapping[str, Any]:
-    """Return value, ends of the 95 % interval and status of a parameter; no value where the log does not tell it."""
+    """Return value, ends of the 95 % interval and status of a parameter; no value if the log does not identify it."""
     row: dict[str, Any] = {f"{column}.status": estimate.status}
     if estimate.status == "unidentifiable":
         return row
@@ -143,15 +143,15 @@ def fleet_of(
     readers: Sequence[Content] = (),
     size_limit: int = SIZE_LIMIT,
 ) -> Fleet:
-    """Return many logs as a fleet, described by what tells it from another; nothing is identified yet."""
+    """Return many logs as a fleet, with the data that distinguish it from others; identification starts later."""
     listed = listed_logs(logs, size_limit=size_limit)
     chosen, *further = models_of(model)
     if further:
         raise InputError(
-            "takes one model: parameters of different ones do not compare",
+            "takes one model: parameters of different models are not comparable",
             path="--each",
             value=", ".join(component.name for component in (chosen, *further)),
-            mend="Compare models on one log first, then name the best one",
+            mend="Compare models on one log first, then name the best model",
         )
     described: list[Any] = [AXIS(axis, "axis", None) for axis in axes] or [None]
     axes_for(described, len(listed))
@@ -159,7 +159,7 @@ def fleet_of(
     plants = {(axis.plant, axis.gravity, axis.cogging, axis.regressors) for axis in described if axis is not None}
     if len(kinds) > 1 or len(plants) > 1:
         raise InputError("describe axes of different kinds", path="--axis", mend="Make a fleet of each kind")
-    if not kinds:  # a log tells it itself; the usual one where it cannot be read
+    if not kinds:  # the kind of the log; the usual kind if it cannot be read
         kinds = {"translational"}
         with suppress(InputError):
             kinds = {read_log(listed[0].place, size_limit=size_limit).kind}
@@ -187,35 +187,35 @@ def identify_each(
     progress: Progress | None = None,
     **options: Any,
 ) -> Ran:
-    """Identify each of many logs by itself, with one model, and keep a row of each in a folder.
+    """Identify each of many logs separately, with one model, and store a row of each in a folder.
 
     Parameters
     ----------
     logs : sequence of path-like
-        Files, ``FILE::TABLE`` with ``*`` for several tables of one, folders with all that is in them and below.
+        Files, ``FILE::TABLE`` with ``*`` for several tables of a file, folders with all their contents.
     folder : path-like
-        A new folder, or that of the same fleet: what is missing is done, and logs that are new are added.
+        A new folder, or that of the same fleet: missing logs are identified and new logs are added.
     model : str or FrictionModel
-        The one model that is fitted to all of them.
+        The model for all of them.
     axis : Axis or path-like, or list of either, optional
         One for all logs, or one for each.
     workers : int, optional
-        Processes; as many as there are cores where not given.
+        Processes; by default as many as there are cores.
     progress : callable, optional
-        Called with the share done, and how long the rest takes.
+        Called with the share done and the remaining time.
     **options
         Arguments of `bristle.identify`.
 
     Returns
     -------
     Ran
-        How much was there, and what is missing. `bristle.read_study` reads the rows.
+        Number of finished logs, and the missing logs. `bristle.read_study` reads the rows.
 
     Raises
     ------
     InputError
-        If a log is not there, the folder holds something else, or the disk is full. A log that cannot be read or
-        fitted is a row with its reason.
+        If a log does not exist, the folder has other contents, or the disk is full. A log that cannot be read or
+        fitted gets a row with the reason.
     """
     axes = list(axis) if isinstance(axis, (list, tuple)) else [axis] if axis is not None else []
     fleet = fleet_of(logs, model=model, axes=axes, name=Path(folder).name, options=options)

@@ -1,4 +1,4 @@
-"""`Fleet`: many logs, each identified by itself with one model, as data: a study of which each log is a run."""
+"""`Fleet`: many logs, identified separately with one model, as data: a study with a run for each log."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from bristle.study.plan import Block
 
 RUN = {
     "run": "number of the log in the fleet",
-    "folder": "folder that the log lay in",
-    "log": "name of the log, with the table in it",
-    "time_of_log": "when it was recorded, by its own clock",
-    "status": "how it ended",
-    "reason": "why it has no numbers",
+    "folder": "folder of the log",
+    "log": "name of the log, with its table",
+    "time_of_log": "time of recording, by the clock of the log",
+    "status": "result of the run",
+    "reason": "reason for missing numbers",
     "diagnostics": "codes of the warnings about the fit",
 }
 OF_FIT = {
     "held_out_error": ("", "error on held-out blocks, as a share of the effort"),
-    "error": ("", "what was made small, as a share"),
+    "error": ("", "fitted error, as a share"),
     "scatter": ("", "standard deviation of the level of friction from reversal to reversal, as a share"),
     "temperature": ("K", "mean of the column temperature"),
     "duration": ("s", "length of the log"),
@@ -31,7 +31,7 @@ OF_FIT = {
 
 @dataclass(frozen=True, eq=False)
 class Fleet:
-    """Many logs, each identified by itself."""
+    """Many logs, identified separately."""
 
     name: str
     logs: tuple[LogFile, ...]
@@ -45,12 +45,12 @@ class Fleet:
 
     @property
     def count(self) -> int:
-        """How many logs there are."""
+        """Number of logs."""
         return len(self.logs)
 
     @property
     def blocks(self) -> tuple[Block, ...]:
-        """Each log by itself: so a fleet can grow, and a log that ends its process takes no other with it."""
+        """A block for each log: a fleet can grow, and a log that crashes its process does not affect the others."""
         return tuple(Block(number, number + 1) for number in range(self.count))
 
     @cached_property
@@ -64,7 +64,7 @@ class Fleet:
 
     @cached_property
     def columns(self) -> dict[str, dict[str, str]]:
-        """What each column of a block is: the run, each parameter with status and interval, what is known of the fit."""
+        """Description of each column of a block: the run, each parameter with status and interval, results of the fit."""
         columns = {name: _column("run", "", description) for name, description in RUN.items()}
         for name, variable in self.parameters.items():
             unit = "" if variable.quantity == "1" else variable.unit(self.kind)
@@ -76,7 +76,7 @@ class Fleet:
         return columns
 
     def following(self, listed: Sequence[Mapping[str, Any]]) -> Fleet:
-        """Return the fleet with the logs that its folder lists already at the numbers that they have there."""
+        """Return the fleet with the logs already in its folder at their numbers there."""
         named = {log.identity: log for log in self.logs}
         places = {(log.folder, log.name): log.place for log in self.logs}
         logs = []
@@ -85,7 +85,7 @@ class Fleet:
             log = named.pop(past.identity, None)
             if log is None and (past.folder, past.name) in places:
                 mend = "Give it another name, or name another folder for the fleet"
-                raise InputError("is in this fleet already, with another content", path=places[past.folder, past.name], mend=mend)
+                raise InputError("is already in this fleet, with different content", path=places[past.folder, past.name], mend=mend)
             logs.append(past if log is None else log)
         return replace(self, logs=(*logs, *named.values()))
 

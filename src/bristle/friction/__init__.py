@@ -1,4 +1,4 @@
-"""Friction models, one a file. Each name is a descriptor: call it with parameters to have a model.
+"""Friction models, each in a file. Call a descriptor with parameters to get a model.
 
 Examples
 --------
@@ -7,7 +7,7 @@ Examples
 coulomb_viscous(F_v=200 N*s/m, F_C=20 N)
 """
 
-# Every model of bristle, a line each, in the order in which they are listed.
+# Every model of bristle, in the order of the lists.
 # isort: off
 from bristle.friction.coulomb import coulomb as coulomb
 from bristle.friction.viscous import viscous as viscous
@@ -57,7 +57,7 @@ MODELS: dict[str, FrictionModel] = {model.name: model for model in tuple(vars().
 """Every friction model, by name."""
 
 DEFAULT_MODELS = "coulomb_viscous,stribeck+asymmetry,lugre+asymmetry"
-"""Fitted and compared where nobody names a model: two static ones, and one with friction before sliding."""
+"""Models that are fitted and compared by default: two static ones, and one with pre-sliding."""
 
 __all__ = [
     "CHANNEL_SLOTS",
@@ -76,12 +76,12 @@ __all__ = [
 
 
 def __dir__() -> list[str]:
-    """Return what completion shows: the models, and what returns one."""
+    """Return the names for completion: the models, and the functions that return a model."""
     return [*MODELS, "find", "with_presliding", "with_slots"]
 
 
 def find(name: str, path: str = "friction.model") -> SlottedModel:
-    """Return the model with this name and slots, such as ``"lugre+asymmetry"``; every one takes an ``offset``.
+    """Return the model with this name and slots, such as ``"lugre+asymmetry"``; each model takes an ``offset``.
 
     Raises
     ------
@@ -102,7 +102,7 @@ def _named(name: str, path: str) -> SlottedModel:
 
 
 def _slots(value: Any, path: str, kind: Any) -> tuple[str | Slot, ...]:
-    """Take slots by name, or those of a person's own."""
+    """Take slots by name, or slots of the user."""
     if isinstance(value, (tuple, list)):
         return tuple(slot if isinstance(slot, Slot) else TEXT(slot, path, kind) for slot in value)
     return (value,) if isinstance(value, Slot) else NAMES(value, path, kind)
@@ -110,12 +110,12 @@ def _slots(value: Any, path: str, kind: Any) -> tuple[str | Slot, ...]:
 
 @guarded(model=component("friction"), slots=_slots, path=TEXT)
 def with_slots(model: FrictionModel, slots: Sequence[str | Slot], path: str = "friction.model") -> SlottedModel:
-    """Return `model` with these slots: names, or slots of your own.
+    """Return `model` with these slots: names, or user-defined slots.
 
     Raises
     ------
     InputError
-        If there is no such slot, it is given twice, or one of your own does not go with the model.
+        If there is no such slot, a slot is given twice, or a user-defined slot does not fit the model.
     """
     own = [slot for slot in slots if isinstance(slot, Slot)]
     names = [slot for slot in slots if isinstance(slot, str)]
@@ -131,7 +131,7 @@ def with_slots(model: FrictionModel, slots: Sequence[str | Slot], path: str = "f
                 "no such slot",
                 path=path,
                 value=f"+{slot}",
-                allowed=f"{', '.join(f'+{known_slot}' for known_slot in SLOTS)}, or one of your own, +my_slot.py",
+                allowed=f"{', '.join(f'+{known_slot}' for known_slot in SLOTS)}, or your file, +my_slot.py",
             )
     model = varied(risen(model, names), names)
     for slot in (*(slot for name, slot in CHANNEL_SLOTS.items() if name in names), *own):
@@ -140,9 +140,11 @@ def with_slots(model: FrictionModel, slots: Sequence[str | Slot], path: str = "f
 
 
 def _over(model: FrictionModel, names: Sequence[str], path: str) -> FrictionModel:
-    """Return a friction model over an operator, by its name."""
+    """Return a friction model over the named operator."""
     if not isinstance(model, TakesOperator) or len(names) > 1:
         raise InputError(
-            "takes one operator at most, and that of preisach_lugre or preisach_contact", path=path, value="+".join([model.name, *names])
+            "takes one operator at most, and only preisach_lugre and preisach_contact take it",
+            path=path,
+            value="+".join([model.name, *names]),
         )
     return over_operator(model, OPERATORS[names[0]])

@@ -1,14 +1,14 @@
-r"""The Bouc-Wen model as friction: a hysteresis that is smooth, and whose loops do not close.
+r"""The Bouc-Wen model as friction: smooth hysteresis, with minor loops that do not close.
 
 .. math::
     F = \alpha s\,x + (1 - \alpha)\,f + \sigma_2 v, \qquad
     \frac{df}{dx} = s\left[1 - \left|\frac{f}{F_C}\right|^n\left(\gamma + \beta \operatorname{sgn}(v f)\right)\right]
 
-with :math:`\gamma = 1 - \beta`, so that :math:`f \to F_C \operatorname{sgn} v` in sliding: the customary amplitudes are
-redundant, and are fixed here by the stiffness :math:`s` and the force :math:`F_C`. With :math:`\alpha = 0` (the
-default) the contact has no elastic restoring force and slides freely. For :math:`\beta \ge 1/2` the model dissipates;
-below it, unloading is steeper than it may be. A small cycle at a force of its own sign creeps: the model violates
-Drucker's postulate, and has no return-point memory.
+with :math:`\gamma = 1 - \beta`, so that :math:`f \to F_C \operatorname{sgn} v` in sliding. The usual amplitudes are
+redundant: here the stiffness :math:`s` and the force :math:`F_C` fix them. With :math:`\alpha = 0` (the
+default) the contact has no elastic restoring force and slides freely. The model dissipates for
+:math:`\beta \ge 1/2`; a smaller value makes unloading too steep. A small cycle at a force of one sign creeps: the model
+violates Drucker's postulate and has no return-point memory.
 
 References
 ----------
@@ -44,14 +44,14 @@ class State(NamedTuple):
 
 
 class Move(NamedTuple):
-    """What a trial hands to commit."""
+    """Result of a trial, applied by commit."""
 
     f_next: float
 
 
 @kernel
 def slip_law(p):
-    """Return the slip law: unloading, the slope is 1 - (gamma - beta) |f/F_C|^n, and beta exceeds gamma."""
+    """Return the slip law. In unloading the slope is 1 - (gamma - beta) |f/F_C|^n, and beta exceeds gamma."""
     return SlipLaw(-1.0, p.exponent, 2.0 * p.beta - 1.0)
 
 

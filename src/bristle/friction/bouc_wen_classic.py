@@ -1,17 +1,17 @@
-r"""The Bouc-Wen model in its customary amplitudes: the restoring force may yield, or harden without end.
+r"""The Bouc-Wen model with its usual amplitudes: the restoring force yields or hardens without limit.
 
 .. math::
     F = z + \sigma_2 v, \qquad
     \frac{dz}{dt} = \alpha\,v - \beta\left(\gamma\,|v|\,|z|^{\nu-1} z + \delta\,v\,|z|^{\nu}\right)
 
-with `z` counted in units of 1 N (1 N*m) under the exponent. Loading follows
-:math:`dz/dx = \alpha - \beta(\gamma + \delta)|z|^\nu`, unloading
-:math:`dz/dx = \alpha + \beta(\gamma - \delta)|z|^\nu`: for :math:`\gamma + \delta > 0` the force is bounded and the
-contact slides, as in ``bouc_wen``; for :math:`\gamma + \delta < 0` it hardens, which no friction does, but structures
-and joints do. For :math:`\gamma \ge 0` a closed cycle dissipates.
+with `z` in units of 1 N (1 N*m) under the exponent. The slope in loading is
+:math:`dz/dx = \alpha - \beta(\gamma + \delta)|z|^\nu`, in unloading
+:math:`dz/dx = \alpha + \beta(\gamma - \delta)|z|^\nu`. For :math:`\gamma + \delta > 0` the force is bounded and the
+contact slides, as in ``bouc_wen``. For :math:`\gamma + \delta < 0` the force hardens, as in structures and joints, but
+in no friction. For :math:`\gamma \ge 0` a closed cycle dissipates.
 
-The amplitudes are redundant: only :math:`\beta\gamma` and :math:`\beta\delta` show in the force, whatever
-:math:`\nu` is. No log can tell :math:`\beta` alone.
+The amplitudes are redundant: the force depends on :math:`\beta\gamma` and :math:`\beta\delta` only, for every
+:math:`\nu`. No log identifies :math:`\beta` alone.
 
 References
 ----------
@@ -29,15 +29,15 @@ from bristle.core.mathematics import direction, exp, log, power
 from bristle.core.variable import Variable
 from bristle.friction.slip_law import SlipLaw, stretch
 
-SMALL = 1e-4  # of an exponent, below which a series is more exact than the exponential
-LARGEST = 500.0  # exponent beyond which hardening has left the numbers worth following
+SMALL = 1e-4  # exponent below which a series is more accurate than the exponential
+LARGEST = 500.0  # exponent beyond which hardening is no longer followed
 
 
 class Parameters(NamedTuple):
     """Parameters of the Bouc-Wen model in its customary amplitudes."""
 
     alpha: Annotated[float, Variable("force/length", "stiffness at rest", min=1e-9, nominal=1e6, excitation="displacement")]
-    gamma: Annotated[float, Variable("1", "amplitude of what a cycle dissipates", excitation="displacement")]
+    gamma: Annotated[float, Variable("1", "amplitude of the dissipation of a cycle", excitation="displacement")]
     delta: Annotated[float, Variable("1", "amplitude of yielding; hardening < 0", excitation="displacement")]
     beta: Annotated[float, Variable("1/length", "common factor of both amplitudes", min=1e-12, nominal=1e3)] = 1.0
     nu: Annotated[float, Variable("1", "exponent, how sharp the knee is", min=1.0, max=20.0)] = 1.0
@@ -51,21 +51,21 @@ class State(NamedTuple):
 
 
 class Move(NamedTuple):
-    """What a trial hands to commit."""
+    """Result of a trial, applied by commit."""
 
     z_next: float
 
 
 @kernel
 def decay(y, p):
-    """Return the rate [1/m or 1/rad] in ``dy/dl = alpha - rate * y`` of a force `y`, counted along the motion."""
+    """Return the rate [1/m or 1/rad] in ``dy/dl = alpha - rate * y`` of a force `y`, along the motion."""
     steepness = p.beta * (1.0 if p.nu == 1.0 else power(abs(y), p.nu - 1.0))
     return steepness * (p.gamma + (p.delta if y >= 0.0 else -p.delta))
 
 
 @kernel
 def linear(y, rate, length, p):
-    """Return how far `y` [N or N*m] moves along ``dy/dl = alpha - rate * y``, in the mean and at the end."""
+    """Return the change of `y` [N or N*m] along ``dy/dl = alpha - rate * y``: its mean, and its end value."""
     q = min(rate * length, LARGEST)
     q = max(q, -LARGEST)
     slope = (p.alpha - rate * y) * length
@@ -77,7 +77,7 @@ def linear(y, rate, length, p):
 
 @kernel
 def to_zero(y, rate, p):
-    """Return the length [m or rad] after which a force `y` < 0 is zero, along ``dy/dl = alpha - rate * y``."""
+    """Return the length [m or rad] after which a force `y` < 0 reaches zero, along ``dy/dl = alpha - rate * y``."""
     q = -rate * y / p.alpha
     if abs(q) < SMALL:
         return -y / p.alpha * (1.0 - 0.5 * q + q * q / 3.0)
@@ -86,9 +86,9 @@ def to_zero(y, rate, p):
 
 @kernel
 def on_one_side(y, length, p):
-    """Return how far `y` moves, in the mean and at the end, over a length on which it keeps its sign.
+    """Return the change of `y` over a length on which it keeps its sign: its mean, and its end value.
 
-    Exact for the exponent 1, of second order otherwise: the rate is that of the middle.
+    Exact for the exponent 1, otherwise of second order, with the rate of the middle.
     """
     rate = decay(y, p)
     if p.nu != 1.0:
@@ -99,9 +99,9 @@ def on_one_side(y, length, p):
 
 @kernel
 def through_zero(y, length, p):
-    """Return how far `y` [N or N*m] moves over a length, in the mean and at the end; the rate changes at zero."""
+    """Return the change of `y` [N or N*m] over a length: its mean, and its end value; the rate changes at zero."""
     rate = decay(y if p.nu == 1.0 else 0.5 * y, p)
-    # Where delta exceeds gamma, unloading slows down, and may never come to zero.
+    # If delta exceeds gamma, unloading slows down and may never reach zero.
     first = length if y >= 0.0 or p.alpha <= rate * y else to_zero(y, rate, p)
     if first >= length:
         return on_one_side(y, length, p)
@@ -112,11 +112,11 @@ def through_zero(y, length, p):
 
 @kernel
 def along(y, length, p):
-    """Return how far `y` [N or N*m] moves over a length [m or rad] of motion: in the mean, and at the end."""
+    """Return the change of `y` [N or N*m] over a length [m or rad] of motion: its mean, and its end value."""
     yielding = p.gamma + p.delta
     if p.nu == 1.0 or yielding <= 0.0:
         return through_zero(y, length, p)
-    # A force that is bounded takes steps of any length, in numbers without dimension.
+    # A bounded force takes steps of any length, in dimensionless numbers.
     bound = power(p.alpha / (p.beta * yielding), 1.0 / p.nu)
     law = SlipLaw(-1.0, p.nu, (p.gamma - p.delta) / yielding)
     stretched = stretch(y / bound, p.alpha * length / bound, law)
@@ -152,7 +152,7 @@ def rate(state, motion, p):
 
 MODEL = bouc_wen_classic = FrictionModel(
     name="bouc_wen_classic",
-    description="Bouc-Wen hysteresis in its customary amplitudes, which yields or hardens",
+    description="Bouc-Wen hysteresis with its usual amplitudes: yields or hardens",
     Parameters=Parameters,
     State=State,
     trial=trial,

@@ -1,15 +1,14 @@
-r"""A contact with memory in continuous time: smooth from event to event, one branch at a time.
+r"""A contact with memory in continuous time: smooth between events, one branch at a time.
 
 .. math:: \dot z = v\,[1 - \Phi(r)], \qquad r = \frac{f_h(z) \operatorname{sgn} v}{G(v)}
 
-is smooth while the body keeps its direction, the deflection its own, the memory its branch, and the gate its side. Each
-of these ends at a margin that falls below zero: the velocity reverses, the force passes that of sliding (where the
-deflection turns), the branch reaches the turning point that wipes it out, the ratio passes :math:`\rho`. What holds
-until then is a `Piece`; past its end the equations go on as if it still held, so that a step across an event is as
-smooth as any other, and the event can be found in it.
+is smooth until an event: the velocity reverses, the force passes its value in sliding (there the deflection turns), the
+branch reaches the turning point that wipes it out, or the ratio passes :math:`\rho`. At each event a margin falls below
+zero. A `Piece` has the directions, the branch and the gate between two events. Past its end the equations continue
+unchanged: a step across an event is as smooth as any other, and the solver can find the event in it.
 
-In sliding the deflection follows :math:`G(v)` closely, and rounding alone would turn it around again and again. So it
-turns only where the ratio has passed 1 by a small `PASSED`, and the gate closes only so far below :math:`\rho`.
+In sliding the deflection follows :math:`G(v)` closely, and rounding alone would reverse it again and again. Therefore
+it turns only after the ratio has passed 1 by a small `PASSED`, and the gate closes only that far below :math:`\rho`.
 """
 
 import math
@@ -26,13 +25,13 @@ PASSED = 1e-9
 
 
 class Contact(NamedTuple):
-    """What varies: the deflection [m or rad]."""
+    """Variable of the equations: the deflection [m or rad]."""
 
     z: Annotated[float, Variable("length", "deflection of the contact")]
 
 
 class Piece(NamedTuple):
-    """What holds until the next event: directions of motion and deflection, the branch and its end, and the gate."""
+    """Constants until the next event: directions of motion and deflection, the branch and its end, and the gate."""
 
     side: float
     way: float
@@ -44,7 +43,7 @@ class Piece(NamedTuple):
 
 
 class Flow(NamedTuple):
-    """Hysteretic force [N or N*m], rate of the deflection [m/s or rad/s], and how far the next event is, over 1."""
+    """Hysteretic force [N or N*m], rate of the deflection [m/s or rad/s], and distance to the next event, relative."""
 
     f: float
     z_dot: float
@@ -53,7 +52,7 @@ class Flow(NamedTuple):
 
 @kernel
 def piece_at(stack, memory, side, G, law):
-    """Return the `Piece` that begins at this state of the stack, for a motion in the direction `side`."""
+    """Return the `Piece` that begins at this state of the stack, for motion in the direction `side`."""
     r = side * stack.f / G
     passed = PASSED if side * stack.side > 0.0 else -PASSED
     way = side if 1.0 - r + passed > 0.0 else -side
@@ -68,7 +67,7 @@ def piece_at(stack, memory, side, G, law):
 def deflection_rate(z, piece, v, G, law, q):
     """Return the `Flow` at the deflection `z` and the velocity `v`; `G` is the force in sliding, `q` the measure."""
     branch = Branch(piece.z, piece.f, piece.way, piece.depth, piece.z, piece.end)
-    # Behind its turning point a branch goes on as its own mirror image: smooth, for steps that reach back a little.
+    # Behind its turning point a branch continues as its mirror image: smooth, for steps that reach back a little.
     behind = piece.depth > 0 and piece.way * (z - piece.z) < 0.0
     f = 2.0 * piece.f - branch_output(branch, 2.0 * piece.z - z, q) if behind else branch_output(branch, z, q)
     r = piece.side * f / G

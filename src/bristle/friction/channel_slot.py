@@ -1,9 +1,9 @@
-r"""Slots that are a factor of friction over one channel of a log: those in `bristle.friction.channels`, and one's own.
+r"""Slots that multiply friction by a function of a log channel: those of `bristle.friction.channels`, or user-defined.
 
 .. math::
     F = g(c)\,F_\text{model} \qquad\text{or}\qquad F = F_\text{model} + (g(c) - 1)\,(F_\text{model} - F_v v)
 
-with the channel :math:`c` at the middle of the step where it is the position, and at its end otherwise.
+with the channel :math:`c` at the middle of the step for the position, and at the end of the step for other channels.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 class Kernels(NamedTuple):
-    """What one slot runs as, around any model: the class of its parameters, and the functions."""
+    """Kernels of a slot, around any model: the class of its parameters, and the functions."""
 
     Parameters: Any
     trial: Callable[..., Any]
@@ -39,7 +39,7 @@ class Kernels(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class ChannelSlotModel(EnclosingModel):
-    """A friction model with a slot over a channel of a log."""
+    """A friction model with a slot over a log channel."""
 
     slot: Slot
 
@@ -48,42 +48,42 @@ class ChannelSlotModel(EnclosingModel):
 
     @property
     def explanation(self) -> tuple[Paragraph, ...]:
-        """What the docstring of the file of the model says, then that of the slot."""
+        """Docstring of the file of the model, then that of the slot."""
         return (*self.inner.explanation, *self.slot.explanation)
 
     @property
     def slots(self) -> tuple[str, ...]:
-        """Names of its slots."""
+        """Names of the slots."""
         return (self.slot.name,)
 
     @property
     def surroundings(self) -> tuple[Surrounding, ...]:
-        """What of its surroundings its slots depend on."""
+        """Inputs from the surroundings that the slots depend on."""
         return (*self.inner.surroundings, self.slot.channel)
 
     @property
     def beside(self) -> Mapping[str, Variable]:
-        """The parameters of the slot."""
+        """Parameters of the slot."""
         return self.slot.variables
 
     @property
     def defaults(self) -> dict[str, Any]:
-        """The parameters that have a default value."""
+        """Default values of the parameters."""
         return self.inner.defaults | self.slot.defaults
 
     def assemble(self, values: Mapping[str, Any]) -> Any:
-        """Return what kernels receive, from the values that a person sets."""
+        """Return the parameters of the kernels from the values of the user."""
         own = self.slot.assemble({name: values[name] for name in self.slot.variables})
         viscous = viscous_of(self.inner)
         return self.Parameters(self.inside(values), own, values[viscous] if viscous else 0.0)
 
     def values(self, parameters: Any) -> dict[str, Any]:
-        """Return the values that a person sets, from what kernels receive."""
+        """Return the values of the user from the parameters of the kernels."""
         return self.inner.values(parameters.inner) | self.slot.values(parameters.slot)
 
 
 def channel_slots_of(component: FrictionModel) -> tuple[Slot, ...]:
-    """Return the slots over a channel that a model has, of bristle and of a person's own, the outermost first."""
+    """Return the channel slots of a model, built-in and user-defined, the outermost first."""
     layer: Any = component
     slots: tuple[Slot, ...] = ()
     while hasattr(layer, "inner"):
@@ -94,17 +94,17 @@ def channel_slots_of(component: FrictionModel) -> tuple[Slot, ...]:
 
 @once
 def with_channel_slot(model: FrictionModel, slot: Slot) -> ChannelSlotModel:
-    """Return `model` with a slot over a channel of a log.
+    """Return `model` with a slot over a log channel.
 
     Raises
     ------
     InputError
-        If a parameter of both has one name, or two slots do not agree about a channel.
+        If the slot and the model share a name of a parameter, or two slots describe a channel differently.
     """
     both = [name for name in slot.variables if name in model.variables or name == "offset"]
     if both:
         raise InputError(
-            f"is a parameter of {model.name} already",
+            f"is already a parameter of {model.name}",
             path=f"+{slot.name}",
             value=both[0],
             mend="Give the parameter of the slot another name",
@@ -177,7 +177,7 @@ def _kernels_of(slot: Slot) -> Kernels:
 
 
 def _parameters_of(slot: Slot) -> type:
-    """Return the class of the parameters of a model with a slot: one for each slot, by which its kernels are found."""
+    """Return the parameter class of a model with this slot: a separate class for each slot, by which its kernels are found."""
 
     class WithSlot(NamedTuple):
         inner: Any

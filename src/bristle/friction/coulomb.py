@@ -1,4 +1,4 @@
-r"""Coulomb friction: a constant force against the motion, and any force up to it at rest.
+r"""Coulomb friction: a constant force against the motion, and at rest any force up to it.
 
 .. math:: F = F_C \operatorname{sgn} v, \qquad F \in [-F_C, F_C] \text{ at } v = 0
 
@@ -27,18 +27,18 @@ class State(NamedTuple):
 
 
 class Move(NamedTuple):
-    """Nothing to commit."""
+    """An empty move."""
 
 
 @kernel
 def trial(state, memory, motion, dt, p):
-    """Return the mean force [N or N*m] over a step at constant velocity, and nothing to commit."""
+    """Return the mean force [N or N*m] over a step at constant velocity, and an empty move."""
     return p.F_C * direction(motion.v), Move()
 
 
 @kernel
 def commit(state, memory, move, p):
-    """Return the state after the step: there is none."""
+    """Return the state after the step, which is empty."""
     return state
 
 

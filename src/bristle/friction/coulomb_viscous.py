@@ -1,4 +1,4 @@
-r"""Coulomb and viscous friction: the model that most drives are tuned with.
+r"""Coulomb and viscous friction: the usual model for tuning drives.
 
 .. math:: F = F_C \operatorname{sgn} v + F_v\,v, \qquad F \in [-F_C, F_C] \text{ at } v = 0
 
@@ -28,24 +28,24 @@ class State(NamedTuple):
 
 
 class Move(NamedTuple):
-    """Nothing to commit."""
+    """An empty move."""
 
 
 @kernel
 def trial(state, memory, motion, dt, p):
-    """Return the mean force [N or N*m] over a step at constant velocity, and nothing to commit."""
+    """Return the mean force [N or N*m] over a step at constant velocity, and an empty move."""
     return p.F_C * direction(motion.v) + p.F_v * motion.v, Move()
 
 
 @kernel
 def commit(state, memory, move, p):
-    """Return the state after the step: there is none."""
+    """Return the state after the step, which is empty."""
     return state
 
 
 MODEL = coulomb_viscous = FrictionModel(
     name="coulomb_viscous",
-    description="constant force against the motion plus one in proportion to the velocity",
+    description="constant force against the motion plus a force proportional to velocity",
     Parameters=Parameters,
     State=State,
     trial=trial,

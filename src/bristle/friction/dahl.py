@@ -4,7 +4,7 @@ r"""The Dahl model: friction that grows with displacement until it slides.
     \frac{dF}{dx} = \sigma_0 \left|1 - \frac{F}{F_C}\operatorname{sgn} v\right|^{i}
                     \operatorname{sgn}\!\left(1 - \frac{F}{F_C}\operatorname{sgn} v\right)
 
-plus :math:`\sigma_2 v`. With :math:`r = 1 - (F/F_C)\operatorname{sgn} v` a step in one direction is closed:
+plus :math:`\sigma_2 v`. With :math:`r = 1 - (F/F_C)\operatorname{sgn} v` a step in one direction has a closed form:
 :math:`r_1 = r_0\,[1 + (i-1)\kappa |r_0|^{i-1}]^{-1/(i-1)}`, :math:`\kappa = \sigma_0|\Delta x|/F_C`
 (:math:`r_0 e^{-\kappa}` for :math:`i = 1`). Its end and its mean force are exact for every step size.
 
@@ -39,17 +39,17 @@ class State(NamedTuple):
 
 
 class Move(NamedTuple):
-    """What a trial hands to commit."""
+    """Result of a trial, applied by commit."""
 
     F_next: float
 
 
 @kernel
 def decayed(r, kappa, i):
-    r"""Return r after :math:`dr/d\kappa = -|r|^{i-1} r` over `kappa` >= 0, and its mean on the way, both exact.
+    r"""Return r after :math:`dr/d\kappa = -|r|^{i-1} r` over `kappa` >= 0, and its mean, both exact.
 
-    With :math:`u = (i-1)\,\kappa\,|r|^{i-1}` and :math:`L = \ln(1 + u)/(i - 1)` it decays by :math:`e^{-L}`. An
-    exponent below 1 comes to 0 at a finite `kappa`, and stays there.
+    With :math:`u = (i-1)\,\kappa\,|r|^{i-1}` and :math:`L = \ln(1 + u)/(i - 1)` it decays by :math:`e^{-L}`. For an
+    exponent below 1 it reaches 0 at a finite `kappa`, and stays there.
     """
     if i == 1.0:
         return r * exp(-kappa), r * relaxation(kappa)

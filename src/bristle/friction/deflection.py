@@ -1,17 +1,17 @@
-r"""The implicit step of a contact with memory: how far it deflects while the body moves.
+r"""The implicit step of a contact with memory: its deflection while the body moves.
 
 .. math::
     D = \Delta x\left[1 - \Phi\left(\frac{\bar f \operatorname{sgn} v}{G(v)}\right)\right], \qquad
     \bar f = (1 - \vartheta)\,f_0 + \vartheta\,f_h(z_0 + D), \qquad
     \vartheta = \frac{1}{1 - e^{-\Lambda}} - \frac1\Lambda
 
-with :math:`\Lambda = |\Delta x|\,k\,\Phi'/G` and :math:`k` the slope of a chord of the curve: exponentially fitted, of
-second order, and without ringing however stiff the contact is in sliding. The right side falls with :math:`D`, so that
-there is one root, between 0 and the step without feedback; Newton's method finds it, and the middle of that interval
-where a step of it does not halve the last. A long step is made in parts that grow. Where a gate stays closed over a
-whole part nothing is solved at all. The contact moves with the body while it is below the force in
-sliding and against it above, so that memory follows the sign of the deflection, not that of the velocity. No motion at
-constant velocity passes the force in sliding; a step so long that it would ends there.
+with :math:`\Lambda = |\Delta x|\,k\,\Phi'/G` and :math:`k` the slope of a chord of the curve. The step is exponentially
+fitted, of second order, and free of ringing for any stiffness of the contact in sliding. The right side falls with
+:math:`D`, so there is a single root, between 0 and the step without feedback. Newton's method finds it, with bisection
+whenever a step does not halve the last one. A long step is made in parts that grow. A part with a closed gate needs no
+solution. The contact moves with the body while its force is below that of sliding, and against the body above it, so
+memory follows the sign of the deflection, not that of the velocity. Motion at constant velocity never passes the force
+in sliding; a step long enough to pass it ends there.
 """
 
 import math
@@ -22,17 +22,17 @@ from bristle.core.mathematics import NEWTON_LAST, fitted_weight, newton_from, ne
 from bristle.friction.slip_law import FIRST, GROWTH, PARTS, slip_point, slip_weight
 from bristle.hysteresis.turning_points import Branch, StackMove, branch_at, branch_output, branch_point, branch_slope
 
-# Newton's method squares what is left: neither shows in the force.
+# Newton's method squares the error: neither shows in the force.
 RELATIVE = 1e-7
 OF_SLIDING = 1e-9
-ALONG_TANGENT = 1e-7  # of the force in sliding: what a tangent leaves out of so short a way is its square
+ALONG_TANGENT = 1e-7  # of the force in sliding: a tangent over so short a way has the square of this as its error
 TOLERANCE = 1e-12
 CHORD = 0.125  # of the step without feedback
-SHORTEST = 1e-280  # chord, of the length over which the operator turns: one over it is a number
+SHORTEST = 1e-280  # chord, over the length over which the operator turns: keeps the slope a finite number
 
 
 class Deflection(NamedTuple):
-    """A step of the contact: mean hysteretic force [N or N*m], deflection [m or rad], and what to commit."""
+    """A step of the contact: mean hysteretic force [N or N*m], deflection [m or rad], and the move."""
 
     mean: float
     change: float
@@ -49,7 +49,7 @@ def onward(stack, memory, side):
 
 
 class Start(NamedTuple):
-    """Where a part of a step begins: deflection [m or rad], force [N or N*m], and the slope of the slip there."""
+    """Start of a part of a step: deflection [m or rad], force [N or N*m], and the slope of the slip there."""
 
     z: float
     f: float
@@ -66,7 +66,7 @@ class Stroke(NamedTuple):
 
 
 class Run(NamedTuple):
-    """A long step so far: where it is, what is left of it, the integral of the force, and the longest next part."""
+    """A long step so far: its place, the remaining length, the integral of the force, and the longest next part."""
 
     z: float
     f: float
@@ -77,7 +77,7 @@ class Run(NamedTuple):
 
 
 class Reached(NamedTuple):
-    """Where a part of a step reaches sliding: how far it deflects [m or rad], the force [N or N*m], and the branch."""
+    """Point where a part of a step reaches sliding: its deflection [m or rad], the force [N or N*m], and the branch."""
 
     change: float
     f: float
@@ -89,8 +89,8 @@ def deflect(stack, memory, dx, side, G, law, q, scale, smallest):
     """Return the `Deflection` while the body moves by `dx` [m or rad] in the direction `side`.
 
     `G` [N or N*m] is the force in sliding at this velocity, `law` the slip law, `q` the measure of the operator, and
-    `scale` [m or rad] the length over which it turns, f_p/s. A return by no more than `smallest` [m or rad] is not
-    remembered.
+    `scale` [m or rad] the length over which it turns, f_p/s. A reversal by at most `smallest` [m or rad] is not
+    stored.
     """
     inverse = side / G
     slipped, steepness = slip_point(inverse * stack.f, law)
@@ -112,7 +112,7 @@ def deflect(stack, memory, dx, side, G, law, q, scale, smallest):
 def in_parts(stack, memory, dx, inverse, law, q, scale):
     """Return the `Stroke` of a long step: none of its parts deflects by more than a length that grows.
 
-    The last one takes what is left, however little: a step that grows goes through no jump.
+    The last part takes the remainder, however short, so the result has no jump as the step grows.
     """
     first = FIRST * scale if dx > 0.0 else -FIRST * scale
     run = Run(stack.z, stack.f, branch_at(stack, memory, stack.z + first), dx, 0.0, first)
@@ -145,7 +145,7 @@ def in_parts(stack, memory, dx, inverse, law, q, scale):
 
 @kernel
 def closed_run(stack, memory, run, inverse, law, q):
-    """Return the `Run` up to the part in which the gate opens: before it nothing slips, and nothing is solved."""
+    """Return the `Run` up to the part in which the gate opens: before it the contact does not slip."""
     z, f, branch, left, total, part = run
     way = 1.0 if left > 0.0 else -1.0
     for _ in range(PARTS):
@@ -168,9 +168,9 @@ def closed_run(stack, memory, run, inverse, law, q):
 
 @kernel
 def mean_output(stack, memory, u, f, q, scale):
-    """Return the mean output [N or N*m] on the way to the input `u` [m or rad], where it is `f`.
+    """Return the mean output [N or N*m] on the way to the input `u` [m or rad], where the output is `f`.
 
-    By trapezia; a long way in parts, as `deflect`. `scale` is the length over which the operator turns.
+    By the trapezoidal rule; a long way in parts, as in `deflect`. `scale` is the length over which the operator turns.
     """
     if abs(u - stack.z) <= FIRST * scale:
         return 0.5 * (stack.f + f)
@@ -187,13 +187,10 @@ def mean_output(stack, memory, u, f, q, scale):
 
 @kernel
 def stroke(stack, memory, start, dx, far, inverse, law, q, scale, branch):
-    """Return the `Stroke` from the `Start`; it would be `far` [m or rad] without feedback.
-
-    `branch` is the one that it would end on.
-    """
+    """Return the `Stroke` from the `Start`; without feedback it would be `far` [m or rad] long and end on `branch`."""
     z, f = start.z, start.f
     if law.rho < 0.0:
-        # A power law slips at every force: where the step would end without feedback need not be known.
+        # A power law slips at every force: the end of the step without feedback is not needed.
         return slipping(stack, memory, start, dx, far, f, inverse, law, q, scale, branch)
     after = branch_output(branch, z + far, q)
     if slip_weight(inverse * f, inverse * after, law) > 0.0:
@@ -203,15 +200,15 @@ def stroke(stack, memory, start, dx, far, inverse, law, q, scale, branch):
 
 @kernel
 def slipping(stack, memory, start, dx, far, after, inverse, law, q, scale, branch):
-    """Return the `Stroke` where the contact slips.
+    """Return the `Stroke` of a slipping contact.
 
-    Without feedback it would end on `branch`, and through a gate at the force `after`.
+    Without feedback it would end on `branch`, and pass a gate at the force `after`.
     """
     z, f = start.z, start.f
     r = inverse * f
     way = 1.0 if far > 0.0 else -1.0
     travel, reach = abs(dx * inverse), abs(far)
-    # A chord of the curve that the step runs on has no jump where a loop is wiped out; the tangent at its start has.
+    # The chord of the curve has no jump where a loop is wiped out; the tangent at the start has a jump.
     ahead = z + CHORD * far
     near = branch
     if is_beside(near, way, ahead):
@@ -220,10 +217,10 @@ def slipping(stack, memory, start, dx, far, after, inverse, law, q, scale, branc
     r_far = r + inverse * chord * far if law.rho < 0.0 else inverse * after
     theta = fitted_weight(travel * chord * slip_weight(r, r_far, law))
     if start.steepness == 0.0 and inverse * after <= 1.0 and r + theta * (inverse * after - r) <= law.rho:
-        # The gate opens only at the end: in the mean of the step it is closed.
+        # The gate opens only at the end: it is closed for the mean of the step.
         return Stroke(f + theta * (after - f), z + far, after, branch)
     if law.rho < 0.0:
-        # The first step of Newton's method from the start takes the tangent, which waits for nothing.
+        # The first step of Newton's method takes the tangent, which is known already.
         share = 1.0 / (1.0 + 0.5 * travel * max(branch_slope(near, z, q), 0.0) * start.steepness)
     else:
         share = share_left(r, start.steepness, far / dx, travel * theta * chord)
@@ -239,7 +236,7 @@ def slipping(stack, memory, start, dx, far, after, inverse, law, q, scale, branc
         steepest = max(steepest, k)
         slipped, slope = slip_point(mean, law)
         residual, rise = x - way * dx * (1.0 - slipped), 1.0 + travel * theta * k * slope
-        # The residual rises with a slope of 1 at least: the root is no farther away than it is large.
+        # The residual rises with a slope of at least 1: the distance to the root is at most the residual.
         if abs(residual) <= RELATIVE * x or steepest * abs(inverse * residual) <= OF_SLIDING:
             x -= residual / max(rise, 1.0)
             break
@@ -260,7 +257,7 @@ def slipping(stack, memory, start, dx, far, after, inverse, law, q, scale, branc
         branch = branch_at(stack, memory, last)
         after = branch_output(branch, last, q)
     else:
-        # So short a step runs along the tangent: what it leaves out is of second order.
+        # So short a step runs along the tangent: its error is of second order.
         after += k * (last - u)
     if (inverse * after - 1.0) * (r - 1.0) < 0.0:
         change, after, branch = reaching(stack, memory, z, change, after, k, 1.0 / inverse, q, branch)
@@ -269,10 +266,10 @@ def slipping(stack, memory, start, dx, far, after, inverse, law, q, scale, branc
 
 @kernel
 def share_left(r, steepness, free, bend):
-    """Return about what share of a step that starts at the ratio `r` feedback leaves.
+    """Return the approximate share of a step from the ratio `r` that remains with feedback.
 
-    `free` is the share that does not slip at the start, `steepness` the slope of the slip there, and `bend` what the
-    mean ratio would change by over the whole step. Between `r` and sliding the slip is taken for a parabola.
+    `free` is the share that does not slip at the start, `steepness` the slope of the slip there, and `bend` the change
+    of the mean ratio over the whole step. Between `r` and sliding the slip is approximated by a parabola.
     """
     if steepness == 0.0:
         return 1.0
@@ -292,7 +289,7 @@ def is_beside(branch, way, u):
 
 @kernel(inline=False)
 def reaching(stack, memory, z, far, f, slope, level, q, branch):
-    """Return the `Reached` short of `far`, where the force is `f` with this slope: there it is `level` [N or N*m]."""
+    """Return the `Reached` before `far`, where the force is `f` with this slope and equals `level` [N or N*m]."""
     way = 1.0 if far > 0.0 else -1.0
     search = newton_next(newton_from(abs(far), abs(far)), way * (f - level), slope)
     u, after = z + far, f

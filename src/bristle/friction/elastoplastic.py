@@ -1,4 +1,4 @@
-r"""The elastoplastic model: bristles that do not slip at all until their deflection reaches a threshold.
+r"""The elastoplastic model: bristles that do not slip until their deflection reaches a threshold.
 
 .. math::
     \dot z = v\left(1 - \alpha(z, v)\,\frac{\sigma_0 z}{G(v)}\operatorname{sgn} v\right), \qquad
@@ -6,9 +6,9 @@ r"""The elastoplastic model: bristles that do not slip at all until their deflec
 
 with :math:`\alpha = 0` up to the break-away deflection :math:`z_{ba}`, a half wave of a sine up to the deflection in
 sliding :math:`G(v)/\sigma_0`, and 1 beyond; 0 also while the motion unloads the bristles. Below the threshold the
-contact is a spring: it does not drift, but neither does it dissipate, so that it has no hysteresis there. The
-threshold is one deflection for all velocities, so it must lie below the smallest deflection in sliding,
-:math:`\sigma_0 z_{ba} < F_C`; else :math:`\alpha` would jump.
+contact is a spring: it neither drifts nor dissipates, and has no hysteresis. The threshold is the same deflection for
+all velocities, so it must lie below the smallest deflection in sliding, :math:`\sigma_0 z_{ba} < F_C`; otherwise
+:math:`\alpha` would jump.
 
 References
 ----------
@@ -54,7 +54,7 @@ class State(NamedTuple):
 
 
 class Move(NamedTuple):
-    """What a trial hands to commit."""
+    """Result of a trial, applied by commit."""
 
     z_next: float
 

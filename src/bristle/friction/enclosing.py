@@ -1,4 +1,4 @@
-"""Friction models around another one: they have the parameters of that, and their own beside them."""
+"""Friction models around another model: they add parameters to those of the model inside."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -33,7 +33,7 @@ class EnclosingModel(Enclosing, FrictionModel):
 
 @dataclass(frozen=True, kw_only=True)
 class CoefficientsModel(EnclosingModel):
-    """A friction model with slots that have coefficients; which ones is told by the class.
+    """A friction model with slots that have coefficients; the class determines the slots.
 
     Parameters
     ----------
@@ -43,42 +43,42 @@ class CoefficientsModel(EnclosingModel):
 
     slots: tuple[str, ...]
     coefficients: ClassVar[type]
-    """The named tuple of the coefficients of all slots, which stand beside the parameters of the model inside."""
+    """Named tuple of the coefficients of all slots, in addition to the parameters of the model inside."""
     of_slot: ClassVar[Mapping[str, tuple[str, ...]]]
-    """The coefficients of each slot."""
+    """Coefficients of each slot."""
     without_default: ClassVar[tuple[str, ...]]
     """Coefficients that must be given."""
     depends_on: ClassVar[Mapping[str, Surrounding]]
-    """What of the surroundings each slot depends on."""
+    """Inputs from the surroundings that each slot depends on."""
 
     @property
     def own(self) -> tuple[str, ...]:
-        """The coefficients of its slots."""
+        """Coefficients of the slots."""
         return tuple(name for slot in self.slots for name in self.of_slot[slot])
 
     @property
     def beside(self) -> Mapping[str, Variable]:
-        """The coefficients of its slots, described."""
+        """Descriptions of the coefficients of the slots."""
         variables = variables_of(self.coefficients)
         return {name: variables[name] for name in self.own}
 
     @property
     def surroundings(self) -> tuple[Surrounding, ...]:
-        """What of its surroundings its slots depend on."""
+        """Inputs from the surroundings that the slots depend on."""
         own = (self.depends_on[slot] for slot in self.slots if slot in self.depends_on)
         return (*self.inner.surroundings, *own)
 
     @property
     def defaults(self) -> dict[str, Any]:
-        """The parameters that have a default value: a range and a pitch must be given."""
+        """Default values of the parameters; a range and a pitch have none."""
         return self.inner.defaults | {name: 0.0 for name in self.own if name not in self.without_default}
 
     def assemble(self, values: Mapping[str, Any]) -> Any:
-        """Return what kernels receive, from the values that a person sets."""
+        """Return the parameters of the kernels from the values of the user."""
         return self.Parameters(self.inside(values), self.coefficients(**{name: values[name] for name in self.own}))
 
     def values(self, parameters: Any) -> dict[str, Any]:
-        """Return the values that a person sets, from what kernels receive."""
+        """Return the values of the user from the parameters of the kernels."""
         inner, coefficients = parameters
         return self.inner.values(inner) | {name: getattr(coefficients, name) for name in self.own}
 
@@ -87,7 +87,7 @@ E = TypeVar("E", bound=EnclosingModel)
 
 
 def enclosed(made: type[E], model: FrictionModel, **facts: Any) -> E:
-    """Return a model around another one, which it is like in all that is not told."""
+    """Return a model around another model, with the same facts except for those given."""
     alike = {
         "State": model.State,
         "commit": commit,

@@ -1,19 +1,19 @@
-r"""A slider in series with a hardening spring that has backlash: a banded damper, a loose joint that slips.
+r"""A slider in series with a hardening spring with backlash: a banded damper, or a loose joint that slips.
 
-The spring deflects by `z`, a stop between :math:`\pm r`, :math:`r = \tfrac12 h + a`: with the backlash `h` its ends are
-:math:`a` apart from slip. Its force is a monotone map of the deflection,
+The spring deflects by `z`, limited to :math:`\pm r`, :math:`r = \tfrac12 h + a`, with the backlash `h` and the
+deflection :math:`a` from the end of the backlash to slip. The force is a monotone map of the deflection,
 
 .. math::
     F(z) = F_C \operatorname{sgn}(z)\left[\lambda\,\frac{|z|}{r}
            + (1 - \lambda)\left(\frac{(|z| - \tfrac12 h)_+}{a}\right)^{n}\right] + \sigma_2 v,
 
 which reaches :math:`F_C` where the slider slips. At a reversal the force falls steeply, is small throughout the
-backlash, and rises again on the other side, the steeper the farther. Between the ends the contact is elastic: what a
-cycle dissipates is the slip. A sum of stops (Prandtl-Ishlinskii) cannot do that: its stiffness only falls along a
+backlash, and then rises on the other side with a growing slope. Between the ends the contact is elastic: a cycle
+dissipates in slip only. A sum of stops (Prandtl-Ishlinskii) cannot represent this: its stiffness only falls along a
 stroke.
 
-Where the contact stands in its backlash before a log begins is not known: it may be anywhere between the stops. With
-``+asymmetry`` the two ends have a force and a spring each, by the side that the contact leans to.
+The place of the contact in its backlash at the beginning of a log is unknown: it may be anywhere between the stops. With
+``+asymmetry`` the two ends have separate forces and springs, by the side that the contact leans to.
 
 References
 ----------
@@ -47,13 +47,11 @@ class Parameters(NamedTuple):
     ]
     gap: Annotated[float, Variable("length", "backlash, from end to end", min=0.0, excitation="displacement")] = 0.0
     n: Annotated[
-        float, Variable("1", "exponent of the spring, above 1 where it hardens", min=1.0, max=12.0, nominal=2.0, excitation="displacement")
+        float,
+        Variable("1", "exponent of the spring, above 1 for a hardening spring", min=1.0, max=12.0, nominal=2.0, excitation="displacement"),
     ] = 1.0
     share: Annotated[
-        float,
-        Variable(
-            "1", "share of the force that rises in proportion, backlash included", min=0.0, max=1.0, nominal=0.1, excitation="displacement"
-        ),
+        float, Variable("1", "linear share of the force, backlash included", min=0.0, max=1.0, nominal=0.1, excitation="displacement")
     ] = 0.0
     sigma_2: ViscousCoefficient = 0.0
 
@@ -65,7 +63,7 @@ class State(NamedTuple):
 
 
 class Move(NamedTuple):
-    """What a trial hands to commit."""
+    """Result of a trial, applied by commit."""
 
     z_next: float
 
@@ -83,7 +81,7 @@ def spring(z, p):
 
 @kernel
 def signed(z, backward, forward):
-    """Return force and energy of the spring on the side that it leans to."""
+    """Return force and energy of the spring, on the side that it leans to."""
     if z >= 0.0:
         return spring(z, forward)
     force, energy = spring(-z, backward)
@@ -101,7 +99,7 @@ def trial_sided(state, memory, motion, dt, backward, forward):
     force, energy = signed(z_next, backward, forward)
     moved = z_next - z
     if moved != 0.0:
-        # The mean of a map over a stretch is the difference of its integrals; over a short one, digits cancel.
+        # The mean of a map over a stretch is the difference of its integrals; over a short stretch digits cancel.
         before, energy_before = signed(z, backward, forward)
         mean = (energy - energy_before) / moved
         if abs(moved) < 1e-5 * (high - low):

@@ -5,9 +5,9 @@ r"""The generalised Maxwell-slip model: Maxwell-slip elements that slip by the S
     \dot F_i = \begin{cases} k_i v & \text{sticking, until } |F_i| = \nu_i G(v) \\
     C \left(\nu_i \operatorname{sgn} v - F_i/G(v)\right) & \text{slipping, until } v \text{ changes sign}\end{cases}
 
-with :math:`G(v) = F_C + (F_S - F_C)\,e^{-(v/v_S)^2}`. Pre-sliding has the non-local memory of Maxwell slip; in sliding
+with :math:`G(v) = F_C + (F_S - F_C)\,e^{-(v/v_S)^2}`. Pre-sliding has the non-local memory of Maxwell slip. In sliding
 the attraction :math:`C` makes the force follow the Stribeck curve with a lag, and
-:math:`F_{ss} = G(v) \operatorname{sgn} v + \sigma_2 v`. A step at constant velocity is exact, mean force included.
+:math:`F_{ss} = G(v) \operatorname{sgn} v + \sigma_2 v`. A step at constant velocity is exact, including its mean force.
 
 References
 ----------
@@ -42,11 +42,11 @@ class Parameters(NamedTuple):
 
 
 class State(NamedTuple):
-    """The state is the memory: the force of each element, then the direction in which it slips, 0 where it sticks."""
+    """The state is the memory: the force of each element, then its direction of slip, 0 while it sticks."""
 
 
 class Move(NamedTuple):
-    """What a trial hands to commit: the motion, the Stribeck force [N or N*m], the mean of the decay towards it."""
+    """Result of a trial, applied by commit: the motion, the Stribeck force [N or N*m], the mean of the decay towards it."""
 
     v: float
     dt: float
@@ -64,10 +64,10 @@ class Element(NamedTuple):
 
 @kernel
 def element_after(f, slips, v, dt, k, limit, attraction, decay):
-    """Return the `Element` after a step at constant velocity, with forces [N or N*m] counted along the motion.
+    """Return the `Element` after a step at constant velocity, with forces [N or N*m] along the motion.
 
-    `limit` [N or N*m] is its share of the Stribeck force, `attraction` [1/s] the rate at which it relaxes to it,
-    `decay` the mean of that over the step, which is the same for every element.
+    `limit` [N or N*m] is its share of the Stribeck force, `attraction` [1/s] its relaxation rate, `decay` the mean
+    decay over the step, which is the same for every element.
     """
     if not slips and f < limit:
         ramp = k * v * dt
@@ -100,10 +100,10 @@ def trial(state, memory, motion, dt, p):
 
 @kernel
 def commit(state, memory, move, p):
-    """Let every element stretch or slip by the motion of the step; where nothing moves, all of them stick."""
+    """Let every element stretch or slip by the motion of the step; without motion all elements stick."""
     side = direction(move.v)
     if move.v == 0.0:
-        # An element slips until the velocity goes through zero; at rest it keeps its force, whichever side is asked.
+        # An element slips until the velocity passes zero; at rest it keeps its force, on either side.
         for i in range(p.k_i.size):
             memory[p.k_i.size + i] = 0.0
         return state

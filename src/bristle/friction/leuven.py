@@ -4,10 +4,10 @@ r"""The Leuven model: a hysteretic force that slips by a power law.
     F = f_h[z] + \sigma_1\,\dot z + \sigma_2 v, \qquad
     \dot z = v\left[1 - \operatorname{sgn}(r)\,|r|^n\right], \qquad r = \frac{f_h \operatorname{sgn} v}{G(v)}
 
-It is `bristle.friction.preisach_lugre` with the transition ``leuven``, stack of turning points included. A later
-modification [2]_ replaced the stack, which could overflow, by Maxwell-slip elements; here it stays, exact, and an
-overflow is counted. The memory is in the deflection: with a small exponent minor loops in the position do not close
-and the model drifts, with a large one passivity asks for more :math:`\sigma_2` than there is,
+It is `bristle.friction.preisach_lugre` with the transition ``leuven`` and the stack of turning points. A later
+modification [2]_ replaced the stack, which could overflow, by Maxwell-slip elements. bristle keeps the exact stack and
+counts overflows. The memory is in the deflection: with a small exponent minor loops in the position do not close
+and the model drifts. With a large exponent passivity needs a larger :math:`\sigma_2`:
 :math:`\sigma_2 \ge \sigma_1 [(F_S/F_C)^n - 1]`.
 
 References
@@ -30,31 +30,31 @@ from bristle.core.variable import Variable, variables_of
 from bristle.friction.preisach_lugre import LEUVEN
 from bristle.friction.preisach_lugre import MODEL as COMPOSITE
 
-# What the model leaves no choice in.
+# Values that the model fixes.
 HELD = {"transition": LEUVEN, "rho": 0.9}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Leuven(FrictionModel):
-    """The composite with its transition held."""
+    """Preisach-LuGre with a fixed transition."""
 
     @cached_property
     def variables(self) -> ReadOnly[str, Variable]:
-        """Each parameter that a person sets."""
+        """Description of each parameter."""
         variables = variables_of(self.Parameters)
         return ReadOnly({name: variable for name, variable in variables.items() if name not in HELD})
 
     @property
     def defaults(self) -> dict[str, Any]:
-        """The parameters that have a default value."""
+        """Default values of the parameters."""
         return {name: value for name, value in super().defaults.items() if name not in HELD}
 
     def assemble(self, values: Mapping[str, Any]) -> Any:
-        """Return the parameters of the composite from the values that a person sets."""
+        """Return the parameters of Preisach-LuGre from the values of the user."""
         return super().assemble({**values, **HELD})
 
     def values(self, parameters: Any) -> dict[str, Any]:
-        """Return the values that a person sets from the parameters of the composite."""
+        """Return the values of the user from the parameters of Preisach-LuGre."""
         return {name: value for name, value in super().values(parameters).items() if name not in HELD}
 
 

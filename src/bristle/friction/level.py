@@ -1,14 +1,14 @@
-r"""Slots that raise the level of dry friction: with the effort that passes on to the load, and the angle of a screw.
+r"""Slots that raise the level of dry friction: with the effort transmitted to the load, and with the angle of a screw.
 
 .. math::
     F = F_\text{model} + \frac{c_T |\tau| + \sum_{i=1,2} h_{c,i} \cos i\varphi + h_{s,i} \sin i\varphi}{F_C}
         \left(F_\text{model} - F_v v\right)
 
-``+transmitted``: teeth and nuts rub the more, the more effort :math:`\tau` they carry on to the load, which is what of
-the effort friction leaves. In sliding that is the level :math:`F_C + c_T |\tau|`; a contact with a memory keeps it,
-its forces raised alike. ``+ripple``: the level once and twice a turn of the screw, :math:`\varphi = 2\pi x/p` with the
-pitch `p`; it changes its sign with the motion, where the force of ``+periodic`` and the cogging of a motor do not.
-Viscous friction :math:`F_v v` stays what it is.
+``+transmitted``: the friction of teeth and nuts grows with the effort :math:`\tau` that reaches the load, which is the
+effort minus friction. In sliding the level is :math:`F_C + c_T |\tau|`; all forces of a contact with memory rise by
+the same factor. ``+ripple``: the level varies once and twice a turn of the screw, :math:`\varphi = 2\pi x/p` with the
+pitch `p`. Its force changes sign with the motion, unlike ``+periodic`` and the cogging of a motor.
+Viscous friction :math:`F_v v` does not change.
 """
 
 import math
@@ -27,11 +27,11 @@ from bristle.friction.enclosing import CoefficientsModel, enclosed
 from bristle.friction.variation import PITCH, SMALLEST_FACTOR
 
 TWO_PI = 2.0 * math.pi
-TRANSMITTED = Variable("1", "friction for an effort of 1 that passes on to the load", nominal=0.1, excitation="place")
+TRANSMITTED = Variable("1", "friction for each unit of effort transmitted to the load", nominal=0.1, excitation="place")
 
 
 class Rise(NamedTuple):
-    """Coefficients of all slots, zero where not asked for, with the level and the viscous part of the model."""
+    """Coefficients of all slots, zero for absent slots, with the level and the viscous part of the model."""
 
     c_T: Annotated[float, TRANSMITTED] = 0.0
     pitch: Annotated[float, PITCH] = 1.0
@@ -45,8 +45,8 @@ class Rise(NamedTuple):
 
 LEVELS: dict[str, tuple[str, ...]] = {"transmitted": ("c_T",), "ripple": ("pitch", "h_c1", "h_s1", "h_c2", "h_s2")}
 """The parameters of each slot."""
-RISES_WITH = {"transmitted": "the effort that passes on to the load", "ripple": "the angle of the screw"}
-"""What the level rises with, in words."""
+RISES_WITH = {"transmitted": "the effort transmitted to the load", "ripple": "the angle of the screw"}
+"""Causes of a higher level, in words."""
 SURROUNDINGS = {name: OF_MOTION[name] for name in LEVELS if name in OF_MOTION}
 
 
@@ -59,7 +59,7 @@ class Risen(NamedTuple):
 
 @kernel
 def share_at(x, transmitted, q):
-    """Return by how much the level is higher, over itself, at a position [m or rad] and an effort [N or N*m]."""
+    """Return the relative rise of the level at a position [m or rad] and an effort [N or N*m]."""
     phase = TWO_PI * x / q.pitch
     c, s = cos(phase), sin(phase)
     ripple = q.h_c1 * c + q.h_s1 * s + q.h_c2 * (c * c - s * s) + q.h_s2 * 2.0 * s * c
@@ -68,7 +68,7 @@ def share_at(x, transmitted, q):
 
 @kernel
 def trial(state, memory, motion, dt, p):
-    """Return the mean force [N or N*m] of the model, its level as it is at the middle of the step."""
+    """Return the mean force [N or N*m] of the model, with its level at the middle of the step."""
     force, move = friction_trial(state, memory, motion, dt, p.inner)
     share = share_at(motion.x - 0.5 * dt * motion.v, motion.transmitted, p.rise)
     return force + share * (force - p.rise.viscous * motion.v), move
@@ -87,36 +87,36 @@ class RisenModel(CoefficientsModel):
         return _risen, (self.inner, self.slots)
 
     def assemble(self, values: Mapping[str, Any]) -> Risen:
-        """Return what kernels receive, from the values that a person sets."""
+        """Return the parameters of the kernels from the values of the user."""
         level, viscous = (values[name] if name else 0.0 for name in _dry_and_viscous(self.inner))
-        # Of a level of nothing no share can be told.
+        # A level of zero has no relative change.
         rise = {"level": level or math.inf, "viscous": viscous} | {name: values[name] for name in self.own}
         return Risen(self.inside(values), Rise(**rise))
 
 
 def _dry_and_viscous(model: FrictionModel) -> tuple[str, str]:
-    """Return what the level of sliding friction and the viscous friction of a model are called, empty for none."""
+    """Return the names of the level of sliding friction and of the viscous friction of a model, empty if absent."""
     kinds = {(variable.quantity, variable.excitation): name for name, variable in reversed(model.variables.items())}
     return kinds.get(("force", "sliding"), ""), kinds.get(("force*time/length", "speed"), "")
 
 
 def has_level(model: FrictionModel) -> bool:
-    """Return whether a model has a level of sliding friction; of one that has none, these slots change nothing."""
+    """Return whether a model has a level of sliding friction; without a level these slots have no effect."""
     return bool(_dry_and_viscous(model)[0])
 
 
 def viscous_of(model: FrictionModel) -> str:
-    """Return what the viscous friction of a model is called, empty for none."""
+    """Return the name of the viscous friction of a model, empty if absent."""
     return _dry_and_viscous(model)[1]
 
 
 def rises_with_effort(friction: Model) -> bool:
-    """Return whether the level of a friction model rises with the effort that passes on to the load."""
+    """Return whether the level of a friction model rises with the effort transmitted to the load."""
     return TRANSMITTED in friction.component.variables.values()
 
 
 def risen(model: FrictionModel, slots: Iterable[str]) -> FrictionModel:
-    """Return `model` with slots that raise its level; the model itself where there are none of them."""
+    """Return `model` with those slots that raise its level; the model itself if there are none."""
     chosen = tuple(slot for slot in LEVELS if slot in set(slots))
     return _risen(model, chosen) if chosen else model
 

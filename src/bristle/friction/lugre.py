@@ -1,15 +1,15 @@
-r"""The LuGre model: bristles that deflect, slip and carry the Stribeck effect; (1) to (4) of the source paper.
+r"""The LuGre model: bristles that deflect, slip and have the Stribeck effect; (1) to (4) of the source paper.
 
 .. math::
     \dot z = v\left(1 - \frac{\sigma_0 z}{G(v)}\operatorname{sgn} v\right), \qquad
     F = \sigma_0 z + \sigma_1(v)\,\dot z + \sigma_2 v, \qquad
     G(v) = F_C + (F_S - F_C)\,e^{-(v/v_S)^2}
 
-with :math:`\sigma_1(v) = \sigma_1 e^{-(v/v_d)^2}`, constant where :math:`v_d = \infty`. The deflection in sliding is
-:math:`z = G/\sigma_0` and the force :math:`F_{ss} = G(v)\operatorname{sgn} v + \sigma_2 v`. Where the bristle
-function is written :math:`g(v)` with :math:`\sigma_0 g = G`, a formula that divides by :math:`g` *and* keeps
-:math:`\sigma_0 z` in the numerator counts :math:`\sigma_0` twice; this is the consistent form. A step at constant
-velocity is exact, for every step size.
+with :math:`\sigma_1(v) = \sigma_1 e^{-(v/v_d)^2}`, constant for :math:`v_d = \infty`. The deflection in sliding is
+:math:`z = G/\sigma_0` and the force :math:`F_{ss} = G(v)\operatorname{sgn} v + \sigma_2 v`. Some texts write a bristle
+function :math:`g(v)` with :math:`\sigma_0 g = G`. A formula that divides by :math:`g` *and* keeps
+:math:`\sigma_0 z` in the numerator counts :math:`\sigma_0` twice; this form is consistent. A step at constant
+velocity is exact for every step size.
 
 References
 ----------
@@ -57,13 +57,13 @@ class State(NamedTuple):
 
 
 class Move(NamedTuple):
-    """What a trial hands to commit."""
+    """Result of a trial, applied by commit."""
 
     z_next: float
 
 
 class Piece(NamedTuple):
-    """What holds until the velocity reverses: its direction."""
+    """Constant until the velocity reverses: its direction."""
 
     side: float
 
@@ -113,13 +113,13 @@ def rate(state, motion, p):
 
 @kernel
 def piece(state, memory, motion, p):
-    """Return the state, all of which varies, and the direction of motion, which holds until it reverses."""
+    """Return the state, all of which varies, and the direction of motion, constant until a reversal."""
     return state, Piece(direction(motion.v))
 
 
 @kernel
 def flow(contact, piece, motion, p):
-    """Return the force [N or N*m], the rate of the deflection [m/s or rad/s], and the velocity left to a reversal."""
+    """Return the force [N or N*m], the rate of the deflection [m/s or rad/s], and the velocity as margin to a reversal."""
     v = motion.v
     z_dot = v * (1.0 - piece.side * p.sigma_0 * contact.z / stribeck_force(v, p))
     return p.sigma_0 * contact.z + micro_damping(v, p) * z_dot + p.sigma_2 * v, State(z_dot), piece.side * v

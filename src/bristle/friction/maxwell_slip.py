@@ -1,10 +1,10 @@
-r"""The Maxwell-slip model: spring-slider elements in parallel, and with them non-local memory.
+r"""The Maxwell-slip model: spring-slider elements in parallel, with non-local memory.
 
 .. math::
     F = \sum_i k_i e_i + \sigma_2 v, \qquad \dot e_i = v \text{ while } |k_i e_i| < \nu_i F_C, \text{ else } 0
 
-Each element sticks and stretches by :math:`e_i`, or slips at its share :math:`\nu_i` of the Coulomb force. Reversing
-inside a loop and coming back closes the loop exactly. The mean force of a step at constant velocity is exact.
+Each element sticks and stretches by :math:`e_i`, or slips at its share :math:`\nu_i` of the Coulomb force. A loop
+inside a larger loop closes exactly. The mean force of a step at constant velocity is exact.
 
 References
 ----------
@@ -36,7 +36,7 @@ class State(NamedTuple):
 
 
 class Move(NamedTuple):
-    """What a trial hands to commit."""
+    """Result of a trial, applied by commit."""
 
     dx: float
 
@@ -54,7 +54,7 @@ RELATIONS = (
 
 @kernel
 def stretched(e, dx, limit):
-    """Return the deflection [m or rad] of an element that was at `e`, after a displacement `dx`."""
+    """Return the deflection [m or rad] of an element at `e` after a displacement `dx`."""
     if dx > 0.0:
         return min(e + dx, max(limit, e))
     return max(e + dx, min(-limit, e))

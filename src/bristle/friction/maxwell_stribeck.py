@@ -1,14 +1,14 @@
-r"""Maxwell-slip elements whose limits fall with speed and differ from reversal to reversal.
+r"""Maxwell-slip elements with limits that fall with speed and scatter from reversal to reversal.
 
 .. math::
     F = \sum_i k_i e_i + \sigma_1 n_s v + \sigma_2 v, \qquad
     |k_i e_i| \le \nu_i\,\gamma\,G(v), \qquad G(v) = F_C + (F_S - F_C)\,e^{-(v/v_S)^2}
 
-Each element sticks and stretches by :math:`e_i`, or slips at its share :math:`\nu_i` of the Stribeck curve; an element
-beyond a limit that has fallen yields to it at once. :math:`n_s` is the share of the elements that stick: micro-damping
-belongs to contacts that have not broken away. No friction repeats itself exactly: :math:`\gamma = 1 + s\,\xi`, with
-:math:`\xi` standard normal, is drawn anew at each reversal of the velocity (one that exceeds :math:`v_r`), from a seed,
-so that a run can be repeated to the bit.
+Each element sticks and stretches by :math:`e_i`, or slips at its share :math:`\nu_i` of the Stribeck curve. An element
+beyond a fallen limit yields to it at once. :math:`n_s` is the share of the elements that stick: micro-damping
+belongs to contacts that have not broken away. Real friction does not repeat exactly: :math:`\gamma = 1 + s\,\xi`, with
+:math:`\xi` standard normal, is drawn anew at each reversal of the velocity (beyond the speed :math:`v_r`). A seed
+makes a run repeatable to the bit.
 
 References
 ----------
@@ -29,7 +29,7 @@ from bristle.friction.maxwell_slip import RELATIONS
 from bristle.friction.quantities import CoulombForceAboveZero, ElementStiffness, StaticForceAboveZero, StribeckVelocity, ViscousCoefficient
 from bristle.friction.stribeck import STATIC_ABOVE_COULOMB
 
-# However large the scatter, a limit keeps a part of itself.
+# Even with large scatter, a limit keeps a part of its value.
 SMALLEST_SCALE = 0.05
 BEYOND = 1e150  # times a limit: more than any force
 
@@ -47,12 +47,12 @@ class Parameters(NamedTuple):
     )
     sigma_2: ViscousCoefficient = 0.0
     scatter: Annotated[float, Variable("1", "standard deviation of the limit from reversal to reversal", min=0.0, max=0.3)] = 0.0
-    v_r: Annotated[float, Variable("length/time", "speed from which a reversal counts as one", min=0.0)] = 0.0
+    v_r: Annotated[float, Variable("length/time", "speed above which a reversal counts", min=0.0)] = 0.0
     seed: Annotated[int, Variable("1", "seed of the scatter", min=0, max=SEED_MAX)] = 0
 
 
 class State(NamedTuple):
-    """State besides the forces of the elements, which are the memory."""
+    """State in addition to the memory, which is the forces of the elements."""
 
     side: Annotated[float, Variable("1", "direction of the motion; 0 before the first")] = 0.0
     reversals: Annotated[int, Variable("1", "reversals so far", min=0)] = 0
@@ -60,7 +60,7 @@ class State(NamedTuple):
 
 
 class Move(NamedTuple):
-    """What a trial hands to commit."""
+    """Result of a trial, applied by commit."""
 
     v: float
     way: float
@@ -69,13 +69,13 @@ class Move(NamedTuple):
 
 @kernel
 def reverses(state, v, p):
-    """Return whether a step at the velocity `v` is the first after a reversal, or the first of all."""
+    """Return whether a step at the velocity `v` is the first after a reversal, or the very first."""
     return abs(v) > p.v_r and (direction(v) * state.side < 0.0 or state.side == 0.0)
 
 
 @kernel(inline=False)
 def drawn_scale(state, p):
-    """Return the factor on the limit from the next reversal on."""
+    """Return the factor on the limit after the next reversal."""
     return max(1.0 + p.scatter * normal(p.seed, state.reversals), SMALLEST_SCALE)
 
 
@@ -83,8 +83,8 @@ def drawn_scale(state, p):
 def limit_of(state, v, p):
     """Return the force [N or N*m] at which all elements slip at the velocity `v`.
 
-    The first limit holds from the first step on. A later one holds from the step after the reversal that drew it, for a
-    force that jumped with the velocity inside of a step would leave an implicit one without a solution.
+    The first limit applies from the first step. A later limit applies from the step after the reversal that drew it:
+    if the force jumped with the velocity within a step, an implicit step would have no solution.
     """
     ratio = v / p.v_S
     scale = drawn_scale(state, p) if state.side == 0.0 else state.scale
@@ -93,7 +93,7 @@ def limit_of(state, v, p):
 
 @kernel
 def trial(state, memory, motion, dt, p):
-    """Return the mean force [N or N*m] over a step at constant velocity, and what to commit."""
+    """Return the mean force [N or N*m] over a step at constant velocity, and the move."""
     v = motion.v
     side = direction(v)
     way = abs(v) * dt
@@ -106,7 +106,7 @@ def trial(state, memory, motion, dt, p):
         beyond = f + rise - f_max
         total += f + 0.5 * rise
         if beyond > 0.0:
-            # It slips over the last part of the step, and in the mean lacks what it would have risen there.
+            # It slips over the last part of the step, and the mean lacks its rise there.
             part = beyond / rise
             total -= 0.5 * beyond * part
             slipping += part
@@ -118,7 +118,7 @@ def trial(state, memory, motion, dt, p):
 def commit(state, memory, move, p):
     """Pull every element by the displacement of the step; a reversal draws a new limit."""
     side = direction(move.v)
-    # Where nothing moves no limit, of neither direction, takes anything from an element.
+    # Without motion no limit, in either direction, changes an element.
     limit = move.limit if move.v != 0.0 else BEYOND * move.limit
     for i in range(p.k_i.size):
         memory[i] = side * min(side * memory[i] + p.k_i[i] * move.way, p.nu_i[i] * limit)

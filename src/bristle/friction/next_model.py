@@ -1,4 +1,4 @@
-"""The model to try next, where another one lacks what friction depends on."""
+"""The next model to try, if a model lacks a cause of friction."""
 
 from bristle.core.contracts import FrictionModel, Model
 from bristle.core.motion import RECORDED
@@ -10,7 +10,7 @@ from bristle.friction.operator_kernel import REACHES
 from bristle.friction.slots import directional, variations_of
 
 CHANNELS = {slot.channel.name: slot.channel for slot in CHANNEL_SLOTS.values()} | {name: OF_MOTION[name] for name in RECORDED}
-"""What of the surroundings a slot of bristle depends on and a log may have, by name."""
+"""Inputs from the surroundings of built-in slots that a log may have, by name."""
 SLOT_OF = {
     "direction": "asymmetry",
     "position": "position",
@@ -20,11 +20,11 @@ SLOT_OF = {
     **{slot.channel.name: name for name, slot in CHANNEL_SLOTS.items()},
     **{name: name for name in RECORDED},
 }
-"""The slot that has what a cause needs."""
+"""The slot for each cause."""
 
 
 def model_with(cause: str, friction: Model) -> str:
-    """Return the name of a model that has what another one lacks by a cause; empty where there is none."""
+    """Return the name of a model with a cause that `friction` lacks; empty if there is none."""
     component, base = friction.component, base_of(friction.component)
     if cause in CHANNELS and cause in {surrounding.name for surrounding in component.surroundings}:
         return ""
@@ -32,7 +32,7 @@ def model_with(cause: str, friction: Model) -> str:
         return _beside(component, base, SLOT_OF[cause])
     if cause == "presliding":
         return "lugre"
-    if cause == "hysteresis":  # nothing but loops before sliding: the fewest parameters that remember where they turned
+    if cause == "hysteresis":  # pre-sliding loops only: the fewest parameters with turning points
         return "preisach_contact"
     if cause == "lag":
         return "" if base is MODELS["gms"] else "gms"
@@ -44,7 +44,7 @@ def model_with(cause: str, friction: Model) -> str:
 
 
 def nested_in(component: FrictionModel) -> tuple[FrictionModel, ...]:
-    """Return the models that one is for some values of its parameters: with one slot less, or of a curve that only falls."""
+    """Return the models that a model contains as special cases: with a slot less, or with a curve that only falls."""
     base, slots = base_of(component), _slots_of(component)
     if with_slots(base, slots) != component:
         return ()
@@ -54,23 +54,23 @@ def nested_in(component: FrictionModel) -> tuple[FrictionModel, ...]:
 
 
 def goes_by_name(component: FrictionModel) -> bool:
-    """Return whether a model is found by its name: neither it nor a slot of it is a person's own."""
+    """Return whether a name is enough to find a model: neither the model nor a slot of it is user-defined."""
     base = base_of(component)
     return MODELS.get(base.name) is base and not _own_slots(component)
 
 
 def _own_slots(component: FrictionModel) -> dict[str, Slot]:
-    """Return the slots of a person's own that a model has, by name."""
+    """Return the user-defined slots of a model, by name."""
     return {slot.name: slot for slot in channel_slots_of(component) if CHANNEL_SLOTS.get(slot.name) != slot}
 
 
 def _falls(component: FrictionModel) -> bool:
-    """Return whether the friction of a model falls with speed: it has a speed over which it does."""
+    """Return whether the friction of a model falls with speed: it has a Stribeck velocity."""
     return any((variable.quantity, variable.excitation) == ("length/time", "stribeck") for variable in component.variables.values())
 
 
 def _beside(component: FrictionModel, base: FrictionModel, slot: str) -> str:
-    """Return the name of a model with one more slot; empty where it has that one, or cannot have it."""
+    """Return the name of a model with one more slot; empty if it has that slot already, or cannot have it."""
     # A slot that raises a level needs a level, and no elements that share it.
     if slot in (*LEVELS, *CHANNEL_SLOTS) and (not has_level(base) or any(map(base.is_array, base.variables))):
         return ""
@@ -78,7 +78,7 @@ def _beside(component: FrictionModel, base: FrictionModel, slot: str) -> str:
 
 
 def _slots_of(component: FrictionModel) -> tuple[str | Slot, ...]:
-    """Return the slots of a model, those of bristle by name, as `with_slots` takes them."""
+    """Return the slots of a model, built-in slots by name, in the form of `with_slots`."""
     operators, own = (part for part in component.name.split("+") if part in REACHES), _own_slots(component)
     names = (*operators, *reversed(variations_of(component)), *(("asymmetry",) if directional(component) else ()))
     return tuple(own.get(name, name) for name in names)

@@ -1,11 +1,11 @@
-"""A friction model over a hysteresis operator: its kernel is a table of branches, a plane of cells, or stops.
+"""A friction model over a hysteresis operator: a table of branches, a plane of cells, or stops.
 
-`preisach_lugre` and `preisach_contact` have kernels in closed form. Given an operator for ``kernel``, they take it in
-place of that, with its memory and its bits: the parameters of the operator, ``kernel_E`` and so on, stand where ``s``
-and ``f_p`` stood. A closed form is one of their own kernels, and changes nothing else.
+`preisach_lugre` and `preisach_contact` have kernels in closed form. Given an operator for ``kernel``, they use it and
+its memory instead. The parameters of the operator, ``kernel_E`` and so on, replace ``s`` and ``f_p``. An operator in
+closed form is a built-in kernel, and changes no other parameter.
 
-What kernels receive is the operator, what is left of the friction model, and two lengths that follow from the operator:
-the one over which it turns, which the parts of a long step go by, and the smallest return that it remembers.
+The parameters of the kernels are the operator, the rest of the friction model, and two lengths that follow from the
+operator: the length over which it turns, for the parts of a long step, and the smallest reversal that it stores.
 """
 
 import math
@@ -33,14 +33,14 @@ SHORTEST = 1e-6  # of the reach: a length over which an operator turns
 
 
 class Lean(NamedTuple):
-    """State of a contact of stops, whose sliders are the memory: its deflection and the force there. A move too."""
+    """State of a contact of stops: its deflection and the force there. The sliders are the memory. Also a move."""
 
     z: Annotated[float, Variable("length", "input of the operator")] = 0.0
     f: Annotated[float, Variable("force", "output of the operator")] = 0.0
 
 
 class Lengths(NamedTuple):
-    """What follows from an operator: the length over which it turns, and the smallest return that it remembers."""
+    """Lengths of an operator: that over which it turns, and the smallest reversal that it stores."""
 
     turn: float
     smallest: float
@@ -48,7 +48,7 @@ class Lengths(NamedTuple):
 
 @kernel
 def leaning(state, memory, p):
-    """Return where stops in parallel are, as turning points without any, and their measure."""
+    """Return the place of stops in parallel, as turning points without memory, and their measure."""
     return Stack(state.z, state.f, 0.0, 0, 0), Sliders(p.thresholds, p.weights, p.spring, memory)
 
 
@@ -60,7 +60,7 @@ def slide(state, memory, move, p):
 
 
 class Reach(NamedTuple):
-    """The inputs between which an operator has a measure, and what its tolerance is a share of."""
+    """Range of inputs in which an operator has a measure, and the reference of its tolerance."""
 
     low: float
     high: float
@@ -91,11 +91,11 @@ REACHES: dict[str, Callable[[Any], Reach]] = {
     preisach_grid.name: _reach_of_grid,
     prandtl_ishlinskii.name: _reach_of_stops,
 }
-"""The operators that can take the place of a kernel, and how far each of them reaches."""
+"""The operators that can replace a kernel, and the reach of each."""
 
 
 class Form(NamedTuple):
-    """A friction model over one sort of operators: what its kernels receive and remember, and its functions."""
+    """A friction model over one sort of operators: the class of its parameters, its memory, and its functions."""
 
     Parameters: type
     State: type
@@ -105,20 +105,20 @@ class Form(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class TakesOperator(FrictionModel):
-    """A friction model that takes a hysteresis operator in place of its kernel.
+    """A friction model that takes a hysteresis operator as its kernel.
 
     Parameters
     ----------
     own : type
-        The named tuple of its parameters besides those of the kernel.
+        Named tuple of its parameters besides those of the kernel.
     turning, stops : Form
         The model over an operator with turning points, and over stops in parallel.
     own_relations : tuple of Relation
         Conditions between its parameters besides those of the kernel.
     exceeded : str
-        The parameter that the saturation of the operator must exceed, where there is one.
+        Parameter that the saturation of the operator must exceed, if any.
     example_over : mapping
-        Its example over an operator, where that is another one.
+        Values of its example over an operator, if they differ.
     """
 
     own: type
@@ -129,7 +129,7 @@ class TakesOperator(FrictionModel):
     example_over: Mapping[str, Any] = field(default_factory=dict, compare=False)
 
     def over(self, operator: Model, path: str = "kernel") -> tuple[FrictionModel, dict[str, Any]]:
-        """Return this model with an operator in place of its kernel, and the values of the operator.
+        """Return this model with an operator as its kernel, and the values of the operator.
 
         Raises
         ------
@@ -138,10 +138,10 @@ class TakesOperator(FrictionModel):
         """
         allowed = ", ".join((preisach.name, *REACHES))
         if operator.component.family != "hysteresis":
-            raise InputError("is no hysteresis operator", path=path, value=operator.name, allowed=allowed)
+            raise InputError("is not a hysteresis operator", path=path, value=operator.name, allowed=allowed)
         if operator.kind not in KINDS:
             raise InputError(
-                f"is {operator.kind}: its output is no force over a displacement",
+                f"is {operator.kind}: its output is not a force over a displacement",
                 path=path,
                 value=operator.name,
                 allowed=" or ".join(KINDS),
@@ -155,13 +155,13 @@ class TakesOperator(FrictionModel):
         return over_operator(self, operator.component), _prefixed(operator.values)
 
 
-_REFUSED = {"relay_grid": "gives a staircase, which has no stiffness; preisach_grid has the same measure and none"}
+_REFUSED = {"relay_grid": "has a staircase output without stiffness; take preisach_grid, which has the same measure"}
 
 
 def _closed_form(operator: Model, path: str) -> dict[str, Any]:
     if operator.values["tolerance"] != OWN_TOLERANCE:
         raise InputError(
-            "has a tolerance of its own, which a kernel in closed form does not take",
+            "has a tolerance, which a kernel in closed form does not take",
             path=path,
             value=operator.values["tolerance"],
             allowed=repr(OWN_TOLERANCE),
@@ -175,7 +175,7 @@ def _prefixed(values: Mapping[str, Any]) -> dict[str, Any]:
 
 @dataclass(frozen=True, kw_only=True)
 class OverOperator(FrictionModel):
-    """A friction model over a hysteresis operator, whose parameters it has in place of those of its kernel."""
+    """A friction model over an operator; the parameters of the operator replace those of its kernel."""
 
     inner: TakesOperator
     operator: HysteresisOperator
@@ -184,17 +184,17 @@ class OverOperator(FrictionModel):
         return over_operator, (self.inner, self.operator)
 
     def over(self, operator: Model, path: str = "kernel") -> tuple[FrictionModel, dict[str, Any]]:
-        """Return the model over another operator, and the values of that."""
+        """Return the model over another operator, and the values of that operator."""
         return self.inner.over(operator, path)
 
     @cached_property
     def variables(self) -> ReadOnly[str, Variable]:
-        """Each parameter that a person sets: those of the operator, then those of the model."""
+        """Description of each parameter: those of the operator, then those of the model."""
         return ReadOnly(_prefixed(self.operator.variables) | variables_of(self.inner.own))
 
     @property
     def defaults(self) -> dict[str, Any]:
-        """The parameters that have a default value."""
+        """Default values of the parameters."""
         own = {name: value for name, value in self.inner.defaults.items() if name in self.inner.own._fields}
         return _prefixed(self.operator.defaults) | own
 
@@ -209,20 +209,20 @@ class OverOperator(FrictionModel):
         return self.inner.is_integer(name)
 
     def assemble(self, values: Mapping[str, Any]) -> Any:
-        """Return what kernels receive, from the values that a person sets."""
+        """Return the parameters of the kernels from the values of the user."""
         operator = self.operator.assemble({name: values[f"{PREFIX}{name}"] for name in self.operator.variables})
         own = self.inner.own(**{name: values[name] for name in self.inner.own._fields})
         return self.Parameters(operator, own, _lengths(self.operator, operator))
 
     def values(self, parameters: Any) -> dict[str, Any]:
-        """Return the values that a person sets, from what kernels receive."""
+        """Return the values of the user from the parameters of the kernels."""
         own = parameters.own._asdict()
         return _prefixed(self.operator.values(parameters.operator)) | {
             name: self.variables[name].written(value) for name, value in own.items()
         }
 
     def initial_state(self, parameters: Any) -> Any:
-        """Return the virgin state: the operator may give a force at rest."""
+        """Return the virgin state: the operator may have a force at rest."""
         return self.State(f=_at_rest(self.operator, parameters.operator))
 
 
@@ -270,7 +270,7 @@ def _of_part(relation: Relation, part: str) -> Relation:
 
 
 def saturation(operator: HysteresisOperator, p: Any) -> float:
-    """Return the force that an operator gives in both directions, however far it is led [N or N*m]."""
+    """Return the saturation of an operator, the smaller of both directions [N or N*m]."""
     if operator is prandtl_ishlinskii and p.spring > 0.0:
         return math.inf
     reach, state, memory = REACHES[operator.name](p), operator.initial_state(p), operator.new_memory(p)
@@ -284,12 +284,12 @@ def _at_rest(operator: HysteresisOperator, p: Any) -> float:
 
 
 def _lengths(operator: HysteresisOperator, p: Any) -> Lengths:
-    """Return the lengths of an operator: it turns over a quarter of the way on which half of a full stroke is done.
+    """Return the lengths of an operator: it turns over a quarter of the way to half of a full stroke.
 
-    For a Masing kernel of Dahl's exponent 2, led far, that is f_p/s.
+    For a Masing kernel of Dahl's exponent 2 and a long stroke, that is f_p/s.
     """
     if not all(relation.holds(p) for relation in operator.relations):
-        return Lengths(1.0, 0.0)  # of no account: these parameters are refused, or asked for as they are
+        return Lengths(1.0, 0.0)  # unused: such parameters are refused
     reach, state, memory = REACHES[operator.name](p), operator.initial_state(p), operator.new_memory(p)
     state = operator_commit(state, memory, operator_trial(state, memory, reach.low, p)[1], p)
     start, end = (operator_trial(state, memory, u, p)[0] for u in (reach.low, reach.high))

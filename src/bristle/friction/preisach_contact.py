@@ -1,11 +1,11 @@
-r"""The Preisach operator on the position: the hysteresis friction compensator of the source paper, and no more.
+r"""The Preisach operator on the position: the hysteresis friction compensator of the source paper.
 
 .. math:: F = f_h[x] + \sigma_2 v
 
-Every motion deflects the contact and none of it slips, so that it is a model of pre-sliding: what `preisach_lugre` is
-below the force at which sliding sets in. It has no Stribeck effect and no break-away; for gross sliding take that one.
-The force is the mean over a step, of a long one by parts. ``kernel`` takes a hysteresis operator too, measured or
-identified, which then stands for ``s`` and ``f_p``.
+Every motion deflects the contact, and it never slips: this is a model of pre-sliding, equal to `preisach_lugre`
+below the force of sliding. It has no Stribeck effect and no break-away; for gross sliding take `preisach_lugre`.
+The force is the mean over a step, a long step in parts. ``kernel`` also takes a hysteresis operator, measured or
+identified, which then replaces ``s`` and ``f_p``.
 
 References
 ----------
@@ -61,7 +61,7 @@ class OverStops(NamedTuple):
 
 @kernel
 def trial(state, memory, motion, dt, p):
-    """Return the mean force [N or N*m] over a step at constant velocity, and how the memory moves."""
+    """Return the mean force [N or N*m] over a step at constant velocity, and the move of the memory."""
     q = ClosedForm(p.kernel, p.s, p.f_p, p.exponent)
     scale = p.f_p / p.s
     f, move = stack_trial(state, memory, state.z + motion.v * dt, TOLERANCE * scale, q)

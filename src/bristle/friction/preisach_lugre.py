@@ -5,22 +5,22 @@ r"""Preisach-LuGre: the bristles of LuGre with the hysteresis of a Preisach oper
     \dot z = v\left[1 - \Phi\!\left(\frac{f_h \operatorname{sgn} v}{G(v)}\right)\right], \qquad
     G(v) = F_C + (F_S - F_C)\,e^{-(v/v_S)^2}
 
-with :math:`\sigma_1(v) = \sigma_1 e^{-(v/v_d)^2}`, constant where :math:`v_d = \infty`. The hysteretic force comes from
-a Preisach operator (`bristle.hysteresis.preisach`) on the deflection :math:`z`. What slips is one of
+with :math:`\sigma_1(v) = \sigma_1 e^{-(v/v_d)^2}`, constant for :math:`v_d = \infty`. The hysteretic force is that of
+a Preisach operator (`bristle.hysteresis.preisach`) on the deflection :math:`z`. The transition to slip is one of
 
-* ``paper``: :math:`\Phi = r`, the equations as printed. The memory is in :math:`z`, not in the position: it drifts
-  under a ripple, more than LuGre, and a minor loop in the position does not close.
-* ``leuven``: :math:`\Phi = \operatorname{sgn}(r)\,|r|^n`. The larger `n`, the smaller the drift, and the more
-  :math:`\sigma_2` passivity asks for.
+* ``paper``: :math:`\Phi = r`, the equations as printed. The memory is in :math:`z`, not in the position: the model
+  drifts under a ripple, more than LuGre, and a minor loop in the position does not close.
+* ``leuven``: :math:`\Phi = \operatorname{sgn}(r)\,|r|^n`. A larger `n` drifts less, but passivity then needs a larger
+  :math:`\sigma_2`.
 * ``elastoplastic`` (the default): a gate on the ratio :math:`r`, closed up to :math:`\rho`. Below :math:`\rho F_S` the
-  deflection is the position, loops close exactly and nothing drifts. The gate is on the ratio, not on a fixed
-  break-away force, which above :math:`G(v)` would make :math:`\Phi` jump.
+  deflection is the position: loops close exactly and the model does not drift. The gate is on the ratio, because a
+  fixed break-away force above :math:`G(v)` would make :math:`\Phi` jump.
 
-In sliding :math:`F_{ss} = G(v) \operatorname{sgn} v + \sigma_2 v` for each of them, as in LuGre. The operator must be
-able to give more than it is asked for, :math:`f_p > F_S`; else the deflection grows without bound while the body
-slides. With ``dahl_masing`` of exponent 2 it is bounded by :math:`f_p F_S/(s(f_p - F_S))`. Differences between the
-directions of motion are those of sliding: the operator is one and the same for both. ``kernel`` takes a hysteresis
-operator too, measured or identified, which then stands for ``s`` and ``f_p``.
+In sliding :math:`F_{ss} = G(v) \operatorname{sgn} v + \sigma_2 v` for each transition, as in LuGre. The saturation of
+the operator must exceed the break-away force, :math:`f_p > F_S`; otherwise the deflection grows without bound while the
+body slides. With ``dahl_masing`` of exponent 2 it is bounded by :math:`f_p F_S/(s(f_p - F_S))`. The directions of motion
+may differ in sliding only: both have the same operator. ``kernel`` also takes a hysteresis operator, measured or
+identified, which then replaces ``s`` and ``f_p``.
 
 References
 ----------
@@ -123,14 +123,14 @@ SATURATION_ABOVE_STATIC = Relation(
 SATURATION_WELL_ABOVE_STATIC = Relation(
     "f_p >= 1.05 * F_S",
     lambda p: p.f_p >= 1.05 * p.F_S,
-    "So close to F_S the deflection in sliding is many times that of break-away",
+    "This close to F_S, the deflection in sliding is many times that of break-away",
     advisory=True,
 )
 
 
 @kernel
 def slip_law(p):
-    """Return the slip law of the transition that is chosen."""
+    """Return the slip law of the chosen transition."""
     if p.transition == ELASTOPLASTIC:
         return SlipLaw(p.rho, 1.0, 1.0)
     return SlipLaw(-1.0, p.n if p.transition == LEUVEN else 1.0, 1.0)
@@ -138,7 +138,7 @@ def slip_law(p):
 
 @kernel
 def trial(state, memory, motion, dt, p):
-    """Return the mean force [N or N*m] over a step at constant velocity, and how the memory moves."""
+    """Return the mean force [N or N*m] over a step at constant velocity, and the move of the memory."""
     v = motion.v
     q = ClosedForm(p.kernel, p.s, p.f_p, p.exponent)
     scale = p.f_p / p.s
@@ -149,7 +149,7 @@ def trial(state, memory, motion, dt, p):
 
 @kernel
 def deflected_over(stack, memory, q, v, dt, p):
-    """Return the mean force [N or N*m] over a step, and the move, of a measure `q` that is not in closed form."""
+    """Return the mean force [N or N*m] over a step, and the move, for a measure `q` without closed form."""
     own = p.own
     deflected = deflect(stack, memory, v * dt, direction(v), stribeck_force(v, own), slip_law(own), q, p.lengths.turn, p.lengths.smallest)
     z_dot = deflected.change / dt if dt > 0.0 else 0.0
@@ -184,7 +184,7 @@ def commit(state, memory, move, p):
 
 @kernel
 def piece(state, memory, motion, p):
-    """Return the deflection [m or rad], and what holds until the next event."""
+    """Return the deflection [m or rad], and the constants until the next event."""
     held = piece_at(state, memory, direction(motion.v), stribeck_force(motion.v, p), slip_law(p))
     return Contact(state.z), held
 

@@ -1,4 +1,4 @@
-r"""Pre-sliding for a static friction map: the force turns over a distance, not in an instant.
+r"""Pre-sliding for a static friction map: the force reverses over a distance, not in an instant.
 
 A static map jumps from one side to the other at a velocity reversal. On a real axis the contact deflects first. With
 the one-sided limits :math:`F_\pm` of the map at rest and the distance :math:`d`
@@ -7,8 +7,8 @@ the one-sided limits :math:`F_\pm` of the map at rest and the distance :math:`d`
     F = F_\text{map}(v) - F_{\operatorname{sgn} v} + \tfrac12(F_+ + F_-) + \tfrac12(F_+ - F_-)\,\zeta, \qquad
     \frac{d\zeta}{dx} = \frac{1 - \zeta\operatorname{sgn} v}{d}
 
-which is the map itself in sliding, :math:`\zeta = \operatorname{sgn} v`, and the model of Dahl with exponent 1 and
-stiffness :math:`(F_+ - F_-)/2d` around a reversal. A step at constant velocity is exact.
+which equals the map in sliding, :math:`\zeta = \operatorname{sgn} v`, and around a reversal the model of Dahl with
+exponent 1 and stiffness :math:`(F_+ - F_-)/2d`. A step at constant velocity is exact.
 
 References
 ----------
@@ -32,7 +32,7 @@ from bristle.core.variable import Variable
 from bristle.friction.enclosing import EnclosingModel, enclosed
 
 PRESLIDING = "presliding"
-DISTANCE = Variable("length", "distance over which the force turns", min=1e-12)
+DISTANCE = Variable("length", "distance over which the force reverses", min=1e-12)
 
 
 class Parameters(NamedTuple):
@@ -49,7 +49,7 @@ class State(NamedTuple):
 
 
 class Move(NamedTuple):
-    """What a trial hands to commit."""
+    """Result of a trial, applied by commit."""
 
     zeta_next: float
 
@@ -79,7 +79,7 @@ def commit(state, memory, move, p):
 
 @dataclass(frozen=True, kw_only=True)
 class PreslidingModel(EnclosingModel):
-    """A static friction model whose force turns over a distance."""
+    """A static friction model whose force reverses over a distance."""
 
     def _made_by(self) -> tuple[Any, tuple[Any, ...]]:
         return presliding, (self.inner,)
@@ -90,15 +90,15 @@ class PreslidingModel(EnclosingModel):
         return {PRESLIDING: DISTANCE}
 
     def initial_state(self, parameters: Parameters) -> State:
-        """Return the virgin state: the map inside has none."""
+        """Return the virgin state; the map inside has no state."""
         return State()
 
     def assemble(self, values: Mapping[str, Any]) -> Parameters:
-        """Return what kernels receive, from the values that a person sets."""
+        """Return the parameters of the kernels from the values of the user."""
         return Parameters(self.inside(values), values[PRESLIDING])
 
     def values(self, parameters: Parameters) -> dict[str, Any]:
-        """Return the values that a person sets, from what kernels receive."""
+        """Return the values of the user from the parameters of the kernels."""
         return self.inner.values(parameters.inner) | {PRESLIDING: parameters.distance}
 
 
@@ -120,13 +120,13 @@ def presliding(model: FrictionModel) -> PreslidingModel:
 
 @guarded(friction=of_family("friction"))
 def is_static(friction: Model) -> bool:
-    """Return whether a friction model is a static map: it has neither state nor memory."""
+    """Return whether a friction model is a static map, without state and memory."""
     return not friction.component.State._fields and friction.component.memory_size(friction.parameters) == 0
 
 
-@guarded(friction=of_family("friction"), distance=amount(Variable("length", "distance over which the force turns")))
+@guarded(friction=of_family("friction"), distance=amount(Variable("length", "distance over which the force reverses")))
 def with_presliding(friction: Model, distance: Amount) -> Model:
-    """Return a static friction model whose force turns over `distance` [m or rad]; any other model as it is.
+    """Return a static friction model whose force reverses over `distance` [m or rad]; return any other model unchanged.
 
     Raises
     ------
@@ -139,7 +139,7 @@ def with_presliding(friction: Model, distance: Amount) -> Model:
 
 
 def without_presliding(friction: Model) -> Model:
-    """Return the static model behind one with a pre-sliding distance; any other model as it is."""
+    """Return the static model inside a model with a pre-sliding distance; return any other model unchanged."""
     if not isinstance(friction.component, PreslidingModel):
         return friction
     return Model(friction.component.inner, friction.parameters.inner, friction.kind)

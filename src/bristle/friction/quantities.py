@@ -1,4 +1,4 @@
-"""The quantities that friction models have in common: each described once, under the name that people say."""
+"""Quantities that friction models share, each described once, under its usual name."""
 
 from typing import Annotated
 

@@ -1,4 +1,4 @@
-r"""The reformed Dahl model, (16) and (17) of the source paper: a hysteresis in closed form that forgets.
+r"""The reformed Dahl model, (16) and (17) of the source paper: hysteresis in closed form, with local memory.
 
 After a reversal at the force :math:`f_r`, moving forward by :math:`d` from there,
 
@@ -6,12 +6,12 @@ After a reversal at the force :math:`f_r`, moving forward by :math:`d` from ther
     f = f_r + \frac{P\,s\,d}{P + s\,d}, \quad P = f_p - f_r, \qquad
     \frac{df}{dx} = s\left(\frac{f_p - f}{f_p - f_r}\right)^2
 
-and mirrored moving backward. The slope at every reversal is :math:`s`, unlike that of Dahl's model with exponent 2. It
-remembers its last reversal only. A symmetric loop between :math:`\pm x_r` closes at
-:math:`f_r = \tfrac{f_p}{2}\left[\sqrt{(1+k)^2 + 4k} - (1+k)\right]`, :math:`k = s x_r/f_p`; every other minor loop
-does not: where a loop inside a larger one ends, the larger one is not taken up again (no return-point memory), and
-loops of one width at different forces differ in height (no congruency). `reformed_dahl_exact`, an operator with the
-same symmetric loops, has both. A step is exact for every step size, mean force included.
+and mirrored moving backward. The slope at every reversal is :math:`s`, unlike that of Dahl's model with exponent 2. The
+model remembers its last reversal only. A symmetric loop between :math:`\pm x_r` closes at
+:math:`f_r = \tfrac{f_p}{2}\left[\sqrt{(1+k)^2 + 4k} - (1+k)\right]`, :math:`k = s x_r/f_p`. Other minor loops do not
+close: after an inner loop the model does not return to the outer loop (no return-point memory), and loops of the same
+width at different forces differ in height (no congruency). The operator `reformed_dahl_exact` has the same symmetric
+loops, return-point memory and congruency. A step is exact for every step size, including its mean force.
 
 References
 ----------
@@ -34,7 +34,7 @@ class Parameters(NamedTuple):
     """Parameters of the reformed Dahl model."""
 
     s: ReversalStiffness
-    f_p: Annotated[float, Variable("force", "force that it tends to", min=1e-12, directional=True, excitation="sliding")]
+    f_p: Annotated[float, Variable("force", "limit of the force", min=1e-12, directional=True, excitation="sliding")]
     sigma_2: ViscousCoefficient = 0.0
 
 
@@ -47,7 +47,7 @@ class State(NamedTuple):
 
 
 class Move(NamedTuple):
-    """What a trial hands to commit."""
+    """Result of a trial, applied by commit."""
 
     f_next: float
     f_r: float
@@ -56,11 +56,11 @@ class Move(NamedTuple):
 
 @kernel
 def trial(state, memory, motion, dt, p):
-    """Return the mean force [N or N*m] over a step at constant velocity, and the branch that it is on."""
+    """Return the mean force [N or N*m] over a step at constant velocity, and its branch."""
     side = direction(motion.v)
     f_r = state.f_r if side == state.side else state.f
     rise = side * (p.f_p - side * state.f)
-    # A force at its limit may stay there to the last digit while the direction changes twice: no span is left.
+    # A force at its limit may stay there to the last digit while the direction changes twice: the span is zero.
     span = max(p.f_p - side * f_r, 1e-15 * p.f_p)
     kappa = p.s * abs(motion.v) * dt * abs(rise) / (span * span)
     force = state.f + rise * (1.0 - hyperbolic_mean(kappa)) + p.sigma_2 * motion.v

@@ -1,14 +1,14 @@
-r"""A memoryless model at rest: one rule for the force, wherever the model is evaluated along a motion.
+r"""A rule for the force of a memoryless model at rest, the same wherever the model is evaluated along a motion.
 
 At :math:`v = 0` a static map has no single force, but an interval between its one-sided limits :math:`F_-` and
-:math:`F_+`. With :math:`s = \operatorname{sgn}` of the last velocity that was not zero, 0 before any motion,
+:math:`F_+`. With :math:`s = \operatorname{sgn}` of the last nonzero velocity, 0 before any motion,
 
 .. math:: F(0) = \tfrac12(F_+ + F_-) + \tfrac12 h s\,(F_+ - F_-)
 
-``held``, :math:`h = 1`, keeps the force of the side that the axis came from; ``middle``, :math:`h = 0`, drops to the
-mean of both sides. The map itself stays without memory: the model around it stores the direction. Models with a state
-have one force at rest and need neither rule. What is slower than 0.1 nm/s is at rest: the rounding of positions makes
-such steps, and one of them at the end of a move would turn the force around.
+``held``, :math:`h = 1`, keeps the force of the last direction of motion; ``middle``, :math:`h = 0`, drops to the
+mean of both sides. The map itself remains without memory: the model around it stores the direction. A model with a
+state has a single force at rest and needs neither rule. A speed below 0.1 nm/s is rest: rounded positions contain
+such steps, and a single step at the end of a move would reverse the force.
 """
 
 import math
@@ -28,11 +28,11 @@ from bristle.friction.enclosing import EnclosingModel, enclosed
 from bristle.friction.presliding import is_static
 
 HELD = "rest_held"
-"""The parameter that the rule adds."""
+"""Parameter of the rule."""
 VISCOUS = canonical("force*time/length")
 STILL = 1e-10
-"""Velocity up to which an axis is at rest [m/s or rad/s]."""
-SHARE = Variable("1", "at rest: 1 holds the force of the last direction, 0 gives the middle", min=0.0, max=1.0)
+"""Speed below which an axis is at rest [m/s or rad/s]."""
+SHARE = Variable("1", "at rest: 1 keeps the force of the last direction, 0 takes the middle", min=0.0, max=1.0)
 
 
 class Parameters(NamedTuple):
@@ -49,14 +49,14 @@ class State(NamedTuple):
 
 
 class Move(NamedTuple):
-    """What a trial hands to commit."""
+    """Result of a trial, applied by commit."""
 
     side: float
 
 
 @kernel
 def trial(state, memory, motion, dt, p):
-    """Return the mean force [N or N*m] over a step at constant velocity, by the rule where that is zero."""
+    """Return the mean force [N or N*m] over a step at constant velocity, by the rule at zero velocity."""
     v = motion.v
     if abs(v) <= STILL:
         forward, _ = friction_trial(state, memory, on_side(0.0, motion), dt, p.inner)
@@ -82,7 +82,7 @@ class RestingModel(EnclosingModel):
 
     @property
     def beside(self) -> Mapping[str, Variable]:
-        """The share of the one-sided limit that is held."""
+        """Share of the one-sided limit at rest."""
         return {HELD: SHARE}
 
     def initial_state(self, parameters: Parameters) -> State:
@@ -90,11 +90,11 @@ class RestingModel(EnclosingModel):
         return State()
 
     def assemble(self, values: Mapping[str, Any]) -> Parameters:
-        """Return what kernels receive, from the values that a person sets."""
+        """Return the parameters of the kernels from the values of the user."""
         return Parameters(self.inside(values), values[HELD])
 
     def values(self, parameters: Parameters) -> dict[str, Any]:
-        """Return the values that a person sets, from what kernels receive."""
+        """Return the values of the user from the parameters of the kernels."""
         return self.inner.values(parameters.inner) | {HELD: parameters.held}
 
 
@@ -115,14 +115,14 @@ def resting(model: FrictionModel) -> RestingModel:
 
 
 def with_rest(friction: Model, rest: str) -> Model:
-    """Return a memoryless friction model with a rule at rest; any other model as it is.
+    """Return a memoryless friction model with a rule at rest; return any other model unchanged.
 
     Parameters
     ----------
     friction : Model
         The friction model.
     rest : {"held", "middle"}
-        Its force where the velocity is zero.
+        Its force at zero velocity.
     """
     component = friction.component
     if component.family != "friction" or component.rate is not None or not is_static(friction):
@@ -133,7 +133,7 @@ def with_rest(friction: Model, rest: str) -> Model:
 
 
 def rest_rule(friction: Model) -> str:
-    """Return the rule of a model that has one; empty for any other model."""
+    """Return the rule at rest of a model; empty for a model without a rule."""
     if not isinstance(friction.component, RestingModel):
         return ""
     return RESTS[0] if friction.parameters.held else RESTS[1]

@@ -1,4 +1,4 @@
-r"""Slip laws: what share of the motion is lost to slip, as a function of the force over its value in sliding.
+r"""Slip laws: the share of the motion lost to slip, as a function of the force over its value in sliding.
 
 With the ratio :math:`r = f \operatorname{sgn} v / G(v)` the contact deflects by :math:`\dot z = v\,[1 - \Phi(r)]`, and
 in steady sliding :math:`r = 1`, :math:`\Phi = 1`:
@@ -7,7 +7,7 @@ in steady sliding :math:`r = 1`, :math:`\Phi = 1`:
 * gate :math:`\Phi = 0` up to :math:`r = \rho`, :math:`\tfrac12\left[1 + \sin\left(\pi\,\frac{r - (1+\rho)/2}{1-\rho}
   \right)\right] r` up to 1, and :math:`r` beyond.
 
-A power law slips a little at every force: it creeps under a ripple. The gate is closed below :math:`\rho`, where the
+A power law slips a little at every force: it creeps under a ripple. Below :math:`\rho` the gate is closed and the
 contact only deflects.
 
 References
@@ -24,13 +24,13 @@ from typing import NamedTuple
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import NEWTON_LAST, fitted_weight, newton_from, newton_next, power, smooth_step, smooth_step_point
 
-# Of a long step: the longest first part, over the length in which the contact turns, how parts grow, how many.
+# Of a long step: the longest first part, over the length in which the contact turns; the growth of parts; their number.
 FIRST, GROWTH, PARTS = 0.05, 1.3, 80
 TOLERANCE = 1e-8  # of the ratio; the last step of Newton's method squares it
 
 
 class SlipLaw(NamedTuple):
-    """A slip law: a gate where `rho` is not negative, else a power law."""
+    """A slip law: a gate if `rho` is not negative, otherwise a power law."""
 
     rho: float
     exponent: float
@@ -38,7 +38,7 @@ class SlipLaw(NamedTuple):
 
 
 class Stretch(NamedTuple):
-    """A step of a linear contact: how far its ratio moves, in the mean of the step and at its end."""
+    """A step of a linear contact: the change of its ratio, mean over the step and at its end."""
 
     mean_change: float
     change: float
@@ -58,7 +58,7 @@ def slip(r, law):
 
 @kernel
 def slip_point(r, law):
-    r"""Return :math:`\Phi(r)` and :math:`d\Phi/dr`: together they cost little more than one."""
+    r"""Return :math:`\Phi(r)` and :math:`d\Phi/dr`: together they cost little more than :math:`\Phi` alone."""
     if law.rho < 0.0:
         share = 1.0 if law.exponent == 1.0 else power(abs(r), law.exponent - 1.0)
         if r < 0.0:
@@ -81,10 +81,10 @@ def slip_slope(r, law):
 
 @kernel
 def slip_weight(r, r_far, law):
-    r"""Return the slope of :math:`\Phi` that fits the mean of a step to its decay, 0 where the step does not slip.
+    r"""Return the slope of :math:`\Phi` that fits the mean of a step to its decay, 0 for a step without slip.
 
-    `r` is the ratio at the start, `r_far` the one that the step would end at without feedback. The weight is
-    continuous in it: a weight that a gate switches would make the force jump with the velocity.
+    `r` is the ratio at the start, `r_far` the ratio at the end of the step without feedback. The weight is
+    continuous in `r_far`: a weight switched by a gate would make the force jump with the velocity.
     """
     end = max(r, min(r_far, 1.0))
     if law.rho < 0.0:
@@ -99,7 +99,7 @@ def stretch(r, kappa, law):
     r"""Return the `Stretch` of a linear contact over a displacement, :math:`dr/d\kappa = 1 - \Phi(r)`.
 
     `kappa` is the displacement over the deflection in sliding, not negative. Exponentially fitted: exact for the
-    power law with exponent 1, of second order otherwise. A long step is made in parts.
+    power law with exponent 1, otherwise of second order. A long step is made in parts.
     """
     if r + kappa <= law.rho:
         return Stretch(0.5 * kappa, kappa)
@@ -112,11 +112,11 @@ def stretch(r, kappa, law):
 def stretch_in_parts(r, kappa, law):
     """Return the `Stretch` of a long step: none of its parts moves the ratio by more than a length that grows.
 
-    The last one takes what is left, however little: a step that grows goes through no jump.
+    The last part takes the remainder, however short, so the result has no jump as the step grows.
     """
     left, total, longest, at = kappa, 0.0, FIRST, r
     if r < law.rho:
-        # While the gate is closed there is nothing to solve.
+        # A closed gate needs no solution.
         part = law.rho - r
         total += part * (r + 0.5 * part)
         left -= part
@@ -138,7 +138,7 @@ def stretch_in_parts(r, kappa, law):
 
 @kernel
 def stretch_once(r, kappa, law):
-    """Return the `Stretch` of a step, or a part of one, that is not long."""
+    """Return the `Stretch` of a short step, or of a part of a long step."""
     theta = fitted_weight(kappa * slip_weight(r, r + kappa, law))
     far = kappa * (1.0 - slip(r, law))
     limit = (1.0 - r) / theta
@@ -150,9 +150,9 @@ def stretch_once(r, kappa, law):
         slipped, slope = slip_point(mean, law)
         residual = search.x - way * kappa * (1.0 - slipped)
         search = newton_next(search, residual, 1.0 + kappa * theta * slope)
-        # The residual rises with a slope of 1 at least: the root is no farther away than it is large.
+        # The residual rises with a slope of at least 1: the distance to the root is at most the residual.
         if abs(residual) <= TOLERANCE * search.x or abs(residual) <= 1e-3 * TOLERANCE:
             break
-    # No motion at constant velocity passes sliding; a step so long that it would ends there.
+    # Motion at constant velocity never passes sliding; a step long enough to pass it ends there.
     change = min(way * search.x, 1.0 - r) if r < 1.0 else max(way * search.x, 1.0 - r)
     return Stretch(theta * change, change)

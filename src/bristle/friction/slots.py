@@ -1,15 +1,15 @@
-r"""Slots: what any friction model can be given besides its own parameters.
+r"""Slots: additions to any friction model.
 
-Some let it vary (`bristle.friction.variation`), some raise the level of its dry part (`bristle.friction.level`), and
-some are a factor over one channel of a log, ours or a person's own (`bristle.friction.channel_slot`). ``+asymmetry``
-lets the directional parameters of a model differ between the directions of motion (``F_C`` becomes ``F_C_pos`` and
-``F_C_neg``), and every model takes a constant ``offset``:
+Some slots let friction vary (`bristle.friction.variation`), some raise the level of its dry part
+(`bristle.friction.level`), and some multiply it by a function of a log channel, built-in or user-defined
+(`bristle.friction.channel_slot`). ``+asymmetry`` lets the directional parameters of a model differ between the
+directions of motion (``F_C`` becomes ``F_C_pos`` and ``F_C_neg``), and every model takes a constant ``offset``:
 
 .. math:: F = F_\pm(v, \dots) + F_\text{offset}
 
-It is one mechanism around the model, not a second model: the side is chosen by the sign of the velocity, in which
-:math:`\pm 0` are the two one-sided limits, so that a set-valued model keeps sticking. In steady sliding an
-offset and a direction-dependent Coulomb force cannot be told apart: two levels are seen, three unknowns asked for.
+The slot is a layer around the model. The sign of the velocity selects the direction, with :math:`\pm 0` as the two
+one-sided limits, so that a set-valued model still sticks. In steady sliding an offset and a direction-dependent
+Coulomb force are confounded: two levels are measured for three unknowns.
 """
 
 from collections.abc import Mapping
@@ -48,19 +48,19 @@ WHAT_SLOTS_DO = (
     | {name: slot.description for name, slot in CHANNEL_SLOTS.items()}
     | {"asymmetry": "parameters by direction of motion, NAME_pos and NAME_neg"}
 )
-"""What each slot gives a model, in a few words."""
+"""The effect of each slot, in a few words."""
 PARAMETERS_OF_SLOTS: dict[str, tuple[str, ...]] = {
     **VARIATIONS,
     **LEVELS,
     **{name: tuple(slot.variables) for name, slot in CHANNEL_SLOTS.items()},
     "asymmetry": (),
 }
-"""The parameters that each slot brings."""
+"""The parameters of each slot."""
 OFFSET = Variable("force", "constant part of the friction force (gravity, bias)", excitation="sliding")
 
 
 class Slotted(NamedTuple):
-    """Parameters of a model with slots: one set for each direction, and the offset."""
+    """Parameters of a model with slots: a set for each direction, and the offset."""
 
     forward: Any
     backward: Any
@@ -68,7 +68,7 @@ class Slotted(NamedTuple):
 
 
 class Sided(NamedTuple):
-    """The same of a model that depends on the side that the contact leans to."""
+    """The same for a model that depends on the side that the contact leans to."""
 
     forward: Any
     backward: Any
@@ -76,7 +76,7 @@ class Sided(NamedTuple):
 
 
 class SlottedMove(NamedTuple):
-    """What a trial hands to commit: the move of the model, and the side that it was made on."""
+    """Result of a trial, applied by commit: the move of the model, and its side."""
 
     move: Any
     side: float
@@ -93,14 +93,14 @@ def trial(state, memory, motion, dt, p):
 
 @kernel
 def trial_sided(state, memory, motion, dt, p):
-    """Return the mean force [N or N*m] of a model that knows both sides, plus the offset."""
+    """Return the mean force [N or N*m] of a model that takes both sides, plus the offset."""
     force, move = friction_trial_sided(state, memory, motion, dt, p.backward, p.forward)
     return force + p.offset, SlottedMove(move, direction(motion.v))
 
 
 @kernel
 def commit(state, memory, move, p):
-    """Commit the move of the model with the parameters of the side that it was made on."""
+    """Commit the move of the model with the parameters of the side of the move."""
     q = p.forward if move.side > 0.0 else p.backward
     return friction_commit(state, memory, move.move, q)
 
@@ -115,7 +115,7 @@ def rate(state, motion, p):
 
 @kernel
 def piece(state, memory, motion, p):
-    """Return what varies and what holds until the next event, with the parameters of this side."""
+    """Return the variables, and the constants until the next event, with the parameters of this side."""
     return friction_piece(state, memory, motion, p.forward if direction(motion.v) > 0.0 else p.backward)
 
 
@@ -134,7 +134,7 @@ def arrival(state, memory, contact, p):
 
 @dataclass(frozen=True, kw_only=True)
 class SlottedModel(EnclosingModel):
-    """A friction model with an offset and, where asked for, parameters of its own for each direction."""
+    """A friction model with an offset and, if requested, separate parameters for each direction."""
 
     asymmetry: bool
 
@@ -143,12 +143,12 @@ class SlottedModel(EnclosingModel):
 
     @property
     def beside(self) -> Mapping[str, Variable]:
-        """The offset."""
+        """Description of the offset."""
         return {"offset": OFFSET}
 
     @cached_property
     def variables(self) -> ReadOnly[str, Variable]:
-        """Each parameter that a person sets: those of the model, by direction, and the offset."""
+        """Description of each parameter: those of the model, by direction, and the offset."""
         variables: dict[str, Variable] = {}
         for name, variable in self.inner.variables.items():
             for key in self.keys(name):
@@ -157,7 +157,7 @@ class SlottedModel(EnclosingModel):
 
     @cached_property
     def defaults(self) -> ReadOnly[str, Any]:  # pyright: ignore[reportIncompatibleMethodOverride]
-        """The parameters that have a default value."""
+        """Default values of the parameters."""
         inner = self.inner.defaults
         return ReadOnly({key: inner[name] for name in inner for key in self.keys(name)} | {"offset": 0.0})
 
@@ -166,7 +166,7 @@ class SlottedModel(EnclosingModel):
         return self.inner.initial_state(parameters.forward)
 
     def assemble(self, values: Mapping[str, Any]) -> Any:
-        """Return both sides and the offset from the values that a person sets."""
+        """Return both sides and the offset from the values of the user."""
         forward = backward = self.inner.assemble({name: values[keys[0]] for name, keys in self._keys})
         if self.asymmetry:
             backward = self.inner.assemble({name: values[keys[-1]] for name, keys in self._keys})
@@ -177,7 +177,7 @@ class SlottedModel(EnclosingModel):
         return tuple((name, self.keys(name)) for name in self.inner.variables)
 
     def values(self, parameters: Any) -> dict[str, Any]:
-        """Return the values that a person sets from both sides and the offset."""
+        """Return the values of the user from both sides and the offset."""
         forward, backward = self.inner.values(parameters.forward), self.inner.values(parameters.backward)
         values = {}
         for name in self.inner.variables:
@@ -186,7 +186,7 @@ class SlottedModel(EnclosingModel):
         return values | {"offset": parameters.offset}
 
     def keys(self, name: str) -> tuple[str, ...]:
-        """Return what a parameter of the inner model is called here: its name, or one name for each direction."""
+        """Return the names of an inner parameter here: its name, or a name for each direction."""
         if self.asymmetry and self.inner.variables[name].directional:
             return (f"{name}_pos", f"{name}_neg")
         return (name,)
@@ -203,14 +203,14 @@ def base_of(component: FrictionModel) -> FrictionModel:
 
 @cache
 def by_direction(component: FrictionModel, name: str) -> tuple[str, ...]:
-    """Return what a parameter of the model inside is called: forward and backward apart where they may differ."""
+    """Return the names of a parameter of the model inside: forward and backward separately if they may differ."""
     layer = _slotted_layer(component)
     return layer.keys(name) if layer is not None and name in layer.inner.variables else (name,)
 
 
 @cache
 def directional(component: FrictionModel) -> tuple[str, ...]:
-    """Return the parameters that there is one of for each direction."""
+    """Return the parameters that have a value for each direction."""
     layer = _slotted_layer(component)
     keys = [layer.keys(name) for name in layer.inner.variables] if layer is not None else []
     return tuple(key for pair in keys if len(pair) > 1 for key in pair)
@@ -235,13 +235,13 @@ def variations_of(component: FrictionModel) -> tuple[str, ...]:
 
 
 def slot_needing(component: FrictionModel, channel: str) -> str:
-    """Return which slot of a model depends on a channel of a log: the others are called after it."""
+    """Return the slot of a model for a log channel; the name of the channel if no channel slot needs it."""
     return next((slot.name for slot in channel_slots_of(component) if slot.channel.name == channel), channel)
 
 
 @guarded(friction=model("friction"))
 def unvaried(friction: Model) -> Model:
-    """Return a friction model in which nothing varies: as it is in the middle, at nominal load and temperature."""
+    """Return a friction model without variation: as in the middle, at nominal load and temperature."""
     p, inner = friction.parameters, getattr(friction.component, "inner", None)
     if not isinstance(p, Slotted) or not getattr(inner, "slots", ()):
         return friction
@@ -250,7 +250,7 @@ def unvaried(friction: Model) -> Model:
 
 
 def _still(layer: Any, p: Any) -> Any:
-    """Return parameters of layers in which nothing varies."""
+    """Return parameters of layers without variation."""
     if isinstance(layer, ChannelSlotModel):
         return p._replace(slot=layer.slot.neutral, inner=_still(layer.inner, p.inner))
     if isinstance(p, Varied):
@@ -263,7 +263,7 @@ _SIDES = {"_pos": ", moving forward", "_neg": ", moving backward"}
 
 @guarded(model=component("friction"), asymmetry=FLAG)
 def slotted(model: FrictionModel, *, asymmetry: bool) -> SlottedModel:
-    """Return `model` with an offset and, where asked for, parameters of its own for each direction."""
+    """Return `model` with an offset and, if requested, separate parameters for each direction."""
     return _slotted(model, asymmetry)
 
 
@@ -296,12 +296,12 @@ def _slotted(model: FrictionModel, asymmetry: bool) -> SlottedModel:
 
 
 def _slotted_example(model: FrictionModel, asymmetry: bool) -> dict[str, Any]:
-    """Return the example of the model with 10 % more force forward and 10 % less backward, where it may differ."""
+    """Return the example of the model with 10 % more force forward and 10 % less backward, for directional parameters."""
     values: dict[str, Any] = {}
     for name, value in model.example.items():
         if name not in model.variables:
             raise InputError(
-                f"the example gives {name}, and {model.name} has no such parameter",
+                f"the example has {name}, but {model.name} has no such parameter",
                 path="example",
                 value=value,
                 allowed=", ".join(model.variables),

@@ -35,11 +35,11 @@ class State(NamedTuple):
 
 
 class Move(NamedTuple):
-    """Nothing to commit."""
+    """An empty move."""
 
 
 STATIC_ABOVE_COULOMB = Relation(
-    "F_S >= F_C", lambda p: p.F_S >= p.F_C, "Raise F_S or lower F_C; where friction rises with speed, validate=False lets it through"
+    "F_S >= F_C", lambda p: p.F_S >= p.F_C, "Raise F_S or lower F_C; if friction rises with speed, set validate=False"
 )
 
 
@@ -51,14 +51,14 @@ def stribeck_force(v, F_C, F_S, v_S, delta_S):
 
 @kernel
 def trial(state, memory, motion, dt, p):
-    """Return the mean force [N or N*m] over a step at constant velocity, and nothing to commit."""
+    """Return the mean force [N or N*m] over a step at constant velocity, and an empty move."""
     G = stribeck_force(motion.v, p.F_C, p.F_S, p.v_S, p.delta_S)
     return G * direction(motion.v) + p.F_v * motion.v, Move()
 
 
 @kernel
 def commit(state, memory, move, p):
-    """Return the state after the step: there is none."""
+    """Return the state after the step, which is empty."""
     return state
 
 

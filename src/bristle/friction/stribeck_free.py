@@ -1,10 +1,10 @@
-r"""Static friction that falls or rises with speed before it levels off: a Stribeck curve of either sign.
+r"""Static friction that falls or rises with speed before it becomes constant: a Stribeck curve of either sign.
 
 .. math::
     F = G(v) \operatorname{sgn} v + F_v\,v, \qquad G(v) = F_C + (F_0 - F_C)\,e^{-|v/v_S|^{\delta_S}}
 
 For :math:`F_0 > F_C` this is the Stribeck effect, as in ``stribeck``. For :math:`F_0 < F_C` friction rises over the
-first few :math:`v_S`, as it does where grease or seals are sheared, or preloaded balls roll: then there is no
+first few :math:`v_S`, as in sheared grease or seals and in preloaded rolling balls. Then it has no
 break-away peak, and no stick-slip from it. At rest :math:`F \in [-F_0, F_0]`.
 
 References
@@ -31,7 +31,7 @@ class Parameters(NamedTuple):
         float,
         Variable(
             "force",
-            "friction force as motion begins; below F_C where friction rises with speed",
+            "friction force as motion begins; below F_C if friction rises with speed",
             min=0.0,
             directional=True,
             excitation="stribeck",
@@ -47,25 +47,25 @@ class State(NamedTuple):
 
 
 class Move(NamedTuple):
-    """Nothing to commit."""
+    """An empty move."""
 
 
 @kernel
 def trial(state, memory, motion, dt, p):
-    """Return the mean force [N or N*m] over a step at constant velocity, and nothing to commit."""
+    """Return the mean force [N or N*m] over a step at constant velocity, and an empty move."""
     G = stribeck_force(motion.v, p.F_C, p.F_0, p.v_S, p.delta_S)
     return G * direction(motion.v) + p.F_v * motion.v, Move()
 
 
 @kernel
 def commit(state, memory, move, p):
-    """Return the state after the step: there is none."""
+    """Return the state after the step, which is empty."""
     return state
 
 
 MODEL = stribeck_free = FrictionModel(
     name="stribeck_free",
-    description="static map from velocity to force that falls or rises with speed before it levels off",
+    description="static map from velocity to force that falls or rises with speed before it becomes constant",
     Parameters=Parameters,
     State=State,
     trial=trial,

@@ -1,15 +1,15 @@
-r"""What a contact may do that no log of it told: another level, scatter, a wave along the axis, creep.
+r"""Variations of a contact that its log did not show: another level, scatter, a wave along the axis, creep.
 
-A layer around any friction model, in which everything but its constant part :math:`u_0` rises and falls, and which adds
-a branch that creeps:
+A layer around any friction model. It varies everything but the constant part :math:`u_0`, and adds a branch that
+creeps:
 
 .. math::
     F = u_0 + \ell\,\gamma\left(1 + w \sin\frac{2\pi x}{\lambda}\right)(F_\text{model} - u_0) + f_c, \qquad
     \dot f_c = k_c v - f_c/\tau
 
-Each reversal draws the value :math:`1 + s\,\xi`, :math:`\xi` standard normal, that the factor :math:`\gamma` goes to as
-the contact moves on, :math:`e^{-1}` of the difference being left after the travel :math:`d`. So friction stays
-continuous, whatever model is inside. The branch is a spring in series with a damper: it yields to a lasting force.
+Each reversal draws a new value :math:`1 + s\,\xi`, with :math:`\xi` standard normal, and the factor :math:`\gamma`
+approaches it as the contact moves: after the travel :math:`d` the difference has fallen to :math:`1/e`. Friction
+thus remains continuous, for any model inside. The branch is a spring in series with a damper: it yields to a lasting force.
 """
 
 import math
@@ -53,19 +53,19 @@ class Uneven(NamedTuple):
 
 
 class State(NamedTuple):
-    """State of the model inside; direction and count of reversals; the factor, what it goes to; the creeping force."""
+    """State of the model inside; direction and count of reversals; the factor and its target; the creeping force."""
 
     inner: Any
     side: Annotated[float, Variable("1", "direction of the motion; 0 before the first")] = 0.0
     reversals: Annotated[int, Variable("1", "reversals so far", min=0)] = 0
     scale: Annotated[float, Variable("1", "factor of the scatter", min=0.0)] = 1.0
-    aim: Annotated[float, Variable("1", "what that goes to", min=0.0)] = 1.0
+    aim: Annotated[float, Variable("1", "target of the factor of the scatter", min=0.0)] = 1.0
     factor: Annotated[float, Variable("1", "factor on friction, all causes together", min=0.0)] = 1.0
     creeping: Annotated[float, Variable("force", "force of the branch that creeps")] = 0.0
 
 
 class Move(NamedTuple):
-    """What a trial hands to commit."""
+    """Result of a trial, applied by commit."""
 
     inner: Any
     x: float
@@ -80,10 +80,10 @@ def creeping_after(f, v, dt, q):
     return (f * (1.0 - half) + q.k_creep * v * dt) / (1.0 + half)
 
 
-# Neither is absorbed by the solvers that call it in several places: some models inside take a minute to compile there.
+# The solvers do not inline either: some models inside take a minute to compile there.
 @kernel(inline=False)
 def trial(state, memory, motion, dt, p):
-    """Return the mean force [N or N*m] over a step, at the level where the step begins."""
+    """Return the mean force [N or N*m] over a step, at the level at the beginning of the step."""
     force, move = friction_trial(state.inner, memory, motion, dt, p.inner)
     creeping = 0.5 * (state.creeping + creeping_after(state.creeping, motion.v, dt, p.own))
     return p.inner.offset + state.factor * (force - p.inner.offset) + creeping, Move(move, motion.x, motion.v, dt)
@@ -91,7 +91,7 @@ def trial(state, memory, motion, dt, p):
 
 @kernel(inline=False)
 def commit(state, memory, move, p):
-    """Return the state after the step; a reversal draws what the level goes to."""
+    """Return the state after the step; a reversal draws the next level."""
     q, way = p.own, abs(move.v) * move.dt
     inner = friction_commit(state.inner, memory, move.inner, p.inner)
     side, reversals, aim = state.side, state.reversals, state.aim
@@ -115,12 +115,12 @@ class UnevenModel(FrictionModel):
 
     @cached_property
     def variables(self) -> ReadOnly[str, Variable]:
-        """Each parameter that a person sets: those of the model and those of the layer, one seed for both."""
+        """Description of each parameter: those of the model and those of the layer, with one seed for both."""
         return ReadOnly(variables_of(Contact) | dict(self.inner.variables))
 
     @property
     def defaults(self) -> dict[str, Any]:
-        """The parameters that have a default value."""
+        """Default values of the parameters."""
         return Contact._field_defaults | self.inner.defaults
 
     def initial_state(self, parameters: Uneven) -> State:
@@ -136,17 +136,17 @@ class UnevenModel(FrictionModel):
         return name == "seed" or (name in self.inner.variables and self.inner.is_integer(name))
 
     def assemble(self, values: Mapping[str, Any]) -> Uneven:
-        """Return what kernels receive, from the values that a person sets."""
+        """Return the parameters of the kernels from the values of the user."""
         inner = {name: values[name] for name in self.inner.variables}
         return Uneven(self.inner.assemble(inner), Contact(**{name: values[name] for name in Contact._fields}))
 
     def values(self, parameters: Uneven) -> dict[str, Any]:
-        """Return the values that a person sets, from what kernels receive."""
+        """Return the values of the user from the parameters of the kernels."""
         return parameters.own._asdict() | self.inner.values(parameters.inner)
 
 
 def uneven(friction: Model, **values: Any) -> Model:
-    """Return a friction model in the layer; with nothing else, it does what it did before."""
+    """Return a friction model in the layer; without values the layer has no effect."""
     return _uneven(friction.component)(kind=friction.kind, **(dict(friction.values) | values))
 
 

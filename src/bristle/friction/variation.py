@@ -4,10 +4,10 @@ r"""Slots that let friction vary: with the place on the axis, the angle of a scr
     F = \left(1 + p_1 \xi + p_2 \xi^2 + k_L (L - 1) + k_T (T - T_0)\right) F_\text{model}
         + a_1 \xi + a_2 \xi^2 + \sum_{i=1,2} c_i \cos i\varphi + s_i \sin i\varphi
 
-with :math:`\xi = (x - x_0)/x_L`, held at :math:`\pm 1` beyond the range that it was identified over, :math:`\varphi =
-2\pi x/\text{pitch}`, the load :math:`L` over its nominal value and :math:`T_0` = 293.15 K. ``+position`` takes both its
-factor and its additive part: friction that varies along a guide and a force that does, such as of a cable or a cover,
-look alike on a drive in one direction only. Each part is linear in its coefficients, of first order in each cause.
+with :math:`\xi = (x - x_0)/x_L`, limited to :math:`\pm 1` beyond the identified range, :math:`\varphi =
+2\pi x/\text{pitch}`, the load :math:`L` over its nominal value and :math:`T_0` = 293.15 K. ``+position`` has both a
+factor and an additive part. On a drive that moves in one direction only, friction that varies along a guide and an
+additive force, such as of a cable or a cover, are confounded. Each part is linear in its coefficients.
 """
 
 import math
@@ -28,14 +28,14 @@ from bristle.friction.enclosing import CoefficientsModel, enclosed
 
 SMALLEST_FACTOR = 0.01
 TWO_PI = 2.0 * math.pi
-# What a log or an axis tells, and no fit.
+# Known from the log or the axis file, never fitted.
 MIDDLE = Variable("length", "middle of the range of positions")
 HALF_RANGE = Variable("length", "half of the range of positions", min=1e-12)
 PITCH = Variable("length", "travel for one turn of the screw", min=1e-12)
 
 
 class Place(NamedTuple):
-    """Coefficients of all variations; those of a slot that is not asked for are zero."""
+    """Coefficients of all variations; zero for absent slots."""
 
     x_0: Annotated[float, MIDDLE] = 0.0
     x_L: Annotated[float, HALF_RANGE] = 1.0
@@ -59,16 +59,16 @@ VARIATIONS: dict[str, tuple[str, ...]] = {
     "temperature": ("k_T",),
 }
 """The parameters of each slot."""
-ADDS = {"periodic": "an additive force that depends on the angle of the screw, alike in both directions"}
-"""What a slot adds to friction, in words."""
+ADDS = {"periodic": "an additive force that depends on the angle of the screw, the same in both directions"}
+"""The additive forces of slots, in words."""
 VARIES_WITH = {name: name for name in VARIATIONS if name not in ADDS}
-"""What friction varies with, in words."""
+"""The causes of a variation of friction, in words."""
 SURROUNDINGS = {name: OF_MOTION[name] for name in VARIATIONS if name in Motion._field_defaults}
-"""What a slot depends on, where that is no more than the angle of the screw."""
+"""Surroundings of each slot that depends on more than the position."""
 
 
 def is_factor(variable: Variable) -> bool:
-    """Return whether this is a coefficient of a slot that multiplies friction; the others add a force to it."""
+    """Return whether a coefficient of a slot multiplies friction; the others add a force to it."""
     return variable.excitation in ("place", *SURROUNDINGS) and "force" not in exponents_of(variable.quantity)
 
 
@@ -95,7 +95,7 @@ def factor_at(x, load, temperature, q):
 
 @kernel
 def force_at(x, q):
-    """Return the force [N or N*m] beside friction at a position [m or rad]."""
+    """Return the additive force [N or N*m] at a position [m or rad]."""
     xi = share_of(x, q)
     phase = TWO_PI * x / q.pitch
     c, s = cos(phase), sin(phase)
@@ -105,7 +105,7 @@ def force_at(x, q):
 
 @kernel
 def trial(state, memory, motion, dt, p):
-    """Return the mean force [N or N*m] of the model at the middle of the step, as it varies."""
+    """Return the mean force [N or N*m] of the model at the middle of the step, with its variation."""
     force, move = friction_trial(state, memory, motion, dt, p.inner)
     x = motion.x - 0.5 * dt * motion.v
     return factor_at(x, motion.load, motion.temperature, p.place) * force + force_at(x, p.place), move
@@ -113,7 +113,7 @@ def trial(state, memory, motion, dt, p):
 
 @kernel
 def rate(state, motion, p):
-    """Return the force [N or N*m] of the model as it varies, and the rate of its state."""
+    """Return the force [N or N*m] of the model with its variation, and the rate of its state."""
     force, d_state = friction_rate(state, motion, p.inner)
     factor = factor_at(motion.x, motion.load, motion.temperature, p.place)
     return factor * force + force_at(motion.x, p.place), d_state
@@ -133,7 +133,7 @@ class VariedModel(CoefficientsModel):
 
 
 def varied(model: FrictionModel, slots: Iterable[str]) -> FrictionModel:
-    """Return `model` with slots that let it vary; the model itself where there are none of them."""
+    """Return `model` with those slots that let it vary; the model itself if there are none."""
     chosen = tuple(slot for slot in VARIATIONS if slot in set(slots))
     return _varied(model, chosen) if chosen else model
 
@@ -157,9 +157,9 @@ def _varied(model: FrictionModel, slots: tuple[str, ...]) -> VariedModel:
 
 
 def _in_words(slots: tuple[str, ...]) -> list[str]:
-    """Return what slots do to a model, in words."""
+    """Return the effects of slots on a model, in words."""
     causes = [VARIES_WITH[slot] for slot in slots if slot in VARIES_WITH]
-    return [*([f"varying with {' and '.join(causes)}"] if causes else []), *(f"beside it {ADDS[slot]}" for slot in slots if slot in ADDS)]
+    return [*([f"varying with {' and '.join(causes)}"] if causes else []), *(f"with {ADDS[slot]}" for slot in slots if slot in ADDS)]
 
 
 _EXAMPLE = {

@@ -26,18 +26,18 @@ class State(NamedTuple):
 
 
 class Move(NamedTuple):
-    """Nothing to commit."""
+    """An empty move."""
 
 
 @kernel
 def trial(state, memory, motion, dt, p):
-    """Return the mean force [N or N*m] over a step at constant velocity, and nothing to commit."""
+    """Return the mean force [N or N*m] over a step at constant velocity, and an empty move."""
     return p.F_v * motion.v, Move()
 
 
 @kernel
 def commit(state, memory, move, p):
-    """Return the state after the step: there is none."""
+    """Return the state after the step, which is empty."""
     return state
 
 

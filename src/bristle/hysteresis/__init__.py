@@ -1,6 +1,6 @@
-"""Hysteresis operators, one a file: what comes out depends on the path of the input, not on its speed.
+"""Hysteresis operators, each in a file: the output depends on the path of the input, not on its speed.
 
-Each name is a descriptor: call it with parameters to have an operator, and run it with `bristle.response`.
+Call a descriptor with parameters to get an operator, and run it with `bristle.response`.
 
 Examples
 --------
@@ -10,7 +10,7 @@ Examples
 array([0.056552, 0.008571, 0.056552])
 """
 
-# Every operator of bristle, a line each, in the order in which they are listed.
+# Every operator of bristle, in the order of the lists.
 # isort: off
 from bristle.hysteresis.play import play as play
 from bristle.hysteresis.stop import stop as stop
@@ -61,7 +61,7 @@ __all__ = [
 
 @guarded(operator=model("hysteresis"))
 def inverse_of(operator: Model) -> Model:
-    """Return the inverse of an operator: the displacement from the force.
+    """Return the inverse of an operator: from force to displacement.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ def inverse_of(operator: Model) -> Model:
         return _inverse_of_stops(operator)
     if operator.component is preisach:
         return inverse_preisach(kind=operator.kind, **operator.values)
-    raise InputError("has no inverse here", path="operator", value=operator.name, allowed="prandtl_ishlinskii, preisach")
+    raise InputError("has no inverse in bristle", path="operator", value=operator.name, allowed="prandtl_ishlinskii, preisach")
 
 
 def __dir__() -> list[str]:

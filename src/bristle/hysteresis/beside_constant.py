@@ -1,9 +1,9 @@
-r"""A hysteresis operator with a constant output beside it.
+r"""A hysteresis operator plus a constant output.
 
 .. math:: w = H[u] + w_0
 
-Loops that were recorded with a bias, such as those of a torque sensor, are the operator and this constant together.
-Operators that have an ``offset`` of their own need none.
+Loops recorded with a bias, such as that of a torque sensor, need an operator and this constant. Operators with an
+``offset`` parameter do not need it.
 """
 
 from collections.abc import Mapping
@@ -18,11 +18,11 @@ from bristle.core.lazy import once
 from bristle.core.variable import Variable
 
 CONSTANT = "offset"
-VARIABLE = Variable("force", "constant output beside the operator")
+VARIABLE = Variable("force", "constant added to the output of the operator")
 
 
 class Parameters(NamedTuple):
-    """Parameters of an operator with a constant beside it."""
+    """Parameters of an operator with a constant."""
 
     inner: Any
     constant: Annotated[float, VARIABLE]
@@ -43,7 +43,7 @@ def commit(state, memory, move, p):
 
 @dataclass(frozen=True, kw_only=True)
 class BesideConstant(Enclosing, HysteresisOperator):
-    """An operator around another one, with a constant output beside that.
+    """An operator around another operator, with a constant added to its output.
 
     Parameters
     ----------
@@ -62,17 +62,17 @@ class BesideConstant(Enclosing, HysteresisOperator):
         return {CONSTANT: replace(VARIABLE, quantity=self.output)}
 
     def assemble(self, values: Mapping[str, Any]) -> Parameters:
-        """Return what kernels receive, from the values that a person sets."""
+        """Return the parameters of the kernels from the values of the user."""
         return Parameters(self.inside(values), values[CONSTANT])
 
     def values(self, parameters: Parameters) -> dict[str, Any]:
-        """Return the values that a person sets, from what kernels receive."""
+        """Return the values of the user from the parameters of the kernels."""
         return self.inner.values(parameters.inner) | {CONSTANT: parameters.constant}
 
 
 @once
 def beside_constant(operator: HysteresisOperator) -> BesideConstant:
-    """Return the descriptor of an operator with a constant beside it."""
+    """Return the descriptor of an operator with a constant."""
     return BesideConstant(
         name=operator.name,
         description=operator.description,
@@ -92,14 +92,14 @@ def beside_constant(operator: HysteresisOperator) -> BesideConstant:
 
 
 def with_constant(operator: Model, constant: float) -> Model:
-    """Return an operator whose output is larger by a constant, in the unit of the output.
+    """Return an operator with a constant added to its output, in the unit of the output.
 
     Parameters
     ----------
     operator : Model
         A hysteresis operator with parameters.
     constant : float
-        The constant; 0 returns the operator as it is.
+        The constant; with 0 the operator is returned unchanged.
     """
     if not constant:
         return operator

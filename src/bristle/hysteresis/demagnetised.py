@@ -1,4 +1,4 @@
-r"""The first branch of a demagnetised operator, whose turning points shrank evenly to zero: from its Everett function.
+r"""The first branch of a demagnetised operator, whose turning points shrank evenly to zero, from its Everett function.
 
 .. math:: f(u) = f_0 + \operatorname{sgn}(u)\, E(|u|, -|u|)
 """

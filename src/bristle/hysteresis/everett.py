@@ -1,7 +1,7 @@
-r"""Everett functions in closed form: what a Preisach operator needs to know of its measure, and no table.
+r"""Everett functions in closed form: the measure of a Preisach operator without a table.
 
 The Everett function :math:`E(\alpha, \beta)` is the integral of the Preisach measure :math:`\mu` over the triangle
-:math:`\beta \le \beta' \le \alpha' \le \alpha`: half of what the output changes by when the input turns at
+:math:`\beta \le \beta' \le \alpha' \le \alpha`: half of the change of the output when the input turns at
 :math:`\beta` and rises to :math:`\alpha`. With the stiffness :math:`s`, the saturation :math:`f_p` and
 :math:`d = \alpha - \beta`:
 
@@ -18,7 +18,7 @@ The Everett function :math:`E(\alpha, \beta)` is the integral of the Preisach me
 
 with the tip of the symmetric loop of amplitude :math:`x_r`,
 :math:`f_r = 2 f_p k/(\sqrt{1 + 6k + k^2} + 1 + k)`, :math:`k = s x_r/f_p`. The Masing kernels depend on :math:`d` only:
-their operators are those of Prandtl and Ishlinskii, congruent everywhere. A friction operator dissipates because its
+they are Prandtl-Ishlinskii operators, with congruent loops everywhere. A friction operator dissipates because its
 measure is negative off the diagonal :math:`\alpha = \beta` and has a positive line mass on it, the stiffness.
 
 References
@@ -36,7 +36,7 @@ from bristle.core.mathematics import exp, expm1, log1p
 
 KERNELS = ("dahl_masing", "tip_masing", "reformed_dahl_exact", "exp_masing")
 DAHL_MASING, TIP_MASING, REFORMED_DAHL_EXACT, EXP_MASING = range(4)
-# Beyond it every curve has saturated, and its square still is a finite number.
+# Every curve has saturated here, and the square of this number is still finite.
 FAR = 1e150
 
 
@@ -69,13 +69,13 @@ def loop_tip_slope(k):
 def loading_curve(x, shape, exponent):
     """Return the virgin force over f_p of a Masing kernel at the travel x >= 0 over f_p/s."""
     if shape == DAHL_MASING and exponent == 2.0:
-        return x * (1.0 / (1.0 + x))  # the quotient that the slope needs too
+        return x * (1.0 / (1.0 + x))  # the slope needs the same quotient
     return other_curve(x, shape, exponent)
 
 
 @kernel(inline=False)
 def other_curve(x, shape, exponent):
-    """Return `loading_curve` of all others: apart, or a step would be too long for the compiler to specialise."""
+    """Return `loading_curve` of the other kernels; separate, or a step is too long for the compiler to specialise."""
     if shape == TIP_MASING:
         return loop_tip(x)
     if shape == EXP_MASING or abs(exponent - 1.0) < 1e-12:
@@ -97,7 +97,7 @@ def loading_slope(x, shape, exponent):
 
 @kernel(inline=False)
 def other_slope(x, shape, exponent):
-    """Return `loading_slope` of all others."""
+    """Return `loading_slope` of the other kernels."""
     if shape == TIP_MASING:
         return loop_tip_slope(x)
     if shape == EXP_MASING or abs(exponent - 1.0) < 1e-12:
@@ -141,7 +141,7 @@ def reformed_value(alpha, beta, q):
 
 @kernel
 def slope(alpha, beta, side, q):
-    """Return the derivative of E to its moving end [N/m or N*m/rad]: alpha for side > 0, -beta otherwise."""
+    """Return the derivative of E with respect to its moving end [N/m or N*m/rad]: alpha for side > 0, else -beta."""
     if q.kernel == REFORMED_DAHL_EXACT:
         return reformed_slope(alpha, beta, side, q)
     return 0.5 * q.s * loading_slope((alpha - beta) * (0.5 * q.s / q.f_p), q.kernel, q.exponent)

@@ -1,13 +1,13 @@
 r"""The Preisach operator with a tabulated Everett function, for measured hysteresis of any sign.
 
-The table stands on :math:`c = \alpha + \beta` and :math:`d = \alpha - \beta`, with :math:`d` spaced quadratically and
-:math:`c` evenly over the range :math:`\pm(2X - d)` that it has there, and is linear between its nodes. On
-:math:`(\alpha, \beta)` the same number of nodes errs by nearly 2 % of saturation, because the kink at
-:math:`\alpha = \beta` runs across the cells; here it is an edge, and the error is 2e-4 at 101 by 101 nodes.
+The table is over :math:`c = \alpha + \beta` and :math:`d = \alpha - \beta`, with :math:`d` spaced quadratically and
+:math:`c` evenly over its range :math:`\pm(2X - d)`, and linear between its nodes. The same number of nodes over
+:math:`(\alpha, \beta)` has an error of nearly 2 % of saturation, because the kink at :math:`\alpha = \beta` crosses the
+cells. Here the kink is an edge, and the error is 2e-4 at 101 by 101 nodes.
 
-Outside :math:`[-X, X]` there is no measure: the output stays. Inside, the demagnetised operator follows the measure
-above the line :math:`\alpha = -\beta`, which the constructors in `bristle.hysteresis.tabulate` put into `upper`, so
-that neither a sign of the measure nor its symmetry is assumed.
+The measure is zero outside :math:`[-X, X]`: the output stays constant. Inside, the demagnetised operator follows the
+measure above the line :math:`\alpha = -\beta`. The constructors in `bristle.hysteresis.tabulate` put it into `upper`,
+so the measure may have any sign and need not be symmetric.
 """
 
 import math
@@ -42,7 +42,7 @@ class Parameters(NamedTuple):
 
 
 class Cell(NamedTuple):
-    """Where a point lies in the table: the lower corner of its cell, its place inside, the size of the cell there."""
+    """Place of a point in the table: the lower corner of its cell, its place in the cell, the size of the cell there."""
 
     i: int
     j: int
@@ -50,12 +50,12 @@ class Cell(NamedTuple):
     along_d: float
     size_c: float
     size_d: float
-    lean: float  # c over 2X - d: how the place along c moves with d
+    lean: float  # c over 2X - d: change of the place along c with d
 
 
 @kernel
 def cell_of(alpha, beta, q):
-    """Return the cell of the table that holds (alpha, beta), both inside [-X, X]."""
+    """Return the cell of the table that contains (alpha, beta), both inside [-X, X]."""
     columns = q.upper.size
     rows = q.E.size // columns
     n = columns - 1
@@ -85,7 +85,7 @@ def value(alpha, beta, q):
 
 @kernel
 def slope(alpha, beta, side, q):
-    """Return the derivative of E to its moving end [N/m or N*m/rad]: alpha for side > 0, -beta otherwise."""
+    """Return the derivative of E with respect to its moving end [N/m or N*m/rad]: alpha for side > 0, else -beta."""
     if side > 0.0 and alpha > q.extent:
         return 0.0
     if side <= 0.0 and beta < -q.extent:
@@ -162,7 +162,7 @@ RELATIONS = (
     Relation(
         "E = 0 at alpha = beta",
         lambda p: not np.any(p.E[:: len(p.upper)]),
-        "Nothing lies in a triangle without area: the first column is zero",
+        "A triangle without area has no measure: set the first column to zero",
     ),
 )
 

@@ -1,6 +1,6 @@
-"""Histories: what an operator has gone through before the first sample. A virgin one has gone through nothing.
+"""Histories of an operator before the first sample. A virgin operator has no history.
 
-Any sequence of inputs is a history; those here give the two states that measurements start from.
+Any sequence of inputs is a history. These functions give the two usual initial states of a measurement.
 """
 
 import numpy as np
@@ -33,9 +33,9 @@ def conditioned(amplitude: Amount, reversals: int = 100) -> np.ndarray:
     Parameters
     ----------
     amplitude : float or str
-        Amplitude of the first reversal [m or rad]; a larger one before it is forgotten only as far as this reaches.
+        Amplitude of the first reversal [m or rad]; the sweep erases the earlier history up to this amplitude only.
     reversals : int
-        How many: the more, the closer to the virgin state, and the more turning points are remembered.
+        Number of reversals; more come closer to the virgin state and store more turning points.
 
     Returns
     -------

@@ -2,13 +2,13 @@ r"""The inverse of a Prandtl–Ishlinskii operator in closed form: plays in para
 
 .. math:: u = c f + \sum_j c_j\,\mathcal P_{h_j}[f]
 
-Its virgin curve is that of the operator read the other way, :math:`\varphi^{-1}`: with :math:`\varphi'` the slope of
-the operator's own between its thresholds,
+Its virgin curve is the inverse of the operator's, :math:`\varphi^{-1}`. With the slope :math:`\varphi'` of the
+operator's virgin curve between its thresholds,
 
 .. math:: h_j = \varphi(r_j), \qquad c = 1/\varphi'(0), \qquad c_j = 1/\varphi'(r_j^+) - 1/\varphi'(r_j^-)
 
-It exists where :math:`\varphi` rises everywhere, so the spring must not be zero: a force at saturation tells no
-displacement.
+It exists if :math:`\varphi` rises everywhere. The spring must therefore be positive: a force at saturation does not
+determine a displacement.
 
 References
 ----------
@@ -99,7 +99,7 @@ def inverse_of(operator: Model) -> Model:
     thresholds, index = np.unique(p.thresholds, return_inverse=True)
     slopes = p.spring + np.append(np.cumsum(np.bincount(index, p.weights)[::-1])[::-1], 0.0)
     if not np.all(slopes > 0.0):
-        flattest, mend = float(slopes.min()), "Give it a spring, however weak"
+        flattest, mend = float(slopes.min()), "Add a spring, even a weak one"
         raise InputError("must rise everywhere", path=operator.name, value=flattest, allowed="slope > 0", mend=mend)
     heights = np.cumsum(slopes[:-1] * np.diff(thresholds, prepend=0.0))
     return MODEL(kind=operator.kind, thresholds=heights, weights=np.diff(1.0 / slopes), compliance=float(1.0 / slopes[0]))

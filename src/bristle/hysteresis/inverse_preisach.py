@@ -1,11 +1,12 @@
-r"""The inverse of a Preisach operator: the displacement from the force, by the same turning points.
+r"""The inverse of a Preisach operator: the displacement from the force, with the same turning points.
 
-Each branch rises with the input where friction is meant (:math:`E` grows with :math:`\alpha - \beta`), so that the
-turning points of the force are those of the displacement: one stack serves both. On a branch of a Masing kernel the
-displacement is closed, :math:`z = z_n \pm 2\varphi^{-1}(|f - f_n|/2)` with the virgin curve :math:`\varphi`; on any
-other it is the root between the ends of the branch. The state and the memory are those of the operator itself.
+The branches of friction rise with the input (:math:`E` grows with :math:`\alpha - \beta`), so force and displacement
+have the same turning points and share a stack. On a branch of a Masing kernel the displacement has a closed form,
+:math:`z = z_n \pm 2\varphi^{-1}(|f - f_n|/2)` with the virgin curve :math:`\varphi`. On any other branch it is the root
+between the ends of the branch. State and memory are those of the operator.
 
-A force of :math:`f_p` or more has no displacement: NaN, which `bristle.response` refuses by its sample.
+A force of :math:`f_p` or more has no displacement: the result is NaN, and `bristle.response` names the sample in an
+error.
 
 References
 ----------
@@ -34,7 +35,7 @@ class Parameters(Forward):
 
 @kernel
 def branch_toward(stack, memory, f):
-    """Return the branch that the output `f` lies on, reached from ``stack.f`` in one move."""
+    """Return the branch with the output `f`, reached from ``stack.f`` in one move."""
     change = f - stack.f
     side = math.copysign(1.0, change) if change != 0.0 else stack.side
     capacity = memory.size // 2
@@ -57,7 +58,7 @@ def input_on(branch, f, p):
     """Return the input at which a branch has the output `f`."""
     length = p.f_p / p.s
     if branch.depth == 0:
-        # The virgin curve of the exact kernel is the locus of the tips, which has a closed inverse.
+        # The virgin curve of the exact kernel is the locus of the tips, which has an inverse in closed form.
         shape = 1 if p.kernel == REFORMED_DAHL_EXACT else p.kernel
         return direction(f) * length * loading_inverse(abs(f) / p.f_p, shape, p.exponent)
     if p.kernel != REFORMED_DAHL_EXACT:
@@ -68,7 +69,7 @@ def input_on(branch, f, p):
 
 @kernel(inline=False)
 def root_on(branch, f, p):
-    """Return the root of the output on a branch less `f`, between where the branch begins and where it ends."""
+    """Return the input on a branch with the output `f`, between the ends of the branch."""
     q = measure(p)
     low, high = min(branch.z, branch.end), max(branch.z, branch.end)
     bracket = Bracket(low, branch_output(branch, low, q) - f, high, branch_output(branch, high, q) - f, 0.0)

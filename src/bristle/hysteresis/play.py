@@ -1,4 +1,4 @@
-r"""The play operator, or backlash: what is pushed over a gap of width :math:`2r`.
+r"""The play operator, or backlash: the output of a link with a gap of width :math:`2r`.
 
 .. math:: w = \max(u - r, \min(u + r, w^-))
 
@@ -29,7 +29,7 @@ class State(NamedTuple):
 
 
 class Move(NamedTuple):
-    """What a trial hands to commit."""
+    """Result of a trial, applied by commit."""
 
     w: float
 
@@ -55,7 +55,7 @@ def commit(state, memory, move, p):
 
 MODEL = play = HysteresisOperator(
     name="play",
-    description="play, or backlash: what is pushed over a gap",
+    description="play, or backlash: a link with a gap",
     Parameters=Parameters,
     State=State,
     trial=trial,

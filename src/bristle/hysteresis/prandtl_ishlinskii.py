@@ -2,10 +2,10 @@ r"""The Prandtl–Ishlinskii operator: stops in parallel, and a spring.
 
 .. math:: f = k u + \sum_i w_i\,\mathcal S_{r_i}[u]
 
-Its virgin curve :math:`\varphi(x) = k x + \sum_i w_i \min(x, r_i)` says everything about it: each branch is
-:math:`f_n \pm 2\varphi(|u - u_n|/2)` (Masing's rule), so that minor loops between the same inputs are congruent
+Its virgin curve :math:`\varphi(x) = k x + \sum_i w_i \min(x, r_i)` describes it completely: each branch is
+:math:`f_n \pm 2\varphi(|u - u_n|/2)` (Masing's rule), so minor loops between the same inputs are congruent
 everywhere. It is a Preisach operator whose measure depends on :math:`\alpha - \beta` only. Weights may have any sign;
-friction has positive ones.
+those of friction are positive.
 
 References
 ----------
@@ -35,7 +35,7 @@ class State(NamedTuple):
 
 
 class Move(NamedTuple):
-    """What a trial hands to commit."""
+    """Result of a trial, applied by commit."""
 
     u: float
 
@@ -49,7 +49,7 @@ SAME_LENGTH = Relation(
 
 @kernel
 def force_of_sliders(places, u, p):
-    """Return the force [N or N*m] at the input `u` [m or rad] of sliders that were at these places."""
+    """Return the force [N or N*m] at the input `u` [m or rad] of sliders at these places."""
     f = p.spring * u
     for i in range(p.thresholds.size):
         f += p.weights[i] * (u - played(places[i], u, p.thresholds[i]))

@@ -20,7 +20,7 @@ from bristle.hysteresis.everett import KERNELS, ClosedForm
 from bristle.hysteresis.turning_points import SMALLEST_CAPACITY, Stack, stack_commit, stack_size, stack_trial
 
 CAPACITY = Variable("1", "turning points remembered; beyond it the innermost pair is lost", min=SMALLEST_CAPACITY)
-TOLERANCE = Variable("1", "smallest reversal that is one, over f_p/s", min=0.0, max=1.0)
+TOLERANCE = Variable("1", "smallest reversal that is stored, over f_p/s", min=0.0, max=1.0)
 
 
 class Parameters(NamedTuple):

@@ -1,15 +1,15 @@
-r"""The Preisach operator on a grid of cells: as it is identified from data, with a measure of either sign.
+r"""The Preisach operator on a grid of cells, for identification from data, with a measure of either sign.
 
-The inputs from `low` to `high` are divided evenly. A cell off the diagonal has one density all over it; a cell on the
-diagonal carries its whole measure on the line :math:`\alpha = \beta`, which is a spring between its two levels. The
-Everett function is therefore bilinear between the levels, and what `E` holds is its values there:
+The inputs from `low` to `high` are divided evenly. A cell off the diagonal has a uniform density. A cell on the
+diagonal has its whole measure on the line :math:`\alpha = \beta`: a spring between its two levels. The
+Everett function is therefore bilinear between the levels, and `E` has its values there:
 
 .. math:: E(\alpha_i, \beta_j) = \sum_{j \le l \le k < i} \mu_{kl}
 
-The output is continuous, where relays at the middle of the cells (`bristle.hysteresis.relay_grid`) give a staircase.
-Outside the levels there is no measure: the output stays. The demagnetised state is half-way between the branches of the
-loop that an input belongs to, :math:`f_0 \pm E(|u|, -|u|)`, which is what a measure symmetric to
-:math:`\alpha = -\beta` has there.
+The output is continuous; relays at the middle of the cells (`bristle.hysteresis.relay_grid`) give a staircase.
+Outside the levels there is no measure: the output stays constant. The demagnetised state is half-way between the
+branches of the loop through an input, :math:`f_0 \pm E(|u|, -|u|)`, as for a measure symmetric to
+:math:`\alpha = -\beta`.
 
 References
 ----------
@@ -56,7 +56,7 @@ class Parameters(NamedTuple):
 
 @kernel
 def cell_count(size):
-    """Return along how many cells of a side this many values of E lie."""
+    """Return the number of cells along a side for this many values of E."""
     return int(0.5 * (math.sqrt(8.0 * size + 1.0) - 1.0) + 0.5)
 
 
@@ -68,7 +68,7 @@ def node(i, j, q):
 
 @kernel
 def grid_coordinate(u, n, q):
-    """Return where an input lies, in cells from the lowest level; outside the grid at its edge."""
+    """Return the place of an input, in cells from the lowest level; outside the grid the place of its edge."""
     return max(0.0, min((u - q.low) / (q.high - q.low), 1.0)) * n
 
 
@@ -88,7 +88,7 @@ def value(alpha, beta, q):
 
 @kernel
 def slope(alpha, beta, side, q):
-    """Return the derivative of E to its moving end [N/m or N*m/rad]: alpha for side > 0, -beta otherwise."""
+    """Return the derivative of E with respect to its moving end [N/m or N*m/rad]: alpha for side > 0, else -beta."""
     if (side > 0.0 and alpha > q.high) or (side <= 0.0 and beta < q.low):
         return 0.0
     n = cell_count(q.E.size)
@@ -131,7 +131,7 @@ RELATIONS = (
     Relation(
         "n (n + 1)/2 values of E for n cells along a side",
         lambda p: len(p.E) >= 1 and cell_count(len(p.E)) * (cell_count(len(p.E)) + 1) == 2 * len(p.E),
-        "Give each row of E one value more than the row before",
+        "Give each row of E one more value than the row before",
         structural=True,
     ),
 )

@@ -1,10 +1,10 @@
-r"""The Preisach operator by brute force: every relay of a grid on its own.
+r"""The Preisach operator by brute force: every relay of a grid is evaluated.
 
 .. math:: f = \sum_{i \ge j} \mu_{ij}\,\gamma_{ij}[u]
 
-It is the definition, equation (12) of the source paper, and the reference that the turning points are held against:
-with extremes on the levels of the grid both agree to rounding. In between the grid is a staircase, and it takes time in
-proportion to the square of its levels, where the turning points take none.
+It is the definition, equation (12) of the source paper, and the reference for the turning points: with extremes on the
+levels of the grid both agree to rounding. Between the levels the grid is a staircase. Its time grows with the square of
+the number of levels; the time of the turning points does not depend on it.
 
 References
 ----------
@@ -36,7 +36,7 @@ class State(NamedTuple):
 
 
 class Move(NamedTuple):
-    """What a trial hands to commit."""
+    """Result of a trial, applied by commit."""
 
     u: float
 
@@ -53,7 +53,7 @@ def relay(before, u, alpha, beta):
 
 @kernel
 def middle(levels, i):
-    """Return the middle of cell `i`: where its relays switch."""
+    """Return the middle of cell `i`, where its relays switch."""
     return 0.5 * (levels[i] + levels[i + 1])
 
 

@@ -1,17 +1,18 @@
-r"""The Preisach operator with its Everett function tabulated along measured reversal curves, in their own coordinates.
+r"""The Preisach operator with its Everett function tabulated along measured reversal curves.
 
-Row `i` of the table holds the Everett function along the curve that turned at the input ``reversals[i]`` and was
-recorded up to ``ends[i]``, evenly spaced over that range. Between two curves, what lies at the same share of the range,
+Row `i` of the table has the Everett function along the curve that turned at the input ``reversals[i]`` and was
+recorded up to ``ends[i]``, evenly spaced over that range. Between two curves, values at the same share of the range,
 
 .. math:: r = \frac{\alpha - \beta}{A(\beta) - \beta}, \qquad A \text{ the end of the curve that turned at } \beta,
 
-is interpolated linearly. Curves that turned at neighbouring inputs are alike over that share: their steep part after
-the reversal stays together, where at the same input it would be mixed with what comes before the reversal. On
-measured curves of a magnet this takes the error on a curve that was left out from 0.029 to 0.0193 % of full scale.
+are interpolated linearly. Over that share, curves that turned at neighbouring inputs are similar: the steep parts after
+their reversals are interpolated with each other. Interpolation at the same input would mix the steep part of a curve
+with the part of the other before its reversal. On measured curves of a magnet this reduces the error on a curve that
+was left out from 0.029 to 0.0193 % of full scale.
 
 From the end of a curve to saturation at ``top`` the table is linear, up to ``E_top``. Curves rise from their reversal
-for ``side`` = 1; falling ones are stored mirrored, :math:`E(-\beta, -\alpha)`, with ``side`` = -1. Outside the table
-there is no measure: the output stays. The demagnetised state is that of `bristle.hysteresis.preisach_grid`.
+for ``side`` = 1; falling curves are stored mirrored, :math:`E(-\beta, -\alpha)`, with ``side`` = -1. Outside the table
+there is no measure: the output stays constant. The demagnetised state is that of `bristle.hysteresis.preisach_grid`.
 
 References
 ----------
@@ -51,20 +52,20 @@ class Parameters(NamedTuple):
     ends: Annotated[np.ndarray, Variable("length", "input up to which each row of the table reaches")]
     E: Annotated[np.ndarray, Variable("force", "Everett function, a row for each curve, evenly from its reversal to its end")]
     E_top: Annotated[np.ndarray, Variable("force", "Everett function between each reversal and the top")]
-    side: Annotated[float, Variable("1", "1 for curves that rise, -1 for mirrored ones", min=-1.0, max=1.0)] = 1.0
+    side: Annotated[float, Variable("1", "1 for rising curves, -1 for mirrored curves", min=-1.0, max=1.0)] = 1.0
     offset: Annotated[float, OUTPUT_OFFSET] = 0.0
     capacity: Annotated[int, CAPACITY] = 256
     tolerance: Annotated[float, TOLERANCE] = 1e-12
 
 
 class Row(NamedTuple):
-    """A point between two rows: the lower one, the share of the upper one, and where the range ends there."""
+    """A point between two rows: the lower row, the share of the upper row, and the end of the range there."""
 
     i: int
     share: float
     end: float
     spacing: float  # between both reversals
-    lean: float  # derivative of the end by the reversal
+    lean: float  # derivative of the end with respect to the reversal
 
 
 @kernel
@@ -96,7 +97,7 @@ def along(i, r, q):
 
 @kernel
 def steepness(i, r, q):
-    """Return the derivative of `along` by the share."""
+    """Return the derivative of `along` with respect to the share."""
     n = q.E.size // q.reversals.size - 1
     at = i * (n + 1) + min(int(r * n), n - 1)
     return n * (q.E[at + 1] - q.E[at])
@@ -104,13 +105,13 @@ def steepness(i, r, q):
 
 @kernel
 def inside(u, q):
-    """Return an input kept inside the table."""
+    """Return an input limited to the table."""
     return max(q.reversals[0], min(u, q.reversals[q.reversals.size - 1]))
 
 
 @kernel(inline=False)
 def rising(alpha, beta, q):
-    """Return E [N or N*m] of the curves as they are stored, both inputs inside the table."""
+    """Return E [N or N*m] of the stored curves, both inputs inside the table."""
     row = row_at(beta, q)
     top = q.reversals[q.reversals.size - 1]
     length = max(row.end - beta, 1e-12 * (top - q.reversals[0]))
@@ -124,7 +125,7 @@ def rising(alpha, beta, q):
 
 @kernel(inline=False)
 def by_alpha(alpha, beta, q):
-    """Return the derivative of `rising` by alpha [N/m or N*m/rad]."""
+    """Return the derivative of `rising` with respect to alpha [N/m or N*m/rad]."""
     row = row_at(beta, q)
     top = q.reversals[q.reversals.size - 1]
     length = max(row.end - beta, 1e-12 * (top - q.reversals[0]))
@@ -138,7 +139,7 @@ def by_alpha(alpha, beta, q):
 
 @kernel(inline=False)
 def by_beta(alpha, beta, q):
-    """Return the derivative of `rising` by -beta [N/m or N*m/rad]."""
+    """Return the derivative of `rising` with respect to -beta [N/m or N*m/rad]."""
     row = row_at(beta, q)
     top = q.reversals[q.reversals.size - 1]
     length = max(row.end - beta, 1e-12 * (top - q.reversals[0]))
@@ -165,7 +166,7 @@ def value(alpha, beta, q):
 
 @kernel
 def slope(alpha, beta, side, q):
-    """Return the derivative of E to its moving end [N/m or N*m/rad]: alpha for side > 0, -beta otherwise."""
+    """Return the derivative of E with respect to its moving end [N/m or N*m/rad]: alpha for side > 0, else -beta."""
     high, low = (alpha, beta) if q.side > 0.0 else (-beta, -alpha)
     a, b = inside(high, q), inside(low, q)
     if side * q.side > 0.0:
@@ -212,7 +213,7 @@ RELATIONS = (
     Relation(
         "E = 0 at alpha = beta",
         lambda p: not np.any(p.E[:: max(len(p.E) // len(p.reversals), 1)]),
-        "Nothing lies in a triangle without area: the first column is zero",
+        "A triangle without area has no measure: set the first column to zero",
     ),
 )
 

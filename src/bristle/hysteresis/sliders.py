@@ -1,8 +1,8 @@
-r"""Stops in parallel as a measure: a friction model that deflects them follows them as it follows turning points.
+r"""Stops in parallel as a measure, so that a friction model can deflect them like an operator with turning points.
 
-The places of the sliders are the whole memory, so that what a move gives is one curve from where they are, which no
-turning point ends: the virgin one of `bristle.hysteresis.turning_points`. Its output is that of
-`bristle.hysteresis.prandtl_ishlinskii`, by the same function. By Masing's rule the Everett function is
+The places of the sliders are the whole memory. A move from them follows a single curve without turning points: the
+virgin curve of `bristle.hysteresis.turning_points`. Its output is computed by the function of
+`bristle.hysteresis.prandtl_ishlinskii`. By Masing's rule the Everett function is
 :math:`E(\alpha, \beta) = \varphi((\alpha - \beta)/2)`, with the virgin curve
 :math:`\varphi(x) = k x + \sum_i w_i \min(x, r_i)`.
 """
@@ -17,7 +17,7 @@ from bristle.hysteresis.prandtl_ishlinskii import force_of_sliders
 
 
 class Sliders(NamedTuple):
-    """Stops in parallel, and where their sliders are."""
+    """Stops in parallel, and the places of their sliders."""
 
     thresholds: np.ndarray
     weights: np.ndarray
@@ -37,7 +37,7 @@ def value(alpha, beta, q):
 
 @kernel
 def slope(alpha, beta, side, q):
-    """Return the derivative of E to its moving end [N/m or N*m/rad], the same for both."""
+    """Return the derivative of E with respect to its moving end [N/m or N*m/rad], the same for both ends."""
     x = 0.5 * (alpha - beta)
     k = 0.5 * q.spring
     for i in range(q.thresholds.size):
@@ -48,7 +48,7 @@ def slope(alpha, beta, side, q):
 
 @kernel
 def onward_output(u, q):
-    """Return the output [N or N*m] at the input `u` [m or rad], reached in one move from where the sliders are."""
+    """Return the output [N or N*m] at the input `u` [m or rad], reached in one move from the places of the sliders."""
     return force_of_sliders(q.places, u, q)
 
 

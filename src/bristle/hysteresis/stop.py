@@ -2,7 +2,7 @@ r"""The stop operator: a spring that slips at a deflection of :math:`r`, the com
 
 .. math:: w = u - \max(u - r, \min(u + r, y^-)), \qquad |w| \le r
 
-The state is the place :math:`y` of the slider, so that nothing adds up over many moves.
+The state is the place :math:`y` of the slider, so rounding errors do not add up over many moves.
 
 References
 ----------
@@ -30,7 +30,7 @@ class State(NamedTuple):
 
 
 class Move(NamedTuple):
-    """What a trial hands to commit."""
+    """Result of a trial, applied by commit."""
 
     y: float
 

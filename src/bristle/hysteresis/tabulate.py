@@ -1,7 +1,7 @@
-r"""Tables of an Everett function: from the function itself, or from measured reversal curves.
+r"""Tables of an Everett function: from a function, or from measured reversal curves.
 
-With the output :math:`f_\alpha` where the ascending branch turned at :math:`\alpha`, and :math:`f_{\alpha\beta}` when
-the input has come back to :math:`\beta`, the Everett function is
+With the output :math:`f_\alpha` at the turn of the ascending branch at :math:`\alpha`, and :math:`f_{\alpha\beta}` when
+the input has returned to :math:`\beta`, the Everett function is
 :math:`E(\alpha, \beta) = \tfrac12(f_\alpha - f_{\alpha\beta})`.
 """
 
@@ -71,13 +71,13 @@ def tabulated(
 def from_reversal_curves(
     curves: Sequence[tuple[Any, Any]], *, rows: int = NODES, columns: int = NODES, kind: Kind = "translational", **settings: Any
 ) -> Model:
-    """Return the operator that has these descending first-order reversal curves.
+    """Return the operator with these descending first-order reversal curves.
 
     Parameters
     ----------
     curves : sequence of (u, f)
-        Each curve begins where the ascending major branch turned and descends to the same smallest input, all within
-        the same range, symmetric to 0: input [m or rad] and output [N or N*m], both of shape (sample,).
+        Each curve begins at its turn on the ascending major branch and descends to the smallest input, which all curves
+        share, within a range symmetric to 0: input [m or rad] and output [N or N*m], both of shape (sample,).
     rows, columns : int
         Number of nodes along alpha + beta, odd, and along alpha - beta.
     kind : {"translational", "rotational"}
@@ -93,16 +93,16 @@ def from_reversal_curves(
     Raises
     ------
     InputError
-        If there are fewer than two curves, or one does not descend.
+        If there are fewer than two curves, or a curve does not descend.
     """
-    # Each rises where it is mirrored; in the order of where they turned.
+    # Each mirrored curve rises; sorted by the turn.
     read = sorted((_curve(u, f, -1.0, index) for index, (u, f) in enumerate(curves)), key=lambda curve: -curve.u[0])
     alphas = np.array([-curve.u[0] for curve in read])
     extent = max(float(alphas[-1]), *(float(curve.u[-1]) for curve in read))
     (alpha, beta, d), table = _nodes(extent, rows, columns), np.zeros((rows, columns))
     drops, following = alpha - beta, np.clip(np.searchsorted(alphas, alpha), 1, alphas.size - 1)
     for right in range(1, alphas.size):
-        # Between curves at the same drop: there E is smooth, and zero where the drop is.
+        # Between curves at the same drop: there E is smooth, and zero at zero drop.
         at = following == right
         low, high = (np.interp(drops[at], u - u[0], 0.5 * (f - f[0])) for u, f in read[right - 1 : right + 1])
         share = np.clip((alpha[at] - alphas[right - 1]) / (alphas[right] - alphas[right - 1]), 0.0, 1.0)
@@ -132,7 +132,7 @@ COLUMNS = 257
 
 
 class Curve(NamedTuple):
-    """A reversal curve, mirrored if need be so that it rises."""
+    """A reversal curve, mirrored if necessary so that it rises."""
 
     u: np.ndarray
     f: np.ndarray
@@ -140,10 +140,10 @@ class Curve(NamedTuple):
 
 @guarded(curves=many(CURVE, least=2), columns=whole(2, 10**5), kind=among(*KINDS, "magnetic", "piezo"))
 def table_of_curves(curves: Sequence[tuple[Any, Any]], *, columns: int = COLUMNS, kind: Kind = "translational", **settings: Any) -> Model:
-    """Return the operator that has these first-order reversal curves.
+    """Return the operator with these first-order reversal curves.
 
-    Every curve comes from saturation on the side that it returns to: the major branch is what the first samples of all
-    curves lie on. The largest input of all is taken for saturation. Nothing is assumed of the sign of the measure.
+    Every curve comes from saturation on the side to which it returns: the first samples of all curves are on the major
+    branch. The largest input of all counts as saturation. The measure may have any sign.
 
     Parameters
     ----------
@@ -153,25 +153,25 @@ def table_of_curves(curves: Sequence[tuple[Any, Any]], *, columns: int = COLUMNS
     columns : int
         Number of nodes along each curve.
     kind : {"translational", "rotational", "magnetic", "piezo"}
-        What the units are.
+        Quantities of input and output.
     **settings
         ``capacity`` and ``tolerance`` of the operator.
 
     Returns
     -------
     Model
-        A `reversal_table` operator; the output that it has along each curve is that of the data.
+        A `reversal_table` operator; its output along each curve equals the data.
 
     Raises
     ------
     InputError
-        If there are fewer than two curves, one is not monotone, or some rise and some fall.
+        If there are fewer than two curves, a curve is not monotone, or some rise and some fall.
     """
     side = _side(curves[0])
     read = sorted((_curve(u, f, side, index) for index, (u, f) in enumerate(curves)), key=lambda curve: curve.u[0])
     last = max(read, key=lambda curve: curve.u[-1])
     top, saturation = float(last.u[-1]), float(last.f[-1])
-    # Two reversals are one within this share of the range of inputs.
+    # Two reversals closer than this share of the range of inputs are the same.
     distinct = _apart([curve for curve in read if curve.u[0] < top], 1e-9 * (top - read[0].u[0]))
     share = np.linspace(0.0, 1.0, columns)
     rows = [0.5 * (np.interp(curve.u[0] + share * np.ptp(curve.u), curve.u, curve.f) - curve.f[0]) for curve in distinct]
@@ -201,7 +201,7 @@ def _curve(u: Any, f: Any, side: float, index: int) -> Curve:
 
 
 def _apart(curves: list[Curve], least: float) -> list[Curve]:
-    """Return the curves without those that turned where another one did."""
+    """Return the curves without repeated reversals."""
     distinct: list[Curve] = []
     for curve in curves:
         if not distinct or curve.u[0] - distinct[-1].u[0] > least:

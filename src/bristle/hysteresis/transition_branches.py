@@ -1,7 +1,7 @@
 r"""A Preisach operator from 100 transition branches of the reformed Dahl model that leave one loop.
 
-The source paper makes its operator from 100 branches of (16) and (17), and does not say from which. This is one
-reading.
+The source paper makes its operator from 100 branches of (16) and (17), and does not specify the branches. This is one
+interpretation.
 
 The ascending branch of the loop of amplitude :math:`x_r`, equation (17), is left at 100 inputs :math:`\alpha` along
 descending branches, equation (16) from a general reversal:
@@ -9,8 +9,8 @@ descending branches, equation (16) from a general reversal:
 .. math::
     f_{\alpha\beta} = f_\alpha - \frac{p\,s\,d}{p + s\,d}, \qquad p = f_p + f_\alpha, \quad d = \alpha - \beta
 
-The Everett function :math:`E = \tfrac12(f_\alpha - f_{\alpha\beta})` of these branches is not that of a friction that
-treats both directions alike, because the reformed Dahl model is no Preisach operator:
+The Everett function :math:`E = \tfrac12(f_\alpha - f_{\alpha\beta})` of these branches is not that of friction that
+is the same in both directions, because the reformed Dahl model is not a Preisach operator:
 
 ========================================================== ======= ======= ======= ======= =======
 :math:`k = s x_r/f_p`                                          0.5       1       2       5      10
@@ -19,11 +19,11 @@ corner: :math:`f_{\alpha,-x_r} + f_r` over :math:`f_r`       6.4 %  11.7 %  17.8
 symmetry: :math:`E(\alpha,\beta) - E(-\beta,-\alpha)` over E   3.2 %   5.8 %   8.9 %  12.5 %  14.5 %
 ========================================================== ======= ======= ======= ======= =======
 
-A descending branch should end in the corner :math:`(-x_r, -f_r)` of the loop that it lies in, and does not.
+A descending branch should end in the corner :math:`(-x_r, -f_r)` of its loop, and does not.
 
-The other reading is the literal one: (16) at each reversal :math:`\alpha` with :math:`x_r = \alpha` and the tip
-:math:`f_r(x_r)` of its own loop, :math:`E = \tfrac12[f_r(\alpha) - f_{16}(\beta)]` down to :math:`\beta = -\alpha`, and
-beyond that (17) alike. There corner and symmetry hold to rounding, and :math:`E` is the kernel ``reformed_dahl_exact``
+The other interpretation is literal: (16) at each reversal :math:`\alpha` with :math:`x_r = \alpha` and the tip
+:math:`f_r(x_r)` of its loop, :math:`E = \tfrac12[f_r(\alpha) - f_{16}(\beta)]` down to :math:`\beta = -\alpha`, and
+(17) beyond. Then corner and symmetry are correct to rounding, and :math:`E` is the kernel ``reformed_dahl_exact``
 of `preisach`, in closed form.
 """
 
@@ -107,7 +107,7 @@ def transition_branches(s: Amount, f_p: Amount, x_r: Amount, *, count: int = 100
     Returns
     -------
     TransitionBranches
-        The branches, and how far they are from those of an operator.
+        The branches, and their deviation from those of an operator.
 
     Raises
     ------
@@ -123,11 +123,11 @@ def transition_branches(s: Amount, f_p: Amount, x_r: Amount, *, count: int = 100
     inputs = np.linspace(-x_r, x_r, count + 1)
     f_r = f_p * loop_tip(s * x_r / f_p)
     drop = np.maximum(inputs[:, None] - inputs, 0.0)
-    with np.errstate(all="ignore"):  # what overflows or vanishes is refused
+    with np.errstate(all="ignore"):  # an overflow or zero raises InputError below
         ascending = _branch(-f_r, inputs + x_r, s, f_p + f_r)
         descending = _branch(ascending[:, None], -drop, s, f_p + ascending[:, None])
     if not np.all(np.isfinite(descending)):
-        raise InputError("is out of range of the other two", path="x_r", value=x_r, mend="Is each unit right?")
+        raise InputError("is out of range of s and f_p", path="x_r", value=x_r, mend="Is each unit right?")
     return TransitionBranches(inputs, descending, f_r, kind)
 
 

@@ -1,23 +1,23 @@
-r"""The memory of a Preisach operator: a stack of turning points, and the branch that the input is on.
+r"""The memory of a Preisach operator: a stack of turning points, and the current branch.
 
 With the last stored turning point :math:`(z_n, f_n)` the output on the current branch is
 
 .. math:: f = f_n \pm 2E(\max(z, z_n), \min(z, z_n))
 
-When the input reaches :math:`z_{n-1}` again the loop closes and both points are forgotten (wiping-out); with one point
-left the branch merges with the virgin curve at :math:`-z_1`; a reversal stores a point. This is the double integral
-over the Preisach plane, in amortised constant time: summed from the start, the branches are equations (14) and (15)
-of the source paper, for relays of :math:`\pm 1` with a factor 2 and the offset :math:`-E(\alpha_0, \beta_0)`, for
-relays of 0 and 1, whose measure is twice this one, with the offset alone.
+When the input reaches :math:`z_{n-1}` again the loop closes and both points are forgotten (wiping-out). With a single
+point left the branch merges with the virgin curve at :math:`-z_1`. A reversal stores a point. This is the double
+integral over the Preisach plane, in amortised constant time. Summed from the start, the branches are equations (14)
+and (15) of the source paper: for relays of :math:`\pm 1` with a factor 2 and the offset :math:`-E(\alpha_0, \beta_0)`,
+for relays of 0 and 1, whose measure is twice this measure, with the offset alone.
 
-Nothing here depends on the sign of the measure: magnets and friction take the same kernels. ``memory`` holds the inputs
-of the points in its first half and their outputs in the second, and above the last of them the present point: a
-reversal finds it in its place. Where no room is left the innermost pair is forgotten first, which keeps the output
-continuous there and the points in order, and is counted in ``lost``.
+The kernels accept a measure of either sign, for magnets and for friction. ``memory`` has the inputs of the points in its
+first half and their outputs in the second half. Above the last point is the present point, ready for a reversal. In a
+full memory the innermost pair is forgotten first, which keeps the output continuous there and the points in order, and
+is counted in ``lost``.
 
-A model that moves the input itself (friction with a deflection of its own) takes the same steps: `branch_at` looks the
-branch up once, `branch_output` and `branch_slope` follow it anywhere between ``begin`` and ``end``, and `stack_trial`
-and `stack_commit` do all of it in one.
+A model that moves the input (friction with a deflection) takes the same steps: `branch_at` finds the branch once, and
+`branch_output` and `branch_slope` evaluate it anywhere between ``begin`` and ``end``. `stack_trial` and `stack_commit`
+do the whole step.
 """
 
 import math
@@ -37,7 +37,7 @@ def stack_size(capacity: int) -> int:
 
 
 class Stack(NamedTuple):
-    """State of an operator with turning points: where it is, which way it moves, how much it remembers."""
+    """State of an operator with turning points: its place, the direction of its motion, and the size of its memory."""
 
     z: Annotated[float, Variable("length", "input")] = 0.0
     f: Annotated[float, Variable("force", "output")] = 0.0
@@ -47,10 +47,10 @@ class Stack(NamedTuple):
 
 
 class Branch(NamedTuple):
-    """The curve that the input is on: from the turning point (z, f), or the virgin curve where depth is 0.
+    """The current curve: from the turning point (z, f), or the virgin curve for depth 0.
 
-    It holds between the inputs ``begin`` and ``end``, in the direction ``side``; ``depth`` counts the turning points
-    under it, the one it starts from included.
+    It is valid between the inputs ``begin`` and ``end``, in the direction ``side``; ``depth`` counts the turning points
+    under it, its start included.
     """
 
     z: float
@@ -62,7 +62,7 @@ class Branch(NamedTuple):
 
 
 class StackMove(NamedTuple):
-    """What a trial hands to commit."""
+    """Result of a trial, applied by commit."""
 
     z: float
     f: float
@@ -72,11 +72,11 @@ class StackMove(NamedTuple):
 
 @kernel
 def branch_at(stack, memory, u):
-    """Return the branch that the input `u` lies on, reached from ``stack.z`` in one move."""
+    """Return the branch with the input `u`, reached from ``stack.z`` in one move."""
     change = u - stack.z
-    # By its sign bit: which way the input goes is a branch that no processor can predict.
+    # By its sign bit: no processor can predict a branch on the direction of the input.
     side = math.copysign(1.0, change) if change != 0.0 else stack.side
-    # The point that a reversal would store stands ready above the last one.
+    # The point that a reversal would store is ready above the last point.
     depth = stack.depth + int(side * stack.side < 0.0)
     begin = stack.z
     while depth >= 2:
@@ -105,7 +105,7 @@ def branch_output(branch, u, q):
 
 @kernel
 def branch_slope(branch, u, q):
-    """Return the derivative of `branch_output` to the input."""
+    """Return the derivative of `branch_output` with respect to the input."""
     if branch.depth == 0:
         return virgin_slope(u, q)
     alpha, beta = (u, branch.z) if branch.side > 0.0 else (branch.z, u)
@@ -114,7 +114,7 @@ def branch_slope(branch, u, q):
 
 @kernel
 def branch_point(branch, u, q):
-    """Return `branch_output` and `branch_slope` at the input `u`: together they cost little more than one."""
+    """Return `branch_output` and `branch_slope` at the input `u`: together they cost little more than the output."""
     if branch.depth == 0:
         return virgin_curve(u, q), virgin_slope(u, q)
     alpha, beta = (u, branch.z) if branch.side > 0.0 else (branch.z, u)
@@ -125,7 +125,7 @@ def branch_point(branch, u, q):
 def stack_trial(stack, memory, u, tolerance, q):
     """Return the output at the input `u` and the move there.
 
-    A return by no more than `tolerance` is no reversal: the operator stays, so that rounding stores nothing.
+    A return by at most `tolerance` is not a reversal: the operator does not move, and rounding stores no points.
     """
     if abs(u - stack.z) <= tolerance and (u - stack.z) * stack.side < 0.0:
         return stack.f, StackMove(stack.z, stack.f, stack.side, stack.depth)

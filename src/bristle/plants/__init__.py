@@ -1,6 +1,6 @@
-"""Plants, one a file: what friction acts on."""
+"""Plants, each in a file: the equations of motion of an axis."""
 
-# Every plant of bristle, a line each, in the order in which they are listed.
+# Every plant of bristle, in the order of the lists.
 # isort: off
 from bristle.plants.inertia import inertia as inertia
 from bristle.plants.oscillator import oscillator as oscillator
@@ -26,7 +26,7 @@ def __dir__() -> list[str]:
 def find(name: str, keys: Iterable[str] = (), path: str = "plant.model") -> Plant:
     """Return the plant of this name with its terms, such as ``"inertia+gravity"``.
 
-    Which harmonics cogging has, and which columns are known, is told by the names of the parameters that are given.
+    The names of the given parameters determine the harmonics of cogging and the known columns.
 
     Raises
     ------
@@ -46,7 +46,9 @@ def find(name: str, keys: Iterable[str] = (), path: str = "plant.model") -> Plan
     for term, example in (("cogging", "motor_6_cos"), ("known", "known_NAME")):
         has_any = any(chosen["cogging"].values()) if term == "cogging" else chosen["columns"]
         if term in terms and not has_any:
-            raise InputError(f"has +{term} and no coefficient", path=path, value=name, mend=f"Write one below it, such as {example} = 0.1")
+            raise InputError(
+                f"has +{term}, but no coefficient", path=path, value=name, mend=f"Write a coefficient below it, such as {example} = 0.1"
+            )
     return with_terms(
         PLANTS[base],
         gravity="gravity" in terms,

@@ -1,15 +1,15 @@
-r"""A ball screw: a motor that turns a screw, which pulls a table along. Friction acts on either side.
+r"""A ball screw: a motor turns a screw that pulls a table. Friction acts on both sides.
 
 .. math::
     J\,\ddot\theta &= u - F_m - r\,f_s, \qquad M \ddot x = f_s - F_t, \qquad r = \ell/2\pi \\
     f_s &= k\,\delta + d\,\dot\delta, \qquad \delta = D_g(r\theta - x)
 
 :math:`\theta` is the angle of the motor, :math:`x` the travel of the table, :math:`\ell` the lead; :math:`D_g` is the
-dead zone of the backlash, of half gap :math:`g`: inside it the nut touches neither flank, and no force passes.
+dead zone of the backlash, of half gap :math:`g`: inside it the nut touches neither flank and transmits no force.
 :math:`F_m` is the friction of motor and bearings, :math:`F_t` that of guides and nut [1]_.
 
-It has two ports for friction. The one on the motor's side is that of an `inertia`; the engine solves for what lies
-behind it, the `screw`, in every trial of that port.
+It has two ports for friction. The port on the motor's side is that of an `inertia`. In every trial of that port the
+engine solves for the rest, the `screw`.
 
 References
 ----------
@@ -37,7 +37,7 @@ class Parameters(NamedTuple):
     M: Annotated[float, Variable("mass of travel", "mass of the table", min=1e-9, nominal=10.0)]
     lead: Annotated[float, Variable("travel", "travel in one turn", min=1e-6, nominal=5e-3)]
     k: Annotated[float, Variable("force of travel/travel", "stiffness of screw, nut and bearings along the travel", min=1.0, nominal=1e8)]
-    d: Annotated[float, Variable("force of travel*time/travel", "damping beside this stiffness", min=0.0)] = 0.0
+    d: Annotated[float, Variable("force of travel*time/travel", "damping parallel to this stiffness", min=0.0)] = 0.0
     backlash: Annotated[float, Variable("travel", "travel lost at a reversal", min=0.0)] = 0.0
 
 
@@ -60,13 +60,13 @@ def rest(state, effort, dt, p):
 
 
 def screw(p: Parameters) -> Screw:
-    """Return what lies between the motor and the friction of the table."""
+    """Return the transmission between the motor and the friction of the table."""
     return Screw(p.M, p.k, p.d, 0.5 * p.backlash, p.lead / (2.0 * math.pi))
 
 
 MODEL = ball_screw = Plant(
     name="ball_screw",
-    description="a motor that pulls a table along by an elastic screw with backlash: friction on either side",
+    description="a motor that pulls a table by an elastic screw with backlash, with friction on both sides",
     Parameters=Parameters,
     State=State,
     port=port,

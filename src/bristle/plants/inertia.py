@@ -54,7 +54,7 @@ def rate(state, effort, force, p):
 
 
 def inverse(x, v, a, p):
-    """Return the effort [N or N*m] that the motion takes without friction, each an array of one shape."""
+    """Return the effort [N or N*m] of the motion without friction; all arrays have the same shape."""
     return p.M * a
 
 

@@ -2,11 +2,11 @@ r"""A mass on a spring with a damper: a structure that rings, or a table on flex
 
 .. math:: M \ddot x + c\,\dot x + k\,x = u - F
 
-Over a step spring and damper act with their force at the mean position and the mean velocity, so that the mean velocity
+Over a step spring and damper act with their force at the mean position and the mean velocity. The mean velocity
 
 .. math:: v_m = \frac{v_0 + \frac{h}{2M}\left[u - k\,x_0 - F\right]}{1 + \frac{h}{2M}\left[c + \tfrac12 h k\right]}
 
-is affine in the friction force. The free motion of a step keeps its energy but for what the damper takes.
+is affine in the friction force. The free motion of a step loses energy in the damper only.
 """
 
 from typing import Annotated, NamedTuple
@@ -61,7 +61,7 @@ def rate(state, effort, force, p):
 
 
 def inverse(x, v, a, p):
-    """Return the effort [N or N*m] that the motion takes without friction, each an array of one shape."""
+    """Return the effort [N or N*m] of the motion without friction; all arrays have the same shape."""
     return p.M * a + p.c * v + p.k * x
 
 

@@ -1,8 +1,8 @@
-r"""A mass pulled through a spring whose far end moves at constant velocity: the bench on which stick-slip is studied.
+r"""A mass pulled through a spring whose far end moves at constant velocity: the usual test bench for stick-slip.
 
 .. math:: M \ddot x = u + k\,(x_e - x) - F, \qquad \dot x_e = v_e
 
-Over a step the spring acts with the mean of its force at the mean position, so that the mean velocity
+Over a step the spring acts with the mean of its force at the mean position. The mean velocity
 
 .. math:: v_m = \frac{v_0 + \frac{h}{2M}\left[u + k\,(x_e + \tfrac12 h v_e - x_0) - F\right]}{1 + \frac{k h^2}{4M}}
 
@@ -57,7 +57,7 @@ def step(state, effort, force, dt, p):
 
 @kernel
 def rest(state, effort, dt, p):
-    """Return the state after a time `dt` [s] with the port held at rest, while the far end goes on."""
+    """Return the state after a time `dt` [s] with the port held at rest, while the far end moves."""
     return State(state.x, 0.0, state.x_e + dt * p.v_e)
 
 

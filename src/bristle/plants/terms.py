@@ -1,15 +1,15 @@
-r"""Terms of a plant that friction has no part in: gravity of a link, cogging, and what a column of the log tells.
+r"""Terms of a plant besides friction: gravity of a link, cogging, and effects of known columns of the log.
 
 .. math::
     u = u_\text{plant} + g_s \sin x + g_c \cos x + \sum_{T} \sum_n \left(c_{T,n} \cos \frac{2\pi n x}{T}
         + s_{T,n} \sin \frac{2\pi n x}{T}\right) + \sum_j k_j w_j(t) + F
 
-Gravity of a link turns with its angle: two coefficients, so that nobody has to say where it hangs. Cogging pulls a
-motor from tooth to tooth, or a screw from ball to ball: :math:`n` times a turn :math:`T` of either. All of it depends
-on the place alone and is the same in both directions, where friction changes its sign: a motion to and fro tells them
-apart. What a column :math:`w_j` of the log tells acts only along that log.
+Gravity of a link depends on its angle, with two coefficients for any mounting position. Cogging pulls a motor from tooth
+to tooth, or a screw from ball to ball: :math:`n` times per turn :math:`T` of either. Both depend on the position only
+and are the same in both directions, whereas friction changes its sign: a motion in both directions separates them. A
+known column :math:`w_j` of the log acts only on simulations along that log.
 
-A step takes the force of the place at :math:`x + \tfrac12 h v`, half way ahead at the velocity that it begins with: the
+A step takes the position-dependent force at :math:`x + \tfrac12 h v`, half a step ahead at the initial velocity. The
 port stays affine in the friction force, and a motion without friction keeps its energy (Verlet's scheme).
 """
 
@@ -32,9 +32,9 @@ from bristle.core.variable import Variable
 
 TWO_PI = 2.0 * math.pi
 GRAVITY, COGGING, COLUMNS = "gravity", "cogging", "known"
-TERMS = (GRAVITY, COGGING, COLUMNS)  # What a plant can be given behind its name, as in `inertia+gravity`
+TERMS = (GRAVITY, COGGING, COLUMNS)  # Suffixes of the name of a plant, as in `inertia+gravity`
 TURNS = {"motor": "motor_turn", "screw": "screw_turn"}
-"""What cogging counts the turns of, and the parameter that tells the movement for one."""
+"""Causes of cogging, and the parameter with the movement for a turn of each."""
 TURN = {turner: Variable("length", f"movement for one turn of the {turner}", min=1e-12) for turner in TURNS}
 _GRAVITY = {
     name: Variable("force", f"effort of gravity, {part} of the angle", excitation="place")
@@ -44,7 +44,7 @@ _WAVE = re.compile(r"(motor|screw)_([1-9][0-9]*)_(cos|sin)")
 
 
 class Terms(NamedTuple):
-    """What the kernels see: gravity [N or N*m], movement for a turn, wave numbers [1/m or 1/rad], coefficients."""
+    """Values for the kernels: gravity [N or N*m], movement for a turn, wave numbers [1/m or 1/rad], coefficients."""
 
     g_sin: Annotated[float, _GRAVITY["g_sin"]]
     g_cos: Annotated[float, _GRAVITY["g_cos"]]
@@ -57,7 +57,7 @@ class Terms(NamedTuple):
 
 
 class Place(NamedTuple):
-    """Of `Terms` what depends on the place."""
+    """The position-dependent part of `Terms`."""
 
     g_sin: float
     g_cos: float
@@ -66,7 +66,7 @@ class Place(NamedTuple):
     sines: np.ndarray
 
 
-NOWHERE = Place(0.0, 0.0, np.zeros(0), np.zeros(0), np.zeros(0))  # That of a plant without terms
+NOWHERE = Place(0.0, 0.0, np.zeros(0), np.zeros(0), np.zeros(0))  # For a plant without terms
 
 
 class Termed(NamedTuple):
@@ -78,13 +78,13 @@ class Termed(NamedTuple):
 
 @kernel
 def gravity_at(x, q):
-    """Return the effort [N or N*m] that gravity of a link takes at an angle [rad]."""
+    """Return the effort [N or N*m] against gravity of a link at an angle [rad]."""
     return q.g_sin * sin(x) + q.g_cos * cos(x) if q.g_sin != 0.0 or q.g_cos != 0.0 else 0.0
 
 
 @kernel
 def effort_at(x, q):
-    """Return the effort [N or N*m] that gravity and cogging take at a position [m or rad]."""
+    """Return the effort [N or N*m] against gravity and cogging at a position [m or rad]."""
     total = gravity_at(x, q)
     for i in range(q.waves.size):
         phase = q.waves[i] * x
@@ -94,19 +94,19 @@ def effort_at(x, q):
 
 @kernel
 def left_of(state, effort, dt, p):
-    """Return what terms leave of an effort [N or N*m] over a step of `dt` [s]."""
+    """Return an effort [N or N*m] minus that of the terms, over a step of `dt` [s]."""
     return effort - effort_at(state.x + 0.5 * dt * state.v, p.terms)
 
 
 @kernel
 def port(state, effort, dt, p):
-    """Return `a` and `b` of the plant for what the terms leave of the effort."""
+    """Return `a` and `b` of the plant for the effort minus that of the terms."""
     return plant_port(state, left_of(state, effort, dt, p), dt, p.inner)
 
 
 @kernel
 def step(state, effort, force, dt, p):
-    """Return position and state of the plant after a step, for what the terms leave of the effort."""
+    """Return position and state of the plant after a step, for the effort minus that of the terms."""
     return plant_step(state, left_of(state, effort, dt, p), force, dt, p.inner)
 
 
@@ -118,13 +118,13 @@ def rest(state, effort, dt, p):
 
 @kernel
 def rate(state, effort, force, p):
-    """Return the time derivative of the state of the plant, for what the terms leave of the effort."""
+    """Return the time derivative of the state of the plant, for the effort minus that of the terms."""
     return plant_rate(state, effort - effort_at(state.x, p.terms), force, p.inner)
 
 
 @dataclass(frozen=True, kw_only=True)
 class TermedPlant(Enclosing, Plant):
-    """A plant with terms: gravity, the orders of cogging for a turn of motor and screw, known columns by name."""
+    """A plant with terms: gravity, the orders of cogging per turn of motor and screw, known columns by name."""
 
     inner: Plant
     gravity: bool
@@ -136,7 +136,7 @@ class TermedPlant(Enclosing, Plant):
 
     @property
     def turners(self) -> tuple[str, ...]:
-        """What cogging counts the turns of."""
+        """Causes of cogging."""
         return tuple(turner for turner in TURNS if any(turner == counted for counted, _ in self.orders))
 
     @property
@@ -146,11 +146,11 @@ class TermedPlant(Enclosing, Plant):
 
     @property
     def defaults(self) -> dict[str, Any]:
-        """The parameters that have a default value: a turn must be given."""
+        """Default values of the parameters; a turn has none."""
         return self.inner.defaults | dict.fromkeys(_variables(self.gravity, (), self.orders, self.columns), 0.0)
 
     def assemble(self, values: Mapping[str, Any]) -> Termed:
-        """Return what kernels receive, from the values that a person sets."""
+        """Return the parameters of the kernels from the values of the user."""
         turns = {turner: float(values.get(name, 1.0)) for turner, name in TURNS.items()}
         cosines, sines = (np.array([values[_wave(*wave, part)] for wave in self.orders], dtype=float) for part in ("cos", "sin"))
         terms = Terms(
@@ -166,7 +166,7 @@ class TermedPlant(Enclosing, Plant):
         return Termed(self.inside(values), terms)
 
     def values(self, parameters: Termed) -> dict[str, Any]:
-        """Return the values that a person sets, from what kernels receive."""
+        """Return the values of the user from the parameters of the kernels."""
         terms = parameters.terms
         values = self.inner.values(parameters.inner)
         values |= {"g_sin": terms.g_sin, "g_cos": terms.g_cos} if self.gravity else {}
@@ -179,18 +179,18 @@ class TermedPlant(Enclosing, Plant):
 def with_terms(
     plant: Plant, *, gravity: bool = False, cogging: Mapping[str, Iterable[int]] | None = None, columns: Iterable[str] = ()
 ) -> Plant:
-    """Return a plant with terms; the plant itself where there are none.
+    """Return a plant with terms; the plant itself without terms.
 
     Parameters
     ----------
     plant : Plant
         The plant.
     gravity : bool
-        Whether it has gravity of a link.
+        Whether the plant has gravity of a link.
     cogging : mapping of str to iterable of int
-        How often in a turn of the ``"motor"`` and of the ``"screw"`` there is cogging.
+        Orders of cogging per turn of the ``"motor"`` and of the ``"screw"``.
     columns : iterable of str
-        Names of columns that a coefficient makes an effort of.
+        Names of known columns, each with a coefficient.
     """
     orders = cogging or {}
     pairs = tuple((turner, int(order)) for turner in TURNS for order in sorted(set(orders.get(turner, ()))))
@@ -199,7 +199,7 @@ def with_terms(
 
 
 def terms_in(names: Iterable[str]) -> dict[str, Any]:
-    """Return the arguments of `with_terms` that the names of some parameters speak of."""
+    """Return the arguments of `with_terms` for some names of parameters."""
     parameters = list(names)
     waves = [match for name in parameters if (match := _WAVE.fullmatch(name))]
     return {
@@ -210,31 +210,31 @@ def terms_in(names: Iterable[str]) -> dict[str, Any]:
 
 
 def effort_of_place(x: np.ndarray, terms: Terms) -> np.ndarray:
-    """Return the effort [N or N*m] that gravity and cogging take at some positions [m or rad], of their shape."""
+    """Return the effort [N or N*m] against gravity and cogging at some positions [m or rad], of the same shape."""
     phase = np.multiply.outer(np.asarray(x, dtype=float), terms.waves)
     return terms.g_sin * np.sin(x) + terms.g_cos * np.cos(x) + (np.cos(phase) @ terms.cosines + np.sin(phase) @ terms.sines)
 
 
 def terms_of(plant: Model) -> Terms | None:
-    """Return the terms of a plant with its values; None where it has none."""
+    """Return the terms of a plant with their values; None for a plant without terms."""
     return plant.parameters.terms if isinstance(plant.parameters, Termed) else None
 
 
 def place_of(plant: Model | None) -> Place:
-    """Return the terms of a plant that depend on the place; `NOWHERE` where it has none."""
+    """Return the position-dependent terms of a plant; `NOWHERE` for a plant without terms."""
     terms = None if plant is None else terms_of(plant)
     return NOWHERE if terms is None else Place(*(getattr(terms, name) for name in Place._fields))
 
 
 def effort_of_columns(plant: Model, columns: Sequence[np.ndarray]) -> np.ndarray | None:
-    """Return the effort [N or N*m] that known columns take, from their samples; None where a plant has none."""
+    """Return the effort [N or N*m] of known columns, from their samples; None for a plant without known columns."""
     terms = terms_of(plant)
     if terms is None or not terms.per_column.size:
         return None
     columns = [np.asarray(column, dtype=float) for column in columns]
     if len(columns) != terms.per_column.size:
         raise InputError(
-            "has not the known columns of the plant",
+            "lacks the known columns of the plant",
             path="log",
             value=f"{len(columns)} columns",
             allowed=", ".join(plant.component.columns),
@@ -265,7 +265,7 @@ def _termed(plant: Plant, gravity: bool, orders: tuple[tuple[str, int], ...], co
     own = plant.inverse
 
     def inverse(x: np.ndarray, v: np.ndarray, a: np.ndarray, p: Termed) -> np.ndarray:
-        """Return the effort [N or N*m] that the motion takes, what known columns tell apart."""
+        """Return the effort [N or N*m] of the motion, without known columns."""
         assert own is not None
         return own(x, v, a, p.inner) + effort_of_place(x, p.terms)
 
@@ -289,4 +289,4 @@ def _termed(plant: Plant, gravity: bool, orders: tuple[tuple[str, int], ...], co
     )
 
 
-_WORDS = {GRAVITY: "gravity of a link", COGGING: "cogging", COLUMNS: "what columns of a log tell"}
+_WORDS = {GRAVITY: "gravity of a link", COGGING: "cogging", COLUMNS: "known columns of a log"}

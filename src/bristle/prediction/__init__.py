@@ -1,4 +1,4 @@
-"""What an identified model says of a log: predictions with their bands, tables for a drive."""
+"""Predictions of a log by an identified model, with their bands, and tables for a drive."""
 
 from typing import TYPE_CHECKING
 

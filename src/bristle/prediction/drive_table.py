@@ -1,4 +1,4 @@
-"""The friction as a drive takes it: a table of velocity and effort."""
+"""The friction of a fit in the form of a drive: a table of velocity and effort, or levels."""
 
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
@@ -21,11 +21,11 @@ from bristle.logs.check import parted
 from bristle.logs.log import Log
 from bristle.prediction.predict import rows_as_fitted
 
-FINE, COARSE, FINEST = 300, 48, 800  # points of the steady curve on each side: drawn, before any is put between, and at most
-SLOWEST = 1e-9  # of the largest speed: what stands for rest
-REMEMBERED = 16  # curves and distances: a report asks for the same ones again and again
-BETWEEN = 0.4  # of the way: the middle of an S lies on its chord
-SETTLED_SHARE = 0.95  # of the change after a reversal: friction has turned
+FINE, COARSE, FINEST = 300, 48, 800  # points of the steady curve on each side: for figures, before refinement, and at most
+SLOWEST = 1e-9  # of the largest speed: treated as rest
+REMEMBERED = 16  # cached curves and distances: a report uses each several times
+BETWEEN = 0.4  # of the interval: not the middle, because that of an S lies on its chord
+SETTLED_SHARE = 0.95  # of the change after a reversal
 WAY = np.geomspace(1e-9, 1e-1, 160)  # after a reversal [m or rad]
 
 
@@ -43,11 +43,11 @@ def drive_table(fit: Fit, entries: int = 20) -> list[tuple[float, float]]:
     Returns
     -------
     list of (float, float)
-        Velocity [m/s or rad/s], ascending, and the force to be fed forward [N or N*m], offset included, inertia not.
-        The table covers the velocities of the log, in both directions if the log has both. The entries lie where
-        straight lines between them stay closest to the steady friction; where fewer do that as well, there are fewer.
-        At standstill it has two entries, -0.0 and +0.0: the limits from either side. Empty for a plant on a spring,
-        which does not move on steadily, and where the log never slid (`Fit.never_slid`).
+        Velocity [m/s or rad/s], ascending, and the force to feed forward [N or N*m], including the offset, without inertia.
+        The table covers the velocities of the log, in both directions if the log has both. Straight lines between the
+        entries follow the steady friction as closely as possible. The table is shorter if fewer entries suffice.
+        Zero speed has two entries, -0.0 and +0.0, one per direction. The table is empty for a plant on a spring,
+        which has no steady motion, and for a log without sliding (`Fit.never_slid`).
 
     Raises
     ------
@@ -59,11 +59,11 @@ def drive_table(fit: Fit, entries: int = 20) -> list[tuple[float, float]]:
 
 
 class LevelValues(NamedTuple):
-    r"""The friction of a drive that takes one level for each direction, viscous friction and a constant force.
+    r"""The friction of a drive with one level for each direction, viscous friction and a constant force.
 
     .. math:: u = M a + F_\text{constant} + \begin{cases} F_+ + D_+ v & v > 0 \\ -F_- + D_- v & v < 0 \end{cases}
 
-    A level with its viscous part is at no speed of the log above the steady friction: it never pushes too hard.
+    At every speed of the log, a level with its viscous part is at most the steady friction: it never overcompensates.
     """
 
     inertia: float
@@ -84,7 +84,7 @@ def level_values(fit: Fit) -> LevelValues | None:
 
 
 def levels_of(plant: Model | None, friction: Model, sides: Mapping[float, np.ndarray]) -> LevelValues:
-    """Return the friction as one level and one viscous coefficient for each direction, never above the steady friction."""
+    """Return the friction as a level and a viscous coefficient for each direction, never above the steady friction."""
     constant = offset_of(friction.component.variables, friction.values)
     lines = {way: _line_below(side) for way, side in sides.items()}
     level = {way: line.level - way * constant for way, line in lines.items()}
@@ -104,7 +104,7 @@ def levels_of(plant: Model | None, friction: Model, sides: Mapping[float, np.nda
 
 
 class _Line(NamedTuple):
-    """A straight line below a curve of steady friction: where it begins, how it rises, how far it is off."""
+    """A straight line below a curve of steady friction: its start, its slope, and its largest deviation."""
 
     level: float
     slope: float
@@ -113,7 +113,7 @@ class _Line(NamedTuple):
 
 
 def _line_below(side: np.ndarray) -> _Line:
-    """Return the line with the slope of least squares over the speeds, 0 at least, that touches a curve from below."""
+    """Return the line with the least-squares slope over the speeds, at least 0, that touches a curve from below."""
     speed, force = side.T
     weight = np.gradient(speed)  # points are dense near rest
     apart = speed - np.average(speed, weights=weight)
@@ -123,12 +123,12 @@ def _line_below(side: np.ndarray) -> _Line:
 
 
 def steady_curve(fit: Fit) -> list[tuple[float, float]]:
-    """Return the steady friction force over velocity, as `drive_table` does, with many points and dense near zero."""
+    """Return the steady friction force over velocity, as `drive_table`, with many points, dense near zero."""
     return [(velocity, force) for side in _sides(fit) for velocity, force in side.tolist()]
 
 
 def largest_deviation(fit: Fit, table: Sequence[tuple[float, float]]) -> float:
-    """Return how far a table, joined by straight lines, is from the steady friction at most [N or N*m]."""
+    """Return the largest deviation of a table, joined by straight lines, from the steady friction [N or N*m]."""
     entries = np.array(list(table), dtype=float)
     deviation = 0.0
     for side in _sides(fit):
@@ -139,12 +139,12 @@ def largest_deviation(fit: Fit, table: Sequence[tuple[float, float]]) -> float:
 
 
 def _sides(fit: Fit) -> list[np.ndarray]:
-    """Return the steady friction on each side of standstill, shape (point, 2), velocity ascending."""
+    """Return the steady friction in each direction, shape (point, 2), velocity ascending."""
     return [side for _, _, side in _branches(fit)]
 
 
 def _branches(fit: Fit) -> list[tuple[float, np.ndarray, np.ndarray]]:
-    """Return each direction of the log, the steady friction along it, and the same over velocity, ascending."""
+    """Return each direction of the log, the steady friction along it, and the same over ascending velocity."""
     if fit.plant.values.get("k") or fit.never_slid:
         return []
     lowest, highest = float(np.min(fit.traces.velocity)), float(np.max(fit.traces.velocity))
@@ -155,7 +155,7 @@ def _branches(fit: Fit) -> list[tuple[float, np.ndarray, np.ndarray]]:
 
 @lru_cache(maxsize=REMEMBERED)
 def steady_side(model: Model, direction: float, fastest: float, fine: int) -> np.ndarray:
-    """Return speed, ascending from 0, and the force along the motion at each, dense near rest; shape (point, 2)."""
+    """Return speed, ascending from 0, and the force along the motion, dense near rest; shape (point, 2)."""
     speeds = np.union1d(fastest * np.geomspace(1e-6, 1.0, fine // 2), np.linspace(0.0, fastest, fine // 2))
     forces = [direction * steady_force(model, direction * max(v, SLOWEST * fastest)) for v in speeds.tolist()]
     curve = np.column_stack([speeds, forces])
@@ -165,9 +165,9 @@ def steady_side(model: Model, direction: float, fastest: float, fine: int) -> np
 
 @lru_cache(maxsize=REMEMBERED)
 def resolved_side(model: Model, direction: float, fastest: float) -> tuple[np.ndarray, float]:
-    """Return `steady_side` with points between its own until straight lines follow, and how far those are off at most."""
+    """Return `steady_side`, refined until straight lines follow it, and their largest deviation."""
     forces = dict(steady_side(model, direction, fastest, COARSE).tolist())
-    # So far, over the largest force, a point between two others may be off the line through them.
+    # Allowed deviation of a point from the line between its neighbours, over the largest force.
     allowed = 2e-5 * max(map(abs, forces.values()))
     speeds = sorted(forces)
     apart = list(pairwise(speeds))
@@ -187,9 +187,9 @@ def resolved_side(model: Model, direction: float, fastest: float) -> tuple[np.nd
 
 
 def placed(curve: np.ndarray, count: int) -> list[int]:
-    """Return the points of a curve between which straight lines deviate least, at most `count`, both ends among them.
+    """Return the points of a curve between which straight lines deviate least, at most `count`, including both ends.
 
-    Bisects on the deviation: for one that is allowed, each line reaches as far as it can.
+    Bisects the allowed deviation: for each, every line is as long as possible.
     """
     low, high = 1e-6 * float(np.max(np.abs(curve[:, 1]))), float(np.ptp(curve[:, 1]))  # a smaller deviation counts as zero
     best = _reached(curve, low, count)
@@ -204,13 +204,13 @@ def placed(curve: np.ndarray, count: int) -> list[int]:
 
 
 def _reached(curve: np.ndarray, allowed: float, count: int) -> list[int] | None:
-    """Return the points, each the last that a straight line reaches within a deviation; None if it takes more."""
+    """Return the points, each the last within the allowed deviation of a straight line; None if there are too many."""
     corners = [0]
     while corners[-1] < len(curve) - 1:
         if len(corners) == count:
             return None
         run, rise = (curve[corners[-1] + 1 :] - curve[corners[-1]]).T
-        # Each point leaves a cone of slopes for all lines that go beyond it.
+        # Each point limits the slopes of all lines that go beyond it.
         upper = np.minimum.accumulate((rise + allowed) / run)
         lower = np.maximum.accumulate((rise - allowed) / run)
         slope = rise / run
@@ -220,7 +220,7 @@ def _reached(curve: np.ndarray, allowed: float, count: int) -> list[int] | None:
 
 @lru_cache(maxsize=REMEMBERED)
 def reversal_distance(model: Model, fastest: float) -> float:
-    """Return over which distance after a reversal the force changes by 95 % of the change [m or rad]."""
+    """Return the distance after a reversal over which the force makes 95 % of its change [m or rad]."""
     component, p, speed = model.component, unvaried(model).parameters, 1e-3 * fastest
     state, memory = component.initial_state(p), component.new_memory(p)
     way = np.diff(WAY, prepend=0.0).tolist()
@@ -243,18 +243,18 @@ def reversal_distance(model: Model, fastest: float) -> float:
 def table_error(
     friction: Model, plant: Model | None, log: Log, axis: Axis | None, sides: Mapping[float, np.ndarray], treatment: Mapping[str, float]
 ) -> tuple[float, float]:
-    """Return by how much a table errs along the motion of a log as it is identified: at most, and in root mean square [N or N*m]."""
+    """Return the largest and the rms error of a table along the motion of a log, treated as in identification [N or N*m]."""
     if friction.kind != log.kind:
         raise InputError("is of another kind of axis", path="log", value=log.kind, allowed=friction.kind, mend="Give its axis file")
     if log.effort is None:
-        raise InputError("has no effort", path="log", mend="Name its column in the axis file")
+        raise InputError("has no effort", path="log", mend="Add its column to the axis file")
     rows = rows_as_fitted(parted(log, axis), axis, treatment)
     gaps = []
     for segment, contact in zip(rows.segments, rows.contacts(friction, plant), strict=True):
         force = segment.friction(friction, rows.sample_time, contact, transmitted_by(friction, plant, segment))
         speed = np.abs(segment.velocity)
         forward, backward = (np.interp(speed, sides[way][:, 0], sides[way][:, 1]) for way in (1.0, -1.0))
-        # At rest, the table gives the force of the side that the motion came to rest on.
+        # At rest, the table gives the force of the last direction of motion.
         gaps.append(rows.without_edges(force - np.where(np.signbit(segment.velocity), -backward, forward)))
     gap = finite(np.concatenate(gaps), friction, "friction")
     return float(np.max(np.abs(gap))), float(np.sqrt(np.mean(gap**2)))

@@ -1,4 +1,4 @@
-"""The units that a drive and its log count in: what is typed in is wanted in these, and not in SI of the axis."""
+"""The units of a drive and its log, for values to enter there instead of SI."""
 
 import math
 from collections.abc import Sequence
@@ -10,12 +10,12 @@ from bristle.core.units import factor
 from bristle.core.variable import Kind, unit_of
 
 RPM = 2.0 * math.pi / 60.0  # rad/s
-FEED = 1e-3 / 60.0  # m/s for a mm/min, which numerical controls count in
+FEED = 1e-3 / 60.0  # m/s for a mm/min, the unit of numerical controls
 NEARLY = 1e-9
 
 
 class DriveUnit(NamedTuple):
-    """A unit: what it is called, and what one of it is in SI of the axis."""
+    """A unit: its name, and its size in SI of the axis."""
 
     name: str
     si: float
@@ -33,7 +33,7 @@ class LogUnits(NamedTuple):
 
 
 class TableUnits(NamedTuple):
-    """The units of a file for a drive: those of the log, of the drive where others are known, and each of an effort."""
+    """The units of a file for a drive: those of the log, those of the drive if they differ, and all units of effort."""
 
     log: LogUnits
     drive: LogUnits | None
@@ -42,7 +42,7 @@ class TableUnits(NamedTuple):
 
 
 class DriveUnits(NamedTuple):
-    """The units in which the drive of an axis may want speed, effort, inertia and distance, besides SI of the axis."""
+    """The units of speed, effort, inertia and distance of the drive of an axis, besides SI of the axis."""
 
     axis: Axis | None
     kind: Kind
@@ -52,7 +52,7 @@ class DriveUnits(NamedTuple):
     lengths: tuple[DriveUnit, ...]
 
     def of(self, quantity: str) -> tuple[DriveUnit, ...]:
-        """Return the units that a parameter has in the log and at the motor, besides SI."""
+        """Return the units of a parameter in the log and at the motor, besides SI."""
         powers = dict(exponents_of(quantity))
         force, length, time = (powers.pop(name, 0.0) for name in ("force", "length", "time"))
         if self.axis is None or powers or (force, length) == (0.0, 0.0):
@@ -68,14 +68,14 @@ class DriveUnits(NamedTuple):
 
 
 def log_units(axis: Axis | None, kind: Kind) -> LogUnits:
-    """Return the units of the columns of the logs of an axis; SI where there is no axis file."""
+    """Return the units of the columns of the logs of an axis; SI without an axis file."""
     length, effort = _column_unit(axis, "position", "length", kind), _column_unit(axis, "effort", "force", kind)
     own = axis is not None and "velocity" in axis.columns
     return LogUnits(_column_unit(axis, "velocity", "length/time", kind) if own else DriveUnit(f"{length.name}/s", length.si), effort)
 
 
 def column_signs(axis: Axis | None) -> tuple[float, float]:
-    """Return the signs of the columns of velocity and of effort against the axis; 1 where there is no axis file."""
+    """Return the signs of the columns of velocity and of effort relative to the axis; 1 without an axis file."""
     columns = {} if axis is None else axis.columns
     moving = columns.get("velocity") or columns.get("position")
     scales = (1.0 if column is None else column.scale for column in (moving, columns.get("effort")))
@@ -92,14 +92,14 @@ class CommandUnits(NamedTuple):
 
 
 def command_units(axis: Axis | None, kind: Kind) -> CommandUnits | None:
-    """Return the units of the command of a drive: those of its log, where these are other ones than SI of the axis."""
+    """Return the units of the command of a drive: those of its log, if they differ from SI of the axis."""
     efforts = drive_units(axis, kind).efforts
     if axis is None or not efforts:
         return None
     moving, pushing = column_signs(axis)
     own = _column_unit(axis, "position", "length", kind)
     logged = "effort" in axis.columns and efforts[0].name == log_units(axis, kind).effort.name
-    # A drive counts effort as it counts positions; a column of the log may run against both.
+    # A drive counts effort in the direction of positions; a column of the log may be against both.
     signed = [unit._replace(si=moving * unit.si) for unit in efforts]
     if logged:
         signed[0] = efforts[0]._replace(si=pushing * efforts[0].si)
@@ -107,7 +107,7 @@ def command_units(axis: Axis | None, kind: Kind) -> CommandUnits | None:
 
 
 def drive_units(axis: Axis | None, kind: Kind) -> DriveUnits:
-    """Return the units that a drive of this axis may want: those of its log, of its motor, percent of rated."""
+    """Return the possible units of the drive of this axis: those of its log, of its motor, percent of rated."""
     if axis is None:
         return DriveUnits(None, kind, (), (), (), ())
     own, arm = log_units(axis, kind), axis.arm
@@ -128,7 +128,7 @@ def drive_units(axis: Axis | None, kind: Kind) -> DriveUnits:
 
 
 def table_units(axis: Axis | None, kind: Kind) -> TableUnits:
-    """Return the units of a file for the drive of an axis: those of its log, and the others that it may want."""
+    """Return the units of a file for the drive of an axis: those of its log, and other possible units."""
     own, more = log_units(axis, kind), drive_units(axis, kind)
     feed = [DriveUnit("mm/min", FEED)] if axis is not None and kind == "translational" else []
     velocities = _of_other_sizes((own.velocity, *feed, *more.velocities))
@@ -138,7 +138,7 @@ def table_units(axis: Axis | None, kind: Kind) -> TableUnits:
 
 
 def length_units(axis: Axis | None, kind: Kind) -> tuple[DriveUnit, ...]:
-    """Return the units of a distance, besides SI: that of the log's position, degrees of the motor."""
+    """Return the units of a distance, besides SI: that of the position in the log, degrees of the motor."""
     if axis is None:
         return ()
     own = [_column_unit(axis, "position", "length", kind)]
@@ -147,8 +147,8 @@ def length_units(axis: Axis | None, kind: Kind) -> tuple[DriveUnit, ...]:
 
 
 def _products(drive: DriveUnits, axis: Axis, force: float, length: float, time: float) -> tuple[DriveUnit, ...]:
-    """Return what a product is in: effort and position of the log; percent of rated, or torque, and turns of the motor."""
-    # A time that goes with a length is a speed: what viscous friction is in proportion to, in rpm of the motor.
+    """Return the units of a product: effort and position of the log; percent of rated, or torque, and turns of the motor."""
+    # A product with length and time contains a speed, as viscous friction does: in rpm of the motor.
     kind, distance = drive.kind, drive.lengths
     own = log_units(axis, kind)
     speeds = length == -time and length != 0.0
@@ -163,7 +163,7 @@ def _products(drive: DriveUnits, axis: Axis, force: float, length: float, time: 
 
 
 def _product(pair: tuple[DriveUnit, DriveUnit], powers: tuple[float, float, float]) -> DriveUnit:
-    """Return a product of units, in short: ``%/rpm`` is percent of rated for a turn a minute of the motor."""
+    """Return a product of units, shortened: ``%/rpm`` is percent of rated per turn a minute of the motor."""
     short = [unit.name.removesuffix(" of rated").removesuffix(" of the motor").removesuffix(" at the motor") for unit in pair]
     names = [f"({name})" if set(name) & set("/*") else name for name in short] + ["s"]
     over, under = [], []
@@ -175,7 +175,7 @@ def _product(pair: tuple[DriveUnit, DriveUnit], powers: tuple[float, float, floa
 
 
 def _of_other_sizes(listed: Sequence[DriveUnit]) -> tuple[DriveUnit, ...]:
-    """Return units without those that are as large as an earlier one: the same under another name."""
+    """Return units without those of the same size as an earlier unit: the same under another name."""
     sizes: list[DriveUnit] = []
     for unit in listed:
         if not any(math.isclose(unit.si, earlier.si, rel_tol=NEARLY) for earlier in sizes):
@@ -184,7 +184,7 @@ def _of_other_sizes(listed: Sequence[DriveUnit]) -> tuple[DriveUnit, ...]:
 
 
 def _column_unit(axis: Axis | None, column: str, quantity: str, kind: Kind) -> DriveUnit:
-    """Return the unit of a column of the logs of an axis; SI where it has none."""
+    """Return the unit of a column of the logs of an axis; SI without such a unit."""
     if axis is None or column not in axis.columns:
         return DriveUnit(unit_of(quantity, kind), 1.0)
     own = axis.columns[column]

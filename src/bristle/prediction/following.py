@@ -1,4 +1,4 @@
-"""The following error that a log has, beside that of the simulated loop: the log is the judge."""
+"""The following error of a log, compared with that of the simulated loop."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ from bristle.simulation.recorded.closed_loop import closed_loop_of
 from bristle.simulation.result import SimulationResult, Statistics, statistics_of
 
 FACTORS = 2.0 ** np.arange(-4.0, 4.5, 0.5)
-ALIKE = 1.1  # ratio of two differences that tell nothing apart
+ALIKE = 1.1  # ratio below which two differences count as equal
 
 
 @dataclass(frozen=True, eq=False)
 class Following:
-    """How an axis followed its reference, as recorded and as simulated."""
+    """Following error of an axis, recorded and simulated."""
 
     time: np.ndarray
     error: np.ndarray
@@ -43,14 +43,14 @@ class Following:
     contradiction: Diagnostic | None = None
 
     def as_data(self) -> dict[str, Any]:
-        """Return it as it stands in JSON; a gain that is not believed is none."""
+        """Return it for JSON; an implausible gain is null."""
         believed = None if self.contradiction is not None else self.compensated
         sides = {"measured": self.measured, "simulated": self.simulated, "compensated": believed}
         return {name: None if error is None else {"peak_to_peak": error.peak_to_peak, "rms": error.rms} for name, error in sides.items()}
 
 
 def following_of(log: Log, simulation: SimulationResult | None = None, settings: Settings = DEFAULT) -> Following | None:
-    """Return how an axis followed its reference."""
+    """Return the following error of an axis in a log."""
     if log.reference is None:
         return None
     everywhere, part = log.reference.values - log.position.values, longest_of(log)
@@ -69,7 +69,7 @@ def following_of(log: Log, simulation: SimulationResult | None = None, settings:
     recorded = next(variant for variant in simulation.experiment.variants if variant.name == AS_RECORDED)
     if not differs:
         return Following(time, error, measured, simulated, compensated)
-    # By how much the loop is another one than the log shows, and what would explain that.
+    # The difference between the loop and the log, and its possible explanations.
     suspects = explanations(recorded, error, settings.loop_differs)
     sides = {"measured": simulable, "simulated": simulated} if simulated is not None else {"measured": simulable}
     errors = {name: side.peak_to_peak for name, side in sides.items()}
@@ -82,17 +82,17 @@ def following_of(log: Log, simulation: SimulationResult | None = None, settings:
 
 
 def _settled(count: int, dt: float) -> np.ndarray:
-    """Return which samples of a stretch are behind the time in which its loop settles."""
+    """Return the samples of a stretch after the settling time of its loop."""
     return dt * np.arange(count) >= settling(dt * count) - 0.5 * dt
 
 
 def loop_of(
     plant: Model, friction: Model, log: Log, axis: Axis, *, lag: float | None = None, **treatment: float | None
 ) -> Experiment | None:
-    """Return the loop of an axis without and with compensation, on the reference that a log holds.
+    """Return the loop of an axis without and with compensation, on the reference of a log.
 
-    What the model does not explain of the log, by the `treatment` of its identification, is replayed as a disturbance, so
-    that the compensator is not judged on its own model. The loops begin where the log does, with the effort that acted.
+    The residual of the model on the log, with the `treatment` of its identification, is replayed as a disturbance, so that
+    the compensator is not tested on its own model. The loops begin like the log, with its first effort.
     """
     if axis.controller is None or log.reference is None or log.effort is None:
         return None
@@ -119,12 +119,12 @@ def loop_of(
 
 
 def longest_of(log: Log) -> slice:
-    """Return the longest stretch of a log without a gap, which is followed again."""
+    """Return the longest stretch of a log without a gap."""
     return max(log.segments, key=lambda part: part.stop - part.start)
 
 
 class Suspect(NamedTuple):
-    """One number that would have to be another one."""
+    """A number that may be wrong, with a better value."""
 
     name: str
     value: float
@@ -132,19 +132,19 @@ class Suspect(NamedTuple):
 
 
 def apart(measured: Statistics, simulated: Statistics) -> float:
-    """Return by how much two errors differ, peak to peak or root mean square, relative to the measured one."""
+    """Return the difference of two errors, peak to peak or root mean square, relative to the measured error."""
     pairs = ((measured.peak_to_peak, simulated.peak_to_peak), (measured.rms, simulated.rms))
     return max(abs(second - first) / first if first > 0.0 else np.inf for first, second in pairs)
 
 
 def explanations(variant: Variant, error: np.ndarray, allowed: float) -> tuple[Suspect, ...]:
-    r"""Return the numbers one of which would make a loop follow as measured, the best first; those tell it alike.
+    r"""Return the numbers that alone would make a loop follow as measured, the best first, with equivalent ones.
 
-    They are the position gain of the law, the share of the reference velocity that the drive feeds forward, the scales of
-    position and effort that the law is told in, samples of delay, and the time by which the reference acts later. Position
-    and effort of the log stand in the identified model as well, so that a wrong scale shows in the numbers of the law
-    alone: :math:`x \to f x` turns a gain in N·s/m into one of `f` times as many, :math:`u \to f u` into one of
-    :math:`1/f`. A law whose gains have one ratio of the two cannot tell them apart.
+    They are the position gain of the law, the share of the reference velocity in the feedforward of the drive, the scales of
+    position and effort of the law, samples of delay, and the time by which the reference acts later. Position
+    and effort of the log are in the identified model as well, so a wrong scale affects the numbers of the law
+    only: :math:`x \to f x` multiplies a gain in N·s/m by `f`, :math:`u \to f u` divides it by
+    `f`. If all gains of a law contain the same ratio of the two, the scales are confounded.
     """
     trial = _Trial.of(variant, error)
     before, law = trial.difference(trial.variant), trial.variant.controller
@@ -161,7 +161,7 @@ BY_DIFFERENCE = attrgetter("difference")
 
 
 class _Trial(NamedTuple):
-    """The beginning of a loop, to be run with other numbers."""
+    """The first samples of a loop, for simulations with other numbers."""
 
     variant: Variant
     error: np.ndarray
@@ -171,23 +171,23 @@ class _Trial(NamedTuple):
     @classmethod
     def of(cls, variant: Variant, error: np.ndarray) -> _Trial:
         """Return the first samples of a loop."""
-        run, count = variant.run, min(error.size, 30_000)  # samples that are simulated for each factor
+        run, count = variant.run, min(error.size, 30_000)  # samples of each simulation
         time = run.sample_time * np.arange(count)
         desired = variant.reference.component.sample(time, variant.reference.parameters)[0]
         return cls(variant.first(count), error[:count], time >= run.settle, desired)
 
     def followed(self, variant: Variant) -> np.ndarray | None:
-        """Return the following error of a loop against the recorded reference; None where it diverges."""
+        """Return the following error of a loop against the recorded reference; None if it diverges."""
         outcome = simulate(Experiment("trial", variant.plant.kind, (variant,))).variants[variant.name]
         return None if outcome.status is Status.NOT_FINITE else self.desired - outcome.measured
 
     def difference(self, variant: Variant) -> float:
-        """Return by how much a loop follows otherwise than measured [m or rad]."""
+        """Return the difference between the simulated and the measured following error of a loop [m or rad]."""
         followed = self.followed(variant)
         return np.inf if followed is None else statistics_of((followed - self.error)[self.judged]).rms
 
     def agrees(self, suspect: Suspect, allowed: float) -> bool:
-        """Return whether the loop follows as measured, with one number as suspected."""
+        """Return whether the loop follows as measured with the suspected number."""
         followed = self.followed(CHANGES[suspect.name](self.variant, suspect.value))
         if followed is None:
             return False
@@ -198,12 +198,12 @@ def _at(trial: _Trial, name: str, value: float) -> Suspect:
     suspect = Suspect(name, value, np.inf)
     try:
         return suspect._replace(difference=trial.difference(CHANGES[name](trial.variant, value)))
-    except InputError:  # a gain out of its range
+    except InputError:  # gain out of range
         return suspect
 
 
 def _best_factor(trial: _Trial, name: str) -> Suspect:
-    """Return the factor with the least difference, found on a grid that gets finer around the best."""
+    """Return the factor with the least difference, from a grid that is refined around the best."""
     best, step = min((_at(trial, name, float(factor)) for factor in FACTORS), key=BY_DIFFERENCE), 2.0**0.5
     for _ in range(5):
         step **= 0.5
@@ -212,7 +212,7 @@ def _best_factor(trial: _Trial, name: str) -> Suspect:
 
 
 def _fed(trial: _Trial) -> Suspect:
-    """Return the share of the reference velocity fed forward, on the line between none of it and all of it."""
+    """Return the share of the reference velocity in the feedforward, on the line from 0 to 1."""
     ends = [trial.followed(_with_law(trial.variant, k_ff=share)) for share in (0.0, 1.0)]
     if ends[0] is None or ends[1] is None:
         return Suspect("k_ff", 1.0, np.inf)
@@ -222,7 +222,7 @@ def _fed(trial: _Trial) -> Suspect:
 
 
 def _shifted(trial: _Trial) -> Suspect:
-    """Return the time by which the reference acts later, from what of the difference goes with the velocity."""
+    """Return the time by which the reference acts later, from the part of the difference proportional to velocity."""
     velocity = np.gradient(trial.desired, trial.variant.run.sample_time)[trial.judged]
     power, late = float(velocity @ velocity), 0.0
     for _ in range(3):  # of Newton's method
@@ -238,7 +238,7 @@ def _with_law(variant: Variant, **values: float) -> Variant:
 
 
 def _scaled(variant: Variant, factor: float, quantity: str) -> Variant:
-    """Return a loop in the numbers of whose law what was taken for 1 of a quantity is so many times as much."""
+    """Return a loop whose law has a scaled quantity."""
     law = variant.controller
     powers = {key: exponents_of(variable.quantity).get(quantity, 0.0) for key, variable in law.component.variables.items()}
     return _with_law(variant, **{key: law.values[key] * factor**-power for key, power in powers.items() if power})

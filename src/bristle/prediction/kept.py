@@ -1,4 +1,4 @@
-"""A fit as its files keep it: numbers of a summary, traces, draws."""
+"""A fit from its files: numbers of a summary, traces, draws."""
 
 import math
 from collections.abc import Mapping
@@ -25,7 +25,7 @@ def fit_of(
     draws: Mapping[str, np.ndarray],
     bands: Mapping[str, Any] | None,
 ) -> Fit:
-    """Return the fit of which a summary, arrays and a model file hold the numbers."""
+    """Return the fit with the numbers of a summary, arrays and a model file."""
     numbers = [
         {name: tuple(value) if isinstance(value, list) else value for name, value in entry["numbers"].items()}
         for entry in summary["diagnostics"]
@@ -53,7 +53,7 @@ def fit_of(
 
 
 def _estimates(parameters: Mapping[str, Any], diagnostics: tuple[Diagnostic, ...]) -> tuple[Estimate, ...]:
-    """Return the parameters; why one is not identified is among the diagnostics."""
+    """Return the parameters; the reason for an unidentified parameter is among the diagnostics."""
     names = {field.name for field in fields(Estimate)}
     reasons = {reason.parameter: reason for reason in reversed(diagnostics) if reason.parameter}
     return tuple(
@@ -68,7 +68,7 @@ def _estimates(parameters: Mapping[str, Any], diagnostics: tuple[Diagnostic, ...
 
 
 def _resampling(numbers: Mapping[str, Any] | None, draws: Mapping[str, np.ndarray], bands: Mapping[str, Any] | None) -> Resampling | None:
-    """Return how sure the model is, with every draw where their file is there, else with those of the model file."""
+    """Return the uncertainty of the model, with all draws if their file exists, else with those of the model file."""
     if numbers is None or not (draws or bands):
         return None
     errors = {name: numbers[name] for name in NUMBERS if name != "scatter"}

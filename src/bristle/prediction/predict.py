@@ -1,4 +1,4 @@
-"""What a model predicts of a log, seen or unseen, against what was measured."""
+"""Prediction of a log by a model, compared with the measurement."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -29,8 +29,8 @@ from bristle.simulation.recorded.closed_loop import LOOPS, START_SAMPLES, Course
 from bristle.simulation.result import Prediction, relative_error_percent
 
 MODES = ("inverse", *LOOPS)
-TREATED = ("cutoff", "delay", "smoothing", "slow", "position_smoothing")  # what repeats the treatment of a log
-SPAN = 20  # samples over which a speed is taken
+TREATED = ("cutoff", "delay", "smoothing", "slow", "position_smoothing")  # settings that repeat the treatment of a log
+SPAN = 20  # samples of a difference for a speed
 
 CHANNELS = {
     "delay": optional(amount(Variable("time", "delay of the effort"))),
@@ -73,35 +73,35 @@ def predict(
     plant, friction : Model
         The inertia and the friction model.
     log : Log or path-like
-        What was measured, or its file. Its known inputs are injected in closed loop.
+        The measurement, or its file. Its known inputs are injected in closed loop.
     axis : Axis or path-like, optional
-        Gives the controller that was running (needed in closed loop), encoder resolution, limit of the effort.
+        Gives the controller of the log (needed in closed loop), encoder resolution, limit of the effort.
     mode : {"inverse", "closed-loop", "open-loop"}
         ``inverse``: the effort from the measured motion, filtered and decimated as in the identification.
-        ``closed-loop``: effort and motion from the reference. ``open-loop``: the motion from the measured effort; it
-        begins at the 20th sample, where the velocity is known from both sides, or at the first one where the axis
-        says that its logs begin at rest.
+        ``closed-loop``: effort and motion from the reference. ``open-loop``: the motion from the measured effort. It
+        begins at the 20th sample, where the velocity is known from both sides, or at the first sample if the axis file
+        states that logs begin at rest.
     cutoff, decimation : float or str, int, optional
-        Those of the identification [Hz, or text with a unit], for the inverse mode; the axis decides where they are
-        not given.
+        Those of the identification [Hz, or text with a unit], for the inverse mode; by default those of the
+        axis file.
 
     velocity_max : float or str, optional
-        Largest speed that the model was fitted to [m/s or rad/s]: a log that goes far beyond it is told.
+        Largest speed of the fitted data [m/s or rad/s]: the prediction warns about a log far beyond it.
     delay : float or str, optional
-        By how much the effort lags the position, as the identification found [s], for the inverse mode.
+        Delay of the effort after the position, found by the identification [s], for the inverse mode.
     smoothing : float or str, optional
-        Time constant of a filter that the effort passed more than the position, as the identification found; negative
-        where it passed less [s]. For the inverse mode.
+        Time constant of a filter on the effort in addition to that of the position, found by the identification [s];
+        negative if the effort is filtered less. For the inverse mode.
     slow : float or str, optional
-        Cut-off of the instruments [Hz] where the identification looked at the channels before the fit: accelerations
-        are as fine then as they were there, for the inverse mode.
+        Cut-off of the instruments [Hz], if the identification estimated the channels before the fit: accelerations
+        then have the same bandwidth as there, for the inverse mode.
     lag : float or str, optional
-        Time constant with which the drive follows its controller, as the identification found [s], for the closed loop;
-        the axis decides where it is not given.
+        Time constant of the drive after its controller, found by the identification [s], for the closed loop;
+        by default that of the axis file.
     bands : Bands, optional
-        How sure the model is; what is predicted then has a 95 % band.
+        Uncertainty of the model; the prediction then has a 95 % band.
     position_smoothing : float or str, optional
-        Time constant of a filter that the position passed, as the identification found [s], for the inverse mode.
+        Time constant of a filter on the position, found by the identification [s], for the inverse mode.
 
     Returns
     -------
@@ -115,10 +115,10 @@ def predict(
     """
     log, axis = log_and_axis(log, axis)
     if plant.kind != log.kind:
-        message, mend = "is of another kind of axis than the log", "Give the axis file that the model was identified with"
+        message, mend = "is of another kind of axis than the log", "Give the axis file of the identification"
         raise InputError(message, path="model", value=plant.kind, allowed=log.kind, mend=mend)
     if log.effort is None:
-        raise InputError("has no effort to compare with or to apply", path="log", mend="Name its column in the axis")
+        raise InputError("has no effort to compare with or to apply", path="log", mend="Add its column to the axis file")
     log = parted(log, axis)
     if mode == "inverse":
         frequency, stride = treatment_of(cutoff, decimation, log.kind)
@@ -167,7 +167,7 @@ def _inverse(
     plant: Model, friction: Model, log: Log, dataset: Dataset, width: np.ndarray | None, remarks: tuple[Diagnostic, ...]
 ) -> Prediction:
     predicted = finite(dataset.rows_of(dataset.explained(plant, friction)), friction, "friction")
-    # Where the contact stood before each stretch, where that matters.
+    # The initial state of the contact in each stretch, if it matters.
     percents = tuple(100.0 * place for place in dataset.contacts(friction, plant) if place is not None)
     start = (Diagnostic("start_of_contact", severity="note", numbers={"percents": percents}),) if percents else ()
     filtered = Diagnostic("filtered", severity="note", numbers={"cutoff": dataset.cutoff, "decimation": dataset.decimation})
@@ -187,7 +187,7 @@ def _compare(mode: str, log: Log, runs: list[Course], used: list[slice], about: 
 def _prediction(
     mode: str, log: Log, time: np.ndarray, effort: Any, effort_hat: Any, position: Any, position_hat: Any, status: Status = Status.OK
 ) -> Prediction:
-    """Return what was measured and predicted, with its errors; none of a simulation that left the finite numbers."""
+    """Return measurement and prediction, with their errors; no errors for a simulation that diverged."""
     metrics: dict[str, float | str | None] = {}
     for name, quantity, signal, predicted in (("force", "force", effort, effort_hat), ("position", "length", position, position_hat)):
         compared = None if status == Status.NOT_FINITE else predicted
@@ -198,7 +198,7 @@ def _prediction(
 
 
 def rows_as_fitted(log: Log, axis: Axis | None, treatment: Mapping[str, float | None], decimation: int | None = None) -> Dataset:
-    """Return the rows of a log, treated as its identification did: by what a treatment has of `TREATED`."""
+    """Return the rows of a log, treated as in identification, by the settings in `TREATED`."""
     channels = [treatment.get(name) or 0.0 for name in ("delay", "smoothing", "position_smoothing")]
     dataset = treat_all([log], [axis], treatment.get("cutoff"), decimation, *channels)
     return differentiated(dataset) if treatment.get("slow") else dataset
@@ -207,13 +207,13 @@ def rows_as_fitted(log: Log, axis: Axis | None, treatment: Mapping[str, float | 
 def effort_of_motion(
     plant: Model, friction: Model, columns: Mapping[str, np.ndarray], axis: Axis | None, treatment: Mapping[str, float]
 ) -> np.ndarray:
-    """Return the effort that a motion takes, treated as the log of an identification was; NaN in rows outside all stretches."""
-    # The delay is that of an effort: without one, nothing is moved, and no sample lost.
+    """Return the effort of a motion, treated as the log of an identification; NaN in rows outside all stretches."""
+    # The delay is that of an effort: without an effort, samples are neither shifted nor lost.
     log = Log.from_columns(columns, axis=axis and replace(axis, delay=0.0))
-    # What is to be predicted is not known: rows are treated as those of a log whose effort is zero.
+    # The effort is unknown: rows are treated as those of a log with zero effort.
     log = replace(log, effort=Channel(np.zeros(len(log)), unit_of("force", log.kind), "y"))
     dataset = rows_as_fitted(log, axis, {name: treatment.get(name) for name in ("cutoff", "position_smoothing", "slow")}, 1)
-    # Where a contact stood before a segment, no effort tells.
+    # Without an effort the initial state of a contact in a segment is unknown.
     efforts = dataset.explained(plant, friction, contacts=(None,) * len(dataset.segments))
     time, around = columns["time"], 0.5 * dataset.sample_time
     lag = treatment.get("delay", 0.0) + (axis.delay if axis else 0.0)
@@ -244,11 +244,11 @@ def unexplained_force(
     slow: Amount | None = None,
     position_smoothing: Amount | None = None,
 ) -> np.ndarray:
-    """Return the force that a model does not explain, at the rate of the log.
+    """Return the residual force of a model, at the rate of the log.
 
-    It is what remains of the effort after inertia and friction, behind the filter of the identification; zero at
-    rest, where friction balances whatever effort there is, and at the edges of a stretch. Replayed as a disturbance it
-    puts into a simulation what the model leaves out, so that a compensator is not judged on its own model.
+    It is the effort minus inertia and friction, after the filter of the identification. It is zero at
+    rest, where friction balances any effort, and at the edges of a stretch. Replayed as a disturbance, it
+    adds the force that the model lacks to a simulation, so that a compensator is not tested on its own model.
 
     Parameters
     ----------
@@ -259,9 +259,9 @@ def unexplained_force(
     axis : Axis, optional
         Its cut-off and encoder resolution are used.
     cutoff : float or str, optional
-        Cut-off of the identification [Hz]; the axis decides where it is not given.
+        Cut-off of the identification [Hz]; by default that of the axis file.
     delay, smoothing, slow, position_smoothing : float or str, optional
-        What the identification took out of the channels, as in `predict`; nothing where not given.
+        Treatment of the channels in the identification, as in `predict`; without treatment by default.
 
     Returns
     -------
@@ -280,7 +280,7 @@ def unexplained_force(
 
 
 def with_doubts(prediction: Prediction, log: Log, axis: Axis | None, velocity_max: float | None) -> Prediction:
-    """Return a prediction with what speaks against it."""
+    """Return a prediction with its warnings."""
     settings = CheckThresholds.among(axis.settings if axis else {})
     wrong = (diagnostic for diagnostic in checked(log, axis, settings) if diagnostic.code in RECORDED)
     doubts: list[Diagnostic] = []

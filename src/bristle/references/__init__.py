@@ -1,6 +1,6 @@
-"""References, one a file: the motion that a loop is asked to follow."""
+"""References, each in a file: the commanded motion of a loop."""
 
-# Every reference of bristle, a line each, in the order in which they are listed.
+# Every reference of bristle, in the order of the lists.
 # isort: off
 from bristle.references.recorded import recorded as recorded
 from bristle.references.sine import sine as sine

@@ -2,7 +2,7 @@ r"""A chirp: a sine whose frequency rises by the same factor in equal times; it 
 
 .. math:: x(t) = A\,w(t) \sin\varphi(t), \qquad \dot\varphi = 2\pi f_0 (f_1/f_0)^{t/T}
 
-where `w` rises smoothly from 0 to 1 over `ramp` seconds, and falls alike at the end.
+where `w` rises smoothly from 0 to 1 over `ramp` seconds, and falls in the same way at the end.
 """
 
 import math

@@ -1,8 +1,8 @@
-r"""One of the two axes that together run a circle, the test by which machine tools are judged (ISO 230-4).
+r"""One of the two axes that together run a circle, the standard test of machine tools (ISO 230-4).
 
 .. math:: x(t) = c + R \cos(v t / R), \qquad y(t) = c + R \sin(v t / R)
 
-It is under way at full speed from the first sample on. Where an axis reverses its friction changes sides, and the path
+It moves at full speed from the first sample. At the reversal of an axis its friction changes sides, and the path
 bulges: the quadrant glitch.
 """
 
@@ -21,7 +21,7 @@ class Parameters(NamedTuple):
 
     radius: Annotated[float, Variable("length", "radius", min=1e-12)]
     feed: Annotated[float, Variable("length/time", "speed along the circle", min=1e-12)]
-    axis: Annotated[int, Variable("1", "which of the two axes, x running a cosine and y a sine", choices=AXES)] = 0
+    axis: Annotated[int, Variable("1", "axis of the circle: x runs a cosine, y a sine", choices=AXES)] = 0
     offset: Annotated[float, Variable("length", "centre of the circle")] = 0.0
 
 

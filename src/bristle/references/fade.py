@@ -1,4 +1,4 @@
-"""How an amplitude grows from nothing: smoothly, by a quintic."""
+"""Smooth rise of an amplitude from zero, by a quintic."""
 
 import numpy as np
 

@@ -1,8 +1,8 @@
 r"""Legs: moves from rest to rest at a speed, with acceleration and jerk kept within limits, one after the other.
 
 A leg has at most seven phases of constant jerk :math:`j`: the acceleration rises to :math:`a`, stays, falls to zero;
-the leg cruises at :math:`v`; and the same with the opposite sign. A leg too short for its speed or its acceleration
-keeps the jerk and lowers the others. Without a limit of the jerk it is a trapezoid of velocity.
+the leg cruises at :math:`v`; then the same with the opposite sign. If a leg is too short for its speed or its
+acceleration, the jerk is kept and the others are lowered. Without a jerk limit it is a trapezoid of velocity.
 """
 
 import math
@@ -15,9 +15,9 @@ Samples = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
 class Legs(NamedTuple):
-    """Phases of constant jerk: when each begins, and the motion there, each of shape (phase,).
+    """Phases of constant jerk: the start of each, and the motion there, each of shape (phase,).
 
-    Times [s], positions [m or rad], velocities, accelerations and jerks; `end` is the time at which the last one ends.
+    Times [s], positions [m or rad], velocities, accelerations and jerks; `end` is the end of the last phase.
     """
 
     time: np.ndarray
@@ -47,9 +47,9 @@ def legs_through(points: Iterable[float], velocity: float, acceleration: float, 
     Parameters
     ----------
     points : iterable of float
-        Where each leg ends.
+        End of each leg.
     velocity, acceleration, jerk : float
-        What no leg exceeds [m/s, m/s^2, m/s^3, or with rad].
+        Limits of every leg [m/s, m/s^2, m/s^3, or with rad].
     """
     rows, at, now = [], 0.0, 0.0
     for point in points:
@@ -66,13 +66,13 @@ def legs_through(points: Iterable[float], velocity: float, acceleration: float, 
 
 
 def _leg(distance: float, velocity: float, acceleration: float, jerk: float) -> list[tuple[float, float, float]]:
-    """Return the phases of a leg: how long each lasts [s], its acceleration at the start, and its jerk."""
+    """Return the phases of a leg: the duration of each [s], its acceleration at the start, and its jerk."""
     if distance == 0.0:
         return []
     peak = min(velocity, _fastest(distance, acceleration, jerk))
     rise = min(acceleration / jerk, math.sqrt(peak / jerk))
     top = jerk * rise if rise > 0.0 else acceleration
-    # Rounding must not make a phase last less than nothing.
+    # Rounding must not make the duration of a phase negative.
     steady = max(peak / top - rise, 0.0)
     cruise = max(distance / peak - (2.0 * rise + steady), 0.0)
     change = jerk if rise > 0.0 else 0.0

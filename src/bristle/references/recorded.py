@@ -1,7 +1,7 @@
-"""A recorded motion: positions at equal time steps, as a log has them.
+"""A recorded motion: positions at equal time steps, as in a log.
 
-Between samples it runs straight; velocity and acceleration are central differences, one-sided at the ends. Beyond its
-last sample it stands still.
+Between samples the motion is straight; velocity and acceleration are central differences, one-sided at the ends. After
+the last sample it rests.
 """
 
 from typing import Annotated, NamedTuple
@@ -38,7 +38,7 @@ def sample(t: np.ndarray, p: Parameters) -> tuple[np.ndarray, np.ndarray, np.nda
 
 MODEL = recorded = Trajectory(
     name="recorded",
-    description="a recorded motion, as a log has it",
+    description="a recorded motion, as in a log",
     Parameters=Parameters,
     State=State,
     sample=sample,

@@ -1,7 +1,7 @@
-r"""Triangles: to and fro at one speed, around the start, with corners as round as acceleration and jerk ask for.
+r"""Triangles: back and forth at one speed, around the start, with corners rounded by acceleration and jerk limits.
 
-The turning points are :math:`A, -qA, q^2A, \dots`: with a `ratio` `q` of 1 all loops are alike, below 1 each lies
-inside the one before. After the last turning point the motion returns to its start and stays there.
+The turning points are :math:`A, -qA, q^2A, \dots`: with a `ratio` `q` of 1 all loops are the same, below 1 each lies
+inside the previous one. After the last turning point the motion returns to its start and stays there.
 """
 
 import math
@@ -46,7 +46,7 @@ def duration(p: Parameters) -> float:
 
 MODEL = triangle = Passing(
     name="triangle",
-    description="to and fro at one speed, in loops that are alike or lie inside one another",
+    description="back and forth at one speed, in equal loops or in loops inside each other",
     Parameters=Parameters,
     State=State,
     sample=sample,

@@ -3,7 +3,7 @@ r"""A sine of one frequency whose amplitude varies: loops within loops, as in th
 .. math:: x(t) = c + A(t) \sin(2\pi f t)
 
 where :math:`A` passes through the given amplitudes at equal intervals of the duration, monotonically in between
-(piecewise cubic Hermite). It begins at the centre, and at rest where the first amplitude is 0; after the duration it
+(piecewise cubic Hermite). It begins at the centre, and at rest if the first amplitude is 0; after the duration it
 keeps its last amplitude.
 
 References
@@ -25,7 +25,7 @@ class Parameters(NamedTuple):
 
     amplitudes: Annotated[np.ndarray, Variable("length", "amplitudes, at equal intervals of the duration")]
     frequency: Annotated[float, Variable("frequency", "frequency", min=1e-9)]
-    duration: Annotated[float, Variable("time", "time in which the amplitudes are gone through", min=1e-9)]
+    duration: Annotated[float, Variable("time", "time to pass through all amplitudes", min=1e-9)]
     offset: Annotated[float, Variable("length", "centre of the motion")] = 0.0
 
 
@@ -52,6 +52,6 @@ MODEL = varied_sine = Trajectory(
     Parameters=Parameters,
     State=State,
     sample=sample,
-    relations=(Relation("at least 2 amplitudes", lambda p: len(p.amplitudes) >= 2, "Give one for each turn of it"),),
+    relations=(Relation("at least 2 amplitudes", lambda p: len(p.amplitudes) >= 2, "Give at least two amplitudes"),),
     reference="doi:10.1137/0717021",
 )

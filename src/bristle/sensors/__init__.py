@@ -1,6 +1,6 @@
-"""Sensors, one a file."""
+"""Sensors, each in a file."""
 
-# Every sensor of bristle, a line each, in the order in which they are listed.
+# Every sensor of bristle, in the order of the lists.
 # isort: off
 from bristle.sensors.encoder import encoder as encoder
 # isort: on

@@ -2,8 +2,8 @@ r"""An incremental encoder: the position in whole counts, read with noise.
 
 .. math:: q = \Delta \left\lfloor \frac{x + \eta}{\Delta} + \tfrac12 \right\rfloor, \qquad \eta \sim N(0, \sigma^2)
 
-With :math:`\Delta = 0` the position itself, with its noise. The noise of sample `k` is a function of the seed and of
-`k`: one seed gives one record, however it is computed.
+With :math:`\Delta = 0` the output is the position with its noise. The noise of sample `k` is a function of the seed and
+of `k`: a seed gives the same record, however it is computed.
 """
 
 import math
@@ -14,7 +14,7 @@ from bristle.core.kernel import kernel
 from bristle.core.random_numbers import SEED_MAX, normal
 from bristle.core.variable import Variable
 
-# Beyond it every number is a whole count already, and compiled code has no whole number to hold it.
+# Beyond it every number is already a whole count, and does not fit an integer of compiled code.
 COUNTS_MAX = 2.0**52
 
 

@@ -1,12 +1,12 @@
-r"""A torque sensor between a motor and its screw: what it sees, and what it does not.
+r"""A torque sensor between a motor and its screw, and its limits.
 
-The shaft carries what the motor gives, less what accelerates the motor itself:
+The shaft transmits the effort of the motor minus that which accelerates the motor:
 
 .. math:: T = u - J_m \dot\omega = F_p + (J - J_m)\,\dot\omega
 
-so that it is the friction :math:`F_p` of the equation of motion :math:`J \dot\omega = u - F_p` only where the axis does
-not accelerate, or where all of its inertia sits before the sensor. A loop that is measured with it slowly enough
-is that of the friction; one at the frequency of a controller is not.
+It is the friction :math:`F_p` of the equation of motion :math:`J \dot\omega = u - F_p` only while the axis does not
+accelerate, or if all of its inertia is before the sensor. A loop measured slowly with it is that of the friction; a loop
+at the frequency of a controller is not.
 """
 
 from typing import Any
@@ -49,5 +49,5 @@ def torque_seen(effort: Any, velocity: Any, dt: Amount, J_m: Amount) -> np.ndarr
     array([0.5])
     """
     if effort.shape != velocity.shape:
-        raise InputError("has another length than effort", path="velocity", value=velocity.size, allowed=f"{effort.size} samples")
+        raise InputError("must have the length of effort", path="velocity", value=velocity.size, allowed=f"{effort.size} samples")
     return effort[:-1] - J_m * np.diff(velocity) / dt

@@ -22,7 +22,7 @@ def loops(kernel, rng, **shape):
 
 
 @pytest.mark.parametrize("kernel", KERNELS)
-def test_the_kernel_and_both_numbers_come_back(kernel):
+def test_the_kernel_and_both_numbers_are_recovered(kernel):
     rng = np.random.default_rng(7)
     result = fit_closed_form(loops(kernel, rng))
     assert result.offset == pytest.approx(5.0, abs=0.1)
@@ -37,11 +37,11 @@ def test_the_kernel_and_both_numbers_come_back(kernel):
         assert values["kernel"] == kernel
 
 
-def test_the_exponent_comes_back():
+def test_the_exponent_is_recovered():
     result = fit_closed_form(loops("dahl_masing", np.random.default_rng(8), exponent=1.5), kernels=("dahl_masing",))
     assert result.operator.values["exponent"] == pytest.approx(1.5, abs=0.1)
 
 
-def test_what_cannot_be_fitted_is_refused():
+def test_unsuitable_data_are_refused():
     with pytest.raises(InputError, match="does not move"):
         fit_closed_form(Curves((Curve(np.arange(9.0), np.ones(9)),)))

@@ -29,7 +29,7 @@ def test_the_sign_of_a_magnet_does_not_fit_a_friction():
     assert fit_grid(data, cells=20).rms < 0.03 * magnet.rms
 
 
-def test_a_magnet_is_told_from_its_curves():
+def test_a_magnet_is_recognised_from_its_curves():
     magnet = tabulated(lambda a, b: 0.05 * (a - b) ** 2 + 0.1 * (a - b), 3.0)
     data = Curves(reversal_curves(magnet), start="saturated", kind="magnetic")
     fit = fit_grid(data, cells=20)
@@ -39,7 +39,7 @@ def test_a_magnet_is_told_from_its_curves():
     assert relays_of(fit.operator, 3.0, 20).values["weights"].min() > -1e-9
 
 
-def test_the_weights_of_cells_come_back_to_the_bit_of_the_fit():
+def test_the_operator_has_the_fitted_weights_to_the_bit():
     E = np.array([3.0, 4.0, 2.0, 6.0, 5.0, 3.0])
     truth = hysteresis.preisach_grid(low=-3.0, high=3.0, E=E, offset=0.5)
     rng = np.random.default_rng(3)
@@ -50,6 +50,6 @@ def test_the_weights_of_cells_come_back_to_the_bit_of_the_fit():
     assert len(fit.notes) == 1  # a curve crosses each cell
 
 
-def test_what_cannot_be_fitted_is_refused():
+def test_unsuitable_data_are_refused():
     with pytest.raises(InputError, match="does not move"):
         fit_grid(Curves((Curve(np.zeros(9), np.zeros(9)),)))

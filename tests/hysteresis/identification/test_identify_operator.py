@@ -17,7 +17,7 @@ def friction():
     return recorded(TRUTH, to_and_fro(rng, turns=50, samples=800), rng)
 
 
-def test_operators_are_ranked_by_what_they_were_not_fitted_to(friction):
+def test_operators_are_ranked_by_held_out_error(friction):
     message, shares = [], []
     result = br.identify_operator(friction, "all", cells=12, progress=lambda share, text: (message.append(text), shares.append(share)))
     assert [fit.rank for fit in result.fits] == [1, 2, 3]
@@ -32,7 +32,7 @@ def test_operators_are_ranked_by_what_they_were_not_fitted_to(friction):
         assert predict_operator(fit.operator, friction, fit.offset).rmse == pytest.approx(fit.prediction.rmse)
 
 
-def test_all_operators_are_identified_unless_some_are_named(friction):
+def test_all_operators_are_identified_by_default(friction):
     fits = [br.identify_operator(friction, *named, cells=4, stops=5, folds=0).fits for named in ((), ("all",), (["all"],))]
     assert [fit.name for fit in fits[0]] == [fit.name for fit in fits[1]] == [fit.name for fit in fits[2]]
     assert {fit.name for fit in fits[0]} == {"prandtl_ishlinskii", "preisach", "preisach_grid"}
@@ -48,14 +48,14 @@ def test_curves_are_left_out_by_turns():
     assert result.best.prediction.error_percent < 0.01
 
 
-def test_congruency_reads_as_the_noise_where_an_operator_is_adequate(friction):
+def test_congruency_equals_the_noise_for_an_adequate_operator(friction):
     result = congruency_of(friction)
     # The noise of a sample and that of the turning point.
     assert NOISE < result.alike < 3.0 * NOISE
     assert NOISE < result.anywhere < 3.0 * NOISE
 
 
-def test_congruency_tells_what_no_operator_can_follow():
+def test_congruency_detects_data_that_no_operator_can_follow():
     rng = np.random.default_rng(12)
     u = to_and_fro(rng)
     lugre = br.friction.dahl(sigma_0=1.0, F_C=1.0)
@@ -80,6 +80,6 @@ def test_congruency_tells_what_no_operator_can_follow():
         ({"folds": 500}, "too short for so many folds"),
     ],
 )
-def test_what_cannot_be_identified_is_refused(friction, arguments, words):
+def test_unsuitable_requests_are_refused(friction, arguments, words):
     with pytest.raises(InputError, match=words):
         br.identify_operator(friction, **({"model": "prandtl_ishlinskii"} | arguments))

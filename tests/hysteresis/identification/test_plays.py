@@ -30,7 +30,7 @@ def curves(tmp_path):
     return read_curves(tmp_path / "stack.csv", described)
 
 
-def test_plays_are_found_where_the_output_lags(curves):
+def test_plays_are_found_for_a_lagging_output(curves):
     assert (curves.kind, curves.curves[0].f.max() < 2e-5) == ("piezo", True)
     fit = fit_stops(curves, thresholds=THRESHOLDS)
     p = fit.operator.parameters
@@ -39,7 +39,7 @@ def test_plays_are_found_where_the_output_lags(curves):
     assert fit.rms < 1e-3 * np.ptp(curves.curves[0].f)
 
 
-def test_of_other_kinds_stops_alone_are_tried(curves):
+def test_other_kinds_are_fitted_with_stops_only(curves):
     from dataclasses import replace
 
     assert np.all(fit_stops(replace(curves, kind="translational")).operator.parameters.weights >= 0.0)

@@ -24,7 +24,7 @@ def off(curves, truth):
     return float(np.sqrt(np.mean(np.concatenate([a.f - b.f for a, b in zip(curves, truth, strict=True)]) ** 2)))
 
 
-def test_noise_that_neighbours_do_not_share_is_taken_off(clean):
+def test_noise_that_neighbours_do_not_share_is_removed(clean):
     result = smoothed(with_noise(clean, np.random.default_rng(5)))
     assert result.window >= 5
     assert off(result.recorded.curves, clean) < 0.7 * NOISE
@@ -36,19 +36,19 @@ def test_curves_without_noise_keep_their_shape(clean):
     assert off(result.recorded.curves, clean) < 0.1 * NOISE
 
 
-def test_curves_that_turn_within_a_few_samples_are_left_alone():
+def test_curves_that_turn_within_a_few_samples_are_unchanged():
     steep = reversal_curves(TRUTH, count=81, samples=8)
     assert smoothed(Curves(steep, "saturated")).window == 1
 
 
-def test_falling_curves_are_smoothed_like_rising_ones(clean):
+def test_falling_and_rising_curves_are_smoothed_equally(clean):
     rng, other = np.random.default_rng(6), np.random.default_rng(6)
     mirrored = tuple(Curve(-item.u, -item.f) for item in clean)
     rising, falling = smoothed(with_noise(clean, rng)), smoothed(with_noise(mirrored, other))
     assert falling.window == rising.window
 
 
-def test_curves_that_were_left_out_are_told_better_by_smoothed_ones(clean, monkeypatch):
+def test_smoothed_curves_predict_held_out_curves_better(clean, monkeypatch):
     recorded = with_noise(clean, np.random.default_rng(7))
     best = identify_operator(recorded, "reversal_table").best
     monkeypatch.setattr(curves, "WINDOWS", (1,))

@@ -31,7 +31,7 @@ def test_the_virgin_curve_is_that_of_the_truth():
     assert fit.rms == pytest.approx(0.005, rel=0.1)
 
 
-def test_weights_on_the_thresholds_of_the_truth_come_back():
+def test_weights_on_the_true_thresholds_are_recovered():
     truth = hysteresis.prandtl_ishlinskii(thresholds=[0.2, 0.7, 1.6], weights=[2.0, 0.5, 1.0], spring=0.3)
     fit = fit_stops(recorded(truth, to_and_fro(np.random.default_rng(0))), thresholds=np.array([0.2, 0.4, 0.7, 1.6]))
     assert fit.operator.values["thresholds"] == pytest.approx([0.2, 0.7, 1.6])
@@ -39,7 +39,7 @@ def test_weights_on_the_thresholds_of_the_truth_come_back():
     assert fit.operator.values["spring"] == pytest.approx(0.3, abs=1e-5)
 
 
-def test_weights_are_never_negative_whatever_the_data():
+def test_weights_are_never_negative():
     rng = np.random.default_rng(4)
     u = to_and_fro(rng)
     fit = fit_stops(Curves((Curve(u, rng.standard_normal(u.size)),)))

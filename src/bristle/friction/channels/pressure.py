@@ -1,9 +1,9 @@
-r"""Friction of the seals of a hydraulic or pneumatic cylinder, which the pressure that they hold presses on.
+r"""Friction of the seals of a hydraulic or pneumatic cylinder, which rises with the pressure.
 
 .. math:: F = F_\text{model} + k_P\,(P - P_0)\,(F_\text{model} - F_v v)
 
-A lip of rubber is pressed on rod and bore by its interference, and by the pressure behind it: the level of its friction
-rises with both [1]_, to first order [2]_. What is viscous stays what it is.
+Interference and pressure press the lip of a seal on rod and bore. The level of friction rises with both [1]_, to first
+order [2]_. Viscous friction does not change.
 
 References
 ----------
@@ -21,7 +21,7 @@ from bristle.core.slot import LEVEL, Slot
 from bristle.core.surroundings import Surrounding
 from bristle.core.variable import Variable
 
-# A pressure is one of a rotational axis too, such as that of a vane actuator.
+# A rotational axis may also have a pressure, such as that of a vane actuator.
 PRESSURE = "force of travel/travel^2"
 
 
@@ -31,7 +31,7 @@ class Parameters(NamedTuple):
     k_P: Annotated[
         float, Variable("travel^2/force of travel", "change of friction over the pressure", nominal=1e-7, excitation="channel")
     ] = 0.0
-    P_0: Annotated[float, Variable(PRESSURE, "pressure that friction is told at", nominal=1e6)] = 0.0
+    P_0: Annotated[float, Variable(PRESSURE, "pressure at which friction is stated", nominal=1e6)] = 0.0
 
 
 @kernel
@@ -42,8 +42,8 @@ def factor(pressure, p):
 
 SLOT = Slot(
     name="pressure",
-    description="a level of dry friction that rises with the pressure that seals hold",
-    channel=Surrounding("pressure", Variable(PRESSURE, "pressure that the seals hold", min=0.0, nominal=1e7), usual=0.0),
+    description="a level of dry friction that rises with the pressure on the seals",
+    channel=Surrounding("pressure", Variable(PRESSURE, "pressure on the seals", min=0.0, nominal=1e7), usual=0.0),
     Parameters=Parameters,
     factor=factor,
     of=LEVEL,

@@ -1,4 +1,4 @@
-"""Hysteresis operators from recorded input and output, whatever sign their measure has."""
+"""Identification of hysteresis operators from recorded input and output, with a measure of either sign."""
 
 from bristle.hysteresis.identification.identify import FITTED, identify_operator
 from bristle.hysteresis.identification.result import OperatorFit, OperatorIdentification, OperatorPrediction, predict_operator

@@ -1,4 +1,4 @@
-"""From recorded hysteresis to an operator: of friction or of a magnet, whatever sign its measure has."""
+"""Identification of a hysteresis operator from recorded hysteresis, of friction or of a magnet."""
 
 import math
 from collections.abc import Callable, Iterator, Sequence
@@ -39,7 +39,7 @@ def fit_table(recorded: Curves) -> Fitted:
         raise InputError("needs reversal curves, which start from saturation", path="model", value="reversal_table", mend=mend)
     behind = smoothed(recorded)
     table = table_of_curves([(curve.u, curve.f) for curve in behind.recorded.curves], kind=recorded.kind)
-    remark = f"each curve is smoothed over {behind.window} samples: so it says more of the curves beside it"
+    remark = f"each curve is smoothed over {behind.window} samples, which predicts its neighbours better"
     return Fitted(table, notes=(remark,) if behind.window > 1 else ())
 
 
@@ -61,7 +61,7 @@ def identify_operator(
     folds: int = 5,
     progress: Progress | None = None,
 ) -> OperatorIdentification:
-    """Identify hysteresis operators from recorded input and output, and rank them by what they were not fitted to.
+    """Identify hysteresis operators from recorded input and output, and rank them by their held-out error.
 
     Parameters
     ----------
@@ -75,20 +75,20 @@ def identify_operator(
     stops, cells : int
         Number of stops, and of cells along a side of the grid.
     folds : int
-        In how many parts the data are left out in turn: every fifth curve, say, where there are at least twice as
-        many, else blocks of samples. The first and the last curve are always fitted. 0 for none.
+        Number of parts for held-out errors. Each part is every fifth curve, say, if there are at least twice as many
+        curves, otherwise blocks of samples. The first and the last curve are always fitted. 0 skips held-out errors.
     progress : callable, optional
-        Called with the share of the work done and what is being done.
+        Called with the share of the work done and the current task.
 
     Returns
     -------
     OperatorIdentification
-        The operators, best first; interrupted (Ctrl-C), those that were fitted until then.
+        The operators, best first; after an interruption (Ctrl-C), those fitted so far.
 
     Raises
     ------
     InputError
-        If there is no such operator, or the data do not serve.
+        If there is no such operator, or the data are unsuitable.
     """
     names, fits = _names(model, recorded), []
     options = {"prandtl_ishlinskii": {"count": stops}, "preisach_grid": {"cells": cells}}
@@ -138,7 +138,7 @@ def _fit(name: str, recorded: Curves, fit_operator: Callable[..., Fitted], folds
 
 
 def _without_curves(recorded: Curves, fit_operator: Callable[..., Fitted], folds: int) -> Iterator[float]:
-    """Yield the root mean square error on every fifth curve, say, fitted to all others."""
+    """Yield the root mean square error on every fifth curve, say, with all others fitted."""
     order = sorted(recorded.curves, key=lambda curve: float(curve.u[0]))
     for fold in range(folds):
         out = [k for k in range(1, len(order) - 1) if k % folds == fold]
@@ -148,7 +148,7 @@ def _without_curves(recorded: Curves, fit_operator: Callable[..., Fitted], folds
 
 
 def _without_blocks(recorded: Curves, fit_operator: Callable[..., Fitted], folds: int) -> Iterator[float]:
-    """Yield the root mean square error on blocks of samples, fitted to all others; the memory runs through."""
+    """Yield the root mean square error on blocks of samples, with all others fitted; the memory continues through them."""
     sizes = [curve.u.size for curve in recorded.curves]
     if sum(sizes) < SAMPLES_LEAST * folds:
         most = max(sum(sizes) // SAMPLES_LEAST, 2)
@@ -163,7 +163,7 @@ def _without_blocks(recorded: Curves, fit_operator: Callable[..., Fitted], folds
 
 
 def _adequacy(fit: OperatorFit, congruency: Congruency) -> tuple[str, ...]:
-    """Return what the congruency of the data says of an operator, in words."""
+    """Return the verdict of the congruency of the data on an operator, in words."""
     limit = congruency.anywhere if fit.name == "prandtl_ishlinskii" else congruency.alike
     if limit is None:
         return ()
@@ -184,7 +184,7 @@ def fit_closed_form(recorded: Curves, *, kernels: Sequence[str] = KERNELS, rows:
     InputError
         If input or output does not move.
     """
-    # Two or three numbers need no more than some curves, evenly chosen.
+    # Two or three parameters need only a few curves, evenly chosen.
     step = -(-len(recorded.curves) // 25)
     recorded, rows = replace(recorded, curves=recorded.curves[::step]), None if rows is None else rows[::step]
     extent, spread = max(abs(recorded.low), abs(recorded.high)), float(np.ptp(outputs_of(recorded)))

@@ -1,9 +1,9 @@
 r"""The Preisach measure on a grid of cells, from data, by least squares with a sign for each cell.
 
-On the diagonal the measure is a spring and positive. Off it, a magnet has a positive measure and friction a negative
-one: relays that all add up the same way cannot give a force that opposes every reversal. The textbook condition
-:math:`\mu \ge 0` everywhere fits a friction no better than a spring would. Neither sign is assumed here: both are
-fitted, and the data choose.
+On the diagonal the measure is a spring and positive. Off the diagonal a magnet has a positive measure and friction a
+negative one: relays that all add up the same way cannot give a force that opposes every reversal. With the textbook
+condition :math:`\mu \ge 0` everywhere, the fit to friction is no better than a spring. bristle fits both signs, and the
+data choose.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ from bristle.logs.turns import reversals
 
 Features = Callable[[np.ndarray, np.ndarray], np.ndarray]
 Rows = Sequence[np.ndarray] | None
-UNSEEN = 1e-12  # of the largest column: what is smaller is rounding
+UNSEEN = 1e-12  # of the largest column: smaller values are rounding
 
 
 class Trace(NamedTuple):
-    """What a sample hangs on, shape (sample,) each.
+    """Branch and Everett function of each sample, shape (sample,) each.
 
-    ``base`` is the number of the sample where the branch began, -1 on the virgin curve; the Everett function is asked
-    at (`alpha`, `beta`), and counts with the sign `side`. Samples before `first` are the history.
+    ``base`` is the number of the sample where the branch began, -1 on the virgin curve. The Everett function is
+    evaluated at (`alpha`, `beta`), with the sign `side`. Samples before `first` are the history.
     """
 
     base: np.ndarray
@@ -60,12 +60,12 @@ def trace_of(u: np.ndarray, history: np.ndarray | Sequence[float] = ()) -> Trace
 
 
 def _follow(path: np.ndarray, first: int, last: int, side: float, turned: list[int], base: np.ndarray) -> None:
-    """Say of the samples of one run what they hang on, and forget the turning points that they pass."""
+    """Set the branch of each sample of a monotone run, and forget the turning points that it passes."""
     ahead = side * path[first:last]
     begin = first
     while turned:
         depth = len(turned)
-        # With one point left the branch merges with the virgin curve at its mirror image.
+        # With a single point left the branch merges with the virgin curve at its mirror image.
         limit = side * path[turned[-2]] if depth >= 2 else -side * path[turned[-1]]
         end = first + int(np.searchsorted(ahead, limit, side="left"))
         base[begin:end] = turned[-1]
@@ -112,7 +112,7 @@ def outputs_of(recorded: Curves, rows: Rows = None) -> np.ndarray:
 
 
 class Weighted(NamedTuple):
-    """Weights, constant, and the root mean square of what is left over."""
+    """Weights, constant, and the root mean square residual."""
 
     weights: np.ndarray
     offset: float
@@ -121,7 +121,7 @@ class Weighted(NamedTuple):
 
 @dataclass(frozen=True)
 class NormalEquations:
-    """What least squares needs to know of ``target = columns @ weights + offset``, for any choice of signs."""
+    """Sums of least squares for ``target = columns @ weights + offset``, for any choice of signs."""
 
     gram: np.ndarray
     right: np.ndarray
@@ -148,15 +148,15 @@ class NormalEquations:
         return cls(centred.T @ centred, centred.T @ rest, scale, middle, level, float(rest @ rest), target.size)
 
     def solve(self, signs: np.ndarray | None = None) -> Weighted:
-        """Return the best weights of which each has its sign or is zero; those of sign 0 are free."""
+        """Return the best weights with the given signs, or zero; those of sign 0 are free."""
         signs = np.ones(self.scale.size) if signs is None else signs
         active = np.flatnonzero(self.scale)
-        # A weight of any sign is the difference of two.
+        # A weight of any sign is the difference of two non-negative weights.
         free = active[signs[active] == 0.0]
         side = np.concatenate([np.where(signs[active] == 0.0, 1.0, signs[active]), -np.ones(free.size)])
         active = np.concatenate([active, free])
         gram = self.gram[np.ix_(active, active)] * np.outer(side, side)
-        # A share of the mean square of a column keeps columns that are alike apart in rounding.
+        # A share of the mean square of a column separates equal columns, despite rounding.
         root = np.linalg.cholesky(gram + 1e-13 * max(active.size, 1) * np.eye(active.size))
         target = np.linalg.solve(root, side * self.right[active])
         unit = non_negative(root.T, target, rounds=30 * max(active.size, 1))
@@ -169,7 +169,7 @@ RESOLUTION = 30  # stops, or cells along a side of a grid
 
 
 class Fitted(NamedTuple):
-    """An operator from data, the constant output beside it, the root mean square of what is left, and what to say of it."""
+    """An operator from data, the constant added to it, the root mean square residual, and notes."""
 
     operator: Model
     offset: float = 0.0
@@ -194,8 +194,8 @@ def fit_grid(recorded: Curves, *, cells: int = RESOLUTION, signs: Sequence[str] 
     chosen = min(tried, key=lambda name: tried[name].rms)
     best, unseen = tried[chosen], float(np.mean(equations.scale == 0.0))
     operator = preisach_grid(kind=recorded.kind, low=low, high=high, E=features.everett(best.weights), offset=best.offset)
-    notes = [f"off the diagonal the measure has the sign of a {chosen}: that sign fits better"]
-    notes += [f"no curve crosses {100.0 * unseen:.3g} % of the cells, which are left empty"] if unseen > 0.0 else []
+    notes = [f"off the diagonal, the sign of a {chosen} fits better"]
+    notes += [f"no curve crosses {100.0 * unseen:.3g} % of the cells, which stay empty"] if unseen > 0.0 else []
     return Fitted(operator, rms=best.rms, notes=tuple(notes))
 
 
@@ -208,7 +208,7 @@ class _Cells:
         self.diagonal = np.flatnonzero(self.i == self.j)
 
     def __call__(self, alpha: np.ndarray, beta: np.ndarray) -> np.ndarray:
-        """Return the share of each cell that lies in the triangle of (alpha, beta), shape (sample, cell)."""
+        """Return the share of each cell in the triangle of (alpha, beta), shape (sample, cell)."""
         cell = np.arange(self.count)
         size = (self.high - self.low) / self.count
         a = np.clip((alpha[:, None] - self.low) / size - cell, 0.0, 1.0)
@@ -225,7 +225,7 @@ class _Cells:
         """Return the Everett function at the levels, in the order of `preisach_grid`."""
         mass = np.zeros((self.count, self.count))
         mass[self.i, self.j] = weights
-        # The triangle of (i + 1, j) holds the cells of rows up to i and columns from j on.
+        # The triangle of (i + 1, j) contains the cells of rows up to i and columns from j on.
         return np.cumsum(np.cumsum(mass, axis=0)[:, ::-1], axis=1)[:, ::-1][self.i, self.j]
 
 
@@ -239,13 +239,13 @@ def thresholds_over(largest: float, count: int = RESOLUTION, smallest: float | N
 
 
 def fit_stops(recorded: Curves, *, count: int = RESOLUTION, thresholds: np.ndarray | None = None, rows: Rows = None) -> Fitted:
-    r"""Fit stops and a spring to recorded hysteresis; stops that get no weight are left out of the operator.
+    r"""Fit stops and a spring to recorded hysteresis; the operator omits stops with zero weight.
 
     .. math:: f = f_0 + k u + \sum_i w_i\,\mathcal S_{r_i}[u], \qquad w_i \ge 0, \quad k \ge 0
 
-    Where the output lags behind the input, as the travel of a piezo actuator behind its voltage, plays are fitted too,
-    :math:`\mathcal P_r[u] = u - \mathcal S_r[u]`, and what errs less is taken. Neighbouring weights trade places under
-    noise, the virgin curve :math:`f_v(x) = k x + \sum_i w_i \min(x, r_i)` does not.
+    If the output lags behind the input, as the travel of a piezo actuator lags behind its voltage, plays are fitted
+    too, :math:`\mathcal P_r[u] = u - \mathcal S_r[u]`, and the fit with the smaller error is returned. Noise exchanges
+    neighbouring weights, but does not change the virgin curve :math:`f_v(x) = k x + \sum_i w_i \min(x, r_i)`.
     """
     traces = [trace_of(curve.u, recorded.history(curve)) for curve in recorded.curves]
     # The largest threshold that slips: half the way from a turning point, or from the origin.
@@ -256,7 +256,7 @@ def fit_stops(recorded: Curves, *, count: int = RESOLUTION, thresholds: np.ndarr
 
 
 def _with_stops(recorded: Curves, traces: list[Trace], r: np.ndarray, rows: Rows, *, plays: bool) -> Fitted:
-    """Fit stops, or what is left of the input beside each of them: plays, whose output lags behind the input."""
+    """Fit stops, or plays, whose output lags behind the input."""
 
     def features(alpha: np.ndarray, beta: np.ndarray) -> np.ndarray:
         half = 0.5 * (alpha - beta)[:, None]
@@ -265,7 +265,7 @@ def _with_stops(recorded: Curves, traces: list[Trace], r: np.ndarray, rows: Rows
 
     solution = NormalEquations.of(stacked(traces, features, rows), outputs_of(recorded, rows)).solve()
     weights, spring = solution.weights[:-1], float(solution.weights[-1])
-    used = weights * r > 1e-5 * float(np.max(weights * r))  # of the largest force of a stop: a weight that rounding left
+    used = weights * r > 1e-5 * float(np.max(weights * r))  # of the largest force of a stop: a smaller weight is rounding
     used[-1] |= not used.any()
     if plays:  # a play is the input less the stop of its threshold
         spring, weights = spring + float(np.sum(weights[used])), -weights

@@ -1,4 +1,4 @@
-"""What the identification of a hysteresis operator returns."""
+"""Result of the identification of a hysteresis operator."""
 
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -12,14 +12,14 @@ from bristle.hysteresis.identification.linear import trace_of
 from bristle.logs.curves import Curve, Curves
 
 WINDOWS = (1, 5, 9, 13)  # samples
-SHARES = np.linspace(0.0, 1.0, 101)  # of the way along a curve, at which it is compared
+SHARES = np.linspace(0.0, 1.0, 101)  # of a curve, at which it is compared
 
 
 class Congruency(NamedTuple):
-    """By how much branches differ [N, N*m or A*m^2]; None where no two can be compared.
+    """Difference between branches [N, N*m or A*m^2]; None if no two branches can be compared.
 
     ``alike`` compares branches that turned at the same input: an error that no Preisach operator can avoid.
-    ``anywhere`` compares branches that turned far apart: one that no Prandtl-Ishlinskii operator can avoid.
+    ``anywhere`` compares branches that turned far apart: an error that no Prandtl-Ishlinskii operator can avoid.
     """
 
     alike: float | None
@@ -27,7 +27,7 @@ class Congruency(NamedTuple):
 
 
 class Branch(NamedTuple):
-    """What followed on a turning point, mirrored if need be so that it rises."""
+    """Path after a turning point, mirrored if necessary so that it rises."""
 
     turn: float
     travel: np.ndarray
@@ -35,7 +35,7 @@ class Branch(NamedTuple):
 
 
 def congruency_of(recorded: Curves) -> Congruency:
-    """Return how far recorded branches are from congruent."""
+    """Return the deviation of recorded branches from congruency."""
     close, far = [], []
     nearness = 0.02 * (recorded.high - recorded.low)  # of the range of inputs: turning points between which branches change evenly
     for side in (1.0, -1.0):
@@ -49,7 +49,7 @@ def congruency_of(recorded: Curves) -> Congruency:
 
 
 def _branches(recorded: Curves, side: float) -> list[Branch]:
-    """Return the branches in one direction, in the order of where they turned."""
+    """Return the branches in one direction, sorted by their turning point."""
     branches = []
     for curve in recorded.curves:
         trace = trace_of(curve.u, recorded.history(curve))
@@ -63,7 +63,7 @@ def _branches(recorded: Curves, side: float) -> list[Branch]:
 
 
 def _difference(before: Branch, branch: Branch, behind: Branch) -> np.ndarray:
-    """Return by how much a branch differs from what two others say in between, over the part that all have."""
+    """Return the difference of a branch from the interpolation of two others, over their common part."""
     three = (before, branch, behind)
     travel = np.linspace(0.0, min(branch.travel[-1] for branch in three), 20 + 1)[1:]  # of a branch, at which it is compared
     low, inner, high = (np.interp(travel, [0.0, *branch.travel], [0.0, *branch.change]) for branch in three)
@@ -77,10 +77,10 @@ def _level(differences: list[np.ndarray]) -> float | None:
 
 
 class Smoothed(NamedTuple):
-    """Curves behind a cubic over `window` samples; as they were recorded where it is 1.
+    """Curves smoothed by a cubic over `window` samples; with 1, the recorded curves.
 
-    Neighbouring curves share their shape, and not the noise of the output: the window is the one with which smoothed
-    neighbours say best what the recorded curve between them is.
+    Neighbouring curves share their shape, but not the noise of the output. With the chosen window, smoothed
+    neighbours predict the recorded curve between them best.
     """
 
     recorded: Curves
@@ -88,20 +88,20 @@ class Smoothed(NamedTuple):
 
 
 def smoothed(recorded: Curves) -> Smoothed:
-    """Return reversal curves with as much noise taken off as their neighbours say is noise."""
+    """Return reversal curves smoothed with the window that predicts neighbouring curves best."""
     order = sorted(recorded.curves, key=lambda curve: float(curve.u[0]))
     if len(order) < 3:
         return Smoothed(recorded, 1)
     raw, best, window = _rows(order), np.inf, 1
     for width in WINDOWS:
         error = _error_between(_rows([_behind(curve, width) for curve in order]), raw, order)
-        if error < 0.999 * best:  # of the error, at most: a wider window has to earn its place
+        if error < 0.999 * best:  # of the error, at most: a wider window must improve on it
             best, window = error, width
     return Smoothed(replace(recorded, curves=tuple(_behind(curve, window) for curve in recorded.curves)), window)
 
 
 def _behind(curve: Curve, window: int) -> Curve:
-    """Return a curve behind the sliding cubic; one that is shorter than its window stays."""
+    """Return a curve smoothed by the sliding cubic; a curve shorter than its window is unchanged."""
     if window == 1 or curve.f.size < window:
         return curve
     from scipy.signal import savgol_filter
@@ -119,7 +119,7 @@ def _rows(curves: list[Curve]) -> np.ndarray:
 
 
 def _error_between(rows: np.ndarray, raw: np.ndarray, curves: list[Curve]) -> float:
-    """Return the root mean square by which recorded curves miss what their neighbours say."""
+    """Return the root mean square error of recorded curves, predicted from their neighbours."""
     turn = np.array([float(curve.u[0]) for curve in curves])
     width = turn[2:] - turn[:-2]
     share = np.divide(turn[1:-1] - turn[:-2], width, out=np.full(width.size, 0.5), where=width > 0.0)[:, None]
@@ -128,7 +128,7 @@ def _error_between(rows: np.ndarray, raw: np.ndarray, curves: list[Curve]) -> fl
 
 @dataclass(frozen=True)
 class OperatorPrediction:
-    """What an operator says of recorded hysteresis.
+    """Prediction of recorded hysteresis by an operator.
 
     Parameters
     ----------
@@ -159,13 +159,13 @@ class OperatorFit:
     operator : Model
         The operator with the identified values.
     offset : float
-        Constant output beside the operator, in the unit of the output; operators with an offset of their own have 0.
+        Constant added to the operator, in the unit of the output; 0 for operators with an ``offset`` parameter.
     prediction : OperatorPrediction
-        The operator on the curves that it was fitted to.
+        The operator on the fitted curves.
     held_out : HeldOut or None
         Error on curves, or blocks of samples, that were not fitted, over full scale [%].
     notes : tuple of str
-        What was found on the way.
+        Remarks on the fit.
     rank : int
         1 for the best of the operators compared.
     """
@@ -184,7 +184,7 @@ class OperatorFit:
 
     @property
     def metrics(self) -> dict[str, float]:
-        """Numbers that say how good the fit is."""
+        """Errors of the fit, by name."""
         metrics = {"error_percent": self.prediction.error_percent, "rmse": self.prediction.rmse}
         if self.held_out is not None:
             metrics["held_out_error_percent"] = self.held_out.mean_percent
@@ -194,18 +194,18 @@ class OperatorFit:
 
 @dataclass(frozen=True)
 class OperatorIdentification:
-    """Every operator fitted to the same hysteresis, best first, and whether such an operator can be adequate.
+    """Every operator fitted to the same hysteresis, best first, and the test whether any such operator is adequate.
 
     Parameters
     ----------
     fits : tuple of OperatorFit
-        In the order of the error on what was not fitted.
+        In the order of the held-out error.
     recorded : Curves
         The data.
     congruency : Congruency
-        By how much branches differ that an operator has alike.
+        Differences between branches that are equal for an operator.
     unfinished : str
-        What a person who interrupted the work left undone; empty where all was done.
+        Work left undone after an interruption; empty otherwise.
     """
 
     fits: tuple[OperatorFit, ...]
@@ -220,7 +220,7 @@ class OperatorIdentification:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was found, each once, with the operators that it is said of."""
+        """Remarks, each once, with the operators that they refer to."""
         fits_by_note: dict[str, list[str]] = {}
         for fit in self.fits:
             for note in fit.notes:
@@ -229,7 +229,7 @@ class OperatorIdentification:
 
 
 def predict_operator(operator: Model, recorded: Curves, offset: float = 0.0) -> OperatorPrediction:
-    """Return what an operator says of recorded hysteresis.
+    """Return the prediction of recorded hysteresis by an operator.
 
     Parameters
     ----------
@@ -238,7 +238,7 @@ def predict_operator(operator: Model, recorded: Curves, offset: float = 0.0) -> 
     recorded : Curves
         Input and output; each curve begins anew.
     offset : float
-        Constant output beside the operator.
+        Constant added to the operator.
     """
     outputs = tuple(response(operator, curve.u, history=recorded.history(curve)) + offset for curve in recorded.curves)
     error = np.concatenate([output - curve.f for output, curve in zip(outputs, recorded.curves, strict=True)])
