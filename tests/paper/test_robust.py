@@ -282,10 +282,10 @@ def test_the_pages_say_what_the_run_says():
         shares[variant] = sorted(100.0 * (1.0 - after / before) for before, after in errors)
         left[variant] = sorted(1e6 * after for _, after in errors)
     alone, both = shares["feedforward"], shares["observer_feedforward"]
-    assert f"the model alone takes {alone[0]:.0f} to {alone[-1]:.0f} % off" in readme
+    assert f"the model alone removes {alone[0]:.0f} to {alone[-1]:.0f} % of the error" in readme
     assert f"both together {both[0]:.0f} to {both[-1]:.0f} %" in readme
     ends = left["observer_feedforward"]
-    assert f"leave {ends[0]:.2f} to {ends[-1]:.2f} µm" in readme
+    assert f"They leave {ends[0]:.2f} to {ends[-1]:.2f} µm" in readme
 
 
 def test_the_page_says_why_more_is_left_in_the_softer_loop():
