@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import html
 import inspect
+import os
 import posixpath
 import re
 import shutil
@@ -22,6 +23,7 @@ ROOT = Path(__file__).parent.parent
 TAKEN = (
     "CONTRIBUTING.md",
     "CHANGELOG.md",
+    "examples/README.md",
     "examples/*/README.md",
     "examples/*.py",
     "examples/*.ipynb",
@@ -32,6 +34,7 @@ TAKEN = (
 )
 LINK = re.compile(r"(?<!!)\[((?:[^\[\]]|\[[^\]]*\])*)\]\(([^)\s]+)\)")
 EQUATION = re.compile(r'<(span|div) class="arithmatex">\\([(\[])(.*?)\\[)\]]</\1>', re.DOTALL)
+SEARCH = '<div class="md-search" data-md-component="search" role="dialog" aria-label="Search">'
 LAB = """# The lab
 
 Every friction model on one page, which computes by itself. [Open it on the whole window](lab.html), or
@@ -39,6 +42,13 @@ Every friction model on one page, which computes by itself. [Open it on the whol
 
 <iframe src="../lab.html" title="Friction models under the mouse" style="width: 100%; height: 80vh; border: 0"></iframe>
 """
+
+
+def on_config(config: Any) -> Any:
+    """Offer the list of versions only where `mike` deploys it: without its file every page would ask for it in vain."""
+    if "MIKE_DOCS_VERSION" in os.environ:
+        config["extra"]["version"] = {"provider": "mike"}
+    return config
 
 
 @event_priority(100)
@@ -87,10 +97,15 @@ def on_page_content(content: str, page: Any, config: Any, files: Any) -> str:
     return beside_lab(content) if page.file.src_uri == "reference/models.md" else content
 
 
+def on_post_page(output: str, page: Any, config: Any) -> str:
+    """Name the search for readers of the screen, which the theme leaves out."""
+    return output.replace('<div class="md-search" data-md-component="search" role="dialog">', SEARCH)
+
+
 def mathml(latex: str, block: bool) -> str:
     """Return an equation as browsers draw it."""
     drawn = convert(html.unescape(latex).strip(), display="block" if block else "inline")
-    return f'<div class="equation">{drawn}</div>' if block else drawn
+    return f'<div class="equation" tabindex="0">{drawn}</div>' if block else drawn
 
 
 def beside_lab(content: str) -> str:
