@@ -67,7 +67,7 @@ def study() -> Path:
 
 def design() -> Path:
     """Draw margins and poles of the loop of the source paper."""
-    return ran("design", str(ROOT / "src/bristle/paper/experiments/set_a.toml"), figure="margins")
+    return ran("design", str(ROOT / "src/bristle/paper/experiments/set_a.toml"), "--variant", "paper", figure="margins")
 
 
 def own_figure() -> Path:
