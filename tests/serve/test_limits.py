@@ -12,16 +12,16 @@ MIB, GIB = 2**20, 2**30
 def test_limits_are_those_of_the_page():
     limits = Limits()
     rows = dict(re.findall(r"^\| (.+?) \| (.+?) \|$", PAGE.read_text(encoding="utf-8"), re.MULTILINE))
-    assert rows["a log"].startswith("512 MiB,")
-    assert rows["a log"].endswith("four times that for all logs together")
+    assert rows["size of a log"].startswith("512 MiB,")
+    assert rows["size of a log"].endswith("four times that for all logs together")
     assert (limits.file_size, limits.total_size) == (512 * MIB, 4 * 512 * MIB)
-    assert rows["analyses, logs in one"] == "16, 32"
+    assert rows["analyses; logs in each"] == "16; 32"
     assert (limits.cases, limits.files) == (16, 32)
-    assert rows["jobs at once, time of each, its memory"] == "2, one hour, 16 GiB of addresses"
+    assert rows["jobs at once; time and memory of each"] == "2; one hour, 16 GiB of addresses"
     assert (limits.jobs, limits.job_seconds, limits.job_memory) == (2, 3600.0, 16 * GIB)
-    assert rows["a client that says or reads nothing"] == "10 s"
+    assert rows["silent client"] == "10 s"
     assert limits.silence_seconds == 10.0
-    assert rows["connections that have not shown the token; a request on one"] == "32, the oldest makes room for a new one; 3 s"
+    assert rows["connections without the token; time of a request"] == "32, the oldest makes room for a new one; 3 s"
     assert (limits.strangers, limits.stranger_seconds) == (32, 3.0)
 
 
