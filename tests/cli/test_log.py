@@ -166,5 +166,5 @@ def test_a_log_of_which_no_column_moves_as_a_position_says_so(bristle, tmp_path,
     np.savetxt("noise.csv", rows, delimiter=",", header="a1,b1,c1", comments="")
     result = bristle("log", "noise.csv", "--write", "axis.toml")
     assert result.code == 1
-    assert "does not say which column is the position" in result.err
+    assert "has no column with a usual name of a position" in result.err
     assert not Path("axis.toml").exists()

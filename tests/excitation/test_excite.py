@@ -25,7 +25,7 @@ def in_time(axis, duration):
     try:
         motion = planned(axis, duration=duration).motion
     except InputError as error:
-        if not ("takes" in str(error) or "too short" in str(error)):
+        if not ("needs" in str(error) or "too short" in str(error)):
             raise
         return None
     assert motion.duration <= 1.001 * duration
@@ -59,7 +59,7 @@ def test_every_limit_is_kept_at_every_sample(velocity, acceleration, jerk, strok
 
 
 @pytest.mark.parametrize("duration", [30.0, "60 s", "5 min"])
-def test_it_takes_about_as_long_as_it_may(duration):
+def test_the_motion_uses_most_of_the_duration(duration):
     seconds = {"60 s": 60.0, "5 min": 300.0}.get(duration, duration)
     assert planned(duration=duration).motion.duration == pytest.approx(seconds, rel=0.05)
 
@@ -124,13 +124,13 @@ def test_the_chirp_passes_the_resonance_of_the_mass_on_the_contact():
     assert piece.speed == pytest.approx(2.0 * np.pi * piece.reference.values["f_1"] * piece.amplitude)
 
 
-def test_travel_bounds_it():
+def test_travel_limits_the_motion():
     motion = planned(travel="20 mm").motion
     assert np.ptp(motion.position) <= 0.02
     assert np.ptp(motion.position) > 0.015
 
 
-def test_what_cannot_be_planned_is_left_out_with_the_reason():
+def test_impossible_purposes_are_left_out_with_the_reason():
     result = planned(replace(STAGE, velocity_limit=None))
     assert {piece.purpose for piece in result.motion.pieces} == set(PURPOSES) - {"stribeck"}
     assert any("velocity under [limits]" in note for note in result.notes)
@@ -149,24 +149,24 @@ def test_an_effort_limit_and_a_mass_serve_for_an_acceleration():
         (replace(STAGE, stroke=None), {"purposes": "stribeck"}, "stroke under"),
         (replace(STAGE, mass=None), {"purposes": "damping"}, "moving mass"),
         (replace(STAGE, sample_time=0.02), {"purposes": "damping"}, "too long for a resonance"),
-        (Axis(), {}, "axis: tells too little .* Write velocity, acceleration and stroke under"),
-        (STAGE, {"purposes": ""}, "purposes: names no purpose"),
-        (STAGE, {"purposes": []}, "purposes: names no purpose"),
+        (Axis(), {}, "axis: has too few data .* Write velocity, acceleration and stroke under"),
+        (STAGE, {"purposes": ""}, "purposes: has no purpose"),
+        (STAGE, {"purposes": []}, "purposes: has no purpose"),
         (STAGE, {"purposes": "stribek"}, "Did you mean 'stribeck'"),
         (STAGE, {"travel": "1 m"}, "more than the stroke"),
         (STAGE, {"travel": "-1 mm"}, "must be positive"),
         (STAGE, {"duration": "1 s"}, "duration: out of range"),
-        (STAGE, {"duration": 1e5}, "samples; found '100000 s', allowed 100 to 1500000. Record it in parts, or mend the sample time"),
-        (replace(STAGE, stroke=(1e9, 1e9 + 0.1)), {}, "too few digits.*Count positions from where the axis is"),
-        (replace(STAGE, velocity_limit=1e-9), {}, "its usual friction is out of range \\(v_S: out of range.*in the axis file"),
-        (replace(STAGE, sample_time=10.0), {"duration": 20.0}, "duration: is 2 samples.*Give it longer"),
+        (STAGE, {"duration": 1e5}, "samples; found '100000 s', allowed 100 to 1500000. Record it in parts, or correct the sample time"),
+        (replace(STAGE, stroke=(1e9, 1e9 + 0.1)), {}, "too few digits.*Count positions from the present position"),
+        (replace(STAGE, velocity_limit=1e-9), {}, "the typical friction is out of range \\(v_S: out of range.*in the axis file"),
+        (replace(STAGE, sample_time=10.0), {"duration": 20.0}, "duration: is 2 samples.*Extend the duration"),
         (replace(STAGE, jerk_limit=1e-9), {"purposes": "stribeck"}, "for stribeck that the limits allow: acceleration: "),
         (STAGE, {"model": 3}, "a friction model or a model file"),
         (STAGE, {"model": coulomb_viscous(F_C="1 N*m", F_v=0.0)}, "rotational"),
         (3, {}, "an axis or its file"),
     ],
 )
-def test_what_does_not_serve_is_refused_with_what_to_do(axis, given, told):
+def test_invalid_arguments_are_refused_with_advice(axis, given, told):
     with pytest.raises(InputError, match=told):
         planned(axis, **given)
 
@@ -188,10 +188,10 @@ def test_no_motion_takes_longer_than_it_may(seconds, left):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("given", [{"duration": 4.0}, {"duration": "20 s", "purposes": "presliding,stribeck"}])
-def test_too_short_a_time_is_refused_with_what_it_takes(given):
-    with pytest.raises(InputError, match=r"duration: is too short: a motion for .*takes (\d+(\.\d+)?) s") as caught:
+def test_too_short_a_duration_is_refused_with_the_required_time(given):
+    with pytest.raises(InputError, match=r"duration: is too short: a motion for .*needs (\d+(\.\d+)?) s") as caught:
         planned(**given)
-    needed = float(str(caught.value).partition("takes ")[2].split()[0])
+    needed = float(str(caught.value).partition("needs ")[2].split()[0])
     assert planned(**given | {"duration": 1.1 * needed}).motion.duration <= 1.101 * needed
 
 
@@ -222,19 +222,19 @@ def test_units_of_a_rotational_axis():
     assert {piece.reference.kind for piece in result.motion.pieces} == {"rotational"}
 
 
-def test_it_begins_where_the_axis_stands_and_stays_within_its_stroke():
+def test_the_motion_begins_at_the_axis_position_and_stays_in_the_stroke():
     motion = planned(start="150 mm").motion
     assert motion.position[0] == pytest.approx(0.15)
     assert np.max(motion.position) <= STAGE.stroke[1]
-    with pytest.raises(InputError, match="start: leaves no room to either side"):
+    with pytest.raises(InputError, match="start: leaves no travel on one side"):
         planned(start="250 mm")
 
 
-def test_a_chirp_that_the_encoder_does_not_see_is_left_out():
+def test_a_chirp_below_the_encoder_resolution_is_left_out():
     gentle = replace(STAGE, jerk_limit=200.0)
     result = planned(gentle)
     assert "damping" not in {piece.purpose for piece in result.motion.pieces}
-    assert any("the encoder sees no less than 2 of its steps" in note for note in result.notes)
+    assert any("the encoder needs 2 of its steps" in note for note in result.notes)
     with pytest.raises(InputError, match="raise jerk or acceleration"):
         planned(gentle, purposes="damping")
 
@@ -257,7 +257,7 @@ def test_two_seconds_are_enough_for_a_chirp():
 
 
 @pytest.mark.parametrize("scaled", ["position", "velocity", "acceleration"])
-def test_a_motion_beyond_a_limit_of_the_axis_is_never_handed_out(monkeypatch, scaled):
+def test_a_motion_beyond_a_limit_of_the_axis_is_never_returned(monkeypatch, scaled):
     whole = getattr(ExcitationMotion, scaled).fget
     monkeypatch.setattr(ExcitationMotion, scaled, property(lambda motion: 0.05 + 1.5 * (whole(motion) - 0.05)))
     name = {"position": "travel"}.get(scaled, scaled)
@@ -265,21 +265,21 @@ def test_a_motion_beyond_a_limit_of_the_axis_is_never_handed_out(monkeypatch, sc
         planned(purposes="stribeck")
 
 
-def test_an_axis_that_says_nothing_of_its_start_or_timing_is_noted():
+def test_missing_start_and_timing_are_noted():
     silent = planned(replace(STAGE, stroke=None, sample_time=None), purposes="break-away")
     assert silent.motion.sample_time == 1e-3
     assert silent.motion.start == 0.0
     assert silent.notes == (
-        "a sample time of 1 ms is taken, as the axis file has none under [timing]",
-        "it begins at position 0: add the position at which your axis stands, or tell it with --start",
-        "assumed for the rehearsal, as nothing says it: Coulomb friction of 70 N, lugre with the usual proportions",
+        "assumed a sample time of 1 ms: the axis file has no [timing] entry",
+        "the motion begins at position 0: add the position of your axis, or give it with --start",
+        "assumed for the rehearsal: Coulomb friction of 70 N, lugre with the usual proportions",
     )
 
 
 def test_where_the_motion_begins_is_noted():
     friction = lugre(F_C=20.0, F_S=25.0, v_S=1e-3, sigma_0=4e6, sigma_1=1e3)
-    assert planned(purposes="break-away", model=friction).notes == ("it begins in the middle of the stroke, at 50 mm",)
-    assert planned(purposes="break-away", model=friction, start="150 mm").notes == ("it begins at 150 mm",)
+    assert planned(purposes="break-away", model=friction).notes == ("the motion begins in the middle of the stroke, at 50 mm",)
+    assert planned(purposes="break-away", model=friction, start="150 mm").notes == ("the motion begins at 150 mm",)
 
 
 def test_each_purpose_has_its_share_of_the_time():
@@ -303,11 +303,11 @@ def test_chirps_leave_first_and_sweeps_last_where_time_is_short(monkeypatch):
 
 
 @pytest.mark.parametrize("chosen", [["stribeck"], ["damping", "stribeck"]])
-def test_a_time_that_is_too_short_for_what_was_named_is_refused_with_the_time_it_takes(chosen):
+def test_too_short_a_duration_for_named_purposes_is_refused(chosen):
     limits = planned(purposes="break-away").limits
-    with pytest.raises(InputError, match=rf"duration: is too short: a motion for {', '.join(chosen)} takes .* found '?3 s") as caught:
+    with pytest.raises(InputError, match=rf"duration: is too short: a motion for {', '.join(chosen)} needs .* found '?3 s") as caught:
         _in_time(chosen, limits, 2.5, may_drop=len(chosen) == 1)
-    needed = float(str(caught.value).partition("takes ")[2].split()[0])
+    needed = float(str(caught.value).partition("needs ")[2].split()[0])
     assert length_of(_in_time(chosen, limits, 1.05 * (needed - 0.5), may_drop=False)[0]) <= 1.06 * (needed - 0.5)
 
 
@@ -336,7 +336,7 @@ def test_loops_that_the_controller_does_not_follow_are_planned_again():
     assert limits.followed == 1.4e-6
     assert result.notes == (
         *again.notes,
-        "no loop before sliding is smaller than 1.4 µm: the controller follows no closer in the rehearsal",
+        "loops before sliding are at least 1.4 µm: smaller loops are below the tracking error of the controller in the rehearsal",
     )
     assert followed(1.4e-6, planned(purposes="break-away"))[0].notes == planned(purposes="break-away").notes
     assert followed(1.4e-6)[0] is None
@@ -363,7 +363,7 @@ def test_a_rehearsal_that_is_refused_is_noted_and_the_motion_stays(monkeypatch):
     monkeypatch.setitem(_in_time.__globals__, "rehearse", refused)
     result = excite(STAGE, purposes="break-away")
     assert result.rehearsal is None
-    assert result.notes[-1].startswith("it could not be rehearsed: log: too short")
+    assert result.notes[-1].startswith("the rehearsal failed: log: too short")
     assert result.notes[:-1] == planned(purposes="break-away").notes
 
 

@@ -25,7 +25,7 @@ def test_a_motion_uses_nine_tenths_of_each_limit_and_all_of_the_jerk():
     assert (result.jerk, result.count, result.presliding, result.sample_time) == (5000.0, 0.125e-6, 7e-6, 1e-3)
 
 
-def test_a_limit_that_nobody_said_is_none():
+def test_an_unstated_limit_is_unknown():
     result = limits(Axis(kind="rotational"))
     assert result == MotionLimits("rotational", 1e-3)
     assert (result.reach, result.extent, result.fastest, result.corner(1.0, 1.0)) == (0.0, 0.0, math.inf, 20.0)
@@ -62,7 +62,7 @@ def test_half_of_the_effort_over_the_mass_is_an_acceleration():
 def test_a_limit_below_a_nanometre_is_a_mistake_of_units(path, of):
     prior = prior_of(STAGE)
     limits_of(of(1.1e-9), prior, 1e-3, None)
-    with pytest.raises(InputError, match=rf"{path}: is too small for a motion.*allowed >= 1e-09 in SI.*Is the unit right"):
+    with pytest.raises(InputError, match=rf"{path}: is too small for a motion.*allowed >= 1e-09 in SI.*Check the unit"):
         limits_of(of(0.9e-9), prior, 1e-3, None)
 
 
@@ -73,7 +73,7 @@ def test_a_travel_below_a_nanometre_is_a_mistake_of_units():
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
-def test_a_stroke_is_no_farther_from_zero_than_digits_tell_nanometres(side):
+def test_a_stroke_far_from_zero_has_too_few_digits(side):
     # Doubles are 2^-30 apart below 2^23.
     limits(replace(STAGE, stroke=tuple(sorted((side * 8.38e6, side * 8.3e6)))))
     with pytest.raises(InputError, match="too few digits"):
@@ -82,7 +82,7 @@ def test_a_stroke_is_no_farther_from_zero_than_digits_tell_nanometres(side):
 
 @pytest.mark.parametrize("start", [-0.1, 0.2, 0.3])
 def test_a_start_at_an_end_of_the_stroke_leaves_no_room(start):
-    with pytest.raises(InputError, match=r"start: leaves no room to either side.*allowed between -0.1 and 0.2, in SI"):
+    with pytest.raises(InputError, match=r"start: leaves no travel on one side.*allowed between -0.1 and 0.2, in SI"):
         limits(start=start)
 
 
@@ -107,7 +107,7 @@ def test_friction_is_taken_for_a_tenth_of_the_largest_effort_with_the_usual_prop
         ({"kind": "rotational"}, 350.0 / 3.0, "inertia of 117 kg*m^2"),
     ],
 )
-def test_a_mass_that_nobody_said_is_what_half_of_the_effort_speeds_up(changes, mass, text):
+def test_an_unstated_mass_follows_from_half_of_the_effort(changes, mass, text):
     prior = prior_of(replace(STAGE, mass=None, **changes))
     assert prior.plant.values["M"] == pytest.approx(mass)
     assert prior.assumed[0].replace("·", "*").replace("²", "^2") == text
@@ -115,7 +115,7 @@ def test_a_mass_that_nobody_said_is_what_half_of_the_effort_speeds_up(changes, m
 
 
 @pytest.mark.parametrize(("changes", "length"), [({}, 20.0 * 0.125e-6), ({"resolution": None}, 2e-5), ({"presliding": 4e-6}, 4e-6)])
-def test_friction_turns_over_twenty_steps_of_the_encoder_where_nothing_says_it(changes, length):
+def test_by_default_friction_turns_over_twenty_encoder_steps(changes, length):
     prior = prior_of(replace(STAGE, **{"presliding": None} | changes))
     assert prior.friction.values["sigma_0"] == pytest.approx(87.5 * BRISTLES / length)
     assert prior.presliding == changes.get("presliding")
@@ -133,7 +133,7 @@ def test_an_axis_without_a_velocity_slides_ten_thousand_bristles_a_second():
     assert (values["v_S"], values["sigma_2"]) == pytest.approx((0.01 * fastest, 35.0 / fastest))
 
 
-def test_a_friction_that_is_given_tells_its_distance_its_resonance_and_its_stribeck_velocity():
+def test_a_given_friction_sets_distance_resonance_and_stribeck_velocity():
     friction = lugre(F_C=20.0, F_S=25.0, v_S=1e-3, sigma_0=5e6, sigma_1=1e3, sigma_2=100.0)
     prior = prior_of(replace(STAGE, mass=None), inertia(M=2.0), friction)
     assert (prior.friction, prior.assumed, prior.stribeck_velocity, prior.mass_known) == (friction, (), 1e-3, True)

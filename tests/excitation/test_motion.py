@@ -30,7 +30,7 @@ def test_pieces_follow_each_other_after_their_rests_and_the_motion_rests_at_its_
 @pytest.mark.parametrize(
     ("time", "position", "velocity"), [(0.1, 3.0, 0.0), (0.705, 3.5, 1.0), (1.4, 4.0, 0.0), (1.745, 3.75, -2.0), (2.2, 3.5, 0.0)]
 )
-def test_each_piece_begins_where_the_one_before_ended(time, position, velocity):
+def test_each_piece_begins_at_the_end_of_its_predecessor(time, position, velocity):
     at = round(time / 1e-3)
     assert (MOTION.position[at], MOTION.velocity[at], MOTION.acceleration[at]) == pytest.approx((position, velocity, 0.0), abs=2e-3)
 
@@ -49,7 +49,7 @@ def to_and_fro(pace):
 
 
 @pytest.mark.parametrize(("low", "high", "pace"), [(0.1, 9.0, 0.5), (0.7, 9.0, 0.7), (0.1, 0.3, 0.3)])
-def test_pieces_run_at_the_pace_that_takes_the_time_as_far_as_it_is_allowed(low, high, pace):
+def test_the_pace_of_pieces_fits_the_time_within_its_limits(low, high, pace):
     pieces = in_time(to_and_fro, 4.0, 5.0, low, high)
     assert [piece.speed for piece in pieces] == pytest.approx([pace, pace])
 
@@ -74,7 +74,7 @@ def test_moves_are_the_turning_points_with_the_speed_and_the_acceleration_to_eac
     assert [move.purpose for move in moves] == ["presliding"] * 5 + ["stribeck"]
 
 
-def test_a_dwell_of_two_samples_is_none():
+def test_a_dwell_of_two_samples_is_ignored():
     moves, _ = moves_of(ExcitationMotion((slide(1.0, 1.0, rest=1.9e-3), slide(-1.0, 1.0, rest=2.2e-3)), 1e-3))
     assert [move.dwell for move in moves] == pytest.approx([0.0, 2.2e-3], abs=1e-4)
 

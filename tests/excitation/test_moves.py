@@ -68,7 +68,7 @@ def test_moves_keep_the_limits_of_the_motion(moves):
     assert any(move.dwell > 0.0 for move in moves)
 
 
-def test_what_is_no_list_of_moves_is_told(motion, moves):
+def test_purposes_without_moves_are_named(motion, moves):
     _, left_out = moves_of(motion)
     assert left_out == ("damping",)
     assert "(left out, as it is no list of moves: damping)" in gcode_of(moves, IN_MM, left_out)

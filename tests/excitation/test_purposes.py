@@ -30,7 +30,7 @@ def test_the_shares_of_all_purposes_are_the_whole_time():
 
 
 @pytest.mark.parametrize("purpose", PURPOSES)
-def test_an_axis_that_tells_everything_allows_every_purpose(purpose):
+def test_a_complete_axis_file_allows_every_purpose(purpose):
     assert missing(purpose) == ""
 
 
@@ -39,8 +39,8 @@ def test_an_axis_that_tells_everything_allows_every_purpose(purpose):
     ("allowed", "refused", "why"),
     [
         # Half of the largest loop, which is 97 % of the pre-sliding amplitude.
-        ({"count": 1.61e-6}, {"count": 1.62e-6}, "3 of its steps of 1.62 µm are no small part of 10 µm"),
-        ({"followed": 4.8e-6}, {"followed": 4.9e-6}, "no closer than 4.9 µm, which is no small part of 10 µm"),
+        ({"count": 1.61e-6}, {"count": 1.62e-6}, "3 of its steps of 1.62 µm are not small against 10 µm"),
+        ({"followed": 4.8e-6}, {"followed": 4.9e-6}, "to within 4.9 µm, which is not small against 10 µm"),
         # Four pre-sliding amplitudes to either side.
         ({"travel": 8.1e-5}, {"travel": 7.9e-5}, "a travel of 80 µm"),
         ({"travel": None}, {"presliding": None}, "write presliding under"),
@@ -125,7 +125,7 @@ def test_an_axis_slower_than_the_slowest_loops_runs_two_cycles_at_its_largest_ve
     assert {piece.speed for piece in pieces[2:]} == {1e-6}
 
 
-def test_break_away_has_three_rates_each_four_times_the_one_before_and_turns_back_first():
+def test_break_away_has_three_rates_by_factors_of_four_and_reverses_first():
     _, *ramps = pieces_of("break-away")
     assert [ramp.name for ramp in ramps] == ["break-away ramp"] * 6
     assert [ramp.speed / ramps[0].speed for ramp in ramps] == pytest.approx([1.0, 1.0, 4.0, 4.0, 16.0, 16.0])
@@ -153,9 +153,9 @@ def test_the_pieces_of_each_purpose_take_the_time_that_it_is_given(purpose):
 @pytest.mark.parametrize(
     ("unknown", "why"),
     [
-        ("velocity", "how much velocity the axis allows is not known: write velocity under [limits]"),
-        ("acceleration", "how much acceleration the axis allows is not known: write acceleration under [limits], or limit under [effort]"),
-        ("travel", "how much travel the axis allows is not known: write stroke under [limits], or give a travel"),
+        ("velocity", "the velocity limit of the axis is unknown: write velocity under [limits]"),
+        ("acceleration", "the acceleration limit of the axis is unknown: write acceleration under [limits], or limit under [effort]"),
+        ("travel", "the travel limit of the axis is unknown: write stroke under [limits], or give a travel"),
     ],
 )
 def test_constant_velocities_take_all_limits_of_the_axis(unknown, why):
@@ -235,7 +235,7 @@ def test_slides_stay_within_a_travel_that_is_shorter_than_they_should_be():
         # Five samples in a period: 200 Hz, and a quarter more than the resonance is needed.
         ({"resonance": 159.0}, {"resonance": 161.0}, "the sample time of 1 ms is too long for a resonance at 161 Hz"),
         # An amplitude of two steps: 0.2 um at 150 Hz are 0.178 m/s^2.
-        ({"acceleration": 0.18}, {"acceleration": 0.17}, "at 150 Hz, and the encoder sees no less than 2 of its steps of 100 nm"),
+        ({"acceleration": 0.18}, {"acceleration": 0.17}, "at 150 Hz, but the encoder needs 2 of its steps of 100 nm"),
     ],
 )
 def test_a_chirp_is_allowed_up_to_a_bound(allowed, refused, why):

@@ -23,7 +23,7 @@ def result():
 
 
 @pytest.mark.slow
-def test_the_log_is_one_of_the_axis(result):
+def test_the_log_matches_the_axis_file(result):
     log = result.rehearsal.log
     counts = log.position.values / AXIS.resolution
     assert counts == pytest.approx(np.round(counts), abs=1e-6)
@@ -32,7 +32,7 @@ def test_the_log_is_one_of_the_axis(result):
     assert result.rehearsal.peak_effort > 80.0
 
 
-def test_what_was_put_in_is_found_as_far_as_scatter_allows(result):
+def test_the_prior_is_identified_within_the_scatter(result):
     values = {estimate.name: estimate.value for estimate in result.rehearsal.identification.best.estimates}
     assert result.rehearsal.truth["sigma_0"] == 1.2e7
     assert values["sigma_0"] == pytest.approx(1.2e7, rel=0.1)
@@ -78,7 +78,7 @@ def test_a_loop_that_the_guessed_mass_would_make_unstable_is_not_run():
 
 
 @pytest.mark.slow
-def test_it_is_the_chirp_that_tells_micro_damping():
+def test_the_chirp_identifies_micro_damping():
     axis, truth = replace(AXIS, sample_time=2e-4, jerk_limit=None), TRUTH.with_values(sigma_1=8e3)
     result = {}
     for purposes in ("presliding,damping", "presliding"):
@@ -134,7 +134,7 @@ def test_a_known_offset_of_the_effort_is_added(motion, offset, added):
 
 
 @pytest.mark.parametrize(("gain", "stable"), [(60.0, True), (6e4, False)])
-def test_a_log_is_one_of_the_loop_where_the_loop_is_stable(motion, gain, stable):
+def test_a_stable_loop_is_simulated_for_the_log(motion, gain, stable):
     axis = replace(AXIS, controller=cascade(k_p=gain, k_v=4e3), effort_limit=None)
     log, _, loop = recorded(motion, axis, prior_of(axis, None, TRUTH))
     assert loop is stable

@@ -219,6 +219,6 @@ def test_a_column_is_written_with_the_grounds_of_its_unit(channel, unit, unknown
 
 
 def test_a_column_that_was_guessed_says_why_and_a_turned_effort_that_it_is():
-    roles = Roles({"effort": Role("c", "N", "header", "it goes with the motion")})
+    roles = Roles({"effort": Role("c", "N", "header", "it follows the motion")})
     line = proposal._column_line("effort", {"column": "c", "unit": "N", "sign": -1}, roles)
-    assert line.endswith("# it goes with the motion; the effort as recorded takes work out of the axis")
+    assert line.endswith("# it follows the motion; the effort as recorded takes work out of the axis")

@@ -40,7 +40,7 @@ def mat(**variables):
     return stream.getvalue()
 
 
-def test_data_sets_of_hdf5_are_columns_with_the_units_beside_them():
+def test_data_sets_of_hdf5_are_columns_with_units_from_their_attributes():
     def fill(file):
         file["t"], file["x"] = TIME, X
         file["x"].attrs["unit"] = np.bytes_(b"mm")
@@ -51,7 +51,7 @@ def test_data_sets_of_hdf5_are_columns_with_the_units_beside_them():
     assert list(table.columns) == ["t", "x"]
     assert table.units == {"x": "mm"}
     assert table.format == "HDF5"
-    assert set(table.notes) == {"name holds no column of numbers and was left out", "the unit of t is no text and was left out"}
+    assert set(table.notes) == {"name holds no column of numbers and was left out", "the unit of t is not text and was left out"}
 
 
 def test_a_data_set_that_is_linked_twice_is_read_once_and_one_elsewhere_is_refused():
@@ -103,7 +103,7 @@ def test_one_array_alone_is_a_table_of_the_name_of_its_file():
         read_npz(objects.getvalue(), request_of())
 
 
-def test_what_is_larger_than_the_limit_is_refused_before_it_is_read():
+def test_content_above_the_size_limit_is_refused_before_it_is_read():
     data = npz(t=TIME, x=X)
     with pytest.raises(InputError, match=r"run\.bin: t: holds 368 B, which is more than is read"):
         read_npz(data, request_of(limit=367))

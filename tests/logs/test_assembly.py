@@ -24,7 +24,7 @@ def recorded(columns, axis=None, of_file=None, **stated):
 
 
 @pytest.mark.parametrize(("of_axis", "of_file", "expected"), [(None, DT, DT), (DT, None, DT), (1.009 * DT, DT, 1.009 * DT)])
-def test_without_a_column_of_time_samples_lie_as_the_axis_or_the_file_says(of_axis, of_file, expected):
+def test_without_a_time_column_the_sample_time_of_axis_or_file_applies(of_axis, of_file, expected):
     log = recorded({"q": POSITION, "u": EFFORT}, of_file=of_file, sample_time=of_axis)
     assert log.sample_time == pytest.approx(expected)
     assert log.time.values[:3] == pytest.approx([0.0, expected, 2.0 * expected])
@@ -33,7 +33,7 @@ def test_without_a_column_of_time_samples_lie_as_the_axis_or_the_file_says(of_ax
 
 @pytest.mark.parametrize("factor", [1.011, 0.989, 2.0])
 def test_sample_times_that_contradict_each_other_by_a_hundredth_are_refused(factor):
-    with pytest.raises(InputError, match=r"was sampled every 0\.01 s and the axis file says otherwise"):
+    with pytest.raises(InputError, match=r"was sampled every 0\.01 s but the axis file states another sample time"):
         recorded({"q": POSITION, "u": EFFORT}, of_file=DT, sample_time=factor * DT)
 
 
@@ -58,17 +58,17 @@ def test_a_position_that_was_not_recorded_is_the_integral_of_the_speed():
     assert (log.position.unit, log.position.column) == ("m", "v")
     assert log.position.step == pytest.approx(log.velocity.step * DT)
     (note,) = [text for text in log.notes if "the log has no position" in text]
-    assert "it is the integral of column v; it begins at 0" in note
-    assert "What depends on the place means nothing" in note
+    assert "bristle integrates column v, starting at 0" in note
+    assert "Results that depend on position are meaningless" in note
 
 
-def test_an_integral_begins_at_the_reference_where_there_is_one():
+def test_an_integrated_position_begins_at_a_recorded_reference():
     log = by_speed(reference=3.0 + POSITION)
     assert log.position.values == pytest.approx(3.0 + np.sin(2.0 * TIME), abs=2e-4)
-    assert any("it begins at the reference" in note for note in log.notes)
+    assert any("starting at the reference" in note for note in log.notes)
 
 
-def test_an_integral_goes_on_where_it_ended_before_a_gap():
+def test_an_integrated_position_continues_after_a_gap():
     stamps = TIME + np.where(np.arange(COUNT) >= 250, 7.0, 0.0)
     log = by_speed(stamps, np.full(COUNT, 2.0) + 1e-3 * SPEED)
     first, second = log.segments
@@ -80,13 +80,13 @@ def test_an_integral_goes_on_where_it_ended_before_a_gap():
 @pytest.mark.parametrize(
     ("stated", "named"),
     [
-        ({"kind": "rotational", "gravity": True}, "the place, here gravity, means nothing"),
-        ({"kind": "rotational", "cogging": (Cogging("motor", 6.28, (6,)),)}, "the place, here cogging, means nothing"),
-        ({"kind": "rotational", "gravity": True, "cogging": (Cogging("motor", 6.28, (6,)),)}, "the place, here gravity and cogging, means"),
-        ({"kind": "rotational"}, "the place means nothing"),
+        ({"kind": "rotational", "gravity": True}, "on position (gravity) are meaningless"),
+        ({"kind": "rotational", "cogging": (Cogging("motor", 6.28, (6,)),)}, "on position (cogging) are meaningless"),
+        ({"kind": "rotational", "gravity": True, "cogging": (Cogging("motor", 6.28, (6,)),)}, "on position (gravity and cogging) are"),
+        ({"kind": "rotational"}, "on position are meaningless"),
     ],
 )
-def test_terms_of_the_place_mean_nothing_without_a_position(stated, named):
+def test_terms_of_the_position_are_meaningless_without_a_position(stated, named):
     columns = {"time": Column("t", "", "s"), "velocity": Column("v", "", "rad/s")}
     log = recorded({"t": TIME, "v": SPEED}, Axis(columns=columns, **stated))
     assert named in log.notes[-1]
@@ -100,7 +100,7 @@ def test_a_unit_is_doubted_where_the_axis_moves_faster_than_its_limit_and_noise(
 
 
 @pytest.mark.parametrize(("jitter", "late", "is_told"), [(0.05, 0.0, False), (0.05, 0.3, True), (0.2, 0.0, True)])
-def test_resampling_is_told_from_a_tenth_of_the_sample_time_on(jitter, late, is_told):
+def test_jitter_above_a_tenth_of_the_sample_time_is_a_warning(jitter, late, is_told):
     noise = np.random.default_rng(1).uniform(-jitter, jitter, COUNT)
     noise[200] += late
     columns = COLUMNS | {"time": Column("t", "", "s")}
@@ -129,7 +129,7 @@ def test_all_channels_of_a_log_and_its_segments_are_cut_to_a_span():
         assert getattr(part, name).values.tolist() == getattr(log, name).values[100:300].tolist()
     assert part.injected[0].values.tolist() == (2.0 * EFFORT)[100:300].tolist()
     assert part.regressors[0].values.tolist() == POSITION[100:300].tolist()
-    assert part.notes == (*log.notes, "only what lies between 1 and 4 s was used")
+    assert part.notes == (*log.notes, "only samples from 1 to 4 s were used")
     assert [(s.start, s.stop) for s in within(log, (3.6, 4.0)).segments] == [(0, 40)]
     assert len(recorded(values, replace(axis, span=(1.0, 4.0)))) == 200
 
@@ -140,5 +140,7 @@ def test_a_span_holds_ten_samples_at_least(end, is_enough):
     if is_enough:
         assert len(within(log, (0.995, end))) == 10
     else:
-        with pytest.raises(InputError, match=r"holds next to nothing of the log; found '0\.995 to 1\.085 s', allowed within 0 to 3\.99 s"):
+        with pytest.raises(
+            InputError, match=r"contains almost no samples of the log; found '0\.995 to 1\.085 s', allowed within 0 to 3\.99 s"
+        ):
             within(log, (0.995, end))

@@ -28,7 +28,7 @@ def log(beside, header="time,position,,Parameter,Value", *, filled=True, units="
 @pytest.mark.parametrize("filled", [True, False])
 @pytest.mark.parametrize("header", ["time,position,,Parameter,Value", "time,position"])
 @pytest.mark.parametrize("dialect", ["comma", "semicolon", "tab", "blanks"])
-def test_no_row_is_lost_in_silence_for_a_table_beside_the_first_ones(count, filled, header, dialect):
+def test_a_table_next_to_the_first_rows_loses_no_row_silently(count, filled, header, dialect):
     text = log((PARAMETERS * 6)[:count], header, filled=filled)
     if dialect == "semicolon":
         text = text.replace(",", ";").replace(".", ",")
@@ -41,12 +41,12 @@ def test_no_row_is_lost_in_silence_for_a_table_beside_the_first_ones(count, fill
         np.testing.assert_array_equal(table.columns["position"], X)
 
 
-def test_rows_with_more_beside_them_are_named_with_what_to_do():
-    with pytest.raises(InputError, match=r"line 6: has 5 cells instead of 2; .* Delete what stands beside the rows of numbers"):
+def test_rows_with_additional_cells_are_refused_with_advice():
+    with pytest.raises(InputError, match=r"line 6: has 5 cells instead of 2; .* Delete the cells next to the rows of numbers"):
         read_table(log(PARAMETERS, filled=False).encode())
 
 
-def test_columns_of_numbers_that_end_early_are_no_such_table():
+def test_columns_of_numbers_may_end_early():
     early = [f",{k}.5,{value}" for k, (_, value) in enumerate([("", "Mass"), *[("", "")] * 29])]
     cells = early + [",,"] * (COUNT - len(early))
     rows = [f"{t:.3f},{x:.6f}{more}" for t, x, more in zip(T, X, cells, strict=True)]
@@ -55,7 +55,7 @@ def test_columns_of_numbers_that_end_early_are_no_such_table():
     np.testing.assert_array_equal(table.columns["position"], X)
 
 
-def test_text_beside_the_first_rows_is_noted_where_the_numbers_beside_them_are_read():
+def test_text_next_to_the_first_rows_is_noted_and_their_numbers_are_read():
     table = read_table(log([("Mass", "12.5"), ("Lead", "10")]).encode())
     np.testing.assert_array_equal(table.columns["position"], X)
     assert "text was left out: column_3, Parameter" in table.notes

@@ -25,7 +25,7 @@ def pull(side=1.0, before=-8.0, peak=10.0, level=8.0, noise=0.0, still=0):
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
-def test_break_away_is_the_peak_and_the_way_over_which_nine_tenths_turn(side):
+def test_break_away_is_the_peak_force_and_the_distance_to_nine_tenths(side):
     result = break_away._measured(*pull(side), 1.0)
     assert (result.speed, result.side) == (0.1, side)
     assert result.force == pytest.approx(10.0)
@@ -38,18 +38,18 @@ def test_a_peak_within_three_deviations_of_the_sliding_force_is_noise():
 
 
 @pytest.mark.parametrize(("before", "tells"), [(-8.0, True), (-5.1, True), (-4.9, False), (0.0, False), (5.0, False)])
-def test_a_leg_tells_break_away_where_the_contact_was_left_the_other_way_by_half_of_it(before, tells):
+def test_break_away_needs_half_of_the_force_from_the_opposite_motion(before, tells):
     assert (break_away._measured(*pull(before=before), 1.0) is not None) is tells
 
 
-def test_a_contact_that_turns_within_the_filter_tells_nothing():
+def test_a_contact_that_turns_within_the_filter_gives_no_estimate():
     turned = round(0.8 * RISE)  # samples from a tenth of the change to nine tenths
     assert break_away._measured(*pull(), turned - 3.0) is not None
     assert break_away._measured(*pull(), turned + 3.0) is None
     assert break_away._measured(*pull(still=100), turned - 3.0) is None
 
 
-def test_a_force_that_never_pulls_tells_nothing():
+def test_a_force_that_never_pulls_gives_no_estimate():
     assert break_away._measured(*pull(before=-8.0, peak=-1.0, level=-2.0), 1.0) is None
 
 

@@ -50,14 +50,14 @@ def codes(log, axis=None):
 
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("mass", [None, MASS])
-def test_a_right_log_contradicts_nothing(seed, mass):
+def test_a_correct_log_has_no_contradiction(seed, mass):
     run = Run(seed)
     assert [code for code in codes(run.log(velocity=run.v), Axis(mass=mass)) if code != "motion_repeats"] == []
 
 
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("gravity", [0.0, 300.0])
-def test_the_sign_is_told_by_the_work_over_closed_motion(seed, gravity):
+def test_the_work_over_closed_motion_shows_a_wrong_sign(seed, gravity):
     effort = Run(seed).effort() + gravity
     assert "sign_reversed" in codes(Run(seed).log(effort=-effort))
     assert "sign_reversed" not in codes(Run(seed).log(effort=effort))
@@ -98,7 +98,7 @@ def elements(x, reach=6e-6, level=8.0, count=14):
 
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("reach", [5e-6, 6e-6])
-def test_wide_loops_before_sliding_are_told_by_the_way_over_which_they_build_up(seed, reach):
+def test_the_build_up_distance_identifies_wide_loops_before_sliding(seed, reach):
     (result,) = [item for item in checked(pulled(lambda x: elements(x, reach), seed)) if item.code == "never_slides"]
     assert result.numbers["percent"] > 30.0  # as wide as that of an axis that slides
 
@@ -106,7 +106,7 @@ def test_wide_loops_before_sliding_are_told_by_the_way_over_which_they_build_up(
 @pytest.mark.fast_cases(3)
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("level", [0.6, 0.8, 1.0])
-def test_an_axis_that_slides_on_a_spring_is_not_told_to_stick(seed, level):
+def test_an_axis_that_slides_against_a_spring_does_not_count_as_stuck(seed, level):
     def falling(x):
         speed = np.gradient(x)
         return level * np.tanh(speed / 1e-10) * (1.0 + np.exp(-((speed / 3e-9) ** 2)))
@@ -214,7 +214,7 @@ def test_speeds_that_no_axis_has(kind, factor, told):
         ("position", "x", "m", None),
     ],
 )
-def test_a_name_that_says_another_unit(channel, name, unit, code):
+def test_a_unit_in_a_name_contradicts_the_axis_file(channel, name, unit, code):
     axis = Axis(columns={channel: Column(name, unit, "s" if channel == "time" else "m")})
     result = [item for item in checked(Run(0).log(), axis) if item.code.endswith("_suspect")]
     assert [item.code for item in result] == ([code] if code else [])

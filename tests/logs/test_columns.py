@@ -79,15 +79,15 @@ def test_it_is_the_log_that_a_file_of_the_same_columns_is(tmp_path):
         assert np.array_equal(getattr(log, name), getattr(from_file, name))
 
 
-def test_only_needed_columns_are_taken_and_the_rest_is_told():
+def test_only_needed_columns_are_read_and_the_others_are_listed():
     log = Log.from_columns({"t": T, "x": DATA["position"], "Force": DATA["effort"], "v": T, "note": ["a"] * COUNT})
     assert np.array_equal(log.effort, DATA["effort"])
     assert log.velocity is None
     assert log.notes == (
-        "column t is taken as the time",
-        "column x is taken as the position",
-        "column Force is taken as the effort",
-        "columns that are not used: v, note",
+        "column t is read as the time",
+        "column x is read as the position",
+        "column Force is read as the effort",
+        "unused columns: v, note",
     )
     twice = Log.from_columns(DATA | {"Position": T, "EFFORT": T})
     assert np.array_equal(twice.position, DATA["position"])
@@ -103,7 +103,7 @@ def test_known_inputs_come_and_go():
     assert np.array_equal(log.injected_effort, 0.1 * np.sin(50.0 * T))
 
 
-def test_the_kind_of_axis_is_given_or_told_by_the_unit():
+def test_the_kind_of_axis_is_given_or_follows_from_the_unit():
     assert Log.from_columns(DATA, kind="rotational").effort.unit == "N*m"
     frame = with_pandas(DATA)
     frame.attrs["units"] = {"position": "deg", "effort": "mN*m"}
@@ -128,7 +128,7 @@ def test_a_log_without_time_takes_a_sample_time():
         Log.from_columns(data)
 
 
-def test_an_axis_says_which_columns_are_which():
+def test_an_axis_assigns_the_columns():
     axis = Axis(columns={"time": Column("t", "ms", "s"), "position": Column("q", "mm", "m", scale=-1.0)})
     log = Log.from_columns({"t": 1e3 * T, "q": 1e3 * DATA["position"], "effort": T}, axis=axis)
     assert np.allclose(log.position, -DATA["position"])
@@ -149,16 +149,16 @@ def test_a_gap_and_jitter_are_treated_as_in_a_file():
 
 NAN = np.where(np.arange(COUNT) == 7, np.nan, DATA["position"])
 BAD = {
-    "no table": (5, r"columns: is no table of columns; found 5\. Give a data frame or a dictionary"),
-    "an array": (T, "columns: is no table of columns"),
-    "no columns": ({}, "columns: has no column of the position"),
+    "no table": (5, r"columns: is not a table of columns; found 5\. Give a data frame or a dictionary"),
+    "an array": (T, "columns: is not a table of columns"),
+    "no columns": ({}, "columns: has no position column"),
     "a typing error": ({"time": T, "postion": T}, r"found 'time, postion', allowed time, position.*mean 'position'\?"),
     "text": (DATA | {"position": ["a"] * COUNT}, r"column 'position': holds no numbers; found 'a'"),
-    "an odd one": (DATA | {"effort": [*[1.0] * 9, None, "x"]}, r"column 'effort': holds no number at sample 10"),
+    "an odd one": (DATA | {"effort": [*[1.0] * 9, None, "x"]}, r"column 'effort': has no number at sample 10"),
     "NaN": (DATA | {"position": NAN}, r"column 'position': has NaN \(not a number\) at sample 7 \(t = 0.014 s\)"),
     "two dimensions": (DATA | {"effort": np.outer(T, T)}, r"column 'effort': must be 1-D; found 'an array of shape"),
     "lengths": (DATA | {"effort": T[:300]}, r"different lengths \(.*effort: 300"),
-    "no order": (DATA | {"time": np.random.default_rng(0).permutation(T)}, "column 'time': is in no order"),
+    "no order": (DATA | {"time": np.random.default_rng(0).permutation(T)}, "column 'time': is not in order"),
     "constant": (DATA | {"effort": np.ones(COUNT)}, r"column 'effort': is constant \(1 N\)"),
     "short": ({name: item[:50] for name, item in DATA.items()}, "is too short"),
     "masked": (DATA | {"effort": np.ma.masked_equal(T, 0.0)}, "column 'effort': has masked values"),
@@ -167,7 +167,7 @@ BAD = {
 
 
 @pytest.mark.parametrize(("given", "said"), BAD.values(), ids=BAD)
-def test_what_cannot_be_used_is_told_by_name(given, said):
+def test_unusable_columns_are_refused_by_name(given, said):
     with pytest.raises(InputError, match=said) as caught:
         Log.from_columns(given)
     assert "\n" not in str(caught.value)
@@ -197,7 +197,7 @@ def test_no_library_is_imported_for_a_dictionary():
     assert out.stdout.strip() == "set()"
 
 
-def test_the_table_keeps_what_is_no_number_aside():
+def test_the_table_keeps_text_columns_separate():
     table = table_of({"position": T, "remark": ["x"] * COUNT})
     assert table.names == ("position",)
     assert list(table.texts) == ["remark"]
@@ -212,7 +212,7 @@ def log(request):
 
 
 @pytest.mark.parametrize("way", ["to_dataframe", "to_xarray", "signals"])
-def test_a_log_comes_back_from_a_table(log, way):
+def test_a_log_survives_the_round_trip_through_a_table(log, way):
     if way != "signals":
         pytest.importorskip("pandas" if way == "to_dataframe" else "xarray")
     table = log.to_dict()["signals"] if way == "signals" else getattr(log, way)()
@@ -224,7 +224,7 @@ def test_a_log_comes_back_from_a_table(log, way):
         assert item.unit == other.unit
 
 
-def test_tables_of_a_log_say_what_it_is(log):
+def test_tables_of_a_log_carry_its_description(log):
     message = log.to_dict()
     assert message["units"]["effort"] == ("N" if log.kind == "translational" else "N*m")
     assert message["segments"] == [[0, COUNT]]
@@ -261,7 +261,7 @@ def test_a_channel_is_an_array_to_numpy():
     assert np.mean(channel) == np.mean(values)
 
 
-def test_a_channel_is_counted_sliced_and_reckoned_with():
+def test_a_channel_supports_len_slices_and_arithmetic():
     channel, values = Channel(DATA["position"], "m", "q"), DATA["position"]
     assert len(channel) == COUNT
     assert channel[3] == values[3]
@@ -280,7 +280,7 @@ def test_a_channel_is_counted_sliced_and_reckoned_with():
         assert np.array_equal(result, expected)
 
 
-def test_two_channels_are_one_or_not():
+def test_channels_are_equal_only_if_identical():
     channel = Channel(T, "s", "t")
     assert channel == channel
     assert channel != Channel(T, "s", "t")
@@ -288,14 +288,14 @@ def test_two_channels_are_one_or_not():
     assert len({channel, channel}) == 1
 
 
-def test_a_channel_is_shown_in_a_line_and_goes_where_arrays_go():
+def test_a_channel_prints_in_a_line_and_works_as_an_array():
     channel = Channel(DATA["position"], "m", "q")
     assert repr(channel) == f"Channel({COUNT} samples, −10.000 to 10.000 mm, column 'q')"
     model = br.friction.coulomb(F_C=2.0)
     assert np.array_equal(br.response(model, channel, 2e-3), br.response(model, DATA["position"], 2e-3))
 
 
-def test_an_empty_channel_is_one_all_the_same():
+def test_an_empty_channel_is_valid():
     assert {field.name for field in fields(Log)} >= CHANNELS.keys()
     with pytest.raises(InputError, match="too short"):
         Log.from_columns({"time": [], "position": []})

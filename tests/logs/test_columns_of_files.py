@@ -46,7 +46,7 @@ def test_a_known_input_and_a_known_column_may_be_called_by_their_numbers(header)
     np.testing.assert_allclose(log.regressors[0].values, np.arange(300) % 5)
 
 
-def test_a_number_counts_the_columns_of_any_file_that_is_one_table(tmp_path):
+def test_a_column_number_works_in_any_file_with_a_single_table(tmp_path):
     import scipy.io
 
     t = np.arange(300) / 1000
@@ -78,12 +78,12 @@ def test_a_time_that_need_not_be_named_may_be(tmp_path):
     assert any("columns.time is not needed" in note for note in named.notes)
 
 
-def test_columns_of_one_name_are_told(tmp_path):
+def test_duplicate_column_names_are_noted(tmp_path):
     path = tmp_path / "twice.csv"
     rows = [f"{k / 1000},{np.sin(k / 50):.6f},{np.cos(k / 50):.6f}" for k in range(300)]
     path.write_text("\n".join(["t,q,q", *rows]) + "\n")
     log = read_log(path, axis(time="t", position="q"))
-    assert "column 3 is called 'q', as one before it: it is taken as 'q_2'" in log.notes
+    assert "column 3 is called 'q', like an earlier column: bristle calls it 'q_2'" in log.notes
 
 
 @pytest.mark.parametrize(
@@ -95,7 +95,7 @@ def test_columns_of_one_name_are_told(tmp_path):
         ("speed_m", "mm/s", None),
     ],
 )
-def test_a_unit_in_a_name_that_its_numbers_contradict_is_told(tmp_path, header, unit, told):
+def test_a_unit_in_a_name_that_its_numbers_contradict_is_reported(tmp_path, header, unit, told):
     path = tmp_path / "log.csv"
     rows = [f"{k / 1000},{80 * np.sin(k / 50):.6f},{1600 * np.cos(k / 50):.6f}" for k in range(300)]
     path.write_text("\n".join([f"t,q,{header}", *rows]) + "\n")
@@ -109,7 +109,7 @@ def test_a_reference_without_a_unit_has_that_of_the_position(tmp_path):
     path = EXPORTS["records"].write(tmp_path, MOTION)
     log = read_log(path, axis(position={"column": "position", "unit": "mm"}, reference="goal_position"))
     np.testing.assert_allclose(log.reference.values, 1e-6 * MOTION.reference_um, rtol=1e-12, atol=1e-18)
-    assert "column goal_position has no unit: taken in that of the position, mm" in log.notes
+    assert "column goal_position has no unit: read in the unit of the position, mm" in log.notes
 
 
 def test_a_file_of_one_long_line_is_read(tmp_path):

@@ -118,7 +118,7 @@ def test_rows_of_empty_cells_are_blank_lines_and_a_remark_may_follow_a_row(delim
     np.testing.assert_allclose(table.columns["column_4"], X, atol=1e-4)
 
 
-def test_numbers_of_fortran_and_of_old_windows_are_read_as_they_are_meant():
+def test_numbers_of_fortran_and_of_old_windows_are_read_correctly():
     cells = ["1.5D-3", "-2.5d+01", "1.#QNAN", "-1.#IND", "1.#INF", "-1.#INF00", "3E2", "4"]
     text = "t,x\n" + "".join(f"{k},{cell}\n" for k, cell in enumerate(cells))
     result = read_csv(text.encode(), HERE).columns["x"]
@@ -133,7 +133,7 @@ def test_a_cell_that_is_no_number_is_named_and_never_read_by_half(cell):
     assert caught.value.value == cell
 
 
-def test_a_column_of_text_is_left_out_and_said_so():
+def test_a_text_column_is_left_out_with_a_note():
     text = "date;t;x\n" + "".join(f"01.02.2024;{t};{x}\n" for t, x in zip(T, X, strict=True))
     table = read_csv(text.replace(".", ",").replace("01,02,", "01.02.").encode(), HERE)
     assert list(table.columns) == ["t", "x"]
@@ -159,10 +159,10 @@ def test_a_bad_cell_is_named_with_line_and_column(line, cell, said):
         ("off", "is not a number"),
     ],
 )
-def test_a_column_of_what_nearly_is_numbers_is_named_when_it_is_asked_for(cell, said):
+def test_a_column_of_malformed_numbers_is_refused_on_request(cell, said):
     text = "t,x\n" + "".join(f"{t},{cell}\n" for t in T)
     error = read_csv(text.encode(), HERE).missing("x", "position")
-    assert str(error).startswith(f"log.csv: line 2, column 'x': {said}, and the column is to be the position; found")
+    assert str(error).startswith(f"log.csv: line 2, column 'x': {said}, but the axis needs the column as the position; found")
     assert error.value == cell.strip('"')
     assert error.mend
 
@@ -177,7 +177,7 @@ def test_one_quoted_number_with_thousands_separators_is_named_with_line_and_colu
 def test_a_column_that_is_now_a_number_and_now_text_is_refused():
     states = ["0"] * 4 + ["OK"] * 26
     text = "t,x,state\n" + "".join(f"{t},{x},{s}\n" for t, x, s in zip(T, X, states, strict=True))
-    with pytest.raises(InputError, match="line 5, column 'state': is a number, and below it stands text"):
+    with pytest.raises(InputError, match="line 5, column 'state': is a number, with text below it"):
         read_csv(text.encode(), HERE)
 
 
@@ -233,7 +233,7 @@ def test_a_million_rows_are_read_in_seconds():
     assert time.perf_counter() - start < 10
 
 
-def test_channels_with_times_of_their_own_are_no_larger_than_is_allowed_either():
+def test_the_size_limit_covers_channels_with_separate_times():
     lines = ["t1,a,t2,b", *(f"{0.1 * k},{k},{0.2 * k},{-k}" for k in range(20))]
     data = ("\n".join(lines) + "\n").encode()
     assert read_csv(data, HERE).columns["b"].size == 20

@@ -36,7 +36,7 @@ from bristle.logs.words import distinct, is_time, meaning_of, names_and_units, p
         ),
         pytest.param(
             lambda: distinct(["t", "q", "q"]),
-            (["t", "q", "q_2"], ["column 3 is called 'q', as one before it: it is taken as 'q_2'"]),
+            (["t", "q", "q_2"], ["column 3 is called 'q', like an earlier column: bristle calls it 'q_2'"]),
             id="distinct",
         ),
         pytest.param(
@@ -115,5 +115,5 @@ from bristle.logs.words import distinct, is_time, meaning_of, names_and_units, p
         ),
     ],
 )
-def test_small_functions_return_what_their_examples_say(call, value):
+def test_small_functions_match_their_examples(call, value):
     assert call() == value

@@ -62,7 +62,7 @@ def torque_log(torque):
 @pytest.mark.parametrize(
     ("factor", "digits", "unit"), [(8.16, 1, "?"), (81.6, 0, "?"), (816.0, 0, "‰"), (81600.0, 0, "?"), (0.816, 3, "?")]
 )
-def test_numbers_alone_do_not_tell_per_cent_from_per_mille(factor, digits, unit):
+def test_numbers_alone_do_not_separate_per_cent_from_per_mille(factor, digits, unit):
     wave = np.sign(np.cos(0.01 * np.arange(2000))) + 0.1 * np.random.default_rng(1).standard_normal(2000)
     text = propose_axis(torque_log(np.round(factor * wave, digits) if digits else (factor * wave).astype(int))).text
     line = next(line for line in text.splitlines() if line.startswith("effort"))
@@ -129,7 +129,7 @@ def test_of_an_axis_that_turns_a_torque_is_asked_for_and_clear_steps_are_named(s
         assert read_axis(message.encode()).resolution == pytest.approx(np.deg2rad(step))
 
 
-def test_what_is_to_be_filled_in_says_where(tmp_path):
+def test_missing_values_in_a_proposal_name_their_source(tmp_path):
     rows = [f"{i};{int(1e4 * np.sin(0.01 * i))};{np.sign(np.cos(0.01 * i)) + 0.01 * (i % 3):.2f}" for i in range(2000)]
     counts = "\n".join(["t [ms];enc [count];torque [%]", *rows]).encode()
     text = propose_axis(counts).text
@@ -152,7 +152,7 @@ CANDUMPS = {
 
 
 @pytest.mark.parametrize("name", CANDUMPS)
-def test_frames_of_a_bus_are_refused_by_name_with_what_decodes_them(name):
+def test_frames_of_a_bus_are_refused_with_advice_on_decoding(name):
     lines = [CANDUMPS[name].format(i, 0x100 + i % 7, 7919 * i, i % 256) for i in range(300)]
     with pytest.raises(InputError, match=r"candump.*DBC.*cantools or asammdf"):
         read_log("\n".join(lines).encode())
@@ -175,8 +175,6 @@ def test_samples_before_and_behind_a_channel_that_is_recorded_later_are_left_out
     effort = {"column": "ActTorque", "unit": "N"}
     described = axis_from({"schema": 1, "kind": "translational", "columns": {"position": "ActPos", "effort": effort}})
     log = read_log(twincat_rates(tmp_path, MOTION), described)
-    (count,) = (
-        int(note.split()[0]) for note in log.notes if note.endswith("samples were left out, at which not all channels were recorded")
-    )
+    (count,) = (int(note.split()[0]) for note in log.notes if note.endswith("samples were left out: some channels were not recorded there"))
     assert len(log) == 4000 - count
     assert 4 <= count <= 5

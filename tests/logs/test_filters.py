@@ -21,7 +21,7 @@ def test_a_sine_passes_below_the_cutoff_by_half_at_it_and_not_far_above(frequenc
     assert inner(low_passed(sine, 40.0, DT)) == pytest.approx(gain * inner(sine), abs=2e-4)  # forward and backward: 3 dB twice
 
 
-def test_a_constant_stays_as_it_is_and_a_ramp_far_from_its_ends():
+def test_a_constant_passes_unchanged_and_a_ramp_far_from_its_ends():
     assert low_passed(np.full(300, 4.0), 40.0, DT) == pytest.approx(4.0)
     ramp = 2.0 - 5.0 * TIME[:600]
     assert inner(low_passed(ramp, 40.0, DT)) == pytest.approx(inner(ramp), abs=1e-6)

@@ -32,9 +32,9 @@ def test_columns_are_in_si_with_scale_and_shift():
     assert result.problems == []
 
 
-def test_without_a_unit_a_column_is_taken_in_si_and_said_so():
+def test_a_column_without_a_unit_is_read_in_si_with_a_note():
     result = gather(table_of({"q": "m"}, t=TIME, q=X), axis_with(time="t", position="q"))
-    assert result.notes == ["column t has no unit: taken as s"]
+    assert result.notes == ["column t has no unit: read in s"]
 
 
 def test_a_unit_of_the_axis_file_that_contradicts_the_log_is_a_problem():
@@ -43,10 +43,10 @@ def test_a_unit_of_the_axis_file_that_contradicts_the_log_is_a_problem():
     assert "has another unit in the log than in the axis file" in str(problem)
     assert gather(table_of({"q": "um", "t": "s"}, t=TIME, q=X), axis).problems == []
     (problem,) = gather(table_of({"q": "Skt", "t": "s"}, t=TIME, q=X), axis_with(time="t", position="q")).problems
-    assert "has a unit that is not known" in str(problem)
+    assert "has an unknown unit" in str(problem)
 
 
-def test_a_following_error_makes_a_reference_where_the_log_has_none():
+def test_a_following_error_gives_a_missing_reference():
     axis = axis_with(time="t", position="q", following_error="e")
     units = {"t": "s", "q": "mm", "e": "mm"}
     result = gather(table_of(units, t=TIME, q=X, e=0.1 * X), axis)
@@ -57,23 +57,23 @@ def test_a_following_error_makes_a_reference_where_the_log_has_none():
     assert result.channels["reference"].values == pytest.approx(3e-3 * X)
     assert "column e is not used: the reference is in the log itself" in result.notes
     alone = gather(table_of({"t": "s", "v": "m/s", "e": "m"}, t=TIME, v=X, e=X), axis_with(time="t", velocity="v", following_error="e"))
-    assert "column e is not used: there is no position that it goes with" in alone.notes
+    assert "column e is not used: the log has no position for it" in alone.notes
 
 
 def test_a_reference_without_a_unit_has_that_of_the_position():
     result = gather(table_of({"t": "s", "q": "mm"}, t=TIME, q=X, r=X), axis_with(time="t", position="q", reference="r"))
     assert result.channels["reference"].values == pytest.approx(1e-3 * X)
-    assert "column r has no unit: taken in that of the position, mm" in result.notes
+    assert "column r has no unit: read in the unit of the position, mm" in result.notes
     turned = axis_with(time="t", position=Column("q", "", "m", -2.0), reference="r")
     assert gather(table_of({"t": "s", "q": "mm"}, t=TIME, q=X, r=X), turned).channels["reference"].values == pytest.approx(2e-3 * X)
     shared_column = gather(table_of({"t": "s", "q": "mm", "r": "m"}, t=TIME, q=X, r=X), axis_with(time="t", position="q", reference="r"))
     assert shared_column.channels["reference"].values == pytest.approx(X)
 
 
-def test_columns_used_twice_and_of_different_lengths_are_told():
+def test_columns_used_twice_or_of_different_lengths_are_reported():
     units = {"t": "s", "q": "mm", "u": "N"}
     result = gather(table_of(units, t=TIME, q=X), axis_with(time="t", position="q", effort=Column("q", "", "")))
-    assert "column q is used twice, as position and as effort: is that meant?" in result.notes
+    assert "column q is used twice, as position and as effort. Check [columns]" in result.notes
     (problem,) = gather(table_of(units, t=TIME, q=X, u=X[:-1]), axis_with(time="t", position="q", effort="u")).problems
     assert "has columns of different lengths (t: 40, q: 40, u: 39)" in str(problem)
 
@@ -86,19 +86,19 @@ def test_an_optional_column_that_is_missing_is_a_note_and_another_one_a_problem(
     assert result.problems == []
     assert any("optional column load_M is not in this log; is it 'load_N'?" in note for note in result.notes)
     (problem,) = gather(table_of(units, t=TIME, q=X), axis_with(time="t", position="q", effort="u")).problems
-    assert "has no column 'u', which is to be the effort" in str(problem)
+    assert "has no column 'u' for the effort" in str(problem)
     (problem,) = gather(table_of(units, t=TIME, q=X), axis_with(time="t")).problems
     assert "no column is named as the position" in str(problem)
 
 
-def test_channels_with_times_of_their_own_come_to_those_of_the_position():
+def test_channels_with_separate_times_are_interpolated_to_the_position():
     late = TIME + 0.5
     table = table_of({"t": "ms", "t2": "ms", "q": "mm", "u": "N"}, {"q": "t", "u": "t2"}, t=TIME, q=X, t2=late, u=2.0 * late)
     result = gather(table, axis_with(time="t", position="q", effort="u"))
     assert result.channels["time"].values == pytest.approx(1e-3 * TIME[1:])
     assert result.channels["position"].values == pytest.approx(1e-3 * X[1:])
     assert result.channels["effort"].values == pytest.approx(2.0 * TIME[1:])
-    assert "1 samples were left out, at which not all channels were recorded" in result.notes
+    assert "1 samples were left out: some channels were not recorded there" in result.notes
     assert any("columns.time is not needed: each column of this MF4 file brings its time" in note for note in result.notes)
     (finding,) = result.findings
     assert finding.code == "resampled"
@@ -107,7 +107,7 @@ def test_channels_with_times_of_their_own_come_to_those_of_the_position():
     assert finding.numbers["error_percent"] == pytest.approx(0.0, abs=1e-6)
 
 
-def test_a_channel_that_was_recorded_at_the_same_instants_is_taken_as_it_is():
+def test_a_channel_with_the_times_of_the_position_stays_unchanged():
     fast = np.arange(0.0, 40.0, 0.5)
     table = table_of({"t": "s", "t2": "s", "q": "mm", "u": "N"}, {"q": "t", "u": "t2"}, t=TIME, q=X, t2=fast, u=np.arange(80.0))
     result = gather(table, axis_with(position="q", effort="u"))
@@ -116,7 +116,7 @@ def test_a_channel_that_was_recorded_at_the_same_instants_is_taken_as_it_is():
     assert result.channels["time"].values == pytest.approx(TIME)
 
 
-def test_a_name_that_says_another_unit_is_told_beside_the_effort_only():
+def test_a_contradicting_unit_in_the_name_of_the_effort_is_reported():
     units = {"t": "s", "q": "m", "u_kN": "N"}
     result = gather(table_of(units, t=TIME, q=X, u_kN=X), axis_with(time="t", position="q", effort="u_kN"))
     assert [finding.numbers for finding in result.findings] == [{"column": "u_kN", "called": "kN", "declared": "N"}]
@@ -124,11 +124,11 @@ def test_a_name_that_says_another_unit_is_told_beside_the_effort_only():
     assert gather(table_of({"t": "s"}, t=TIME, q_mm=X), declared).findings == []
 
 
-def test_without_an_axis_file_usual_names_say_what_is_what():
+def test_without_an_axis_file_usual_names_identify_the_columns():
     axis = axis_of(table_of({"Pos": "deg"}, T=TIME, Pos=X, torque=X))
     assert axis.kind == "rotational"
     assert {channel: column.name for channel, column in axis.columns.items()} == {"time": "T", "position": "Pos", "effort": "torque"}
     assert axis.columns["effort"].base == "N*m"
     assert axis_of(table_of({"v": "m/s"}, t=TIME, v=X)).kind == "translational"
-    with pytest.raises(InputError, match="does not say which column is the position"):
+    with pytest.raises(InputError, match="has no column with a usual name of a position"):
         axis_of(table_of(t=TIME, height=X))

@@ -38,7 +38,7 @@ def test_a_file_whose_every_record_has_another_name_is_refused_at_once(tmp_path)
 
 @pytest.mark.parametrize("count", [2, 3, 200])
 @pytest.mark.parametrize("orient", ["split", "index", "columns"])
-def test_a_data_frame_in_another_order_than_records_is_refused_with_what_to_write(tmp_path, count, orient):
+def test_a_data_frame_not_stored_as_records_is_refused_with_advice(tmp_path, count, orient):
     t, q = [1e-3 * k for k in range(count)], [0.1 * k for k in range(count)]
     frame = {
         "split": {"columns": ["t", "q"], "index": list(range(count)), "data": [list(row) for row in zip(t, q, strict=True)]},
@@ -49,7 +49,7 @@ def test_a_data_frame_in_another_order_than_records_is_refused_with_what_to_writ
         table_of(tmp_path, frame[orient])
 
 
-def test_rows_without_names_are_read_below_a_head_of_their_own(tmp_path):
+def test_rows_without_names_get_default_names(tmp_path):
     rows = [[1e-3 * k, 0.1 * k] for k in range(200)]
     columns = table_of(tmp_path, {"title": "run 7", "data": rows}).columns
     np.testing.assert_array_equal(np.column_stack(list(columns.values())), rows)
@@ -91,16 +91,16 @@ def test_the_longest_of_several_tables_is_read_unless_one_is_named():
     assert read_text({"a": content["a"]}, table="c").columns["q"].size == 3
 
 
-def test_a_recording_of_a_record_a_line_may_be_cut_in_its_last_one():
+def test_the_last_line_of_a_recording_may_be_cut():
     lines = "\n".join(json.dumps(row) for row in ROWS)
     assert read_text(lines.encode()).columns["q"].size == 6
     assert read_text(lines.encode()[:-4]).columns["q"].size == 5
-    with pytest.raises(InputError, match="is truncated or no JSON"):
+    with pytest.raises(InputError, match="is truncated or not JSON"):
         read_text((lines[:30] + lines[35:]).encode())
     assert read_text(json.dumps(ROWS).encode("utf-16")).columns["q"].size == 6
 
 
-def test_a_value_that_a_record_lacks_makes_a_channel_that_was_recorded_less_often():
+def test_records_without_a_value_give_a_channel_with_a_lower_rate():
     table = read_text([{"t": k, "q": k} | ({"u": 10 * k} if k % 2 else {}) for k in range(6)])
     assert table.columns["u"].tolist() == [10.0, 30.0, 50.0]
     assert table.columns[table.stamps["u"]].tolist() == [1.0, 3.0, 5.0]

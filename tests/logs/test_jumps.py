@@ -28,7 +28,7 @@ def test_motion_is_no_jump(values, step):
     assert lost_in(log, step, 8.0).size == 0
 
 
-def test_a_counter_that_wraps_is_told(tmp_path, axis):
+def test_a_counter_overflow_is_reported(tmp_path, axis):
     (note,) = told_of(tmp_path, axis, (MOTION + 0.03) % 0.1)
     assert "jumps by up to 100 mm" in note or "jumps by up to 99.9" in note
     assert "first after t = " in note
@@ -36,13 +36,13 @@ def test_a_counter_that_wraps_is_told(tmp_path, axis):
     assert "counter began anew" in note
 
 
-def test_the_place_of_a_single_one_is_told(tmp_path, axis):
+def test_the_place_of_a_single_jump_is_reported(tmp_path, axis):
     moved = np.where(np.arange(TIME.size) < 4321, MOTION, MOTION + 0.5)
     (note,) = told_of(tmp_path, axis, moved)
     assert "first after t = 4.32 s, 1 such" in note
 
 
-def test_a_gap_in_time_is_none(tmp_path, axis):
+def test_a_gap_in_time_is_no_jump(tmp_path, axis):
     kept = np.r_[0:2000, 3200:6000]
     noise = np.random.default_rng(1).normal(size=kept.size)
     path = tmp_path / "log.csv"
@@ -61,8 +61,8 @@ def test_a_gap_in_time_is_none(tmp_path, axis):
     assert "rows_lost" not in [result.code for result in checked(log, axis)]
 
 
-def test_a_column_that_is_used_twice_is_told(tmp_path, axis):
+def test_a_column_that_is_used_twice_is_noted(tmp_path, axis):
     twice = replace(axis, columns=axis.columns | {"reference": Column("q", "m", "m")})
     path = tmp_path / "log.csv"
     path.write_text(csv_text({"t": TIME, "q": MOTION, "u": np.sign(np.gradient(MOTION)) + 0.1 * np.sin(TIME)}))
-    assert "column q is used twice, as position and as reference: is that meant?" in read_log(path, twice).notes
+    assert "column q is used twice, as position and as reference. Check [columns]" in read_log(path, twice).notes

@@ -51,7 +51,7 @@ def test_errors_of_a_line_are_those_of_white_noise():
     assert np.mean([line.explained for line in lines]) == pytest.approx(1.0 / 5.0, rel=0.1)
 
 
-def test_no_line_goes_through_few_rows_or_columns_that_are_alike():
+def test_a_line_needs_enough_rows_and_independent_columns():
     column = np.random.default_rng(3).standard_normal(200)
     assert Line.through(np.column_stack([column, 2.0 * column]), column) is None
     assert Line.through(np.column_stack([column, 0.0 * column]), column) is None
@@ -61,7 +61,7 @@ def test_no_line_goes_through_few_rows_or_columns_that_are_alike():
 
 
 @pytest.mark.parametrize("friction", [1.0, -1.0])
-def test_all_work_of_dry_friction_is_work_and_that_of_a_spring_and_of_a_mass_is_none(friction):
+def test_work_share_is_one_for_friction_and_zero_for_spring_and_mass(friction):
     x = swing()
     side = np.sign(np.gradient(x))
     assert work_share(log_along(x, friction * side)) == pytest.approx(friction, abs=0.03)
@@ -72,13 +72,13 @@ def test_all_work_of_dry_friction_is_work_and_that_of_a_spring_and_of_a_mass_is_
     assert 0.2 < friction * half < 0.95
 
 
-def test_a_motion_that_never_comes_back_says_nothing_of_work():
+def test_a_motion_without_return_has_no_work_share():
     along = np.linspace(0.0, 1.0, 3000)
     assert work_share(log_along(along, np.ones(3000))) == 0.0
     assert work_share(log_along(np.zeros(3000), np.ones(3000))) == 0.0
 
 
-def test_a_lost_row_is_told_by_the_step_across_the_gap():
+def test_the_step_across_a_gap_shows_a_lost_row():
     x = swing(4000)
     kept = np.delete(x, [700, 2600])
     lost = lost_in(log_along(kept, 0.0 * kept), 1e-7, 4.0)
@@ -87,7 +87,7 @@ def test_a_lost_row_is_told_by_the_step_across_the_gap():
     assert lost_in(log_along(kept[:100], 0.0 * kept[:100]), 1e-7, 4.0).size == 0
 
 
-def test_an_effort_that_ends_short_of_what_the_motion_takes_piles_up():
+def test_an_effort_below_the_need_of_the_motion_piles_up():
     time = DT * np.arange(12_000)
     x = 0.05 * np.sin(2.0 * np.pi * time) + 0.02 * np.sin(2.0 * np.pi * 2.3 * time)
     acceleration = np.gradient(np.gradient(x, DT), DT)

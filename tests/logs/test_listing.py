@@ -25,5 +25,5 @@ from bristle.logs.listing import recorded_at
         (("run_7.csv", "press"), None),
     ],
 )
-def test_a_name_tells_its_one_date(names, expected):
+def test_a_name_has_a_single_date(names, expected):
     assert recorded_at(*names) == (None if expected is None else datetime(*expected, tzinfo=UTC).timestamp())

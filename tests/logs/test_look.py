@@ -32,7 +32,7 @@ def codes(effort=None, axis=None, velocity=None, **settings):
     return {remark.code: remark.numbers for remark in checked(look.log, axis, CheckThresholds(**settings))}
 
 
-def test_the_mass_that_a_log_shows_is_told_where_another_one_is_known():
+def test_a_known_mass_that_contradicts_the_log_is_reported():
     assert look_at(axis=Axis(mass=12.0)).mass is None
     assert look_at(axis=Axis(mass=13.0)).mass is None
     mass, ratio = look_at(axis=Axis(mass=24.0)).mass
@@ -46,7 +46,7 @@ def test_the_mass_that_a_log_shows_is_told_where_another_one_is_known():
     assert result["gear_suspect"]["gear"] == "2"
 
 
-def test_friction_that_changes_is_told_over_time_and_over_the_place():
+def test_changes_of_friction_are_measured_over_time_and_position():
     time = (MOTION.time - 4.0) / 4.0
     level, shares = look_at(effort_of() + 2.0 * time * SIDE).changes
     assert set(shares) == {-2}
@@ -83,7 +83,7 @@ def test_a_recorded_velocity_is_compared_in_scale_likeness_and_delay():
     assert result["gear_suspect"]["gear"] == "60"
 
 
-def test_a_channel_that_bends_over_reads_its_largest_too_small():
+def test_a_saturating_channel_reads_its_largest_value_too_low():
     true = effort_of(noise=0.01)
     top = float(np.max(np.abs(true)))
     bent, hardly = (true - share * top * (true / top) ** 3 for share in (0.35, 0.1))
@@ -104,7 +104,7 @@ def test_a_drive_whose_command_no_longer_acts_reads_its_largest_too_large():
 
 
 @pytest.mark.parametrize("change", [0.1, -0.1])
-def test_a_scale_that_steps_is_told_with_its_time_and_no_drift_of_the_level(change):
+def test_a_step_of_the_scale_has_its_time_and_is_no_drift_of_the_level(change):
     true = effort_of(noise=0.02)
     stepped = codes(np.where(MOTION.time > 5.0, 1.0 + change, 1.0) * true)
     assert stepped["scale_steps"]["time"] == pytest.approx(5.0, abs=0.5)
@@ -121,7 +121,7 @@ def test_a_scale_that_steps_is_told_with_its_time_and_no_drift_of_the_level(chan
 
 
 @pytest.mark.parametrize("cutoff", [0.1, 0.4])
-def test_an_effort_without_its_slow_part_is_told_with_the_cutoff_and_not_as_reversed(cutoff):
+def test_a_high_passed_effort_has_its_cutoff_and_is_not_reversed(cutoff):
     true, keep = effort_of(noise=0.02), np.exp(-2.0 * np.pi * cutoff * (MOTION.time[1] - MOTION.time[0]))
     passed = lfilter([0.5 * (1.0 + keep), -0.5 * (1.0 + keep)], [1.0, -keep], true)
     told = codes(passed)
@@ -135,7 +135,7 @@ def test_an_effort_without_its_slow_part_is_told_with_the_cutoff_and_not_as_reve
     assert "high_passed" not in codes(hardly)  # clear, and little beside friction
 
 
-def test_a_reference_in_the_place_of_the_position_is_told():
+def test_a_reference_as_the_position_is_reported():
     log = log_of(MOTION, effort_of(), step=1e-6)
     copied, followed = (
         {remark.code for remark in checked(replace(log, reference=Channel(values, "m", "r")))}
@@ -148,7 +148,7 @@ def test_a_reference_in_the_place_of_the_position_is_told():
     assert "reference_recorded" not in {remark.code for remark in checked(still)}
 
 
-def test_ways_go_from_turn_to_turn():
+def test_strokes_reach_from_reversal_to_reversal():
     look = look_at()
     (ways,) = look.ways
     assert np.sum(ways) == pytest.approx(MOTION.position[-1] - MOTION.position[0], abs=1e-5)
@@ -158,7 +158,7 @@ def test_ways_go_from_turn_to_turn():
     assert look_at(motion=straight).way == pytest.approx(np.ptp(straight.position), abs=1e-5)
 
 
-def test_one_direction_and_one_speed_are_told_in_numbers():
+def test_one_direction_and_one_speed_have_numbers():
     ahead = MOTION._replace(position=0.1 * MOTION.time)
     result = {remark.code: remark.numbers for remark in checked(log_of(ahead, 8.0 + 0.0 * ahead.time, step=1e-6))}
     assert result["one_direction"] == {"percent": 0.0, "direction": "forward"}
@@ -173,7 +173,7 @@ def test_one_direction_and_one_speed_are_told_in_numbers():
     assert "one_speed" not in codes()
 
 
-def test_thresholds_decide_what_is_told():
+def test_thresholds_decide_on_findings():
     assert "mass_contradicts" not in codes(axis=Axis(mass=24.0), mass_ratio=2.5)
     assert "mass_contradicts" in codes(axis=Axis(mass=14.5))
     reversed_sign = codes(-effort_of())
@@ -204,7 +204,7 @@ def test_a_line_bends_with_friction_that_falls_over_a_tenth_or_a_fiftieth_of_the
 
 
 @pytest.mark.parametrize("origin", [0.0, 0.3])
-def test_an_axis_sticks_where_its_effort_goes_with_the_position_wherever_zero_is(origin):
+def test_an_effort_proportional_to_position_means_a_stuck_axis_for_any_zero(origin):
     moved = MOTION._replace(position=MOTION.position + origin)
 
     def sticking(effort):

@@ -36,13 +36,13 @@ def result(stamps, x):
 
 
 @pytest.mark.parametrize("share", [0.002, 0.02])
-def test_rows_that_were_lost_one_by_one_are_bridged_and_told(share):
+def test_single_lost_rows_are_interpolated_with_a_note(share):
     keep = kept(1, share)
     clock = result(TIME[keep], place(TIME[keep]))
     (segment,) = clock.segments
     assert (segment.stop, clock.sample_time) == (COUNT, DT)
     np.testing.assert_allclose(clock.sampled(place(TIME[keep])), place(TIME), atol=2e-9)
-    assert clock.notes[0].startswith(f"{COUNT - int(keep.sum())} rows are missing, 3 on end at most: interpolated")
+    assert clock.notes[0].startswith(f"{COUNT - int(keep.sum())} rows are missing, at most 3 in a row: interpolated")
 
 
 def test_a_longer_pause_still_splits_the_log():
@@ -68,7 +68,7 @@ def test_stamps_of_a_host_in_bursts_lose_no_row_and_keep_the_clock(jitter, share
 
 
 @pytest.mark.parametrize("share", [0.15, 0.33])
-def test_where_many_rows_are_missing_none_counts_as_lost(share):
+def test_many_missing_rows_do_not_count_as_lost(share):
     keep = kept(5, share)
     clock = result(TIME[keep], place(TIME[keep]))
     assert not any("missing" in note for note in clock.notes)
@@ -84,7 +84,7 @@ def test_a_late_stamp_is_no_lost_row():
     assert not any("missing" in note for note in clock.notes)
 
 
-def test_late_rows_of_a_burst_that_are_made_up_for_are_no_lost_rows():
+def test_late_rows_of_a_burst_are_no_lost_rows():
     stamps = TIME.copy()
     stamps[5000:5013] += DT * np.array([7.7, 7.2, 6.4, 5.7, 4.9, 4.1, 3.3, 2.6, 1.8, 1.0, 0.8, 0.5, 0.2])
     clock = result(stamps, place(TIME))
@@ -95,7 +95,7 @@ def test_late_rows_of_a_burst_that_are_made_up_for_are_no_lost_rows():
 def test_a_stretch_that_was_sampled_half_as_often_is_bridged():
     stamps = np.delete(TIME, 401 + 2 * np.arange(180))
     clock = result(stamps, place(stamps))
-    assert clock.notes == ("180 rows are missing, 3 on end at most: interpolated between those around",)
+    assert clock.notes == ("180 rows are missing, at most 3 in a row: interpolated",)
     np.testing.assert_allclose(clock.sampled(place(stamps)), place(TIME), atol=2e-9)
 
 
@@ -108,7 +108,7 @@ def test_even_samples_behind_a_step_of_their_clock_are_not_interpolated():
     np.testing.assert_array_equal(clock.sampled(place(stamps)), place(stamps))
 
 
-def test_a_row_that_stands_there_twice_is_one_and_a_reading_of_its_own_is_kept():
+def test_a_repeated_row_counts_once_and_a_different_reading_stays():
     x = place(TIME)
     twice = np.insert(np.arange(COUNT), 600, 599)
     clock = result(TIME[twice], x[twice])
@@ -117,7 +117,7 @@ def test_a_row_that_stands_there_twice_is_one_and_a_reading_of_its_own_is_kept()
     stamps = TIME.copy()
     stamps[600] = stamps[599]
     clock = result(stamps, x)
-    assert clock.notes[0] == "1 stamp is repeated and is taken as between those around"
+    assert clock.notes[0] == "1 stamp is repeated: interpolated between the stamps around"
     assert clock.time.size == COUNT
 
 

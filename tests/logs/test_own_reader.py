@@ -41,7 +41,7 @@ constant = "50 N/A"
 """
 
 
-def test_a_reader_of_ones_own_serves_every_command_and_no_longer(log, tmp_path, capsys):
+def test_a_user_reader_serves_every_command_and_ends_with_it(log, tmp_path, capsys):
     axis = tmp_path / "axis.toml"
     axis.write_text(AXIS)
     assert main(["log", str(log), "--axis", str(axis)]) == 2
@@ -68,12 +68,12 @@ def test_its_columns_have_the_units_of_their_names(log):
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ("    return {units", "    return 3, {units", "is read by key_value_log, which gives a tuple"),
+        ("    return {units", "    return 3, {units", "is read by key_value_log, which returned a tuple"),
         ('split("=")', 'split(":")', r"stops its reader with ValueError: dictionary update .* \(own\.py, line \d+\)\. Correct the reader"),
         ("row[name])", "row['iq_promille'])", r"stops its reader with KeyError: 'iq_promille' \(own\.py, line 2\d\)"),
     ],
 )
-def test_what_it_does_wrong_is_told(log, tmp_path, old, new, said):
+def test_faults_of_a_user_reader_are_reported(log, tmp_path, old, new, said):
     text = READER.read_text(encoding="utf-8")
     assert old in text
     (tmp_path / "own.py").write_text(text.replace(old, new), encoding="utf-8")
@@ -97,6 +97,6 @@ def test_help_lists_every_format_with_the_extra_that_its_reader_needs(capsys):
 
 
 @pytest.mark.parametrize("command", ["identify", "predict"])
-def test_help_says_which_command_lists_the_formats(command, capsys):
+def test_help_names_the_command_that_lists_the_formats(command, capsys):
     main([command, "--help"])
     assert "that bristle log --help lists" in " ".join(capsys.readouterr().out.split())

@@ -49,7 +49,7 @@ def share_of(kind, begin, end, result):
 
 
 @pytest.mark.parametrize("name", EXPECTED)
-def test_what_was_designed_is_recognised(stage, name):
+def test_designed_passages_are_recognised(stage, name):
     motion, _, result = stage
     shares = [
         share_of(EXPECTED[name], begin, begin + piece.duration, result)
@@ -89,7 +89,7 @@ def test_a_coarse_encoder_still_shows_the_loops():
     assert share_of("loops", motion.begins[triangles[4]], motion.duration - motion.rest, result) > 0.9
 
 
-def test_without_an_effort_the_presliding_distance_tells_loops_from_slides():
+def test_without_effort_the_presliding_distance_separates_loops_and_slides():
     motion, log = designed(STAGE, duration="40 s", purposes="presliding,stribeck")
     result = passages(replace(log, effort=None), STAGE)
     first = next(begin for piece, begin in zip(motion.pieces, motion.begins, strict=True) if piece.name == "constant velocity")
@@ -147,7 +147,7 @@ def test_a_slide_under_a_force_of_the_place_is_no_loop_before_sliding(pull, back
 
 @pytest.mark.parametrize("spring", [0.0, 5e5])
 @pytest.mark.parametrize("back", [10e-6, 6e-6])
-def test_a_loop_before_sliding_stays_one_beside_a_spring(spring, back):
+def test_a_spring_does_not_hide_a_loop_before_sliding(spring, back):
     time, position, _ = there_and_back(*[(10e-6, 1e-5), (-back, 1e-5)] * 5)
     limits, bent, force = np.linspace(1e-6, 12e-6, 12), np.zeros(12), np.empty(time.size)
     for k, step in enumerate(np.diff(position, prepend=0.0)):
@@ -178,7 +178,7 @@ def test_steps_of_the_encoder_are_no_loops_where_stamps_are_uneven():
     assert sum(passage.legs for passage in passages(log)) == 4
 
 
-def test_nothing_is_found_where_nothing_moves():
+def test_a_resting_log_has_no_passage():
     t = 1e-3 * np.arange(5000)
     (result,) = passages(log_of(Motion(t, 0.0 * t, 0.0 * t, 0.0 * t), 0.0 * t), Axis(resolution=1e-6))
     assert result.kind == "rest"
@@ -295,7 +295,7 @@ def slides(*rests):
 
 
 @pytest.mark.parametrize(("rest", "parted"), [(0.3, False), (0.45, False), (0.6, True), (2.0, True)])
-def test_slides_of_one_kind_are_one_passage_unless_half_a_second_of_rest_parts_them(rest, parted):
+def test_a_rest_of_half_a_second_separates_passages_of_slides(rest, parted):
     outcome, resting = slides(rest, rest)
     assert [(item.kind, item.legs) for item in outcome] == ([("constant_velocity", 1)] * 3 if parted else [("constant_velocity", 3)])
     assert len(resting) == (4 if parted else 2)

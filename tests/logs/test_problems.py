@@ -46,12 +46,12 @@ def test_samples_that_are_no_measurement_are_named_before_anything_else():
     bad[[700, 701]] = np.inf, 0.0
     assert "an infinite value at sample 700" in message(position=bad)[0]
     bad[700] = -3e30
-    assert "has -3e+30 m at sample 700 (t = 0.7 s), which is no measurement; 1 such in all" in message(position=bad)[0]
+    assert "has -3e+30 m at sample 700 (t = 0.7 s), not a measurement; 1 such in all" in message(position=bad)[0]
 
 
-def test_a_constant_channel_tells_nothing_but_a_load():
+def test_a_constant_channel_is_a_problem_except_for_a_load():
     (text,) = message(position=NOISY, effort=np.full(3000, 2.5))
-    assert "is constant (2.5 N), which tells nothing as the effort" in text
+    assert "is constant (2.5 N), which gives no information as the effort" in text
     assert message(position=NOISY, load=np.ones(3000)) == []
 
 
@@ -86,7 +86,7 @@ def test_far_outside_is_a_million_times_the_usual_range():
     assert far_outside(np.ones(50)).size == 0
 
 
-def test_the_longest_run_is_told_by_its_first_sample_and_its_length():
+def test_the_longest_run_has_its_first_sample_and_its_length():
     assert longest_run(np.array([True, False, True, True, False])) == (2, 2)
     assert longest_run(np.zeros(4, dtype=bool)) == (0, 0)
 
@@ -110,7 +110,7 @@ def test_a_known_limit_is_where_a_signal_is_cut_off_though_noise_goes_beyond():
     assert clipped(jittering, 2.0) is None
 
 
-def test_few_levels_are_commands_and_an_effort_that_rests_elsewhere_too_is_none():
+def test_an_effort_with_few_levels_or_other_constant_levels_is_not_clipped():
     steps = np.round(3.0 * MOVED)
     assert clipped(steps) is None
     friction = np.where(np.arange(3000) % 1500 < 700, 0.8, np.where(np.arange(3000) % 1500 < 1400, 0.3, NOISY))
@@ -121,7 +121,7 @@ def exceeded(axis, injected=(), **channels):
     return list(limits_exceeded(gathered(injected, **channels), axis))
 
 
-def test_limits_of_the_drive_hold_for_all_of_the_effort_and_those_of_the_controller_for_its_own():
+def test_the_drive_limits_all_effort_and_the_controller_limits_its_output():
     effort = 10.0 * MOVED
     (beyond,) = exceeded(Axis(effort_limit=9.0), effort=effort)
     assert (beyond.code, beyond.severity) == ("beyond_limit", "warning")
@@ -162,7 +162,7 @@ def plateaus(levels, stay, *, beside=1, still=0):
         ({"levels": 40, "stay": 20, "still": 12}, False),  # it stays elsewhere, half as long
     ],
 )
-def test_a_cut_is_a_stay_of_ten_samples_five_times_as_often_as_beside_the_extreme(shape, is_cut):
+def test_clipping_needs_ten_samples_and_five_times_the_next_level(shape, is_cut):
     for side in (1.0, -1.0):
         cut = clipped(side * plateaus(**shape))
         assert (cut is not None) is is_cut

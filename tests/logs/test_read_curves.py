@@ -63,7 +63,7 @@ def test_each_array_is_a_curve(family):
     assert len(result.origin.checksum) == 64
 
 
-def test_a_column_tells_curves_apart(loops):
+def test_a_column_separates_curves(loops):
     result = read_curves(loops / "loops.csv", loops / "axis.toml")
     assert [curve.u.size for curve in result.curves] == [20, 20, 20]
     assert result.curves[2].u[0] == pytest.approx(-10e-6)
@@ -78,7 +78,7 @@ def test_saturation_lies_where_a_curve_heads_for(family):
     assert result.history(type(rising)(rising.u[::-1], rising.f[::-1])) < -0.1
 
 
-def test_an_axis_file_of_curves_is_told_from_one_of_an_axis(family, loops, tmp_path):
+def test_a_curves_file_is_distinguished_from_an_axis_file(family, loops, tmp_path):
     assert describes_curves(family / "axis.toml")
     assert describes_curves(loops / "axis.toml")
     (tmp_path / "of_axis.toml").write_text('schema = 1\nkind = "rotational"\n[columns]\nposition = "q"\n')
@@ -97,7 +97,7 @@ def test_an_axis_file_of_curves_is_told_from_one_of_an_axis(family, loops, tmp_p
         ('start = "saturated"', 'start = "rest"', "curves.start"),
     ],
 )
-def test_what_does_not_fit_is_refused(family, was, now, said):
+def test_a_malformed_curves_file_is_refused(family, was, now, said):
     (family / "axis.toml").write_text(FAMILY.replace(was, now))
     with pytest.raises(InputError) as caught:
         read_curves(family / "curves.npz", family / "axis.toml")

@@ -45,7 +45,7 @@ def test_every_reader_of_bristle_meets_the_contract(log_format, tmp_path, record
     ("title", "name"),
     [("NPZ", "npz"), ("HDF5", "hdf5"), ("Parquet", "parquet"), ("MF4", "mf4"), ("MCAP", "mcap"), ("TDMS", "tdms"), ("MAT", "mat")],
 )
-def test_a_file_of_another_kind_is_what_its_title_says(title, name):
+def test_a_file_in_a_user_format_has_its_title(title, name):
     assert format_of(other_files()[title], "").name == name
 
 
@@ -137,14 +137,14 @@ WHOLE = "data.decode().splitlines()"
         ),
     ],
 )
-def test_what_a_reader_does_wrong_is_told_with_the_mend(tmp_path, changes, demand, said, mend):
+def test_faults_of_a_reader_are_reported_with_advice(tmp_path, changes, demand, said, mend):
     failed, *_ = [check for check in check_reader(load_reader_file(custom(tmp_path, *changes))) if not check.passed]
     assert failed.name == demand
     assert re.search(said, failed.detail), failed.detail
     assert re.search(mend, failed.advice), failed.advice
 
 
-def test_a_reader_that_ends_the_program_is_told_with_its_line(tmp_path):
+def test_a_reader_that_exits_is_reported_with_its_line(tmp_path):
     file = custom(tmp_path, (ROWS, "    raise SystemExit\n" + ROWS))
     (failed,) = [check for check in check_reader(load_reader_file(file)) if not check.passed]
     assert (failed.name, failed.detail) == ("columns of numbers", "stops with SystemExit:  (own.py, line 18)")

@@ -96,7 +96,7 @@ def test_a_tdms_recording_that_was_never_closed_is_refused(tmp_path, recording):
         read_table(path)
 
 
-def test_a_tdms_file_that_its_reader_would_mend_by_itself_is_refused_in_silence(tmp_path, recording, capfd):
+def test_a_damaged_tdms_file_is_refused_without_library_prints(tmp_path, recording, capfd):
     from tests.logs.conftest import write_tdms
 
     path = write_tdms(tmp_path / "log.tdms", recording)
@@ -146,14 +146,14 @@ def test_a_missing_extra_names_the_line_to_type(tmp_path, recording, monkeypatch
         (b" \n\n", "is empty"),
         (b"PK\x03\x04rest", "export the log as CSV"),
         (b"\x1f\x8brest", "gunzip"),
-        (b"\x89HDF\r\n\x1a\n", "is truncated or damaged, or of a kind that is not read"),
-        (b"MATLAB 7.3 MAT-file", "is truncated or damaged, or of a kind that is not read"),
+        (b"\x89HDF\r\n\x1a\n", "is truncated or damaged, or in an unsupported format"),
+        (b"MATLAB 7.3 MAT-file", "is truncated or damaged, or in an unsupported format"),
         (b"PAR1", "is truncated or damaged"),
         (b"\x93NUMPY", "is truncated or damaged"),
         (b"MATLAB 5.0 MAT-file", "is truncated"),
     ],
 )
-def test_what_is_no_log_says_what_to_do(tmp_path, content, said):
+def test_files_that_are_no_logs_are_refused_with_advice(tmp_path, content, said):
     path = tmp_path / "log.mat"
     path.write_bytes(content)
     with pytest.raises(InputError, match=said) as caught:

@@ -36,7 +36,7 @@ def test_each_signal_of_a_trace_has_the_times_at_which_it_was_taken():
     assert table.format == "SINUMERIK trace"
 
 
-def test_what_is_no_value_holds_the_one_before_and_before_the_first_is_left_out():
+def test_missing_values_repeat_the_previous_and_a_missing_start_is_left_out():
     data = trace(
         ['id="f1" name="q"'], [(0, 'f1=""'), (1, 'f1="9.3e18"'), (2, 'f1="4"'), (3, 'f1="9.3e18"'), (4, 'f1=""'), (5, 'f1="-9.1e18"')]
     )
@@ -45,7 +45,7 @@ def test_what_is_no_value_holds_the_one_before_and_before_the_first_is_left_out(
     assert table.columns[table.stamps["q"]].tolist() == [2.0, 3.0, 5.0]
 
 
-def test_signals_that_are_described_alike_have_the_index_of_their_axis():
+def test_signals_with_equal_descriptions_have_the_index_of_their_axis():
     alike = ['id="f1" description="Lage" name="/a [u1, 3]"', 'id="f2" description="Lage" name="/a [u1, 4]"']
     table = read_sinumerik(trace(alike, [(0, 'f1="1" f2="2"'), (1, 'f1="3" f2="4"')]), REQUEST)
     assert {"Lage [u1, 3]", "Lage [u1, 4]"} <= set(table.columns)
@@ -53,8 +53,8 @@ def test_signals_that_are_described_alike_have_the_index_of_their_axis():
     assert "f7" in unnamed.columns
 
 
-def test_a_trace_that_is_none_is_refused():
-    with pytest.raises(InputError, match="is no trace with records of signals"):
+def test_xml_without_a_trace_is_refused():
+    with pytest.raises(InputError, match="is not a trace with records of signals"):
         read_sinumerik(trace(['id="f1" name="q"'], []), REQUEST)
     with pytest.raises(InputError, match="is truncated or damaged"):
         read_sinumerik(trace(['id="f1" name="q"'], [(0, 'f1="1"')])[:-9], REQUEST)
@@ -72,7 +72,7 @@ class Plain:
         self.__dict__.update(fields)
 
 
-def test_a_message_has_the_time_that_it_says_itself():
+def test_a_message_has_its_stated_time():
     assert recorders._stamp(Plain(header=Plain(stamp=Stamp(3, 5)))) == 3_000_000_005
     assert recorders._stamp(Plain(header=None, stamp=Stamp(0, 7))) == 7
     assert recorders._stamp({"stamp": {"sec": 2, "nsec": 9}}) == 2_000_000_009
@@ -110,7 +110,7 @@ def recording(messages):
     return stream.getvalue()
 
 
-def test_several_topics_stand_before_the_names_of_their_fields():
+def test_several_topics_prefix_the_names_of_their_fields():
     pytest.importorskip("mcap_ros2")
     messages = [("/a", "json", 1_500_000_000, {"x": 1}), ("/b", "json", 1_000_000_000, {"x": 5}), ("/a", "json", 2_000_000_000, {"x": 2})]
     table = read_mcap(recording(messages), REQUEST)
@@ -120,14 +120,14 @@ def test_several_topics_stand_before_the_names_of_their_fields():
     single = read_mcap(recording(messages), REQUEST._replace(table="/a"))
     assert single.columns["x"].tolist() == [1.0, 2.0]
     assert single.columns[single.stamps["x"]].tolist() == [0.0, 0.5]
-    with pytest.raises(InputError, match="holds no messages with numbers"):
+    with pytest.raises(InputError, match="holds no readable messages with numbers"):
         read_mcap(recording(messages), REQUEST._replace(table="/c"))
     odd = [*messages, ("/d", "protobuf", 3_000_000_000, {})]
-    assert read_mcap(recording(odd), REQUEST).notes == ("messages that are not understood were left out: /d (protobuf)",)
+    assert read_mcap(recording(odd), REQUEST).notes == ("messages in unsupported encodings were left out: /d (protobuf)",)
 
 
 def test_a_tdms_file_ends_with_its_last_segment():
-    with pytest.raises(InputError, match=r"is damaged, or no TDMS file \(at byte 0\)"):
+    with pytest.raises(InputError, match=r"is damaged, or not a TDMS file \(at byte 0\)"):
         read_tdms(b"x" * 40, REQUEST)
     lead = b"TDSm" + bytes(8) + (12).to_bytes(8, "little") + bytes(8)
     with pytest.raises(InputError, match="its last segment is not complete"):
@@ -146,7 +146,7 @@ def test_a_file_that_is_cut_off_within_a_lead_in_is_truncated():
     assert np.isfinite(recorders.NO_VALUE)
 
 
-def test_what_a_library_says_of_damage_is_kept_and_printed_nowhere():
+def test_remarks_of_a_library_on_damage_are_collected_and_not_printed():
     log_manager = pytest.importorskip("nptdms.log").log_manager
     handler, before = log_manager.console_handler, list(log_manager.console_handler.filters)
     try:

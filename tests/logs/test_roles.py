@@ -60,7 +60,7 @@ def test_a_link_pulls_with_sine_and_cosine_of_its_angle_over_a_wide_range():
     assert not pulls_as_a_link(EFFORT[:-1], angle)
 
 
-def test_columns_are_told_by_names_and_have_the_units_of_the_file():
+def test_columns_are_identified_by_names_with_the_units_of_the_file():
     result = roles(
         t=(TIME, "s"), pos=(1e3 * POSITION, "mm"), vel=(VELOCITY, "m/s"), force=(EFFORT, "N"), possoll=(1e3 * POSITION + 0.01, "mm")
     )
@@ -70,7 +70,7 @@ def test_columns_are_told_by_names_and_have_the_units_of_the_file():
 
 
 @pytest.mark.parametrize(("factor", "unit"), [(1.0, "m"), (1e3, "mm"), (1e6, "um")])
-def test_a_recorded_velocity_tells_the_unit_of_the_position(factor, unit):
+def test_a_recorded_velocity_determines_the_unit_of_the_position(factor, unit):
     result = roles(time=(TIME, "s"), position=factor * POSITION, velocity=(VELOCITY, "m/s"), force=(EFFORT, "N"))
     assert units_of(result)["position"] == unit
     assert result.channels["position"].told_by == "velocity"
@@ -79,7 +79,7 @@ def test_a_recorded_velocity_tells_the_unit_of_the_position(factor, unit):
 @pytest.mark.parametrize(
     ("unit", "factor", "own"), [("mm", 1e3, "mm/s"), ("mm", 6e4, "mm/min"), ("rev", 60.0, "rpm"), ("rev", 1.0, "rev/s")]
 )
-def test_the_position_tells_the_unit_of_a_velocity_over_seconds_or_minutes(unit, factor, own):
+def test_the_position_determines_the_unit_of_a_velocity(unit, factor, own):
     position = POSITION * (1e3 if unit == "mm" else 1.0)
     result = roles(time=(TIME, "s"), position=(position, unit), velocity=factor * VELOCITY, torque=(EFFORT, "N*m"))
     assert units_of(result)["velocity"] == own
@@ -94,13 +94,13 @@ def test_whole_numbers_are_counts_where_they_are_large():
     assert units_of(roles(time=(TIME, "s"), position=1e5 * POSITION, force=(EFFORT, "N")))["position"] == ""
 
 
-def test_columns_without_names_are_told_by_what_goes_with_the_motion():
+def test_unnamed_columns_are_identified_by_their_motion():
     noise = 1e-4 * np.random.default_rng(1).standard_normal(TIME.size)
     result = roles(ch1=TIME, ch2=POSITION, ch3=EFFORT + noise)
     assert {name: role.column for name, role in result.channels.items()} == {"time": "ch1", "position": "ch2", "effort": "ch3"}
     assert result.channels["time"].reason == "it rises evenly"
     assert result.channels["position"].reason == "it is the smoothest"
-    assert result.channels["effort"].reason == "it goes with the motion"
+    assert result.channels["effort"].reason == "it follows the motion"
     assert roles(ch1=TIME, ch2=POSITION, ch3=np.random.default_rng(1).standard_normal(TIME.size)).channels.keys() == {"time"}
 
 
@@ -121,7 +121,7 @@ def test_the_speed_alone_is_the_motion_where_no_position_is():
         ("torque", EFFORT, "", ""),
     ],
 )
-def test_the_unit_of_an_effort_is_in_its_name_or_told_by_whole_numbers(name, effort, unit, told_by):
+def test_the_unit_of_an_effort_follows_from_its_name_or_integers(name, effort, unit, told_by):
     role = roles(**{"time": (TIME, "s"), "position": (POSITION, "m"), name: effort}).channels["effort"]
     assert (role.unit, role.told_by) == (unit, told_by)
 
@@ -146,11 +146,11 @@ def chosen_effort(*names):
         (("torque demand", "N"), ("torque other", "V")),  # and before a voltage
     ],
 )
-def test_the_effort_is_the_column_that_tells_most_by_unit_and_by_how_it_was_got(chosen, left):
+def test_the_effort_has_the_best_unit_and_is_measured(chosen, left):
     assert chosen_effort(chosen, left) == chosen_effort(left, chosen) == chosen[0]
 
 
-def test_of_two_columns_called_alike_the_effort_goes_with_the_motion():
+def test_of_two_columns_of_the_same_name_the_effort_follows_the_motion():
     noise = np.random.default_rng(1).standard_normal(TIME.size)
     for order in ({"torque a": noise, "torque b": EFFORT}, {"torque b": EFFORT, "torque a": noise}):
         assert roles(t=(TIME, "s"), q=(POSITION, "m"), **order).channels["effort"].column == "torque b"
@@ -231,7 +231,7 @@ UNEVEN = 1e-3 * np.cumsum(1.0 + 0.5 * np.random.default_rng(1).uniform(-1.0, 1.0
         (("q", POSITION), {"force": TIME}, None),
     ],
 )
-def test_a_column_that_no_name_tells_is_time_where_it_rises_evenly(first, columns, column):
+def test_an_unnamed_column_that_rises_evenly_is_time(first, columns, column):
     result = time_column(first, **columns)
     assert result == (None if column is None else (column, "it rises evenly"))
     assert time_column(first, sample_time=1e-3, **columns) is None

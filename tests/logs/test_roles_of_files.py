@@ -37,7 +37,7 @@ def proposed(path):
 
 @pytest.mark.parametrize("order", list(permutations(COLUMNS)))
 @pytest.mark.parametrize(("kind", "name"), [("mat", "data"), ("mat", "M"), ("mat", "u"), ("npz", "x")])
-def test_the_columns_of_one_matrix_are_told_in_any_order_whatever_it_is_called(tmp_path, order, kind, name):
+def test_the_columns_of_a_matrix_are_identified_in_any_order_and_name(tmp_path, order, kind, name):
     matrix = np.column_stack([COLUMNS[channel] for channel in order])
     called = [f"{name}[{k}]" if kind == "mat" else f"column_{k + 1}" for k in range(3)]
     result = proposed(saved(tmp_path, name, matrix, kind))
@@ -111,13 +111,13 @@ def test_position_and_torque_of_a_trace_are_those_of_one_axis(xml, names, expect
     assert not any("u1" in unit for unit in proposal.table.units.values())
 
 
-def test_signals_that_are_described_alike_have_the_index_of_their_axis_in_their_names():
+def test_names_of_signals_with_equal_descriptions_have_an_axis_index():
     names = propose_axis(trace(dict.fromkeys([*ONE, THREE[0]], POSITION), xml=True)).table.names
     assert names == ("time", "Lageistwert [u1, 1]", "Moment", "Lageistwert [u1, 3]")
 
 
 @pytest.mark.parametrize("sep", [",", ";", " "])
-def test_an_index_is_no_unit_and_the_name_without_it_is_understood_while_it_is_one_column(sep):
+def test_an_index_is_no_unit_and_optional_in_the_name_of_a_unique_column(sep):
     from bristle.logs.readers import read_table
     from bristle.logs.table import columns_named
 
@@ -162,21 +162,21 @@ def test_a_reference_in_another_unit_that_is_not_known_is_not_taken_for_one():
     assert "reference" not in propose_axis(text_log("mm", "N", reference="Dig")).axis.columns
 
 
-def test_numbers_do_not_tell_the_unit_of_time_or_effort_where_the_file_says_another():
+def test_a_stated_unit_of_time_or_effort_overrides_its_numbers():
     proposal = propose_axis(text_log("mm", "N", time="Takte"))
     assert proposal.missing == ("columns.time.unit",)
     assert '# the file says "Takte"' in unit_lines(proposal.text)["time"]
     assert propose_axis(text_log("mm", "Dig").replace(b"force", b"current")).missing == ("columns.effort.unit",)
 
 
-def test_a_recorded_velocity_tells_a_unit_that_is_not_known():
+def test_a_recorded_velocity_determines_an_unknown_unit():
     proposal = propose_axis(text_log("Skt", "N", speed="m/s"))
     assert proposal.missing == ()
     assert 'unit = "m" }  # unit from the velocity; the file says "Skt"' in unit_lines(proposal.text)["position"]
 
 
 @pytest.mark.parametrize("channel", ["position", "time"])
-def test_of_a_log_in_a_unit_that_is_not_known_nothing_is_said_in_si(channel):
+def test_a_log_in_an_unknown_unit_has_no_values_in_si(channel):
     inspected = inspect_log(text_log("Skt", "N") if channel == "position" else text_log("mm", "N", time="Takt"))
     summary = inspected.summary
     assert inspected.log is None
@@ -192,14 +192,14 @@ def test_a_channel_in_a_unit_that_is_not_known_is_left_out_of_a_log_that_is_usab
     assert inspected.log.effort is None
 
 
-def test_an_axis_file_tells_what_a_unit_stands_for_and_without_it_the_log_is_refused_by_name():
+def test_an_axis_file_defines_an_unknown_unit_that_is_refused_without_it():
     columns = 'time = "time"\nposition = { column = "position", unit = "mm" }\nreference = "position_ref"\n'
     axis = read_axis(f'schema = 1\nkind = "translational"\n[columns]\n{columns}'.encode())
     log = read_log(text_log("Skt", "bla", reference="Skt"), axis)
     np.testing.assert_allclose(log.position.values, 1e-3 * POSITION, atol=1e-12)
     np.testing.assert_allclose(log.reference.values, 1e-3 * (POSITION + 1e-6), atol=1e-12)
-    assert "column position has a unit that is not known, 'Skt': taken in mm" in log.notes
-    with pytest.raises(InputError, match="'position': has a unit that is not known; found 'Skt', allowed a unit"):
+    assert "column position has an unknown unit, 'Skt': read in mm" in log.notes
+    with pytest.raises(InputError, match="'position': has an unknown unit; found 'Skt', allowed a unit"):
         read_log(text_log("Skt", "N"))
 
 

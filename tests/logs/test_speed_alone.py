@@ -38,13 +38,13 @@ def remark(result):
     return note
 
 
-def test_the_position_is_the_integral_of_the_speed_from_0_on_and_it_is_said():
+def test_the_position_is_the_integral_of_the_speed_with_a_note():
     result = read_log(log(), axis())
     np.testing.assert_allclose(result.position.values, X - X[0], atol=ROUNDING)
     assert (result.position.unit, result.position.column) == ("m", "speed")
     assert remark(result) == (
-        "the log has no position: it is the integral of column speed; it begins at 0, where the axis stood nobody "
-        "knows, and an offset of the speed makes it drift. What depends on the place means nothing"
+        "the log has no position: bristle integrates column speed, starting at 0. The true start is unknown, "
+        "and an offset of the speed makes the position drift. Results that depend on position are meaningless"
     )
 
 
@@ -64,22 +64,22 @@ def test_a_gap_adds_no_way():
     np.testing.assert_allclose(result.position.values[2000:], X[2000:] - X[2000] + X[1999] - X[0], atol=ROUNDING)
 
 
-def test_it_begins_at_the_reference_where_there_is_one():
+def test_the_integral_begins_at_a_recorded_reference():
     reference = {"position_ref [mm]": 1e3 * X + 70.0}
     result = read_log(log(**reference), axis(reference={"column": "position_ref", "unit": "mm"}))
     np.testing.assert_allclose(result.position.values, result.reference.values, atol=ROUNDING)
-    assert "it begins at the reference" in remark(result)
+    assert "starting at the reference" in remark(result)
 
 
-def test_what_depends_on_the_place_is_named():
+def test_terms_that_depend_on_the_position_are_named():
     result = read_log(log(), axis({"cogging": [{"harmonics": [6]}], "transmission": {"lead": "10 mm"}}))
-    assert remark(result).endswith("What depends on the place, here cogging, means nothing")
+    assert remark(result).endswith("Results that depend on position (cogging) are meaningless")
 
 
-def test_a_following_error_without_a_position_is_told():
+def test_a_following_error_without_a_position_is_noted():
     result = read_log(log(**{"lag [mm]": 1e-3 * V}), axis(following_error={"column": "lag", "unit": "mm"}))
     assert result.reference is None
-    assert "column lag is not used: there is no position that it goes with" in result.notes
+    assert "column lag is not used: the log has no position for it" in result.notes
 
 
 def test_friction_and_inertia_are_those_of_the_same_log_with_its_position():
@@ -105,12 +105,12 @@ def test_a_motor_that_turns_is_read_by_its_gear_and_lead():
     np.testing.assert_allclose(read_log(turning, described).position.values, (X - X[0]) * 1e3 / 60 * 0.01 / 2, atol=1e-7)
 
 
-def test_neither_position_nor_speed_is_refused_with_what_to_write():
+def test_a_log_without_position_and_speed_is_refused_with_advice():
     with pytest.raises(InputError, match=r"columns.position: is missing\. Write position = .*, or velocity alone"):
         axis_from({"schema": 1, "kind": "translational", "columns": {"time": "time", "effort": "force"}})
 
 
-def test_the_kind_of_axis_is_told_by_the_unit_of_the_speed():
+def test_the_unit_of_the_speed_determines_the_kind_of_axis():
     assert axis_from({"schema": 1, "columns": {"velocity": {"column": "n", "unit": "rpm"}}}).kind == "rotational"
     assert axis_from({"schema": 1, "columns": SPEED}).kind == "translational"
     assert Log.from_columns({"time": T, "velocity": V}).kind == "translational"

@@ -1,4 +1,4 @@
-"""Lost readings and numbers that are no measurement are named; stick-slip, counts and hard stops are no such thing."""
+"""Lost readings and numbers that are not a measurement are named; stick-slip, counts and hard stops are no such thing."""
 
 from __future__ import annotations
 
@@ -52,13 +52,13 @@ MOTIONS = {
 
 @pytest.mark.parametrize("step", [0.0, 1e-6, 5e-5])
 @pytest.mark.parametrize("values", MOTIONS.values(), ids=MOTIONS)
-def test_what_an_axis_does_is_no_lost_reading(values, step):
+def test_motion_of_an_axis_is_no_lost_reading(values, step):
     recorded = np.round(values / step) * step if step else values
     assert found_in(recorded) == []
     assert far_outside(recorded).size == 0
 
 
-def test_far_outside_is_what_no_number_of_samples_explains():
+def test_long_runs_far_outside_are_legitimate():
     values = np.sin(TIME)
     values[7] = 1e9
     assert far_outside(values).tolist() == [7]
@@ -68,7 +68,7 @@ def test_far_outside_is_what_no_number_of_samples_explains():
 
 
 @pytest.mark.parametrize(("column", "said"), [("q", "is constant"), ("u", "is constant")])
-def test_what_is_finer_than_any_axis_is_at_rest(tmp_path, recording, axis, column, said):
+def test_motion_finer_than_any_axis_counts_as_rest(tmp_path, recording, axis, column, said):
     recording[column] *= 1e-60
     path = tmp_path / "log.csv"
     np.savetxt(path, np.column_stack(list(recording.values())), delimiter=",", header="t,q,r,u", comments="")
@@ -80,7 +80,7 @@ def test_a_whole_channel_larger_than_any_axis_is_no_measurement(tmp_path, record
     recording["u"] *= 1e40
     path = tmp_path / "log.csv"
     np.savetxt(path, np.column_stack(list(recording.values())), delimiter=",", header="t,q,r,u", comments="")
-    with pytest.raises(InputError, match="no measurement"):
+    with pytest.raises(InputError, match="not a measurement"):
         read_log(path, axis)
 
 

@@ -30,14 +30,14 @@ def layout(*names, numeric=None, first=1, comma=False, units=None):
     return Layout(";", comma, first, numeric, names, units or ("",) * len(names))
 
 
-def test_what_stands_above_a_header_is_facts():
+def test_lines_above_a_header_are_facts():
     lines = ["# Device: AX5000", '"Rated torque [Nm]";"2,4"', "", "Date = today;now", "x", "t;q", "0;1"]
     facts = facts_above(lines, layout("t", "q", first=6))
     assert facts == {"Device": "AX5000", "Rated torque [Nm]": "2,4", "Date": "today now"}
     assert facts_above(lines, layout("t", "q", first=0)) == {}
 
 
-def test_the_time_between_samples_is_told_as_a_time_or_a_rate():
+def test_the_sample_time_is_stated_as_a_time_or_a_rate():
     for facts, period in (
         ({"Sample time": "2 ms"}, 2e-3),
         ({"Abtastzeit [us]": "250"}, 2.5e-4),
@@ -60,7 +60,7 @@ def test_an_amount_has_the_unit_behind_it_or_that_of_its_name():
     assert amount_in("x", "about 3") is None
 
 
-def test_units_of_labview_stand_in_a_row_of_their_own():
+def test_units_of_labview_are_in_a_separate_row():
     lines = ["Y_Unit_Label;mm;N;", "X_Value;pos;force;Comment"]
     assert units_of_labview(lines, layout("X_Value", "pos", "force", first=2)) == {"pos": "mm", "force": "N"}
     assert units_of_labview(lines[1:], layout("X_Value", "pos", first=1)) == {}
@@ -77,7 +77,7 @@ def test_dates_times_of_day_and_counts_are_seconds_from_the_first_row():
 
 
 @pytest.mark.parametrize(("count", "per_second"), [("1700000000", 1.0), ("1700000000000", 1e3), ("1700000000000000", 1e6), ("1" * 19, 1e9)])
-def test_counts_since_long_ago_are_told_apart_by_their_digits(count, per_second):
+def test_digits_distinguish_counts_since_an_epoch(count, per_second):
     body = f"{count}.5;1\n{int(count) + 4}.5;2\n"
     stamps = stamps_in(body.encode(), layout("time", "q"), "utf-8")
     assert stamps[0] == pytest.approx([0.0, 4.0 / per_second])
@@ -129,7 +129,7 @@ EOF
 """
 
 
-def test_a_trace_of_twincat_has_a_time_beside_each_channel():
+def test_a_trace_of_twincat_has_a_time_column_for_each_channel():
     lines = SCOPE.splitlines()
     head = head_of(lines)
     assert (head.delimiter, lines[head.first]) == (";", "0;1,5;0;10")
@@ -166,7 +166,7 @@ def test_an_archive_has_a_line_for_each_value_of_a_signal():
     assert table.columns["q"].tolist() == [0.5, 1.5, 2.5, 3.5, 4.5, 5.5]
     assert table.columns[table.stamps["q"]].tolist() == [0.0, 2.0, 4.0, 6.0, 8.0, 10.0]
     assert table.columns[table.stamps["u"]].tolist() == [1.0, 3.0, 5.0, 7.0, 9.0, 11.0]
-    assert table.notes == ("1 lines are no value of a signal and were left out",)
+    assert table.notes == ("1 lines without a value of a signal were left out",)
     dated = [f"2024-03-01 10:00:{k:02d}.5,q,{k}" for k in range(10)] + ["2024-03-01 10:00:00.0,u,3"]
     table = read_archive(dated, pattern_of(dated), REQUEST)
     assert table.columns[table.stamps["q"]].tolist() == [0.5 + k for k in range(10)]
@@ -188,7 +188,7 @@ def test_cells_are_parted_outside_of_quotes_only():
     assert numbers_in(["on", "Off", "TRUE", "2"], False).tolist() == [1.0, 0.0, 1.0, 2.0]
 
 
-def test_a_layout_is_that_which_makes_most_numbers():
+def test_the_layout_with_most_numbers_wins():
     result = layout_of(["t;q;word", "s;mm;", "0,5;1,5;a", "1,5;2,5;b", "2,5;3,5;c"], Path("a.csv"))
     assert (result.delimiter, result.decimal_comma, result.first) == (";", True, 2)
     assert result.numeric == (True, True, False)

@@ -65,8 +65,8 @@ def test_a_table_that_is_not_there(two_groups, tmp_path, recording):
     only = write_hdf5(tmp_path / "one.h5", recording, "sweep")
     table = read_table(only, "multisine")
     assert set(table.columns) == set(recording)
-    assert table.notes == ("there is no table 'multisine' in this log: 'sweep', its only one, was taken",)
-    with pytest.raises(InputError, match="is no file with several tables"):
+    assert table.notes == ("this log has no table 'multisine': bristle read its only table, 'sweep'",)
+    with pytest.raises(InputError, match="is not a file with several tables"):
         read_table(f"{WRITERS['csv'](tmp_path / 'log.csv', recording)}::sweep")
 
 
@@ -92,10 +92,10 @@ def test_objects_of_python_are_not_loaded(tmp_path):
 
 
 @pytest.mark.parametrize("write", ["csv", "parquet"])
-def test_a_table_named_in_a_file_that_is_one_is_told_or_refused(tmp_path, recording, write):
+def test_a_table_name_for_a_single_table_is_noted_or_refused(tmp_path, recording, write):
     path = WRITERS[write](tmp_path / f"log.{write}", recording)
-    assert "the file is one table: 'x' is not looked for" in read_table(path, "x").notes
-    with pytest.raises(InputError, match="is no file with several tables"):
+    assert "the file is a single table: bristle ignored the table name 'x'" in read_table(path, "x").notes
+    with pytest.raises(InputError, match="is not a file with several tables"):
         read_table(f"{path}::x")
 
 

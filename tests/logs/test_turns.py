@@ -82,7 +82,7 @@ def test_an_axis_that_never_moves_has_no_side():
     assert np.array_equal(with_sides(np.array([-1.0, 2.0]), np.array([False, False])), [-1.0, 2.0])
 
 
-def test_a_rest_lasts_over_whole_windows_and_a_turning_point_is_none():
+def test_a_rest_lasts_over_whole_windows_unlike_a_turning_point():
     stay = np.concatenate([np.arange(10.0), np.full(12, 10.0), np.arange(11.0, 21.0)])
     resting = rests(stay, 3, 1.0)
     assert np.array_equal(np.flatnonzero(resting), np.arange(9, 23))  # a step to either side is within one
@@ -103,7 +103,7 @@ def test_a_period_is_that_of_the_motion_wherever_its_middle_lies(shift):
     assert period_of(np.ones(500), 0.01, 0.9, 2.0) is None
 
 
-def test_a_period_is_the_whole_one_where_half_of_it_is_nearly_alike():
+def test_a_period_is_whole_even_if_its_halves_are_similar():
     time = 0.01 * np.arange(3000)
     motion = np.sin(2.0 * np.pi * time / 1.5) + 0.8 * np.sin(2.0 * np.pi * time / 3.0)
     assert period_of(motion, 0.01, 0.9, 2.0) == pytest.approx(3.0, rel=0.01)
@@ -113,7 +113,7 @@ def test_a_period_is_the_whole_one_where_half_of_it_is_nearly_alike():
     assert period_of(noise + motion, 0.01, 0.3, 2.0) == pytest.approx(3.0, rel=0.02)
 
 
-def test_noise_is_told_from_motion_by_its_second_differences():
+def test_second_differences_separate_noise_from_motion():
     noise = 0.01 * np.random.default_rng(2).standard_normal(20_000)
     motion = np.sin(np.linspace(0.0, 6.0, noise.size))
     assert noise_of(motion + noise) == pytest.approx(0.01, rel=0.03)
@@ -153,7 +153,7 @@ def test_legs_go_from_rest_to_turning_point_at_the_speed_of_their_cruise():
     assert position[outward.cruise.start] == pytest.approx(0.2, abs=0.2)  # where the speed is reached
 
 
-def test_a_leg_that_is_nothing_beside_its_neighbours_is_part_of_one_motion():
+def test_a_tiny_leg_between_long_legs_merges_with_them():
     dt, grain = 0.01, 1e-4
     speed = np.concatenate([np.full(200, 1.0), np.full(4, -0.5), np.full(4, 0.5), np.full(200, -1.0)])
     position = np.cumsum(dt * speed)

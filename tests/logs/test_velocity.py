@@ -40,11 +40,11 @@ def test_the_velocity_of_the_position_is_no_news(write, with_velocity, recording
         (lambda v: np.roll(v, 12), " ms later than that of the position"),
     ],
 )
-def test_another_unit_sign_or_signal_is_said(write, with_velocity, recording, change, said):
+def test_a_wrong_unit_sign_or_signal_is_reported(write, with_velocity, recording, change, said):
     assert said in said_of(write, with_velocity, change(velocity(recording)))
 
 
-def test_a_speed_beyond_the_limit_is_said(write, axis, recording):
+def test_a_speed_beyond_the_limit_is_reported(write, axis, recording):
     # The recording reaches 2.55 m/s.
     assert not read_log(write(), replace(axis, velocity_limit=2.6)).notes
     (text,) = read_log(write(), replace(axis, velocity_limit=2.0)).notes

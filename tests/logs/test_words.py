@@ -45,7 +45,7 @@ def test_a_name_means_a_role_and_whether_the_signal_was_asked_for_or_measured(na
     assert (meaning.role, meaning.reference, meaning.actual) == (role, reference, actual)
 
 
-def test_a_unit_behind_a_stroke_says_nothing_of_the_role():
+def test_a_unit_after_a_slash_does_not_affect_the_role():
     for name in ("position/m", "position/s", "torque/Nm", "velocity/V"):
         assert meaning_of(name) == meaning_of(name.partition("/")[0])
 
@@ -80,7 +80,7 @@ def test_a_unit_ends_a_name_behind_a_stroke():
     assert [unit_in_name(name) for name in names] == ["mm/s", "rpm", "rpm", "rev/s", "m", "ms", "um", "", "", "s", ""]
 
 
-def test_another_unit_in_a_name_is_told_and_the_same_one_is_not():
+def test_a_different_unit_in_a_name_is_found_and_the_same_unit_is_not():
     assert other_unit_in("pos_mm", "m") == "mm"
     assert other_unit_in("pos_mm", "mm") == other_unit_in("pos", "m") == other_unit_in("pos_mm", "parsnip") == ""
     assert other_unit_in("pos_mm", "N") == "mm"
@@ -103,7 +103,7 @@ def test_another_unit_in_a_name_is_told_and_the_same_one_is_not():
         ("t", np.ones(1), "s"),
     ],
 )
-def test_the_unit_of_stamps_is_in_their_name_or_told_by_how_they_count(name, values, unit):
+def test_the_unit_of_stamps_follows_from_name_or_count(name, values, unit):
     assert unit_of_time(name, values) == unit
 
 
@@ -115,7 +115,7 @@ def test_umlauts_and_capitals_part_words():
     assert without_part("xpos") == "xpos"
 
 
-def test_of_names_that_stand_twice_none_stays_so():
+def test_duplicate_names_become_unique():
     names, notes = distinct(["q", "q", "q_2", "q"])
     assert names == ["q", "q_3", "q_2", "q_4"]
     assert [note.partition(" is called")[0] for note in notes] == ["column 2", "column 4"]

@@ -38,12 +38,12 @@ def test_margins_of_the_paper_s_loop_outside_and_inside_the_boundary_layer(delay
     assert point(result, Motions.SMALL).loop.spectral_radius == pytest.approx(radius, abs=1e-3)
 
 
-def test_poles_decide_what_diverges_and_what_oscillates():
+def test_poles_decide_between_divergence_and_oscillation():
     verdicts = [assess(rig(delay)).verdict for delay in range(4)]
     assert verdicts == [Verdict.STABLE, Verdict.STABLE, Verdict.OSCILLATES, Verdict.DIVERGES]
 
 
-def test_an_unstable_loop_is_named_with_its_pole_and_what_puts_it_there():
+def test_an_unstable_loop_is_reported_with_pole_and_cause():
     text = message(assess(rig(3)).finding)
     assert "the sampled loop has a pole at 1.096: three samples of delay" in text
     assert "stable with one sample of delay at most" in text
@@ -71,7 +71,7 @@ def test_a_law_without_a_boundary_layer_switches():
     assert {item.motions for item in result.points} == {Motions.LARGE}
 
 
-def test_what_fades_with_the_size_of_a_motion_is_no_part_of_large_ones():
+def test_terms_that_fade_with_amplitude_are_absent_at_large_motions():
     proportional = {"kind": "rotational", "J": 4e-4, "lambda_": 300.0, "K_1": 200.0, "cutoff": 400.0}
     twisting = controllers.super_twisting(k_1=1e-3, k_2=0.2, **proportional)
     plain = controllers.sliding_mode(**proportional)
@@ -82,7 +82,7 @@ def test_what_fades_with_the_size_of_a_motion_is_no_part_of_large_ones():
     assert bare.spectral_radius == pytest.approx(linear.spectral_radius, rel=1e-6)
 
 
-def test_a_law_that_is_one_law_has_one_loop():
+def test_a_linear_law_has_one_loop():
     result = assess(rig(0, switching=0.0))
     assert {item.motions for item in result.points} == {Motions.ALL}
 
@@ -188,14 +188,14 @@ def test_a_table_behind_a_screw_goes_where_the_simulation_goes(side):
         body = loop.plant.A @ body + loop.plant.B * line.pop(0)
 
 
-def test_a_loop_closed_behind_a_screw_stands_less_gain_than_one_at_the_motor():
+def test_feedback_after_a_screw_allows_less_gain_than_at_the_motor():
     screw = plants.ball_screw(kind="rotational", J=1e-4, M=200.0, lead=5e-3, k=1e7, d=2e3)
     variant = replace(rig(0), plant=screw, controller=controllers.cascade(kind="rotational", k_p=40.0, k_v=0.1), run=Run(1.0, 5e-4))
     gains = [assess(replace(variant, sensor_at=side)).bare[0].margins.gain for side in ("motor", "load")]
     assert gains[0] > 1.3 * gains[1] > 0.0
 
 
-def test_a_mode_that_nothing_drives_is_no_pole_of_the_loop():
+def test_an_unexcited_mode_is_no_pole_of_the_loop():
     # The integral of a cascade without integral gain, and the far end of a spring that is pulled, both stay where they
     # are: poles at 1 that say nothing of the loop.
     law = controllers.cascade(k_p=40.0, k_v=3000.0)
@@ -258,7 +258,7 @@ def test_an_offset_and_two_sides_are_no_slope():
     assert stiffness_at_rest(shifted, 5e-4).k == pytest.approx(30.0, rel=1e-6)
 
 
-def test_what_only_friction_upsets_is_stick_slip_and_simulated():
+def test_instability_by_friction_alone_is_stick_slip_and_simulated():
     weak = rig(0, slope=0.05, gain=0.05, switching=0.0, model=LUGRE)
     fast = replace(weak.reference, parameters=weak.reference.parameters._replace(amplitude=0.25))
     result = assess(replace(weak, reference=fast))
@@ -291,7 +291,7 @@ def test_a_gain_margin_at_half_the_sampling_rate_counts():
     assert loop_of(integrator, 2.01).is_unstable
 
 
-def test_a_stable_loop_has_no_delay_margin_below_nothing():
+def test_a_stable_loop_has_a_positive_delay_margin():
     # A spring under a law that answers it the wrong way round, by less than the spring: above its resonance the
     # response crosses over from below -180 degrees. What is left of a turn is the delay that it stands.
     angle, faded = 0.5, 0.9

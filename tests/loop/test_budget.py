@@ -19,7 +19,7 @@ def test_each_cause_of_the_loop_is_found_and_no_other():
     assert [item.name for item in causes_of(plain)] == ["no compensation", "asymmetry", "encoder", "delay"]
 
 
-def test_a_loop_that_is_not_told_velocity_and_inertia_lags():
+def test_a_loop_without_velocity_and_inertia_feedforward_lags():
     deaf = loop(controller=loop().controller.with_values(k_ff=0.0), feedforward=replace(loop().feedforward, mass=0.0))
     lag = causes_of(deaf)[0]
     assert lag.name == "lag"
@@ -70,7 +70,7 @@ def test_the_best_gain_is_the_ratio_of_two_that_differ_in_size_alone():
     assert best_gain(loop(compensator=friction.find("coulomb")(F_C=5.0), friction=friction.coulomb(F_C=20.0))) == 4.0
 
 
-def test_the_budget_is_what_its_loops_give(designed):
+def test_the_budget_matches_its_simulated_loops(designed):
     budget = designed.budget
     assert budget.variant == "fed"
     assert {item.cause for item in budget.entries} == {"amplitude", "shape", "asymmetry", "encoder", "delay"}
@@ -81,7 +81,7 @@ def test_the_budget_is_what_its_loops_give(designed):
     assert budget.all_causes == simulate(Experiment("one", "translational", (loop(),))).variants["fed"].following_error
 
 
-def test_the_budget_tells_what_matters(designed):
+def test_the_budget_ranks_the_causes(designed):
     budget = designed.budget
     assert budget.entries[0].without.peak_to_peak < 0.9 * budget.all_causes.peak_to_peak
     assert budget.no_cause.peak_to_peak < 0.005 * budget.all_causes.peak_to_peak

@@ -27,12 +27,12 @@ def test_glitches_are_swings_within_30_degrees_of_a_reversal():
     assert circle.peak_to_peak == 12.0
 
 
-def test_a_motion_stands_for_a_circle_of_half_its_travel():
+def test_the_circle_of_a_motion_has_half_its_travel_as_radius():
     radius, feed = circle_of(loop(reference=references.sine(amplitude=3e-3, frequency=0.5)))
     assert (radius, feed) == (pytest.approx(3e-3, rel=1e-4), pytest.approx(math.pi * 3e-3, rel=1e-4))
 
 
-def test_each_axis_of_a_circle_has_noise_of_its_own_and_a_revolution_to_settle():
+def test_each_axis_of_a_circle_has_separate_noise_and_time_to_settle():
     rough = friction.maxwell_stribeck(F_C=20.0, F_S=28.0, v_S=2e-3, k_i=[6e6, 3e6], nu_i=[0.5, 0.5], scatter=0.05, seed=4)
     variant = loop(friction=rough, sensor=sensors.encoder(resolution=1e-6, noise=1e-7, seed=7), disturbance=np.ones(4000))
     x, y = (_axis(variant, 0.02, 0.05, name) for name in ("x", "y"))
@@ -83,7 +83,7 @@ def test_a_bandwidth_is_an_angular_frequency(raw, expected):
 
 
 @pytest.mark.parametrize("raw", [0.0, -1.0, "0 Hz", "-3 rad/s", "3 mm", "30", math.inf, "inf Hz"])
-def test_what_is_no_bandwidth_is_refused(raw):
+def test_an_invalid_bandwidth_is_refused(raw):
     with pytest.raises(InputError, match="bandwidth"):
         _bandwidth(raw, "bandwidth", None)
 
@@ -104,9 +104,9 @@ def text_of(variant, name):
     return next(cause.description for cause in causes_of(variant) if cause.name == name)
 
 
-def test_causes_say_how_large_they_are():
+def test_causes_state_their_size():
     rough = friction.maxwell_stribeck(F_C=20.0, F_S=28.0, v_S=2e-3, k_i=[6e6, 3e6], nu_i=[0.5, 0.5], scatter=0.05, seed=1)
-    assert text_of(loop(friction=rough), "irregularity") == "friction that differs by 5 % from reversal to reversal"
+    assert text_of(loop(friction=rough), "irregularity") == "friction scatter of 5 % between reversals"
     half = loop(compensator=nominal(TRUTH), feedforward=Feedforward(mass=20.0, friction=nominal(TRUTH), gain=0.5))
     assert text_of(half, "amplitude") == "the compensator is 0.5 times the nominal friction"
     noisy = loop(sensor=sensors.encoder(resolution=1e-6, noise=1e-7))
@@ -123,7 +123,7 @@ def test_an_amplitude_is_mended_by_the_factor_that_is_missing():
     assert shape.feedforward.gain == pytest.approx(1.0 / best_gain(loop()))
 
 
-def test_what_is_exact_is_no_cause():
+def test_exact_components_are_no_cause():
     exact = loop(sensor=sensors.encoder(), run=replace(loop().run, delay=0), friction=COMPENSATOR)
     assert names(exact) == []
     assert names(replace(exact, run=replace(exact.run, current_lag=1e-4))) == ["delay"]
@@ -134,7 +134,7 @@ def test_what_is_exact_is_no_cause():
     assert names(replace(exact, feedforward=replace(exact.feedforward, gain=1.1))) == ["amplitude"]
 
 
-def test_without_its_cause_a_loop_errs_by_nothing_of_it():
+def test_removing_a_cause_removes_its_error():
     exact = loop(sensor=sensors.encoder(), run=replace(loop().run, delay=0), friction=COMPENSATOR)
     for changed in (
         {"run": replace(exact.run, delay=3, current_lag=1e-4)},
@@ -160,7 +160,7 @@ def test_the_best_gain_is_a_projection_where_shapes_differ():
     assert best_gain(loop(friction=stribeck, compensator=COMPENSATOR)) == pytest.approx(2.0, rel=1e-6)
 
 
-def test_a_budget_puts_first_what_helps_most_and_repeats_twice_at_most(monkeypatch):
+def test_a_budget_sorts_causes_by_benefit_and_runs_loops_at_most_twice(monkeypatch):
     class Outcome:
         def __init__(self, size):
             self.status, self.time = None, np.arange(3.0)

@@ -49,7 +49,7 @@ def test_tuned_gains_keep_the_margins_and_no_higher_ones_do(name, delay):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["sliding_mode", "disturbance_observer"])
-def test_a_lag_that_nobody_stated_is_not_taken_as_zero(name):
+def test_an_unstated_lag_does_not_count_as_zero(name):
     lagging = replace(rig(0), controller=SLIDING_MODE)
     unstated = replace(lagging, run=replace(lagging.run, current_lag=0.0))
     law = tuned(unstated, name).law
@@ -154,7 +154,7 @@ def test_friction_makes_a_circle_bulge_where_an_axis_reverses_and_compensation_f
 # --- the whole ----------------------------------------------------------------------------------------------------
 
 
-def test_what_is_proposed_keeps_margins_and_errs_less():
+def test_proposals_keep_margins_and_reduce_the_error():
     soft = controllers.cascade(k_p=40.0, k_v=2000.0, k_ff=1.0)
     designed = design(Experiment("bench", "translational", (loop(controller=soft),)))
     names = [other.name for other in designed.proposals]
@@ -199,7 +199,7 @@ def test_a_bandwidth_that_is_asked_for_is_given_as_far_as_the_margins_allow():
     assert too_much.bandwidth == pytest.approx(widest.bandwidth, rel=0.05)
 
 
-def test_a_bandwidth_of_nothing_is_refused():
+def test_a_bandwidth_of_zero_is_refused():
     with pytest.raises(InputError, match="must be positive"):
         design(Experiment("bench", "translational", (loop(),)), bandwidth=0.0)
 

@@ -46,7 +46,7 @@ def test_the_response_is_that_of_the_transfer_function():
     assert constant(4.0).response(POINTS) == pytest.approx(np.full(3, 4.0))
 
 
-def test_two_systems_beside_each_other_add_their_outputs():
+def test_parallel_systems_add_their_outputs():
     single, other = first_order(0.5, 3.0, 2.0), first_order(-0.2, 1.0, 0.5)
     both = single.beside(other)
     assert both.response(POINTS) == pytest.approx(single.response(POINTS) + other.response(POINTS))
@@ -148,7 +148,7 @@ def test_a_spring_at_the_table_twists_the_screw(side, expected):
 
 
 @pytest.mark.parametrize(("motor", "table"), [(LinearFriction(0.0, 0.3), NO_FRICTION), (NO_FRICTION, LinearFriction(0.0, 3e5))])
-def test_dampers_on_both_sides_of_a_screw_brake_alike(motor, table):
+def test_dampers_on_both_sides_of_a_screw_brake_equally(motor, table):
     # Over an arm of a millimetre 3e5 N s/m at the table are 0.3 N m s/rad at the motor.
     x = positions(behind_a_screw("load", motor, table), 0.06, 400)
     assert (x[-1] - x[-2]) / DT == pytest.approx(0.2, rel=1e-3)
@@ -171,7 +171,7 @@ def test_springs_without_dampers_keep_their_energy_and_their_frequencies(side):
     assert np.sort(np.angle(turning) / DT)[2:] == pytest.approx(np.sort(expected), rel=2e-3)
 
 
-def test_a_spring_beside_a_mass_keeps_its_energy_and_its_frequency():
+def test_a_mass_on_a_spring_keeps_its_energy_and_its_frequency():
     poles = np.linalg.eigvals(linear_plant(loop(run=Run(4.0, DT, substeps=20)), LARGE, LinearFriction(2e6, 0.0)).A)
     turning = poles[np.abs(poles.imag) > 0.1]
     assert np.abs(turning) == pytest.approx(np.ones(2), abs=1e-9)
@@ -227,7 +227,7 @@ def test_a_loop_without_states_has_no_pole():
     assert SampledLoop(constant(0.0), constant(0.0), 0, DT).spectral_radius == 0.0
 
 
-def test_a_body_that_nothing_holds_is_not_unstable():
+def test_a_free_body_is_not_unstable():
     free = LinearSystem(np.array([[1.0, DT], [0.0, 1.0]]), np.array([0.0, DT]), np.array([1.0, 0.0]), 0.0)
     assert not SampledLoop(free, constant(0.0), 0, DT).is_unstable
     assert SampledLoop(first_order(1.00001), constant(0.0), 0, DT).is_unstable
@@ -264,7 +264,7 @@ def test_the_sensitivity_is_its_largest():
     assert margins_of(integrator(0.5)).sensitivity == pytest.approx(2.0 / 1.5)
 
 
-def test_an_unstable_loop_has_a_phase_below_nothing_and_a_smaller_gain_that_is_stable():
+def test_an_unstable_loop_has_negative_phase_margin_and_a_stable_lower_gain():
     # With one sample of delay an integrator is stable up to a gain of 1.
     result = margins_of(integrator(1.25, 1))
     assert result.gain == pytest.approx(0.8, rel=1e-6)
@@ -286,6 +286,6 @@ def test_a_state_is_reached_along_a_chain():
     assert linear_system._reached(linked.T, np.array([True, False, False])).tolist() == [True, False, False]
 
 
-def test_amplitudes_lie_within_and_beyond_what_is_bounded():
+def test_amplitudes_lie_inside_and_outside_bounded_terms():
     # A count of an encoder and a boundary layer lie between.
     assert SMALL < 1e-9 < 1.0 < LARGE

@@ -29,7 +29,7 @@ def test_the_widest_bandwidth_that_keeps_margins_is_found_from_above(limit, most
     assert result <= min(limit, most or math.inf)
 
 
-def test_no_bandwidth_is_found_where_nothing_keeps_the_margins():
+def test_no_bandwidth_is_found_if_all_violate_the_margins():
     tried = []
     assert tuning._widest(lambda omega: bool(tried.append(omega)), 1000.0, None) is None
     assert max(tried) == pytest.approx(3000.0 / 1.25)
@@ -48,7 +48,7 @@ def test_a_surface_alone_has_the_bandwidth_twice():
     assert GAINS["disturbance_observer"](60.0, {}, loop()) == {"lambda_": 60.0, "K_1": 60.0, "g": 12.0}
 
 
-def test_a_boundary_layer_holds_what_a_count_makes_of_the_surface():
+def test_a_boundary_layer_contains_the_effect_of_a_count():
     law = {"J": 4e-4, "lambda_": 340.0, "K_1": 340.0, "K_2": 1.0, "phi": 0.0, "cutoff": 400.0}
     variant = rig(1)
     gains = GAINS["sliding_mode"](300.0, law, variant)
@@ -77,7 +77,7 @@ def test_delays_add_up():
     assert Delays(1.0, 2.0, 3.0, 4.0).total == 10.0
 
 
-def test_another_lag_changes_nothing_else():
+def test_a_different_lag_leaves_the_rest_unchanged():
     late = lagging(loop(), 7e-4)
     assert late.run.current_lag == 7e-4
     assert replace(late, run=loop().run) == loop()
@@ -97,7 +97,7 @@ def test_a_law_feeds_inertia_where_it_answers_the_acceleration():
     assert not feeds_inertia(controllers.cascade(k_p=80.0, k_v=4000.0), 1e-3)
 
 
-def test_a_loop_is_told_the_whole_of_the_motion():
+def test_a_loop_gets_velocity_and_inertia_feedforward():
     deaf = loop(controller=controllers.cascade(k_p=80.0, k_v=4000.0, k_ff=0.5), feedforward=replace(loop().feedforward, mass=10.0))
     informed = told_the_motion(deaf)
     assert informed.controller.values["k_ff"] == 1.0

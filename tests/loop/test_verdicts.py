@@ -56,7 +56,7 @@ GOOD, BAD = 0.3, 2.5  # of a gain without delay
         ([point(BAD, motions=Motions.SMALL)], Verdict.OSCILLATES),
     ],
 )
-def test_a_loop_diverges_where_large_motions_grow_whatever_friction_does(points, verdict):
+def test_a_loop_with_growing_large_motions_diverges_under_any_friction(points, verdict):
     assert assessed(*points).verdict is verdict
 
 
@@ -79,7 +79,7 @@ def test_a_stable_loop_is_noted_with_its_largest_pole():
     )
 
 
-def test_an_unstable_loop_is_told_with_its_limits():
+def test_an_unstable_loop_is_reported_with_its_limits():
     # With one sample of delay an integrator is stable up to a gain of 1, without delay up to 2.
     result = assessed(point(1.5, 1)).finding
     assert (result.code, result.severity) == ("loop_diverges", "error")
@@ -177,7 +177,7 @@ def test_the_motion_of_a_reference_has_a_sample_more_than_the_run():
     assert top_speed(loop(reference=references.sine(amplitude=0.0, frequency=1.0))) == 0.0
 
 
-def test_what_holds_a_law_in_the_end():
+def test_stiffness_of_a_law_at_low_frequency():
     lasting = LinearSystem(np.array([[0.5]]), np.ones(1), np.array([-1.0]), -3.0)
     assert law_stiffness(lasting) == pytest.approx(5.0, rel=1e-6)
     assert law_stiffness(LinearSystem(np.eye(1), np.ones(1), np.array([-1.0]), 0.0)) == math.inf
@@ -204,7 +204,7 @@ def test_friction_fed_along_the_measured_motion_takes_stiffness_away(gain):
     assert assess(loop(feedforward=dry, friction=LUGRE)).stiffness is None
 
 
-def test_what_is_fed_along_the_measured_motion_answers_as_its_friction_does():
+def test_feedforward_along_measured_motion_responds_like_its_friction():
     # Beside a free mass the whole of a compensator cancels the spring that holds it: what is left is the law.
     fed = Feedforward(mass=20.0, friction=LUGRE, gain=1.0, along="measured")
     weak = loop(feedforward=fed, friction=LUGRE, controller=controllers.cascade(k_p=1e-3, k_v=1e-3), run=Run(4.0, 1e-3, settle=1.0))

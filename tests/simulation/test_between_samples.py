@@ -88,7 +88,7 @@ def record(effort, position=None):
         ("linear", True, [1.0, 2.0, 3.0, 2.5, 2.0, 1.5], "linear"),
     ],
 )
-def test_between_samples_an_effort_is_held_or_runs_straight_to_the_next(hold, periodic, fine, kind):
+def test_between_samples_an_effort_is_constant_or_linear(hold, periodic, fine, kind):
     loop = open_loop_of(record([1.0, 3.0, 2.0]), Axis(hold=hold, periodic=periodic), slice(0, 3), 2)
     assert loop.effort.tolist() == fine
     assert (loop.steps, loop.sample_time, loop.count, loop.periodic, loop.hold) == (2, 1e-2, 3, periodic, kind)
@@ -102,7 +102,7 @@ def test_a_band_limited_effort_passes_through_its_samples():
         assert (loop.hold, loop.effort.size) == ("linear", 160)
 
 
-def test_a_record_of_equal_periods_is_one_of_them():
+def test_a_record_of_equal_periods_is_reduced_to_a_period():
     period = np.array([1.0, -2.0, 3.0, 0.5, -1.0])
     loop = open_loop_of(record(np.tile(period, 4)), Axis(), slice(0, 20), 2)
     assert (loop.periodic, loop.count) == (True, 20)
@@ -118,12 +118,12 @@ def test_a_record_whose_effort_and_position_close_is_a_period():
     assert open_loop_of(record(sweep(SAMPLES), wave), Axis(), slice(0, SIZE)).periodic is False
 
 
-def test_a_log_without_effort_has_none_to_apply():
+def test_an_open_loop_needs_a_recorded_effort():
     with pytest.raises(InputError, match="log: has no effort to apply"):
         open_loop_of(replace(record([1.0, 2.0, 3.0]), effort=None), Axis(), slice(0, 3))
 
 
-def test_how_a_motion_begins_is_told():
+def test_the_initial_condition_is_reported():
     once = open_loop_of(record(np.arange(9.0)), Axis(periodic=False), slice(0, 9))
     assert (once.diagnostic.code, dict(once.diagnostic.numbers)) == ("start_of_contact", {})
     repeated = open_loop_of(record(np.tile([1.0, -2.0, 3.0, 0.5], 4)), Axis(), slice(0, 16))
@@ -133,7 +133,7 @@ def test_how_a_motion_begins_is_told():
 PLANT, FILM = inertia(M=2.0), viscous(F_v=50.0)
 
 
-def test_a_motion_from_rest_has_a_position_at_each_sample_against_what_nobody_sees():
+def test_a_motion_from_rest_has_a_position_at_each_sample():
     loop = open_loop_of(record(np.full(30, 10.0)), Axis(periodic=False), slice(0, 30))
     t = 1e-2 * np.arange(30)
     with interpreted():
@@ -216,6 +216,6 @@ def test_a_motion_is_run_in_for_twice_as_many_periods_until_it_repeats_and_sixte
 
 
 @pytest.mark.parametrize("size", [8, 10, 12, 13])
-def test_a_constant_beside_a_record_changes_nothing_about_its_period(size):
+def test_an_offset_of_a_record_does_not_change_its_period(size):
     values = np.tile([1.0, -2.0, 3.0, 0.5], 4)[:size]
     assert period_of(values + 1e4) == period_of(values) == (4 if size % 4 == 0 else None)

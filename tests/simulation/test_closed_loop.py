@@ -95,7 +95,7 @@ def test_friction_of_a_motion_under_way_has_moved_for_long():
     assert state["state"].z == pytest.approx(-20e-6)
 
 
-def test_a_recorded_reference_has_its_velocity_and_acceleration_and_nothing_fed_forward():
+def test_a_recorded_reference_has_derivatives_and_zero_feedforward():
     desired = desired_of(cubic(), DT)
     t = DT * np.arange(100)
     assert desired.shape == (4, 100)
@@ -109,7 +109,7 @@ def axis_of(**changes):
     return Axis(**({"controller": LAW, "resolution": 1e-6, "lag": 1e-3} | changes))
 
 
-def test_a_loop_has_what_the_axis_and_the_log_tell():
+def test_a_loop_has_the_values_of_axis_and_log():
     log = log_of(cubic(), 3.0 + np.arange(100.0), injected=(Channel(np.full(100, 0.5), "N", "d"),))
     loop = closed_loop_of(log, axis_of(effort_limit=50.0), slice(20, 80))
     assert (loop.count, loop.sample_time, loop.limit, loop.resolution, loop.lag) == (60, DT, 50.0, 1e-6, 1e-3)
@@ -141,7 +141,7 @@ def test_a_loop_that_lacks_its_controller_or_its_reference_is_refused():
         ({"effort": None}, LAW, "open-loop", False),
     ],
 )
-def test_a_log_can_be_simulated_where_it_has_what_a_loop_needs(changes, controller, loop, can):
+def test_a_log_with_the_data_of_a_loop_can_be_simulated(changes, controller, loop, can):
     assert can_be_simulated(replace(log_of(cubic()), **changes), Axis(controller=controller), loop) is can
 
 
@@ -187,7 +187,7 @@ def test_an_open_loop_leaves_out_the_samples_before_its_velocity_is_known():
 
 
 @pytest.mark.parametrize("hold", [None, "linear", "band_limited"])
-def test_an_open_loop_goes_on_from_where_the_log_is_under_its_effort(hold):
+def test_an_open_loop_continues_from_the_state_of_the_log(hold):
     # 2 a + 5 v = u along the motion of the log.
     t = DT * np.arange(100)
     effort = 2.0 * (1.0 - 2.4 * t) + 5.0 * (0.2 + t - 1.2 * t**2)
@@ -201,7 +201,7 @@ def test_an_open_loop_goes_on_from_where_the_log_is_under_its_effort(hold):
     assert pushed.position[-1] < course.position[-1] - 0.05
 
 
-def test_an_open_loop_from_rest_begins_at_the_first_sample_and_says_so():
+def test_an_open_loop_from_rest_begins_at_the_first_sample_with_a_note():
     stretch = Stretch.of(log_of(np.zeros(60), np.linspace(0.0, 3.0, 60)), Axis(at_rest=True, periodic=False), "open-loop", slice(0, 60))
     course = stretch.run(PLANT, FILM, np.zeros(60))
     assert [item.code for item in course.diagnostics] == ["start_of_contact"]
@@ -209,7 +209,7 @@ def test_an_open_loop_from_rest_begins_at_the_first_sample_and_says_so():
     assert course.position == pytest.approx(plain.position[::20])
 
 
-def test_a_closed_loop_tells_what_is_measured_and_commanded():
+def test_a_closed_loop_returns_measured_position_and_commanded_effort():
     stretch = Stretch.of(log_of(cubic()), axis_of(), "closed-loop", slice(0, 40))
     course, trace = stretch.run(PLANT, FILM, np.zeros(40)), closed_loop_of(log_of(cubic()), axis_of(), slice(0, 40)).run(PLANT, FILM)
     assert course.position.tolist() == trace.measured.tolist()

@@ -57,7 +57,7 @@ def test_gravity_is_fed_forward_half_way_to_the_next_sample():
     assert effort == pytest.approx([3.0, 6.0, 8.0] + 3.0 * np.sin(middle) + 5.0 * np.cos(middle))
 
 
-def test_what_passes_on_to_the_load_is_that_of_the_plant_or_what_is_fed_forward():
+def test_transmitted_effort_is_that_of_the_plant_or_the_feedforward():
     fed = Feedforward(mass=2.0)
     assert carried_effort(fed, POSITION, ACCELERATION, DT).tolist() == pytest.approx([3.0, 6.0, 8.0])
     spring = plants.oscillator(M=2.0, c=3.0, k=10.0)
@@ -65,7 +65,7 @@ def test_what_passes_on_to_the_load_is_that_of_the_plant_or_what_is_fed_forward(
     expected = [3.0 + 3.0 + 0.5, 6.0 + 6.0 + 2.0, 8.0 + 6.0 + 3.0]
     assert carried_effort(replace(fed, carries=spring), POSITION, ACCELERATION, DT).tolist() == pytest.approx(expected)
     with pytest.raises(
-        InputError, match=r"feedforward.carries: has no inverse; found 'pulled_inertia', allowed inertia, oscillator.*Leave"
+        InputError, match=r"feedforward.carries: has no inverse; found 'pulled_inertia', allowed inertia, oscillator.*Remove"
     ):
         carried_effort(replace(fed, carries=plants.pulled_inertia(M=1.0, k=1.0, v_e=0.0)), POSITION, ACCELERATION, DT)
 
@@ -104,7 +104,7 @@ def experiment(controller=None, **options):
     return compensation_experiment(plants.inertia(M=3.0), COULOMB, friction.coulomb(F_C=19.0), law, reference, "10 ms", **options)
 
 
-def test_three_loops_feed_forward_nothing_the_motion_and_friction_too():
+def test_three_loops_have_no_motion_and_friction_feedforward():
     recorded, fed, compensated = experiment().variants
     assert [item.name for item in (recorded, fed, compensated)] == ["as_recorded", "feedforward", "compensated"]
     assert [item.feedforward.mass for item in (recorded, fed, compensated)] == [0.0, 3.0, 3.0]
@@ -114,7 +114,7 @@ def test_three_loops_feed_forward_nothing_the_motion_and_friction_too():
     assert recorded.friction.values["F_C"] == 20.0
 
 
-def test_the_loops_of_an_experiment_run_as_they_are_told():
+def test_the_loops_of_an_experiment_use_its_options():
     unseen, known = np.full(100, 2.0), np.full(100, 3.0)
     start = Start(0.1, 0.2)
     result = experiment(resolution="1 um", effort_limit=50.0, lag=1e-3, disturbance=unseen, injected=known, start=start, name="bench")
@@ -128,7 +128,7 @@ def test_the_loops_of_an_experiment_run_as_they_are_told():
     assert (plain.run.effort_limit, plain.run.current_lag, plain.sensor.values["resolution"]) == (math.inf, 0.0, 0.0)
 
 
-def test_a_law_with_an_inertia_of_its_own_is_fed_no_mass():
+def test_a_law_with_an_inertia_gets_no_mass_feedforward():
     variables, defaults = controllers.disturbance_observer.variables, controllers.disturbance_observer.defaults
     law = controllers.disturbance_observer(**dict.fromkeys([name for name in variables if name not in defaults], 1.0))
     assert [item.feedforward.mass for item in experiment(law).variants] == [0.0, 0.0, 0.0]
@@ -153,7 +153,7 @@ def test_an_open_loop_lasts_as_long_as_its_effort():
     assert base.effort.values.tolist() == [1.0] * 50
 
 
-def test_along_a_motion_that_rests_the_force_of_the_last_side_is_held_unless_the_middle_is_asked_for():
+def test_at_rest_the_friction_feedforward_keeps_its_side_or_takes_the_middle():
     v = np.array([0.0, 1.0, 0.0, -1.0, 0.0])
     assert friction_along(COULOMB, v, DT).tolist() == [0.0, 20.0, 20.0, -20.0, -20.0]
     assert friction_along(COULOMB, v, DT, rest="middle").tolist() == [0.0, 20.0, 0.0, -20.0, 0.0]

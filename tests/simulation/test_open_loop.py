@@ -56,7 +56,7 @@ def test_where_it_sticks_friction_holds_against_spring_and_effort():
     np.testing.assert_allclose(result.friction[:-1][sticks], spring[:-1][sticks], atol=1e-9)
 
 
-def test_the_effort_is_held_from_sample_to_sample_with_either_kind_of_steps():
+def test_the_effort_is_constant_between_samples_for_both_kinds_of_steps():
     push = np.repeat([2.0, -3.0, 1.0, 0.0], 3)
     mass, without = plants.inertia(M=2.0), friction.viscous(F_v=0.0)
     for options in ({"tolerance": 1e-9}, {"substeps": 7}):
@@ -73,7 +73,7 @@ def test_the_drive_gives_no_more_than_its_limit_with_either_kind_of_steps():
         assert result.velocity[-1] == pytest.approx(49 * DT)
 
 
-def test_a_sensor_reads_what_a_tolerance_finds_as_it_reads_steps():
+def test_a_sensor_reads_tolerance_runs_and_step_runs_in_the_same_way():
     counts = encoder(resolution=1e-3, noise=1e-4, seed=4)
     plant, model, effort = STICKS["Coulomb, pushed to and fro"]
     result, beside = (run(plant, model, effort, sensor=counts, **way) for way in ({"tolerance": 1e-9}, {"substeps": 40}))
@@ -82,7 +82,7 @@ def test_a_sensor_reads_what_a_tolerance_finds_as_it_reads_steps():
     assert np.std(result.measured - result.position) > 1e-4
 
 
-def test_nothing_follows_a_reference():
+def test_an_open_loop_has_no_following_error():
     result = run(PULLED, friction.coulomb(F_C=1.0), np.zeros(COUNT), tolerance=TOLERANCE)
     assert result.is_open
     assert np.isnan([result.following_error.rms, result.true_error.rms, result.by_direction["forward"].rms]).all()
@@ -90,12 +90,12 @@ def test_nothing_follows_a_reference():
     assert result.motion.min == np.min(result.position)
 
 
-def test_what_is_settled_is_left_out_of_the_statistics():
+def test_the_settling_time_is_left_out_of_the_statistics():
     result = run(PULLED, friction.coulomb(F_C=1.0), np.zeros(COUNT), tolerance=TOLERANCE, settle=4.0)
     assert result.motion.min == np.min(result.position[400:]) > 0.0
 
 
-def test_an_open_loop_tells_its_card_its_table_and_its_json():
+def test_an_open_loop_has_a_card_a_table_and_json():
     experiment = open_loop_experiment(PULLED, friction.coulomb(F_C=1.0), np.zeros(COUNT), DT, tolerance=TOLERANCE)
     result = simulate(experiment)
     assert "Position, peak to peak" in repr(result)
@@ -129,7 +129,7 @@ def test_an_open_loop_travels():
         ({"plant": plants.ball_screw(J=1e-4, M=20.0, lead=5e-3, k=1e8, kind="rotational")}, "ball_screw has a table"),
     ],
 )
-def test_where_a_tolerance_does_not_serve_is_said(change, message):
+def test_cases_without_support_for_a_tolerance_are_refused(change, message):
     experiment = open_loop_experiment(PULLED, friction.coulomb(F_C=1.0), np.zeros(COUNT), DT, tolerance=TOLERANCE)
     with pytest.raises(InputError, match=message):
         replace(experiment.variants[0], **change)
@@ -144,14 +144,14 @@ def test_an_effort_of_another_length_is_refused():
     experiment = open_loop_experiment(PULLED, friction.coulomb(F_C=1.0), np.zeros(COUNT), DT)
     (variant,) = experiment.variants
     short = replace(experiment, variants=(replace(variant, effort=Effort(np.zeros(COUNT - 1))),))
-    with pytest.raises(InputError, match="as long as the run"):
+    with pytest.raises(InputError, match="another length than the run"):
         simulate(short)
 
 
-def test_a_tolerance_that_was_missed_is_told():
+def test_a_missed_tolerance_is_reported():
     plant, model, effort = STICKS["Coulomb, pushed to and fro"]
     assert run(plant, model, effort, tolerance=1e-18).status is Status.TOLERANCE_MISSED
 
 
-def test_the_law_of_an_open_loop_is_none():
+def test_an_open_loop_has_no_control_law():
     assert "open_loop" not in controllers.CONTROLLERS

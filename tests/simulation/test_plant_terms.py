@@ -33,7 +33,7 @@ def free_fall(effort_at, seconds, x):
         (TOOTHED, lambda x: 0.3 * math.cos(12 * math.pi * x) - 0.1 * math.sin(12 * math.pi * x)),
     ],
 )
-def test_a_body_swings_as_its_equation_says(values, effort_at):
+def test_a_pendulum_follows_its_equation(values, effort_at):
     name = "inertia+gravity" if "g_sin" in values else "inertia+cogging"
     plant = plants.find(name, values)(kind="rotational", **values)
     frictionless = friction.viscous(kind="rotational", F_v=0.0)
@@ -62,7 +62,7 @@ def test_gravity_is_fed_forward_along_the_desired_motion():
     assert effort == pytest.approx(0.9 * math.sin(0.5) + 0.2 * math.cos(0.5))
 
 
-def test_a_plant_with_terms_goes_into_a_model_file_and_comes_back(tmp_path):
+def test_a_plant_with_terms_survives_the_round_trip_through_a_model_file(tmp_path):
     values = {**TOOTHED, "g_sin": 0.9, "g_cos": 0.0, "known_belt": 2.5}
     plant = plants.find("inertia+gravity+cogging+known", values)(kind="rotational", **values)
     write_model(tmp_path / "model.toml", plant, friction.coulomb(kind="rotational", F_C=1.0))
@@ -87,7 +87,7 @@ def test_an_arm_behind_a_gear_moves_as_its_friction_lets_it(x, applied):
     assert trace.position[500] == pytest.approx(truth.fall(0.5, x, applied), abs=2e-4)
 
 
-def test_friction_of_a_gear_is_fed_forward_with_what_it_carries():
+def test_friction_feedforward_of_a_gear_includes_its_transmitted_effort():
     plant = plants.find("inertia+gravity", ["g_sin"])(kind="rotational", M=truth.J, g_sin=truth.GRAVITY)
     geared = friction.find("coulomb_viscous+transmitted")(kind="rotational", **GEARED)
     _, q, v, a = truth.swing(2.0, 1)

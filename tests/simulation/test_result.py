@@ -56,7 +56,7 @@ def test_an_error_is_percent_of_the_signal(predicted, percent):
     assert relative_error_percent(np.array([3.0, 4.0]), np.array(predicted)) == pytest.approx(percent)
 
 
-def test_of_a_signal_of_zeros_no_percent_is_told():
+def test_a_signal_of_zeros_has_no_percent_error():
     assert math.isnan(relative_error_percent(np.zeros(2), np.ones(2)))
 
 
@@ -72,12 +72,12 @@ def test_the_numbers_of_a_variant_have_their_names():
     assert variant(trials=(2.0, 1.0)).as_dict()["trials"] == [2.0, 1.0]
 
 
-def test_a_spread_stands_behind_its_number():
+def test_a_spread_follows_its_number():
     numbers = variant(spread={"effort": {"rms": 0.5}}, runs=3).as_dict()
     assert list(numbers["effort"].items()) == [("rms", 4.0), ("rms_spread", 0.5), ("peak", 5.0)]
 
 
-def test_a_variant_tells_its_card_in_its_units():
+def test_a_variant_has_a_card_in_its_units():
     assert variant()._title() == "base: simulated, 4 samples, translational"
     assert variant()._remarks() == [
         "Following error, peak to peak: 1 mm",
@@ -90,7 +90,7 @@ def test_a_variant_tells_its_card_in_its_units():
     assert variant(kind="rotational")._row()[3] == "4 N·m"
 
 
-def test_an_open_loop_tells_its_motion_and_no_error():
+def test_the_card_of_an_open_loop_has_its_motion_and_no_error():
     nothing = np.full(4, np.nan)
     opened = variant(reference=nothing)
     assert opened.is_open
@@ -105,7 +105,7 @@ def test_a_mean_of_one_run_is_the_run():
     assert mean_result([variant()]).runs == 1
 
 
-def test_a_mean_of_runs_tells_what_went_wrong_in_any():
+def test_a_mean_of_runs_keeps_the_worst_status():
     runs = [variant(), variant(status=Status.SOLVE_INACCURATE), variant()]
     assert mean_result(runs).status is Status.SOLVE_INACCURATE
     assert mean_result(runs).runs == 3
@@ -130,7 +130,7 @@ def result_of(*variants, refused=()):
     return SimulationResult(Experiment("bench", "translational", ()), {item.name: item for item in variants}, dict(refused))
 
 
-def test_an_experiment_tells_its_card():
+def test_an_experiment_has_a_card():
     single, two = result_of(variant()), result_of(variant(), variant("other"), refused={"third": "has no gains"})
     assert single._card().title == "bench: 1 variant simulated"
     card = two._card()
@@ -176,13 +176,13 @@ def test_the_share_of_samples_inside_a_band():
     assert prediction(position_half_width=None).position_inside_percent is None
 
 
-def test_a_prediction_tells_its_kind_by_the_unit_of_the_position():
+def test_the_unit_of_the_position_sets_the_kind_of_a_prediction():
     assert prediction().kind == "translational"
     assert replace(prediction(), metrics={"position_unit": "rad"}).kind == "rotational"
     assert replace(prediction(), metrics={}).kind == "translational"
 
 
-def test_a_prediction_tells_its_card():
+def test_a_prediction_has_a_card():
     result = prediction(diagnostics=(Diagnostic("filtered", "", "note", {"cutoff": 100.0}), Diagnostic("at_bound", "F_C", "warning")))
     assert result._title() == "Prediction (inverse) of 4 samples, translational"
     remarks = result._remarks()

@@ -45,7 +45,7 @@ def ran(variant):
     return simulate(Experiment("bench", "translational", (variant,))).variants[variant.name]
 
 
-def test_errors_are_those_of_the_reference_against_what_is_measured_and_what_is_true():
+def test_errors_compare_the_reference_with_measured_and_true_position():
     result = ran(loop(sensor=sensors.encoder(resolution=5e-3)))
     assert result.time == pytest.approx(DT * np.arange(40))
     assert result.reference == pytest.approx(loop().reference.values["position"])
@@ -56,7 +56,7 @@ def test_errors_are_those_of_the_reference_against_what_is_measured_and_what_is_
     assert result.motion.max == np.max(result.position)
 
 
-def test_what_is_before_the_settling_time_is_not_judged():
+def test_statistics_begin_after_the_settling_time():
     result = ran(loop(run=Run(duration=40 * DT, sample_time=DT, substeps=1, settle=0.1)))
     assert result.following_error.max == pytest.approx(np.max((result.reference - result.measured)[10:]))
     assert result.true_error.min == pytest.approx(np.min((result.reference - result.position)[10:]))
@@ -72,13 +72,13 @@ def test_directions_are_those_of_the_reference():
     assert list(result.by_direction) == ["forward", "backward"]
 
 
-def test_an_effort_beside_the_feedforward_is_added_to_it():
+def test_an_additional_effort_is_added_to_the_feedforward():
     fed = loop(feedforward=Feedforward(friction=friction.coulomb(F_C=3.0)))
     plain, more = simulate_with(fed, None), simulate_with(fed, np.full(40, 2.0))
     assert more.feedforward - plain.feedforward == pytest.approx(np.full(40, 2.0))
 
 
-def test_what_is_fed_along_the_measured_motion_is_told_with_the_rest():
+def test_feedforward_along_the_measured_motion_is_part_of_the_result():
     result = ran(loop(feedforward=Feedforward(friction=friction.coulomb(F_C=3.0), along="measured")))
     assert np.max(result.feedforward) == pytest.approx(3.0)
     assert np.all(ran(loop()).feedforward == 0.0)
@@ -87,11 +87,11 @@ def test_what_is_fed_along_the_measured_motion_is_told_with_the_rest():
 def test_an_effort_needs_one_value_for_each_sample():
     driven = loop(controller=controllers.open_loop(), effort=Effort(np.ones(40)))
     assert ran(driven).effort.tolist() == [1.0] * 40
-    with pytest.raises(InputError, match=r"effort: is not as long as the run; found '?39.*allowed 40 samples"):
+    with pytest.raises(InputError, match=r"effort: has another length than the run; found '?39.*allowed 40 samples"):
         ran(replace(driven, effort=Effort(np.ones(39))))
 
 
-def test_an_effort_runs_by_steps_or_by_a_tolerance_against_what_nobody_sees():
+def test_an_effort_with_a_disturbance_runs_by_steps_or_by_a_tolerance():
     push, unseen = np.full(40, 9.0), np.full(40, 2.0)
     driven = loop(controller=controllers.open_loop(), effort=Effort(push), disturbance=unseen, reference=at_rest("translational"))
     runs = [Run(duration=40 * DT, sample_time=DT, effort_limit=8.0, **way) for way in ({"substeps": 50}, {"tolerance": 1e-6})]
@@ -105,7 +105,7 @@ def test_an_effort_runs_by_steps_or_by_a_tolerance_against_what_nobody_sees():
         assert np.isnan(result.following_error.rms)
 
 
-def test_a_motion_that_goes_on_begins_as_it_was_under_way():
+def test_a_motion_in_progress_starts_in_its_steady_state():
     start = Start(0.2, 0.1, 0.0, 3.5)
     bristles = friction.lugre(F_C=3.0, F_S=3.0, v_S=1.0, sigma_0=1e4, sigma_1=0.0, sigma_2=5.0)
     position = 0.2 + 0.1 * DT * np.arange(40)
@@ -119,7 +119,7 @@ def test_a_motion_that_goes_on_begins_as_it_was_under_way():
     assert virgin.friction[0] < 3.4
 
 
-def test_each_run_has_random_numbers_of_its_own():
+def test_each_run_has_separate_random_numbers():
     noisy = sensors.encoder(noise=1e-3, seed=5)
     assert seeded(noisy, 0) is noisy
     assert seeded(noisy, 3).values["seed"] == 8

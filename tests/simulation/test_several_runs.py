@@ -36,7 +36,7 @@ def test_numbers_are_means_over_the_runs_with_their_standard_deviation():
     assert result.as_dict()["effort"]["rms_spread"] == pytest.approx(deviation)
 
 
-def test_a_run_that_diverged_stands_for_all_of_them():
+def test_a_diverged_run_represents_all_runs():
     diverged = run(2.0, Status.NOT_FINITE)
     result = mean_result([run(1.0), diverged, run(3.0)])
     assert (result.status, result.runs, result.effort_rms) == (Status.NOT_FINITE, 3, 2.0)

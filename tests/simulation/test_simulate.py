@@ -34,7 +34,7 @@ def test_statistics_hold_together(signal):
     assert s.rms**2 == pytest.approx(s.mean**2 + s.std**2, rel=1e-6, abs=1e-9)
 
 
-def test_feedforward_is_what_the_desired_motion_takes():
+def test_feedforward_equals_the_effort_of_the_desired_motion():
     # Fed to a plant without any feedback, the effort reproduces the desired motion (without dry friction, which
     # would let a small error at a stop grow).
     from bristle.engine import run_open_loop
@@ -55,7 +55,7 @@ def test_a_resting_reference_is_fed_the_force_of_the_side_it_came_from_or_the_mi
     assert friction_along(model, motion, DT, rest="middle").tolist() == [1.5, 6.5, 1.5, -3.5, 1.5]
 
 
-def test_what_is_fed_forward_is_that_of_the_place_where_the_path_is():
+def test_feedforward_depends_on_the_position_along_the_path():
     # 10 N at the middle of the axis, 5 N more 0.5 m farther on: at 0.25, 0.35 and 0.45 m, the middles of the steps.
     model = friction.find("coulomb+position")(F_C=10.0, p_1=0.5, x_0=0.0, x_L=0.5)
     position = np.array([0.2, 0.3, 0.4])
@@ -85,7 +85,7 @@ def test_compensation_with_the_true_model_takes_most_of_the_error_away():
     assert all(variant.status == Status.OK for variant in result.variants.values())
 
 
-def test_what_the_model_leaves_out_limits_what_it_gains():
+def test_unmodelled_friction_limits_the_gain():
     unseen = 3.0 * np.sin(40.0 * DT * np.arange(3000))
     clean = simulate(compensation_experiment(inertia(M=3.0), TRUTH, TRUTH, CONTROLLER, motion(), DT))
     disturbed = simulate(compensation_experiment(inertia(M=3.0), TRUTH, TRUTH, CONTROLLER, motion(), DT, disturbance=unseen))
@@ -125,7 +125,7 @@ def test_a_recorded_motion_stands_still_beyond_its_end():
 
 
 @pytest.mark.parametrize("spelling", ["of the drive", "of the controller"])
-def test_the_integral_does_not_wind_up_wherever_the_limit_is_told(spelling):
+def test_the_integral_does_not_wind_up_for_any_source_of_the_limit(spelling):
     law = controllers.cascade(k_p=30.0, k_v=400.0, k_i=2e4)
     limit = 12.0
     if spelling == "of the controller":
@@ -144,7 +144,7 @@ def late(experiment, delay):
     return replace(experiment, variants=tuple(replace(variant, run=replace(variant.run, delay=delay)) for variant in experiment.variants))
 
 
-def test_feedforward_is_handed_over_ahead_by_the_delay_of_the_loop():
+def test_feedforward_leads_by_the_delay_of_the_loop():
     film = friction.viscous(F_v=80.0)
     slow = controllers.cascade(k_p=10.0, k_v=100.0)
     prompt = compensation_experiment(inertia(M=3.0), film, film, slow, motion(), DT)

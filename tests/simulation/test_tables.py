@@ -85,7 +85,7 @@ def test_an_experiment_is_plain_data(simulated):
     assert message["variants"]["longer"]["effort"]["peak"] == simulated.variants["longer"].effort_peak
 
 
-def test_one_that_was_not_simulated_is_told(simulated):
+def test_a_refused_variant_is_reported(simulated):
     refused = SimulationResult(simulated.experiment, {}, {"base": "it is unstable"})
     assert "base was not simulated: it is unstable" in repr(refused)
     pytest.importorskip("pandas")
@@ -136,7 +136,7 @@ def test_a_prediction_has_its_bands_in_its_table():
     assert "half_width" not in prediction().to_dict()["signals"]
 
 
-def test_a_prediction_is_of_the_kind_that_its_unit_tells():
+def test_the_unit_sets_the_kind_of_a_prediction():
     assert prediction().to_dict()["units"]["effort_predicted"] == "N"
     assert prediction("rad").kind == "rotational"
     assert prediction("rad").to_dict()["units"]["effort_predicted"] == "N*m"

@@ -19,7 +19,7 @@ GEARED = br.friction.find("coulomb_viscous+transmitted")(kind="rotational", **PL
 LEVEL = br.friction.coulomb_viscous(kind="rotational", **PLAIN)
 
 
-def test_what_a_law_feeds_forward_by_itself_passes_the_gear_as_well():
+def test_built_in_feedforward_of_a_law_passes_the_gear_as_well():
     _, q, v, a = truth.swing(2.0, 1)
     alone = feedforward_effort(Feedforward(friction=GEARED, carries=ARM), q, a, DT)
     load = truth.J * a + truth.GRAVITY * np.sin(q)
@@ -27,7 +27,7 @@ def test_what_a_law_feeds_forward_by_itself_passes_the_gear_as_well():
     assert np.max(np.abs(alone - friction)[moving]) < 0.01 * np.max(np.abs(friction))
 
 
-def test_without_a_plant_what_is_fed_forward_passes():
+def test_without_a_plant_the_feedforward_is_transmitted():
     _, q, _, a = truth.swing(2.0, 1)
     fed = feedforward_effort(Feedforward(mass=truth.J, plant=ARM, friction=GEARED), q, a, DT)
     known = feedforward_effort(Feedforward(mass=truth.J, plant=ARM, friction=GEARED, carries=ARM), q, a, DT)
@@ -36,7 +36,7 @@ def test_without_a_plant_what_is_fed_forward_passes():
 
 def test_a_plant_without_an_inverse_is_refused():
     screw = br.plants.ball_screw(**br.plants.ball_screw.example)
-    with pytest.raises(InputError, match=r"has no inverse.*the feedforward effort then passes on as it is"):
+    with pytest.raises(InputError, match=r"has no inverse.*the feedforward effort is then transmitted unchanged"):
         feedforward_effort(Feedforward(friction=GEARED, carries=screw), np.arange(3.0), np.zeros(3), DT)
 
 
@@ -61,7 +61,7 @@ def test_a_loop_follows_better_by_it_along_either_motion(along):
     assert 2.0 * with_it < without < followed()
 
 
-def test_what_passes_along_the_measured_motion_is_that_of_the_plant_which_is_named():
+def test_transmitted_effort_along_measured_motion_is_that_of_the_named_plant():
     with_it = followed(friction=GEARED, along="measured", carries=ARM)
     assert with_it == pytest.approx(followed(friction=GEARED, along="measured"), rel=1e-6)
     assert with_it < 0.9 * followed(friction=GEARED, along="measured", carries=br.plants.inertia(kind="rotational", M=1e-9))
@@ -86,7 +86,7 @@ def test_the_friction_of_a_motor_rises_with_all_that_it_turns_and_pulls():
 
 
 @pytest.mark.slow
-def test_the_friction_of_a_table_rises_with_what_moves_it():
+def test_the_friction_of_a_table_rises_with_its_driving_force():
     table = br.friction.find("coulomb+transmitted")(F_C=100.0, c_T=0.25)
     expected = 0.5 * (TORQUE - 100.0 * ARM_OF_SCREW) / (J + 1.25 * M * ARM_OF_SCREW**2)
     assert turned_by(br.friction.viscous(kind="rotational", F_v=0.0), table) == pytest.approx(expected, rel=2e-3)
@@ -123,7 +123,7 @@ sample_time = 1e-3
 """
 
 
-def test_an_experiment_file_knows_what_passes_without_being_told():
+def test_an_experiment_file_finds_the_transmitted_effort_by_default():
     risen = EXPERIMENT.format(model="coulomb_viscous+transmitted", share="c_T = 0.25").encode()
     plain = EXPERIMENT.format(model="coulomb_viscous", share="").encode()
     carries, nothing = (read_experiment(text).variants[0].feedforward.carries for text in (risen, plain))

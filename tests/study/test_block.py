@@ -123,7 +123,7 @@ def test_no_memory_is_no_reason_of_a_run(bench, monkeypatch):
         simulator.columns(Block(0, 1))
 
 
-def test_the_worst_variant_tells_how_a_run_ended(bench, monkeypatch):
+def test_the_worst_variant_sets_the_status_of_a_run(bench, monkeypatch):
     study = bench.study(LOOPS)
     simulator, ends = Simulator(study), {"plain": Status.OK, "stiff": Status.TOLERANCE_MISSED}
     result = Some(variants={name: Some(name=name, status=status) for name, status in ends.items()})

@@ -35,7 +35,7 @@ def dask(tmp_path_factory):
         yield cluster
 
 
-def test_killed_workers_and_a_killed_command_lose_and_double_nothing(slow_bench, dask):
+def test_kills_of_workers_and_of_the_command_lose_or_repeat_no_run(slow_bench, dask):
     bench = slow_bench
     study = bench.study(runs=("runs = 12", "runs = 64"))
     out = bench.folder / "out"
@@ -114,7 +114,7 @@ def own_study(bench):
     return study
 
 
-def test_what_a_study_reads_travels_with_it_and_its_code_is_told(own_study, bench, dask):
+def test_files_of_a_study_reach_the_workers_and_its_code_is_reported(own_study, bench, dask):
     run_study(own_study, bench.folder / "here", workers=1)
     names = ("own.py", "axis.toml", "motion.csv", "recorded.toml")
     for name in names:
@@ -144,7 +144,7 @@ def bristle_of_another_kind(folder, code):
     return str(folder)
 
 
-def test_a_worker_that_cannot_load_bristle_is_told(bench, own_dask, tmp_path):
+def test_a_worker_that_cannot_load_bristle_is_reported(bench, own_dask, tmp_path):
     path = bristle_of_another_kind(tmp_path / "other", "raise ImportError('too old')")
     with own_dask.stranger(path), pytest.raises(WorkerError, match=r"at the runs \d+ to \d+: ImportError: too old"):
         run_study(bench.study(), bench.folder / "out", scheduler=own_dask.address)
@@ -159,7 +159,7 @@ def test_a_worker_of_another_version_is_refused(bench, own_dask, tmp_path):
     assert numbers(bench.folder / "out") == []
 
 
-def test_the_code_of_bristle_is_told_by_what_its_files_hold(tmp_path):
+def test_contents_of_its_files_identify_the_code_of_bristle(tmp_path):
     (tmp_path / "inner").mkdir()
     (tmp_path / "first.py").write_bytes(b"a = 1\n")
     (tmp_path / "inner" / "second.py").write_bytes(b"b = 2\n")
@@ -173,7 +173,7 @@ def test_the_code_of_bristle_is_told_by_what_its_files_hold(tmp_path):
     assert len({checksum, changed, remote.checksum_of_code(tmp_path)}) == 3
 
 
-def test_what_is_called_on_a_worker_refuses_other_software(bench):
+def test_tasks_on_a_worker_refuse_other_software(bench):
     study = bench.study()
     outcome, columns = remote.simulated(pickle.dumps(study), remote.described(), 4, 8)
     assert outcome == "done"
@@ -192,7 +192,7 @@ def deaf():
         yield listener.getsockname()[1]
 
 
-def test_where_no_scheduler_answers_that_is_told(bench, deaf, monkeypatch):
+def test_a_missing_scheduler_is_reported(bench, deaf, monkeypatch):
     monkeypatch.setattr("bristle.study.workers.ANSWERS", 0.5)
     study = bench.study()
     with socket.socket() as free:
@@ -208,26 +208,26 @@ def test_where_no_scheduler_answers_that_is_told(bench, deaf, monkeypatch):
         assert f"Start one, dask scheduler --port 8786, and workers: dask worker {address}" in str(refused.value)
 
 
-def test_a_scheduler_without_workers_is_told(bench, own_dask, monkeypatch):
+def test_a_scheduler_without_workers_is_reported(bench, own_dask, monkeypatch):
     monkeypatch.setattr("bristle.study.workers.WORKERS_JOIN", 1.0)
     with pytest.raises(InputError, match="--scheduler: it has no workers"):
         run_study(bench.study(), bench.folder / "out", scheduler=own_dask.address)
 
 
 @pytest.mark.parametrize("option", [("--workers", "2"), ("--run", "3")])
-def test_options_of_this_machine_do_not_go_with_a_cluster(bench, capsys, option):
+def test_options_of_this_machine_exclude_a_cluster(bench, capsys, option):
     file = str(bench.write())
     assert main(["study", file, "--out", str(bench.folder / "out"), "--scheduler", "tcp://a:1", *option]) == 2
     assert f"{option[0]}: simulates on this machine, and --scheduler does not" in capsys.readouterr().err
     assert not (bench.folder / "out").exists()
 
 
-def test_workers_of_this_machine_do_not_go_with_a_cluster(bench):
-    with pytest.raises(InputError, match="workers: are those of the cluster"):
+def test_workers_of_this_machine_exclude_a_cluster(bench):
+    with pytest.raises(InputError, match="workers: cannot be chosen together with a scheduler"):
         run_study(bench.study(), bench.folder / "out", workers=2, scheduler="tcp://a:1")
 
 
-def test_without_the_library_the_extra_is_told(bench, capsys, monkeypatch):
+def test_without_the_cluster_library_the_extra_is_named(bench, capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     file = str(bench.write())
     assert main(["study", file, "--out", str(bench.folder / "out"), "--scheduler", "tcp://a:1"]) == 2
@@ -238,7 +238,7 @@ def test_without_the_library_the_extra_is_told(bench, capsys, monkeypatch):
         run_study(bench.study(), bench.folder / "out", scheduler="tcp://a:1")
 
 
-def test_on_this_machine_nothing_of_the_cluster_is_loaded(bench):
+def test_a_local_run_does_not_load_the_cluster_library(bench):
     file, out = bench.write(), bench.folder / "out"
     code = f"""
 import sys, bristle.cli.study
@@ -251,13 +251,13 @@ sys.exit(bool({{"dask", "distributed", "tornado"}} & set(sys.modules)))
     assert run_study(read_study_file(file), out, scheduler="tcp://127.0.0.1:1").before == 3
 
 
-def test_a_fault_of_a_worker_is_told(bench, dask):
+def test_a_fault_of_a_worker_is_reported(bench, dask):
     study = bench.study()
     with pytest.raises(WorkerError, match="the runs -4 to -1: Traceback"):
         list(Cluster(study, dask.address).results([type(study.blocks[0])(-4, 0)]))
 
 
-def test_ctrl_c_keeps_what_is_written_and_takes_back_the_rest(slow_bench, dask):
+def test_ctrl_c_keeps_written_blocks_and_cancels_the_rest(slow_bench, dask):
     import distributed
 
     slow_bench.study(runs=("runs = 12", "runs = 400"))
@@ -300,7 +300,7 @@ def test_ten_kills_in_a_hundred_blocks(bench, own_dask):
     assert not (out / ".partial").exists()
 
 
-def test_a_scheduler_that_ends_is_told_and_what_is_written_stays(slow_bench, own_dask, monkeypatch):
+def test_a_lost_scheduler_is_reported_and_written_blocks_stay(slow_bench, own_dask, monkeypatch):
     monkeypatch.setattr("bristle.study.workers.ANSWERS", 2.0)
     own_dask.worker("--no-nanny")
     study, out = slow_bench.study(runs=("runs = 12", "runs = 400")), slow_bench.folder / "out"
@@ -309,7 +309,7 @@ def test_a_scheduler_that_ends_is_told_and_what_is_written_stays(slow_bench, own
         if share > 0.02:
             own_dask.scheduler.kill()
 
-    with pytest.raises(InputError, match=r"--scheduler: the scheduler is gone; found 'tcp://.*What is written stays"):
+    with pytest.raises(InputError, match=r"--scheduler: the scheduler is gone; found 'tcp://.*Written blocks are safe"):
         run_study(study, out, scheduler=own_dask.address, progress=end)
     assert 3 <= len(content(out)) < 100
     assert run_study(study, out, workers=2).is_whole
@@ -326,7 +326,7 @@ def bristle_that_dies_of(first, folder):
     return folder
 
 
-def test_a_block_that_no_worker_outlives_is_left_out_and_told(bench, tmp_path_factory, monkeypatch, capsys):
+def test_a_block_that_ends_all_its_workers_is_left_out_with_a_report(bench, tmp_path_factory, monkeypatch, capsys):
     deadly = bristle_that_dies_of(4, bench.folder / "deadly")
     facts = remote.described() | {"code": remote.checksum_of_code(deadly / "bristle")}
     monkeypatch.setattr("bristle.study.workers.described", lambda: facts)

@@ -37,7 +37,7 @@ def test_a_grid_becomes_dimensions(bench):
     assert np.all(data["motion.peak_to_peak"].values[:, 0] != data["motion.peak_to_peak"].values[:, 1])
 
 
-def test_what_is_missing_is_no_number(bench):
+def test_missing_runs_are_nan(bench):
     run_study(bench.study(GRID), bench.folder / "out", workers=1)
     (bench.folder / "out" / "runs" / "0000000004.parquet").unlink()
     data = br.read_study(bench.folder / "out")
@@ -46,12 +46,12 @@ def test_what_is_missing_is_no_number(bench):
     assert np.all(np.isfinite(data["motion.peak_to_peak"].values[:2]))
 
 
-def test_a_folder_that_is_none_of_a_study_is_told(tmp_path):
+def test_a_folder_without_a_study_is_refused(tmp_path):
     with pytest.raises(br.core.InputError, match=r"has no study[.]json"):
         br.read_study(tmp_path)
 
 
-def test_without_pyarrow_the_line_to_type_is_told(bench, monkeypatch):
+def test_without_pyarrow_the_install_command_is_shown(bench, monkeypatch):
     run_study(bench.study(), bench.folder / "out", workers=1)
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     for message in (lambda: br.read_study(bench.folder / "out"), lambda: run_study(bench.study(), bench.folder / "new")):

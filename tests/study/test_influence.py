@@ -77,7 +77,7 @@ def test_intervals_of_rank_correlations_hold_the_true_one():
     assert fixed >= 34
 
 
-def test_many_draws_are_told_as_closely_as_they_are_known():
+def test_quantiles_of_many_draws_match_the_distribution():
     few, many = (
         rank_correlations(runs_of(lambda u: u[:, 0] + u[:, 1], Sampling("random", 1, ("x", "y"), count)))[0]["interval"]
         for count in (2000, 50_000)
@@ -98,7 +98,7 @@ def test_draws_at_several_points_count_once():
     assert np.ptp(interval(5)) == pytest.approx(np.ptp(interval(1)), rel=0.1)
 
 
-def test_a_distribution_is_told_with_its_intervals():
+def test_a_distribution_has_intervals():
     fixed = {"mean": 0, "median": 0, "high": 0}
     for seed in range(200):
         spread = spread_of(np.random.default_rng(seed).exponential(size=400))

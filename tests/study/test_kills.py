@@ -20,7 +20,7 @@ pytestmark = pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="lo
 
 
 @pytest.mark.slow
-def test_killed_workers_and_a_killed_parent_lose_and_double_nothing(slow_bench):
+def test_kills_of_workers_and_of_the_parent_lose_or_repeat_no_run(slow_bench):
     bench = slow_bench
     study = bench.study(runs=("runs = 12", "runs = 160"))
     file, out = bench.folder / "study.toml", bench.folder / "out"
@@ -45,7 +45,7 @@ def test_killed_workers_and_a_killed_parent_lose_and_double_nothing(slow_bench):
 
 
 @pytest.mark.slow
-def test_ctrl_c_ends_the_workers_and_says_what_to_do(slow_bench):
+def test_ctrl_c_ends_the_workers_and_prints_advice(slow_bench):
     bench = slow_bench
     bench.study(runs=("runs = 12", "runs = 400"))
     out = bench.folder / "out"
@@ -99,7 +99,7 @@ def test_a_worker_ends_in_the_midst_of_a_block_where_its_parent_is_gone(slow_ben
 
 
 @pytest.mark.slow
-def test_a_block_that_ends_every_worker_is_told_and_the_others_are_there(slow_bench, monkeypatch):
+def test_a_block_that_ends_every_worker_is_reported_and_the_others_are_complete(slow_bench, monkeypatch):
     study = slow_bench.study()
     requested = Crew._asked
 
@@ -122,7 +122,7 @@ def test_a_block_that_ends_every_worker_is_told_and_the_others_are_there(slow_be
 
 def test_workers_that_cannot_begin_end_the_study(bench, monkeypatch):
     monkeypatch.setattr(sys, "executable", "/bin/false")
-    with pytest.raises(WorkerError, match="ended before they could begin: ended with code 1"):
+    with pytest.raises(WorkerError, match="ended before they could start: ended with code 1"):
         run_study(bench.study(), bench.folder / "out", workers=2)
 
 

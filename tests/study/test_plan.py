@@ -61,7 +61,7 @@ def test_usual_metrics_are_those_of_the_motion_where_no_loop_is_closed():
     assert usual_metrics(mixed)[0] == "following_error.peak_to_peak"
 
 
-def test_metrics_are_of_every_variant_unless_their_name_says_which():
+def test_metrics_cover_every_variant_unless_they_name_a_variant():
     (first, second), (alone,) = (
         metrics_from(["motion.rms"], experiment("a", "b"), ""),
         metrics_from(["b.effort.rms"], experiment("a", "b"), ""),
@@ -78,7 +78,7 @@ def test_metrics_are_of_every_variant_unless_their_name_says_which():
     ("names", "message"),
     [
         (["motion.rms", 3], r"keep\.metrics\[1\]: must be the name"),
-        (["motion.rmx"], r"keep\.metrics\[0\]: is no metric.*Did you mean 'motion\.rms'"),
+        (["motion.rmx"], r"keep\.metrics\[0\]: is not a metric.*Did you mean 'motion\.rms'"),
         (["motion.rms", "a.motion.rms"], r"keep\.metrics: is named twice.*a\.motion\.rms"),
     ],
 )

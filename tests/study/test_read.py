@@ -26,7 +26,7 @@ metrics = ["following_error.rms", "stiff.effort.peak"]
 """
 
 
-def test_a_study_says_what_varies_and_what_is_kept(bench):
+def test_a_study_states_varied_values_and_stored_metrics(bench):
     study = bench.study(LOOPS)
     assert study.count == 16
     assert "draws" not in study.origins
@@ -40,7 +40,7 @@ def test_a_study_says_what_varies_and_what_is_kept(bench):
     assert len(set(values["controller.k_p"][:4])) == 1
 
 
-def test_a_model_in_the_place_of_an_experiment_is_refused_with_what_takes_it(bench):
+def test_a_model_in_place_of_an_experiment_is_refused_with_the_right_command(bench):
     with pytest.raises(InputError, match=r"experiment: needs an experiment.*file = .*model\.toml"):
         bench.study(change=('experiment = "rig.toml"', 'model = "model.toml"'))
 
@@ -59,20 +59,20 @@ CHANGES = {
     "range": (('"0.8 kg", "1.2 kg"', '"-1 kg", "1.2 kg"'), r"uniform\[0\]: .*allowed"),
     "order": (('"0.8 kg", "1.2 kg"', '"1.2 kg", "0.8 kg"'), r"uniform\[1\]: must be above"),
     "deviation": (('"0.1 N"]', '"0 N"]'), r"normal\[1\]: must be positive"),
-    "distribution": (("normal", "normale"), r"normale: is no distribution.*Did you mean 'normal'"),
+    "distribution": (("normal", "normale"), r"normale: is not a distribution.*Did you mean 'normal'"),
     "one number": (('normal = ["1 N", "0.1 N"]', "normal = [1.0]"), r"allowed two values"),
     "metric": (("motion.peak_to_peak", "motion.peak_to_peek"), r"keep\.metrics\[0\]: .*Did you mean"),
     "twice": (("[keep]", '[grid]\n"plant.M" = [1.0]\n[keep]'), r"varied twice"),
     "seed varied": (("plant.M", "friction.seed"), r"seed"),
-    "traces": (("[keep]", '[keep]\ntraces = "worst 3"'), r"keep\.traces: was removed.*Leave it out: bristle study FILE --run N"),
+    "traces": (("[keep]", '[keep]\ntraces = "worst 3"'), r"keep\.traces: was removed.*Delete this key: bristle study FILE --run N"),
     "not a power": (("seed = 7", "seed = 7\nsobol_indices = true"), r"power of two.*Write runs = 8 or 16"),
-    "grid with indices": (("[vary]", 'sobol_indices = true\n[grid]\n"effort.frequency" = ["1 Hz"]\n[vary]'), r"drawn, and no grid"),
+    "grid with indices": (("[vary]", 'sobol_indices = true\n[grid]\n"effort.frequency" = ["1 Hz"]\n[vary]'), r"drawn values, and no grid"),
     "results": (('{ normal = ["1 N", "0.1 N"] }', '{ from = "none", draws = "bootstrap" }'), r"\.from: .*model\.toml"),
 }
 
 
 @pytest.mark.parametrize("name", CHANGES)
-def test_what_does_not_fit_is_told_with_its_place_and_a_mend(bench, name):
+def test_invalid_entries_are_refused_with_place_and_advice(bench, name):
     change, pattern = CHANGES[name]
     with pytest.raises(InputError) as error:
         bench.study(change=change)
@@ -80,13 +80,13 @@ def test_what_does_not_fit_is_told_with_its_place_and_a_mend(bench, name):
     assert re.search(pattern, str(error.value)), str(error.value)
 
 
-def test_a_study_in_which_nothing_varies_is_refused(bench):
+def test_a_study_without_variation_is_refused(bench):
     text = STUDY[: STUDY.index("[vary]")]
-    with pytest.raises(InputError, match="no run would differ"):
+    with pytest.raises(InputError, match="all runs would be equal"):
         bench.study(text)
 
 
-def test_a_loop_whose_sensor_is_noisy_varies_by_itself(bench):
+def test_a_loop_with_a_noisy_sensor_needs_no_varied_value(bench):
     study = bench.study('schema = 1\nexperiment = "loop.toml"\nruns = 3\nseed = 1\n')
     assert study.causes == ()
     assert study.experiment.variants[0].run.seeds == 1

@@ -17,7 +17,7 @@ from bristle.study.workers import Cluster, Crew, Here
     ("seconds", "words"),
     [(0.0, "1 s"), (1.6, "2 s"), (89.0, "89 s"), (90.0, "2 min"), (5399.0, "90 min"), (5400.0, "1.5 h"), (36_000.0, "10.0 h")],
 )
-def test_a_time_is_reported_as_a_person_says(seconds, words):
+def test_a_time_is_reported_in_words(seconds, words):
     assert in_words(seconds) == words
 
 
@@ -57,7 +57,7 @@ def test_progress_counts_present_runs_and_the_remaining_time(monkeypatch):
     assert reported == [(0.25, "4 of 16 runs"), (0.5, "8 of 16 runs"), (0.75, "12 of 16 runs, 30 s left"), (1.0, "16 of 16 runs, 1 s left")]
 
 
-def test_a_study_that_is_there_asks_nobody(monkeypatch):
+def test_a_complete_study_starts_no_worker(monkeypatch):
     kept = Kept((0, 4, 8, 12))
     monkeypatch.setattr(run, "Simulator", None)
     assert run_within(kept) == Ran(4, ())
@@ -90,7 +90,7 @@ def test_the_crew_follows_the_missing_blocks(missing, workers, in_batches, kind,
 
 def test_workers_and_a_scheduler_are_not_asked_for_together(monkeypatch):
     pytest.importorskip("distributed")
-    with pytest.raises(InputError, match=r"workers: are those of the cluster"):
+    with pytest.raises(InputError, match=r"workers: cannot be chosen together with a scheduler"):
         run._crew(None, 3, 2, "tcp://a:1", None)
     assert isinstance(run._crew(None, 3, None, "tcp://a:1", None), Cluster)
     assert isinstance(run._crew(None, 0, None, "tcp://a:1", simulator(False)), Crew)

@@ -53,7 +53,7 @@ def test_runs_in_lanes_have_the_bits_of_runs_one_by_one(bench, monkeypatch):
 
 
 @pytest.mark.slow
-def test_threads_of_this_process_leave_the_bytes_of_workers_and_begin_none(bench, monkeypatch):
+def test_threads_write_the_same_bytes_as_workers_and_start_no_worker(bench, monkeypatch):
     study = bench.study(EVERY)
     run_study(study, bench.folder / "workers", workers=2)
     with monkeypatch.context() as without:
@@ -64,7 +64,7 @@ def test_threads_of_this_process_leave_the_bytes_of_workers_and_begin_none(bench
 
 
 @pytest.mark.parametrize(("model", "drawn"), [("lugre", "0.2 N"), ("elastoplastic", "0.8 N")])
-def test_only_draws_out_of_range_are_left_to_runs_by_themselves(bench, model, drawn):
+def test_only_draws_out_of_range_leave_the_batch(bench, model, drawn):
     rig = (bench.folder / "rig.toml").read_text()
     if model == "elastoplastic":  # whose sigma_0 z_ba must be below F_C
         rig = rig.replace('model = "lugre"', 'model = "elastoplastic"\nz_ba = "8 um"')
@@ -86,7 +86,7 @@ def test_only_draws_out_of_range_are_left_to_runs_by_themselves(bench, model, dr
 
 
 @pytest.mark.parametrize("change", ["delay = 1", 'current_lag = "1 ms"', 'tolerance = "1 um"'])
-def test_what_no_batch_can_do_is_run_one_by_one(bench, change):
+def test_experiments_that_cannot_be_batched_run_one_by_one(bench, change):
     rig = (bench.folder / "rig.toml").read_text()
     if "tolerance" in change:
         rig = rig.replace("substeps = 2", "")
@@ -115,7 +115,7 @@ def test_values_set_in_models_make_the_experiment_that_the_file_would(bench):
             assert first.variants[name].measured.tobytes() == second.variants[name].measured.tobytes()
 
 
-def test_a_variant_that_says_a_value_itself_keeps_it(bench):
+def test_a_variant_keeps_its_overridden_value(bench):
     study = bench.study(LOOPS)
     values = row_of(study.values(Block(0, 1)), 0)
     plain, stiff = Varied(study).experiment(values, 1).variants
@@ -161,7 +161,7 @@ def test_a_run_repeated_has_the_numbers_that_were_kept(bench):
         repeat_run(study, 6)
 
 
-def test_a_run_that_fails_says_why_and_the_others_go_on(bench):
+def test_a_failed_run_has_a_reason_and_the_others_continue(bench):
     study = bench.study(level=('["1 N", "0.1 N"]', '["1 N", "1 N"]'))
     columns = Simulator(study).columns(Block(0, 12))
     refused = [place for place, status in enumerate(columns["status"]) if status == "refused"]
@@ -173,7 +173,7 @@ def test_a_run_that_fails_says_why_and_the_others_go_on(bench):
         assert bool(columns["reason"][place]) != fits
 
 
-def test_a_loop_that_leaves_the_finite_numbers_has_none(bench):
+def test_a_diverged_loop_has_no_numbers(bench):
     loop = (bench.folder / "loop.toml").read_text().replace('limit = "300 N"\n', "").replace('"0.2 s"', '"2 s"')
     (bench.folder / "loop.toml").write_text(loop)
     fast = LOOPS.replace('["60 1/s", "100 1/s"]', '["6e5 1/s", "7e5 1/s"]')
@@ -184,7 +184,7 @@ def test_a_loop_that_leaves_the_finite_numbers_has_none(bench):
     assert "plain" in columns["reason"][0]
 
 
-def test_every_metric_is_one_of_the_numbers_that_run_tells(bench):
+def test_every_metric_is_a_number_of_bristle_run(bench):
     from bristle.report.simulation import simulation_summary
 
     result = br.simulate(bench.folder / "loop.toml")

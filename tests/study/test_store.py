@@ -20,7 +20,7 @@ from bristle.study.block import Simulator
 from bristle.study.store import opened, refuse_another, runs_in, study_in
 
 
-def test_a_study_is_gone_on_with_where_it_was_left(bench, monkeypatch):
+def test_an_interrupted_study_continues(bench, monkeypatch):
     study = bench.study()
     ran = run_study(study, bench.folder / "whole", workers=1)
     assert (len(study.blocks), ran.before, ran.is_whole) == (3, 0, True)
@@ -112,7 +112,7 @@ def test_runs_without_the_description_of_their_study_are_continued_by_no_other_o
     out = bench.folder / "out"
     run_study(bench.study(), out, workers=1, provenance={})
     (out / "study.json").unlink()
-    with pytest.raises(InputError, match=r"study\.json: is missing, and nothing else tells which study"):
+    with pytest.raises(InputError, match=r"study\.json: is missing, and the runs in this folder do not identify"):
         run_study(bench.study(change=("seed = 7", "seed = 8")), out, workers=1, provenance={})
     assert run_study(bench.study(), out, workers=1, provenance={}).before == 3
 
@@ -169,7 +169,7 @@ def test_a_persons_own_file_of_a_name_that_the_study_uses_is_left_alone(bench, n
     assert file.read_text() == "a year of work"
 
 
-def test_nothing_is_written_through_a_link(bench):
+def test_a_link_is_never_written_through(bench):
     study, out, mine = bench.study(), bench.folder / "out", bench.folder / "mine"
     mine.mkdir()
     (mine / "thesis.tex").write_text("years")
@@ -199,7 +199,7 @@ def test_the_folder_may_be_a_link(bench):
         ((', "effort.rms"', ""), "keep.metrics was"),
     ],
 )
-def test_another_study_is_refused_with_what_differs(bench, change, told):
+def test_another_study_is_refused_with_its_differences(bench, change, told):
     run_study(bench.study(), bench.folder / "out", workers=1)
     before = content(bench.folder / "out")
     with pytest.raises(InputError, match=f"holds another study: {told}"):
@@ -238,20 +238,20 @@ def test_a_name_that_a_study_uses_too_is_a_persons_where_there_is_no_study(bench
     assert file.read_text() == "years"
 
 
-def test_what_a_study_left_that_ended_before_it_began_is_no_hindrance(bench):
+def test_remains_of_a_study_that_ended_before_its_start_do_not_matter(bench):
     (bench.folder / "out").mkdir()
     (bench.folder / "out" / NOTE).write_bytes(b"")
     assert run_study(bench.study(), bench.folder / "out", workers=1).is_whole
 
 
-def test_a_foreign_file_among_the_runs_is_told(bench):
+def test_a_foreign_file_among_the_runs_is_refused(bench):
     run_study(bench.study(), bench.folder / "out", workers=1)
     (bench.folder / "out" / "runs" / "more.parquet").write_bytes(b"")
     with pytest.raises(InputError, match=r"not written here: runs/more\.parquet"):
         run_study(bench.study(), bench.folder / "out", workers=1)
 
 
-def test_a_full_disk_ends_it_in_good_order_and_room_lets_it_go_on(bench, monkeypatch):
+def test_a_full_disk_ends_a_study_cleanly_and_free_space_continues_it(bench, monkeypatch):
     study, rename = bench.study(), Folder.rename
     room = iter([True, True, False])
 
@@ -281,7 +281,7 @@ with opened(Path(sys.argv[2]), read_study_file(sys.argv[1]), {}):
 
 
 @pytest.mark.skipif(os.name == "nt", reason="locks of POSIX")
-def test_one_process_at_a_time_and_the_lock_of_a_dead_one_is_none(bench):
+def test_one_process_at_a_time_writes_and_a_stale_lock_is_ignored(bench):
     study, out = bench.study(), bench.folder / "out"
     with subprocess.Popen([sys.executable, "-c", HOLDS, bench.folder / "study.toml", out], stdout=subprocess.PIPE) as holder:
         assert holder.stdout.readline() == b"held\n"
@@ -292,9 +292,9 @@ def test_one_process_at_a_time_and_the_lock_of_a_dead_one_is_none(bench):
 
 
 def test_a_description_that_cannot_be_read_is_reported(tmp_path):
-    with pytest.raises(InputError, match="is no folder of a study"):
+    with pytest.raises(InputError, match="is not the folder of a study"):
         study_in(tmp_path)
-    for text, words in (("{", "cannot be read"), ("[]", "is not one that this"), ('{"schema": 2}', "is not one that this")):
+    for text, words in (("{", "cannot be read"), ("[]", "has a format that this"), ('{"schema": 2}', "has a format that this")):
         (tmp_path / "study.json").write_text(text)
         with pytest.raises(InputError, match=words):
             study_in(tmp_path)
@@ -326,7 +326,7 @@ def test_a_long_value_is_cut_visibly(letters, cut):
     assert f'a was "{"x" * 58}' in text
 
 
-def test_a_study_of_which_nothing_is_there_has_no_runs(bench):
+def test_a_new_study_has_no_runs(bench):
     out = bench.folder / "out"
     with opened(out, bench.study(), {}):
         pass
@@ -338,7 +338,7 @@ def test_a_study_of_which_nothing_is_there_has_no_runs(bench):
     assert runs.described["metrics"] == ["motion.peak_to_peak", "effort.rms"]
 
 
-def test_reasons_come_back_as_they_were_written(bench):
+def test_reasons_survive_the_round_trip(bench):
     study, out = bench.study(level=('["1 N", "0.1 N"]', '["1 N", "1 N"]')), bench.folder / "out"
     run_study(study, out, workers=1)
     runs = runs_in(out)

@@ -24,7 +24,7 @@ BLOCKS = [Block(k, k + 1) for k in range(9)]
 
 
 @pytest.mark.parametrize("count", [1, 2, 3])
-def test_every_block_comes_back_once_with_the_columns(count):
+def test_every_block_arrives_once_with_its_columns(count):
     at_once, most, lock, threads = [0], [0], threading.Lock(), set()
 
     def simulate(block):
@@ -44,7 +44,7 @@ def test_every_block_comes_back_once_with_the_columns(count):
     assert (threads == {threading.get_ident()}) is (count == 1)
 
 
-def test_no_more_blocks_are_handed_out_than_are_asked_ahead():
+def test_blocks_in_work_are_limited():
     futures, under_way = [], []
 
     def submit(block):
@@ -63,7 +63,7 @@ def test_no_more_blocks_are_handed_out_than_are_asked_ahead():
     assert list(_as_ready(submit, [], lambda: 4)) == []
 
 
-def test_blocks_are_handed_out_though_nobody_says_how_many():
+def test_blocks_may_come_from_an_iterator_without_a_length():
     def submit(block):
         future = Future()
         future.set_result(block)
@@ -84,7 +84,7 @@ def test_a_fault_is_reported_with_the_trace():
     assert WorkerError.exit_code == 70
 
 
-def test_the_checksum_of_code_is_that_of_the_text_whatever_the_line_ends(tmp_path):
+def test_the_checksum_of_code_ignores_line_ends(tmp_path):
     (tmp_path / "below").mkdir()
     (tmp_path / "a.py").write_bytes(b"x = 1\r\ny = 2\n")
     (tmp_path / "below" / "b.py").write_bytes(b"z = 3\n")
@@ -99,7 +99,7 @@ def test_a_worker_states_versions_and_code():
     assert len(versions["code"]) == 12
 
 
-def test_a_worker_with_other_software_simulates_nothing(monkeypatch):
+def test_a_worker_with_other_software_refuses_blocks(monkeypatch):
     monkeypatch.setattr(workers, "described", lambda: {"bristle": "2", "numpy": "1"})
     monkeypatch.setattr(workers, "platform", Some(node=lambda: "far away"))
     assert simulated(b"", {"bristle": "1", "numpy": "1"}, 0, 1) == ("unfit", "bristle 2 on far away")
@@ -217,7 +217,7 @@ def test_a_block_goes_to_the_next_worker_where_a_worker_ended(monkeypatch):
 
 def test_workers_that_never_begin_are_reported_by_how_they_end(monkeypatch):
     crew, requested = crew_of(iter([EOFError()] * 20), monkeypatch)
-    with pytest.raises(WorkerError, match="10 workers ended before they could begin: ended by signal 9"):
+    with pytest.raises(WorkerError, match="10 workers ended before they could start: ended by signal 9"):
         crew._simulated(BLOCKS[0])
     assert len(requested) == 10
     crew, _ = crew_of(iter([EOFError()] * 20), monkeypatch)

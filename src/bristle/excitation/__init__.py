@@ -1,4 +1,4 @@
-"""The motion to run on an axis so that its friction can be identified from the log, and what that will tell."""
+"""Design of a motion from whose log friction can be identified, with a rehearsal of the result."""
 
 from typing import TYPE_CHECKING
 

@@ -1,4 +1,4 @@
-"""`excite`: the motion to run on an axis, within its limits, and what it will identify."""
+"""`excite`: a motion for an axis within its limits, and the parameters that its log will identify."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -24,31 +24,31 @@ from bristle.files.motion import gcode_of, moves_table, write_motion
 
 SHORTEST = 2.0  # [s]
 SAMPLES_LEAST, SAMPLES_MOST = 100, 1_500_000
-SAMPLE_TIME = 1e-3  # where the axis file has none
-LEAVES_FIRST = ("damping", "break-away", "presliding", "stribeck")  # where there is no time for all
+SAMPLE_TIME = 1e-3  # default without an axis file entry
+LEAVES_FIRST = ("damping", "break-away", "presliding", "stribeck")  # dropped first if the time is short
 TIME = Variable("time", "duration", min=SHORTEST)
-TRAVEL = Variable("length", "distance within which the motion stays", min=0.0)
-START = Variable("length", "where the motion begins")
+TRAVEL = Variable("length", "distance that the motion stays within", min=0.0)
+START = Variable("length", "start of the motion")
 
 
 @dataclass(frozen=True)
 class Excitation:
-    """A motion to run on an axis, and what is known about it.
+    """A motion to run on an axis, with its properties.
 
     Parameters
     ----------
     motion : ExcitationMotion
-        What to run.
+        The motion to run.
     axis : Axis
-        The axis that it is made for.
+        The axis of the motion.
     limits : MotionLimits
-        The limits that it keeps.
+        Limits of the motion.
     prior : Prior
-        What is believed of the axis.
+        Assumed mechanism and friction of the axis.
     notes : tuple of str
-        What was left out or assumed, and why.
+        Left-out parts and assumptions, with reasons.
     rehearsal : Rehearsal or None
-        The motion run on the prior, and what was identified from that.
+        The motion run on the prior, and the identification from its log.
     """
 
     motion: ExcitationMotion
@@ -60,13 +60,13 @@ class Excitation:
 
     @property
     def purposes(self) -> list[tuple[str, str]]:
-        """The purposes of the motion, and what each tells."""
+        """Purposes of the motion, and the information from each."""
         used = {piece.purpose for piece in self.motion.pieces}
         return [(name, purpose.tells) for name, purpose in PURPOSES.items() if name in used]
 
     @property
     def moves(self) -> tuple[str, str]:
-        """The moves of the motion as a table in the units of the axis file, and as a program for an NC."""
+        """Moves of the motion as a table in the units of the axis file, and as a program for an NC."""
         moves, left_out = moves_of(self.motion)
         return moves_table(moves, self.axis), gcode_of(moves, self.axis, left_out)
 
@@ -97,36 +97,36 @@ def excite(
     allow_code: bool = False,
     progress: Progress | None = None,
 ) -> Excitation:
-    """Return the motion to run on an axis so that its friction can be identified from the log.
+    """Return a motion for an axis from whose log its friction can be identified.
 
     Parameters
     ----------
     axis : Axis, path-like, bytes, file object or dict
-        Its limits, encoder, sample time and pre-sliding distance, or the file that says them.
+        Its limits, encoder, sample time and pre-sliding distance, or an axis file with them.
     duration : float or str, optional
-        How long it may take [s], or text such as ``"60 s"``; 60 s by default.
+        Duration of the motion [s], or text such as ``"60 s"``; 60 s by default.
     travel : float or str, optional
-        Distance within which it stays, half of it to either side of its start [m or rad]; the stroke by default.
+        Range of the motion, half of it on each side of its start [m or rad]; the stroke by default.
     start : float or str, optional
-        Position at which the axis stands when the motion begins [m or rad]; the middle of the stroke by default.
+        Position of the axis at the start of the motion [m or rad]; the middle of the stroke by default.
     purposes : sequence of str, optional
-        Names of `PURPOSES`, in a list or separated by commas; by default all that the axis allows.
+        Names of `PURPOSES`, in a list or separated by commas; by default all that are possible on the axis.
     model : Model, (Model, Model) or path-like, optional
         An earlier model of the friction, plant and friction, or the model file of the mechanism; by default a model
-        made of the limits.
+        derived from the limits.
     rehearsed : bool
-        Whether to run the motion on the prior and identify it from that.
+        Whether to run the motion on the prior and identify the prior from its log.
     draws : int
-        Simulated logs for the 95 % intervals of that identification; 0 for none.
+        Simulated logs for the 95 % intervals of that identification; 0 for no intervals.
     allow_code : bool
-        Whether a model of a person's own that the model file names may run without having been allowed before.
+        Whether your own models, named by the model file, may run without earlier permission.
     progress : callable, optional
-        Called with the share done and what comes next.
+        Called with the share done and the next step.
 
     Raises
     ------
     InputError
-        If the axis does not say enough for what is asked, or an argument is out of range.
+        If the axis lacks data for the requested motion, or an argument is out of range.
 
     Examples
     --------
@@ -140,13 +140,13 @@ def excite(
     try:
         prior = prior_of(axis, *mechanism)
     except InputError as error:
-        mend = "Mend velocity, acceleration, stroke and mass in the axis file"
-        raise InputError(f"are of no axis: its usual friction is out of range ({error})", path="[limits]", mend=mend) from None
+        mend = "Correct velocity, acceleration, stroke and mass in the axis file"
+        raise InputError(f"fit no real axis: the typical friction is out of range ({error})", path="[limits]", mend=mend) from None
     sample_time = axis.sample_time or SAMPLE_TIME
     count = seconds / sample_time
     if not SAMPLES_LEAST <= count <= SAMPLES_MOST:
-        allowed, longer = f"{SAMPLES_LEAST} to {SAMPLES_MOST}", "Record it in parts" if count > SAMPLES_MOST else "Give it longer"
-        mend = f"{longer}, or mend the sample time, {with_unit(sample_time, 's')}"
+        allowed, longer = f"{SAMPLES_LEAST} to {SAMPLES_MOST}", "Record it in parts" if count > SAMPLES_MOST else "Extend the duration"
+        mend = f"{longer}, or correct the sample time, {with_unit(sample_time, 's')}"
         raise InputError(f"is {count:.3g} samples", path="duration", value=with_unit(seconds, "s"), allowed=allowed, mend=mend)
     begin = None if start is None else quantity(start, START, axis.kind, path="start")
     distance = None if travel is None else amount(TRAVEL, exclusive=True)(travel, "travel", axis.kind)
@@ -161,28 +161,28 @@ def excite(
             excitation, rehearsal = followed, rehearse(followed.motion, axis, prior, draws=draws, progress=progress)
         return replace(excitation, rehearsal=rehearsal)
     except InputError as reason:
-        return replace(excitation, notes=(*excitation.notes, f"it could not be rehearsed: {reason}"))
+        return replace(excitation, notes=(*excitation.notes, f"the rehearsal failed: {reason}"))
 
 
 def _planned(
     axis: Axis, prior: Prior, limits: MotionLimits, *, seconds: float, purposes: Sequence[str] | None, begin: float | None
 ) -> Excitation:
-    """Return the motion that serves these purposes within the limits."""
+    """Return a motion for these purposes within the limits."""
     chosen, notes = _chosen(purposes, limits)
     pieces, left_out = _in_time(chosen, limits, seconds - ExcitationMotion.rest, may_drop=purposes is None)
     middle = 0.5 * sum(axis.stroke) if axis.stroke else 0.0
     motion = ExcitationMotion(tuple(pieces), limits.sample_time, axis.kind, middle if begin is None else begin)
     notes += left_out
     if axis.sample_time is None:
-        notes.append(f"a sample time of {with_unit(SAMPLE_TIME, 's')} is taken, as the axis file has none under [timing]")
+        notes.append(f"assumed a sample time of {with_unit(SAMPLE_TIME, 's')}: the axis file has no [timing] entry")
     place = with_unit(motion.start, unit_of("length", axis.kind))
     if begin is None and not axis.stroke:
-        notes.append("it begins at position 0: add the position at which your axis stands, or tell it with --start")
+        notes.append("the motion begins at position 0: add the position of your axis, or give it with --start")
     else:
-        notes.append(f"it begins {'in the middle of the stroke, ' if begin is None else ''}at {place}")
+        notes.append(f"the motion begins {'in the middle of the stroke, ' if begin is None else ''}at {place}")
     if prior.assumed:
-        notes.append(f"assumed for the rehearsal, as nothing says it: {', '.join(prior.assumed)}")
-    # Whatever made the motion, the axis is not to pay for it.
+        notes.append(f"assumed for the rehearsal: {', '.join(prior.assumed)}")
+    # Check the finished motion against the limits, to protect the axis.
     reach = float(np.max(np.abs(motion.position - motion.start)))
     for name, value, limit in (
         ("travel", 2.0 * reach, limits.travel),
@@ -195,17 +195,17 @@ def _planned(
 
 
 def _for_the_loop(excitation: Excitation, rehearsal: Rehearsal, plan: Callable[[MotionLimits], Excitation]) -> Excitation | None:
-    """Return a motion without the loops that the controller does not follow; None where it follows, or none is left."""
+    """Return a motion without the loops that the controller cannot follow; None if it follows, or none would remain."""
     smallest = min((piece.amplitude for piece in excitation.motion.pieces if piece.name == "triangles"), default=None)
     if not rehearsal.loop or smallest is None or rehearsal.lag <= smallest:
         return None
     limits = replace(excitation.limits, followed=rehearsal.lag)
     try:
         again = plan(limits)
-    except InputError:  # what was asked for by name is kept; the report says how closely it is followed
+    except InputError:  # keep requested purposes; the report shows the tracking error
         return None
     length = limits.in_unit(rehearsal.lag, "length")
-    note = f"no loop before sliding is smaller than {length}: the controller follows no closer in the rehearsal"
+    note = f"loops before sliding are at least {length}: smaller loops are below the tracking error of the controller in the rehearsal"
     return replace(again, notes=(*again.notes, note)) if any(piece.purpose == "presliding" for piece in again.motion.pieces) else again
 
 
@@ -223,24 +223,24 @@ def _mechanism(model: Any, axis: Axis, allow_code: bool) -> tuple[Model | None, 
 
         plant, friction, _ = read_model(model, allow_code=allow_code)
     if friction.kind != axis.kind:
-        raise InputError(f"is one of a {friction.kind} axis", path="model", value=friction.name, allowed=f"a model of a {axis.kind} axis")
+        raise InputError(f"is for a {friction.kind} axis", path="model", value=friction.name, allowed=f"a model of a {axis.kind} axis")
     return plant, friction
 
 
 def _chosen(purposes: Sequence[str] | None, limits: MotionLimits) -> tuple[list[str], list[str]]:
-    """Return what can be done of what is asked, and why the rest cannot."""
+    """Return the possible purposes among the requested ones, and reasons against the others."""
     names = list(PURPOSES) if purposes is None else list(purposes)
     if not names:
-        mend = "Name one, or leave it out for all that the axis allows"
-        raise InputError("names no purpose of a motion", path="purposes", allowed=", ".join(PURPOSES), mend=mend)
+        mend = "Name a purpose, or omit the option for all possible purposes"
+        raise InputError("has no purpose of a motion", path="purposes", allowed=", ".join(PURPOSES), mend=mend)
     for name in names:
         if name not in PURPOSES:
             allowed, mend = ", ".join(PURPOSES), did_you_mean(name, PURPOSES)
-            raise InputError("is no purpose of a motion", path="purposes", value=name, allowed=allowed, mend=mend)
+            raise InputError("is not a purpose of a motion", path="purposes", value=name, allowed=allowed, mend=mend)
     reasons = {name: PURPOSES[name].missing(limits) for name in names}
     if purposes is None and all(reasons.values()):
         mend = "Write velocity, acceleration and stroke under [limits], or presliding under [plant]"
-        raise InputError("tells too little for a motion to be planned", path="axis", mend=mend)
+        raise InputError("has too few data to plan a motion", path="axis", mend=mend)
     for name, reason in reasons.items():
         if reason and purposes is not None:
             raise InputError(f"cannot be planned: {reason}", path="purposes", value=name)
@@ -249,11 +249,11 @@ def _chosen(purposes: Sequence[str] | None, limits: MotionLimits) -> tuple[list[
 
 
 def _in_time(chosen: list[str], limits: MotionLimits, seconds: float, *, may_drop: bool) -> tuple[list[ExcitationPiece], list[str]]:
-    """Return pieces that take no longer than they may [s], and what was left out for that."""
+    """Return pieces within a time limit [s], and notes on purposes left out for it."""
     notes, takes = list[str](), 0.0
     while True:
         target, pieces = seconds, _pieces(chosen, limits, seconds)
-        for _ in range(4):  # to come down to the time that they may take
+        for _ in range(4):  # iterate down to the time limit
             takes = length_of(pieces)
             if takes <= seconds * 1.001:
                 return pieces, notes
@@ -261,17 +261,17 @@ def _in_time(chosen: list[str], limits: MotionLimits, seconds: float, *, may_dro
             pieces = min(pieces, _pieces(chosen, limits, target), key=length_of)
         asked, needed = (f"{time + ExcitationMotion.rest:.3g} s" for time in (seconds, takes))
         if len(chosen) == 1 or not may_drop:
-            reason = f"is too short: a motion for {', '.join(chosen)} takes {needed} on this axis, any faster it would not show enough"
-            raise InputError(reason, path="duration", value=asked, mend="Give it that time, or ask for less")
+            reason = f"is too short: a motion for {', '.join(chosen)} needs {needed} on this axis. Faster motion would not identify enough"
+            raise InputError(reason, path="duration", value=asked, mend="Allow that time, or ask for fewer purposes")
         first = next(name for name in LEAVES_FIRST if name in chosen)
         notes.append(f"no {first} ({PURPOSES[first].tells}): with it the motion takes {needed}")
         chosen = [name for name in chosen if name != first]
 
 
 def _pieces(chosen: Sequence[str], limits: MotionLimits, seconds: float) -> list[ExcitationPiece]:
-    """Return the pieces of all purposes; what one does not use of its share goes to those after it."""
+    """Return the pieces of all purposes; later purposes get the unused time of earlier ones."""
     left, share_left, pieces = seconds, sum(PURPOSES[name].share for name in chosen), []
-    # The pieces of a fixed number come first, so that triangles, which can take any time, take what is left.
+    # Pieces of fixed number come first; triangles, whose duration is free, use the rest.
     for name in sorted(chosen, key=lambda name: name == "presliding"):
         purpose = PURPOSES[name]
         with located(f"the motion for {name} that the limits allow"):

@@ -1,4 +1,4 @@
-"""What may be asked of an axis, and what is believed of it before it is measured."""
+"""Limits of a motion of an axis, and a prior of the axis before its measurement."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from bristle.engine import force_along, settled
 from bristle.friction import find, is_static, with_presliding
 from bristle.plants import inertia
 
-TURNED = 0.98  # share of the change of force by which a reversal counts as over
-# A bristle turns by that share over ln(2 / (2 (1 - TURNED))) of its length; half of it is the amplitude of a loop.
+TURNED = 0.98  # share of the change of force at which a reversal counts as complete
+# A bristle reverses by that share over ln(2 / (2 (1 - TURNED))) of its length; the amplitude of a loop is half of it.
 LENGTHS = 0.5 * math.log(1.0 / (1.0 - TURNED))
-LEAST = 1e-9  # m, rad, and their derivatives: no axis moves by less
-MARGIN = 0.9  # of a limit that is used: the loop overshoots
+LEAST = 1e-9  # m, rad, and their derivatives: smaller motions do not exist
+MARGIN = 0.9  # usable share of a limit: the loop overshoots
 
 
 @dataclass(frozen=True)
 class MotionLimits:
-    """What a motion may use, in SI of the kind of axis; None where nothing says it.
+    """Usable limits of a motion, in SI of the kind of axis; None if unknown.
 
     Parameters
     ----------
@@ -34,21 +34,21 @@ class MotionLimits:
     sample_time : float
         Time between samples [s].
     travel : float or None
-        Distance within which the motion stays, half of it to either side of its start [m or rad].
+        Range of the motion, half of it on each side of its start [m or rad].
     velocity, acceleration : float or None
-        Largest ones [m/s or rad/s, m/s^2 or rad/s^2].
+        Largest values [m/s or rad/s, m/s^2 or rad/s^2].
     jerk : float
-        Largest one [m/s^3 or rad/s^3]; infinite where there is no limit.
+        Largest jerk [m/s^3 or rad/s^3]; infinite without a limit.
     count : float
-        Step of the encoder [m or rad]; 0 where not known.
+        Step of the encoder [m or rad]; 0 if unknown.
     presliding : float or None
-        Amplitude at which friction saturates at either end of a loop [m or rad].
+        Amplitude at which friction saturates at both ends of a loop [m or rad].
     resonance : float or None
-        Frequency at which the mass moves on the contact [Hz].
+        Resonance frequency of the mass on the contact [Hz].
     stribeck_velocity : float or None
         Velocity over which friction falls [m/s or rad/s].
     followed : float
-        How closely the controller follows slow motion before sliding [m or rad]; 0 where not known.
+        Tracking error of the controller in slow motion before sliding [m or rad]; 0 if unknown.
     """
 
     kind: Kind
@@ -65,21 +65,21 @@ class MotionLimits:
 
     @property
     def reach(self) -> float:
-        """The pre-sliding amplitude [m or rad]; 0 where nothing says it."""
+        """Pre-sliding amplitude [m or rad]; 0 if unknown."""
         return self.presliding or 0.0
 
     @property
     def extent(self) -> float:
-        """The distance within which the motion stays [m or rad]; 0 where nothing says it."""
+        """Range of the motion [m or rad]; 0 if unknown."""
         return self.travel or 0.0
 
     @property
     def fastest(self) -> float:
-        """The largest velocity [m/s or rad/s], without end where nothing says it."""
+        """Largest velocity [m/s or rad/s], infinite if unknown."""
         return self.velocity or math.inf
 
     def corner(self, speed: float, leg: float) -> float:
-        """Return the acceleration at the ends of a leg of this length [m or rad], a tenth of which they take."""
+        """Return the acceleration at the ends of a leg of this length [m or rad], which take a tenth of it."""
         return min(2.0 * speed * speed / (0.1 * leg), self.acceleration or math.inf)
 
     def in_unit(self, value: float, quantity: str) -> str:
@@ -88,7 +88,7 @@ class MotionLimits:
 
 
 def limits_of(axis: Axis, prior: Prior, sample_time: float, travel: float | None, start: float | None = None) -> MotionLimits:
-    """Return what a motion may use."""
+    """Return the limits of a motion."""
     for path, value in (
         ("travel", travel),
         ("limits.velocity", axis.velocity_limit),
@@ -97,16 +97,16 @@ def limits_of(axis: Axis, prior: Prior, sample_time: float, travel: float | None
         ("limits.stroke", axis.stroke and axis.stroke[1] - axis.stroke[0]),
     ):
         if value is not None and value < LEAST:
-            raise InputError("is too small for a motion", path=path, value=value, allowed=f">= {LEAST:g} in SI", mend="Is the unit right?")
+            raise InputError("is too small for a motion", path=path, value=value, allowed=f">= {LEAST:g} in SI", mend="Check the unit")
     stroke = axis.stroke[1] - axis.stroke[0] if axis.stroke else None
     if axis.stroke and math.ulp(max(map(abs, axis.stroke))) > LEAST:
-        reason, mend = "is so far from zero that positions have too few digits", "Count positions from where the axis is"
+        reason, mend = "is so far from zero that positions have too few digits", "Count positions from the present position"
         raise InputError(reason, path="limits.stroke", value=axis.stroke, mend=mend)
     if axis.stroke and start is not None:
         stroke = 2.0 * min(start - axis.stroke[0], axis.stroke[1] - start)
         if stroke < LEAST:
             allowed = f"between {axis.stroke[0]:g} and {axis.stroke[1]:g}, in SI"
-            raise InputError("leaves no room to either side", path="start", value=start, allowed=allowed)
+            raise InputError("leaves no travel on one side", path="start", value=start, allowed=allowed)
     if travel is not None and stroke is not None and travel > stroke:
         allowed = f"up to {with_unit(stroke, unit_of('length', axis.kind))}"
         raise InputError("is more than the stroke of the axis", path="travel", value=travel, allowed=allowed)
@@ -129,22 +129,22 @@ def limits_of(axis: Axis, prior: Prior, sample_time: float, travel: float | None
 
 @dataclass(frozen=True)
 class Prior:
-    """A plant with friction that is taken for the axis until it is measured.
+    """Assumed plant with friction, until the axis is measured.
 
     Parameters
     ----------
     plant, friction : Model
         The mechanism.
     presliding : float or None
-        Amplitude at which friction saturates at either end of a loop [m or rad]; None where nothing says so.
+        Amplitude at which friction saturates at both ends of a loop [m or rad]; None if unknown.
     resonance : float or None
-        Frequency at which the mass moves on the contact [Hz]; None where mass or stiffness is a guess.
+        Resonance frequency of the mass on the contact [Hz]; None if mass or stiffness is a guess.
     stribeck_velocity : float or None
-        Velocity over which friction falls [m/s or rad/s]; None where nothing says so.
+        Velocity over which friction falls [m/s or rad/s]; None if unknown.
     assumed : tuple of str
-        What nobody said.
+        Assumed values.
     mass_known : bool
-        Whether the mass is no guess: the loop of a controller is tuned to it.
+        Whether the mass is known: the controller is tuned to it.
     """
 
     plant: Model
@@ -157,7 +157,7 @@ class Prior:
 
 
 def prior_of(axis: Axis, plant: Model | None = None, friction: Model | None = None) -> Prior:
-    """Return what is believed of an axis: a model of it, or one made of its limits and its pre-sliding distance."""
+    """Return the prior of an axis: a given model, or a model from its limits and its pre-sliding distance."""
     kind, most, distance = axis.kind, effort_limit(axis), axis.presliding
     force = 1.0 if friction is not None or most is None else 0.1 * most
     mass, assumed = axis.mass if plant is None else plant.values["M"], ()
@@ -186,7 +186,7 @@ def prior_of(axis: Axis, plant: Model | None = None, friction: Model | None = No
         else:
             distance = turning_distance(friction)
         stiffness = 0.0
-        if distance:  # that of the contact before it was ever pulled at
+        if distance:  # stiffness of the contact from the virgin state
             step, dt = 1e-3 * distance, 1e9
             first, second = force_along(simulated, np.full(2, step / dt), dt)
             stiffness = float(second - first) / step
@@ -202,7 +202,7 @@ def prior_of(axis: Axis, plant: Model | None = None, friction: Model | None = No
 
 
 def effort_limit(axis: Axis) -> float | None:
-    """Return the largest effort of an axis, or else of its controller [N or N*m]; None where neither says it."""
+    """Return the largest effort of an axis, or of its controller [N or N*m]; None if both are unknown."""
     if axis.effort_limit is not None:
         return axis.effort_limit
     limit = axis.controller.values.get("limit", math.inf) if axis.controller is not None else math.inf
@@ -210,9 +210,9 @@ def effort_limit(axis: Axis) -> float | None:
 
 
 def turning_distance(friction: Model) -> float | None:
-    """Return half the distance over which the force of a model turns after a slow reversal [m or rad].
+    """Return half the distance over which the force of a model reverses after a slow reversal [m or rad].
 
-    None for a static map, which turns at once.
+    None for a static map, which reverses at once.
     """
     if is_static(friction):
         return None

@@ -1,4 +1,4 @@
-"""`ExcitationMotion`: pieces from rest to rest, one after the other, and the samples of the whole."""
+"""`ExcitationMotion`: a sequence of pieces from rest to rest, and the samples of the whole."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -14,22 +14,22 @@ from bristle.files.motion import Move
 
 @dataclass(frozen=True)
 class ExcitationPiece:
-    """A part of a motion, from rest to rest.
+    """Part of a motion, from rest to rest.
 
     Parameters
     ----------
     purpose : str
-        What it serves: a name of `bristle.excitation.PURPOSES`.
+        Purpose of the piece: a name of `bristle.excitation.PURPOSES`.
     name : str
-        What it is: ``"triangles"``, ``"constant velocity"``.
+        Kind of motion: ``"triangles"``, ``"constant velocity"``.
     reference : Model
         A reference that begins and ends at rest.
     rest : float
         Standstill before it [s].
     speed : float
-        At which it moves [m/s or rad/s]; the largest one of a chirp.
+        Velocity of the motion [m/s or rad/s]; the largest velocity of a chirp.
     amplitude : float
-        How far it goes from where it begins [m or rad].
+        Largest displacement from its start [m or rad].
     """
 
     purpose: str
@@ -41,16 +41,16 @@ class ExcitationPiece:
 
     @cached_property
     def duration(self) -> float:
-        """How long it moves [s]."""
+        """Duration of the motion without the rest [s]."""
         return self.reference.component.duration(self.reference.parameters)
 
     @cached_property
     def end(self) -> float:
-        """Where it ends, from where it begins [m or rad]."""
+        """End position relative to the start [m or rad]."""
         return float(self.sample(np.array([self.duration]))[0][0])
 
     def sample(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return position, velocity and acceleration at the times `t` [s] since it began to move."""
+        """Return position, velocity and acceleration at the times `t` [s] after the start of the motion."""
         return self.reference.component.sample(t, self.reference.parameters)
 
 
@@ -61,13 +61,13 @@ class ExcitationMotion:
     Parameters
     ----------
     pieces : tuple of ExcitationPiece
-        In order.
+        Pieces in order.
     sample_time : float
         Time between samples [s].
     kind : {"translational", "rotational"}
         Kind of axis.
     start : float
-        Where it begins [m or rad].
+        Position at the start [m or rad].
     rest : float
         Standstill at its end [s].
     """
@@ -80,12 +80,12 @@ class ExcitationMotion:
 
     @cached_property
     def begins(self) -> np.ndarray:
-        """When each piece begins to move [s], shape (piece,)."""
+        """Start times of the motion of each piece [s], shape (piece,)."""
         return np.cumsum([piece.rest + piece.duration for piece in self.pieces]) - [piece.duration for piece in self.pieces]
 
     @property
     def duration(self) -> float:
-        """How long the whole takes [s]."""
+        """Duration of the whole motion [s]."""
         return length_of(self.pieces) + self.rest
 
     @cached_property
@@ -122,24 +122,24 @@ class ExcitationMotion:
 
 
 def length_of(pieces: Sequence[ExcitationPiece]) -> float:
-    """Return how long pieces take, their rests included [s]."""
+    """Return the duration of pieces, including their rests [s]."""
     return sum(piece.rest + piece.duration for piece in pieces)
 
 
 def in_time(make: Callable[[float], list[ExcitationPiece]], seconds: float, pace: float, low: float, high: float) -> list[ExcitationPiece]:
-    """Return pieces made at the pace at which they take this time, as far as it lies between `low` and `high`."""
+    """Return pieces with the pace that gives this duration, limited to `low` to `high`."""
     for _ in range(12):
         pace = min(max(pace * length_of(make(pace)) / seconds, low), high)
     return make(pace)
 
 
 def moves_of(motion: ExcitationMotion) -> tuple[tuple[Move, ...], tuple[str, ...]]:
-    """Return the moves of a motion, and the purposes that are none."""
+    """Return the moves of a motion, and the purposes without moves."""
     moves: list[Move] = []
     left_out: list[str] = []
     origin = motion.start
     for piece in motion.pieces:
-        if piece.name == "chirp":  # a sine is not made of legs of one velocity
+        if piece.name == "chirp":  # a sine has no legs of constant velocity
             left_out.append(piece.purpose)
         else:
             moves += _legs(piece, origin, piece.rest, motion.sample_time)
@@ -148,7 +148,7 @@ def moves_of(motion: ExcitationMotion) -> tuple[tuple[Move, ...], tuple[str, ...
 
 
 def _legs(piece: ExcitationPiece, origin: float, dwell: float, sample_time: float) -> list[Move]:
-    """Return the legs of a piece, from one turning point or standstill to the next."""
+    """Return the legs of a piece, between turning points or rests."""
     time = np.linspace(0.0, piece.duration, max(int(np.ceil(8 * piece.duration / sample_time)), 2) + 1)
     position, velocity, acceleration = piece.sample(time)
     side = np.sign(velocity)

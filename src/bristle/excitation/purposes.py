@@ -1,9 +1,9 @@
-"""The four kinds of experiment: what each tells, what of an axis it needs, and the pieces of motion that make it.
+"""Four kinds of experiment: their information, their requirements, and their pieces of motion.
 
-`presliding` has a conditioning slide, decaying loops, and pairs of triangles from small to large: the slide and the
-decaying loops leave the contact in a known state. `break-away` reverses from rest at several rates, in both directions,
-each until friction is saturated. `damping` is a chirp of small amplitude through the frequency at which the mass moves
-on the contact. `stribeck` goes to and fro at constant velocities, from creeping to the largest one.
+`presliding` has a conditioning slide, decaying loops, and pairs of triangles of increasing size: the slide and the loops
+bring the contact into a known state. `break-away` reverses from rest at several rates, in both directions, until friction
+has saturated. `damping` is a chirp of small amplitude through the resonance of the mass on the contact. `stribeck` moves to
+and fro at constant velocities, from creeping to the largest velocity.
 """
 
 import math
@@ -17,24 +17,24 @@ from bristle.excitation.motion import ExcitationPiece, in_time
 from bristle.references import chirp, s_curve, triangle
 
 REST = 0.2  # before a piece [s]
-SLIDING = 5.0  # times the pre-sliding amplitude: a slide, or a reversal, is no shorter
+SLIDING = 5.0  # times the pre-sliding amplitude: smallest slide or reversal
 
 SMALLEST, LARGEST = 0.1, 0.97  # loops, of the pre-sliding amplitude
-LOOP_COUNTS = 3.0  # of the encoder: no loop is smaller
-SLIDE = 4.0  # times the pre-sliding amplitude: friction is saturated long before
+LOOP_COUNTS = 3.0  # of the encoder: smallest loop
+SLIDE = 4.0  # times the pre-sliding amplitude: friction saturates much earlier
 DECAYING_CYCLES = 5
 
 RATES = (1.0, 4.0, 16.0)  # of break-away, relative to the slowest
 
 SPEEDS = 10
-SPREAD = 3.0  # the largest velocity over the smallest, at least
+SPREAD = 3.0  # smallest ratio of the largest to the smallest velocity
 
-CHIRP_COUNTS = 2.0  # of the encoder: no smaller amplitude
+CHIRP_COUNTS = 2.0  # of the encoder: smallest amplitude
 CHIRPED = (1.0 / 8.0, 2.5)  # of the resonance
 
 
 class Purpose(NamedTuple):
-    """One kind of experiment: what it tells, its share of the time, why an axis does not allow it, and its pieces."""
+    """One kind of experiment: its information, its share of the time, reasons against it, and its pieces."""
 
     tells: str
     share: float
@@ -43,40 +43,38 @@ class Purpose(NamedTuple):
 
 
 def _no_presliding(limits: MotionLimits) -> str:
-    """Return why an axis allows no such motion, and what to do; nothing where it does."""
+    """Return the reason why an axis does not allow this motion, with advice; empty if it does."""
     if limits.presliding is None:
-        return (
-            "the distance over which friction turns is not known: write presliding under [plant], or give a model; a slow reversal shows it"
-        )
+        return "the pre-sliding distance is unknown: write presliding under [plant], or give a model. A slow reversal shows the distance"
     if LOOP_COUNTS * limits.count > 0.5 * LARGEST * limits.presliding:
         return (
-            f"the encoder is too coarse: {LOOP_COUNTS:.0f} of its steps of {limits.in_unit(limits.count, 'length')} are no "
-            f"small part of {limits.in_unit(limits.presliding, 'length')}"
+            f"the encoder is too coarse: {LOOP_COUNTS:.0f} of its steps of {limits.in_unit(limits.count, 'length')} are not "
+            f"small against {limits.in_unit(limits.presliding, 'length')}"
         )
     if limits.followed > 0.5 * LARGEST * limits.presliding:
         return (
-            f"the controller follows such loops no closer than {limits.in_unit(limits.followed, 'length')}, which is "
-            f"no small part of {limits.in_unit(limits.presliding, 'length')}: raise its gains for this motion, or add "
+            f"the controller follows such loops to within {limits.in_unit(limits.followed, 'length')}, which is "
+            f"not small against {limits.in_unit(limits.presliding, 'length')}: raise its gains for this motion, or add "
             "integral action"
         )
     if limits.travel is not None and limits.travel < 2.0 * SLIDE * limits.presliding:
-        return f"it takes a travel of {limits.in_unit(2.0 * SLIDE * limits.presliding, 'length')}"
+        return f"it needs a travel of {limits.in_unit(2.0 * SLIDE * limits.presliding, 'length')}"
     return ""
 
 
 def _conditioning(limits: MotionLimits, purpose: str) -> ExcitationPiece:
-    """Return a slide to and fro that wipes out what the contact remembers."""
+    """Return a slide to and fro that erases the memory of the contact."""
     amplitude = SLIDE * limits.reach
     return _triangle(limits, purpose, "conditioning slide", amplitude, 4.0 * amplitude / 1.5)  # it takes 1.5 s
 
 
 def _presliding(limits: MotionLimits, seconds: float) -> list[ExcitationPiece]:
-    """Return the motion, to last about so long [s]."""
+    """Return the motion, of about this duration [s]."""
     largest = LARGEST * limits.reach
     smallest = max(SMALLEST * limits.reach, LOOP_COUNTS * limits.count, limits.followed)
-    # Evenly spaced: most of the time goes to the large loops, which hold most of the force.
+    # Evenly spaced: most of the time belongs to the large loops, which contain most of the force.
     amplitudes = np.linspace(smallest, largest, 14)
-    slowest = 2.0 * largest / 5.0  # a longest leg of 5 s: beyond that, drift of the axis looks like friction
+    slowest = 2.0 * largest / 5.0  # longest leg of 5 s: in longer legs, drift of the axis looks like friction
     fastest = min(2.0 * smallest / (25.0 * limits.sample_time), limits.fastest)  # samples in the shortest leg
     cycles = 2
 
@@ -104,7 +102,7 @@ def _triangle(
     leg: float | None = None,
 ) -> ExcitationPiece:
     speed = min(speed, limits.fastest)
-    leg = leg or 2.0 * amplitude * ratio ** (2 * cycles - 1)  # the shortest one
+    leg = leg or 2.0 * amplitude * ratio ** (2 * cycles - 1)  # the shortest leg
     reference = triangle(
         kind=limits.kind,
         amplitude=amplitude,
@@ -118,11 +116,11 @@ def _triangle(
 
 
 def _break_away(limits: MotionLimits, seconds: float) -> list[ExcitationPiece]:
-    """Return the motion, to last about so long [s]."""
+    """Return the motion, of about this duration [s]."""
     turn = 2.0 * limits.reach
     most = min(turn / (50.0 * limits.sample_time), limits.fastest)
 
-    # The conditioning slide ends forward: the first ramp turns back.
+    # The conditioning slide ends forward: the first ramp reverses.
     def make(speed: float) -> list[ExcitationPiece]:
         return [
             _conditioning(limits, "break-away"),
@@ -142,21 +140,21 @@ def _ramp(limits: MotionLimits, side: float, speed: float) -> ExcitationPiece:
 
 
 def _no_stribeck(limits: MotionLimits) -> str:
-    """Return why an axis allows no such motion, and what to do; nothing where it does."""
+    """Return the reason why an axis does not allow this motion, with advice; empty if it does."""
     for value, quantity, remedy in (
         (limits.velocity, "velocity", "velocity under [limits]"),
         (limits.acceleration, "acceleration", "acceleration under [limits], or limit under [effort] and the moving mass"),
         (limits.travel, "travel", "stroke under [limits], or give a travel"),
     ):
         if value is None:
-            return f"how much {quantity} the axis allows is not known: write {remedy}"
+            return f"the {quantity} limit of the axis is unknown: write {remedy}"
     if _slowest(limits, math.inf) * SPREAD > _fastest(limits):
         return f"a travel of {limits.in_unit(limits.extent, 'length')} is too short for several velocities"
     return ""
 
 
 def _stribeck(limits: MotionLimits, seconds: float) -> list[ExcitationPiece]:
-    """Return the motion, to last about so long [s]."""
+    """Return the motion, of about this duration [s]."""
     acceleration, most = limits.acceleration or math.inf, 0.5 * limits.extent
     fastest, least = _fastest(limits), _shortest(limits)
 
@@ -182,7 +180,7 @@ def _shortest(limits: MotionLimits) -> float:
 
 
 def _slowest(limits: MotionLimits, seconds: float, rate: float = 0.0) -> float:
-    """Return the smallest velocity of a slide that is long enough [m/s or rad/s]."""
+    """Return the smallest velocity of a slide of sufficient duration [m/s or rad/s]."""
     least = 4.0 * _shortest(limits)
     if limits.stribeck_velocity is not None:
         return max(0.2 * limits.stribeck_velocity, least / (0.3 * seconds))
@@ -190,20 +188,20 @@ def _slowest(limits: MotionLimits, seconds: float, rate: float = 0.0) -> float:
 
 
 def _fastest(limits: MotionLimits) -> float:
-    """Return the largest velocity at which half of a quarter of the loop is left for a steady slide [m/s or rad/s]."""
+    """Return the largest velocity at which half of a quarter of the loop remains for a steady slide [m/s or rad/s]."""
     a, room_left = limits.acceleration or math.inf, 0.25 * limits.extent
     rise = a / limits.jerk
     return min(limits.fastest, 2.0 * room_left / (math.sqrt(rise * rise + 4.0 * room_left / a) + rise))
 
 
 def _no_damping(limits: MotionLimits) -> str:
-    """Return why an axis allows no such motion, and what to do; nothing where it does."""
+    """Return the reason why an axis does not allow this motion, with advice; empty if it does."""
     reason = _no_presliding(limits)
     if reason:
         return reason
     if limits.resonance is None:
         return (
-            "the frequency at which the mass moves on the contact is not known: write the moving mass under [plant] "
+            "the resonance of the mass on the contact is unknown: write the moving mass under [plant] "
             "and limit under [effort], or give a model"
         )
     if _highest_frequency(limits) < 1.25 * limits.resonance:
@@ -211,15 +209,15 @@ def _no_damping(limits: MotionLimits) -> str:
     amplitude = _chirp_amplitude(limits)
     if amplitude < CHIRP_COUNTS * limits.count:
         return (
-            f"the limits leave it {limits.in_unit(amplitude, 'length')} at {_highest_frequency(limits):.3g} Hz, and the encoder "
-            f"sees no less than {CHIRP_COUNTS:.0f} of its steps of {limits.in_unit(limits.count, 'length')}: raise jerk or "
+            f"the limits allow {limits.in_unit(amplitude, 'length')} at {_highest_frequency(limits):.3g} Hz, but the encoder "
+            f"needs {CHIRP_COUNTS:.0f} of its steps of {limits.in_unit(limits.count, 'length')}: raise jerk or "
             "acceleration under [limits] for this motion"
         )
     return ""
 
 
 def _damping(limits: MotionLimits, seconds: float) -> list[ExcitationPiece]:
-    """Return the motion, to last about so long [s]."""
+    """Return the motion, of about this duration [s]."""
     low, high = CHIRPED[0] * (limits.resonance or 0.0), _highest_frequency(limits)
     omega, amplitude = 2.0 * math.pi * high, _chirp_amplitude(limits)
     duration = max(seconds - REST, 4.0 / low)
@@ -229,10 +227,10 @@ def _damping(limits: MotionLimits, seconds: float) -> list[ExcitationPiece]:
 
 
 def _chirp_amplitude(limits: MotionLimits) -> float:
-    """Return the amplitude of the chirp [m or rad], as large as the limits leave it."""
+    """Return the amplitude of the chirp [m or rad], as large as the limits allow."""
     omega = 2.0 * math.pi * _highest_frequency(limits)
-    # The ramps add little to what the sine itself takes.
-    # Small beside the pre-sliding amplitude, so that stiffness and damping show, and not slip.
+    # The ramps add little to the amplitude of the sine.
+    # Small against the pre-sliding amplitude, so that stiffness and damping show instead of slip.
     amplitude = max(0.2 * limits.reach, CHIRP_COUNTS * limits.count)
     most = limits.fastest / omega, (limits.acceleration or math.inf) / omega**2, limits.jerk / omega**3
     return min(amplitude, *most)
@@ -245,7 +243,7 @@ def _highest_frequency(limits: MotionLimits) -> float:
 
 PURPOSES: dict[str, Purpose] = {
     "presliding": Purpose("stiffness and loops before sliding, F_C", 0.55, _no_presliding, _presliding),
-    "break-away": Purpose("break-away force and distance, and how they depend on the rate", 0.12, _no_presliding, _break_away),
+    "break-away": Purpose("break-away force and distance, and their dependence on the rate", 0.12, _no_presliding, _break_away),
     "damping": Purpose("micro-damping and the resonance on the contact", 0.08, _no_damping, _damping),
     "stribeck": Purpose("friction over velocity, and the moving mass", 0.25, _no_stribeck, _stribeck),
 }

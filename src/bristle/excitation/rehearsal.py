@@ -1,4 +1,4 @@
-"""A rehearsal: the motion run on what is believed of the axis, logged as the axis would, and identified from that."""
+"""Rehearsal: the motion run on the prior, logged as on the axis, and an identification from that log."""
 
 import math
 from dataclasses import dataclass, replace
@@ -17,30 +17,30 @@ from bristle.logs.log import Channel, Log
 from bristle.logs.turns import numbered, reversals
 from bristle.sensors import encoder
 
-NOISE = 0.005  # of the friction force, standard deviation: what a drive adds to its effort
-SCATTER = 0.05  # of the friction force, from one reversal to the next
+NOISE = 0.005  # of the friction force, standard deviation: noise of the effort of a drive
+SCATTER = 0.05  # of the friction force, between reversals
 
 
 @dataclass(frozen=True)
 class Rehearsal:
-    """What a motion would show of the axis, if the axis were the prior.
+    """Result of a motion on an axis equal to the prior.
 
     Parameters
     ----------
     log : Log
-        As the drive would write it: position in counts of the encoder, effort with noise.
+        Log as written by the drive: position in encoder counts, effort with noise.
     friction : ndarray, shape (sample,)
-        Friction force [N or N*m], which no log has.
+        Friction force [N or N*m], which real logs do not have.
     peak_effort : float
         Largest effort [N or N*m].
     lag : float
-        Largest distance between the motion and the axis while it moves slowly, before sliding [m or rad].
+        Largest distance between motion and axis during slow motion before sliding [m or rad].
     identification : Identification
-        What was identified from the log.
+        Identification from the log.
     truth : dict
-        The parameters of the prior [SI], as far as the identified model has them.
+        Parameters of the prior [SI] that the identified model has.
     loop : bool
-        Whether the controller of the axis was running; else the axis followed the motion exactly.
+        Whether the controller of the axis was simulated; else the axis followed the motion exactly.
     """
 
     log: Log
@@ -55,16 +55,16 @@ class Rehearsal:
 def rehearse(motion: ExcitationMotion, axis: Axis, prior: Prior, *, draws: int, progress: Progress | None = None) -> Rehearsal:
     """Run a motion on the prior, and identify the prior from the log.
 
-    Friction scatters by 5 % from one reversal to the next, the effort has a noise of 0.5 % of friction, and the
+    Friction scatters by 5 % between reversals, the effort has a noise of 0.5 % of friction, and the
     position is in counts of the encoder.
     """
     if progress is not None:
         progress(0.1, "running the motion on the prior")
     log, friction, loop = recorded(motion, axis, prior)
-    # The model of the prior is fitted, unless it has lists of elements.
+    # Fit the model of the prior, unless it has lists of elements.
     component = prior.friction.component
     name = "lugre" if any(component.is_array(parameter) for parameter in component.variables) else component.name
-    # Without a controller no loop is simulated, which tells how wide its positions scatter: no rehearsal asks that.
+    # Without a controller, skip the loop simulation behind the scatter of positions: a rehearsal does not need it.
     simulated = replace(axis, delay=0.0, seeks_delay=False, held=loop, controller=None)
     identification = identify(
         log,
@@ -89,11 +89,11 @@ def rehearse(motion: ExcitationMotion, axis: Axis, prior: Prior, *, draws: int, 
 
 
 def recorded(motion: ExcitationMotion, axis: Axis, prior: Prior) -> tuple[Log, np.ndarray, bool]:
-    """Return the log of a motion run on the prior, the friction force along it [N or N*m], and whether in the loop."""
-    # The velocity at a sample is the mean over the step around it.
+    """Return the log of a motion on the prior, the friction force [N or N*m], and whether the loop was simulated."""
+    # The velocity at a sample is the mean over the surrounding step.
     dt, v = motion.sample_time, motion.velocity
     expected = force_along(prior.friction, v, dt, motion.position + 0.5 * dt * v)
-    # Friction is another one after every reversal.
+    # Friction changes its scale at each reversal.
     turns = reversals(v)
     factors = 1.0 + SCATTER * np.random.default_rng(2).standard_normal(turns.size + 1)
     disturbance = (factors[numbered(turns, v.size)] - 1.0) * expected
@@ -121,8 +121,8 @@ def recorded(motion: ExcitationMotion, axis: Axis, prior: Prior) -> tuple[Log, n
 
 
 def _in_loop(motion: ExcitationMotion, axis: Axis, prior: Prior, disturbance: np.ndarray) -> Trace | None:
-    """Return the run in the loop of the controller; None where there is none, or where it is not stable."""
-    # A controller is tuned to the mass of its axis: with a mass that is a guess, its loop would tell nothing.
+    """Return the run in the loop of the controller; None without a controller, or if the loop is unstable."""
+    # The controller is tuned to the mass of its axis: with a guessed mass, its loop is meaningless.
     if axis.controller is None or not prior.mass_known:
         return None
     trace = run_closed_loop(
@@ -140,4 +140,4 @@ def _in_loop(motion: ExcitationMotion, axis: Axis, prior: Prior, disturbance: np
     if trace.status is Status.NOT_FINITE:
         return None
     astray = float(np.max(np.abs(trace.position - motion.position)))
-    return None if astray > 10.0 * float(np.ptp(motion.position)) else trace  # no stable loop errs so much
+    return None if astray > 10.0 * float(np.ptp(motion.position)) else trace  # stable loops have smaller errors

@@ -1,4 +1,4 @@
-"""Logs of motion axes: what was recorded, with units, and the readers of the files that hold it."""
+"""Logs of motion axes: recorded channels with units, and readers of log files."""
 
 from typing import TYPE_CHECKING
 

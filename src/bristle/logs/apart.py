@@ -1,9 +1,9 @@
-"""Binary files are read in a process of their own.
+"""Read binary files in a separate process.
 
-The libraries that read them are native code. A file with one flipped byte can make them loop, ask for all memory or
-crash, and none of that can be caught: a signal is not even seen before they return. In a process of its own they end at
-a limit of time and memory, and whoever waits for them can be interrupted. What crosses over is a line of text and plain
-numbers, so nothing that a file does there becomes code here.
+The libraries that read them are native code. A damaged file can make such a library loop, exhaust the memory or crash.
+No Python code can catch these failures: signals are handled only after the library returns. A separate process ends at a
+limit of time and memory, and its caller can be interrupted. Only a line of text and plain numbers cross over, so that
+no content of the file is executed here.
 """
 
 import json
@@ -21,15 +21,15 @@ import numpy as np
 from bristle.core.errors import InputError, shortened
 from bristle.logs.table import Choice, Request, Table, damage_refused
 
-SECONDS, BYTES_A_SECOND = 6.0, 20e6  # of processor time, before a file counts as one that has no end
+SECONDS, BYTES_A_SECOND = 6.0, 20e6  # of processor time, limit for a file that makes its reader loop
 PATIENCE = 4.0  # times that, by the clock, on a machine that is busy
-# A plugin of HDF5 is a library that a file can ask for; none is loaded. One thread of linear algebra is enough.
-# Ctrl-C in a terminal goes to whoever waits, who ends it.
+# Files can ask for plugins of HDF5, which are libraries: load none. One thread of linear algebra is enough.
+# Ctrl-C in a terminal goes to the caller, which ends this process.
 ENVIRONMENT = {"HDF5_PLUGIN_PRELOAD": "::", "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
 
 
 def read_apart(reader: str, data: bytes, request: Request) -> Table:
-    """Return the table in a binary file, read in a process of its own by the function `reader`, ``module:name``."""
+    """Return the table in a binary file, read in a separate process by the function `reader`, ``module:name``."""
     head = {
         "reader": reader,
         "source": str(request.source),
@@ -46,7 +46,7 @@ def read_apart(reader: str, data: bytes, request: Request) -> Table:
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         env=os.environ | ENVIRONMENT | {"PYTHONPATH": os.pathsep.join(path for path in sys.path if path)},
-        # A group of its own: Ctrl-C goes to the program that waits, and that one ends the reader.
+        # A separate process group: Ctrl-C goes to the waiting program, which ends the reader.
         start_new_session=sys.platform != "win32",
         creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),
     )
@@ -68,7 +68,7 @@ def read_apart(reader: str, data: bytes, request: Request) -> Table:
             elif code != 0:
                 ending = f"the library that reads it ended with signal {-code}" if code < 0 else last
     if ending is not None:
-        message = f"is damaged, or of a kind that is not read ({ending})"
+        message = f"is damaged, or in an unsupported format ({ending})"
         raise InputError(message, path=str(request.source), mend="Copy or save it again")
     line, _, rest = out.partition(b"\n")
     record = json.loads(line)
@@ -82,17 +82,17 @@ def read_apart(reader: str, data: bytes, request: Request) -> Table:
 
 
 def serve() -> None:
-    """Answer one request: the other side of `read_apart`."""
+    """Answer one request of `read_apart`."""
     out = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # what a library prints must not come between
+    os.dup2(2, 1)  # prints of a library must not mix with the answer
     head = json.loads(sys.stdin.buffer.readline())
-    # The system ends this process, should it take more, even if nobody waits any more.
-    with suppress(ImportError):  # not on this system: whoever waits ends it
+    # The system ends this process at the limit, even if the caller is gone.
+    with suppress(ImportError):  # missing on this system: the caller ends the process
         import resource
 
-        most = 3 * 2**29 + 4 * head["limit"]  # of addresses, beside what is read
+        most = 3 * 2**29 + 4 * head["limit"]  # of address space, in addition to the data
         for name, soft, hard in (("CPU", head["seconds"], head["seconds"] + 1), ("AS", most, most), ("CORE", 0, 0)):
-            # Some systems know a limit and do not take it, or have a smaller one already.
+            # Some systems have a limit but refuse to set it, or already have a smaller limit.
             with suppress(AttributeError, ValueError, OSError):
                 resource.setrlimit(getattr(resource, f"RLIMIT_{name}"), (soft, hard))
     data = sys.stdin.buffer.read()

@@ -1,4 +1,4 @@
-"""Logs as arrays and tables: HDF5 (that of MATLAB 7.3, too), NPZ and NPY of NumPy, MAT up to version 7.2, Parquet."""
+"""Logs as arrays and tables: HDF5 and MATLAB 7.3, NPZ and NPY of NumPy, MAT up to version 7.2, Parquet."""
 
 import io
 import zipfile
@@ -36,12 +36,12 @@ def read_hdf5(data: bytes, request: Request) -> Table:
             unit = next((text for key in UNIT_ATTRIBUTES if (text := _text(node, key))), "")
             values[name] = stored._replace(unit=unit)
             if not unit and any(key in node.attrs for key in UNIT_ATTRIBUTES):
-                notes.append(f"the unit of {name} is no text and was left out")
+                notes.append(f"the unit of {name} is not text and was left out")
         return table_from(values, request, "HDF5", separator=separator, notes=notes)
 
 
 def _data_sets(content: Any, source: Path) -> Iterator[tuple[str, Any]]:
-    """Yield name and data set of all that lies in the file itself; what lies elsewhere is not looked for."""
+    """Yield name and data set of everything stored in the file itself; do not follow links to other files."""
     import h5py
     from h5py import h5o  # pyright: ignore[reportAttributeAccessIssue]
 
@@ -104,7 +104,7 @@ def _table(stored: dict[str, Stored], notes: list[str], request: Request) -> Tab
 
 
 def _stored(opened: Callable[[], IO[bytes]], size: int, source: Path) -> Stored:
-    """Return what the head of an array says of it; the numbers that it announces must be there."""
+    """Return the array that its head describes; refuse a file that is too short for it."""
     with opened() as file:
         version = np.lib.format.read_magic(file)
         header: Any = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
@@ -159,7 +159,7 @@ def _with_lists(value: Any) -> Any:
 
 
 def _examine(data: bytes, source: Path, limit: int) -> None:
-    """Walk over the elements, each of which says its length: the last must end with the file, all must fit."""
+    """Walk over the elements by their lengths: the last must end with the file, and all must fit."""
     order = "little" if data[126:128] == b"IM" else "big"
     at, unpacked = HEADER_BYTES, 0
     while at < len(data):
@@ -169,26 +169,26 @@ def _examine(data: bytes, source: Path, limit: int) -> None:
             break
         element = data[begin - TAG_BYTES : at]
         if kind == 15:
-            with suppress(zlib.error):  # the reader will tell what is wrong with it
+            with suppress(zlib.error):  # the reader reports the damage
                 element = zlib.decompressobj().decompress(data[begin:at], limit - unpacked + 1)
                 unpacked += len(element)
             refuse_larger(unpacked, limit, source)
         _refuse_deep(element, order, source)
     if at != len(data) or at == HEADER_BYTES:
         announced = max(at, HEADER_BYTES + TAG_BYTES)
-        message = f"is truncated: {len(data)} bytes, and its content announces {announced}"
+        message = f"is truncated: {len(data)} bytes, but its content announces {announced}"
         raise InputError(message, path=str(source), mend="Copy or save it again")
 
 
 def _tag(data: bytes, at: int, order: Literal["little", "big"]) -> tuple[int, int]:
-    """Return what the tag at this byte says: the kind of an element and its length [byte]."""
+    """Return the kind of the element at this byte, and its length [byte]."""
     kind, length = (int.from_bytes(data[at + i : at + i + 4], order) for i in (0, 4))
     # A small element has its length in the upper half of the kind, and its data in place of the length.
     return (kind & 0xFFFF, 0) if kind >> 16 else (kind, length)
 
 
 def _refuse_deep(element: bytes, order: Literal["little", "big"], source: Path) -> None:
-    """Refuse cells in cells in cells: the reader calls itself for each, in native code, until its stack is full."""
+    """Refuse deeply nested cells: the native reader recurses into each until its stack overflows."""
     at, ends = 0, []
     while at + TAG_BYTES <= len(element):
         while ends and at >= ends[-1]:
@@ -214,7 +214,7 @@ def read_parquet(data: bytes, request: Request) -> Table:
 
     file = pyarrow.parquet.ParquetFile(io.BytesIO(data))
     names, notes = distinct(file.schema_arrow.names)
-    # Columns of one name can only be read together.
+    # Columns of the same name can only be read together.
     selection = None if notes else [name for name in names if request.choice(name)]
     count = len(names if selection is None else selection)
     refuse_larger(file.metadata.num_rows * NUMBER_BYTES * count, request.limit, request.source)
@@ -234,13 +234,13 @@ def read_parquet(data: bytes, request: Request) -> Table:
 
 
 def _numbers(column: Any) -> np.ndarray | None:
-    """Return a column as numbers, a missing one as NaN; None where it holds something else."""
+    """Return a column as numbers, with NaN for missing values; None if it holds anything else."""
     import pyarrow
 
     if pyarrow.types.is_time(column.type):
         counts = column.cast(pyarrow.int32() if pyarrow.types.is_time32(column.type) else pyarrow.int64())
         return counts.to_numpy().astype(float) * SECONDS[column.type.unit]
-    # Whole numbers and truth values with gaps would arrive as objects.
+    # pandas would return integers and booleans with gaps as objects.
     may_lack = (pyarrow.types.is_decimal, pyarrow.types.is_integer, pyarrow.types.is_boolean)
     values = (column.cast(pyarrow.float64(), safe=False) if any(is_so(column.type) for is_so in may_lack) else column).to_numpy()
     if values.dtype.kind == "M":

@@ -1,4 +1,4 @@
-"""From the columns of a table to what was recorded: looked at, on a grid of time, with what is doubtful in it."""
+"""Build a log from the columns of a table: checked, on a uniform grid of time, with findings."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -19,7 +19,7 @@ from bristle.logs.table import Table
 
 
 def record_of(table: Table, axis: Axis) -> LogData:
-    """Return what was recorded in a table, in SI of the axis, on a uniform grid of time."""
+    """Return the log in a table, in SI of the axis, on a uniform grid of time."""
     gathered = gather(table, axis)
     for problem in (*gathered.problems, *problems_of(gathered, str(table.source))):
         raise problem
@@ -28,10 +28,10 @@ def record_of(table: Table, axis: Axis) -> LogData:
 
 
 def clock_for(table: Table, axis: Axis, gathered: Gathered) -> Clock:
-    """Return the time base of a log: from its column of time, else from the sample time that is known."""
+    """Return the time base of a log, from its column of time or the known sample time."""
     time, place = gathered.channels.get("time"), str(table.source)
     if time is not None:
-        # Rows that hold in all channels what the row before holds.
+        # Rows that repeat the previous row in all channels.
         values = [channel.values for name, channel in gathered.named() if name != "time"]
         repeats = np.append(False, np.all([np.diff(each) == 0.0 for each in values], axis=0))
         position = gathered.motion.values if gathered.motion else None
@@ -42,14 +42,14 @@ def clock_for(table: Table, axis: Axis, gathered: Gathered) -> Clock:
         mend = 'Name the column of time in [columns] of the axis file, or write sample_time = "1 ms" under [timing]'
         raise InputError("has no column of time and no sample time", path=place, mend=mend)
     if table.sample_time and abs(period / table.sample_time - 1) > 0.01:
-        message = f"was sampled every {table.sample_time:g} s and the axis file says otherwise"
+        message = f"was sampled every {table.sample_time:g} s but the axis file states another sample time"
         raise InputError(message, path=place, value=period, mend="Leave sample_time out of the axis file")
     return clock_of(period * np.arange(len(gathered.motion or ())), place, delay=axis.delay)
 
 
 def _of_clock(clock: Clock, gathered: Gathered, axis: Axis) -> Iterator[Diagnostic]:
-    """Yield what resampling does to the channels."""
-    # 0.1 of the sample time: less jitter than this is told as a note, not as a warning
+    """Yield the effects of resampling on the channels."""
+    # Jitter below 0.1 of the sample time is a note, not a warning.
     if clock.jitter is None or clock.jitter.usual <= 0.1 >= clock.jitter.largest:
         return
     motion, per = gathered.motion, 1.0 if "position" in gathered.channels else clock.sample_time
@@ -65,7 +65,7 @@ def _of_clock(clock: Clock, gathered: Gathered, axis: Axis) -> Iterator[Diagnost
 
 
 def assembled(table: Table, axis: Axis, gathered: Gathered, clock: Clock) -> LogData:
-    """Return the log of channels that were examined, on the grid of `clock`."""
+    """Return the log of examined channels, on the grid of `clock`."""
 
     def on_grid(name: str, lag: float = 0.0) -> Channel | None:
         channel = gathered.channels.get(name)
@@ -80,7 +80,7 @@ def assembled(table: Table, axis: Axis, gathered: Gathered, clock: Clock) -> Log
     if position is None:
         if velocity is None:
             raise InputError("has no position", path=str(table.source))
-        # The integral by trapezoids; each segment goes on where the one before it ended.
+        # The integral by trapezoids; each segment continues from the end of the previous segment.
         steps = 0.5 * clock.sample_time * (velocity.values[1:] + velocity.values[:-1])
         for segment in clock.segments[1:]:
             steps[segment.start - 1] = 0.0
@@ -114,21 +114,21 @@ def assembled(table: Table, axis: Axis, gathered: Gathered, clock: Clock) -> Log
 
 
 def _remark_on(column: str, axis: Axis, *, follows: bool) -> str:
-    """Return what is to be said of a position that is the integral of a column."""
-    begin = "it begins at the reference" if follows else "it begins at 0"
+    """Return the note on a position that bristle integrated from a velocity column."""
+    begin = "the reference" if follows else "0"
     terms = [name for name, stated in (("gravity", axis.gravity), ("cogging", axis.cogging)) if stated]
-    named = f", here {' and '.join(terms)}," if terms else ""
+    named = f" ({' and '.join(terms)})" if terms else ""
     return (
-        f"the log has no position: it is the integral of column {column}; {begin}, where the axis stood nobody knows, "
-        f"and an offset of the speed makes it drift. What depends on the place{named} means nothing"
+        f"the log has no position: bristle integrates column {column}, starting at {begin}. The true start is unknown, "
+        f"and an offset of the speed makes the position drift. Results that depend on position{named} are meaningless"
     )
 
 
 def _doubts_about_velocity(position: Channel, clock: Clock, axis: Axis) -> Iterator[str]:
-    """Yield in words where the axis exceeds its limit."""
+    """Yield a sentence if the axis exceeds its velocity limit."""
     steps = [np.abs(np.diff(position.values[segment][::STRIDE])) for segment in clock.segments]
     fastest = max((float(step.max()) for step in steps if step.size), default=0.0) / (STRIDE * clock.sample_time)
-    if axis.velocity_limit is not None and fastest > (1.0 + 0.02) * axis.velocity_limit:  # of the limit: what noise may add to a velocity
+    if axis.velocity_limit is not None and fastest > (1.0 + 0.02) * axis.velocity_limit:  # of the limit, allowed for noise of the velocity
         speed, limit = (with_unit(value, unit_of("length/time", axis.kind)) for value in (fastest, axis.velocity_limit))
         yield f"the axis moves at up to {speed}, faster than its limit of {limit} in the axis file: is the unit of the position right?"
 
@@ -146,7 +146,7 @@ def within(log: R, span: tuple[float, float]) -> R:
     extent = f"{span[0]:g} to {span[1]:g} s"
     if last - first < 10:
         allowed = f"within {time[0]:g} to {time[-1]:g} s"
-        raise InputError("holds next to nothing of the log", path="log.span", value=extent, allowed=allowed)
+        raise InputError("contains almost no samples of the log", path="log.span", value=extent, allowed=allowed)
 
     def part(channel: Channel) -> Channel:
         return replace(channel, values=channel.values[first:last])
@@ -159,5 +159,5 @@ def within(log: R, span: tuple[float, float]) -> R:
         injected=tuple(map(part, log.injected)),
         regressors=tuple(map(part, log.regressors)),
         segments=tuple(slice(start, stop) for start, stop in segments if stop > start),
-        notes=(*log.notes, f"only what lies between {span[0]:g} and {span[1]:g} s was used"),
+        notes=(*log.notes, f"only samples from {span[0]:g} to {span[1]:g} s were used"),
     )

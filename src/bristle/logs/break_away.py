@@ -1,12 +1,12 @@
-r"""Break-away, measured: the force that it takes and the distance over which friction turns, by the rate of the pull.
+r"""Measured break-away: force and distance of the transition to sliding, over the rate of the pull.
 
-Each leg of a log that begins at rest after a motion the other way, and turns the contact over slowly enough to be seen
-behind the filter, gives a force and a distance. What scatters from leg to leg, what differs between both directions,
-and how both depend on the rate, are told apart by least squares of their logarithms,
+A leg counts if it begins at rest after a motion in the other direction, and breaks away slowly enough to be resolved
+behind the filter. It gives a force and a distance. Least squares of their logarithms separate the scatter between legs,
+the difference between directions, and the dependence on the rate,
 
 .. math:: \ln F_i = \beta_0 + \beta_1 \ln v_i + \beta_2 \operatorname{sgn} v_i + \epsilon_i
 
-and the intervals are Student's. To that of a distance comes the step of the encoder, which no repetition averages out.
+and the intervals are Student's. The step of the encoder widens the interval of a distance: repetition does not average it out.
 """
 
 import math
@@ -20,7 +20,7 @@ from bristle.core.normal import NORMAL_95
 from bristle.logs.passages import Stretch
 from bristle.logs.turns import Leg
 
-TURNED = 0.9  # of the change of force: where the contact counts as turned over
+TURNED = 0.9  # of the change of force: at which the friction counts as saturated
 
 
 class Recording(NamedTuple):
@@ -32,22 +32,22 @@ class Recording(NamedTuple):
 
 
 class BreakAway(NamedTuple):
-    """Break-away at one rate, mean of both directions; intervals of 95 %, or None where too few legs tell.
+    """Break-away at one rate, mean of both directions; 95 % intervals, or None if there are too few legs.
 
     Parameters
     ----------
     speed : float
-        Of the pull [m/s or rad/s].
+        Speed of the pull [m/s or rad/s].
     legs : int
-        How many there are.
+        Count of legs.
     force : float
         Largest friction force until it slides [N or N*m].
     force_interval : tuple of float or None
-        Of the force [N or N*m].
+        Interval of the force [N or N*m].
     distance : float
-        From rest until the force has changed by 90 % of all it changes by [m or rad].
+        Distance from rest to 90 % of the change of force [m or rad].
     distance_interval : tuple of float or None
-        Of the distance [m or rad].
+        Interval of the distance [m or rad].
     """
 
     speed: float
@@ -69,18 +69,18 @@ def break_aways(
     recordings: Sequence[Recording], *, cutoff: float, sample_time: float, resolution: float, noise: float
 ) -> tuple[BreakAway, ...]:
     """Return the break-aways of a log, by rate."""
-    grain = max(2.5 * resolution, 10.0 * noise)  # of the encoder, of the noise of the position: no smaller motion is one
+    grain = max(2.5 * resolution, 10.0 * noise)  # of the encoder and of the position noise: smaller motions are ignored
     legs: list[_Leg] = []
     for recording in recordings:
         stretch = Stretch(*recording, grain, None, 0)
         for leg in stretch.of_kind("break_away"):
             rest = max((rest for rest in stretch.rests if rest.start <= leg.first), key=lambda rest: rest.start)
-            # 1.0 of the filter, that this takes at least: faster, and the filter would tell its own distance
+            # A faster leg would show the distance of the filter: it must last at least 1.0 of the filter.
             measured = _measured(leg, rest, recording, 1.0 / (sample_time * cutoff))
             legs += [measured] if measured is not None else []
-    groups: list[list[int]] = []  # of one rate, the slowest first
+    groups: list[list[int]] = []  # legs of one rate, the slowest group first
     for k in sorted(range(len(legs)), key=lambda place: legs[place].speed):
-        if not groups or legs[k].speed > 1.3 * legs[groups[-1][0]].speed:  # ratio of rates that count as one
+        if not groups or legs[k].speed > 1.3 * legs[groups[-1][0]].speed:  # largest ratio of rates in one group
             groups.append([])
         groups[-1].append(k)
     speeds = [math.exp(float(np.mean(np.log([legs[k].speed for k in group])))) for group in groups]
@@ -93,19 +93,19 @@ def break_aways(
 
 
 def _measured(leg: Leg, rest: slice, recording: Recording, shortest: float) -> _Leg | None:
-    """Return what one leg tells, and the rest before it; None where it takes fewer samples than the `shortest`."""
+    """Return the break-away of one leg after its rest; None if it takes fewer samples than the `shortest`."""
     position, force = recording.position, recording.force
     side = math.copysign(1.0, leg.distance)
-    # A leg is seen when it has moved by a grain: friction has begun to turn before.
+    # Friction begins to turn before the leg has moved by a detectable grain.
     pulled = side * force[rest.start : leg.last + 1]
     moved = side * (position[rest.start : leg.last + 1] - np.median(position[rest]))
     sliding = side * force[(leg.cruise.start + leg.cruise.stop) // 2 : leg.cruise.stop]
     level = float(np.mean(sliding))
     peak = float(np.max(pulled[: leg.cruise.stop - rest.start]))
-    # 3.0 standard deviations of the sliding force, by which a peak stands out
+    # A peak exceeds the sliding force by at least 3.0 standard deviations.
     most = peak if peak - level > 3.0 * float(np.std(sliding)) else level
     before = float(np.median(pulled[: rest.stop - rest.start]))
-    if most <= 0.0 or before > -0.5 * most:  # of the force at break-away, that a contact is left with by a motion the other way
+    if most <= 0.0 or before > -0.5 * most:  # of the break-away force: a motion in the other direction leaves the contact loaded
         return None
     share = (pulled - before) / (most - before)
     turned = int(np.argmax(share >= TURNED))
@@ -120,7 +120,7 @@ def _measured(leg: Leg, rest: slice, recording: Recording, shortest: float) -> _
 def _estimates(
     legs: Sequence[_Leg], groups: Sequence[Sequence[int]], speeds: Sequence[float], values: Sequence[float], common: float
 ) -> list[tuple[float, tuple[float, float] | None]]:
-    """Return the mean of both directions at each rate with its interval; `common` is an error that all legs share."""
+    """Return the mean of both directions at each rate with its interval; `common` is an error shared by all legs."""
     from scipy.stats import t
 
     if not groups:

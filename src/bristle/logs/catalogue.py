@@ -1,7 +1,7 @@
-"""The formats of logs that are read, a line each: by their first bytes, for the ending of a name may lie.
+"""List the formats of logs; the first bytes of a file decide, because file endings can be wrong.
 
-A format is a module of this folder that ends with ``FORMAT = NAME = LogFormat(...)``, and an import below. Those that need a library, or
-share a module, are a line of `FORMATS` and a function ``read_NAME(data, request)``, which is imported when a file is read.
+A format is a module of this folder that ends with ``FORMAT = NAME = LogFormat(...)``, plus an import below. A format that
+needs a library or shares a module is a line of `FORMATS` and a function ``read_NAME(data, request)``, imported on first use.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ def _begins(*starts: bytes, suffix: str = "") -> Callable[[bytes, str], bool]:
 
 
 def is_archive_of_arrays(head: bytes, suffix: str) -> bool:
-    """Return whether a file is an array of NumPy or an archive of them: each file of it is named so."""
+    """Return whether a file is an array of NumPy or an archive of arrays: each member has the ending of one."""
     return head.startswith(b"\x93NUMPY") or (head.startswith(ARCHIVE) and b".npy" in head[26:])
 
 
@@ -36,13 +36,13 @@ FORMATS: tuple[LogFormat, ...] = (
     LogFormat("tdms", "TDMS", _begins(b"TDSm", suffix=".tdms"), package="nptdms", extra="io", module="recorders"),
     LogFormat("mat", "MAT", _begins(b"MATLAB 5.0", suffix=".mat"), module="array_files"),
     LogFormat("sinumerik", "traces of SINUMERIK", _is_markup, module="recorders"),
-    *(known for known in tuple(vars().values()) if isinstance(known, LogFormat)),  # those of a module of their own
+    *(known for known in tuple(vars().values()) if isinstance(known, LogFormat)),  # formats with a separate module
     LogFormat("csv", "text", lambda head, suffix: True, module="csv"),
 )
 """Every format of logs, in the order in which they are tried."""
 
 
 def format_of(data: bytes, suffix: str) -> LogFormat:
-    """Return the format of a file; text where it is no other one."""
+    """Return the format of a file; plain text if no other format matches."""
     head, formats = data[:START], (*OWN_FORMATS.get(), *FORMATS)
     return next(candidate for candidate in formats if candidate.recognises(head, suffix.lower()))

@@ -19,31 +19,31 @@ from bristle.core.tabular import SIGNALS, Signal, Tabular, ranged
 from bristle.core.typography import with_unit
 from bristle.core.variable import KINDS, Kind, Variable, unit_of
 
-ROUNDING = 1e-12  # of the largest value: less is no step
-OFF_STEP = 0.01  # of a step: how far a multiple of it may be off
+ROUNDING = 1e-12  # of the largest value: smaller differences are rounding
+OFF_STEP = 0.01  # of a step: tolerance of a multiple
 
 
 def quantisation(values: np.ndarray) -> float:
-    """Return the smallest difference between two values that differ, zero if none do."""
+    """Return the smallest difference between two different values, zero if all are equal."""
     steps = np.diff(np.unique(values))
     steps = steps[steps > ROUNDING * np.max(np.abs(values), initial=0.0)]
     return float(steps.min()) if steps.size else 0.0
 
 
 def clear_step(values: np.ndarray, *, most: float = 20) -> float:
-    """Return the step that all values are multiples of, where few lie between samples; 0 where there is none."""
+    """Return the step of which all values are multiples, if samples differ by few steps; else 0."""
     finite = np.asarray(values, dtype=float)[np.isfinite(values)]
     step = quantisation(finite)
     if not step:
         return 0.0
     multiples = (finite - finite.min()) / step
     moves = np.abs(np.diff(multiples))
-    # `most` steps between samples that differ: half of them are no farther apart where steps are clear
+    # At most `most` steps between different samples: the median difference is no larger if the steps are clear.
     is_clear = np.median(moves[moves > OFF_STEP]) <= most
     return step if is_clear and np.max(np.abs(multiples - np.round(multiples))) < OFF_STEP else 0.0
 
 
-COLUMN = array(finite=False)  # what a file holds is looked at, and its place told, before it becomes a log
+COLUMN = array(finite=False)  # readers check the samples first and report the place of bad values
 
 
 @guarded(values=COLUMN, unit=TEXT, column=TEXT)
@@ -60,8 +60,8 @@ class Channel(NDArrayOperatorsMixin):
     column : str
         Name of the column in the file.
     recorded_step : float, optional
-        The smallest difference between two samples that differ, as they were recorded, where `values` are others: of
-        samples between them it says nothing.
+        The smallest difference between two different samples as recorded, if `values` were resampled or filtered: samples
+        between the recorded ones do not show it.
     """
 
     values: np.ndarray
@@ -76,10 +76,10 @@ class Channel(NDArrayOperatorsMixin):
 
     @property
     def step(self) -> float:
-        """The smallest difference between two samples that differ, which is that of an encoder; 0 where none do."""
+        """Smallest difference between two different samples, the step of an encoder; 0 if all are equal."""
         return quantisation(self.values) if self.recorded_step is None else self.recorded_step
 
-    # Two channels are one or not; what their samples are is asked of `values`.
+    # Channels compare by identity; compare samples through `values`.
     def __eq__(self, channel: object) -> bool:
         return self is channel
 
@@ -110,7 +110,7 @@ class Channel(NDArrayOperatorsMixin):
 
 
 def channel(name: str) -> Converter:
-    """Return what takes a `Channel`, or the numbers of one in SI of the kind of axis."""
+    """Return a converter for a `Channel`, or for its numbers in SI of the kind of axis."""
 
     def convert(value: Any, path: str, kind: Kind | None) -> Channel:
         unit = unit_of(CHANNELS[name], kind or KINDS[0])
@@ -123,7 +123,7 @@ def channel(name: str) -> Converter:
 
 @dataclass(frozen=True, eq=False)
 class LogData(Tabular):
-    """The data of a log, which nobody has handed in from outside; `bristle.logs.log.Log` says what each is."""
+    """Data of a log made by this package; `bristle.logs.log.Log` describes each field."""
 
     time: Channel = taken(channel("time"))
     position: Channel = taken(channel("position"))
@@ -164,12 +164,12 @@ class LogData(Tabular):
 
     @property
     def part(self) -> str:
-        """Which columns of its file it is, and from when to when: two parts of one file are two logs."""
+        """Columns and time span in the file: two parts of one file are two logs."""
         columns = ", ".join(channel.column for channel in (self.position, self.effort) if channel is not None)
         return f"columns {columns}, {self.time.values[0]:.6g} to {self.time.values[-1]:.6g} s"
 
     def is_part(self, part: str) -> bool:
-        """Return whether another part of its file, as `part` tells it, has columns and a time in common with it."""
+        """Return whether another part of the same file, described as by `part`, shares columns and time with this log."""
         found, own = (re.fullmatch(r"columns (.*), (\S+) to (\S+) s", text, re.DOTALL) for text in (part, self.part))
         if found is None or own is None:
             return True
@@ -184,12 +184,12 @@ class LogData(Tabular):
 
     @property
     def surroundings(self) -> dict[str, Channel]:
-        """What was recorded of the surroundings of the axis, by name."""
+        """Recorded channels of the surroundings of the axis, by name."""
         of_motion = {name: getattr(self, name) for name in RECORDED}
         return {name: channel for name, channel in of_motion.items() if channel is not None} | dict(self.further)
 
     def channels(self) -> Iterator[tuple[str, Channel]]:
-        """Yield the name and the channel of all that was recorded, known inputs last."""
+        """Yield name and channel of all recorded signals, known inputs last."""
         for name in CHANNELS:
             channel = getattr(self, name)
             if channel is not None:
@@ -232,7 +232,7 @@ class LogData(Tabular):
 
 
 def _spacing(time: np.ndarray) -> float:
-    """Return the time between samples [s] of a grid that nobody told."""
+    """Return the time between samples [s] of a uniform grid."""
     steps = np.diff(time)
     typical = float(np.median(steps)) if steps.size else 0.0
     if not (typical > 0.0 and np.all(steps > 0.0)):

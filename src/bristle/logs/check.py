@@ -1,4 +1,4 @@
-"""A look at a log before anything is fitted to it: what it contradicts, and what it cannot tell. One table of rules."""
+"""Check a log before a fit: contradictions, and questions that it cannot answer. One table of rules."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -21,18 +21,18 @@ from bristle.logs.words import other_unit_in, plain_unit
 Numbers = Mapping[str, Number]
 AnyLog = TypeVar("AnyLog", bound=LogData)
 
-COPIED_WITHIN = 1e-6  # of the range, within which a position is its reference
+COPIED_WITHIN = 1e-6  # of the range, within which a position is a copy of its reference
 OTHER_STEP = 5.0  # times the resolution: counts of a quadrature encoder differ by 2 and 4
 SAMPLED = 1e-5, 0.5  # s from sample to sample of a servo axis
 SPRING_WORK, SPRING_LIKENESS = 0.3, 0.6  # of a spring: share of the work that stays in the axis, correlation of effort and position
 RATIOS = {"2": 2.0, "pi": np.pi, "2 pi": 2.0 * np.pi, "60": 60.0, "30/pi": 30.0 / np.pi, "180/pi": 180.0 / np.pi, "1000": 1000.0}
 INVERSES = ("1/2", "1/pi", "1/(2 pi)", "1/60", "pi/30", "pi/180", "1/1000")
 GEARS = RATIOS | {name: 1.0 / ratio for name, ratio in zip(INVERSES, RATIOS.values(), strict=True)}
-"""Ratios that gears, leads and units have, when two numbers that should be one differ by such a factor."""
+"""Ratios of gears, leads and units, by which two equal quantities can differ."""
 
 
 def _measured(look: Look) -> Iterator[tuple[str, Numbers | None]]:
-    """Yield what a log is asked, in the order in which it is said, each with what was measured; None: nothing to say."""
+    """Yield the code of each check, in the order of the report, with the measured numbers; None if the check passes."""
     # `bristle.report.sentences.checks` has the sentence and the mend of each.
     settings, effort, lost, x = look.settings, look.log.effort, look.lost, look.log.position.values
     if lost.size:
@@ -80,20 +80,20 @@ def _measured(look: Look) -> Iterator[tuple[str, Numbers | None]]:
     ways = np.concatenate(look.ways)
     ahead, back = float(ways[ways > 0.0].sum()), -float(ways[ways < 0.0].sum())
     share = min(ahead, back) / max(ahead + back, np.finfo(float).tiny)
-    if share < 0.03:  # of the way goes in the lesser direction
+    if share < 0.03:  # of the travel is in the rarer direction
         yield "one_direction", {"percent": max(100.0 * share, 0.0), "direction": "forward" if ahead >= back else "backward"}
     yield "one_speed", _one_speed(look)
     position = max(look.segments, key=len)
-    step = max(position.size // 4000, 1)  # of a position that may repeat itself
+    step = max(position.size // 4000, 1)  # of a possibly periodic position
     period = period_of(position[::step], step * look.log.sample_time)
     yield "motion_repeats", None if period is None else {"every": period}
 
 
 def _suspect_units(look: Look) -> Iterator[tuple[str, Numbers]]:
-    """Yield where times or speeds are of another size than any axis has, or a name says another unit than the axis file."""
+    """Yield times or speeds that no axis has, and units in names that contradict the axis file."""
     settings, dt, turns = look.settings, look.log.sample_time, look.log.kind != "translational"
     speeds = np.abs(look.rows.velocity)
-    speed = float(np.quantile(speeds, 0.999)) if speeds.size else 0.0  # of the rows: faster ones may be noise
+    speed = float(np.quantile(speeds, 0.999)) if speeds.size else 0.0  # of the rows: faster rows can be noise
     is_odd = not SAMPLED[0] <= dt <= SAMPLED[1]
     is_fast = speed > (settings.fastest_turning if turns else settings.fastest) and dt >= SAMPLED[0]
     for channel, bases, odd, numbers in (
@@ -115,7 +115,7 @@ def _resolution_contradicts(look: Look) -> Numbers | None:
     step = position.recorded_step
     if step is None:
         step = clear_step(position.values, most=math.inf)
-        if step < resolution:  # digits of a text are a finer step than any encoder has
+        if step < resolution:  # a text can have more digits than any encoder resolves
             step = clear_step(position.values)
     times = step / resolution
     if not step or 1.0 / OTHER_STEP < times < OTHER_STEP:
@@ -125,15 +125,15 @@ def _resolution_contradicts(look: Look) -> Numbers | None:
 
 
 def _gear(look: Look, of: str, ratio: float) -> Numbers | None:
-    """Return a ratio that is one of those that gears and units have."""
+    """Return a ratio if it is typical of gears or units."""
     name, value = min(GEARS.items(), key=lambda gear: abs(np.log(abs(ratio) / gear[1])))
     return {"of": of, "ratio": ratio, "gear": name} if abs(abs(ratio) / value - 1.0) < 0.06 else None
 
 
 def _never_slides(look: Look) -> Numbers | None:
-    """Measure where the effort follows the position as that of a spring, and gives back the work that it did."""
+    """Return measures of a log whose effort follows the position as a spring does, and returns its work."""
     log, share = look.log, look.share
-    # 0.5 and 0.9, of work and of likeness: a wide loop that leans as a spring does
+    # Limits of work and correlation (0.5 and 0.9) that a wide, inclined loop also exceeds.
     if log.effort is None or look.axis.plant != "inertia" or not 0.0 < abs(share) < 0.5:
         return None
     likeness = likeness_of(*(channel.values - np.mean(channel.values) for channel in (log.position, log.effort)))
@@ -144,9 +144,9 @@ def _never_slides(look: Look) -> Numbers | None:
 
 
 def _builds_up(look: Look) -> bool:
-    """Return whether friction builds up over the ways of a log, rather than to turn at once beside a spring."""
-    # Loops before sliding may be as wide as those of an axis that slides and is pulled back. What such an axis is pulled
-    # by depends on the place; its friction is there right behind each reversal.
+    """Return whether friction builds up over the strokes of a log, instead of reversing at once in parallel to a spring."""
+    # Loops before sliding can be as wide as those of an axis that slides against a spring. The spring force depends on the
+    # position; the friction of such an axis is complete directly after each reversal.
     rows, x = look.rows, look.rows.position
     if x.size < CHUNKS:
         return False
@@ -157,20 +157,19 @@ def _builds_up(look: Look) -> bool:
     if longest == 0.0:
         return False
     side, place, behind = np.sign(ways), (x - x.mean()) / np.ptp(x), np.abs(x - x[turns[way - 1]])
-    lacking = -side * np.exp(-behind / (0.25 * longest))  # of the longest way, over which the friction of such a loop builds up
+    lacking = -side * np.exp(-behind / (0.25 * longest))  # of the longest stroke: build-up distance of such a loop
     columns = (np.ones_like(x), place, place**2, place**3, rows.velocity, rows.acceleration, side, lacking)
     line = Line.through(np.column_stack(columns), rows.effort)
     if line is None:
         return False
     level, (missing, error) = float(line.coefficients[-2]), line.last
-    # 2.0 standard errors by which it must be less
-    return level > 0.0 and missing - 2.0 * error > 0.5 * level  # of friction: less right behind a reversal is a contact that has not slid
+    # The deficit must exceed 2.0 standard errors.
+    return level > 0.0 and missing - 2.0 * error > 0.5 * level  # of friction: a larger deficit: the contact has not slid
 
 
 def _one_speed(look: Look) -> Numbers | None:
-    """Measure the 10 % and 90 % quantiles of steady speeds over the way."""
-    # A way is steady where most of its parts are as fast as the fastest of them; those in which the axis waits tell
-    # nothing.
+    """Return the 10 % and 90 % quantiles of steady speeds over the strokes."""
+    # A stroke is steady if most of its parts are as fast as the fastest part. Parts in which the axis waits do not count.
     every, steady = [np.zeros(1)], [np.empty((2, 0))]
     for x in look.segments:
         ends = look.turns(x)
@@ -178,11 +177,11 @@ def _one_speed(look: Look) -> Numbers | None:
         times = look.log.sample_time * np.diff(marks, axis=0)
         speeds = np.abs(np.diff(x[marks], axis=0)) / times
         top = np.quantile(speeds, FAST, axis=0)
-        goes = speeds > 0.05 * top  # of the speed of a cruise: that of an axis that waits
+        goes = speeds > 0.05 * top  # of the speed of a cruise: below, the axis waits
         cruises = goes & (np.abs(speeds - top) <= CRUISING * top + 2.0 * graininess(x, look.resolution) / times)
         way = np.abs(np.diff(x[marks[[0, -1]]], axis=0))[0]
         every.append(way)
-        steady.append(np.stack([way, top])[:, (cruises.sum(axis=0) >= 0.6 * goes.sum(axis=0)) & (top > 0.0)])  # of the parts of a way
+        steady.append(np.stack([way, top])[:, (cruises.sum(axis=0) >= 0.6 * goes.sum(axis=0)) & (top > 0.0)])  # of the parts of a stroke
     ways, tops = np.concatenate(steady, axis=1)
     if not ways.size or ways.sum() < 0.35 * np.concatenate(every).sum():
         return None
@@ -193,14 +192,14 @@ def _one_speed(look: Look) -> Numbers | None:
 
 
 SEVERITIES: dict[str, Severity] = {"sign_reversed": "error", "effort_unsigned": "error", "motion_repeats": "note"}
-"""What is graver than a warning, or less."""
+"""Severities other than a warning."""
 
 RECORDED = (
     *("rows_lost", "sign_reversed", "resolution_contradicts", "unit_suspect", "velocity_contradicts"),
     *("gear_suspect", "effort_unsigned", "clipped", "saturates", "reference_recorded", "high_passed", "scale_steps"),
     *("resampled", "unit_contradicts", "beyond_limit"),
 )
-"""Codes of what is wrong with a recording, whatever it is used for; the last ones are found while it is read."""
+"""Codes of faults of a recording, whatever its use; readers find the last ones."""
 
 
 @guarded(
@@ -209,21 +208,21 @@ RECORDED = (
     settings=instance(CheckThresholds, "thresholds"),
 )
 def checked(log: LogData, axis: Axis | None = None, settings: CheckThresholds = DEFAULT) -> tuple[Diagnostic, ...]:
-    """Return what a log says against itself and against what is told of its axis, before anything is fitted.
+    """Return contradictions within a log, and between the log and its axis, before a fit.
 
     Parameters
     ----------
     log : Log
         Its channels, in SI.
     axis : Axis, optional
-        Mass, resolution, limits and units, as far as they are known.
+        Mass, resolution, limits and units, as far as known.
     settings : CheckThresholds
-        From where on something is said.
+        Thresholds of the findings.
 
     Returns
     -------
     tuple of Diagnostic
-        Gravest first. Each has a code, numbers, and a sentence that says how to mend it.
+        Most severe first. Each has a code, numbers, and a sentence with advice.
     """
     axis = axis or Axis(kind=log.kind)
     resolution = axis.resolution or log.position.step
@@ -234,16 +233,16 @@ def checked(log: LogData, axis: Axis | None = None, settings: CheckThresholds = 
 
 
 def parted(log: AnyLog, axis: Axis | None = None) -> AnyLog:
-    """Return a log with the places where rows are missing between its segments, so that nothing goes across them."""
+    """Return a log split into segments at missing rows, so that no filter or derivative crosses them."""
     return _parted(log, lost_in(log, (axis and axis.resolution) or log.position.step))
 
 
 def _parted(log: AnyLog, starts: np.ndarray) -> AnyLog:
-    """Return a log whose segments end at the samples `starts`, before missing rows."""
+    """Return a log whose segments end before the samples `starts`."""
     segments = []
     for segment in log.segments if starts.size else ():
         first, last, _ = segment.indices(len(log))
         inside = starts[(starts >= first) & (starts < last - 1)] + 1
-        # 10 samples of a stretch between lost rows
+        # A stretch between lost rows has at least 10 samples.
         segments += [slice(a, b) for a, b in pairwise([first, *inside.tolist(), last]) if b - a >= 10]
     return replace(log, segments=tuple(segments)) if segments else log

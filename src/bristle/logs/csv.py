@@ -25,14 +25,14 @@ PIECE = 2**20
 def read_csv(data: bytes, request: Request) -> Table:
     """Return the columns of a text file.
 
-    Cells are separated by comma, semicolon, tab or blanks; what follows a ``#`` at the start of a line or behind a
-    blank, rows of empty cells, and what stands before the header are skipped; the header may be missing; a decimal
-    comma is understood unless commas separate, and so are ``1.5D-3`` and ``-1.#IND``.
+    Cells are separated by comma, semicolon, tab or blanks. The reader skips text above the header, rows of empty cells, and
+    comments after a ``#`` at the start of a line or after a blank. The header may be missing. It accepts a decimal comma
+    unless commas separate cells, and numbers such as ``1.5D-3`` and ``-1.#IND``.
     """
     data, encoding = _decodable(data, request.source)
     head = data[:HEAD_BYTES].decode(encoding, "replace").split("\n")
     refuse_frames(head, request.source)
-    if (scope := stamped_text.head_of(head)) is not None:  # channels with times of their own
+    if (scope := stamped_text.head_of(head)) is not None:  # channels with separate times
         return stamped_text.read_scope(data.decode(encoding).split("\n"), scope, request)
     if (archived := stamped_text.pattern_of(head)) is not None:
         return stamped_text.read_archive(data.decode(encoding).split("\n"), archived, request)
@@ -43,7 +43,7 @@ def read_csv(data: bytes, request: Request) -> Table:
     body, facts = data[starts[layout.first] :], stamped_text.facts_above(lines, layout)
     body, notes = _without_open_end(body, layout, request.source, encoding)
     layout = replace(layout, units=tuple(map(stamped_text.units_of_labview(lines, layout).get, layout.names, layout.units)))
-    # A signal in a SINUMERIK has an address, which names its column.
+    # A signal of a SINUMERIK has an address, which names its column.
     program = "SINUMERIK trace, CSV" if any(re.match(r"\+?/(Nck|DriveVsa|Channel|Bag|Plc)/", name) for name in layout.names) else ""
     if (apart := _with_own_times(body, layout, request, encoding, notes)) is not None:
         return replace(apart, facts=facts, format=program or apart.format)
@@ -59,7 +59,7 @@ def read_csv(data: bytes, request: Request) -> Table:
         if layout.numeric[i] or i in dates:
             names.append(name)
             continue
-        message, mend = why_no_number(cell)  # for those who ask for it
+        message, mend = why_no_number(cell)  # for a caller that needs this column
         texts[name] = InputError(message, path=f"{request.source}: line {layout.first + 1}, column {name!r}", value=cell, mend=mend)
     notes += _note_of_text(list(texts))
     units = {layout.names[i]: unit for i, unit in enumerate(layout.units) if unit and layout.numeric[i]}
@@ -77,7 +77,7 @@ def read_csv(data: bytes, request: Request) -> Table:
 
 
 def _with_own_times(body: bytes, layout: Layout, request: Request, encoding: str, notes: list[str]) -> Table | None:
-    """Return the table of a file with several columns of time, or with columns that are empty every so often."""
+    """Return the table of a file with several columns of time, or with columns recorded at lower rates."""
     times = sum(is_time(name) or name.startswith("column_") for name in layout.names)
     separator = (layout.delimiter or "").encode()
     gaps = bool(separator) and (separator * 2 in body or separator + b"\n" in body or b"\n" + separator in body)
@@ -100,14 +100,14 @@ def _note_of_text(names: Sequence[str]) -> list[str]:
 
 
 def _decodable(data: bytes, source: Path) -> tuple[bytes, str]:
-    """Return text with one kind of line end, and its encoding, in which each separator is one byte."""
+    """Return text with uniform line ends, and its encoding, in which each separator is one byte."""
     if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         try:
             data = data.decode("utf-16").encode("utf-8", "replace")
         except UnicodeDecodeError:
             raise InputError("is truncated: it ends within a character", path=str(source), mend="Copy or export it again") from None
     elif b"\0" in data:
-        raise InputError("is neither text nor a log of a known kind", path=str(source), mend="Export it as CSV, in UTF-8")
+        raise InputError("is neither text nor a log in a known format", path=str(source), mend="Export it as CSV, in UTF-8")
     data = data.removeprefix(codecs.BOM_UTF8)
     if b"\r" in data:
         data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
@@ -118,13 +118,13 @@ def _decodable(data: bytes, source: Path) -> tuple[bytes, str]:
         for at in range(0, len(data), PIECE):
             decoder.decode(data[at : at + PIECE])
         decoder.decode(b"", final=True)
-    except UnicodeDecodeError:  # the code page of Windows has signs such as ‰ where Latin-1 has none
+    except UnicodeDecodeError:  # the code page of Windows has signs such as ‰ that Latin-1 lacks
         return data, "latin-1" if any(sign in data for sign in (b"\x81", b"\x8d", b"\x8f", b"\x90", b"\x9d")) else "cp1252"
     return data, "utf-8"
 
 
 def _starts_of_lines(data: bytes, most: int, source: Path) -> list[int]:
-    """Return where the first lines begin."""
+    """Return the starts of the first lines."""
     starts, at = [0], 0
     while len(starts) <= most:
         end = data.find(b"\n", at)
@@ -139,7 +139,7 @@ def _starts_of_lines(data: bytes, most: int, source: Path) -> list[int]:
 
 
 def _without_open_end(body: bytes, layout: Layout, source: Path, encoding: str) -> tuple[bytes, list[str]]:
-    """Leave out a last line that no line break ends: its last cell may be cut, and nothing tells."""
+    """Leave out a last line without a line break: its last cell may be cut."""
     if body.endswith(b"\n"):
         return body, []
     end = body.rfind(b"\n") + 1
@@ -163,7 +163,7 @@ def _without_open_end(body: bytes, layout: Layout, source: Path, encoding: str) 
 def _numbers(body: bytes, layout: Layout, request: Request, chosen: list[int], encoding: str) -> list[np.ndarray]:
     """Return the chosen columns."""
     source = request.source
-    # A run of blanks does not tell which cell is missing: all are read, so that rows are of one length.
+    # A run of blanks does not show which cell is missing: read all columns, so that rows have the same length.
     read = [index for index, is_numeric in enumerate(layout.numeric) if is_numeric] if layout.delimiter is None else chosen
     refuse_larger(body.count(b"\n") * len(read) * NUMBER_BYTES, request.limit, source)
     if not chosen:
@@ -189,9 +189,9 @@ def _numbers(body: bytes, layout: Layout, request: Request, chosen: list[int], e
 
 
 def _plain(body: bytes, layout: Layout) -> bytes:
-    """Return rows without comments, with numbers spelt as everywhere."""
+    """Return rows without comments, with numbers in the usual spelling."""
     if b".#" in body:
-        # As the C library of Windows wrote it until 2015.
+        # Spelling of the C library of Windows until 2015.
         body = re.sub(rb"(?<![\d.])1\.#([A-Za-z]+)\w*", lambda match: b"inf" if match[1].upper() == b"INF" else b"nan", body)
     if b"#" in body:
         body = re.sub(COMMENTS.encode(), b"", body)
@@ -204,22 +204,22 @@ def _plain(body: bytes, layout: Layout) -> bytes:
 
 
 def _bad_row(body: bytes, layout: Layout, source: Path, encoding: str) -> InputError | None:
-    """Return the error that names the first row and cell that cannot be read."""
+    """Return the error that names the first unreadable row and cell."""
     for index, row in enumerate(io.TextIOWrapper(io.BytesIO(body), encoding=encoding, newline="\n")):
         cells = cells_of(without_comments(row), layout.delimiter)
         place = f"{source}: line {layout.first + index + 1}"
         if any(cells) and len(cells) != len(layout.numeric):
-            mend = "Mend or delete this row; if it is the last, the file is truncated"
+            mend = "Correct or delete this row; if it is the last row, the file is truncated"
             return InputError(f"has {len(cells)} cells instead of {len(layout.numeric)}", path=place, value=row, mend=mend)
         for column, cell in enumerate(cells if any(cells) else ()):
             if layout.numeric[column] and not is_number(cell, layout.decimal_comma):
                 message, mend = why_no_number(cell)
-                mend = mend or "Repair the sample or delete its row: a gap in time is understood"
+                mend = mend or "Correct the sample or delete its row: bristle splits the log at the gap"
                 return InputError(message, path=f"{place}, column {layout.names[column]!r}", value=cell, mend=mend)
     return None
 
 
-# ``(1436509052.249713) vcan0 044#2A366C2BBA``, as -L writes it, and ``vcan0  123   [8]  11 22 ...`` for the eye.
+# ``(1436509052.249713) vcan0 044#2A366C2BBA``, as written by -L, and ``vcan0  123   [8]  11 22 ...``, as displayed.
 _FRAME = re.compile(
     r"\s*(?:\((?:\d{4}-\d\d-\d\d[ T])?[\d:.]+\)\s+)?\w+\s+(?:(?:RX|TX)\s+(?:[-\w]+\s+)*)?"
     r"[0-9A-Fa-f]{3,8}(?:#[0-9A-Fa-fR]*|##[0-9A-Fa-f]+|\s+\[\d+\](?:\s+[0-9A-Fa-f]{2})*.*)(?:\s+[RT])?\s*"
@@ -227,8 +227,8 @@ _FRAME = re.compile(
 
 
 def refuse_frames(lines: Sequence[str], source: Path) -> None:
-    """Refuse a log of a CAN bus: what its bytes mean stands in another file."""
+    """Refuse a log of a CAN bus: the meaning of its bytes is in a separate file."""
     filled = [line for line in lines if line.strip()][:20]
     if filled and sum(bool(_FRAME.fullmatch(line)) for line in filled) >= 0.8 * len(filled):  # of the lines looked at
         mend = "Decode it with the DBC file of the bus, and export position and effort as CSV or MF4, as cantools or asammdf do"
-        raise InputError("is a log of a CAN bus (candump): frames of bytes, and no signals", path=str(source), mend=mend)
+        raise InputError("is a log of a CAN bus (candump), with raw frames instead of signals", path=str(source), mend=mend)

@@ -1,4 +1,4 @@
-"""`Curves`: what was recorded of a hysteresis, output over input, along one path or several that start alike."""
+"""`Curves`: recorded hysteresis, output over input, along one path or several with the same start."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -28,15 +28,15 @@ class Curve(NamedTuple):
 @guarded()
 @dataclass(frozen=True, eq=False)
 class Curves:
-    """Hysteresis as it was recorded: no time, only the order of the samples.
+    """Recorded hysteresis, without time: only the order of the samples counts.
 
     Parameters
     ----------
     curves : tuple of Curve
-        Each begins anew from `start`.
+        Each starts again from `start`.
     start : {"virgin", "saturated"}
-        The state before each curve: demagnetised, or saturated at the end of the range that the curve heads for, so
-        that its first sample lies on the major branch.
+        State before each curve: demagnetised, or saturated at the end of the range that the curve moves towards, so that its
+        first sample lies on the major branch.
     kind : {"translational", "rotational", "magnetic", "piezo"}
         Input and output are displacement and force, angle and torque, or field and moment.
     source : Path
@@ -44,9 +44,9 @@ class Curves:
     origin : Origin
         Name and SHA-256 of the file, and the table in it.
     notes : tuple of str
-        What was left out.
+        Samples left out.
     name : str
-        What the file that describes them calls them.
+        Name in the file that describes the curves.
     """
 
     curves: tuple[Curve, ...] = taken(many(lambda pair, path, kind: Curve(*CURVE(pair, path, kind)), least=1))
@@ -59,21 +59,21 @@ class Curves:
 
     @cached_property
     def full_scale(self) -> float:
-        """Largest output of all."""
+        """Largest output of all curves."""
         return max(float(np.max(np.abs(curve.f))) for curve in self.curves)
 
     @cached_property
     def low(self) -> float:
-        """Smallest input of all."""
+        """Smallest input of all curves."""
         return min(float(np.min(curve.u)) for curve in self.curves)
 
     @cached_property
     def high(self) -> float:
-        """Largest input of all."""
+        """Largest input of all curves."""
         return max(float(np.max(curve.u)) for curve in self.curves)
 
     def history(self, curve: Curve) -> np.ndarray:
-        """Return the inputs that the operator went through before a curve, from its virgin state."""
+        """Return the inputs of the operator before a curve, from its virgin state."""
         if self.start == "virgin":
             return np.empty(0)
         far = 10.0 * max(abs(self.low), abs(self.high))  # times the largest input of the record

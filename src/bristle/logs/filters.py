@@ -1,4 +1,4 @@
-"""Filters whose delay is none, or taken out, and the derivative that goes with them; signals of shape (..., sample)."""
+"""Filters without delay, and the matching derivative; signals of shape (..., sample)."""
 
 import math
 from functools import cache
@@ -7,13 +7,13 @@ import numpy as np
 
 
 def low_passed(signal: np.ndarray, cutoff: float, sample_time: float) -> np.ndarray:
-    """Return signals, shape (..., sample), behind the zero-phase Butterworth filter of fourth order, cut-off in Hz."""
+    """Return signals, shape (..., sample), after a zero-phase Butterworth filter of fourth order, cut-off in Hz."""
     from scipy.signal import sosfilt, sosfiltfilt
 
     sections, settled, edge, _ = butterworth(cutoff, sample_time)
     if signal.shape[-1] <= edge:
-        return sosfiltfilt(sections, signal)  # which says what is too short
-    # To the bit what that returns, without solving for the settled state of the same filter at each call.
+        return sosfiltfilt(sections, signal)  # reports the required length
+    # Same bits as sosfiltfilt, without its computation of the settled state at each call.
     settled = settled.reshape(len(sections), *[1] * (signal.ndim - 1), 2)
     before = 2.0 * signal[..., :1] - signal[..., edge:0:-1]
     after = 2.0 * signal[..., -1:] - signal[..., -2 : -(edge + 2) : -1]
@@ -25,7 +25,7 @@ def low_passed(signal: np.ndarray, cutoff: float, sample_time: float) -> np.ndar
 
 @cache
 def butterworth(cutoff: float, sample_time: float) -> tuple[np.ndarray, np.ndarray, int, int]:
-    """Return sections, settled state, and by how many samples a signal is extended and a start dies out to rounding."""
+    """Return sections, settled state, and the counts of samples by which a signal is extended and a start decays."""
     from scipy.signal import butter, sosfilt_zi
 
     sections = np.asarray(butter(4, cutoff, fs=1.0 / sample_time, output="sos"))
@@ -37,7 +37,7 @@ def butterworth(cutoff: float, sample_time: float) -> tuple[np.ndarray, np.ndarr
 def derivative(signal: np.ndarray, dt: float) -> np.ndarray:
     """Return the derivative of a signal, shape (..., sample), true to the fourth order of the step.
 
-    Of the second order, as `numpy.gradient` is, the acceleration of 10 Hz at 500 samples a second is 0.5 % small.
+    A derivative of second order, such as `numpy.gradient`, underestimates an acceleration of 10 Hz at 500 Hz by 0.5 %.
     """
     if signal.shape[-1] < 5:
         return np.asarray(np.gradient(signal, dt, axis=-1))
@@ -47,7 +47,7 @@ def derivative(signal: np.ndarray, dt: float) -> np.ndarray:
 
 
 def through_filter(signal: np.ndarray, lag: float, dt: float) -> np.ndarray:
-    """Return a signal, shape (..., sample), behind, or before if negative, a filter of this time constant [s], not delayed."""
+    """Return a signal, shape (..., sample), lagged by a first-order filter with this time constant [s]; led if negative."""
     from scipy.signal import lfilter
 
     if lag < 0.0:
@@ -58,18 +58,18 @@ def through_filter(signal: np.ndarray, lag: float, dt: float) -> np.ndarray:
 
 
 def ahead(signal: np.ndarray, samples: float) -> np.ndarray:
-    """Return a signal, shape (..., sample), so many samples earlier, as a cubic spline tells it; beyond its ends it stays."""
+    """Return a signal, shape (..., sample), advanced by a number of samples on a cubic spline, constant beyond its ends."""
     from scipy.ndimage import spline_filter1d
 
     return at_spline(spline_filter1d(signal), samples)
 
 
 def at_spline(coefficients: np.ndarray, samples: float) -> np.ndarray:
-    """Return the signal of the coefficients of a spline, shape (..., sample), so many samples earlier."""
+    """Return the signal of spline coefficients, shape (..., sample), advanced by a number of samples."""
     from scipy.ndimage import correlate1d
 
     whole, part = math.floor(samples), samples - math.floor(samples)
-    # B-splines of third order, at four samples around an instant.
+    # Cubic B-splines, at the four samples around an instant.
     weights = [0.0, (1.0 - part) ** 3, 4.0 + 3.0 * part**2 * (part - 2.0), 1.0 + 3.0 * part * (1.0 + part - part**2), part**3]
     moved = correlate1d(coefficients, np.array(weights) / 6.0, mode="mirror")
     last = coefficients.shape[-1] - 1

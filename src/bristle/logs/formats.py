@@ -1,6 +1,6 @@
-"""What a format of logs is: one file with a `LogFormat`, a person's own or a module of this folder that `catalogue.py` lists.
+"""Define a format of logs: a file with a `LogFormat`, your own or a module of this folder listed in `catalogue.py`.
 
-Formats of a person's own are asked first, while `reading` lasts.
+Your own formats are tried first, inside `reading`.
 """
 
 from collections.abc import Callable, Iterator
@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from bristle.logs.table import Request
 
-START = 4096  # bytes by which a format is recognised
+START = 4096  # bytes that identify a format
 
 
 class LogFormat(NamedTuple):
@@ -28,7 +28,7 @@ class LogFormat(NamedTuple):
 
     @property
     def place(self) -> str:
-        """The module and the name of a reader of bristle's own."""
+        """Module and name of a reader of this package."""
         return f"bristle.logs.{self.module}:read_{self.name}"
 
 
@@ -37,7 +37,7 @@ OWN_FORMATS: ContextVar[tuple[LogFormat, ...]] = ContextVar("formats of logs of 
 
 @contextmanager
 def reading(*formats: LogFormat) -> Iterator[None]:
-    """Read logs of formats of a person's own, too, before all others."""
+    """Try your own formats of logs before all others."""
     token = OWN_FORMATS.set((*formats, *OWN_FORMATS.get()))
     try:
         yield

@@ -19,7 +19,7 @@ from bristle.logs.words import other_unit_in
 
 @dataclass
 class Gathered:
-    """Channels as recorded, not yet examined, and what kept others from being gathered."""
+    """Channels as recorded, not yet checked, and the problems of the others."""
 
     channels: dict[str, Channel] = field(default_factory=dict)
     injected: list[Channel] = field(default_factory=list)
@@ -30,11 +30,11 @@ class Gathered:
 
     @property
     def motion(self) -> Channel | None:
-        """What tells how the axis moved: its position, or without one its velocity."""
+        """Recorded motion of the axis: its position, or without it its velocity."""
         return self.channels.get("position", self.channels.get("velocity"))
 
     def named(self) -> Iterator[tuple[str, Channel]]:
-        """Yield the name and the channel of all that was found."""
+        """Yield name and channel of all that were found."""
         yield from self.channels.items()
         yield from ((f"injected.{channel.column}", channel) for channel in self.injected)
         yield from ((f"known.{channel.column}", channel) for channel in self.regressors)
@@ -44,14 +44,14 @@ def gather(table: Table, axis: Axis) -> Gathered:
     """Return the channels that `axis` names, in SI of its kind, sign and transmission applied."""
     gathered = Gathered(notes=list(table.notes))
     motion, time = axis.columns.get("position", axis.columns.get("velocity")), axis.columns.get("time")
-    # Where the columns bring their times with them, none is to be named.
+    # Columns with their own times need no column of time.
     implied = motion is not None and (table.name_of(motion.name) or "") in table.stamps
     if implied and time is not None:
         implied = (table.name_of(time.name) or "") in ("", *table.stamps.values())
         if implied:
             gathered.notes.append(f"columns.time is not needed: each column of this {table.format} file brings its time")
     for name, column in axis.columns.items():
-        if name in ("reference", "following_error"):  # they count as the position does
+        if name in ("reference", "following_error"):  # they share the unit and sign of the position
             column = _in_the_unit_of(axis.columns.get("position"), column, table, gathered)
         if not (name == "time" and implied) and (channel := _channel(table, column, name, axis.kind, gathered)) is not None:
             gathered.channels[name] = channel
@@ -74,13 +74,13 @@ def gather(table: Table, axis: Axis) -> Gathered:
 
 
 def _compare_columns(table: Table, gathered: Gathered) -> None:
-    """Tell of columns used twice, refuse those of different lengths, and make the reference of a following error."""
+    """Report columns used twice, refuse columns of different lengths, and derive the reference from a following error."""
     used: dict[str, list[str]] = {}
     for name, channel in gathered.named():
         used.setdefault(channel.column, []).append(name.partition(".")[0])
     for column, names in used.items():
         if len(names) > 1:
-            gathered.notes.append(f"column {column} is used twice, as {' and as '.join(names)}: is that meant?")
+            gathered.notes.append(f"column {column} is used twice, as {' and as '.join(names)}. Check [columns]")
     sizes = {channel.column: channel.values.size for _, channel in gathered.named()}
     if len(set(sizes.values())) > 1:
         message = f"has columns of different lengths ({', '.join(f'{column}: {size}' for column, size in sizes.items())})"
@@ -90,16 +90,16 @@ def _compare_columns(table: Table, gathered: Gathered) -> None:
     if error is None:
         return
     if position is None:
-        gathered.notes.append(f"column {error.column} is not used: there is no position that it goes with")
+        gathered.notes.append(f"column {error.column} is not used: the log has no position for it")
     elif error.values.size == position.values.size and "reference" in gathered.channels:
         gathered.notes.append(f"column {error.column} is not used: the reference is in the log itself")
     elif error.values.size == position.values.size:
         gathered.channels["reference"] = Channel(position.values + error.values, position.unit, error.column)
-        gathered.notes.append(f"the reference is position and {error.column}, taken as reference less position")
+        gathered.notes.append(f"the reference is the position plus {error.column}, read as reference minus position")
 
 
 def _in_the_unit_of(position: Column | None, column: Column, table: Table, gathered: Gathered) -> Column:
-    """Return a reference of which neither the file nor the axis says the unit: it has that of the position."""
+    """Return a reference without a unit in file or axis with the unit of the position."""
     name = table.name_of(column.name)
     if position is None or column.unit or name is None or column.base not in ("m", "rad"):
         return column
@@ -108,13 +108,13 @@ def _in_the_unit_of(position: Column | None, column: Column, table: Table, gathe
     unit = position.unit or ("" if unknown else table.units.get(leading, ""))
     if not unit or (own and own != unknown):
         return column
-    lack = f"a unit that is not known, {own!r}" if own else "no unit"
-    gathered.notes.append(f"column {name} has {lack}: taken in that of the position, {unit}")
+    lack = f"an unknown unit, {own!r}" if own else "no unit"
+    gathered.notes.append(f"column {name} has {lack}: read in the unit of the position, {unit}")
     return replace(column, unit=unit, base=position.base, scale=math.copysign(position.scale, column.scale))
 
 
 def axis_of(table: Table) -> Axis:
-    """Return the axis that the names and units of a table speak of, for logs without an axis file."""
+    """Return the axis that names and units of a table suggest, for logs without an axis file."""
     names = {channel: next((name for name in table.names if name.lower() in usual), None) for channel, usual in USUAL_NAMES.items()}
     moved = names["position"] or names["velocity"]
     if moved is None:
@@ -122,7 +122,7 @@ def axis_of(table: Table) -> Axis:
             if split_unit(text)[0].lower() in USUAL_NAMES["position"]:
                 raise table.missing(text, "position")
         allowed, mend = some_of(table.names, 40), "Give an axis file that names the columns (--axis AXIS.toml)"
-        raise InputError("does not say which column is the position", path=str(table.source), allowed=allowed, mend=mend)
+        raise InputError("has no column with a usual name of a position", path=str(table.source), allowed=allowed, mend=mend)
     unit = table.units.get(moved, "m")
     turns = not table.unknown_unit(moved) and any(units.compatible(unit, base) for base in ("rad", "rad/s"))
     kind: Kind = KINDS[1] if turns else KINDS[0]
@@ -146,31 +146,31 @@ def _channel(table: Table, column: Column, key: str, kind: Kind, gathered: Gathe
         gathered.problems.append(error)
         return None
     declared = column.unit or table.units.get(name, "")
-    # Where an axis file declares the unit of time and position, the check of the log looks at it.
-    # 2 letters of a unit at the end of a name: one alone may stand for a motor or a phase
+    # If the axis file declares the unit of time and position, the check of the log compares them.
+    # A unit at the end of a name has 2 letters or more: a single letter can be a motor or a phase.
     if not (column.unit and key in ("time", "position")) and len(called := other_unit_in(name, declared)) >= 2:
         numbers: dict[str, Number] = {"column": name, "called": called, "declared": declared}
         gathered.findings.append(Diagnostic("unit_contradicts", "", "warning", numbers))
     is_further = key.isidentifier() and key not in COLUMNS
     unit = column.base or "K" if is_further else unit_of(COLUMNS.get(key, COLUMNS["effort"]), kind)
-    with np.errstate(over="ignore"):  # what is too large is refused with its sample
+    with np.errstate(over="ignore"):  # too large values are refused with their sample
         values = table.columns[name] * scale + column.shift
     return Channel(values, unit, name)
 
 
 def _factor(table: Table, name: str, column: Column, gathered: Gathered) -> float:
-    """Return the factor from the numbers in the log to the base unit of the column."""
+    """Return the factor from the recorded numbers to the base unit of the column."""
     unit, place = table.units.get(name, ""), f"{table.source}: column {name!r}"
     if not column.base:
         return 1.0
     if not unit and not column.unit:
-        gathered.notes.append(f"column {name} has no unit: taken as {column.base}")
+        gathered.notes.append(f"column {name} has no unit: read in {column.base}")
         return 1.0
     if unknown := table.unknown_unit(name):
         if not column.unit:
-            allowed, mend = f"a unit of {column.base}", 'Write the unit that it stands for in the axis file, such as unit = "mm"'
-            raise InputError("has a unit that is not known", path=place, value=unknown, allowed=allowed, mend=mend)
-        gathered.notes.append(f"column {name} has a unit that is not known, {unknown!r}: taken in {column.unit}")
+            allowed, mend = f"a unit of {column.base}", 'Write the unit in the axis file, such as unit = "mm"'
+            raise InputError("has an unknown unit", path=place, value=unknown, allowed=allowed, mend=mend)
+        gathered.notes.append(f"column {name} has an unknown unit, {unknown!r}: read in {column.unit}")
     if not unit or unknown:
         return units.factor(column.unit, column.base, path=place)
     factor = units.factor(unit, column.base, path=place)
@@ -181,13 +181,13 @@ def _factor(table: Table, name: str, column: Column, gathered: Gathered) -> floa
     return factor
 
 
-COINCIDES = 1e-6  # of the sample time: stamps this close are one
+COINCIDES = 1e-6  # of the sample time: closer stamps are the same
 
 
 def _onto_one_time(table: Table, gathered: Gathered) -> None:
-    """Bring all channels to the times at which the position was recorded, or without one the velocity."""
-    # Where a channel has a sample at such a time it is taken as it is, else it is interpolated; what lies before the
-    # first sample or after the last one of any channel is left out.
+    """Interpolate all channels to the times of the position, or without it of the velocity."""
+    # Keep samples recorded at such a time and interpolate the others. Leave out times before the first sample or after the
+    # last sample of any channel.
     motion = gathered.motion
     if motion is None:
         return
@@ -210,11 +210,11 @@ def _onto_one_time(table: Table, gathered: Gathered) -> None:
     gathered.injected = [brought(channel) for channel in gathered.injected]
     gathered.regressors = [brought(channel) for channel in gathered.regressors]
     if left := base.size - times_kept.size:
-        gathered.notes.append(f"{left} samples were left out, at which not all channels were recorded")
+        gathered.notes.append(f"{left} samples were left out: some channels were not recorded there")
 
 
 def _on(times: np.ndarray, stamps: np.ndarray, channel: Channel, gathered: Gathered, step: float) -> Channel:
-    """Return a channel at other times than its own."""
+    """Return a channel at other times."""
     stamps, first = np.unique(stamps, return_index=True)
     values = channel.values[first]
     near = np.clip(np.searchsorted(stamps, times - COINCIDES * step), 0, stamps.size - 1)

@@ -1,4 +1,4 @@
-"""Logs in JSON: records one after another, columns by name, or signals with their values."""
+"""Logs in JSON: a sequence of records, columns by name, or signals with their values."""
 
 import json
 from collections.abc import Iterator, Mapping
@@ -25,7 +25,7 @@ MEND = 'Save a list of records, such as [{"t": 0.0, "position": 0.1}, …] (orie
 
 
 def recognises(head: bytes, suffix: str) -> bool:
-    """Return whether text begins as JSON does, and not with the name of a section in brackets."""
+    """Return whether text begins like JSON, and not with a section name in brackets."""
     text = head.lstrip(b"\xef\xbb\xbf \t\r\n")
     return text[:1] in (b"{", b"[") and text[1:].lstrip()[:1] in STARTS
 
@@ -59,7 +59,7 @@ def _parsed(data: bytes, source: Path) -> Any:
         raise InputError("is nested too deeply", path=str(source), mend=MEND) from None
     except json.JSONDecodeError as error:
         lines = [line for line in text.splitlines() if line.strip()]
-        records: list[dict[str, Any]] = []  # one a line; the last line of a recording may be cut
+        records: list[dict[str, Any]] = []  # one per line; the last line of a recording may be cut
         with suppress(json.JSONDecodeError, RecursionError):
             for line in lines:
                 record = json.loads(line)
@@ -68,12 +68,12 @@ def _parsed(data: bytes, source: Path) -> Any:
                 records.append(record)
         if len(records) >= max(FEWEST, len(lines) - 1):
             return records
-        message = f"is truncated or no JSON: {error.msg} in line {error.lineno}"
+        message = f"is truncated or not JSON: {error.msg} in line {error.lineno}"
         raise InputError(message, path=str(source), mend="Copy or save it again") from None
 
 
 def _tables(node: Any, path: str, depth: int) -> Iterator[tuple[str, tuple[dict[str, list[Any]], dict[str, str]]]]:
-    """Yield what a table can be made of, with its name, its columns and their units."""
+    """Yield possible tables, with name, columns and units."""
     if isinstance(node, list) and len(node) >= FEWEST and depth <= DEEPEST:
         if all(isinstance(record, dict) for record in node):
             yield path, _of_records(node)
@@ -134,7 +134,7 @@ def _table(
             continue
         times = numbers[time] if time is not None and numbers[time].size == values.size else None
         if times is not None and request.choice(name):
-            # Where a record lacks a value that others have, the channel was recorded less often.
+            # A record without a value that others have: the channel was recorded at a lower rate.
             values, times = values[~np.isnan(values)], times[~np.isnan(values)]
         series.append(Series(name, values, times, unit_of.get(name, "")))
     named = {} if time is None else {"time": time, "time_unit": unit_of.get(time) or unit_of_time(time, numbers[time])}
@@ -142,12 +142,12 @@ def _table(
 
 
 def _numbers(values: list[Any], may_count: bool) -> np.ndarray | None:
-    """Return a list as numbers: a missing one is NaN, dates and counts of a time are seconds from the first."""
+    """Return a list as numbers: NaN for missing values, dates and counts of time as seconds from the first."""
     filled = [value for value in values if value is not None]
     if not filled:
         return None
-    if may_count and all(type(value) is int for value in values) and abs(values[0]) > 10**15:  # of a count of µs or less since long ago
-        # Counts from long ago: as numbers they would lose their end.
+    if may_count and all(type(value) is int for value in values) and abs(values[0]) > 10**15:  # a count of µs or less since an epoch
+        # Counts since an epoch would lose their last digits as floats.
         size = next(size for least, size in ((1e18, 1e9), (1e17, 1e7), (0, 1e6)) if abs(values[0]) >= least)
         return np.array([value - values[0] for value in values], dtype=np.int64) / size
     if all(isinstance(value, (int, float)) for value in filled):

@@ -1,4 +1,4 @@
-"""How a text file is laid out: where its numbers begin, what separates them, how the columns are called."""
+"""Layout of a text file: first row of numbers, separator, and names of the columns."""
 
 import csv
 import re
@@ -15,15 +15,15 @@ from bristle.logs.words import distinct, listed, plain_unit
 
 COMMENT = "#"
 COMMENTS = r'(?m)^[ \t]*#.*$|[ \t]#[^"\n]*$'
-"""What follows a `COMMENT` at the start of a line or behind a blank: one within a cell is part of it."""
-LONGEST_CELL = 131_072  # what the reader of quoted cells takes
+"""A `COMMENT` at the start of a line or after a blank, with the rest of the line; inside a cell it is content."""
+LONGEST_CELL = 131_072  # limit of the reader of quoted cells
 TRUTH = {"true": "1", "false": "0", "wahr": "1", "falsch": "0", "on": "1", "off": "0"}
 CLOCK = re.compile(r"(\d{4}[-/]\d\d[-/]\d\d[T ])?\d{1,2}:\d\d(:\d\d([.,]\d+)?)?Z?", re.ASCII)  # A date with a time, or a time of day
 _NUMBER = re.compile(r"[+-]?((\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?|nan|inf|infinity|1\.#\w+)", re.IGNORECASE | re.ASCII)
 
 
 def cells_of(line: str, delimiter: str | None) -> list[str]:
-    """Return the cells of a line, stripped of blanks and quotes; within quotes nothing separates."""
+    """Return the cells of a line, without blanks and quotes; delimiters inside quotes do not separate."""
     if '"' not in line:
         return [cell.strip() for cell in line.split(delimiter)]
     if delimiter is None:
@@ -36,7 +36,7 @@ def cells_of(line: str, delimiter: str | None) -> list[str]:
 
 
 def without_comments(text: str) -> str:
-    """Return lines without what is said behind their cells."""
+    """Return lines without the comments after their cells."""
     return re.sub(COMMENTS, "", text) if COMMENT in text else text
 
 
@@ -48,7 +48,7 @@ def is_number(cell: str, decimal_comma: bool) -> bool:
 
 
 def numbers_in(cells: Sequence[str], decimal_comma: bool) -> np.ndarray | None:
-    """Return cells as numbers, truth values as 1 and 0; None where one of them is something else.
+    """Return cells as numbers, booleans as 1 and 0; None if any cell is something else.
 
     Examples
     --------
@@ -64,7 +64,7 @@ def numbers_in(cells: Sequence[str], decimal_comma: bool) -> np.ndarray | None:
 
 
 def why_no_number(cell: str) -> tuple[str, str]:
-    """Return what a cell is that is no number, and what to do about it."""
+    """Return the reason why a cell is not a number, and advice."""
     if CLOCK.fullmatch(cell):
         return "is a time of day", (
             "Export the time in seconds from the start, or leave the column of time out of the axis file and write sample_time in [timing]"
@@ -76,18 +76,18 @@ def why_no_number(cell: str) -> tuple[str, str]:
     return "is not a number" if cell else "is empty", ""
 
 
-# Tried in this order; None is any run of blanks. A comma is last but one: it may be a decimal comma.
-# Units that a line below the names may consist of, besides the decimal ones.
+# Tried in this order; None is a run of blanks. The comma comes last but one, because it can be a decimal comma.
+# Units in a row below the names, in addition to the decimal ones.
 USUAL_UNITS = frozenset(
     listed("1/min Grad Hz K LU W bar bool deg deg/s deg/s^2 degC h hex inch kHz kW lbf m/min m/s^2 min mm/min mm/s^2 rad/s^2 rev rev/s rpm")
 )
-HEAD_LINES, SAMPLE_ROWS = 420, 20  # lines in which numbers begin, with the first rows of them
+HEAD_LINES, SAMPLE_ROWS = 420, 20  # lines searched for the first numbers, including the first rows
 MOST_COLUMNS = 50_000
 
 
 @dataclass(frozen=True)
 class Layout:
-    """Where and how the numbers of a text file stand."""
+    """Position and format of the numbers in a text file."""
 
     delimiter: str | None
     decimal_comma: bool
@@ -99,7 +99,7 @@ class Layout:
 
 
 def layout_of(lines: Sequence[str], source: Path) -> Layout:
-    """Return the layout that makes most numbers of the first lines of a file."""
+    """Return the layout that reads most numbers from the first lines of a file."""
     bare = [without_comments(line) for line in lines]
     best, best_score = None, (0.0, 0)
     for delimiter in ("\t", ";", ",", None):
@@ -115,7 +115,7 @@ def layout_of(lines: Sequence[str], source: Path) -> Layout:
                 best, best_score = layout, score
     if best is None:
         message = "holds no rows of numbers, or is truncated before them"
-        mend = "Export one row a sample, with cells apart by a comma, a semicolon, a tab or blanks"
+        mend = "Export one row a sample, with cells separated by a comma, a semicolon, a tab or blanks"
         raise InputError(message, path=str(source), mend=mend)
     _refuse_bad_first_rows(bare, best, source)
     names, units_, notes = _header(lines, best)
@@ -123,7 +123,7 @@ def layout_of(lines: Sequence[str], source: Path) -> Layout:
 
 
 def _rows(lines: Sequence[str], delimiter: str | None, source: Path) -> list[tuple[int, list[str]]]:
-    """Return the lines that have content, with their index, cell by cell."""
+    """Return the non-empty lines, with their index, cell by cell."""
     rows: list[tuple[int, list[str]]] = []
     count = 0
     for index, line in enumerate(lines):
@@ -134,14 +134,14 @@ def _rows(lines: Sequence[str], delimiter: str | None, source: Path) -> list[tup
         if any(cells):
             rows.append((index, cells))
             count += len(cells)
-        if count > 300_000:  # that are looked at to find where the numbers begin
+        if count > 300_000:  # searched for the first row of numbers
             break
     return rows
 
 
 def _rows_of_numbers(rows: list[tuple[int, list[str]]], delimiter: str | None, decimal_comma: bool) -> Layout | None:
-    """Return the layout with the first line from which on rows have numbers in the same columns."""
-    # The last line there is may be cut short: the rows themselves are examined when they are read.
+    """Return the layout with the first line after which rows have numbers in the same columns."""
+    # The last line may be cut short: the rows are checked when they are read.
     complete = rows[:-1] if len(rows) > 2 else rows
     kinds: list[tuple[np.ndarray, np.ndarray]] = []
     for start in range(len(complete) - 1 + (len(rows) > 2)):
@@ -158,7 +158,7 @@ def _rows_of_numbers(rows: list[tuple[int, list[str]]], delimiter: str | None, d
 
 
 def _refuse_bad_first_rows(lines: Sequence[str], layout: Layout, source: Path) -> None:
-    """Refuse a line right before the first that is a row of numbers but for one cell: it is no preamble."""
+    """Refuse a line directly before the first row of numbers that differs from it in one cell: it is no preamble."""
     above = [(i, cells_of(line, layout.delimiter)) for i, line in enumerate(lines[: layout.first])]
     above = [(i, cells) for i, cells in above if lines[i].strip() and not lines[i].lstrip().startswith(COMMENT)]
     if not above:
@@ -169,23 +169,23 @@ def _refuse_bad_first_rows(lines: Sequence[str], layout: Layout, source: Path) -
     kinds = [is_number(cell, layout.decimal_comma) for cell in cells]
     numbered = np.flatnonzero(layout.numeric).tolist()
     is_row = numbered[-1] < len(cells) and all(kinds[k] for k in numbered)
-    mend = "Delete what stands beside the rows of numbers"
+    mend = "Delete the cells next to the rows of numbers"
     if len(cells) != count:
         if is_row or ((rows or len(cells) > count) and all(kind or not cell for kind, cell in zip(kinds, cells, strict=True))):
             raise InputError(f"has {len(cells)} cells instead of {count}", path=place, value=lines[index], mend=mend if is_row else "")
         return
     odd = next((column for column, is_numeric in enumerate(layout.numeric) if is_numeric != kinds[column]), None)
     if rows and any(kinds) and odd is not None:
-        message, mend = ("is a number, and below it stands text", "") if kinds[odd] else why_no_number(cells[odd])
+        message, mend = ("is a number, with text below it", "") if kinds[odd] else why_no_number(cells[odd])
         named = not any(is_number(cell, layout.decimal_comma) for cell in rows[0]) and rows[0][odd]
         column = repr(split_unit(rows[0][odd])[0]) if named else odd + 1
         raise InputError(message, path=f"{place}, column {column}", value=cells[odd], mend=mend)
     if is_row:
-        raise InputError("is a row of numbers with more in it", path=place, value=lines[index], mend=mend)
+        raise InputError("is a row of numbers with other text", path=place, value=lines[index], mend=mend)
 
 
 def _header(lines: Sequence[str], layout: Layout) -> tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]:
-    """Return names and units from the one or two lines of text right before the numbers."""
+    """Return names and units from the one or two lines of text directly before the numbers."""
     count = len(layout.numeric)
     above = [_header_cells(line, layout) for line in [line for line in lines[: layout.first] if line.strip()][-2:]]
     headers = [cells for cells in above if len(cells) == count and any(cells)]
@@ -200,14 +200,14 @@ def _header(lines: Sequence[str], layout: Layout) -> tuple[tuple[str, ...], tupl
     for index, name in enumerate(names):
         if not name:
             filled[index] = f"column_{index + 1}"
-            while filled[index] in names:  # what a person called a column is never another one
+            while filled[index] in names:  # the name in the file wins over a default name
                 filled[index] += "_"
     names, notes = distinct(filled)
     return tuple(names), tuple("" if unit in ("-", "1") else unit for unit in units), tuple(notes)
 
 
 def _name_and_unit(cell: str) -> tuple[str, str]:
-    """Return name and unit of a header; a unit behind a stroke or the word "in" does not take the name apart."""
+    """Return name and unit of a header; a unit after a slash or the word "in" stays part of the name."""
     name, unit = split_unit(cell)
     parts = re.split(r"\s+in\s+|/|,\s+", name, maxsplit=1) if not unit else []
     if len(parts) == 2 and parts[0] and not units.is_decimal(plain_unit(parts[0])):
@@ -217,15 +217,15 @@ def _name_and_unit(cell: str) -> tuple[str, str]:
 
 
 def _header_cells(line: str, layout: Layout) -> list[str]:
-    """Return the cells of a line above the numbers; empty columns at the end may be missing there."""
+    """Return the cells of a line above the numbers; empty columns at the end may be missing."""
     line = line.strip(" ").lstrip(COMMENT + "%").strip(" ")
     if layout.delimiter is None:
-        # A unit stands apart from its name by a blank, too.
+        # A blank can separate a unit from its name, too.
         words = re.split(r"(?<=\s)(?=[\[(])", line)
         line = "".join([*(word.rstrip() for word in words[:-1]), words[-1]])
     cells = [cell.lstrip(COMMENT + "%").strip() for cell in cells_of(line, layout.delimiter)]
     if len(cells) == len(layout.numeric) + 1 and cells[-1].lower() in ("", "comment"):
-        cells.pop()  # of remarks that no row of numbers has, as in files of LabVIEW
+        cells.pop()  # a column of remarks without numbers, as in files of LabVIEW
     lacking = layout.numeric[len(cells) :]
     return cells if any(lacking) else cells + [""] * len(lacking)
 

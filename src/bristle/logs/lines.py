@@ -1,7 +1,7 @@
-"""What checks of a log compute with: motion and effort behind one short filter, lines through them, work, lost rows, pile-ups.
+"""Numerics of the checks of a log: motion and effort after a short filter, regression lines, work, lost rows, pile-ups.
 
-The filter is three moving means, so that velocity and acceleration are exact differences of the position, and the
-effort passes the very same filter. It is no treatment for a fit: it only has to be the same for all channels.
+Three moving means make velocity and acceleration exact differences of the position. The effort passes the same filter.
+The checks need the same filter on all channels; a fit has a better treatment.
 """
 
 from __future__ import annotations
@@ -17,17 +17,17 @@ from bristle.logs.turns import noise_of
 
 WINDOWS = (2, 4, 8, 16, 32, 64, 128)  # samples of one moving mean
 BLOCKS = 12  # of time, each left out in turn
-FEWEST_ROWS = 120  # of a line, and steps of a segment in which lost rows are looked for
-SINGULAR = 1e9  # condition from which columns are not told apart
+FEWEST_ROWS = 120  # of a line; also steps of a segment searched for lost rows
+SINGULAR = 1e9  # condition number above which columns count as collinear
 
 
-STRIDE = 10  # samples over which the velocity at an end is taken
+STRIDE = 10  # samples for the velocity at an end
 
-BELOW = 2.0  # widths below the pile, with which it is compared
+BELOW = 2.0  # widths below the pile, for comparison
 
 
 class Rows(NamedTuple):
-    """Channels of a log behind one filter, shape (row,), in SI; what was not recorded is empty."""
+    """Channels of a log after one filter, shape (row,), in SI; empty if not recorded."""
 
     time: np.ndarray
     position: np.ndarray
@@ -39,18 +39,18 @@ class Rows(NamedTuple):
 
     @property
     def sliding(self) -> Rows:
-        """The rows that slide."""
+        """Rows in which the axis slides."""
         speed = np.abs(self.velocity)
         return self.of(speed > 0.05 * speed.max(initial=0.0))  # of the largest speed: below, a contact sticks or turns
 
     def of(self, chosen: np.ndarray) -> Rows:
-        """Return some of the rows."""
+        """Return the chosen rows."""
         return Rows(*(column[chosen] if column.size else column for column in self))
 
 
 @dataclass(frozen=True)
 class Line:
-    """A line through columns: its coefficients, their standard errors by leaving out blocks, and what it explains."""
+    """A regression line: coefficients, their standard errors by leaving out blocks, and explained effort."""
 
     coefficients: np.ndarray
     deviations: np.ndarray
@@ -58,7 +58,7 @@ class Line:
 
     @classmethod
     def through(cls, columns: np.ndarray, effort: np.ndarray) -> Line | None:
-        """Return the line; None where the rows are too few or tell the columns not apart."""
+        """Return the line; None if there are too few rows or the columns are collinear."""
         size = np.sqrt(np.mean(columns**2, axis=0)) if effort.size >= FEWEST_ROWS else np.zeros(1)
         if not np.all(size > 0.0):
             return None
@@ -78,27 +78,27 @@ class Line:
 
     @property
     def last(self) -> tuple[float, float]:
-        """The coefficient of the last column and its standard error."""
+        """Coefficient of the last column and its standard error."""
         return float(self.coefficients[-1]), float(self.deviations[-1])
 
 
 def rows_of(log: LogData, resolution: float) -> Rows:
-    """Return the rows of a log, through twice the shortest filter that its position allows."""
-    # 0.05 [s] of one moving mean: beyond, ramps of velocity are blurred
+    """Return the rows of a log, after twice the shortest filter that its position allows."""
+    # At most 0.05 [s] per moving mean: longer means blur ramps of the velocity.
     window = longest = max((w for w in WINDOWS if w * log.sample_time <= 0.05), default=WINDOWS[0])
     for window in WINDOWS:
         parts = [_differenced(log.position.values[segment], window, 2) for segment in log.segments]
         square = float(np.mean(np.concatenate(parts) ** 2)) if any(part.size for part in parts) else 0.0
-        # White noise of an encoder's rounding, twice differenced over the window.
-        # 0.1 of the root mean square acceleration that the noise of the position may leave
+        # White noise of encoder rounding, differenced twice over the window.
+        # The position noise may leave 0.1 of the root mean square acceleration.
         if window == longest or 6.0 * resolution**2 / 12.0 / window < 0.1**2 * square:
             break
     return _filtered(log, 2 * window)
 
 
 def _differenced(values: np.ndarray, window: int, order: int) -> np.ndarray:
-    """Return the `order`-th difference over the window of a signal behind what is left of three moving means."""
-    # Each mean shortens the signal by its window less one.
+    """Return the `order`-th difference of a signal over the window, after the remaining of three moving means."""
+    # Each mean shortens the signal by its window minus 1.
     if values.size < 3 * window + 1:
         return np.empty(0)
     for _ in range(3 - order):
@@ -110,7 +110,7 @@ def _differenced(values: np.ndarray, window: int, order: int) -> np.ndarray:
 
 
 def _filtered(log: LogData, window: int) -> Rows:
-    stride, h = max(window // 2, len(log) // 6000, 1), window * log.sample_time  # more tell nothing more
+    stride, h = max(window // 2, len(log) // 6000, 1), window * log.sample_time  # more rows add no information
     parts = []
     for segment in log.segments:
         first, last, _ = segment.indices(len(log))
@@ -119,7 +119,7 @@ def _filtered(log: LogData, window: int) -> Rows:
             continue
 
         def behind(signal: np.ndarray | None, order: int, count: int = count) -> np.ndarray:
-            """Return differences of any order, brought to one place: that of order n lies (3 - n) / 2 samples before it."""
+            """Return differences of any order, aligned: those of order n lie (3 - n) / 2 samples earlier."""
             values = np.empty(0) if signal is None else _differenced(signal, window, order)
             if order == 1:
                 return 0.5 * (values[1 : count + 1] + values[2 : count + 2])
@@ -137,8 +137,8 @@ def _filtered(log: LogData, window: int) -> Rows:
 def lost_in(log: LogData, resolution: float, factor: float = 8.0) -> np.ndarray:
     """Return the samples before steps of the position that the velocity around does not explain, shape (place,).
 
-    A step stands out where it differs from the steps next to it by far more than those do among themselves, and by
-    more than the whole log does elsewhere.
+    A lost row differs from neighbouring steps by far more than they differ from each other, and by more than other steps
+    of the log.
     """
     places = [np.empty(0, dtype=int)]
     for segment in log.segments:
@@ -148,23 +148,23 @@ def lost_in(log: LogData, resolution: float, factor: float = 8.0) -> np.ndarray:
         beside = np.stack([steps[:-4], steps[1:-3], steps[3:-1], steps[4:]])
         inner, around, spread = steps[2:-2], beside.mean(axis=0), np.ptp(beside, axis=0)
         out = np.abs(inner - around)
-        usual = float(np.quantile(out, 0.95))  # quantile of how steps differ from those around them
-        # 1.8 times the steps around it that a step over a missing row is; less is a sample that was late
+        usual = float(np.quantile(out, 0.95))  # quantile of the difference from the steps around
+        # A step over a missing row is at least 1.8 times the steps around it; a smaller step is a late sample.
         at = np.flatnonzero((out > factor * np.maximum(spread, max(usual, resolution))) & (np.abs(inner) > 1.8 * np.abs(around)))
-        # Jumps of one size are those of a counter that starts anew.
-        # 0.001 of the steps: what stands out more often is how this axis moves, unless it is always the same
-        # 0.1 relative, by which the jumps of one counter differ
+        # Jumps of equal size are the overflow of a counter.
+        # Share of outliers above which they belong to the motion of the axis, unless all are equal: 0.001.
+        # Relative tolerance of the jumps of a counter: 0.1.
         if at.size and (at.size < 0.001 * steps.size + 3 or np.ptp(out[at]) < 0.1 * np.median(out[at])):
             places.append(at + 2 + (segment.start or 0))
     return np.concatenate(places)
 
 
 def work_share(log: LogData) -> float:
-    """Return the work that the effort does over closed motion, over what it would be if all of it were friction.
+    """Return the work of the effort over closed motion, divided by that of an effort that is friction only.
 
-    The integral of effort over way from one sample to a later one at the same place and speed: inertia, gravity and
-    springs give back what they took, whatever they are. No model is fitted, and where friction has not saturated the
-    loop of effort over position has an area too.
+    Integrate effort over travel from one sample to a later one at the same position and speed: inertia, gravity and springs
+    return the work that they take. No model is fitted. The loop of effort over position has an area even where friction
+    has not saturated.
     """
     work, total = 0.0, 0.0
     for segment in log.segments if log.effort is not None else ():
@@ -174,7 +174,7 @@ def work_share(log: LogData) -> float:
         if x.size < 2:
             continue
         steps = np.diff(x)
-        # What is left of the way is not for a constant force to answer.
+        # Keep a constant force out of the work over the remaining travel.
         middle = 0.5 * (u[:-1] + u[1:]) - np.mean(u)
         work += float(middle @ steps)
         total += float(np.abs(middle) @ np.abs(steps))
@@ -182,57 +182,57 @@ def work_share(log: LogData) -> float:
 
 
 def _closed(position: np.ndarray) -> slice:
-    """Return the longest closed motion of a segment, both ends included; an empty one where there is none."""
+    """Return the longest closed motion of a segment, both ends included; an empty slice if there is none."""
     reach = float(np.ptp(position)) if position.size >= 4 * STRIDE else 0.0
     if reach == 0.0:
         return slice(0)
-    at = np.unique(np.linspace(STRIDE, position.size - 1 - STRIDE, 200).astype(int))  # of a segment, of which pairs are compared
+    at = np.unique(np.linspace(STRIDE, position.size - 1 - STRIDE, 200).astype(int))  # samples of a segment, compared in pairs
     x, speed = position[at], position[at + STRIDE] - position[at - STRIDE]
     fastest = float(np.max(np.abs(position[2 * STRIDE :] - position[: -2 * STRIDE])))
     energy = (speed / (fastest or 1.0)) ** 2
     apart = np.abs(x[:, None] - x[None, :]) / reach + np.abs(energy[:, None] - energy[None, :])
-    # 0.02 of range and largest kinetic energy: what two ends of a closed motion may differ by
+    # Tolerance of the ends of a closed motion: 0.02 of the range and of the largest kinetic energy.
     length = np.where(apart < 0.02, at[None, :] - at[:, None], 0)
     first, last = np.unravel_index(int(np.argmax(length)), length.shape)
-    # The motion turned in between, or it would not be back.
-    # 0.25 of a segment: a closed motion that says something of it
+    # A closed motion contains a reversal.
+    # It covers at least 0.25 of a segment.
     return slice(at[first], at[last] + 1) if fastest and length[first, last] >= 0.25 * position.size else slice(0)
 
 
 def piled_up(log: LogData, rows: Rows, resolution: float, run: int, sure: float) -> Cut | None:
-    """Return where an effort piles up near its extreme although the motion takes more of it; None where none does.
+    """Return the pile-up of an effort near its extreme while the motion needs more effort; None if there is no pile-up.
 
-    A drive at its limit piles up too, and its effort is the one that acts: there inertia times acceleration is what it
-    was elsewhere.
+    The effort of a drive at its limit piles up too, but it still acts: inertia times acceleration matches the rest of the
+    log.
     """
     assert log.effort is not None
     values = log.effort.values
     at = sum((side * _piled(side * values, run) for side in (1.0, -1.0)), np.zeros(values.size))
     if not at.any():
         return None
-    # The missing effort passes the filter of all rows.
+    # Filter the missing effort like all rows.
     missing = rows_of(replace(log, effort=replace(log.effort, values=at)), resolution).effort
     level = float(np.median(np.abs(values[at != 0.0])))
     columns = (rows.acceleration, rows.velocity, np.sign(rows.velocity), np.ones_like(rows.velocity))
     line, bent = (Line.through(np.column_stack([*columns, shape]), rows.effort) for shape in (-missing, rows.effort**3))
-    # A channel that bends over does not end at once; what it lacks goes with the cube of what it reads.
+    # A channel that saturates gradually lacks an effort proportional to the cube of its reading.
     if line is None or (bent is not None and bent.explained > line.explained):
         return None
     short, error = line.last
-    if not (short > 0.05 * level and short > sure * error):  # of the level: what the motion asks for beyond it
+    if not (short > 0.05 * level and short > sure * error):  # of the level: extra effort that the motion needs
         return None
     start, length = longest_run(at != 0.0)
     return Cut(float(np.sign(at[start])) * level, start, length, int(np.count_nonzero(at)))
 
 
 def _piled(values: np.ndarray, run: int) -> np.ndarray:
-    """Return which samples lie near the largest, where they do far more often and for longer than below; else none."""
+    """Return the samples near the largest, if they are far more frequent and longer than samples below; else no samples."""
     none = np.zeros(values.size, dtype=bool)
     if np.count_nonzero(values > 0.0) < run:
         return none
-    top = float(np.quantile(values[values > 0.0], 0.999))  # quantile of a side: single samples beyond are noise
-    width = float(np.clip(6.0 * noise_of(values), 0.02 * top, 0.08 * top))  # of the noise, and of the top: the width of a pile below it
+    top = float(np.quantile(values[values > 0.0], 0.999))  # quantile of one sign: single samples beyond are noise
+    width = float(np.clip(6.0 * noise_of(values), 0.02 * top, 0.08 * top))  # width of a pile, by noise and by the top value
     near, low = top - width, top - (1.0 + BELOW) * width
     at, below = values > near, (values > low) & (values <= near)
-    # 3.0 than below is a pile; a sine has 2.7
+    # A pile holds at least 3.0 times the samples below; a sine reaches 2.7.
     return at if longest_run(at)[1] >= run and np.count_nonzero(at) * BELOW >= 3.0 * np.count_nonzero(below) else none

@@ -1,4 +1,4 @@
-"""The logs that a command names: files, tables in them, and all logs in a folder and below it."""
+"""List the logs that a command names: files, tables in them, and folders with all their subfolders."""
 
 import os
 import re
@@ -16,7 +16,7 @@ from bristle.logs.readers import read_table
 from bristle.logs.table import NONE
 from bristle.logs.tables import WITHIN, content_of_log
 
-NO_LOGS = (".toml", ".md")  # what lies beside logs: axis files, notes
+NO_LOGS = (".toml", ".md")  # other files among logs: axis files, notes
 _DATE = re.compile(r"(?<!\d)((?:19|20)\d\d)([-_.]?)(\d\d)\2(\d\d)(?:[T _-]+(\d\d)([-:._h]?)(\d\d)(?:\6(\d\d))?(?:[.,]\d+)?(?!-?\d))?(?!\d)")
 
 
@@ -33,7 +33,7 @@ class LogFile:
 
     @property
     def identity(self) -> tuple[str, str, str]:
-        """Folder, name and checksum, which distinguish it from any other log."""
+        """Folder, name and checksum, which identify a log."""
         return self.folder, self.name, self.checksum
 
 
@@ -49,7 +49,7 @@ def listed_logs(named: Sequence[str | Path], *, size_limit: int = SIZE_LIMIT) ->
 
 
 def recorded_at(*names: str) -> float | None:
-    """Return when a log was recorded [s since 1970, as if its clock were UTC], by the one date in the first name with any.
+    """Return the time of a recording [s since 1970, as if its clock were UTC], from the only date in the first dated name.
 
     Examples
     --------
@@ -59,7 +59,7 @@ def recorded_at(*names: str) -> float | None:
     for name in names:
         dates = []
         for year, _, month, day, hour, _, minute, second in _DATE.findall(name):
-            with suppress(ValueError):  # digits that are no date
+            with suppress(ValueError):  # digits that form no date
                 dates.append(datetime(*(int(part or 0) for part in (year, month, day, hour, minute, second)), tzinfo=UTC))
         if dates:
             return dates[0].timestamp() if len(dates) == 1 else None
@@ -82,7 +82,7 @@ def _places(name: str) -> Iterator[str]:
 
 
 def _logs_at(place: str, size_limit: int) -> Iterator[LogFile]:
-    """Yield the logs in a file; one that cannot be read is listed all the same: its row gives the reason."""
+    """Yield the logs in a file; list an unreadable log, too: its row gives the reason."""
     file = place if os.path.lexists(place) else place.rpartition(WITHIN)[0] or place
     if not os.path.lexists(file):
         raise InputError("there is no such file", path=file, mend="Check the spelling, and the folder it lies in")
@@ -100,7 +100,7 @@ def _logs_at(place: str, size_limit: int) -> Iterator[LogFile]:
 
 
 def _parts(content: Content, size_limit: int) -> list[str | None]:
-    """Return the tables of a file that a pattern names; where there is none, what stands there."""
+    """Return the tables of a file that match a pattern; without a match, report the tables of the file."""
     if content.part is None or "*" not in content.part:
         return [content.part]
     tables = read_table(Content(content.source, content.data), choice=NONE, size_limit=size_limit).tables

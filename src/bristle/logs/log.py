@@ -1,4 +1,4 @@
-"""`Log`: what was recorded of a motion axis, each channel with its unit and the column it came from; logs from data frames and arrays."""
+"""`Log`: recorded channels of a motion axis, each with unit and source column; logs from data frames and arrays."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from bristle.logs.assembly import record_of
 from bristle.logs.channel import Channel, LogData  # noqa: F401  (asked for here)
 from bristle.logs.table import USUAL_NAMES, Table, some_of
 
-# What a log cannot do without may be called otherwise; of the rest any letter may stand for something else.
+# Position and effort have alternative names; for other channels a letter could mean something else.
 NAMES = {name: (USUAL_NAMES[name] if name in ("time", "position", "effort") else (name,)) for name in CHANNELS}
 KNOWN_INPUT = "injected."
 PLACE = "columns"
@@ -34,7 +34,7 @@ MEND = 'Give a data frame or a dictionary with the columns "time", "position" an
     columns=lambda columns, path, kind: table_of(columns),
 )
 def record_of_columns(columns: Any, *, axis: Axis | None = None, kind: Any = None, sample_time: Any = None) -> LogData:
-    """Return what was recorded in a table of columns; `Log.from_columns` tells more."""
+    """Return the log in a table of columns; see `Log.from_columns`."""
     by_name, table = axis is None or not axis.columns, columns
     used = axis or Axis()
     if axis is None and kind:
@@ -55,7 +55,7 @@ def record_of_columns(columns: Any, *, axis: Axis | None = None, kind: Any = Non
 
 
 def is_table(source: Any) -> bool:
-    """Return whether something is a dictionary, a data frame, a data set or an array with named fields."""
+    """Return whether an object is a dictionary, a data frame, a data set or an array with named fields."""
     try:
         named = getattr(getattr(source, "dtype", None), "names", None)
         frame = any(hasattr(source, name) for name in ("columns", "column_names", "variables", "collect_schema"))
@@ -85,8 +85,8 @@ def table_of(source: Any) -> Table:
 
 
 def _columns_of(source: Any) -> tuple[Mapping[str, Any], dict[str, Any]]:
-    """Return the units that a table says of all its columns, and the columns by name."""
-    if callable(collect := getattr(source, "collect", None)):  # a frame that was only asked for so far
+    """Return the units that a table states for its columns, and the columns by name."""
+    if callable(collect := getattr(source, "collect", None)):  # a lazy frame
         source = collect()
     attributes = getattr(source, "attrs", None)
     stated = attributes.get("units", {}) if isinstance(attributes, Mapping) else {}
@@ -97,7 +97,7 @@ def _columns_of(source: Any) -> tuple[Mapping[str, Any], dict[str, Any]]:
     if names is None and is_mapping:
         names = list(source)
     if names is None or isinstance(names, str) or not hasattr(source, "__getitem__"):
-        raise InputError("is no table of columns", path=PLACE, value=shown(source), mend=MEND)
+        raise InputError("is not a table of columns", path=PLACE, value=shown(source), mend=MEND)
     series = {str(name): source[name] for name in names}
     index = getattr(source, "index", None)
     if index is not None and not callable(index) and not set(NAMES["time"]) & {name.lower() for name in series}:
@@ -110,11 +110,11 @@ def _numbers(values: Any, name: str) -> np.ndarray:
     """Return a column as numbers; dates as seconds from the first."""
     place = f"{SOURCE}: column {name!r}"
     if np.ma.is_masked(values):
-        raise InputError("has masked values", path=place, mend="Fill them, or delete their rows: a gap is understood")
+        raise InputError("has masked values", path=place, mend="Fill them, or delete their rows: bristle splits the log at the gap")
     to_numpy: Callable[[], Any] | None = getattr(values, "to_numpy", None)
     samples = np.asarray(to_numpy() if to_numpy is not None else getattr(values, "magnitude", values))
     if samples.ndim != 1:
-        raise InputError("must be 1-D", path=place, value=f"an array of shape {samples.shape}", mend="Give each signal a column of its own")
+        raise InputError("must be 1-D", path=place, value=f"an array of shape {samples.shape}", mend="Give each signal a separate column")
     if samples.dtype.kind in "mM":
         return (samples - samples[:1]) / np.timedelta64(1, "s")
     if samples.dtype.kind not in "fiubO":
@@ -123,8 +123,8 @@ def _numbers(values: Any, name: str) -> np.ndarray:
         return samples.astype(float)
     except (TypeError, ValueError) as error:
         at = next((i for i, sample in enumerate(samples) if not _is_number(sample)), 0)
-        mend = "Repair these samples or delete their rows: a gap in time is understood"
-        raise InputError(f"holds no number at sample {at} ({told_by(error)})", path=place, value=samples[at], mend=mend) from None
+        mend = "Correct these samples or delete their rows: bristle splits the log at the gap"
+        raise InputError(f"has no number at sample {at} ({told_by(error)})", path=place, value=samples[at], mend=mend) from None
 
 
 def _is_number(sample: Any) -> bool:
@@ -136,24 +136,24 @@ def _is_number(sample: Any) -> bool:
 
 
 def _named(names: Iterable[str], channel: str) -> str | None:
-    """Return the column that is called as a channel: by its name first, then as it usually is."""
+    """Return the column of a channel: by its exact name first, then by its usual names."""
     columns = list(names)
     spelt = {name.lower(): name for name in reversed(columns)} | {name: name for name in columns}
     return next((spelt[usual] for usual in NAMES[channel] if usual in spelt), None)
 
 
 def _notes_on(table: Table, axis: Axis) -> Iterator[str]:
-    """Yield what is to be known of the choice of columns."""
+    """Yield notes on the choice of columns."""
     named = {channel: column.name for channel, column in axis.columns.items()}
-    yield from (f"column {name} is taken as the {channel}" for channel, name in named.items() if name != channel)
+    yield from (f"column {name} is read as the {channel}" for channel, name in named.items() if name != channel)
     used = {*named.values(), *(beside.column for beside in (*axis.injected, *axis.regressors))}
     left = [name for name in (*table.names, *table.texts) if name not in used]
     if left:
-        yield f"columns that are not used: {some_of(left)}"
+        yield f"unused columns: {some_of(left)}"
 
 
 def _axis_of(table: Table, axis: Axis) -> Axis:
-    """Return the axis with the columns of a table that are called as channels are, in SI unless they say otherwise."""
+    """Return the axis with the columns of a table that have names of channels, in SI unless they state another unit."""
     columns = {}
     for channel, quantity in CHANNELS.items():
         name, base = _named((*table.names, *table.texts), channel), unit_of(quantity, axis.kind)
@@ -164,7 +164,7 @@ def _axis_of(table: Table, axis: Axis) -> Axis:
     if not {"position", "velocity"} & set(columns):
         hints = filter(None, (did_you_mean(name, NAMES["position"]) for name in table.names))
         mend, present = next(hints, "Rename it to position, or give an axis"), some_of(table.names, 40) or "no columns"
-        raise InputError("has no column of the position", path=PLACE, value=present, allowed=", ".join(CHANNELS), mend=mend)
+        raise InputError("has no position column", path=PLACE, value=present, allowed=", ".join(CHANNELS), mend=mend)
     injected = tuple(Injected(name, 1.0) for name in table.names if name.startswith(KNOWN_INPUT))
     return replace(axis, columns=columns, injected=injected)
 
@@ -172,19 +172,19 @@ def _axis_of(table: Table, axis: Axis) -> Axis:
 @guarded()
 @dataclass(frozen=True, eq=False)
 class Log(LogData):
-    """What was recorded of a motion axis, in SI of its kind, on a uniform grid of time.
+    """Recorded channels of a motion axis, in SI of its kind, on a uniform grid of time.
 
-    Made by `read_log` from a file, by `Log.from_columns` from a data frame or a dictionary, which look at what they
-    find; or from arrays that are taken as they are: ``Log(time=t, position=x, effort=u)``.
+    Made by `read_log` from a file, or by `Log.from_columns` from a data frame or a dictionary; both check the data. Arrays
+    are accepted without a check: ``Log(time=t, position=x, effort=u)``.
 
     Parameters
     ----------
     time : Channel or array_like, shape (sample_count,)
-        Time [s]. Uniform within a segment. Here and below numbers without a channel are in SI.
+        Time [s], uniform within a segment. Here and below, plain numbers are in SI.
     position : Channel or array_like
         Position [m or rad].
     velocity : Channel or None
-        Velocity [m/s or rad/s]; None where not recorded, as those below.
+        Velocity [m/s or rad/s]; this channel and those below are None if not recorded.
     effort : Channel or None
         Effort [N or N*m].
     reference : Channel or None
@@ -196,45 +196,45 @@ class Log(LogData):
     injected : tuple of Channel
         Known inputs added to the controller's output [N or N*m]; `effort` contains them.
     sample_time : float
-        Time between samples [s]; 0 stands for that of `time`.
+        Time between samples [s]; 0 takes that of `time`.
     segments : tuple of slice
-        Stretches without a gap; a derivative or a filter must not reach over their ends. All in one where not given.
+        Stretches without a gap; derivatives and filters must not cross their ends. By default a single segment.
     source : Path
         The file.
     origin : Origin
         Name and SHA-256 of the file, and the table in it.
     notes : tuple of str
-        What was resampled, left out or assumed.
+        Notes on samples that bristle resampled or left out, and on assumptions.
     kind : {"translational", "rotational"}
         Kind of axis.
     findings : tuple of Diagnostic
-        What was resampled, and the error that makes; what names and units of columns say against each other.
+        Resampling with its error, and contradictions between names and units of columns.
     regressors : tuple of Channel
-        Columns that an identified coefficient makes efforts of, in their own units.
+        Columns in their original units; an identified coefficient turns each into an effort.
     further : mapping of str to Channel
-        Further channels, for slots of your own, by name.
+        Further channels by name, for your own slots.
     """
 
     @classmethod
     def from_columns(cls, columns: Any, *, axis: Axis | None = None, kind: str | None = None, sample_time: Any = None) -> Log:
         """Return the log in a data frame, a data set or a dictionary of arrays.
 
-        What is found is looked at as `read_log` looks at a file: a log is refused for samples that are missing or
-        saturated, small jitter of the time is resampled away, gaps split it.
+        The data are checked like a file by `read_log`: bristle refuses missing or saturated samples, resamples small jitter of
+        the time, and splits the log at gaps.
 
         Parameters
         ----------
         columns : mapping, or a table of pandas, polars, xarray, pyarrow or numpy
-            Columns called ``time``, ``position`` and ``effort``, and where there are any ``velocity``, ``reference``,
-            ``load``, ``temperature`` and ``injected.NAME``, in SI; others are left alone. Without a position it is the
-            integral of the velocity. Time may be the index of a frame, and be dates. A unit that a column says itself
-            (``attrs["units"]``) is converted from.
+            Columns called ``time``, ``position`` and ``effort``, and optionally ``velocity``, ``reference``, ``load``,
+            ``temperature`` and ``injected.NAME``, in SI; other columns are ignored. Without a position, bristle integrates
+            the velocity. The index of a frame can be the time, also as dates. Units stated by a column
+            (``attrs["units"]``) are converted.
         axis : Axis, optional
-            Which columns are which, in what units and signs, where they are called otherwise.
+            Names, units and signs of the columns, if they differ.
         kind : {"translational", "rotational"}, optional
-            Kind of axis; told from the axis or the unit of the position where not given, else translational.
+            Kind of axis; by default that of the axis or of the unit of the position, else translational.
         sample_time : float or str, optional
-            Time between samples [s], where there is no column of time.
+            Time between samples [s], if there is no time column.
 
         Returns
         -------
@@ -244,8 +244,8 @@ class Log(LogData):
         Raises
         ------
         InputError
-            If a column is missing, holds no numbers, is of the wrong unit, not finite, constant or saturated, or time
-            is not even; it names the column and the sample.
+            If a column is missing, has no numbers, has a wrong unit, or is not finite, constant or saturated, or if time is
+            uneven; the error names the column and the sample.
 
         Examples
         --------
@@ -259,5 +259,5 @@ class Log(LogData):
 
 
 def log_of(record: LogData) -> Log:
-    """Return what was recorded as a log."""
+    """Return the data as a `Log`."""
     return Log(**{field.name: getattr(record, field.name) for field in fields(LogData)})

@@ -1,4 +1,4 @@
-"""Experiments that a log contains: slides at constant velocity, loops before sliding, break-aways, chirps, moves."""
+"""Experiments in a log: slides at constant velocity, loops before sliding, break-aways, chirps, moves."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from bristle.logs.turns import Leg, graininess, legs_of, rests_of
 
 @guarded(log=instance(Log, "a log", "Write read_log(...)"), axis=optional(instance(Axis, "an axis")))
 def passages(log: Log, axis: Axis | None = None) -> tuple[Passage, ...]:
-    """Return the experiments that a log contains, in order.
+    """Return the experiments in a log, in order.
 
     Parameters
     ----------
     log : Log
-        Position over time, and the effort where there is one.
+        Position over time, and the effort if recorded.
     axis : Axis, optional
-        Its encoder and its pre-sliding distance, where known.
+        Its encoder and its pre-sliding distance, if known.
     """
     time, position, effort = log.time.values, log.position.values, None if log.effort is None else log.effort.values
     axis = axis or Axis(kind=log.kind)
@@ -39,13 +39,13 @@ def passages(log: Log, axis: Axis | None = None) -> tuple[Passage, ...]:
 def passages_along(
     time: np.ndarray, position: np.ndarray, effort: np.ndarray | None, grain: float, *, presliding: float | None = None, start: int = 0
 ) -> list[Passage]:
-    """Return the experiments that one stretch without a gap contains, in order."""
+    """Return the experiments in one stretch without a gap, in order."""
     return Stretch(time, position, effort, grain, presliding, start).passages() if time.size > 1 else []
 
 
 @dataclass(frozen=True)
 class Passage:
-    """A part of a log in which one kind of experiment was made."""
+    """Part of a log with one kind of experiment."""
 
     kind: str
     samples: slice
@@ -59,17 +59,17 @@ class Passage:
     frequencies: tuple[float, float] = (0.0, 0.0)
 
     def as_data(self) -> dict[str, Any]:
-        """Return it in numbers, in SI of the axis."""
+        """Return the passage as numbers, in SI of the axis."""
         record = {name: value for name, value in vars(self).items() if name != "samples"}
         return {name: list(value) if isinstance(value, tuple) else value for name, value in record.items()}
 
 
 def nesting(turning: Iterable[float]) -> int:
-    """Return how many turning points a contact must remember at most: those that lie inside one another."""
+    """Return the largest count of nested turning points that a contact must remember."""
     points: list[float] = []
     most = 0
     for point in turning:
-        # A turning point as far out as an earlier one wipes out what lies between them.
+        # A turning point as far out as an earlier one erases all points between them.
         while len(points) > 1 and abs(point - points[-1]) >= abs(points[-1] - points[-2]):
             points = points[:-2] if len(points) > 2 else points[1:]
         points.append(point)
@@ -77,15 +77,15 @@ def nesting(turning: Iterable[float]) -> int:
     return most
 
 
-SLIDING = 0.4  # share of a leg that is a cruise, from which on it is a slide
-SETTLED = 0.07  # of the swing of the effort, by which it may still change in the second half of a slide
+SLIDING = 0.4  # share of cruise above which a leg is a slide
+SETTLED = 0.07  # of the swing of the effort: largest change in the second half of a slide
 NINTHS, PARTS = 9, 40  # of a cruise, and of a leg, in which the effort is averaged
 SAMPLES = 2  # in each, at least
 CHIRP_LEGS, SWEPT, ALIKE = 8, 2.0, 0.25
 
 
 class Stretch:
-    """One stretch of a log without a gap, on its way to passages."""
+    """One stretch of a log without a gap, as it is divided into passages."""
 
     def __init__(
         self, time: np.ndarray, position: np.ndarray, effort: np.ndarray | None, grain: float, presliding: float | None, start: int
@@ -97,13 +97,13 @@ class Stretch:
         self.legs = list(legs_of(self.position, self.rests, grain, self.dt))
 
     def passages(self) -> list[Passage]:
-        """Return the passages in order, rests among them."""
+        """Return the passages in order, including rests."""
         kinds = [self._kind(leg) for leg in self.legs]
         _leave_none_alone(self.legs, kinds)
         _mark_oscillations(self.legs, kinds)
-        runs: list[tuple[str, list[Leg]]] = []  # of one kind, not parted by a long rest
+        runs: list[tuple[str, list[Leg]]] = []  # of one kind, without a long rest between
         for kind, leg in zip(kinds, self.legs, strict=True):
-            # 0.5 [s] a shorter rest does not part what is alike
+            # A rest below 0.5 [s] does not separate legs of the same kind.
             if runs and runs[-1][0] == kind and self.dt * (leg.first - runs[-1][1][-1].last) <= 0.5:
                 runs[-1][1].append(leg)
             else:
@@ -115,7 +115,7 @@ class Stretch:
         return sorted(passages, key=lambda passage: passage.samples.start)
 
     def of_kind(self, kind: str) -> list[Leg]:
-        """Return the legs that are of one kind by themselves, whatever lies beside them."""
+        """Return the legs of one kind, each judged without its neighbours."""
         return [leg for leg in self.legs if self._kind(leg) == kind]
 
     def _kind(self, leg: Leg) -> str:
@@ -123,16 +123,15 @@ class Stretch:
             return "moves"
         if not self._slides(leg):
             return "loops"
-        # 20.0 of the position, in a cruise: in fewer any speed looks constant
+        # A cruise covers at least 20.0 grains of the position: over fewer, any speed looks constant.
         if leg.speed * self.dt * (leg.cruise.stop - leg.cruise.start) < 20.0 * self.grain:
             return "moves"
         return "break_away" if leg.from_rest and self._breaks_away(leg) else "constant_velocity"
 
     def _slides(self, leg: Leg) -> bool:
-        """Return whether friction has saturated in a leg: its effort has settled, or it is long enough."""
-        # It may settle apart from what depends on the place, gravity, cogging, a cable, which is the same on the way back.
-        # Half of what both ways differ by is friction: constant along a leg that slides, and a lens where each way builds up
-        # from its own end.
+        """Return whether friction has saturated in a leg: its effort has settled, or the leg is long enough."""
+        # Forces that depend on the position (gravity, cogging, a cable) repeat on the way back. Half the difference of both
+        # directions is friction: constant along a sliding leg, and lens-shaped if it builds up from both ends.
         settled = None if self.effort is None else self._settled(leg)
         if settled is None:
             is_long = self.presliding is not None and abs(leg.distance) > 2.0 * self.presliding
@@ -142,15 +141,15 @@ class Stretch:
         return settled or any(self._level_between(leg, back) for back in beside if back.distance * leg.distance < 0.0)
 
     def _settled(self, leg: Leg) -> bool | None:
-        """Return whether the effort has settled in the second half of a cruise; None where nobody can tell."""
-        # What is left of speeding up and slowing down at either end of a cruise is not for friction to answer.
+        """Return whether the effort has settled in the second half of a cruise; None if undecided."""
+        # Exclude the acceleration and deceleration at the ends of a cruise.
         edge = round(0.1 * (leg.cruise.stop - leg.cruise.start))
         begin, end = leg.cruise.start + edge, leg.cruise.stop - edge
         if end - begin < SAMPLES * NINTHS:
             return None
         course = self._course(begin, end, NINTHS)
         middle, late = float(course[3:6].mean()), float(course[6:].mean())
-        # Of each level three means are taken, and a mean scatters by a share of what two of them differ by.
+        # Each level has three means; the scatter of a mean is a share of the difference of two.
         scatter = float(np.std(np.diff(course))) / np.sqrt(3.0)
         return abs(late - middle) <= SETTLED * float(np.ptp(self._course(leg.first, leg.last + 1, PARTS))) + scatter
 
@@ -171,18 +170,18 @@ class Stretch:
         friction = 0.5 * float(np.sign(leg.distance)) * (efforts[0] - efforts[1])
         first, middle, last = (float(np.mean(part)) for part in (friction[1:5], friction[7:-7], friction[-5:-1]))
         scatter = float(np.std(np.diff(friction))) / np.sqrt(8.0)
-        # 5.0 times its scatter, that a friction told by two legs must be
+        # The friction from two legs must exceed 5.0 times its scatter.
         return middle > 5.0 * scatter and max(abs(first - middle), abs(last - middle)) <= 2.0 * SETTLED * middle + scatter
 
     def _course(self, begin: int, end: int, count: int) -> np.ndarray:
-        """Return the mean effort of so many parts of a stretch [N or N*m]: single samples are mostly noise."""
+        """Return the mean effort of equal parts of a stretch [N or N*m]: single samples are mostly noise."""
         assert self.effort is not None
         marks = np.unique(np.linspace(begin, end, count + 1).astype(int))
         return np.add.reduceat(self.effort[: marks[-1]], marks[:-1]) / np.diff(marks)
 
     def _breaks_away(self, leg: Leg) -> bool:
-        """Return whether a good part of a leg from rest is the contact turning over, slowly enough to see it."""
-        # A force of the place may rise along a leg as well.
+        """Return whether the contact turns over during much of a leg from rest, slowly enough to be resolved."""
+        # A force that depends on the position can rise along a leg, too.
         if self.effort is None or not self._settled(leg):
             return False
         side = float(np.sign(leg.distance))
@@ -192,14 +191,14 @@ class Stretch:
         level = steady - before
         if level < 0.5 * max(float(np.ptp(course)), abs(steady)):
             return False
-        # 0.9 of the swing of the effort: the contact has turned over
+        # The contact has turned over at 0.9 of the swing of the effort.
         samples = round(float(np.argmax(course - before >= 0.9 * level)) / course.size * (leg.last - leg.first))
         moved = abs(self.position[leg.first + samples] - self.position[leg.first])
-        # 0.15 of a leg from rest, that the turning over of the contact takes
+        # This takes at least 0.15 of the leg.
         return samples >= 30 and moved >= 0.15 * abs(leg.distance)
 
     def _facts(self, kind: str, legs: Sequence[Leg]) -> dict[str, Any]:
-        """Return what legs of one kind tell in numbers."""
+        """Return the numbers of legs of one kind."""
         inner = [leg for leg in legs if not leg.from_rest] or list(legs)
         amplitudes = sorted(0.5 * abs(leg.distance) for leg in inner)
         levels: list[float] = []
@@ -215,7 +214,7 @@ class Stretch:
             "depth": nesting(turning) if kind == "loops" else 0,
         }
         if kind in ("chirp", "oscillation"):
-            # The first and the last leg are no whole half periods; of the shortest a sample is a good part.
+            # The first and last leg are no complete half periods; a sample is a large part of the shortest leg.
             rates = [0.5 / leg.duration for leg in legs[1:-1]]
             facts["frequencies"] = (min(rates), float(np.quantile(rates, 0.98)))
         return facts
@@ -226,9 +225,9 @@ class Stretch:
 
 
 def _leave_none_alone(legs: Sequence[Leg], kinds: list[str]) -> None:
-    """Name a leg as those that it turns to or comes from, where by itself it is something else."""
-    # That is a single loop, a slide amid moves, and a move among loops that is no longer than they are: close to the
-    # grain of the position, and of how well a loop follows its reference, no speed is constant.
+    """Rename an isolated leg to the kind of its neighbours."""
+    # This covers a single loop, a slide among moves, and a move among loops that is no longer than they are: near the grain
+    # of the position and the tracking error of a loop, no speed is constant.
     joined = [False, *(first.last == second.first for first, second in pairwise(legs)), False]
     for k, kind in enumerate(kinds):
         beside = [kinds[j] for j, joins in ((k - 1, joined[k]), (k + 1, joined[k + 1])) if joins]
@@ -239,18 +238,18 @@ def _leave_none_alone(legs: Sequence[Leg], kinds: list[str]) -> None:
     for order in (range(1, len(legs)), range(len(legs) - 2, -1, -1)):
         for k in order:
             j = k - order.step
-            small = abs(legs[k].distance) <= 1.3 * abs(legs[j].distance)  # times the leg beside it
+            small = abs(legs[k].distance) <= 1.3 * abs(legs[j].distance)  # times the leg next to it
             if kinds[k] == "moves" and kinds[j] == "loops" and small and joined[max(j, k)]:
                 kinds[k] = "loops"
 
 
 def _mark_oscillations(legs: Sequence[Leg], kinds: list[str]) -> None:
-    """Name the runs of legs that are an oscillation of changing or of one frequency."""
+    """Mark runs of legs that oscillate at changing or constant frequency."""
     parted = [k for k in range(len(legs)) if k == 0 or legs[k - 1].last != legs[k].first]
     for begin, end in pairwise([*parted, len(legs)]):
         turned = [k for k in range(begin + 1, end) if kinds[k] != kinds[k - 1]]
         for first, last in ((begin, end), *pairwise([begin, *turned, end])):
-            # The first and the last leg go from rest or to rest.
+            # The first and last leg begin or end at rest.
             if kind := _oscillation(legs[first + 1 : last - 1], kinds[first + 1 : last - 1]):
                 kinds[first:last] = [kind] * (last - first)
                 if last == end and first == begin:
@@ -258,7 +257,7 @@ def _mark_oscillations(legs: Sequence[Leg], kinds: list[str]) -> None:
 
 
 def _oscillation(legs: Sequence[Leg], kinds: Sequence[str]) -> str:
-    """Return which kind of oscillation a run of legs is; empty where it is none."""
+    """Return the kind of oscillation of a run of legs; empty if it is no oscillation."""
     if len(legs) < CHIRP_LEGS or sum(kind == "constant_velocity" for kind in kinds) > 0.5 * len(kinds):
         return ""
     durations = np.log([leg.duration for leg in legs])

@@ -1,7 +1,7 @@
-"""What makes a recorded channel unfit for use, and how it is told to people.
+"""Find problems that make a recorded channel unfit for use, and report them.
 
-A log is refused for what would spoil a result without a trace. What is legitimate must pass: a position that
-rests for a long time, an effort of zero while the drive is off, a known input that was never switched on.
+bristle refuses a log for problems that would spoil a result unnoticed. Legitimate data must pass: a position that rests for
+a long time, an effort of zero while the drive is off, a known input that was never switched on.
 """
 
 from collections.abc import Iterator
@@ -23,12 +23,12 @@ LIMIT_TOLERANCE = 0.05
 
 
 def problems_of(gathered: Gathered, source: str) -> Iterator[InputError]:
-    """Yield what makes the channels of a log unfit for use, the gravest first: one kind of problem at a time."""
+    """Yield problems of the channels of a log, the most severe kind first: one kind at a time."""
     channels = list(gathered.named())
     for name, channel in channels:
         if channel.values.size < FEWEST_SAMPLES:
             place, allowed = f"{source}: column {channel.column!r}", f"at least {FEWEST_SAMPLES} samples"
-            mend = "Record for longer, or copy it again"
+            mend = "Record for longer, or copy the file again"
             yield InputError(f"is too short to be used as the {name}", path=place, value=channel.values.size, allowed=allowed, mend=mend)
             return
     for measure in (_no_measurements, _odd):
@@ -42,7 +42,7 @@ def problems_of(gathered: Gathered, source: str) -> Iterator[InputError]:
             return
 
 
-REPAIR = "Repair these samples or delete their rows: a gap in time is understood"
+REPAIR = "Correct these samples or delete their rows: bristle splits the log at the gap"
 
 
 def _no_measurements(gathered: Gathered, name: str, channel: Channel) -> Iterator[tuple[str, str]]:
@@ -55,15 +55,15 @@ def _no_measurements(gathered: Gathered, name: str, channel: Channel) -> Iterato
     far = far_outside(values)
     if far.size:
         at = int(far[np.argmax(np.abs(values[far]))])
-        yield f"has {values[at]:.6g} {channel.unit} at {_moment(gathered, at)}, which is no measurement; {far.size} such in all", REPAIR
+        yield (f"has {values[at]:.6g} {channel.unit} at {_moment(gathered, at)}, not a measurement; {far.size} such in all", REPAIR)
 
 
 def _odd(gathered: Gathered, name: str, channel: Channel) -> Iterator[tuple[str, str]]:
-    """Yield where a channel stands still, is cut off or lacks readings, of samples that are measurements."""
+    """Yield constant, clipped or missing readings, among samples that can be measurements."""
     values, unit = channel.values, channel.unit
-    if name in ("position", "velocity", "effort", "reference") and np.ptp(values) < SMALLEST:  # what tells nothing where it is constant
-        mend = "Is it the right column, did the axis move? Leave out of [columns] what is not needed"
-        yield f"is constant ({values[0]:.6g} {unit}), which tells nothing as the {name}", mend
+    if name in ("position", "velocity", "effort", "reference") and np.ptp(values) < SMALLEST:  # no information if constant
+        mend = "Check the column, and that the axis moved. Remove columns that you do not need from [columns]"
+        yield f"is constant ({values[0]:.6g} {unit}), which gives no information as the {name}", mend
     if name != "position":
         return
     if message := _saturated(gathered, channel):
@@ -93,7 +93,7 @@ def _moment(gathered: Gathered, at: int) -> str:
 def limits_exceeded(gathered: Gathered, axis: Axis) -> Iterator[Diagnostic]:
     """Yield the limits of an axis file that its log exceeds.
 
-    The drive bounds the whole effort, the controller its own part of it: known inputs are added behind its limit.
+    The drive limits the whole effort, the controller only its own output: known inputs are added after its limit.
     """
     channel = gathered.channels.get("effort")
     if channel is not None:
@@ -115,7 +115,7 @@ def limits_exceeded(gathered: Gathered, axis: Axis) -> Iterator[Diagnostic]:
 
 
 class Cut(NamedTuple):
-    """Where a signal is cut off: at which value, its longest run there, and all of its samples there."""
+    """Clipping of a signal: the value, the longest run at it, and all samples at it."""
 
     level: float
     first: int
@@ -124,11 +124,11 @@ class Cut(NamedTuple):
 
 
 def clipped(values: np.ndarray, limit: float | None = None, run: int = LONG_RUN) -> Cut | None:
-    """Return where a signal is cut off, at a limit if one is known; None where it is not.
+    """Return the clipping of a signal, at a limit if one is known; None if it is not clipped.
 
-    A clipped signal lies at its extreme far more often than next to it. An effort that is constant at other levels too, as
-    a commanded one or that of a simulated Coulomb friction, or that moves over a few steps of its resolution, is no clipped
-    one.
+    A clipped signal is at its extreme far more often than next to it. An effort counts as not clipped if it is constant at
+    other levels too, like a commanded effort or that of a simulated Coulomb friction, or if it moves over few steps of its
+    resolution.
     """
     rounding = 1e-9 * float(np.ptp(values))  # of the range of a channel
     for extreme in (float(values.max()), float(values.min())):
@@ -139,28 +139,27 @@ def clipped(values: np.ndarray, limit: float | None = None, run: int = LONG_RUN)
         if length < run or extreme == 0:
             continue
         levels, counts = np.unique(np.round(values[~at_extreme] / rounding), return_counts=True)
-        if levels.size < 16:  # a commanded effort of few levels is no clipped one
+        if levels.size < 16:  # a commanded effort with few levels is not clipped
             continue
         next_level = counts[-1] if values[at_extreme][0] > values.mean() else counts[0]
         elsewhere = (values < values.max() - rounding) & (values > values.min() + rounding) & (values != 0)
         still = np.append(np.abs(np.diff(values)) <= rounding, False) & elsewhere
-        # 5 times as many samples at the extreme as at the next level
+        # The extreme has at least 5 times the samples of the next level.
         if at_extreme.sum() >= 5 * next_level and longest_run(still)[1] < length / 2:
             return Cut(extreme, start, length, int(at_extreme.sum()))
     return None
 
 
 def _saturated(gathered: Gathered, channel: Channel) -> str:
-    """Say where a position stops at its extreme within one sample out of full motion."""
-    # An axis that rests there arrives slowly, or brakes; a reading that is cut off does neither, while the reference goes
-    # on.
+    """Report a position that stops at its extreme within one sample at full speed."""
+    # An axis that rests there arrives slowly, or brakes. A clipped reading does neither, while the reference continues.
     values, reference = channel.values, gathered.channels.get("reference")
     speeds = np.abs(np.diff(values))
-    # 0.05 of the largest speed: nothing stops from it within one sample
+    # Above 0.05 of the largest speed, an axis cannot stop within one sample.
     abrupt = max(0.05 * float(speeds.max()), 5 * quantisation(values))
     for extreme in (values.max(), values.min()) if np.ptp(values) >= SMALLEST else ():
         start, length = longest_run(values == extreme)
-        # 7 and 0.7, samples before a stop, and the share of their largest speed below which the axis brakes
+        # Look 7 samples before a stop; below 0.7 of their largest speed the axis brakes.
         before = speeds[max(start - 7, 0) : max(start - 1, 0)]
         if length < LONG_RUN or not before.size or before[-1] <= max(abrupt, 0.7 * before.max()):
             continue
@@ -168,19 +167,19 @@ def _saturated(gathered: Gathered, channel: Channel) -> str:
             beyond = np.sign(extreme - values.mean()) * (reference.values[start : start + length] - extreme)
             if beyond.max() <= abrupt:
                 continue
-        return f"is saturated: it stops dead at {extreme:.6g} {channel.unit} at {_moment(gathered, start)}, for {length} samples"
+        return f"is saturated: it stops abruptly at {extreme:.6g} {channel.unit} at {_moment(gathered, start)}, for {length} samples"
     return ""
 
 
 LONGEST = 5  # samples
-AROUND = 10  # samples on each side that tell what the motion allows
-# No axis is larger or finer in any unit, and what is in between can be multiplied a few times over: native solvers
-# of least squares write beyond their memory, or never return, on what overflows in them.
+AROUND = 10  # samples on each side that show the possible motion
+# No axis is larger or finer in any unit, and products of such numbers stay finite: native solvers of least squares write
+# beyond their memory, or hang, if they overflow.
 LARGEST, SMALLEST = 1e30, 1e-30
 
 
 class Spike(NamedTuple):
-    """A run of samples that leaves and returns: its first sample, its length, and by how much it is off."""
+    """A run of samples that jumps away and returns: first sample, length, and deviation."""
 
     start: int
     length: int
@@ -188,16 +187,16 @@ class Spike(NamedTuple):
 
 
 def spikes(values: np.ndarray, resolution: float) -> list[Spike]:
-    """Return the places where a position leaves for a few samples and comes back, in order.
+    """Return the places where a position jumps away for a few samples and returns, in order.
 
-    Both steps, there and back, must be far larger than the steps and the changes of step around them: stick-slip, a
-    hard stop, noise and flickering counts have neighbours of their own kind, a lost reading has not.
+    Both steps must be far larger than the steps, and changes of step, around them. Stick-slip, a hard stop, noise and
+    flickering counts have similar neighbours; a lost reading has not.
     """
     steps = np.diff(values)
     bends = np.abs(np.diff(steps))
     if bends.size < 2 * AROUND:
         return []
-    least = max(20.0 * float(np.quantile(bends, 0.95)), 10.0 * resolution)  # over the change of step that one sample in twenty exceeds
+    least = max(20.0 * float(np.quantile(bends, 0.95)), 10.0 * resolution)  # threshold relative to the 95 % quantile of the change of step
     chosen: list[Spike] = []
     covered = np.zeros(values.size, dtype=bool)
     for length in range(1, LONGEST + 1):
@@ -211,7 +210,7 @@ def spikes(values: np.ndarray, resolution: float) -> list[Spike]:
 
 
 def _stands_out(values: np.ndarray, start: int, length: int) -> float:
-    """Return by how much the samples of a run are off the straight line between their neighbours; 0 where it may be motion."""
+    """Return the deviation of a run of samples from the line between its neighbours; 0 if it can be motion."""
     off = values[start : start + length] - np.linspace(values[start - 1], values[start + length], length + 2)[1:-1]
     before = np.diff(values[max(start - AROUND, 0) : start])
     after = np.diff(values[start + length : start + length + AROUND])
@@ -221,20 +220,20 @@ def _stands_out(values: np.ndarray, start: int, length: int) -> float:
     stands_out = (
         before.size + after.size >= AROUND
         and (np.all(off > 0.0) or np.all(off < 0.0))
-        and np.abs(off).min() > 10.0 * bend  # over the largest change of step nearby
-        and edges.min() > 3.0 * step  # over the largest step nearby
+        and np.abs(off).min() > 10.0 * bend  # relative to the largest change of step nearby
+        and edges.min() > 3.0 * step  # relative to the largest step nearby
     )
     return float(off[0]) if stands_out else 0.0
 
 
 def far_outside(values: np.ndarray) -> np.ndarray:
-    """Return the samples that are no measurement: larger than `LARGEST`, or far off for a few samples."""
+    """Return the samples that cannot be measurements: larger than `LARGEST`, or far off for a few samples."""
     huge = np.flatnonzero(np.abs(values) > LARGEST)
     if huge.size:
         return huge
     low, middle, high = np.quantile(values, (0.01, 0.5, 0.99))
     if high == low:
         return huge
-    far = np.flatnonzero(np.abs(values - middle) > 1e6 * (high - low))  # over the range that holds 98 % of the samples
-    # A channel that rests for most of the log and then moves is legitimate; it moves for more than a few samples.
+    far = np.flatnonzero(np.abs(values - middle) > 1e6 * (high - low))  # relative to the range of 98 % of the samples
+    # A channel that rests for most of the log and then moves is legitimate; its motion lasts more than a few samples.
     return far if all(run.size <= LONGEST for run in np.split(far, np.flatnonzero(np.diff(far) > 1) + 1)) else huge

@@ -1,4 +1,4 @@
-"""Read a file by the reader of its format, and refuse what is no log."""
+"""Read a file with the reader of its format, and refuse files that are no logs."""
 
 import dataclasses
 import re
@@ -22,7 +22,7 @@ from bristle.logs.table import ALL, Choice, Request, Table, columns_of, damage_r
 from bristle.logs.tables import content_of_log
 from bristle.logs.words import is_time, names_and_units, with_plain_names
 
-# First bytes -> why the file is not read, and what to do.
+# First bytes -> reason for the refusal, and advice.
 REFUSED = {
     ARCHIVE: "It is a spreadsheet or an archive: export the log as CSV, or unpack it",
     b"\xd0\xcf\x11\xe0": "It is an old spreadsheet: export the log as CSV",
@@ -32,7 +32,7 @@ REFUSED = {
 
 
 def read_table(given: Readable, table: str | None = None, *, choice: Choice = ALL, size_limit: int = SIZE_LIMIT) -> Table:
-    """Return the columns of a log, whatever the file is."""
+    """Return the columns of a log in any format."""
     content = content_of_log(given, limit=size_limit)
     place = str(content.source)
     if not content.data[:1024].strip() and not content.data.strip():
@@ -43,25 +43,25 @@ def read_table(given: Readable, table: str | None = None, *, choice: Choice = AL
             if content.data.startswith(magic):
                 raise InputError("is not a log that can be read", path=place, mend=mend)
     if content.part is not None and not log_format.holds_tables:
-        mend = "Leave out what follows the name of the file"
-        raise InputError("is no file with several tables", path=place, value=content.part, mend=mend)
+        mend = "Remove the table name after the file name"
+        raise InputError("is not a file with several tables", path=place, value=content.part, mend=mend)
     if log_format.name != "csv" and any(name.startswith("column_") for name in choice.names or ()):
-        choice = ALL  # numbers of columns count those of the file
+        choice = ALL  # column numbers refer to the file
     read = _read(log_format, content, Request(content.source, content.part or table, choice, size_limit))
     notes = read.notes
     if table is not None and not log_format.holds_tables:
-        notes = (*notes, f"the file is one table: {table!r} is not looked for")
+        notes = (*notes, f"the file is a single table: bristle ignored the table name {table!r}")
     period = read.sample_time
     if period is None and not read.stamps and not any(map(is_time, read.names)):
         period = period_told({re.split(r"[./]", name)[-1]: f"{value!r}" for name, value in read.constants.items()})
     counted = {} if read.stamps or read.tables else {f"column_{i + 1}": name for i, name in enumerate(read.names)}
-    source = Path(escaped(place))  # it is read: from here on it is a name that is shown
+    source = Path(escaped(place))  # only displayed from here on
     changes = {"notes": notes, "sample_time": period, "numbers": {**counted, **read.numbers}, "source": source, "origin": content.origin}
     return with_plain_names(dataclasses.replace(read, **changes))
 
 
 def _read(log_format: LogFormat, content: Content, request: Request) -> Table:
-    """Read a file; whatever its reader does not foresee is damage of the file."""
+    """Read a file; report unforeseen errors of its reader as damage."""
     if log_format.package:
         from bristle.logs.apart import read_apart
 
@@ -77,11 +77,11 @@ def _read(log_format: LogFormat, content: Content, request: Request) -> Table:
 
 
 def _as_table(read: Any, log_format: LogFormat, content: Content) -> Table:
-    """Return what a reader gives, of one of a person's own too, which may give any table of columns."""
+    """Return the result of a reader as a `Table`; your own readers can return any table of columns."""
     if isinstance(read, Table):
         return read
     if not is_table(read):
-        message = f"is read by {log_format.name}, which gives a {type(read).__name__}"
+        message = f"is read by {log_format.name}, which returned a {type(read).__name__}"
         raise InputError(message, path=str(content.source), allowed="a Table, a data frame, or arrays by name")
     table = table_of(read)
     names, units, notes = names_and_units(table.columns, table.units)
@@ -96,18 +96,18 @@ def read_log(given: Readable, axis: Axis | None = None, *, size_limit: int = SIZ
     Parameters
     ----------
     given : path-like, bytes, file object or Content
-        A file of any format that ``bristle log --help`` names; ``FILE::TABLE`` names a table in it.
+        A file in a format listed by ``bristle log --help``; ``FILE::TABLE`` names a table in it.
     axis : Axis, optional
-        Which columns are which, in what units and signs. Without it columns called as usual (``t``,
-        ``position``, ``force``) are taken, in the units that the file says.
+        Names, units and signs of the columns. Without it bristle reads columns with usual names (``t``, ``position``,
+        ``force``), in the units of the file.
     size_limit : int
-        Largest file, and largest content that a file announces [byte].
+        Largest file, and largest content announced by a file [byte].
 
     Raises
     ------
     InputError
-        If the file is truncated, a column is missing, of the wrong unit, not finite, constant or saturated,
-        or time makes no order; it names the column and the sample.
+        If the file is truncated, a column is missing, has a wrong unit, is not finite, constant or saturated, or time is not in
+        order; the error names the column and the sample.
     """
     table = read_table(given, axis and axis.table, choice=columns_of(axis), size_limit=size_limit)
     return log_of(record_of(table, axis or axis_of(table)))

@@ -1,4 +1,4 @@
-"""Logs of recorders, channels with their own times: TDMS of LabVIEW, MDF 4 of ASAM, MCAP of robots, SINUMERIK Operate in XML."""
+"""Logs of recorders, whose channels have separate times: TDMS (LabVIEW), MDF 4 (ASAM), MCAP (robots), SINUMERIK Operate XML."""
 
 import io
 import json
@@ -23,7 +23,7 @@ LEAD_IN_BYTES = 28
 
 
 def read_tdms(data: bytes, request: Request) -> Table:
-    """Return the channels of a TDMS file, scaled as the file says."""
+    """Return the channels of a TDMS file, scaled as the file states."""
     import nptdms
 
     _refuse_truncated(data, request.source)
@@ -40,7 +40,7 @@ def read_tdms(data: bytes, request: Request) -> Table:
             if isinstance(step, (int, float)) and 0.0 < step < math.inf:
                 periods[name] = float(step)
             elif step is not None:
-                notes.append(f"channel {name!r} has a sample time that is none, which was ignored")
+                notes.append(f"channel {name!r} has an invalid sample time, which was ignored")
             numbers = np.asarray(channel[:]) if request.choice(name) else None
             unit = next(
                 (str(channel.properties[key]).strip() for key in ("unit_string", "NI_UnitDescription") if channel.properties.get(key)), ""
@@ -60,7 +60,7 @@ def read_tdms(data: bytes, request: Request) -> Table:
 
 
 def _remarks_kept() -> list[str]:
-    """Return a list into which goes, in this process, what the library prints where a file is damaged, before it reads on."""
+    """Return a list that collects the prints of the library about damage, in this process."""
     from nptdms.log import log_manager
 
     remarks: list[str] = []
@@ -76,12 +76,12 @@ def _remarks_kept() -> list[str]:
 
 
 def _refuse_truncated(data: bytes, source: Path) -> None:
-    """Walk over the segments, each of which says its length: the last must end with the file."""
+    """Walk over the segments by their lengths: the last must end with the file."""
     at = 0
     while at < len(data):
         lead_in = data[at : at + LEAD_IN_BYTES]
         if len(lead_in) == LEAD_IN_BYTES and lead_in[:4] != b"TDSm":
-            raise InputError(f"is damaged, or no TDMS file (at byte {at})", path=str(source))
+            raise InputError(f"is damaged, or not a TDMS file (at byte {at})", path=str(source))
         order = "big" if int.from_bytes(lead_in[4:8], "little") & (1 << 6) else "little"
         at += LEAD_IN_BYTES + int.from_bytes(lead_in[12:20], order)
         if len(lead_in) < LEAD_IN_BYTES or at > len(data):
@@ -93,10 +93,10 @@ def read_mf4(data: bytes, request: Request) -> Table:
     """Return the channels of a measurement data file, converted to their physical units."""
     import asammdf  # pyright: ignore[reportMissingImports]
 
-    logging.disable(logging.CRITICAL)  # what the library tells of a file is for those who make such files
+    logging.disable(logging.CRITICAL)  # messages of the library address authors of such files
     with asammdf.MDF(io.BytesIO(data)) as opened:
         content: Any = opened
-        # Kinds 2 and 3 of channels are those that others are sampled by: real ones, and those that are only counted.
+        # Channels of kinds 2 and 3 are the time bases of others: recorded, and virtual.
         places = [
             (channel.name, str(group_index), (group_index, index))
             for group_index, group in enumerate(content.groups)
@@ -131,7 +131,7 @@ def read_mcap(data: bytes, request: Request) -> Table:
     """Return the numbers in the messages of a recording, each with its times.
 
     A joint of a `JointState` is ``NAME.position``, ``NAME.velocity`` and ``NAME.effort``; any other number has the path
-    of its field. Where several topics are recorded, theirs stands before it.
+    of its field, preceded by the topic if there are several.
     """
     from mcap.reader import make_reader  # pyright: ignore[reportMissingImports]
     from mcap_ros2.decoder import DecoderFactory  # pyright: ignore[reportMissingImports]
@@ -156,11 +156,11 @@ def read_mcap(data: bytes, request: Request) -> Table:
             values.append(value)
             count += 1
         refuse_larger(2 * NUMBER_BYTES * count, request.limit, request.source)
-    notes = [f"messages that are not understood were left out: {', '.join(sorted(unknown)[:8])}"] if unknown else []
+    notes = [f"messages in unsupported encodings were left out: {', '.join(sorted(unknown)[:8])}"] if unknown else []
     table = request.table
     chosen = {key: value for key, value in fields.items() if table is None or key[0] == table or key[1].startswith(f"{table}.")}
     if not chosen:
-        message, allowed = "holds no messages with numbers that are understood", ", ".join(sorted({topic for topic, _ in fields})[:8])
+        message, allowed = "holds no readable messages with numbers", ", ".join(sorted({topic for topic, _ in fields})[:8])
         raise InputError(message, path=str(request.source), value=table, allowed=allowed, mend="Record messages of ROS 2, or JSON")
     topics = {topic for topic, _ in chosen}
     origin = min(times[0] for times, _ in chosen.values())
@@ -173,7 +173,7 @@ def read_mcap(data: bytes, request: Request) -> Table:
 
 
 def _numbers(content: Any) -> Iterator[tuple[str, float]]:
-    """Yield the numbers of a message, with what they are called."""
+    """Yield the numbers of a message, with their names."""
     names = _field(content, "name")
     if not (isinstance(names, (list, tuple)) and names and all(isinstance(name, str) for name in names)):
         yield from _flat(content, "", 0)
@@ -204,7 +204,7 @@ def _field(node: Any, name: str) -> Any:
 
 
 def _stamp(content: Any) -> int | None:
-    """Return when a message was made [ns], as it says itself; None where it does not."""
+    """Return the time at which a message was made [ns], from the message; None if it has none."""
     header = _field(content, "header")
     stamp = _field(header, "stamp") if header is not None else _field(content, "stamp")
     if stamp is None or isinstance(stamp, (int, float, str)):
@@ -214,13 +214,13 @@ def _stamp(content: Any) -> int | None:
     return None if seconds is None or not (seconds or rest) else SECOND * int(seconds) + int(rest or 0)
 
 
-NO_VALUE = 9.2e18  # a NaN, written as the whole number of its bits: the value before it holds
+NO_VALUE = 9.2e18  # a NaN, written as the integer of its bits: the previous value remains valid
 ENTITY = re.compile(rb"<!(DOCTYPE|ENTITY)", re.IGNORECASE)
 MEND = "Export the trace as CSV"
 
 
 def read_sinumerik(data: bytes, request: Request) -> Table:
-    """Return the signals of a trace in XML, each with the times at which it was taken."""
+    """Return the signals of a trace in XML, each with its times."""
     place = str(request.source)
     if ENTITY.search(data[: 2**16]):
         raise InputError("declares entities, which are not read", path=place, mend=MEND)
@@ -247,10 +247,10 @@ def read_sinumerik(data: bytes, request: Request) -> Table:
         raise InputError(f"is truncated or damaged ({error})", path=place, mend="Copy it again") from None
     keys = [key for key in signals if key in records] or list(records)
     if not keys:
-        raise InputError("is no trace with records of signals", path=place, mend=MEND)
+        raise InputError("is not a trace with records of signals", path=place, mend=MEND)
     heads = [signals.get(key, (key, "", "")) for key in keys]
     called = [name.strip() for name, _, _ in heads]
-    # With the index of the axis where several are described alike.
+    # Add the index of the axis if several have the same description.
     indices = [address[len(without_index(address)) :].strip() for _, _, address in heads]
     indexed = (f"{n} {i}" if called.count(n) > 1 and not n.endswith(i) else n for n, i in zip(called, indices, strict=True))
     names, notes = distinct(indexed)

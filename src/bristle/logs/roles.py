@@ -1,4 +1,4 @@
-"""Which column of a file is what: told from names and units, and from what moves like what."""
+"""Recognise the channels among the columns of a file, from names, units and similar motion."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from bristle.logs.words import Meaning, is_time, meaning_of, unit_in_name, unit_
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """A column that may be a channel."""
+    """A column that can be a channel."""
 
     name: str
     values: np.ndarray
@@ -27,22 +27,22 @@ class Candidate:
     unknown: str = ""
 
     def is_apart_from(self, position: Candidate) -> bool:
-        """Return whether the addresses of two signals name two axes."""
+        """Return whether the addresses of two signals name different axes."""
         return self.axis is not None and position.axis is not None and self.axis != position.axis
 
     def is_one_of(self, bases: Iterable[str]) -> bool:
-        """Return whether its unit is one of several quantities."""
+        """Return whether its unit belongs to one of several quantities."""
         return bool(self.unit) and any(units.compatible(self.unit, base) for base in bases)
 
     def fits(self, role: str, bases: Iterable[str]) -> bool:
-        """Return whether the column may play a role: by its unit where it has one, else by its name."""
+        """Return whether the column fits a role: by its unit if it has one, else by its name."""
         if self.unit:
             return self.is_one_of(bases) and self.meaning.role in ("", role, "status")
         return self.meaning.role == role
 
 
 def candidate_of(table: Table, name: str, is_nameless: bool) -> Candidate | None:
-    """Return a column as a candidate; None for times of other columns and for what is too short or no numbers."""
+    """Return a column as a candidate; None for times of other columns, short columns and text."""
     values = table.columns[name]
     if name in table.stamps.values() or values.size < 20:
         return None
@@ -59,21 +59,21 @@ def candidate_of(table: Table, name: str, is_nameless: bool) -> Candidate | None
 
 
 def time_among(table: Table, columns: list[Candidate]) -> tuple[Candidate, str] | None:
-    """Return the column of time, and why it is one; None where there is none, or each column brings its own."""
+    """Return the time column, and the reason; None if there is none, or each column has separate times."""
     if table.stamps:
         return None
     rises = {column.name: float(np.mean(np.diff(column.values) > 0.0)) for column in columns}
     rising = [column for column in columns if rises[column.name] > 0.5 and column.values[-1] > column.values[0]]
     called = [column for column in columns if column.meaning.role == "time" and is_time(column.name)]
-    # Stamps of a host that repeat rise with halts.
-    # 0.02 of the steps of a time that rise: fewer are no stamps of samples
+    # Repeated stamps of a host rise with pauses.
+    # At least 0.02 of the steps of a time rise.
     halting = [column for column in called if np.all(np.diff(column.values) >= 0.0) and rises[column.name] >= 0.02]
     called = [column for column in called if column in rising or column in halting]
     named = [column for column in called if not column.unit or column.is_one_of(("s",))]
     named += [column for column in rising if column.is_one_of(("s",)) and column not in named]
     for column in rising if not named and table.sample_time is None else ():
         step = np.diff(column.values)
-        # One that no name tells rises evenly; without a halt, if it is not the first.
+        # A time column without a usual name rises evenly; it also has no pause, unless it is the first column.
         even = np.quantile(np.abs(step - np.median(step)), 0.95) <= 0.05 * np.median(step)
         untold = column.meaning.role in ("", "status") if column is columns[0] else not column.meaning.role and np.all(step > 0.0)
         if even and untold and not column.unit and not column.unknown and not np.all(step == 1.0):
@@ -85,70 +85,72 @@ EDGE = 20
 
 
 def rate_of(position: np.ndarray, times: np.ndarray | None) -> np.ndarray:
-    """Return the smoothed rate of a signal over time, or over its samples where there is no time."""
+    """Return the smoothed rate of a signal over time, or over its samples if there is no time."""
     from scipy.ndimage import uniform_filter1d
 
     smooth = uniform_filter1d(position, int(np.clip(position.size // 2000, 3, 15)))
     if times is None or times.size != position.size:
         return np.gradient(smooth)
     steps = np.gradient(np.linspace(times[0], times[-1], times.size))
-    return np.gradient(smooth) / (steps if np.all(steps > 1e-15) else 1.0)  # of the unit of time, from sample to sample: less is no time
+    return np.gradient(smooth) / (
+        steps if np.all(steps > 1e-15) else 1.0
+    )  # of the unit of time, from sample to sample: smaller steps are no time
 
 
 def correlation(first: np.ndarray, second: np.ndarray) -> float:
-    """Return the correlation of two signals, 0 where one of them stands still."""
+    """Return the correlation of two signals, 0 if one of them is constant."""
     if first.size != second.size or first.size < EDGE:
         return 0.0
     about = (signal - signal.mean() for signal in (first, second))
-    # 1 at most: its squares are neither too large nor too small for a number.
+    # Scaled to at most 1, so that squares neither overflow nor underflow.
     a, b = (signal / (float(np.max(np.abs(signal))) or 1.0) for signal in about)
     scale = float(np.sqrt(np.dot(a, a) * np.dot(b, b)))
     return float(np.dot(a, b)) / scale if scale > 0.0 else 0.0
 
 
 def slope(first: np.ndarray, second: np.ndarray) -> float:
-    """Return by what `first` is multiplied to be `second`, but for a constant."""
+    """Return the factor from `first` to `second`, apart from a constant."""
     a, b = first - first.mean(), second - second.mean()
     scale = float(np.dot(a, a))
     return float(np.dot(a, b)) / scale if scale > 0.0 else 0.0
 
 
 def roughness(values: np.ndarray) -> float:
-    """Return the size of the second differences of a signal over that of the first ones."""
+    """Return the ratio of the second differences of a signal to its first differences."""
     first, second = np.diff(values), np.diff(values, 2)
     scale = float(np.std(first))
     return float(np.std(second)) / scale if scale > 0.0 else np.inf
 
 
 def explained(effort: np.ndarray, position: np.ndarray) -> float:
-    """Return which share of a signal inertia, friction and a constant along a motion explain."""
+    """Return the share of a signal that inertia, friction and a constant explain, given a motion."""
     return 1.0 - float(np.var(_left(effort, [*_moving(position), position]))) / (float(np.var(effort)) or 1.0)
 
 
 def pulls_as_a_link(effort: np.ndarray, angle: np.ndarray) -> bool:
-    """Return whether an effort goes with sine and cosine of an angle [rad], and more so than with a parabola of it."""
-    # 1.0 [rad], over which the sine of an angle is more than a straight line
+    """Return whether an effort follows sine and cosine of an angle [rad], better than a parabola of it."""
+    # Over less than 1.0 [rad] the sine of an angle is nearly a straight line.
     if effort.size != angle.size or effort.size < 4 * EDGE or float(np.ptp(angle)) < 1.0:
         return False
-    within = slice(EDGE, -EDGE)  # the rates of the first and the last samples are those of a jump
+    within = slice(EDGE, -EDGE)  # rates at the ends are invalid
     motion = [column[within] for column in _moving(angle)]
     effort, angle = effort[within], angle[within]
     place = angle - angle.mean()
     alone, parabola, link = (
         float(np.var(_left(effort, [*motion, *more]))) for more in ((), (place, place**2), (np.sin(angle), np.cos(angle)))
     )
-    # 0.25 of what motion leaves of an effort, that the angle must tell; a parabola along it must leave more still
+    # The angle must explain 0.25 of the effort that motion leaves unexplained, and more than a parabola does.
     return link < (1.0 - 0.25) * min(alone, parabola)
 
 
 def _moving(position: np.ndarray) -> list[np.ndarray]:
-    """Return what inertia and friction do along a motion."""
+    """Return the effects of inertia and friction along a motion."""
     velocity = rate_of(position, None)
     return [rate_of(velocity, None), velocity, np.sign(velocity) * (np.abs(velocity) > 0.02 * np.max(np.abs(velocity)))]
 
 
 def _left(effort: np.ndarray, columns: list[np.ndarray]) -> np.ndarray:
-    """Return what some columns and a constant leave of a signal."""
+    """Return the residual of a signal after a fit of some columns and a constant."""
     scaled = [column / (np.std(column) or 1.0) for column in columns]
     design = np.column_stack([*scaled, np.ones(effort.size)])
     return effort - design @ unbounded(design, effort)
@@ -157,16 +159,16 @@ def _left(effort: np.ndarray, columns: list[np.ndarray]) -> np.ndarray:
 MOVEMENTS = ("m", "rad", "count")
 SPEEDS = ("m/s", "rad/s", "count/s")
 EFFORTS = ("N", "N*m", "A", "rated", "V")
-ALIKE, ALMOST_SAME = 0.9, 0.995  # correlation of a velocity, or of a reference, with what it belongs to
+ALIKE, ALMOST_SAME = 0.9, 0.995  # correlation of a velocity, or of a reference, with the position
 WITHIN = 0.03  # of a factor between two units
-GUESSED = 0.3  # of an effort is explained by its motion, where no name tells
-PER_CENT, PER_MILLE = 300, 4000  # of rated, that a drive seldom exceeds, and that none does
+GUESSED = 0.3  # share explained by the motion, for an effort without a usual name
+PER_CENT, PER_MILLE = 300, 4000  # of rated: seldom exceeded, and never exceeded
 RANGES = {"m": ("m", "mm", "um"), "rad": ("rad", "deg", "rev")}
 
 
 @dataclass(frozen=True)
 class Role:
-    """A column that is a channel."""
+    """A column in the role of a channel."""
 
     column: str
     unit: str
@@ -177,15 +179,15 @@ class Role:
 
 @dataclass(frozen=True)
 class Roles:
-    """The channels that a table has."""
+    """Channels of a table."""
 
     channels: dict[str, Role] = field(default_factory=dict)
     rivals: tuple[str, ...] = ()
 
 
 def roles_of(table: Table) -> Roles:
-    """Return which column of a table is which channel."""
-    is_matrix = len({without_index(name) for name in table.columns}) == 1  # its name tells its columns not apart
+    """Return the column of each channel of a table."""
+    is_matrix = len({without_index(name) for name in table.columns}) == 1  # columns that differ only in their index
     columns = [column for name in table.columns if (column := candidate_of(table, name, is_matrix)) is not None]
     channels: dict[str, Role] = {}
     if (of_time := time_among(table, columns)) is not None:
@@ -210,7 +212,7 @@ def roles_of(table: Table) -> Roles:
     reference = _reference([column for column in left if column is not velocity], position)
     if reference is not None and position.values.size == reference.values.size and not position.meaning.role:
         is_told = any(column.meaning.reference or column.meaning.actual for column in (position, reference))
-        # Of two columns that nothing tells apart, that which is measured is rougher.
+        # Of two otherwise equal columns, the rougher one is measured.
         if not is_told and roughness(reference.values) > roughness(position.values):
             position, reference = reference, position
     left = [column for column in left if all(column is not used for used in (position, velocity, reference))]
@@ -225,7 +227,7 @@ def roles_of(table: Table) -> Roles:
         channels["velocity"] = Role(velocity.name, velocity.unit, velocity.told_by, _reason(velocity, "velocity"))
     elif velocity is not None and unit and stamps is not None and velocity.values.size == stamps.size:
         factor = abs(slope(rate_of(position.values, stamps), velocity.values))
-        for per, size in (("s", 1.0), ("min", 60.0)):  # the unit of the position over time, or none
+        for per, size in (("s", 1.0), ("min", 60.0)):  # the unit of the position over time, or no unit
             if abs(factor / size - 1.0) < WITHIN:
                 own = "rpm" if (unit, per) == ("rev", "min") else f"{unit}/{per}"
                 channels["velocity"] = Role(velocity.name, own, "position", _reason(velocity, "velocity"))
@@ -268,7 +270,7 @@ def _position(columns: list[Candidate]) -> tuple[Candidate | None, tuple[str, ..
 
 
 def _kinship(column: Candidate, relative: Candidate) -> float:
-    """Return how much two signals look like those of one axis: by their addresses, or by their names."""
+    """Return the evidence that two signals belong to one axis, from their addresses or names."""
     (digits, named), (digits_there, named_there) = (
         (re.findall(r"\d+", name), set(re.findall(r"\b[A-Za-z]{1,3}\d{1,2}\b", name))) for name in (column.name, relative.name)
     )
@@ -294,7 +296,7 @@ def _reference(columns: list[Candidate], position: Candidate) -> Candidate | Non
     named = [column for column, likeness in alike if column.meaning.reference and likeness > ALIKE]
     stems = {id(column): without_part("".join(words_of(column.name))) for column in (*fit, position)}
     in_step = [column for column in fit if column.values.size == position.values.size]
-    # As the position is called, but for the word, in a unit of its own: an axis that sticks follows it badly.
+    # The name of the position except for the word, in a different unit: a sticking axis correlates badly with its reference.
     called = [column for column in in_step if column.meaning.reference and column.unit and stems[id(column)] == stems[id(position)]]
     close = [
         column
@@ -306,7 +308,7 @@ def _reference(columns: list[Candidate], position: Candidate) -> Candidate | Non
 
 
 def _effort(table: Table, columns: list[Candidate], position: Candidate) -> dict[str, Role]:
-    """Return the effort, by its name and unit, or where none is told by what goes with the motion; empty where none is."""
+    """Return the effort by name and unit, else by correlation with the motion; empty if there is none."""
     fit = [column for column in columns if column.fits("effort", EFFORTS)]
 
     def moves(column: Candidate) -> float:
@@ -331,11 +333,7 @@ def _effort(table: Table, columns: list[Candidate], position: Candidate) -> dict
 def _reason(column: Candidate, channel: str) -> str:
     if column.meaning.role or column.meaning.reference:
         return "its name"
-    reasons = {
-        "effort": "it goes with the motion",
-        "velocity": "it is the rate of the position",
-        "reference": "it moves as the position does",
-    }
+    reasons = {"effort": "it follows the motion", "velocity": "it is the rate of the position", "reference": "it moves like the position"}
     return reasons.get(channel, "its unit" if column.unit else "it is the smoothest")
 
 
@@ -347,7 +345,7 @@ def _unit_of_position(
     if reference is not None and reference.unit and not position.unknown:
         return reference.unit, "reference"
     if velocity is not None and velocity.unit and stamps is not None and velocity.values.size == stamps.size:
-        # The recorded velocity in SI over the rate of the numbers: what one of them is.
+        # The recorded velocity in SI over the rate of the numbers: the unit of a number.
         base = next((base for base in SPEEDS if units.compatible(velocity.unit, base)), None)
         per = slope(rate_of(position.values, stamps), velocity.values)
         if base is not None and base != "count/s":
@@ -371,7 +369,7 @@ def _unit_of_effort(effort: Candidate, about: str) -> tuple[str, str]:
     integral = bool(np.all(effort.values == np.round(effort.values)))
     largest = float(np.max(np.abs(effort.values)))
     stored = re.search(r"\bU?INT(8|16)\b", about) is not None
-    # A drive stores whole numbers in per mille; some other program may have made per cent of them since.
+    # A drive stores integers in per mille; other programs may have converted them to per cent.
     if integral and (100.0 if stored else PER_CENT) < largest <= PER_MILLE:
         return "‰", "drive"
     if largest <= PER_MILLE and (stored or (integral and largest >= 8.0)):

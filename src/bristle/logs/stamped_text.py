@@ -1,4 +1,4 @@
-"""Text files that need more than columns of numbers: dates as stamps, columns with their own times, TwinCAT Scope, archives."""
+"""Text files beyond columns of numbers: dates as stamps, columns with separate times, TwinCAT Scope, archives."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -17,8 +17,8 @@ from bristle.logs.table import ALL, NUMBER_BYTES, Request, Table, split_unit
 from bristle.logs.tables import Series, table_of_series
 from bristle.logs.words import distinct, is_time, listed, plain_unit, unit_in_name, unit_of_time
 
-EPOCHS = ((19, 1e9), (17, 1e7), (16, 1e6), (13, 1e3), (0, 1.0))  # digits, and what it counts in a second
-OFTEN = 0.2  # share of empty cells from which on a column was recorded less often, or ended early
+EPOCHS = ((19, 1e9), (17, 1e7), (16, 1e6), (13, 1e3), (0, 1.0))  # digits of a count, and counts per second
+OFTEN = 0.2  # share of empty cells above which a column has a lower rate, or ended early
 PERIOD_NAMES = listed(
     "sampletime | sample time | sampling time | sampling period | sampling interval | abtastzeit | abtastintervall | abtasttakt | "
     "takt | sample period | sample interval | sampleinterval | samplingtime | samplingperiod | tsample | t sample | delta x | "
@@ -29,7 +29,7 @@ _FACT = re.compile(r"\s*[#%*\"]*\s*([^:=;\t,]{2,60}?)\s*\"?\s*[:=;\t,]\s*\"?\s*(
 
 
 def facts_above(lines: Sequence[str], layout: Layout) -> dict[str, str]:
-    """Return what stands above the header of a text file, as names and what is said of them."""
+    """Return the facts above the header of a text file, as names and values."""
     above = [line for line in lines[: layout.first] if line.strip()][: -1 if layout.first else None]
     matches = (_FACT.fullmatch(line[:200]) for line in above)
     between = r"[;\t,]+" if layout.delimiter == "," and not layout.decimal_comma else r"[;\t]+"
@@ -37,17 +37,17 @@ def facts_above(lines: Sequence[str], layout: Layout) -> dict[str, str]:
 
 
 def units_of_labview(lines: Sequence[str], layout: Layout) -> dict[str, str]:
-    """Return the units of a measurement file of LabVIEW, which stand in a row of their own above the names."""
+    """Return the units of a LabVIEW measurement file, which has them in a separate row above the names."""
     row = next((line for line in lines[: layout.first] if line.lower().startswith("y_unit_label")), None)
     if row is None:
         return {}
-    # Its first cell says what it is, and stands above the times.
+    # Its first cell, above the times, is the label of the row.
     cells = zip(layout.names[1:], cells_of(row, layout.delimiter)[1:], strict=False)
     return {name: unit for name, unit in cells if unit and not name.lower().startswith("x_value")}
 
 
 def period_told(facts: dict[str, str]) -> float | None:
-    """Return the time between samples [s] that stands above the columns of a file; None where none does."""
+    """Return the time between samples [s] stated above the columns of a file; None if there is none."""
     for name, text in facts.items():
         key = re.sub(r"( ms)?( us)?( s)?( hz)?( khz)?$", "", split_unit(name)[0].lower().rstrip(":").replace("_", " "))
         target = "s" if key in PERIOD_NAMES else "Hz" if key in RATE_NAMES else ""
@@ -61,7 +61,7 @@ def period_told(facts: dict[str, str]) -> float | None:
 
 
 def amount_in(name: str, text: str) -> tuple[float, str] | None:
-    """Return the number and the unit of a fact such as ``Rated torque [Nm]: 2,4``; None where it holds none."""
+    """Return number and unit of a fact such as ``Rated torque [Nm]: 2,4``; None if it has no number."""
     match = re.match(r"([+-]?\d[\d.,]*(?:[eE][+-]?\d+)?)\s*([^\d\s]\S*)?", text)
     if match is None:
         return None
@@ -73,13 +73,13 @@ def amount_in(name: str, text: str) -> tuple[float, str] | None:
 
 
 def stamps_in(body: bytes, layout: Layout, encoding: str) -> dict[int, np.ndarray]:
-    """Return the columns of dates, times of day and counts since long ago, as seconds from the first row."""
+    """Return the columns of dates, times of day and counts since an epoch, as seconds from the first row."""
     begin = re.search(rb"[^\n]*\S[^\n]*", body)
     first = cells_of(without_comments(begin[0].decode(encoding, "replace")), layout.delimiter) if begin else []
     lines, stamps = list[str](), dict[int, np.ndarray]()
     for index, (cell, numeric, name) in enumerate(zip(first, layout.numeric, layout.names, strict=False)):
         is_date = not numeric and (CLOCK.fullmatch(cell) or _GERMAN.fullmatch(cell))
-        # 10 digits of a time that counts from long ago
+        # Counts since an epoch have at least 10 digits.
         if not is_date and not (numeric and is_time(name) and len(cell.replace(",", ".").partition(".")[0]) >= 10):
             continue
         lines = lines or [line for line in body.decode(encoding, "replace").split("\n") if line.strip()]
@@ -88,7 +88,7 @@ def stamps_in(body: bytes, layout: Layout, encoding: str) -> dict[int, np.ndarra
             seconds = _of_dates(cells) if is_date else _of_counts(cells)
         except (ValueError, IndexError):
             continue
-        if np.any(np.diff(seconds) > 0) or not is_date:  # a date that stands still is no stamp
+        if np.any(np.diff(seconds) > 0) or not is_date:  # a constant date is no stamp
             stamps[index] = seconds
     return stamps
 
@@ -104,11 +104,11 @@ def _of_dates(cells: Sequence[str]) -> np.ndarray:
         date, _, clock = cell.replace("/", "-").removesuffix("Z").replace("T", " ").rpartition(" ")
         moments.append(datetime.fromisoformat(f"{date or '2000-01-01'}T{'0' * (clock[1:2] == ':')}{clock}"))
     seconds = np.array([(moment - moments[0]).total_seconds() for moment in moments])
-    return seconds + 86400.0 * np.cumsum(np.append(0.0, np.diff(seconds) < -43200.0))  # a time of day begins anew at midnight
+    return seconds + 86400.0 * np.cumsum(np.append(0.0, np.diff(seconds) < -43200.0))  # a time of day restarts at midnight
 
 
 def _of_counts(cells: Sequence[str]) -> np.ndarray:
-    """Return times that count since long ago: as a number they would lose their end."""
+    """Return counts of time since an epoch; a float would lose their last digits."""
     parts = [cell.partition(".") for cell in cells]
     counts = np.array([int(left) for left, _, _ in parts], dtype=np.int64)
     fractions = np.array([float(f"0.{right or 0}") for _, _, right in parts])
@@ -119,7 +119,7 @@ def _of_counts(cells: Sequence[str]) -> np.ndarray:
 
 
 def partly_empty(body: bytes, layout: Layout, encoding: str) -> dict[int, np.ndarray] | None:
-    """Return all columns of numbers, NaN where a cell is empty or its row ends early; None where one is something else."""
+    """Return all columns of numbers, NaN for empty cells and short rows; None if a column has other text."""
     text = without_comments(body.decode(encoding, "replace"))
     rows = [cells_of(line, layout.delimiter) for line in text.split("\n") if line.strip()]
     columns = {}
@@ -133,7 +133,7 @@ def partly_empty(body: bytes, layout: Layout, encoding: str) -> dict[int, np.nda
 
 
 def with_own_times(columns: dict[int, np.ndarray], layout: Layout, request: Request, notes: Sequence[str]) -> Table | None:
-    """Return the table where several columns are times or some are shorter; None where all have one time, as in most files."""
+    """Return the table of a file with several time columns or shorter columns; None if all columns share one time."""
     clocks = [index for index, values in columns.items() if _is_clock(layout.names[index], values)]
     if not clocks or (len(clocks) < 2 and not any(np.isnan(values).any() for values in columns.values())) or clocks[0] != min(columns):
         return None
@@ -145,7 +145,7 @@ def with_own_times(columns: dict[int, np.ndarray], layout: Layout, request: Requ
         times = columns[max(clock for clock in clocks if clock < index)]
         filled = np.isfinite(times)
         missing = np.count_nonzero(np.isnan(values))
-        if len(clocks) > 1 or not 0 < missing < OFTEN * values.size:  # else a few samples are missing: that is told, not mended
+        if len(clocks) > 1 or not 0 < missing < OFTEN * values.size:  # a few missing samples are reported instead
             filled &= np.isfinite(values)
         samples = values[filled] if request.choice(layout.names[index], index + 1) else None
         series.append(Series(layout.names[index], samples, times[filled], layout.units[index]))
@@ -154,7 +154,7 @@ def with_own_times(columns: dict[int, np.ndarray], layout: Layout, request: Requ
 
 
 def names_beside_times(names: Sequence[str]) -> tuple[str, ...]:
-    """Return names that stand above the times of their columns, above the columns."""
+    """Return names for columns whose names are above their time columns."""
     pairs = list(zip(names[::2], names[1::2], strict=False))
     nameless = [name.startswith("column_") for name in names]
     if len(names) % 2 or len(pairs) < 2 or any(nameless[::2]) or not all(nameless[1::2]):
@@ -163,7 +163,7 @@ def names_beside_times(names: Sequence[str]) -> tuple[str, ...]:
 
 
 def _is_clock(name: str, values: np.ndarray) -> bool:
-    """Return whether a column is a time: by its name, or where it has none, by rising evenly."""
+    """Return whether a column is a time: by its name, or without a name if it rises evenly."""
     finite = values[np.isfinite(values)]
     steps = np.diff(finite)
     if finite.size < 3 or not np.all(steps >= 0) or not np.any(steps > 0):
@@ -175,7 +175,7 @@ def _is_clock(name: str, values: np.ndarray) -> bool:
 
 
 NAME = "name"
-# What stands in the first column of the rows below the names, as far as the export was asked for them.
+# Possible first cells of the rows below the names; the export options decide.
 KEYS = frozenset(
     listed(
         "bitmask | data-type | indexgroup | indexoffset | netid | offset | port | sampletime[ms] | scalefactor | symbolbased | "
@@ -188,7 +188,7 @@ END = "eof"
 
 @dataclass(frozen=True)
 class Head:
-    """What stands above the numbers of a trace."""
+    """Head of a trace, above its numbers."""
 
     delimiter: str
     first: int
@@ -197,13 +197,13 @@ class Head:
     facts: Mapping[str, str] = field(default_factory=dict)
 
     def of(self, key: str, column: int) -> str:
-        """Return what a row says of a column; empty where there is no such row."""
+        """Return the cell of a column in a row of the head; empty if there is no such row."""
         cells = self.rows.get(key, ())
         return cells[column] if column < len(cells) else ""
 
 
 def head_of(lines: Sequence[str]) -> Head | None:
-    """Return the head of a trace of TwinCAT Scope; None where these lines are something else."""
+    """Return the head of a trace of TwinCAT Scope; None if the lines are something else."""
     for delimiter in ("\t", ";", ",", "|"):
         rows = [cells_of(line, delimiter) for line in lines[:120]]
         filled = [index for index, cells in enumerate(rows) if any(cells)]
@@ -236,7 +236,7 @@ def read_scope(lines: Sequence[str], head: Head, request: Request) -> Table:
     columns = [
         [cell.strip().strip('"') for cell in column] for column in zip_longest(*(line.split(head.delimiter) for line in body), fillvalue="")
     ]
-    if len(columns) == sum(map(bool, head.names)) < len(head.names):  # an export without times has no cells below the keys
+    if len(columns) == sum(map(bool, head.names)) < len(head.names):  # without times, an export has no cells below the keys
         values = iter(columns)
         columns = [next(values) if name else [""] * len(columns[0]) for name in head.names]
     firsts = (next(filter(None, column), "") for column, name in zip(columns, head.names, strict=False) if not name)
@@ -265,13 +265,13 @@ def read_scope(lines: Sequence[str], head: Head, request: Request) -> Table:
 
 
 def _times_of(columns: list[list[str]], place: int, head: Head, earliest: int, source: Path) -> np.ndarray | None:
-    """Return the times of a channel [ms]; None where the file tells none."""
+    """Return the times of a channel [ms]; None if the file has none."""
     left = next((before for before in range(place - 1, -1, -1) if not head.names[before]), None)
     cells = [time for time, value in zip(columns[left], columns[place], strict=True) if value] if left is not None else []
     if not any(cells):
         period = numbers_in([head.of("sampletime[ms]", place) or "x"], True)
         return None if period is None else period[0] * np.arange(sum(map(bool, columns[place])))
-    if len(cells[0]) >= 16 and cells[0].isdigit():  # of counts of 100 ns since 1601; milliseconds since the start have fewer
+    if len(cells[0]) >= 16 and cells[0].isdigit():  # counts of 100 ns since 1601; milliseconds since the start have fewer digits
         return (np.array(cells, dtype=np.int64) - earliest) / 1e4
     times = numbers_in(cells, head.delimiter != ",")
     if times is None:
@@ -283,14 +283,14 @@ def _times_of(columns: list[list[str]], place: int, head: Head, earliest: int, s
 _DATE = r"\d{4}[-/]\d\d[-/]\d\d[T ,;\t]+\d\d:\d\d:\d\d(?:[.,]\d+)?(?:Z|[+-]\d\d:?\d\d)?"
 _SECONDS = r"\d+(?:\.\d+)?(?:[eE][+-]?\d+)?"
 _NUMBER = r"[+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?"
-# Name first, or time first; what follows the value is its state.
+# Name first, or time first; the state follows the value.
 _NAMED = re.compile(rf'\s*"?([A-Za-z_][\w:.\-/<>\[\]]*)"?[\s,;]+"?({_DATE}|{_SECONDS})"?[\s,;]+({_NUMBER})(?:[\s,;].*)?')
 _TIMED = re.compile(rf'\s*"?({_DATE}|{_SECONDS})"?[\s,;]+"?([A-Za-z_][\w:.\-/<>\[\]]*)"?[\s,;]+({_NUMBER})(?:[\s,;].*)?')
 MOST_SIGNALS = 1000
 
 
 def pattern_of(lines: Sequence[str]) -> re.Pattern[str] | None:
-    """Return the pattern of lines that are values of named signals, one each; None where they are something else."""
+    """Return the pattern of lines with one value of a named signal each; None if the lines are something else."""
     filled = [line for line in lines[:60] if line.strip() and not line.lstrip().startswith("#")]
     for pattern in (_NAMED, _TIMED):
         if len(filled) >= 10 and sum(bool(pattern.fullmatch(line)) for line in filled) >= 0.8 * len(filled):  # of the lines looked at
@@ -299,7 +299,7 @@ def pattern_of(lines: Sequence[str]) -> re.Pattern[str] | None:
 
 
 def read_archive(lines: Sequence[str], pattern: re.Pattern[str], request: Request) -> Table:
-    """Return the signals of an archive, each with its own times."""
+    """Return the signals of an archive, each with separate times."""
     refuse_larger(len(lines) * 2 * NUMBER_BYTES, request.limit, request.source)
     name_at, time_at = (1, 2) if pattern is _NAMED else (2, 1)
     signals: dict[str, tuple[list[str], list[float]]] = {}
@@ -321,7 +321,7 @@ def read_archive(lines: Sequence[str], pattern: re.Pattern[str], request: Reques
         times = times if request.choice(name) else ()  # reading dates takes most of the time
         stamps = times if origin is None else [(_date(time) - origin).total_seconds() for time in times]
         series.append(Series(name, np.array(values), np.array(stamps, dtype=float)))
-    notes = [f"{unreadable} lines are no value of a signal and were left out"] if unreadable else []
+    notes = [f"{unreadable} lines without a value of a signal were left out"] if unreadable else []
     return table_of_series(series, request, "archive", notes=notes)
 
 

@@ -1,4 +1,4 @@
-"""What is in a log: columns, rates, ranges, and every problem that would have it refused."""
+"""Summarise a log: columns, rates, ranges, and all problems for which bristle would refuse it."""
 
 from typing import Any, NamedTuple
 
@@ -21,7 +21,7 @@ from bristle.logs.table import Table
 
 
 class Summary(NamedTuple):
-    """What is in a log: as plain data, and the log itself with its experiments where it has no problem."""
+    """Summary of a log as plain data, and the log itself with its experiments if it has no problem."""
 
     data: dict[str, Any]
     log: Log | None = None
@@ -30,36 +30,35 @@ class Summary(NamedTuple):
 
 @guarded(axis=optional(instance(Axis, "an axis")))
 def summarize(given: Readable, axis: Axis | None = None, *, size_limit: int = SIZE_LIMIT) -> dict[str, Any]:
-    """Return what is in a log, as plain data.
+    """Return a summary of a log, as plain data.
 
     Parameters
     ----------
     given : path-like, bytes, file object or Content
         The file.
     axis : Axis, optional
-        Which columns are which; without it, columns called as usual are taken.
+        Names of the columns; without it, bristle uses columns with usual names.
     size_limit : int
-        Largest file, and largest content that a file announces [byte].
+        Largest file, and largest content announced by a file [byte].
 
     Returns
     -------
     dict
-        ``file``, ``format``, ``checksum``, ``columns`` (as the file holds them: name, unit, samples, min,
-        max, mean, std, step), ``constants``, ``channels`` (in SI of the axis, likewise), ``sample_time`` [s],
-        ``rate`` [Hz], ``duration`` [s], ``segments``, ``passages`` (the experiments that it contains:
-        `bristle.logs.Passage`), ``notes``, ``diagnostics`` (what it contradicts and what it cannot tell, as data) and
-        ``problems``; None where not known.
+        ``file``, ``format``, ``checksum``, ``columns`` (as in the file: name, unit, samples, min, max, mean, std, step),
+        ``constants``, ``channels`` (the same in SI of the axis), ``sample_time`` [s], ``rate`` [Hz], ``duration`` [s],
+        ``segments``, ``passages`` (the experiments in it: `bristle.logs.Passage`), ``notes``, ``diagnostics`` (findings of
+        the checks, as data) and ``problems``; None if unknown.
 
     Raises
     ------
     InputError
-        If the file cannot be read at all.
+        If the file cannot be read.
     """
     return summary_of(read_table(given, axis and axis.table, size_limit=size_of(size_limit)), axis).data
 
 
 def summary_of(table: Table, axis: Axis | None = None) -> Summary:
-    """Return what is in a table of a log; without an axis, columns called as usual are taken."""
+    """Return the summary of the table of a log; without an axis, from columns with usual names."""
     summary = summary_of_columns(table).data
     log, experiments = None, ()
     try:
@@ -73,7 +72,7 @@ def summary_of(table: Table, axis: Axis | None = None) -> Summary:
 
 
 def summary_of_columns(table: Table) -> Summary:
-    """Return what is in the columns of a table, of which nothing says what they are."""
+    """Return the summary of the columns of a table without recognised channels."""
     data = {
         "file": printable(table.origin.name),
         "format": table.format,
@@ -123,7 +122,7 @@ def _as_log(table: Table, axis: Axis) -> Summary:
 
 
 def _sentence_of(problem: InputError, table: Table) -> str:
-    """Return what a problem says, with the name of the file: in which folder it lay is nobody's business."""
+    """Return the sentence of a problem, with the name of the file but without its folder."""
     path = problem.path.replace(str(table.source), table.origin.name, 1)
     return str(InputError(problem.message, path=path, value=problem.value, allowed=problem.allowed, mend=problem.mend))
 

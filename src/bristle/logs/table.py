@@ -1,4 +1,4 @@
-"""`Table`: what a reader finds in a file, before anything is known of the axis."""
+"""`Table`: contents of a file, before the axis is known."""
 
 import re
 from collections.abc import Iterable, Iterator, Mapping
@@ -16,46 +16,46 @@ from bristle.core.content import NOWHERE, Origin
 from bristle.core.errors import InputError, did_you_mean, place_in_own_code, said_by_library, shortened, told_by
 
 NUMBER_BYTES = 8
-# Of an axis in a SINUMERIK (its unit, its number), or of one of several signals of a name: no unit.
+# An axis of a SINUMERIK (its unit, its number), or one of several signals of the same name; not a unit.
 _INDEX = re.compile(r"(?P<name>.*\S)\s*\[u(?P<unit>\d+)(?:[\s,;]+(?P<axis>\d+))?\]|(?P<plain>.*\w)\[\d+\]")
 
 
 @dataclass(frozen=True)
 class Table:
-    """Named columns of numbers, as a file holds them.
+    """Named columns of numbers, as in a file.
 
     Parameters
     ----------
     columns : mapping of str to ndarray
         Each column, 1-D; lengths may differ in formats that allow it.
     units : mapping of str to str
-        Unit of a column, where the file says it.
+        Unit of a column, if the file states it.
     constants : mapping of str to float
         Named single numbers.
     texts : mapping of str to InputError
         Columns left out because they hold no numbers, and why.
     sample_time : float or None
-        Sample time, where the file knows it [s].
+        Sample time, if the file states it [s].
     notes : tuple of str
-        What the reader left out or assumed.
+        Notes on left-out data and assumptions of the reader.
     format : str
         Kind of file.
     source : Path
         The file.
     tables : tuple of str
-        Names of the tables that the columns are from, where there are several and none was chosen.
+        Names of the tables of the columns, if there are several and none was chosen.
     names : tuple of str
-        All columns of numbers, those that were not read among them.
+        Names of all columns of numbers, read or not.
     origin : Origin
-        Name and checksum of what was read.
+        Name and checksum of the file.
     stamps : mapping of str to str
-        Column -> the column of its time, in files whose channels bring their own: nobody has to name it.
+        Column -> its time column, in files whose channels have separate times.
     facts : mapping of str to str
-        What stands beside the columns: the device, its rated torque, a date.
+        Facts in addition to the columns: the device, its rated torque, a date.
     numbers : mapping of str to str
         ``column_2`` and the like -> the name of that column.
     about : mapping of str to str
-        What a file says of a column beside its name: a comment, the full name of a symbol, its data type.
+        Description of a column in the file: a comment, the full name of a symbol, its data type.
     """
 
     columns: Mapping[str, np.ndarray]
@@ -75,7 +75,7 @@ class Table:
     numbers: Mapping[str, str] = field(default_factory=dict)
 
     def name_of(self, name: str) -> str | None:
-        """Return the column called `name`, with or without a unit in brackets; None if there is none."""
+        """Return the column called `name`, with or without a unit in brackets; None if it does not exist."""
         for spelling in (*spellings(name), self.numbers.get(name, "")):
             if spelling in self.columns:
                 return spelling
@@ -83,39 +83,41 @@ class Table:
         return alike[0] if len(alike) == 1 else None
 
     def unknown_unit(self, name: str) -> str:
-        """Return what the file says for the unit of a column, where that is no unit that is known; else nothing."""
+        """Return the unit of a column in the file if bristle does not know it; else an empty text."""
         unit = self.units.get(name, "")
         return "" if not unit or units.is_unit(unit) else unit
 
     def has(self, name: str) -> bool:
-        """Return whether there is a column called `name`, with or without a unit in brackets, read or not."""
+        """Return whether a column called `name` exists, with or without a unit in brackets, read or not."""
         return any(spelling in self.names for spelling in spellings(name))
 
     def missing(self, name: str, key: str) -> InputError:
-        """Return the error that says which columns there are instead of `name`, asked for under `key`."""
+        """Return the error that lists the columns of the file in place of `name`, needed under `key`."""
         for text, reason in self.texts.items():
             if name in (text, split_unit(text)[0]):
                 mend = reason.mend or f"Name a column of numbers as the {key} in the axis file"
-                return InputError(f"{reason.message}, and the column is to be the {key}", path=reason.path, value=reason.value, mend=mend)
+                return InputError(
+                    f"{reason.message}, but the axis needs the column as the {key}", path=reason.path, value=reason.value, mend=mend
+                )
         if self.tables:
-            message = f"holds {len(self.tables)} tables, and no column {name!r} beside them, which is to be the {key}"
+            message = f"holds {len(self.tables)} tables, and no column {name!r} outside them for the {key}"
             mend = 'Name the table: table = "..." under [log] of the axis file, or FILE::TABLE in place of the file'
             return InputError(message, path=str(self.source), allowed=some_of(self.tables), mend=mend)
-        mend = f"{name!r} is a single number there. " if name in self.constants else ""
+        mend = f"{name!r} is a single number in the file. " if name in self.constants else ""
         mend += did_you_mean(name, self.names, 0.5) or f"Name the {key} in the axis file"
-        message = f"has no column {name!r}, which is to be the {key}"
+        message = f"has no column {name!r} for the {key}"
         return InputError(message, path=str(self.source), allowed=some_of(self.names, 40), mend=mend)
 
 
 def some_of(names: Iterable[str], most: int = 8) -> str:
-    """Return the first of several names, and how many more there are."""
+    """Return the first names, and the count of the others."""
     listed = list(names)
     left = len(listed) - most
     return ", ".join(shortened(text, 60) for text in listed[:most]) + (f" and {left} more" if left > 0 else "")
 
 
 def spellings(name: str) -> tuple[str, ...]:
-    """Return what a column may be called that a person calls so: without its unit, its letters in one piece each."""
+    """Return possible spellings of the name of a column: without its unit, with letters in one Unicode form each."""
     composed = normalize("NFC", name)
     return tuple(dict.fromkeys((name, split_unit(name)[0], composed, split_unit(composed)[0])))
 
@@ -136,18 +138,18 @@ def split_unit(header: str) -> tuple[str, str]:
 
 
 def without_index(name: str) -> str:
-    """Return a name without the index behind it that tells axes, or signals of one name, apart."""
+    """Return a name without the index that distinguishes axes, or signals of one name."""
     match = _INDEX.fullmatch(name.strip())
     return name if match is None else match["name"] or match["plain"]
 
 
 def axis_in(address: str) -> tuple[str, str] | None:
-    """Return the unit and the number of the axis in an address of a SINUMERIK; None where it names no axis."""
+    """Return unit and number of the axis in an address of a SINUMERIK; None if it names no axis."""
     match = _INDEX.fullmatch(address.strip())
     return (match["unit"], match["axis"]) if match and match["axis"] else None
 
 
-# What a column may be called where no axis file says which channel it is.
+# Usual names of columns, for files without an axis file.
 USUAL_NAMES = {
     "time": ("time", "t"),
     "position": ("position", "pos", "q", "x"),
@@ -159,7 +161,7 @@ USUAL_NAMES = {
 
 @dataclass(frozen=True)
 class Choice:
-    """Names of columns; None for all. Where they are `usual` ones, their case does not matter."""
+    """Names of columns; None for all. For `usual` names, case does not matter."""
 
     names: frozenset[str] | None = None
     usual: bool = False
@@ -175,12 +177,12 @@ ALL, NONE = Choice(), Choice(frozenset())
 
 
 def columns_named(names: Iterable[str]) -> Choice:
-    """Return the choice of columns of these names, each with or without the unit behind it."""
+    """Return the choice of columns with these names, each with or without a unit."""
     return Choice(frozenset(spelt for name in names for spelt in spellings(name)))
 
 
 def columns_of(axis: Axis | None) -> Choice:
-    """Return the choice of the columns that an axis names; without one, of those that are called as usual."""
+    """Return the choice of columns named by an axis; without an axis, of columns with usual names."""
     if axis is None:
         return Choice(frozenset(name for names in USUAL_NAMES.values() for name in names), usual=True)
     return columns_named(
@@ -190,13 +192,13 @@ def columns_of(axis: Axis | None) -> Choice:
 
 @contextmanager
 def damage_refused(source: Path) -> Iterator[None]:
-    """Refuse a file whose reader raises an error that it does not foresee: the file is damaged, or a reader of one's own wrong."""
+    """Refuse a file whose reader raises an unforeseen error: the file is damaged, or your own reader is wrong."""
     try:
         yield
     except (InputError, MemoryError):
         raise
     except Exception as error:  # noqa: BLE001  (a damaged file makes a reader raise anything)
-        message, mend = f"is truncated or damaged, or of a kind that is not read{said_by_library(error)}", "Copy or save it again"
+        message, mend = f"is truncated or damaged, or in an unsupported format{said_by_library(error)}", "Copy or save it again"
         if place := place_in_own_code(error):
             message = f"stops its reader with {type(error).__name__}: {told_by(error)} ({place})"
             mend = "Correct the reader; if the file is damaged, copy or save it again"
@@ -204,9 +206,9 @@ def damage_refused(source: Path) -> Iterator[None]:
 
 
 class Request(NamedTuple):
-    """What is read of a file; its reader takes it beside the bytes, ``read(data, request)``."""
+    """Options for reading a file; a reader receives them with the bytes: ``read(data, request)``."""
 
     source: Path
-    table: str | None  # in it; files of most kinds are one table, and do not use it
+    table: str | None  # name of a table; formats with a single table ignore it
     choice: Choice  # of columns
-    limit: int  # of what is read, unpacked [byte]
+    limit: int  # of the unpacked data [byte]

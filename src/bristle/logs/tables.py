@@ -1,4 +1,4 @@
-"""Files that hold several tables: which of them is the log, what its columns are called, and which of them are read."""
+"""Files with several tables: find the log, the names of its columns, and the columns to read."""
 
 import math
 import os
@@ -20,7 +20,7 @@ WITHIN = "::"  # between the name of a file and that of a table in it
 
 
 def content_of_log(given: Readable, *, limit: int = SIZE_LIMIT) -> Content:
-    """Return what the file of a log holds; ``log.h5::table`` names a table in it."""
+    """Return the content of the file of a log; ``log.h5::table`` names a table in it."""
     if not isinstance(given, (str, os.PathLike)) or isinstance(given, Content):
         return content_of(given, limit=limit, path="log", what="a log")
     text = os.fspath(given)
@@ -31,7 +31,7 @@ def content_of_log(given: Readable, *, limit: int = SIZE_LIMIT) -> Content:
 
 
 class Stored(NamedTuple):
-    """An array in a file: what the file says of it, and how it is read."""
+    """An array in a file: its description, and a function that reads it."""
 
     shape: tuple[int, ...]
     dtype: np.dtype
@@ -45,21 +45,20 @@ class Stored(NamedTuple):
 
     @property
     def fields(self) -> list[str]:
-        """Names of its numbers, where it is made of named ones."""
+        """Names of its fields, if it is a structured array."""
         return [name for name in self.dtype.names or () if self.dtype[name].kind in "fiub" and not self.dtype[name].shape]
 
     @property
     def holds_columns(self) -> bool:
-        """Whether it is made of numbers, in one or two dimensions; or of named numbers."""
+        """Whether it has columns: numbers in one or two dimensions, or structured numbers."""
         return (self.dtype.kind in "fiub" or bool(self.fields)) and len(self.shape) <= 2 and self.size > 0
 
 
 def table_from(arrays: Mapping[str, Stored], request: Request, kind: str, *, separator: str = "/", notes: Sequence[str] = ()) -> Table:
-    """Return the columns of one table of a file, or of all of them, each under its full name.
+    """Return the columns of one table of a file, or of all tables, each with its full name.
 
-    A group of columns is a table, and so is an array of several columns; those without a name are ``column_1`` and
-    so on. A file that holds one table only is understood whatever that table is called. Only the columns chosen are
-    read, and only if what the file announces is not too large.
+    A group of columns is a table, and so is an array of several columns; unnamed columns are ``column_1`` and so on. The name
+    of the only table in a file does not matter. The function reads only the chosen columns, and only up to the size limit.
     """
     groups: dict[str, dict[str, tuple[Stored, int | str | None]]] = {}  # each column as its array and the part of it
     constants: dict[str, Stored] = {}
@@ -81,7 +80,7 @@ def table_from(arrays: Mapping[str, Stored], request: Request, kind: str, *, sep
         if chosen is not None and len(names) > 1:
             raise no_such_table(chosen, names, request.source)
         if chosen is not None and names[0]:
-            remarks.append(f"there is no table {chosen!r} in this log: {names[0]!r}, its only one, was taken")
+            remarks.append(f"this log has no table {chosen!r}: bristle read its only table, {names[0]!r}")
         chosen = names[0] if len(names) == 1 else None
     if chosen is None:
         available = {f"{table}{separator}{name}" if table else name: column for table in names for name, column in tables[table].items()}
@@ -118,13 +117,13 @@ def tall(values: np.ndarray) -> np.ndarray:
 
 
 def no_such_table(table: str, names: list[str], source: Path) -> InputError:
-    """Return the error that says which tables there are instead of one that is asked for."""
-    mend = did_you_mean(table, names, 0.5) or "Mend the name behind ::, or `table` under [log] of the axis file"
+    """Return the error that lists the tables of a file in place of an unknown one."""
+    mend = did_you_mean(table, names, 0.5) or "Correct the name after ::, or `table` under [log] of the axis file"
     return InputError(f"holds no table {table!r}", path=str(source), allowed=some_of(names), mend=mend)
 
 
 def flattened(node: Any, through: tuple[type, ...] = (Mapping, list), depth: int = 8, path: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield what tables and lists in one another hold, with its full name: ``a.b[0]``; what nests deeper is left whole."""
+    """Yield the leaves of nested mappings and lists, with full names: ``a.b[0]``; deeper levels stay whole."""
     if depth == 0 or not isinstance(node, through):
         yield path, node
         return
@@ -134,7 +133,7 @@ def flattened(node: Any, through: tuple[type, ...] = (Mapping, list), depth: int
 
 
 class Series(NamedTuple):
-    """A channel, its values where they are read, and its times where it brings its own."""
+    """A channel: its values if read, and its times if separate."""
 
     name: str
     values: np.ndarray | None
@@ -144,7 +143,7 @@ class Series(NamedTuple):
 
 
 def by_name(channels: Iterable[tuple[str, str, T]]) -> dict[str, T]:
-    """Return channels by their names where no other has it, else by their group and name, of (name, group, channel)."""
+    """Return channels by their names if unique, else by group and name, from (name, group, channel)."""
     listed = list(channels)
     count = Counter(name for name, *_ in listed)
     return {(name if count[name] == 1 else f"{group}/{name}"): channel for name, group, channel in listed}
@@ -162,7 +161,7 @@ def table_of_series(
     facts: Mapping[str, str] | None = None,
     constants: Mapping[str, float] | None = None,
 ) -> Table:
-    """Return the table of channels that bring their own times: one column of time for all that share theirs."""
+    """Return the table of channels with separate times: one time column for all channels that share their times."""
     channels = [channel for channel in series if channel.values is None or channel.values.size]
     if not channels:
         raise InputError("holds no column of numbers", path=str(request.source), mend="Save the signals as vectors, with their times")

@@ -1,4 +1,4 @@
-"""Where a motion rests, turns and repeats: changes of direction, those that are more than noise, and the legs between."""
+"""Find rests, reversals and periods of a motion, and the legs between them."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from bristle.core.normal import DEVIATION_OVER_MEDIAN
 
 
 def reversals(velocity: np.ndarray, *, sided: bool = False) -> np.ndarray:
-    """Return the first sample after each change of direction, whatever the way between two of them.
+    """Return the first sample after each change of direction, however small the motion.
 
     Examples
     --------
@@ -29,8 +29,8 @@ def reversals(velocity: np.ndarray, *, sided: bool = False) -> np.ndarray:
 def turning_points(position: np.ndarray, least: float = 0.0, candidates: Sequence[int] | None = None) -> list[int]:
     """Return the samples at which the motion turns by more than `least` [m or rad], ends not included.
 
-    Of a motion that goes to and fro by less, the farthest sample counts. It is looked for among all samples, or among
-    `candidates` in order, as reversals of a velocity are.
+    If the motion oscillates by less, the farthest sample counts. The search covers all samples, or the ordered `candidates`,
+    such as reversals of a velocity.
     """
     turns: list[int] = []
     side, extreme = 0.0, 0
@@ -57,13 +57,13 @@ def numbered(turns: Sequence[int] | np.ndarray, count: int) -> np.ndarray:
 
 
 def half_cycle_numbers(turns: Sequence[Sequence[int]], counts: Sequence[int]) -> list[np.ndarray]:
-    """Return the number of the half-cycle of each sample of several segments, counted through all of them."""
+    """Return the number of the half-cycle of each sample of several segments, counted across all segments."""
     first = np.cumsum([0, *(len(places) + 1 for places in turns)]).tolist()
     return [start + numbered(places, count) for start, places, count in zip(first[:-1], turns, counts, strict=True)]
 
 
 def runs(inside: np.ndarray) -> list[slice]:
-    """Return the runs of samples that are true, in order.
+    """Return the runs of true samples, in order.
 
     Examples
     --------
@@ -75,7 +75,7 @@ def runs(inside: np.ndarray) -> list[slice]:
 
 
 def rests(position: np.ndarray, window: int, step: float) -> np.ndarray:
-    """Return where the position goes no further than a step from the middle of a window to either end, shape (sample,)."""
+    """Return whether the position stays within a step of the centre of a window, shape (sample,)."""
     padded = np.pad(position, window, mode="edge")
     before, after = padded[: -2 * window], padded[2 * window :]
     middles = (np.abs(after - position) <= step) & (np.abs(position - before) <= step)
@@ -84,7 +84,7 @@ def rests(position: np.ndarray, window: int, step: float) -> np.ndarray:
 
 
 def with_sides(velocity: np.ndarray, rest: np.ndarray) -> np.ndarray:
-    """Return the velocity with a zero at rest, which carries the sign of the last motion.
+    """Return the velocity with a signed zero at rest, which carries the sign of the previous motion.
 
     Examples
     --------
@@ -98,7 +98,7 @@ def with_sides(velocity: np.ndarray, rest: np.ndarray) -> np.ndarray:
 
 
 def whole_cycle(position: np.ndarray, velocity: np.ndarray) -> int | None:
-    """Return after how many samples a motion that repeats is where it began, and moves on alike; None if it never is.
+    """Return the count of samples of a whole cycle of a repeating motion; None if the motion does not repeat.
 
     Examples
     --------
@@ -108,7 +108,7 @@ def whole_cycle(position: np.ndarray, velocity: np.ndarray) -> int | None:
     """
     covered = np.maximum.accumulate(position) - np.minimum.accumulate(position)
     away = np.abs(position - position[0])
-    back = (covered > 0.9 * covered[-1]) & (away < 0.02 * covered[-1])  # of the range: a whole cycle is through, the motion is back
+    back = (covered > 0.9 * covered[-1]) & (away < 0.02 * covered[-1])  # of the range: the motion completed a cycle and returned
     back &= np.signbit(velocity) == np.signbit(velocity[0])
     if not back.any():
         return None
@@ -117,11 +117,11 @@ def whole_cycle(position: np.ndarray, velocity: np.ndarray) -> int | None:
     return first + int(np.argmin(away[first : first + stay]))
 
 
-LONG = 2**17  # samples, beyond which a period is sought roughly first
+LONG = 2**17  # samples above which the search for a period begins coarsely
 
 
 def period_of(position: np.ndarray, sample_time: float, correlated: float = 0.98, periods: float = 3.0) -> float | None:
-    """Return the period [s] of a motion that, from so many periods on, correlates with itself so well; None where it has none."""
+    """Return the period [s] of a motion whose autocorrelation over several periods is high enough; None if it has no period."""
     if position.size > LONG:
         return _period_of_long(position, sample_time, correlated, periods)
     from scipy.signal import correlate
@@ -142,7 +142,7 @@ def period_of(position: np.ndarray, sample_time: float, correlated: float = 0.98
 
 
 def _period_of_long(position: np.ndarray, sample_time: float, correlated: float, periods: float) -> float | None:
-    """Return the period [s] of a long motion: a short one shows in its first samples, a long one in every so many of all."""
+    """Return the period [s] of a long motion: a short period from its first samples, a long one from every n-th sample."""
     step = -(-position.size // LONG)
     for part, stride in ((position[:LONG], 1), (position[::step], step)):
         rough = period_of(part, stride * sample_time, correlated, periods)
@@ -156,15 +156,15 @@ def _period_of_long(position: np.ndarray, sample_time: float, correlated: float,
     return None
 
 
-CHUNKS = 20  # of a leg, in which its speed is looked at
-CRUISING = 0.08  # relative deviation of the speed that counts as constant; a sine keeps to it for a third
-SETTLING = 0.03  # of the leg beside it: a leg that is none
+CHUNKS = 20  # of a leg, each with its speed
+CRUISING = 0.08  # relative deviation of the speed that counts as constant; a sine meets it for a third of its period
+SETTLING = 0.03  # of the adjacent leg: shorter legs are ignored
 FAST = 0.8  # quantile of the speeds of a leg that a cruise has
 
 
 @dataclass(frozen=True)
 class Leg:
-    """A stretch in one direction, from a rest or a turning point to the next."""
+    """A stretch in one direction, between rests or turning points."""
 
     first: int
     last: int
@@ -177,43 +177,43 @@ class Leg:
 
 
 def noise_of(values: np.ndarray) -> float:
-    """Return the standard deviation of what changes from sample to sample as no motion does: of second differences."""
+    """Return the standard deviation of noise, from second differences."""
     bends = np.abs(np.diff(values, 2))
     return DEVIATION_OVER_MEDIAN * float(np.median(bends)) / np.sqrt(6.0) if bends.size else 0.0
 
 
 def graininess(position: np.ndarray, resolution: float | None) -> float:
-    """Return the smallest motion that a recorded position shows [m or rad]."""
+    """Return the smallest detectable motion of a recorded position [m or rad]."""
     if resolution is None:
         steps = np.abs(np.diff(position))
         resolution = float(np.min(steps[steps > 0.0], initial=np.inf))
         resolution = resolution if np.isfinite(resolution) else 0.0
-    return max(2.5 * resolution, 4.0 * noise_of(position))  # of the encoder, of its noise: no motion is smaller
+    return max(2.5 * resolution, 4.0 * noise_of(position))  # of the encoder, and of its noise
 
 
 def rests_of(position: np.ndarray, grain: float, sample_time: float) -> list[slice]:
-    """Return the samples of each rest: where the position stays within a grain to either side."""
+    """Return the samples of each rest: the position stays within one grain of its centre."""
     from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
-    window = max(round(0.12 / sample_time), 3)  # [s] without a motion that the encoder sees
+    window = max(round(0.12 / sample_time), 3)  # [s] without a detectable motion
     if position.size < window:
         return []
     half = window // 2
     span = maximum_filter1d(position, 2 * half + 1) - minimum_filter1d(position, 2 * half + 1)
-    # A rest reaches as far as its windows do.
+    # Extend each rest to the ends of its windows.
     counted = np.concatenate([[0], np.cumsum(np.pad((span <= 2.0 * grain)[half:-half], 2 * half))])
     return runs(counted[2 * half + 1 :] > counted[: -2 * half - 1])
 
 
 def legs_of(position: np.ndarray, rests: list[slice], grain: float, sample_time: float) -> Iterator[Leg]:
-    """Yield the legs between rests and turning points, those that hardly move left out."""
+    """Yield the legs between rests and turning points, without those that hardly move."""
     edges = [0, *(edge for rest in rests for edge in (rest.start, rest.stop - 1)), position.size - 1]
     for begin, end in zip(edges[::2], edges[1::2], strict=True):
         if end - begin < 2:
             continue
         marks = [begin, *(begin + k for k in turning_points(position[begin : end + 1], grain)), end]
         marks = _without_jitter(position, marks)
-        # Without those right beside a rest that are nothing against the leg next to them.
+        # Leave out legs next to a rest that are tiny relative to the next leg.
         lengths = [abs(position[b] - position[a]) for a, b in pairwise(marks)]
         first = len(lengths) > 1 and lengths[0] < SETTLING * lengths[1]
         last = len(lengths) > 1 and lengths[-1] < SETTLING * lengths[-2]
@@ -224,8 +224,8 @@ def legs_of(position: np.ndarray, rests: list[slice], grain: float, sample_time:
 
 
 def _without_jitter(position: np.ndarray, marks: list[int]) -> list[int]:
-    """Return ends of legs without those of legs that are nothing, in length and in time, beside the one next to them."""
-    # Around a turning point, where the motion is slow, noise turns it more than once.
+    """Return ends of legs, without legs that are tiny in length and duration relative to the adjacent leg."""
+    # Near a turning point the motion is slow, and noise reverses it several times.
     remaining = np.array(marks)
     while remaining.size > 3:
         lengths, times = np.abs(np.diff(position[remaining])), np.diff(remaining)
@@ -235,7 +235,7 @@ def _without_jitter(position: np.ndarray, marks: list[int]) -> list[int]:
         if not negligible.any():
             break
         shortest = 1 + int(np.argmin(np.where(negligible, lengths[inner], np.inf)))
-        # Without the two ends of the leg, those before and after it are one.
+        # Without the two ends of a leg, its neighbours merge.
         remaining = np.delete(remaining, (shortest, shortest + 1))
     return [int(k) for k in remaining]
 

@@ -1,27 +1,27 @@
-"""Waves over the position in what a fit leaves over: cogging, a screw, a belt."""
+"""Waves over the position in a residual: cogging, a screw, a belt."""
 
 import numpy as np
 
 TURNS_LEAST = 1.5  # over the range
 BINS = 8192  # of the position
-PADDED = 4  # times: quarters of a turn are told apart
-HIGHEST = 2  # peaks that are looked at closely
+PADDED = 4  # times: resolves quarters of a turn
+HIGHEST = 2  # peaks to refine
 FINER = 13  # frequencies around each
 CLOSE = 21  # between two of them
 REACH = 0.6  # turns over the range to either side of it
-CLEARED = 4  # quarters of a turn around a peak that are no other one
+CLEARED = 4  # quarters of a turn around a peak that belong to it
 SMALL = 1e-6
 
 
 def waves(x: np.ndarray, side: np.ndarray | None, frequency: float) -> np.ndarray:
-    """Return cosine and sine of a frequency [1/m or 1/rad], and both by the side of motion if that is given, shape (row, 2 or 4)."""
+    """Return cosine and sine of a frequency [1/m or 1/rad], also by the side of motion if given, shape (row, 2 or 4)."""
     phase = 2.0 * np.pi * frequency * x
     pair = np.column_stack([np.cos(phase), np.sin(phase)])
     return pair if side is None else np.hstack([pair, side[:, None] * pair])
 
 
 def frequency_in(x: np.ndarray, side: np.ndarray | None, residual: np.ndarray, most: float, least: float = TURNS_LEAST) -> float | None:
-    """Return the frequency [1/m or 1/rad] of the waves that take most, of `least` to `most` turns; None in a short range."""
+    """Return the frequency [1/m or 1/rad] of the strongest waves, with `least` to `most` turns; None in a short range."""
     stroke = float(np.ptp(x))
     most = min(most, BINS / 2.0)
     if stroke <= 0.0 or most < least:
@@ -44,14 +44,14 @@ def frequency_in(x: np.ndarray, side: np.ndarray | None, residual: np.ndarray, m
 
 
 def refined(x: np.ndarray, side: np.ndarray, residual: np.ndarray, frequency: float) -> float:
-    """Return a frequency that was found [1/m or 1/rad] more closely, as it is written down and lasts over all turns."""
+    """Return a refined frequency [1/m or 1/rad], rounded to the digits that matter over all turns."""
     step = 2.0 * REACH / (FINER - 1) / float(np.ptp(x))
     close = [near for near in (frequency + step * np.linspace(-1.0, 1.0, CLOSE)).tolist() if near > 0.0]
     return max(close, key=lambda near: _explained(x, side, residual, near))
 
 
 def _explained(x: np.ndarray, side: np.ndarray | None, residual: np.ndarray, frequency: float) -> float:
-    """Return the sum of squares that the waves of a frequency take of a residual, beside a constant for each side."""
+    """Return the sum of squares of a residual explained by waves of a frequency, beyond a constant for each side."""
     columns = np.column_stack([waves(x, side, frequency), np.ones_like(x), *(() if side is None else (side,))])
     gram, right = columns.T @ columns, columns.T @ residual
     return float(right @ np.linalg.solve(gram + (SMALL * float(np.trace(gram)) * np.eye(right.size)), right))

@@ -1,4 +1,4 @@
-"""What columns and units are called: the words of drives and of people, in English and German, as this package writes them."""
+"""Vocabulary of names of columns and units, of drives and of people, in English and German."""
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
@@ -15,17 +15,17 @@ from bristle.logs.table import Table, split_unit, without_index
 
 
 def listed(text: str) -> tuple[str, ...]:
-    """Entries of a list that is written with strokes between, or with blanks where there is none."""
+    """Return the entries of a list separated by strokes, or by blanks if it has no stroke."""
     return tuple(text.split(" | " if " | " in text else None))
 
 
 def spelt(units: str) -> dict[str, str]:
-    """Spelling -> unit, of spellings that stand behind their unit; a minus stands for no unit."""
+    """Return a mapping of spelling to unit, from spellings listed after their unit; a minus means no unit."""
     entries = (entry.split(": ") for entry in units.split("; "))
     return {spelling: unit.strip("-") for unit, spellings in entries for spelling in spellings.split(" | ")}
 
 
-# How units are written on screens and in exports -> how this package writes them.
+# Spellings of units on screens and in exports -> spelling of this package.
 WRITTEN = spelt(
     "rpm: u/min | upm | 1/min | min-1 | min^-1 | min⁻¹ | r/min | rev/min | umdr/min | umin; rev/s: u/s | rps; "
     "rev: u | umdr | umdr. | umdrehungen | umdrehung | revs | revolutions | turns | r; deg: grad | degree | degrees | deg. | ° | º; "
@@ -49,7 +49,7 @@ CASED = spelt(
 
 
 def plain_unit(written: str) -> str:
-    """Return a unit as this package writes it; empty where it is none that is known to be another's spelling."""
+    """Return a unit in the spelling of this package; empty for texts that mean "no unit"."""
     text = normalize("NFC", written).strip().strip("[]").strip()
     text = text[1:-1].strip() if text.startswith("(") and text.endswith(")") and "(" not in text[1:] else text
     if text.lower() in NO_UNIT:
@@ -60,7 +60,7 @@ def plain_unit(written: str) -> str:
 
 
 def distinct(names: Iterable[str]) -> tuple[list[str], list[str]]:
-    """Return names of which none stands twice, and a note for each that did; a letter has one spelling (NFC)."""
+    """Return unique names, and a note for each duplicate; letters are normalised (NFC)."""
     unique = [normalize("NFC", name) for name in names]
     used, notes = set(unique), []
     counts: dict[str, int] = {}
@@ -72,14 +72,14 @@ def distinct(names: Iterable[str]) -> tuple[list[str], list[str]]:
             counts[name] += 1
         used.add(candidate)
         unique[index] = candidate
-        notes.append(f"column {index + 1} is called {name[:60]!r}, as one before it: it is taken as {candidate[:64]!r}")
+        notes.append(f"column {index + 1} is called {name[:60]!r}, like an earlier column: bristle calls it {candidate[:64]!r}")
     return unique, notes
 
 
 def names_and_units(headers: Iterable[str], stated: Mapping[str, str]) -> tuple[list[str], dict[str, str], list[str]]:
-    """Return names without their units, of which none stands twice; the unit of each that has one; notes.
+    """Return unique names without their units, the known units, and notes.
 
-    A column whose unit is stated keeps its name as it is; of another the brackets behind it are its unit.
+    A column with a stated unit keeps its name unchanged; for others the brackets after the name hold the unit.
     """
     parts = [(header, stated[header]) if header in stated else split_unit(header) for header in headers]
     names, notes = distinct(name for name, _ in parts)
@@ -87,18 +87,16 @@ def names_and_units(headers: Iterable[str], stated: Mapping[str, str]) -> tuple[
 
 
 def with_plain_names(table: Table) -> Table:
-    """Return a table whose names and units can be printed: control characters do things to a terminal."""
-    stated = {name: unit for name, written in table.units.items() if (unit := plain_unit(written))}  # some say that there is none
+    """Return a table with printable names and units: control characters can change the state of a terminal."""
+    stated = {name: unit for name, written in table.units.items() if (unit := plain_unit(written))}  # some state that there is no unit
     odd = [name for name in (*table.names, *table.texts) if not name.isprintable()]
     units = {name: unit for name, unit in stated.items() if unit.isprintable() and len(unit) <= 80}
     if not odd and len(units) == len(stated):
         return replace(table, units=units)
     plain, _ = distinct(printable(name).strip() or "column" for name in table.names)
     called = dict(zip(table.names, plain, strict=True))
-    notes = [
-        f"the name of a column holds characters that cannot be printed: it is taken as {called[name]!r}" for name in odd if name in called
-    ]
-    notes += [f"column {called[name]!r} has a unit that cannot be read, which was left out" for name in stated if name not in units]
+    notes = [f"the name of a column has unprintable characters: bristle calls it {called[name]!r}" for name in odd if name in called]
+    notes += [f"column {called[name]!r} has an unreadable unit, which was left out" for name in stated if name not in units]
     return replace(
         table,
         columns={called[name]: values for name, values in table.columns.items()},
@@ -112,7 +110,7 @@ def with_plain_names(table: Table) -> Table:
     )
 
 
-# Words that mean a role. A long one counts within a compound as well: "lageistwert", "positionActual".
+# Words that mean a role. Long words also count inside a compound: "lageistwert", "positionActual".
 ROLES: dict[str, tuple[str, ...]] = {
     "time": listed("time zeit timestamp zeitstempel t stamp sec secs second seconds sekunden temps tiempo tempo abtastzeitpunkt elapsed"),
     "error": listed(
@@ -137,8 +135,8 @@ REFERENCE = listed(
     "vorgabe ziel nominal kommando refpos dem des trajectory vcmd pcmd"
 )
 ACTUAL = listed("act actual ist istwert fbk feedback fb meas measured measurement real rbv current_position gemessen mess messwert state")
-WITHIN = 4  # letters from which on a word counts within another one
-# Parts of longer words that mean something else than they say.
+WITHIN = 4  # shortest word that counts inside another word
+# Parts of longer words with a different meaning.
 NOT_WITHIN = {
     "last": ("elast", "plast", "blast"),
     "rate": ("rated", "acceler", "temperat", "operat", "gener"),
@@ -151,7 +149,7 @@ STATUS = listed(
 
 
 class Meaning(NamedTuple):
-    """What the name of a column means."""
+    """Meaning of the name of a column."""
 
     role: str = ""
     reference: bool = False
@@ -171,7 +169,7 @@ def words_of(name: str) -> list[str]:
 
 @lru_cache(maxsize=2**16)
 def meaning_of(name: str, about: str = "") -> Meaning:
-    """Return what the name of a column means; what else is said of it counts where the name says nothing."""
+    """Return the meaning of the name of a column; its description counts if the name has no meaning."""
     if name.lower().startswith("x_value"):  # of LabVIEW
         return Meaning("time", sure=1.0)
     name = without_index(name)
@@ -213,7 +211,7 @@ def _meaning(words: Sequence[str]) -> Meaning:
 
 
 def _weight(word: str) -> float:
-    """Return how much a word tells: single letters mean many things."""
+    """Return the weight of a word: single letters mean many things."""
     return {1: 0.4, 2: 0.7}.get(len(word), 1.0)
 
 
@@ -226,16 +224,16 @@ def _says(words: Sequence[str], vocabulary: Sequence[str]) -> bool:
 
 
 def without_part(joined: str) -> str:
-    """Return the letters of a name without the part that says whether it is a reference or was measured."""
+    """Return the letters of a name without the part for reference or measured."""
     for word in sorted((*REFERENCE, *ACTUAL), key=len, reverse=True):
-        # 3 letters of a word for a reference that begins or ends a name
+        # Words of 3 letters for a reference count at the start or end of a name.
         if 3 <= len(word) < len(joined) and (joined.startswith(word) or joined.endswith(word)):
             return joined.removeprefix(word) if joined.startswith(word) else joined.removesuffix(word)
     return joined
 
 
 def is_time(name: str) -> bool:
-    """Return whether a column is called as times usually are."""
+    """Return whether a column has a usual name of a time."""
     meaning = meaning_of(name)
     return meaning.role == "time" and meaning.sure >= 0.4 and not meaning.reference
 
@@ -249,7 +247,7 @@ ENDINGS = spelt(
 
 
 def unit_in_name(name: str) -> str:
-    """Return the unit that a name ends with behind a stroke, a blank or an underscore; empty where it names none."""
+    """Return the unit at the end of a name, after a slash, a blank or an underscore; empty if there is none."""
     parts = [part for part in re.split(r"[\s_\-./\[\]()]+", name.strip()) if part]
     if len(parts) > 2 and parts[-1].lower() in ("s", "sec", "min") and parts[-2].lower() in ("mm", "m", "um", "rad", "deg", "rev", "u"):
         return plain_unit(f"{parts[-2].lower()}/{parts[-1].lower().removesuffix('ec')}")
@@ -262,7 +260,7 @@ def unit_in_name(name: str) -> str:
 
 
 def other_unit_in(name: str, declared: str) -> str:
-    """Return the unit that a name ends with where it is another one than that declared; else nothing."""
+    """Return the unit at the end of a name if it differs from the declared one; else an empty text."""
     called = unit_in_name(name)
     if not called or not units.is_unit(declared):
         return ""
@@ -271,9 +269,9 @@ def other_unit_in(name: str, declared: str) -> str:
 
 
 def unit_of_time(name: str, values: np.ndarray) -> str:
-    """Return the unit of stamps that have none: that in their name, or in which they count since 1970 or from 0 on.
+    """Return the unit of stamps without a unit: from their name, or from counts since 1970 or from 0.
 
-    No axis is sampled so seldom that steps of more than a twentieth could be seconds.
+    A step of more than a twentieth cannot be in seconds: no axis is sampled so slowly.
     """
     named = unit_in_name(name)
     if named in ("s", "ms", "us", "ns"):

@@ -1,4 +1,4 @@
-"""The loop of an experiment before it is built: poles and margins, what it errs by, and which gains it allows."""
+"""Analysis of a loop before it is built: poles, margins, error budget, and possible gains."""
 
 from typing import TYPE_CHECKING
 

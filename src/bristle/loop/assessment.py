@@ -1,11 +1,11 @@
-r"""The loop of an experiment judged before it is simulated: poles decide what is refused, margins what is warned of.
+r"""Assessment of a loop before its simulation: poles decide on refusal, margins on warnings.
 
-A law may answer small motions otherwise than large ones (inside and outside a boundary layer), and friction is a spring
-where the axis is stuck and a damper where it slides. Each combination is one linear loop, a `WorkingPoint`.
+A law can respond differently to small and large motions (inside and outside a boundary layer). Friction is a spring
+while the axis sticks and a damper while it slides. Each combination is a linear loop, a `WorkingPoint`.
 
-Where the axis is stuck, friction of stiffness :math:`s` holds it beside the stiffness :math:`K` of the law. A
-compensator of `c` times this friction that follows the measured motion takes :math:`c\,s` away again: what is left
-holds the axis only if :math:`K > (c - 1)\,s`. Along the desired motion nothing is taken away.
+While the axis sticks, friction of stiffness :math:`s` acts in parallel to the stiffness :math:`K` of the law. A
+compensator of `c` times this friction along the measured motion subtracts :math:`c\,s`. The rest stabilises the axis
+only if :math:`K > (c - 1)\,s`. A compensator along the desired motion subtracts no stiffness.
 """
 
 import itertools
@@ -22,11 +22,11 @@ from bristle.core.variable import Kind
 from bristle.loop import linear_system as linear
 from bristle.loop.linear_system import GAIN_ENOUGH, PHASE_ENOUGH, Margins, SampledLoop, margins_of
 
-FINER, GAINS = 0.98, 400  # from one gain that is tried to the next, and how many are
+FINER, GAINS = 0.98, 400  # ratio of successive trial gains, and their count
 
 
 class Motions(StrEnum):
-    """Which motions a law was linearised for."""
+    """Size of the motions for which a law was linearised."""
 
     ALL = "all"
     SMALL = "small"
@@ -34,7 +34,7 @@ class Motions(StrEnum):
 
 
 class Friction(StrEnum):
-    """What friction does at a working point."""
+    """Action of friction at a working point."""
 
     NONE = "none"
     STUCK = "stuck"
@@ -42,7 +42,7 @@ class Friction(StrEnum):
 
 
 class Verdict(StrEnum):
-    """What the poles say: all inside the unit circle; outside it for small motions only; outside however large."""
+    """Verdict of the poles: all inside the unit circle; outside for small motions only; outside for all motions."""
 
     STABLE = "stable"
     OSCILLATES = "oscillates"
@@ -50,7 +50,7 @@ class Verdict(StrEnum):
 
 
 class Stiffness(NamedTuple):
-    """What holds a stuck axis [N/m or N*m/rad]: the law, friction that has not broken away, less what is fed forward."""
+    """Stiffness at a stuck axis [N/m or N*m/rad]: of the law, of friction before break-away, and of the compensator (subtracted)."""
 
     law: float
     friction: float
@@ -58,13 +58,13 @@ class Stiffness(NamedTuple):
 
     @property
     def left(self) -> float:
-        """What holds the axis after all."""
+        """Remaining stiffness."""
         return self.law + self.friction - self.compensation
 
 
 @dataclass(frozen=True)
 class WorkingPoint:
-    """A loop linearised for these motions, under this friction."""
+    """A loop linearised for one size of motion and one action of friction."""
 
     motions: Motions
     friction: Friction
@@ -72,26 +72,26 @@ class WorkingPoint:
 
     @cached_property
     def margins(self) -> Margins:
-        """How far it is from instability."""
+        """Stability margins."""
         return margins_of(self.loop)
 
 
 @dataclass(frozen=True)
 class Assessment:
-    """What the linear loops of one variant say.
+    """Results of the linear loops of a variant.
 
     Parameters
     ----------
     name : str
-        Of the variant.
+        Name of the variant.
     kind : {"translational", "rotational"}
         The kind of axis.
     points : tuple of WorkingPoint
         The linear loops.
     switches : bool
-        Whether the law has no slope at rest: it switches, and for small motions there is no linear loop.
+        Whether the law has no slope at rest: it switches, and has no linear loop for small motions.
     stiffness : Stiffness or None
-        What holds a stuck axis, where friction is fed forward along the measured motion.
+        Stiffness at a stuck axis, if friction is fed forward along the measured motion.
     """
 
     name: str
@@ -103,8 +103,8 @@ class Assessment:
     @cached_property
     def verdict(self) -> Verdict:
         """Whether the loop is stable, oscillates within bounds, or diverges."""
-        # As an oscillation grows, the loop becomes that of large motions: where this one is stable, the growth ends.
-        # One that friction alone upsets (by falling with velocity) sticks and slips; one that it settles is settled.
+        # A growing oscillation becomes a large motion: if the loop for large motions is stable, the growth ends.
+        # A loop that only friction destabilises (by falling with velocity) sticks and slips; friction can also stabilise a loop.
         large = [point.loop.is_unstable for point in self.points if point.motions is not Motions.SMALL]
         if large and all(large):
             return Verdict.DIVERGES
@@ -117,23 +117,23 @@ class Assessment:
 
     @property
     def bare(self) -> tuple[WorkingPoint, ...]:
-        """The working points without friction: what the law, the inertia and the delays do by themselves."""
+        """Working points without friction: law, inertia and delays only."""
         return tuple(point for point in self.points if point.friction is Friction.NONE)
 
     @property
     def worst(self) -> WorkingPoint:
-        """The working point with the largest pole: one without friction where that is unstable, else any."""
+        """Working point with the largest pole; without friction if that is unstable, else any."""
         among = self.bare if any(point.loop.is_unstable for point in self.bare) else self.points
         return max(among, key=lambda point: point.loop.spectral_radius)
 
     @property
     def least_phase(self) -> float | None:
-        """Smallest phase margin without friction [°]; None where there is no crossover."""
+        """Smallest phase margin without friction [°]; None without a crossover."""
         return min((point.margins.phase for point in self.bare if point.margins.phase is not None), default=None)
 
     @property
     def finding(self) -> Diagnostic:
-        """The verdict on the loop; of an unstable one with the cause of its largest pole, and the limits of delay and gain."""
+        """Verdict on the loop; for an unstable loop also the cause of its largest pole, and the limits of delay and gain."""
         worst = self.worst
         numbers: dict[str, Number] = {"radius": worst.loop.spectral_radius}
         if self.is_stable:
@@ -144,7 +144,7 @@ class Assessment:
 
     @property
     def doubts(self) -> tuple[Diagnostic, ...]:
-        """Doubts about a stable loop: stiffness that compensation takes away, small margins, a law that switches."""
+        """Warnings about a stable loop: stiffness lost to compensation, small margins, a switching law."""
         diagnostics = [Diagnostic("switching_law")] if self.switches else []
         held = self.stiffness
         if held is not None and held.left < 0.5 * (held.law + held.friction):
@@ -160,12 +160,12 @@ class Assessment:
 
 
 def assess(variant: Variant) -> Assessment:
-    """Return what the linear loops of a variant say.
+    """Return the assessment of the linear loops of a variant.
 
     Parameters
     ----------
     variant : Variant
-        The loop. Its sensor is taken for exact, because counts and noise have no slope, and a backlash for closed.
+        The loop. Its sensor counts as exact, because counts and noise have no slope, and its backlash as closed.
 
     Returns
     -------
@@ -193,7 +193,7 @@ def _laws(variant: Variant) -> tuple[dict[Motions, linear.LinearSystem], bool]:
     """Return the law for each size of motion, and whether it switches."""
     amplitudes = (0.1 * linear.SMALL, linear.SMALL, linear.LARGE, 10.0 * linear.LARGE)
     smallest, small, large, larger = (linear.linear_law(variant.controller, variant.run.sample_time, size) for size in amplitudes)
-    # A number that is less than half as large at ten times the amplitude fades.
+    # A slope that falls below half its value at ten times the amplitude vanishes for large motions.
     A, B, C, D = (np.where(np.abs(b) < 0.5 * np.abs(a), 0.0, a) for a, b in zip(large, larger, strict=True))
     large = linear.LinearSystem(A, B, C, float(D))
     if _alike(small, large, linear.SAME):
@@ -208,7 +208,7 @@ def _alike(first: linear.LinearSystem, second: linear.LinearSystem, tolerance: f
 
 
 def _frictions(variant: Variant, motions: Motions) -> dict[Friction, tuple[linear.LinearFriction, linear.LinearFriction]]:
-    """Return what acts on the port of the plant and on its table at each working point."""
+    """Return the friction at the port of the plant and at its table, for each working point."""
     frictions = {Friction.NONE: (linear.NO_FRICTION, linear.NO_FRICTION)}
     dt, screw = variant.run.sample_time, variant.plant.component.screw
     stuck = linear.stiffness_at_rest(variant.friction, dt)
@@ -225,46 +225,43 @@ def _frictions(variant: Variant, motions: Motions) -> dict[Friction, tuple[linea
 
 
 def motion_of(variant: Variant) -> tuple[np.ndarray, np.ndarray]:
-    """Return position [m or rad] and velocity that the reference asks for, at each sample and at the end."""
+    """Return position [m or rad] and velocity of the reference, at each sample and at the end."""
     run = variant.run
     t = run.sample_time * np.arange(round(run.duration / run.sample_time) + 1)
     return variant.reference.component.sample(t, variant.reference.parameters)[:2]
 
 
 def top_speed(variant: Variant) -> float:
-    """Return the largest velocity that the reference asks for [m/s or rad/s]."""
+    """Return the largest velocity of the reference [m/s or rad/s]."""
     return float(np.max(np.abs(motion_of(variant)[1][:-1]), initial=0.0))
 
 
 def law_stiffness(law: linear.LinearSystem) -> float:
-    """Return the effort of a law over a deviation that lasts [N/m or N*m/rad], without end with an integral."""
-    slow = np.abs(law.response(np.exp(1j * np.array([1e-7, 1e-6]))))  # a law without an integral answers alike there
+    """Return the effort of a law for a constant deviation [N/m or N*m/rad], infinite with an integral."""
+    slow = np.abs(law.response(np.exp(1j * np.array([1e-7, 1e-6]))))  # a law without an integral has equal responses there
     return float("inf") if slow[0] > 2.0 * slow[1] else float(slow[0])
 
 
 def _feedback_of(feedforward: Feedforward, dt: float) -> tuple[linear.LinearSystem, float] | None:
-    """Return what friction fed forward along the measured motion feeds back, and its stiffness; None where it has none."""
+    """Return the feedback by friction compensation along the measured motion, and its stiffness; None without it."""
     friction = feedforward.friction if feedforward.along == "measured" else None
     stuck = None if friction is None else linear.stiffness_at_rest(friction, dt)
     if stuck is None:
         return None
-    # The mean force over the last sample, from the position before it to the present one.
+    # Mean force over the last sample, from the previous position to the present one.
     spring, damper = 0.5 * feedforward.gain * stuck.k, feedforward.gain * stuck.c / dt
     return linear.LinearSystem(np.zeros((1, 1)), np.ones(1), np.array([spring - damper]), spring + damper), 2.0 * spring
 
 
 def runnable(experiment: Experiment) -> tuple[Experiment, dict[str, Assessment]]:
-    """Return the experiment without the variants whose loop diverges, and what the loop of each variant says.
-
-    An open loop says nothing.
-    """
+    """Return the experiment without the variants whose loop diverges, and the assessment of each closed loop."""
     judged = {variant.name: assess(variant) for variant in experiment.variants if variant.effort is None}
     diverging = {name for name, assessment in judged.items() if assessment.verdict is Verdict.DIVERGES}
     return replace(experiment, variants=tuple(variant for variant in experiment.variants if variant.name not in diverging)), judged
 
 
 def _cause_of(assessment: Assessment) -> dict[str, Number]:
-    """Return what puts the largest pole where it is, and up to which delay and gain the loop would be stable."""
+    """Return the cause of the largest pole, and the largest delay and gain of a stable loop."""
     worst, held = assessment.worst, assessment.stiffness
     if worst.friction is Friction.SLIDING:
         return {"why": "falling_friction", "mend": "raise_gains"}
@@ -273,7 +270,7 @@ def _cause_of(assessment: Assessment) -> dict[str, Number]:
         return {"why": "stiffness_taken", "mend": "feed_desired"}
     numbers: dict[str, Number] = {"mend": "feed_desired"} if no_time_left else {}
     loops = [point.loop for point in assessment.points if point.friction in (Friction.NONE, worst.friction)]
-    # From the shortest delay on: each sample of delay is one more state, and the poles of many take long.
+    # From the shortest delay up: each sample of delay adds a state, and poles of many states take long.
     delay = max(itertools.takewhile(lambda delay: _are_stable(loops, delay=delay), range(worst.loop.delay)), default=None)
     gain = next((FINER**power for power in range(1, GAINS) if _are_stable(loops, gain=FINER**power)), None)
     numbers |= {"longest_delay": delay} if delay is not None else {}
@@ -284,6 +281,6 @@ def _cause_of(assessment: Assessment) -> dict[str, Number]:
 
 
 def _are_stable(loops: list[SampledLoop], *, delay: int | None = None, gain: float = 1.0) -> bool:
-    """Return whether loops are stable with another delay [samples], or a law that answers `gain` times as strongly."""
+    """Return whether loops are stable with another delay [samples], or a law multiplied by `gain`."""
     changed = (replace(loop, delay=loop.delay if delay is None else delay) for loop in loops)
     return not any(loop.with_gain(gain).is_unstable for loop in changed)

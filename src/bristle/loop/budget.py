@@ -1,4 +1,4 @@
-"""The error budget of a loop: each cause switched on alone, and off alone, by simulation."""
+"""Error budget of a loop, by simulations with each cause alone, and without each cause."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -20,7 +20,7 @@ from bristle.simulation import Statistics, friction_along, simulate, statistics_
 
 @dataclass(frozen=True)
 class Entry:
-    """One cause, and the following error [m or rad] with this cause only, and with all but this one."""
+    """One cause, and the following error [m or rad] with only this cause, and with all other causes."""
 
     cause: str
     description: str
@@ -30,18 +30,18 @@ class Entry:
 
 @dataclass(frozen=True)
 class Budget:
-    """What a loop errs by.
+    """Error budget of a loop.
 
     Parameters
     ----------
     variant : str
         Name of the loop.
     all_causes, no_cause : Statistics
-        Following error [m or rad] as the loop is, and without any of the causes.
+        Following error [m or rad] of the loop with all causes, and without any.
     entries : tuple of Entry
-        Each cause, the one without which the error falls most first.
+        Causes, sorted by the reduction of the error without each.
     runs : int
-        Simulations, each with other noise, that each number is the mean of.
+        Simulations with different noise behind each mean.
     """
 
     variant: str
@@ -52,14 +52,14 @@ class Budget:
 
 
 def error_budget(variant: Variant, progress: Callable[[float, str], None] | None = None) -> Budget:
-    """Return what a loop errs by.
+    """Return the error budget of a loop.
 
     Parameters
     ----------
     variant : Variant
         The loop, with its compensator.
     progress : callable, optional
-        Called with the share done and the name of what comes next.
+        Called with the share done and the name of the next step.
     """
     causes = causes_of(variant)
     loops = {"everything": variant, "nothing": reduce(lambda loop, cause: cause.without(loop), causes, variant)}
@@ -80,7 +80,7 @@ def error_budget(variant: Variant, progress: Callable[[float, str], None] | None
 
 
 class Cause(NamedTuple):
-    """Something that a loop would err less without; removing several in any order gives the same loop."""
+    """A removable cause of error; the order of removal does not matter."""
 
     name: str
     description: str
@@ -88,17 +88,17 @@ class Cause(NamedTuple):
 
 
 def causes_of(variant: Variant) -> tuple[Cause, ...]:
-    """Return what a loop errs by: what its friction, compensator, encoder, computer and drive have of it."""
+    """Return the causes of the error of a loop: its friction, compensator, encoder, computer and drive."""
     return (*_of_feedforward(variant), *_of_the_rest(variant))
 
 
 def nominal(friction: Model) -> Model:
-    """Return a friction model that is the same in both directions and at every reversal, without an offset."""
+    """Return a friction model with equal values in both directions and at each reversal, without an offset."""
     return _alike(friction, offset=0.0, scatter=0.0)
 
 
 def best_gain(variant: Variant) -> float:
-    """Return the factor on the compensator that makes it the nominal friction along the reference, in the mean square."""
+    """Return the gain at which the compensator matches the nominal friction along the reference, in the mean square."""
     compensator = variant.feedforward.friction
     if compensator is None:
         return 1.0
@@ -110,7 +110,7 @@ def best_gain(variant: Variant) -> float:
 
 
 def _alike(friction: Model, **changed: float) -> Model:
-    """Return a friction model with the mean of both directions in either, and some values changed that it has."""
+    """Return a friction model with the mean of both directions, and with the given values changed if it has them."""
     values = friction.values
     for name in values:
         stem = name.removesuffix("_pos")
@@ -120,25 +120,25 @@ def _alike(friction: Model, **changed: float) -> Model:
 
 
 def _with_known(friction: Model, **changed: float) -> Model:
-    """Return a friction model with those of some values changed that it has."""
+    """Return a friction model with the given values changed if it has them."""
     own = {name: value for name, value in changed.items() if name in friction.values}
     return friction.with_values(**own) if own else friction
 
 
 def _with_fed(loop: Variant, **changed: Any) -> Variant:
-    """Return a loop with other values of its feedforward."""
+    """Return a loop with changed values of its feedforward."""
     return replace(loop, feedforward=replace(loop.feedforward, **changed))
 
 
 def _of_feedforward(variant: Variant) -> Iterator[Cause]:
-    """Yield what the desired motion and the compensator have of it."""
+    """Yield causes in the desired motion and the compensator."""
     informed, feedforward, true = told_the_motion(variant), variant.feedforward, nominal(variant.friction)
     if (informed.controller, informed.feedforward) != (variant.controller, feedforward):
-        text = "velocity or inertia of the desired motion is not fed forward as it is"
+        text = "velocity or inertia of the desired motion is not fed forward, or with a different value"
         mass, law = informed.feedforward.mass, informed.controller
         yield Cause("lag", text, lambda loop: _with_fed(replace(loop, controller=law), mass=mass))
     if variant.table is not None:
-        return  # what acts on both sides of a screw is no model that could be fed forward instead
+        return  # friction on both sides of a screw has no single model to feed forward
     if feedforward.friction is None or feedforward.gain == 0.0:
         text = "the friction is not fed forward"
         yield Cause("no compensation", text, lambda loop: _with_fed(loop, friction=true, gain=1.0))
@@ -148,22 +148,22 @@ def _of_feedforward(variant: Variant) -> Iterator[Cause]:
         text = f"the compensator is {feedforward.gain / best:.3g} times the nominal friction"
         yield Cause("amplitude", text, lambda loop: _with_fed(loop, gain=loop.feedforward.gain * best / feedforward.gain))
     if feedforward.friction != true:
-        text = "the compensator turns otherwise than the friction, at the same size"
+        text = "the compensator differs from the friction in shape, not in size"
         yield Cause("shape", text, lambda loop: _with_fed(loop, friction=true, gain=loop.feedforward.gain / best))
 
 
 def _of_the_rest(variant: Variant) -> Iterator[Cause]:
-    """Yield what friction, sensor, computer, drive and plant have of it."""
+    """Yield causes in friction, sensor, computer, drive and plant."""
     fed, run, sensor = variant.feedforward, variant.run, variant.sensor
     sides = [model for model in (variant.friction, variant.table) if model is not None]
     if fed.offset or fed.asymmetry or any(_alike(model, offset=0.0) != model for model in sides):
-        yield Cause("asymmetry", "friction by direction and offset, less what of both is fed forward", _symmetric)
+        yield Cause("asymmetry", "friction by direction and offset, minus their feedforward", _symmetric)
     scatter = max(model.values.get("scatter", 0.0) for model in sides)
     if scatter > 0.0:
-        text = f"friction that differs by {100.0 * scatter:.2g} % from reversal to reversal"
+        text = f"friction scatter of {100.0 * scatter:.2g} % between reversals"
         yield Cause("irregularity", text, lambda loop: _with_frictions(loop, lambda model: _with_known(model, scatter=0.0)))
     if sensor.component is not encoder:
-        text = f"what the sensor reads: {sensor.component.description}"
+        text = f"sensor: {sensor.component.description}"
         yield Cause(sensor.name, text, lambda loop: replace(loop, sensor=encoder(kind=sensor.kind)))
     else:
         exact = {name: 0.0 for name in ("resolution", "noise") if sensor.values[name] > 0.0}
@@ -174,10 +174,10 @@ def _of_the_rest(variant: Variant) -> Iterator[Cause]:
         text = "computation and current control"
         yield Cause("delay", text, lambda loop: replace(loop, run=replace(loop.run, delay=0, current_lag=0.0)))
     if variant.plant.values.get("backlash", 0.0) > 0.0:
-        text = "travel lost at a reversal"
+        text = "lost travel at a reversal"
         yield Cause("backlash", text, lambda loop: replace(loop, plant=loop.plant.with_values(backlash=0.0)))
     if variant.disturbance is not None:
-        yield Cause("unexplained", "force that no model explains", lambda loop: replace(loop, disturbance=None))
+        yield Cause("unexplained", "force outside the friction model", lambda loop: replace(loop, disturbance=None))
 
 
 def _symmetric(loop: Variant) -> Variant:
@@ -187,5 +187,5 @@ def _symmetric(loop: Variant) -> Variant:
 
 
 def _with_frictions(loop: Variant, changed: Callable[[Model], Model]) -> Variant:
-    """Return a loop with the friction on both sides of its screw changed."""
+    """Return a loop with changed friction on both sides of its screw."""
     return replace(loop, friction=changed(loop.friction), table=None if loop.table is None else changed(loop.table))

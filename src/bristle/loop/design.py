@@ -1,4 +1,4 @@
-"""A loop designed: what limits it, what it errs by, which gains it allows, and the circle that it runs."""
+"""Design of a loop: its limits, its error budget, possible gains, and a simulated circle."""
 
 from __future__ import annotations
 
@@ -29,26 +29,26 @@ SAMPLES_LEAST = 400  # in a revolution
 
 @dataclass(frozen=True)
 class Design:
-    """What there is to know of a loop before it is built.
+    """Analysis of a loop before it is built.
 
     Parameters
     ----------
     experiment : Experiment
         The loops.
     variant : Variant
-        The one that was designed.
+        The designed loop.
     assessments : tuple of Assessment
         Poles and margins of each loop of the experiment.
     delays : Delays
-        Where the delay of the loop comes from.
+        Parts of the delay of the loop.
     friction : float
-        At the largest speed of the reference, the mean of both directions [N or N*m].
+        Mean friction of both directions at the largest speed of the reference [N or N*m].
     budget : Budget or None
-        What it errs by; None for a loop that is not stable enough to be simulated.
+        Error budget; None for a loop that is too unstable to simulate.
     proposals : tuple of Proposal
-        The loop as it is, and other gains and laws for it.
+        The present loop, and alternatives with other gains and laws.
     circles : tuple of Circle
-        A circle, by the loop without friction compensation, as it is, and as proposed.
+        Simulated circle of the loop without friction compensation, of the present loop, and of the proposal.
     """
 
     experiment: Experiment
@@ -60,40 +60,40 @@ class Design:
     proposals: tuple[Proposal, ...]
     circles: tuple[Circle, ...]
 
-    usual_phase = PHASE_ENOUGH  # least phase margin that is usual [deg]
-    unstated_lags = UNSTATED  # of a current loop that nobody stated: the least and the largest [s]
+    usual_phase = PHASE_ENOUGH  # smallest usual phase margin [deg]
+    unstated_lags = UNSTATED  # assumed lags of an unspecified current loop: smallest and largest [s]
 
     @property
     def assessment(self) -> Assessment:
-        """Poles and margins of the loop that was designed."""
+        """Poles and margins of the designed loop."""
         return next(assessment for assessment in self.assessments if assessment.name == self.variant.name)
 
     @property
     def late(self) -> Assessment | None:
-        """The loop as it is with the largest lag of a current loop that nobody stated; None where a lag is stated."""
+        """Assessment with the largest lag of an unspecified current loop; None if the lag is given."""
         return None if self.variant.run.current_lag else assess(lagging(self.variant, UNSTATED[1]))
 
     @property
     def is_stable(self) -> bool:
-        """Whether all poles of the loop that was designed lie inside the unit circle."""
+        """Whether all poles of the designed loop lie inside the unit circle."""
         return self.assessment.is_stable
 
     @property
     def best(self) -> Proposal | None:
-        """Which of the loops proposed errs least; None where none was simulated."""
+        """Proposal with the smallest error; None without a simulation."""
         simulated = [proposal for proposal in self.proposals[1:] if proposal.following_error is not None]
         return min(simulated, key=lambda proposal: proposal.peak_to_peak, default=None)
 
     @property
     def chosen(self) -> Proposal:
-        """The loop to run: the one as it is, unless another one errs less or that one is not stable."""
+        """Loop to run: the present one, unless it is unstable or another has a clearly smaller error."""
         present, best = self.proposals[0], self.best
-        # Other gains are not worth their margins for less.
+        # A smaller gain in error is not worth the lower margins.
         return best if best is not None and (not self.is_stable or best.peak_to_peak < 0.8 * present.peak_to_peak) else present
 
 
 def _bandwidth(raw: Any, path: str, kind: Kind | None) -> float:
-    """Return a bandwidth as an angular frequency [rad/s]; text says it in Hz or rad/s."""
+    """Return a bandwidth as an angular frequency [rad/s]; text has the unit Hz or rad/s."""
     if not isinstance(raw, str):
         return amount(Variable("1", "bandwidth [rad/s]", min=0.0), exclusive=True)(raw, path, kind)
     angular = compatible(split(raw, path)[1] or "1", "rad/s", path=path)
@@ -112,22 +112,22 @@ def design(experiment: Any, *, variant: str | None = None, bandwidth: Amount | N
     experiment : Experiment, path-like, bytes, file object or dict
         The loop, or the file that describes it.
     variant : str, optional
-        Name of the variant to be designed; by default the first one that feeds friction forward, else the first one.
+        Name of the variant to design; by default the first with friction feedforward, else the first.
     bandwidth : float or str, optional
-        Bandwidth wanted of what is proposed [rad/s], or text such as ``"30 Hz"``; by default as much as the margins
+        Desired bandwidth of the proposals [rad/s], or text such as ``"30 Hz"``; by default the largest that the margins
         allow.
     progress : callable, optional
-        Called with the share done and the name of what comes next.
+        Called with the share done and the name of the next step.
 
     Returns
     -------
     Design
-        Poles and margins of each variant; of one of them the error budget, suggested gains, and a circle.
+        Poles and margins of each variant; error budget, suggested gains and a circle of the designed variant.
 
     Raises
     ------
     InputError
-        If there is no such variant, one is an open loop, or the bandwidth is not positive.
+        If the variant does not exist, a variant is an open loop, or the bandwidth is not positive.
     """
     by_name = {entry.name: entry for entry in experiment.variants}
     if not by_name:
@@ -151,7 +151,7 @@ def design(experiment: Any, *, variant: str | None = None, bandwidth: Amount | N
 
 def _circles(chosen: Variant, proposals: Sequence[Proposal], progress: Progress | None) -> tuple[Circle, ...]:
     radius, feed = circle_of(chosen)
-    # One run so fast that its samples do not show it is none.
+    # Skip a circle that is too fast for its samples.
     if radius <= 0.0 or feed <= 0.0 or 2.0 * math.pi * radius / feed < SAMPLES_LEAST * chosen.run.sample_time:
         return ()
     plain = replace(chosen, name="without compensation", feedforward=replace(chosen.feedforward, friction=None))
@@ -161,7 +161,7 @@ def _circles(chosen: Variant, proposals: Sequence[Proposal], progress: Progress 
 
 
 def _friction_at(variant: Variant, speed: float) -> float:
-    """Return the friction at a steady speed [m/s or rad/s], the mean of both directions [N or N*m]."""
+    """Return the mean friction of both directions at a steady speed [m/s or rad/s], in [N or N*m]."""
     if speed <= 0.0:
         return 0.0
     friction, screw = sliding_force(variant.friction, speed), variant.plant.component.screw
@@ -172,7 +172,7 @@ def _friction_at(variant: Variant, speed: float) -> float:
 
 
 def _part(progress: Progress | None, begin: float, end: float) -> Progress | None:
-    """Return what reports the progress of a part of the work."""
+    """Return a callback for the progress of a part of the work."""
     if progress is None:
         return None
     return lambda share, text: progress(begin + (end - begin) * share, text)
@@ -187,11 +187,11 @@ class Circle:
     variant : str
         Name of the loop.
     radius, feed : float
-        Of the circle [m or rad], and along it [m/s or rad/s].
+        Radius of the circle [m or rad], and velocity along it [m/s or rad/s].
     angle : ndarray
         Along the circle, ascending from 0 to 2 pi [rad].
     deviation : ndarray
-        Distance from the centre less the radius, of the axes themselves [m or rad].
+        Distance of the axes from the centre minus the radius [m or rad].
     """
 
     variant: str
@@ -202,20 +202,20 @@ class Circle:
 
     @property
     def peak_to_peak(self) -> float:
-        """Largest less smallest deviation [m or rad]."""
+        """Largest minus smallest deviation [m or rad]."""
         return float(np.ptp(self.deviation))
 
     @property
     def glitches(self) -> tuple[float, ...]:
-        """Swing of the deviation around each reversal: at 0, 90, 180 and 270 degrees, 30 to either side [m or rad]."""
+        """Swing of the deviation around each reversal: at 0, 90, 180 and 270 degrees, ± 30 degrees [m or rad]."""
         apart = (np.abs((self.angle - turn + np.pi) % (2.0 * np.pi) - np.pi) for turn in 0.5 * np.pi * np.arange(4))
         return tuple(float(np.ptp(self.deviation[distance <= math.radians(30.0)])) for distance in apart)
 
 
 def circle_of(variant: Variant) -> tuple[float, float]:
-    """Return radius [m or rad] and feed [m/s or rad/s] of the circle that a reference stands for.
+    """Return radius [m or rad] and feed [m/s or rad/s] of the test circle for a reference.
 
-    Of a circle its own; of another motion half its travel, and its largest velocity.
+    For a circle, its values; for another motion half its travel, and its largest velocity.
     """
     reference = variant.reference
     if reference.name == "circle":
@@ -226,18 +226,18 @@ def circle_of(variant: Variant) -> tuple[float, float]:
 def run_circles(
     variants: tuple[Variant, ...], radius: float, feed: float, progress: Callable[[float, str], None] | None = None
 ) -> tuple[Circle, ...]:
-    """Return the circle that each of some loops runs, on both axes.
+    """Return the simulated circle of each loop, run on two axes.
 
-    The two axes are alike, but each has noise and irregularities of its own.
+    The two axes are equal, with independent noise and irregularities.
 
     Parameters
     ----------
     variants : tuple of Variant
         The loops.
     radius, feed : float
-        Of the circle [m or rad], and along it [m/s or rad/s].
+        Radius of the circle [m or rad], and velocity along it [m/s or rad/s].
     progress : callable, optional
-        Called with the share done and the name of what comes next.
+        Called with the share done and the name of the next step.
     """
     runs = [_axis(variant, radius, feed, axis) for variant in variants for axis in ("x", "y")]
     result = simulate(Experiment("circle", variants[0].plant.kind, tuple(runs)), progress)
@@ -255,7 +255,7 @@ def run_circles(
 
 
 def _axis(variant: Variant, radius: float, feed: float, axis: str) -> Variant:
-    # The second axis has noise of its own.
+    # The second axis has independent noise.
     revolution, run = 2.0 * math.pi * radius / feed, int(axis == "y")
     return replace(
         variant,

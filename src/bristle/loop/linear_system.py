@@ -1,11 +1,11 @@
-r"""Linear systems in discrete time, measured on the functions that the simulation runs.
+r"""Linear systems in discrete time, measured on the functions of the simulation.
 
 .. math:: s_{k+1} = A\,s_k + B\,u_k, \qquad y_k = C\,s_k + D\,u_k
 
-Each column is the difference between two steps, one to either side: for a function that is straight between the two,
-which control laws and mechanisms are piece by piece, the slope is exact to rounding. Friction is a spring and a damper,
-:math:`F = k\,x + c\,v`: stiff before it breaks away, and in sliding the slope of the steady curve, which is negative
-where friction falls with velocity. A sampled loop is one linear system, with every delay that it has.
+Each column is the difference between two steps, one to either side. For piecewise linear functions, such as control laws
+and mechanisms, the slope is exact to rounding. Friction is a spring and a damper, :math:`F = k\,x + c\,v`: stiff before
+break-away, and in sliding the slope of the steady curve, which is negative if friction falls with velocity. A sampled
+loop, including all its delays, is one linear system.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ from bristle.core.packing import pack, structure_of, unpacker
 from bristle.engine.checks import finite
 from bristle.engine.contact import steady_force
 
-ALIKE = 1e-3  # relative change of a slope over a decade of amplitude, within which it is one
-SAME = 1e-6  # relative difference of numbers that are one
-SMALL = 1e-12  # amplitude [SI] within every boundary layer, dead band, backlash and break-away distance
-LARGE = 1e6  # amplitude [SI] at which what is bounded (a switching term, a backlash) no longer counts
+ALIKE = 1e-3  # largest relative change of a constant slope over a decade of amplitude
+SAME = 1e-6  # largest relative difference of equal numbers
+SMALL = 1e-12  # amplitude [SI] inside every boundary layer, dead band, backlash and break-away distance
+LARGE = 1e6  # amplitude [SI] at which bounded terms (switching, backlash) are negligible
 
 
 class LinearSystem(NamedTuple):
@@ -38,7 +38,7 @@ class LinearSystem(NamedTuple):
     D: float
 
     def beside(self, system: LinearSystem) -> LinearSystem:
-        """Return both systems side by side: one input, the sum of their outputs."""
+        """Return the parallel connection of two systems: a common input, the sum of the outputs."""
         n, m = self.B.size, system.B.size
         A = np.block([[self.A, np.zeros((n, m))], [np.zeros((m, n)), system.A]])
         return LinearSystem(A, np.append(self.B, system.B), np.append(self.C, system.C), self.D + system.D)
@@ -52,7 +52,7 @@ class LinearSystem(NamedTuple):
 
 
 def linear_law(controller: Model, dt: float, amplitude: float) -> LinearSystem:
-    """Return a control law from the measured position to the effort, about rest."""
+    """Return the linearised control law from the measured position to the effort, about rest."""
     component, p = controller.component, controller.parameters
     if "limit" in p._fields:
         p = p._replace(limit=float("inf"))
@@ -67,7 +67,7 @@ def linear_law(controller: Model, dt: float, amplitude: float) -> LinearSystem:
 
 
 def varied_in(structure: Any) -> np.ndarray:
-    """Return which numbers of a packed state are states of a linear system: counters and modes are not."""
+    """Return the numbers of a packed state that are states of a linear system, without counters and modes."""
     flags: list[bool] = []
     for part in structure[1]:
         flags.extend(varied_in(part) if isinstance(part, tuple) else [part == "number"])
@@ -100,7 +100,7 @@ NO_FRICTION = LinearFriction()
 
 
 def stiffness_at_rest(friction: Model, dt: float) -> LinearFriction | None:
-    """Return the friction of an axis that is stuck, at small motions about where it rests."""
+    """Return the friction of a stuck axis for small motions about its rest position."""
     slow, fast = (_slope(friction, SMALL, time) for time in (dt, 0.1 * dt))
     if abs(_slope(friction, 0.1 * SMALL, dt) - slow) > ALIKE * abs(slow):
         return None
@@ -111,7 +111,7 @@ def stiffness_at_rest(friction: Model, dt: float) -> LinearFriction | None:
 
 
 def _slope(friction: Model, move: float, time: float) -> float:
-    """Return the mean force of a first move over its length, the mean of both directions."""
+    """Return the mean force of a first move divided by its length, mean of both directions."""
     component, p = friction.component, friction.parameters
     forces = []
     for way in (move, -move):
@@ -123,29 +123,29 @@ def _slope(friction: Model, move: float, time: float) -> float:
 
 
 def slope_in_sliding(friction: Model, speed: float) -> LinearFriction:
-    """Return the friction of an axis that slides at a constant `speed` [m/s or rad/s], the mean of both directions."""
+    """Return the friction slope of an axis that slides at a constant `speed` [m/s or rad/s], mean of both directions."""
     fast, slow = 1.05 * speed, 0.95 * speed
     return LinearFriction(0.0, (sliding_force(friction, fast) - sliding_force(friction, slow)) / (fast - slow))
 
 
 def sliding_force(friction: Model, speed: float) -> float:
-    """Return the friction [N or N*m] at a constant `speed` [m/s or rad/s], the mean of both directions."""
+    """Return the friction [N or N*m] at a constant `speed` [m/s or rad/s], mean of both directions."""
     return 0.5 * (steady_force(friction, speed) - steady_force(friction, -speed))
 
 
 def linear_plant(
     variant: Variant, amplitude: float, friction: LinearFriction = NO_FRICTION, table: LinearFriction = NO_FRICTION
 ) -> LinearSystem:
-    r"""Return drive and plant of a loop from the effort commanded, held over a sample, to the position at the samples.
+    r"""Return drive and plant of a loop, from the commanded effort (zero-order hold) to the sampled position.
 
-    Behind a screw of stiffness `k` and damping `d` the table follows at the mean velocity :math:`v_t` while the motor turns
-    at :math:`v_m`, both counted at the motor; over a step of length `h`
+    After a screw of stiffness `k` and damping `d` the table follows at the mean velocity :math:`v_t` while the motor turns
+    at :math:`v_m`, both referred to the motor; over a step of length `h`
 
     .. math::
         f_s = k\left[\theta - x + \tfrac12 h (v_m - v_t)\right] + d\,(v_m - v_t), \qquad
         v_m = a + b\,(F_m + f_s), \qquad v_t = v_{t,0} + \frac{h}{2M}(f_s - F_t)
 
-    A backlash is taken as closed: what is at rest leans on one of its flanks.
+    A backlash counts as closed: at rest, the parts touch one flank.
     """
     component, p, run = variant.plant.component, variant.plant.parameters, variant.run
     rest = component.initial_state(p)
@@ -185,7 +185,7 @@ def _moved(plant: Model, body: Any, effort: float, friction: LinearFriction, h: 
 def _pulled(
     plant: Model, body: Any, effort: float, friction: LinearFriction, screw: Screw, table: LinearFriction, x: float, v: float, h: float
 ) -> tuple[Any, float, float]:
-    """Return the state of a motor, and position and velocity of the table behind it counted at the motor."""
+    """Return the state of a motor, and position and velocity of its table referred to the motor."""
     square = screw.arm * screw.arm
     (k_m, c_m), (k_t, c_t), k, half = friction, table, square * screw.k, 0.5 * h / (square * screw.M)
     a, b = plant.component.port(body, effort, h, plant.parameters)
@@ -201,22 +201,22 @@ def _pulled(
     return body, x + h * v_t, 2.0 * v_t - v
 
 
-PHASE_ENOUGH, GAIN_ENOUGH = 30.0, 2.0  # the least of both margins that is usual: [deg], and a factor
-POINTS, HALVINGS = 2000, 50  # of frequencies at which the open loop is asked, and between two of them
+PHASE_ENOUGH, GAIN_ENOUGH = 30.0, 2.0  # smallest usual margins: [deg], and a factor
+POINTS, HALVINGS = 2000, 50  # evaluated frequencies of the open loop, and bisections between two
 
 
 @dataclass(frozen=True)
 class SampledLoop:
-    """A plant and the law that controls it."""
+    """A plant and its control law."""
 
-    plant: LinearSystem  # from the effort applied, held over a sample, to the position measured
-    law: LinearSystem  # from the position measured to the effort commanded
+    plant: LinearSystem  # from the applied effort (zero-order hold) to the measured position
+    law: LinearSystem  # from the measured position to the commanded effort
     delay: int  # samples from a measurement to the effort computed from it
     sample_time: float  # [s]
 
     @property
     def matrix(self) -> np.ndarray:
-        """What one sample does to the states of plant, delay line and law, without those that take no part."""
+        """Transition of the states of plant, delay line and law over a sample, without states that have no effect."""
         plant, law = self.plant, self.law
         n, m, d = plant.B.size, law.B.size, self.delay
         full = np.zeros((n + d + m, n + d + m))
@@ -230,7 +230,7 @@ class SampledLoop:
             full[n] = command
         else:
             full[:n] += np.outer(plant.B, command)
-        # Which states a disturbance enters first, and which are read.
+        # States that a disturbance reaches first, and states with an effect on the output.
         entered = np.concatenate((plant.B != 0.0, np.zeros(d, dtype=bool), law.B != 0.0))
         read = np.concatenate((plant.C != 0.0, np.zeros(d, dtype=bool), law.C != 0.0))
         linked = full != 0.0
@@ -239,7 +239,7 @@ class SampledLoop:
 
     @property
     def poles(self) -> np.ndarray:
-        """Poles of the closed loop, the largest one first."""
+        """Poles of the closed loop, the largest first."""
         poles = np.linalg.eigvals(self.matrix)
         return poles[np.argsort(-np.abs(poles), kind="stable")]
 
@@ -251,21 +251,21 @@ class SampledLoop:
     @property
     def is_unstable(self) -> bool:
         """Whether a pole lies outside the unit circle."""
-        return self.spectral_radius > 1.0 + 1e-6  # a double pole at 1, of a body that nothing holds, is found this far from it
+        return self.spectral_radius > 1.0 + 1e-6  # rounding of a double pole at 1, of a free body
 
     def response(self, omega: np.ndarray) -> np.ndarray:
-        """Return the open loop, from the effort to the effort that answers it, less its sign, at `omega` [rad/s]."""
+        """Return the negative open-loop response, from effort to returned effort, at `omega` [rad/s]."""
         z = np.exp(1j * omega * self.sample_time)
         return -self.law.response(z) * z ** float(-self.delay) * self.plant.response(z)
 
     def with_gain(self, factor: float) -> SampledLoop:
-        """Return the loop with a law that answers `factor` times as strongly."""
+        """Return the loop with a law multiplied by `factor`."""
         law = self.law
         return replace(self, law=LinearSystem(law.A, law.B, factor * law.C, factor * law.D))
 
 
 def _reached(linked: np.ndarray, first: np.ndarray) -> np.ndarray:
-    """Return which states are reached from some of them; ``linked[i, j]`` says that `j` acts on `i`."""
+    """Return the states reachable from `first`; ``linked[i, j]`` means that `j` acts on `i`."""
     reached = first
     for _ in range(first.size):
         reached = reached | (linked[:, reached].any(axis=1))
@@ -273,7 +273,7 @@ def _reached(linked: np.ndarray, first: np.ndarray) -> np.ndarray:
 
 
 class Margins(NamedTuple):
-    r"""Margins of a sampled loop; None where the open loop does not cross over.
+    r"""Margins of a sampled loop; None without a crossover of the open loop.
 
     At the crossover :math:`|L(e^{j\omega T})| = 1` the phase margin is :math:`180° + \arg L`; where :math:`L` crosses the
     negative real axis the gain margin is :math:`1/|L|` [1]_. The peak of the sensitivity is that of :math:`1/|1 + L|`.
@@ -301,15 +301,15 @@ def margins_of(loop: SampledLoop) -> Margins:
         (math.degrees(np.angle(-loop.response(np.array([w]))[0])), w)
         for w in _crossings(loop, omega, response, lambda response: np.abs(response) - 1.0)
     ]
-    # A spring makes the loop cross over twice; a stable one is as near to -180 degrees from either side.
+    # A spring gives two crossovers; count the distance from -180 degrees on both sides in a stable loop.
     phase, crossover = min(crossovers, key=lambda crossing: crossing[0] if unstable else abs(crossing[0]), default=(None, None))
     turns = [float(loop.response(np.array([w]))[0].real) for w in _crossings(loop, omega, response, np.imag)]
     gains = [-1.0 / real for real in (*turns, float(response[-1].real)) if real < 0.0]
-    # The delay that brings a crossover to -180 degrees, from above it in a stable loop.
+    # Delay that brings a crossover of a stable loop to -180 degrees, from above.
     delays = [math.radians(phase if unstable else phase % 360.0) / (w * loop.sample_time) for phase, w in crossovers]
     return Margins(
         phase=phase if phase is None or unstable else abs(phase),
-        # The loop changes at a larger gain if it is stable, at a smaller one if it is not.
+        # A stable loop becomes unstable at a larger gain, an unstable loop becomes stable at a smaller gain.
         gain=max((g for g in gains if g < 1.0), default=None) if unstable else min((g for g in gains if g > 1.0), default=None),
         crossover=crossover,
         delay=min(delays, default=None),
@@ -318,7 +318,7 @@ def margins_of(loop: SampledLoop) -> Margins:
 
 
 def _crossings(loop: SampledLoop, omega: np.ndarray, response: np.ndarray, of: Callable[[np.ndarray], np.ndarray]) -> list[float]:
-    """Return the frequencies [rad/s] at which a quantity of the open loop changes its sign, all bisected at once."""
+    """Return the frequencies [rad/s] at which a quantity of the open loop changes sign, by parallel bisection."""
     values = of(response)
     at = np.flatnonzero(np.sign(values[:-1]) * np.sign(values[1:]) < 0.0)
     low, high, side = omega[at], omega[at + 1], np.sign(values[at])

@@ -1,19 +1,19 @@
-r"""Gains for a loop: as high as its delay allows, none higher than its encoder stands.
+r"""Gains for a loop, as high as its delay and its encoder allow.
 
-Each law has one number that all its gains follow from, the bandwidth :math:`\omega`:
+The bandwidth :math:`\omega` determines all gains of each law:
 
 =================== ======================================================================================
-cascade             :math:`k_v = M\omega,\ k_p = \omega/4,\ k_i = k_v\,\omega/10` where it has an integral
+cascade             :math:`k_v = M\omega,\ k_p = \omega/4,\ k_i = k_v\,\omega/10` if it has an integral
 sliding mode        :math:`\lambda = \omega,\ K_1 = \tfrac23\omega,\ K_2/\phi = \tfrac13\omega`; :math:`\phi` is
-                    what one count of the encoder makes of the surface, so that no count leaves the layer
+                    the effect of one encoder count on the surface, so that counts stay in the layer
 disturbance         :math:`\lambda = K_1 = \omega,\ g = \omega/5`
 observer
 =================== ======================================================================================
 
-:math:`\omega` is the largest with which the exact sampled loop keeps a phase margin of 40 degrees and a factor of two
-on its gain. With 0.5 ms more lag of the current loop than is stated, 30 degrees and the same factor must be left. No
-current loop is without a lag: where none is stated, the margins must hold from 0.2 to 1 ms. The rule of thumb
-:math:`(\lambda + K_1)\,T_\text{tot} \lesssim \tfrac12` is close to that.
+:math:`\omega` is the largest at which the exact sampled loop has a phase margin of 40 degrees and a gain margin of two.
+With 0.5 ms more lag of the current loop than given, 30 degrees and the same gain margin must remain. Every current loop
+has a lag: if none is given, the margins must hold from 0.2 to 1 ms. The rule of thumb
+:math:`(\lambda + K_1)\,T_\text{tot} \lesssim \tfrac12` is close to this limit.
 """
 
 import math
@@ -32,9 +32,9 @@ from bristle.loop.assessment import Assessment, Verdict, assess, law_stiffness
 from bristle.loop.linear_system import GAIN_ENOUGH, HALVINGS, LARGE, PHASE_ENOUGH, SMALL, SampledLoop, linear_law, linear_plant, margins_of
 from bristle.simulation import Statistics, simulate
 
-PHASE = 40.0  # margin that the loop is to keep [deg]
-UNSTATED = (2e-4, 1e-3)  # lags of a current loop that nobody stated: the least and the largest [s]
-WIDEST, NARROWEST = 3.0, 1e-4  # bandwidths that are tried, in 1/sample time
+PHASE = 40.0  # required phase margin [deg]
+UNSTATED = (2e-4, 1e-3)  # assumed lags of an unspecified current loop: smallest and largest [s]
+WIDEST, NARROWEST = 3.0, 1e-4  # range of trial bandwidths, in 1/sample time
 RUNS_MAX = 2  # simulations of each loop
 AS_IT_IS, TUNED, OBSERVER = "as it is", "tuned", "with an observer"
 ALONG_DESIRED = "along the desired motion"
@@ -44,14 +44,14 @@ Gains = Callable[[float, Mapping[str, Any], Variant], dict[str, Any]]
 
 
 class Tuned(NamedTuple):
-    """A control law, and the bandwidth that its gains follow from [rad/s]."""
+    """A control law, and the bandwidth behind its gains [rad/s]."""
 
     law: Model
     bandwidth: float
 
 
 def tuned(variant: Variant, name: str, bandwidth: float | None = None) -> Tuned | None:
-    """Return a law with the gains that a loop allows it, of a `bandwidth` [rad/s] at most; None where none are known."""
+    """Return a law with the gains that a loop allows, up to a `bandwidth` [rad/s]; None for a law without a tuning rule."""
     if name not in GAINS:
         return None
 
@@ -62,9 +62,9 @@ def tuned(variant: Variant, name: str, bandwidth: float | None = None) -> Tuned 
         return make_model(component, fixed | GAINS[name](omega, fixed, variant), kind=variant.plant.kind, validate=True)
 
     run = variant.run
-    # No current loop is without a lag: each lag [s] with the phase margin [deg] that the loop must keep there.
+    # Every current loop has a lag: each lag [s] with the required phase margin [deg].
     stated = run.current_lag
-    # More lag than is stated, at which the usual phase margin is left [s].
+    # Additional lag with which the usual phase margin must remain [s].
     lags = ((stated, PHASE), (stated + 5e-4, PHASE_ENOUGH)) if stated > 0.0 else tuple((lag, PHASE) for lag in UNSTATED)
     plants = [(amplitude, phase, linear_plant(lagging(variant, lag), amplitude)) for lag, phase in lags for amplitude in (SMALL, LARGE)]
 
@@ -86,12 +86,12 @@ def tuned(variant: Variant, name: str, bandwidth: float | None = None) -> Tuned 
 
 
 def lagging(variant: Variant, lag: float) -> Variant:
-    """Return a loop with another lag of its current control [s]."""
+    """Return a loop with a different lag of its current control [s]."""
     return replace(variant, run=replace(variant.run, current_lag=lag))
 
 
 def _widest(keeps: Callable[[float], bool], rate: float, most: float | None) -> float | None:
-    """Return the largest bandwidth that keeps the margins, found from above, to two digits."""
+    """Return the largest bandwidth that keeps the margins, searched from above, to two digits."""
     high = WIDEST * rate if most is None else min(WIDEST * rate, most)
     while not keeps(high / 1.25):
         high /= 1.25
@@ -107,7 +107,7 @@ def _widest(keeps: Callable[[float], bool], rate: float, most: float | None) -> 
 
 
 def _rounded_down(value: float) -> float:
-    """Return a number to two digits."""
+    """Return a number rounded down to two digits."""
     step = 10.0 ** (math.floor(math.log10(value)) - 1)
     return step * math.floor(value / step)
 
@@ -122,7 +122,7 @@ def _sliding_mode(bandwidth: float, fixed: Mapping[str, Any], variant: Variant) 
     if fixed.get("K_2", 0.0) == 0.0:
         return {"lambda_": bandwidth, "K_1": bandwidth}
     count, dt = variant.sensor.values.get("resolution", 0.0), variant.run.sample_time
-    # With these gains the effort of the law is the velocity that it estimates.
+    # With these gains the effort of the law equals its estimate of the velocity.
     estimate = dict(fixed, J=1.0, lambda_=0.0, K_1=1.0, K_2=0.0)
     bare = make_model(CONTROLLERS["sliding_mode"], estimate, kind=variant.plant.kind, validate=True)
     surface = count * (bandwidth + float(np.max(np.abs(_step_response(bare, dt)))))
@@ -138,7 +138,7 @@ GAINS: dict[str, Gains] = {
 
 
 def inertia_of(variant: Variant) -> float:
-    """Return the mass or inertia that the effort moves, as it shows well below the sample rate [kg or kg*m^2]."""
+    """Return the mass or inertia that the effort moves, well below the sample rate [kg or kg*m^2]."""
     run = variant.run
     plant = linear_plant(variant, LARGE)
     omega = 1e-2 / run.sample_time
@@ -146,13 +146,13 @@ def inertia_of(variant: Variant) -> float:
 
 
 def count_response(variant: Variant) -> float:
-    """Return the effort that one count of the encoder calls up, at its peak [N or N*m]."""
+    """Return the peak effort caused by one count of the encoder [N or N*m]."""
     count = variant.sensor.values.get("resolution", 0.0)
     return float(count * np.max(np.abs(_step_response(variant.controller, variant.run.sample_time, SMALL))))
 
 
 def _step_response(controller: Model, dt: float, amplitude: float = LARGE) -> np.ndarray:
-    """Return the effort of a law after the position has stepped by 1, shape (50,)."""
+    """Return the effort of a law after a unit step of the position, shape (50,)."""
     law = linear_law(controller, dt, amplitude)
     state, outputs = np.zeros(law.B.size), []
     for _ in range(50):
@@ -164,8 +164,8 @@ def _step_response(controller: Model, dt: float, amplitude: float = LARGE) -> np
 class Delays(NamedTuple):
     r"""The parts of the delay of a loop [s].
 
-    A held effort lags by half a sample, the computation by whole ones, the current by its time constant, and the velocity
-    by what it takes to estimate it. To a crossover far below all of them they are one delay, :math:`T_\text{tot}`.
+    The zero-order hold of the effort lags by half a sample, the computation by whole samples, the current by its time constant,
+    and the velocity by the lag of its estimate. For a crossover far below all of them they form one delay, :math:`T_\text{tot}`.
     """
 
     hold: float
@@ -175,26 +175,26 @@ class Delays(NamedTuple):
 
     @property
     def total(self) -> float:
-        """All of them [s]."""
+        """Sum of all delays [s]."""
         return sum(self)
 
 
 def delays_of(variant: Variant) -> Delays:
-    r"""Return where the delay of a loop comes from.
+    r"""Return the parts of the delay of a loop.
 
-    That of the velocity on which a law acts is fitted by :math:`-k_p - k_i/s - k_d s\,e^{-sT}`.
+    The delay of the velocity estimate is fitted by :math:`-k_p - k_i/s - k_d s\,e^{-sT}`.
     """
     dt = variant.run.sample_time
     omega = np.geomspace(0.005, 0.05, POINTS) * np.pi / dt
     response = -linear_law(variant.controller, dt, LARGE).response(np.exp(1j * omega * dt))
-    # e^{-sT} is 1 - sT there, so that k_d T stands beside the square of the frequency in the real part.
+    # With e^{-sT} = 1 - sT, the real part contains k_d T times the square of the frequency.
     _, lagging = unbounded(np.stack((np.ones(POINTS), omega**2), axis=1), np.real(response))
     _, k_d = unbounded(np.stack((-1.0 / omega, omega), axis=1), np.imag(response))
     return Delays(0.5 * dt, variant.run.delay * dt, variant.run.current_lag, float(lagging / k_d) if k_d > 0.0 else 0.0)
 
 
 def feeds_inertia(controller: Model, dt: float) -> bool:
-    """Return whether a control law answers the acceleration of its reference by itself."""
+    """Return whether a control law already responds to the acceleration of its reference."""
     component, p = controller.component, controller.parameters
     efforts = []
     for acceleration in (1e-6, 0.0):
@@ -204,7 +204,7 @@ def feeds_inertia(controller: Model, dt: float) -> bool:
 
 
 def told_the_motion(variant: Variant) -> Variant:
-    """Return the loop with velocity and inertia of the desired motion fed forward, where it was not already."""
+    """Return the loop with velocity and inertia of the desired motion fed forward."""
     controller, feedforward = variant.controller, variant.feedforward
     if controller.values.get("k_ff", 1.0) != 1.0:
         controller = controller.with_values(k_ff=1.0)
@@ -216,24 +216,24 @@ def told_the_motion(variant: Variant) -> Variant:
 
 @dataclass(frozen=True)
 class Proposal:
-    """A loop that is proposed.
+    """A proposed loop.
 
     Parameters
     ----------
     variant : Variant
-        The loop, under the name of the proposal.
+        The loop, with the name of the proposal.
     assessment : Assessment
-        Its poles and margins; with the largest lag of a current loop where none is stated and gains are proposed.
+        Its poles and margins; with the largest lag of a current loop if none is given and gains are proposed.
     bandwidth : float or None
-        What its gains follow from [rad/s]; None for the loop as it is.
+        Bandwidth behind its gains [rad/s]; None for the present loop.
     stiffness : float
-        Effort over a deviation that lasts [N/m or N*m/rad].
+        Effort for a constant deviation [N/m or N*m/rad].
     count_effort : float
-        Effort that one count of the encoder calls up, at its peak [N or N*m].
+        Peak effort caused by one count of the encoder [N or N*m].
     following_error : Statistics or None
-        Simulated [m or rad]; None where it was not, or diverged.
+        Simulated following error [m or rad]; None if not simulated, or diverged.
     effort_rms : float or None
-        Of the effort [N or N*m].
+        RMS effort [N or N*m].
     """
 
     variant: Variant
@@ -246,33 +246,33 @@ class Proposal:
 
     @property
     def name(self) -> str:
-        """What the proposal is called."""
+        """Name of the proposal."""
         return self.variant.name
 
     @property
     def peak_to_peak(self) -> float:
-        """Simulated following error, peak to peak [m or rad]; infinite where there is none."""
+        """Simulated following error, peak to peak [m or rad]; infinite without a simulation."""
         return math.inf if self.following_error is None else self.following_error.peak_to_peak
 
 
 def proposals_for(
     variant: Variant, *, bandwidth: float | None = None, simulated: bool = True, progress: Callable[[float, str], None] | None = None
 ) -> tuple[Proposal, ...]:
-    """Return the loop as it is and others in its place, the ones that would not diverge simulated.
+    """Return the present loop and alternatives, simulated unless they diverge.
 
     Parameters
     ----------
     variant : Variant
         The loop.
     bandwidth : float, optional
-        Bandwidth wanted of what is proposed [rad/s]; by default as much as the margins allow.
+        Desired bandwidth of the proposals [rad/s]; by default the largest that the margins allow.
     simulated : bool
-        Whether the loop as it is can be simulated.
+        Whether the present loop can be simulated.
     progress : callable, optional
-        Called with the share done and the name of what comes next.
+        Called with the share done and the name of the next step.
     """
     loops, bandwidths = _loops(variant, bandwidth)
-    # Gains are proposed for the largest lag of a current loop that nobody stated.
+    # Propose gains for the largest lag of an unspecified current loop.
     judged = {
         name: assess(loop if loop.run.current_lag or name not in bandwidths else lagging(loop, UNSTATED[1])) for name, loop in loops.items()
     }
@@ -301,7 +301,7 @@ def proposals_for(
 
 
 def _loops(variant: Variant, bandwidth: float | None) -> tuple[dict[str, Variant], dict[str, float]]:
-    """Return the loop as it is and those proposed by name, and the bandwidths of these."""
+    """Return the present loop and the proposals by name, and the bandwidths of the proposals."""
     desired = replace(variant, feedforward=replace(variant.feedforward, along="desired"), learning=None)
     loops, bandwidths = {AS_IT_IS: variant}, {}
     if variant.feedforward.along != "desired":

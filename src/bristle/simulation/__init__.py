@@ -1,4 +1,4 @@
-"""Simulation of experiments: open loop, closed loop, and what came out."""
+"""Simulation of experiments: open loop, closed loop, and results."""
 
 from typing import TYPE_CHECKING
 

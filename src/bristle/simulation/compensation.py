@@ -1,4 +1,4 @@
-"""What is fed forward along the desired motion and the measured one, and what that gains on the loop of an axis."""
+"""Feedforward along the desired and the measured motion, and its gain in the loop of an axis."""
 
 import math
 from dataclasses import replace
@@ -28,7 +28,7 @@ from bristle.sensors import encoder
 
 @guarded(model=FRICTION, velocity=array(least=1), dt=PERIOD, conditioning=amount(FEEDFORWARD["conditioning"]), rest=among(*RESTS))
 def friction_along(model: Model, velocity: Any, dt: Amount, *, conditioning: Amount = 0.0, rest: str = RESTS[0]) -> np.ndarray:
-    """Return the friction force that a compensator expects along a desired motion.
+    """Return the friction force that a compensator predicts along a desired motion.
 
     Parameters
     ----------
@@ -39,9 +39,9 @@ def friction_along(model: Model, velocity: Any, dt: Amount, *, conditioning: Amo
     dt : float
         Length of a step [s].
     conditioning : float
-        Amplitude of the decaying sweep that its memory goes through first [m or rad]; 0 for a virgin one.
+        Amplitude of the decaying sweep before the motion, which sets its memory [m or rad]; 0 for a virgin memory.
     rest : {"held", "middle"}
-        Force of a memoryless model where the velocity is zero (`bristle.friction.resting`).
+        Force of a memoryless model at zero velocity (`bristle.friction.resting`).
 
     Returns
     -------
@@ -55,12 +55,12 @@ def friction_along(model: Model, velocity: Any, dt: Amount, *, conditioning: Amo
 
 @guarded(feedforward=instance(Feedforward, "a Feedforward"), position=array(least=2), acceleration=array(least=2), dt=PERIOD)
 def feedforward_effort(feedforward: Feedforward, position: Any, acceleration: Any, dt: Amount) -> np.ndarray:
-    """Return the effort fed forward along a desired trajectory, for the step that begins at each sample.
+    """Return the effort fed forward along a desired trajectory, for the step after each sample.
 
     Parameters
     ----------
     feedforward : Feedforward
-        Mass, gravity, cogging and compensator; one along the measured motion is left to the loop (`compensator_of`).
+        Mass, gravity, cogging and compensator; the loop applies a compensator along the measured motion (`compensator_of`).
     position, acceleration : ndarray, shape (sample,)
         Desired motion.
     dt : float
@@ -92,9 +92,9 @@ def feedforward_effort(feedforward: Feedforward, position: Any, acceleration: An
 
 
 def carried_effort(feedforward: Feedforward, position: np.ndarray, acceleration: np.ndarray, dt: float) -> np.ndarray:
-    """Return the effort [N or N*m] that a desired trajectory passes on to the load, for the step from each sample on.
+    """Return the effort [N or N*m] that a desired trajectory transmits to the load, for the step after each sample.
 
-    It is that of the plant which the feedforward carries; where it tells none, what it feeds forward beside friction.
+    It is the effort of the plant in the feedforward; without a plant, the feedforward without friction.
     """
     plant = feedforward.carries
     if plant is None:
@@ -104,16 +104,16 @@ def carried_effort(feedforward: Feedforward, position: np.ndarray, acceleration:
     if isinstance(p, Termed):
         inner, p = inner.inner, p.inner
     if inner.inverse is None:
-        known, mend = "inertia, oscillator", "Leave it out: the feedforward effort then passes on as it is"
+        known, mend = "inertia, oscillator", "Remove it: the feedforward effort is then transmitted unchanged"
         raise InputError("has no inverse", path="feedforward.carries", value=plant.name, allowed=known, mend=mend)
     effort = inner.inverse(middle, np.append(steps, steps[-1:]), 0.5 * (acceleration + _next(acceleration)), p)
     return effort if terms_of(plant) is None else effort + effort_along(middle, place_of(plant))
 
 
 def compensator_of(feedforward: Feedforward, carried: np.ndarray | None = None) -> Compensator | None:
-    """Return the compensator that a loop runs along the measured motion; None where there is none.
+    """Return the compensator that a loop runs along the measured motion; None without one.
 
-    `carried` is what `carried_effort` returns at each sample of the loop; none where not given.
+    `carried` is the output of `carried_effort` at each sample of the loop; zero by default.
     """
     if feedforward.friction is None or feedforward.along == "desired":
         return None
@@ -123,7 +123,7 @@ def compensator_of(feedforward: Feedforward, carried: np.ndarray | None = None) 
 
 
 def _planned(feedforward: Feedforward, position: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
-    """Return inertia, gravity and cogging that are fed forward, half way from each sample to the next one."""
+    """Return fed-forward inertia, gravity and cogging, half way between samples."""
     effort = feedforward.mass * 0.5 * (acceleration + _next(acceleration))
     if feedforward.plant is None or terms_of(feedforward.plant) is None:
         return effort
@@ -139,11 +139,11 @@ def _shape(feedforward: Feedforward) -> Shape:
 
 
 AS_RECORDED, WITH_FEEDFORWARD, COMPENSATED = LOOP_VARIANTS
-"""Names of the loops: as recorded, with feedforward, with compensation of friction."""
+"""Names of the loops: as recorded, with feedforward, with friction compensation."""
 
 
 def settling(duration: float) -> float:
-    """Return how long after its start a loop is not judged [s]: a twentieth of its duration, half a second at most."""
+    """Return the settling time [s] that statistics leave out: a twentieth of the duration, half a second at most."""
     return min(0.05 * duration, 0.5)
 
 
@@ -170,19 +170,19 @@ def compensation_experiment(
     start: Start | None = None,
     name: str = "axis",
 ) -> Experiment:
-    """Return the experiment that shows what feedforward and friction compensation gain.
+    """Return the experiment that shows the gain of feedforward and friction compensation.
 
-    Three variants follow the same reference: the loop as it was recorded; with velocity and inertia fed forward; and
-    with the friction fed forward as well, along the desired trajectory.
+    Three variants follow the same reference: the loop as recorded; with velocity and inertia feedforward; and with friction
+    feedforward along the desired trajectory in addition.
 
     Parameters
     ----------
     plant, friction : Model
-        The axis: what is simulated.
+        The simulated axis.
     compensator : Model
-        The friction model that is fed forward.
+        Friction model of the feedforward.
     controller : Model
-        The control law that was running.
+        Control law of the recorded loop.
     reference : ndarray, shape (sample,)
         Desired position [m or rad].
     sample_time : float
@@ -192,13 +192,13 @@ def compensation_experiment(
     effort_limit : float
         Largest effort of the drive [N or N*m].
     lag : float
-        Time constant with which the drive follows its controller [s].
+        Time constant of the drive behind its controller [s].
     disturbance : ndarray, shape (sample,), optional
-        Force that the friction model does not explain [N or N*m].
+        Force outside the friction model [N or N*m].
     injected : ndarray, shape (sample,), optional
-        Known input that joins the output of the controller before the limit of the drive [N or N*m].
+        Known input, added to the output of the controller before the limit of the drive [N or N*m].
     start : Start, optional
-        Where the loops begin; where the reference does, if not given.
+        Initial state of the loops; by default that of the reference.
     name : str
         Name of the experiment.
 
@@ -222,7 +222,7 @@ def compensation_experiment(
         injected=injected,
         start=start,
     )
-    # A law with an inertia of its own feeds it forward by itself.
+    # A law with an inertia parameter already contains inertia feedforward.
     mass = 0.0 if "J" in controller.component.variables else plant.values["M"]
     bent = plant if terms_of(plant) else None
     follows = controller.with_values(k_ff=1.0) if "k_ff" in controller.component.variables else controller
@@ -233,7 +233,7 @@ def compensation_experiment(
 
 @guarded(experiment=instance(Experiment, "an Experiment"))
 def on_another_rig(experiment: Experiment) -> dict[str, Diagnostic]:
-    """Return what is to be said of compensators that were identified on another friction, by the name of the variant."""
+    """Return warnings about compensators identified on a different friction, by the name of the variant."""
     return {
         variant.name: Diagnostic("another_rig", severity="note", kind=variant.plant.kind)
         for variant in experiment.variants
@@ -245,7 +245,7 @@ def on_another_rig(experiment: Experiment) -> dict[str, Diagnostic]:
 def open_loop_experiment(
     plant: Model, friction: Model, effort: Any, sample_time: Amount, *, sensor: Model | None = None, name: str = "open loop", **run: Any
 ) -> Experiment:
-    """Return the experiment in which a given effort drives a plant with friction, and no controller.
+    """Return the experiment in which a given effort drives a plant with friction, without a controller.
 
     Parameters
     ----------
@@ -256,18 +256,18 @@ def open_loop_experiment(
     sample_time : float or str
         Time between samples [s].
     sensor : Model, optional
-        What reads the position; an encoder without steps and noise where not given.
+        Sensor of the position; by default an encoder without steps and noise.
     name : str
         Name of the experiment.
     **run : float or str
         Further arguments of `bristle.core.Run`: `tolerance`, the largest error of the position over the whole run [m or
-        rad], for which the steps are chosen, or `substeps` of one length in a sample; `effort_limit` [N or N*m]; `settle`,
-        the time at the start that the statistics leave out [s].
+        rad], which sets the steps, or `substeps` of equal length in a sample; `effort_limit` [N or N*m]; `settle`, the
+        initial time without statistics [s].
 
     Raises
     ------
     InputError
-        If both a tolerance and a number of steps are given, or the plant has a screw and is to take a tolerance.
+        If both a tolerance and a number of steps are given, or if a plant with a screw is given a tolerance.
 
     Examples
     --------

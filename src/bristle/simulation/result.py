@@ -1,4 +1,4 @@
-"""What a simulation returns."""
+"""Results of a simulation."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -22,7 +22,7 @@ MODES = {
     "closed-loop": "effort and motion, from the reference and the controller of the axis",
     "open-loop": "the motion, from the measured effort",
 }
-"""What is predicted in each mode, and from what."""
+"""Predicted signals in each mode, and their inputs."""
 
 OPEN_HEADS = ("Variant", "Position, peak to peak", "lowest", "highest", "Effort, rms", "Peak", "Status")
 
@@ -48,7 +48,7 @@ class Statistics:
 NO_STATISTICS = Statistics(*[math.nan] * 6)
 
 
-@guarded(signal=array(finite=False))  # of a loop that diverged the last numbers are none
+@guarded(signal=array(finite=False))  # the last numbers of a diverged loop are not finite
 def statistics_of(signal: Any) -> Statistics:
     """Return peak-to-peak, mean, standard deviation, root mean square, minimum and maximum of a signal."""
     if signal.size == 0:
@@ -67,7 +67,7 @@ def relative_error_percent(signal: np.ndarray, predicted: np.ndarray) -> float:
 
 @dataclass(frozen=True)
 class VariantResult(Tabular):
-    """One variant of an experiment, simulated; arrays of shape (sample,), in SI of the axis.
+    """One simulated variant of an experiment; arrays of shape (sample,), in SI of the axis.
 
     Parameters
     ----------
@@ -76,27 +76,26 @@ class VariantResult(Tabular):
     following_error : Statistics
         Reference minus encoder reading, after the settling time.
     true_error : Statistics
-        Reference minus position of the table.
+        Reference minus position of the table, after the settling time.
     by_direction : mapping
         Following error while the reference moves forward and backward.
     effort_rms, effort_peak : float
-        Of the effort applied [N or N*m].
+        RMS and peak of the applied effort [N or N*m].
     time, reference, measured, position, velocity, command, effort, feedforward, friction : ndarray
-        The whole run, settling time included; `command` [k] and `feedforward` [k] are what the controller puts out and
-        receives at sample k, `effort` [k] what the drive applies from then on.
+        The whole run, including the settling time; at sample k, `command` [k] is the output of the controller and
+        `feedforward` [k] its input, and the drive applies `effort` [k] from then on.
     status : Status
-        How it ended.
+        End of the run.
     runs : int
-        Runs with other noise that the numbers are means of; the signals are those of the first.
+        Runs with different noise behind the means; the signals are those of the first run.
     spread : mapping
-        Standard deviation over the runs of each number of `as_dict`, in the same shape; empty for one run.
+        Standard deviation over the runs of each number of `as_dict`, in the same structure; empty for a single run.
     trials : tuple of float
-        Following error peak to peak of each trial, where the motion is learned [m or rad].
+        Following error peak to peak of each trial, if the motion is learned [m or rad].
     kind : {"translational", "rotational"}
         Kind of axis.
     motion : Statistics
-        Position itself, after the settling time. In an open loop nothing follows a reference: that, its errors and
-        `by_direction` are NaN there.
+        Position after the settling time. An open loop has no reference: its errors and `by_direction` are NaN.
     """
 
     name: str
@@ -122,7 +121,7 @@ class VariantResult(Tabular):
     motion: Statistics = NO_STATISTICS
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the numbers, without the arrays; beside each mean over several runs its ``..._spread``."""
+        """Return the numbers without the arrays; for several runs each mean has a ``..._spread``."""
         record = _with_spread(self._numbers(), self.spread) | {"status": self.status.sentence, "runs": self.runs}
         return record | ({"trials": list(self.trials)} if self.trials else {})
 
@@ -134,7 +133,7 @@ class VariantResult(Tabular):
 
     @property
     def is_open(self) -> bool:
-        """Whether nothing was to follow a reference: an open loop."""
+        """Whether the variant is an open loop, without a reference."""
         return self.reference.size > 0 and bool(np.all(np.isnan(self.reference)))
 
     def _remarks(self) -> list[str]:
@@ -142,7 +141,7 @@ class VariantResult(Tabular):
         return [f"{head}: {text}" for head, text in zip(heads[1:], self._row(), strict=True) if text]
 
     def _row(self) -> tuple[str, ...]:
-        """Return its numbers as a row of the card of an experiment tells them."""
+        """Return its numbers as a row of the card of an experiment."""
         length, force = unit_of("length", self.kind), unit_of("force", self.kind)
         errors = (self.following_error.peak_to_peak, self.following_error.rms, self.true_error.rms)
         if self.is_open:
@@ -174,16 +173,16 @@ def _with_spread(numbers: Mapping[str, Any], spread: Mapping[str, Any]) -> dict[
 
 
 def _spread(numbers: Sequence[Any]) -> Any:
-    """Return the standard deviation of each number over the runs, in the shape of one run."""
+    """Return the standard deviation of each number over the runs, in the structure of one run."""
     if isinstance(numbers[0], Mapping):
         return {name: _spread([part[name] for part in numbers]) for name in numbers[0]}
     return float(np.std(numbers, ddof=1))
 
 
 def mean_result(runs: Sequence[VariantResult]) -> VariantResult:
-    """Return several runs of a variant as one: means of the numbers with their spread, the signals of the first.
+    """Return several runs of a variant as one: means of the numbers with their spread, and the signals of the first run.
 
-    If one of them diverged, so did the variant, and that run is the one returned.
+    If a run diverged, return that run.
     """
     diverged = next((run for run in runs if run.status is Status.NOT_FINITE), None)
     if diverged is not None or len(runs) == 1:
@@ -210,14 +209,14 @@ def _mean(statistics: Sequence[Statistics]) -> Statistics:
 
 @dataclass(frozen=True)
 class SimulationResult(WithCard):
-    """An experiment, simulated: its variants by name, in order.
+    """A simulated experiment: its variants by name, in order.
 
     Parameters
     ----------
     experiment : Experiment
-        What was simulated.
+        The simulated experiment.
     variants : mapping of str to VariantResult
-        What came out of each variant.
+        Result of each variant.
     refused : mapping of str to str
         Variants that were not simulated, by name with the reason, in words.
     """
@@ -227,7 +226,7 @@ class SimulationResult(WithCard):
     refused: Mapping[str, str] = field(default_factory=dict)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return everything as plain data: each variant with its numbers, its ``signals`` and their ``units``."""
+        """Return all results as plain data: each variant with its numbers, its ``signals`` and their ``units``."""
         return {
             "name": self.experiment.name,
             "kind": self.experiment.kind,
@@ -241,7 +240,7 @@ class SimulationResult(WithCard):
         Returns
         -------
         pandas.DataFrame
-            With a column ``variant`` before those of `VariantResult`.
+            With a column ``variant`` before the signals of `VariantResult`.
 
         Raises
         ------
@@ -252,7 +251,7 @@ class SimulationResult(WithCard):
         frames = {name: variant.to_dataframe() for name, variant in self.variants.items()}
         units = next((frame.attrs["units"] for frame in frames.values()), {})
         for name, frame in frames.items():
-            frame.attrs = {}  # which would be compared number by number
+            frame.attrs = {}  # pandas would compare them number by number
             frame.insert(0, "variant", name)
         stacked = pandas.concat(list(frames.values()), ignore_index=True) if frames else pandas.DataFrame()
         stacked.attrs["units"] = units
@@ -264,7 +263,7 @@ class SimulationResult(WithCard):
         Returns
         -------
         xarray.Dataset
-            NaN where a variant has no sample, as one that was cut short or sampled otherwise.
+            NaN for missing samples, if a variant was cut short or has other sample times.
 
         Raises
         ------
@@ -288,7 +287,7 @@ class SimulationResult(WithCard):
 
 @dataclass(frozen=True)
 class Prediction(Tabular):
-    """A model run on a log that it need not have seen; arrays of shape (sample,), in SI of the axis.
+    """A model run on a log; arrays of shape (sample,), in SI of the axis.
 
     Parameters
     ----------
@@ -298,21 +297,21 @@ class Prediction(Tabular):
     time : ndarray
         Time of the samples [s].
     effort, position : ndarray
-        As the log has them, treated as the mode asks for [N or N*m, m or rad].
+        Signals of the log, treated as the mode needs [N or N*m, m or rad].
     effort_predicted, position_predicted : ndarray or None
-        As the model gives them; None where the mode does not predict the signal.
+        Predicted signals; None if the mode does not predict the signal.
     metrics : mapping
-        ``force_error_percent``, ``position_error_percent``, ``position_rmse``, ``position_unit``; None where the mode
-        does not predict the signal.
+        ``force_error_percent``, ``position_error_percent``, ``position_rmse``, ``position_unit``; None if the mode does not
+        predict the signal.
     status : Status
-        How the simulation ended.
+        End of the simulation.
     diagnostics : tuple of Diagnostic
-        What may mislead, and what the prediction rests on.
+        Warnings, and the basis of the prediction.
     half_width : ndarray or None
-        Half-width of the 95 % band around the effort [N or N*m]; None where the model does not say how sure it is, or
-        does not predict the effort.
+        Half-width of the 95 % band around the effort [N or N*m]; None if the model has no intervals, or the mode does not
+        predict the effort.
     position_half_width : ndarray or None
-        Half-width of the 95 % band around the position [m or rad]; None where the same holds for it.
+        Half-width of the 95 % band around the position [m or rad]; None for the same reasons.
     log : str
         Name of the log.
     """
@@ -332,17 +331,17 @@ class Prediction(Tabular):
 
     @property
     def kind(self) -> Kind:
-        """Kind of axis, as the unit of the position tells."""
+        """Kind of axis, from the unit of the position."""
         return KINDS[1] if self.metrics.get("position_unit") == unit_of("length", KINDS[1]) else KINDS[0]
 
     @property
     def inside_percent(self) -> float | None:
-        """Share of the samples of the effort that lie inside the 95 % band [%]; None without a band."""
+        """Share of the samples of the effort inside the 95 % band [%]; None without a band."""
         return _inside_percent(self.effort, self.effort_predicted, self.half_width)
 
     @property
     def position_inside_percent(self) -> float | None:
-        """Share of the samples of the position that lie inside the 95 % band [%]; None without a band."""
+        """Share of the samples of the position inside the 95 % band [%]; None without a band."""
         return _inside_percent(self.position, self.position_predicted, self.position_half_width)
 
     def _facts(self) -> dict[str, Any]:
@@ -380,6 +379,6 @@ def worst_reversal(reference: np.ndarray, error: np.ndarray) -> slice | None:
 
 
 def swing_at_worst_reversal(reference: np.ndarray, error: np.ndarray) -> float | None:
-    """Return the swing of the error there, peak to peak [m or rad]; None where the reference never reverses."""
+    """Return the peak-to-peak swing of the error at the worst reversal [m or rad]; None without a reversal."""
     at = worst_reversal(reference, error)
     return None if at is None else float(np.ptp(error[at]))

@@ -1,4 +1,4 @@
-"""Running an experiment: every variant of it, and what came out in numbers."""
+"""Run an experiment: simulate all variants, and compute their results."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -32,16 +32,16 @@ def simulate(experiment: Any, progress: Progress | None = None) -> SimulationRes
     Parameters
     ----------
     experiment : Experiment, path-like, bytes, file object or dict
-        What to simulate, or the file that describes it. A controller with a ``limit`` knows that of the drive, and
-        what is fed forward is handed to it ahead by the delay of the loop.
+        The experiment, or a file with it. A controller with a ``limit`` knows the limit of the drive, and receives the
+        feedforward ahead by the delay of the loop.
     progress : callable, optional
-        Called with the share done and the name of what comes next.
+        Called with the share done and the name of the next step.
 
     Returns
     -------
     SimulationResult
-        Each variant with its errors and efforts, means over its runs where there are several; a loop that diverged is
-        cut short and says so in its status.
+        Each variant with its errors and efforts, as means over its runs if there are several; a diverged loop is cut short,
+        and its status reports it.
     """
     total, finished = sum(variant.run.seeds for variant in experiment.variants), 0
     results = {}
@@ -57,7 +57,7 @@ def simulate(experiment: Any, progress: Progress | None = None) -> SimulationRes
 
 
 def simulate_with(variant: Variant, effort: np.ndarray | None) -> VariantResult:
-    """Return one run of a variant, with an effort [N or N*m] at each sample beside what it feeds forward by itself."""
+    """Return one run of a variant, with an additional effort [N or N*m] at each sample."""
     desired = _desired(variant)
     if effort is not None:
         desired[3] += effort
@@ -65,7 +65,7 @@ def simulate_with(variant: Variant, effort: np.ndarray | None) -> VariantResult:
 
 
 def _runs_of(variant: Variant) -> Iterator[VariantResult]:
-    """Yield the runs of a variant. Compiled loops hold no lock: after the first, which compiles, they run abreast."""
+    """Yield the runs of a variant. After the first run, which compiles, the others run in parallel without a lock."""
     run = partial(_run_of(variant), _desired(variant))
     yield run(0)
     if variant.run.seeds > 1:
@@ -74,26 +74,26 @@ def _runs_of(variant: Variant) -> Iterator[VariantResult]:
 
 
 def _run_of(variant: Variant) -> Callable[[np.ndarray, int], VariantResult]:
-    """Return what simulates one run of a variant along a desired motion, learning where it learns."""
+    """Return a function that simulates one run of a variant along a desired motion, with learning if configured."""
     once = partial(_simulate_once, variant)
     return once if variant.learning is None else partial(learn, variant.learning, variant.run.sample_time, once)
 
 
 def seeded(model: Model, run: int) -> Model:
-    """Return a component whose random numbers are those of this run."""
+    """Return a component with the random numbers of this run."""
     return model.with_values(seed=model.values["seed"] + run) if run and "seed" in model.values else model
 
 
 def _planned_motion(variant: Variant) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return position, velocity and acceleration that are asked for, at each sample and for the delay behind them."""
+    """Return desired position, velocity and acceleration, at each sample and for the delay after the last."""
     run = variant.run
     t = run.sample_time * np.arange(round(run.duration / run.sample_time) + run.delay)
     return variant.reference.component.sample(t, variant.reference.parameters)
 
 
 def _desired(variant: Variant) -> np.ndarray:
-    """Return the desired motion and what is fed forward along it, shape (4, sample)."""
-    # What is fed forward acts `delay` samples after the controller receives it: it is taken that much ahead.
+    """Return the desired motion and its feedforward, shape (4, sample)."""
+    # Feedforward acts `delay` samples after the controller receives it: shift it ahead by that much.
     motion, delay = _planned_motion(variant), variant.run.delay
     count = motion[0].size - delay
     if variant.effort is None:
@@ -101,7 +101,7 @@ def _desired(variant: Variant) -> np.ndarray:
     elif variant.effort.values.size == count:
         effort = variant.effort.values
     else:
-        raise InputError("is not as long as the run", path="effort", value=variant.effort.values.size, allowed=f"{count} samples")
+        raise InputError("has another length than the run", path="effort", value=variant.effort.values.size, allowed=f"{count} samples")
     return np.stack((*(signal[:count] for signal in motion), effort))
 
 
@@ -111,7 +111,7 @@ def _simulate_once(variant: Variant, desired: np.ndarray, number: int) -> Varian
     position, velocity, _, effort = desired
     trace = (_by_tolerance if run.tolerance else _by_steps)(variant, desired, number)
     compensation = trace.compensation if isinstance(trace, LoopTrace) else 0.0
-    if variant.effort is not None:  # nothing follows the reference, which has no error then
+    if variant.effort is not None:  # an open loop has no following error
         position = np.full_like(position, np.nan)
     count = trace.time.size
     judged = slice(min(round(run.settle / dt), count), count)
@@ -132,17 +132,17 @@ def _simulate_once(variant: Variant, desired: np.ndarray, number: int) -> Varian
 
 
 def _by_steps(variant: Variant, desired: np.ndarray, number: int) -> LoopTrace:
-    """Return a run with steps of one length, of a loop or of what is driven without one."""
+    """Return a run with constant steps, of a loop or of an open loop."""
     run, (position, velocity, acceleration, _) = variant.run, desired
     friction = seeded(variant.friction, number)
     feedforward, carried = variant.feedforward, None
     if feedforward.friction is not None and feedforward.along == "measured" and rises_with_effort(feedforward.friction):
-        # What the desired motion passes on, as far ahead as what is fed forward. What is learned on a motion is no part of
-        # it: it stands for what nobody knows.
+        # Effort transmitted by the desired motion, as far ahead as the feedforward. It excludes the learned effort, which stands for
+        # unknown forces.
         planned, _, planned_acceleration = _planned_motion(variant)
         carried = carried_effort(feedforward, planned, planned_acceleration, run.sample_time)[run.delay :]
     begun = variant.start or Start(float(position[0]), float(velocity[0]), float(acceleration[0]))
-    # Friction of a motion that goes on has moved at its velocity for long.
+    # For a motion in progress, friction starts in the steady state at its velocity.
     state, memory = settled(friction, begun.velocity) if variant.start is not None and begun.velocity else (None, None)
     return run_closed_loop(
         variant.plant,
@@ -171,7 +171,7 @@ def _by_steps(variant: Variant, desired: np.ndarray, number: int) -> LoopTrace:
 
 
 def _by_tolerance(variant: Variant, desired: np.ndarray, number: int) -> Trace:
-    """Return a run of an open loop with steps of the lengths that its tolerance asks for."""
+    """Return a run of an open loop with the steps that its tolerance needs."""
     run = variant.run
     effort = np.clip(desired[3], -run.effort_limit, run.effort_limit)
     unseen = 0.0 if variant.disturbance is None else variant.disturbance
@@ -185,12 +185,12 @@ def _by_tolerance(variant: Variant, desired: np.ndarray, number: int) -> Trace:
 def learn(
     learning: Learning, dt: float, once: Callable[[np.ndarray, int], VariantResult], desired: np.ndarray, number: int
 ) -> VariantResult:
-    r"""Return the last of several trials; all of them begin alike, with other noise.
+    r"""Return the last of several trials; all trials have the same start and different noise.
 
     .. math:: u_{j+1} = Q\left[u_j + k_e\,e_j + k_d\,\dot e_j\right]
 
     `Q` is a zero-phase low-pass: the whole trial is known, so that the filter may look ahead [1]_. It bounds the band in
-    which the loop learns. Learned is what repeats: friction that scatters from trial to trial is not.
+    which the loop learns. The loop learns repeating errors, but not friction that scatters between trials.
 
     References
     ----------

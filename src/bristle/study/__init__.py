@@ -1,4 +1,4 @@
-"""Studies: thousands of runs of an experiment, drawn, labelled, kept whole, and gone on with after an interruption."""
+"""Studies: thousands of runs of an experiment with drawn values, stored with labels, resumable after an interruption."""
 
 from typing import TYPE_CHECKING
 

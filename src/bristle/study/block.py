@@ -1,8 +1,8 @@
-"""One block of a study: the experiment of each run, its simulation, and what is kept of them as columns.
+"""One block of a study: the experiment of each run, its simulation, and its stored columns.
 
-What the experiment of a run means is said by the file: the values of the run are written into its tables, and these are read as
-any experiment. Where they are plain parameters of its models, they are set in the models that were read, which takes a hundredth of
-the time; that both ways lead to the same is looked at for the first and the last run of each study.
+By default, bristle writes the values of a run into the tables of the file and reads them like any experiment. If all values are
+parameters of models, bristle sets them in the loaded models, a hundred times faster. It compares both ways for the first and
+the last run of each study.
 """
 
 import copy
@@ -24,12 +24,12 @@ from bristle.study.values import sections_of
 
 T = TypeVar("T")
 FIELDS = ("plant", "friction", "table", "controller", "sensor", "reference")
-_FIELD = {"table_friction": "table"}  # of a variant, where it is not the section of the file
+_FIELD = {"table_friction": "table"}  # field of a variant, if it differs from the section of the file
 SEEDED = ("sensor", "friction", "table")
 
 
 class Varied:
-    """What makes the experiments of a study."""
+    """Builder of the experiments of a study."""
 
     def __init__(self, study: Study) -> None:
         self.study = study
@@ -39,7 +39,7 @@ class Varied:
 
     @property
     def is_direct(self) -> bool:
-        """Whether values are set in the models that were read."""
+        """Whether values are set in the loaded models."""
         return self._direct is not None
 
     def experiment(self, values: Mapping[str, Any], seed: int) -> Experiment:
@@ -50,7 +50,7 @@ class Varied:
         return _changed(base, [_seeds(variant, {}, seed) for variant in base.variants])
 
     def models(self, values: Mapping[str, Any], seed: int, fields: Sequence[str] = FIELDS) -> list[dict[str, Model]]:
-        """Return by variant the models that a run changes, by field, where values are set in them."""
+        """Return, by variant, the changed models of a run by field, if values are set directly."""
         changes = []
         for variant, sections in zip(self.study.experiment.variants, self._direct or (), strict=True):
             changed = {
@@ -64,7 +64,7 @@ class Varied:
     def models_by_place(
         self, values: Mapping[str, np.ndarray], seeds: Sequence[int], fields: Sequence[str]
     ) -> dict[int, list[dict[str, Model]]]:
-        """Return the `models` of several runs by their place, of those whose values are all in range."""
+        """Return the `models` of several runs by place, without runs that have a value out of range."""
         changed: dict[int, list[dict[str, Model]]] = {place: [] for place in range(len(seeds))}
         for variant, sections in zip(self.study.experiment.variants, self._direct or (), strict=True):
             models = {
@@ -90,25 +90,25 @@ class Varied:
         return replace(self.study.experiment, variants=variants)
 
     def _agrees(self) -> bool:
-        """Return whether both ways lead to the same, for the first and the last run."""
+        """Return whether both ways give the same first and last run."""
         for number in {0, self.study.count - 1}:
             values = row_of(self.study.values(Block(number, number + 1)), 0)
             try:
                 ways = _changed(self.study.experiment, self.models(values, 0)), self._by_tables(values)
                 if not all(map(Variant.is_like, ways[0].variants, ways[1].variants)):
                     return False
-            except InputError:  # a draw out of range tells nothing of the two ways
+            except InputError:  # a draw out of range cannot compare the two ways
                 continue
         return True
 
 
 def row_of(values: Mapping[str, np.ndarray], place: int) -> dict[str, Any]:
-    """Return what one run is made with, out of the values of several: numbers, names and lists of Python."""
+    """Return the values of one run as Python objects, from the arrays of several runs."""
     return {path: column[place].tolist() for path, column in values.items()}
 
 
 def _placed(study: Study) -> tuple[dict[str, dict[str, str]], ...] | None:
-    """Return for each variant, by section, which parameter each dotted key is; None where one is no parameter."""
+    """Return, for each variant and section, the parameter behind each dotted key; None if a key is not a parameter."""
     paths = list(study.units)
     overrides = study.tables.get("compare", {})
     places = []
@@ -133,7 +133,7 @@ def _placed(study: Study) -> tuple[dict[str, dict[str, str]], ...] | None:
 
 
 def _overridden(override: Any, keys: Sequence[str]) -> bool:
-    """Return whether a variant says itself what stands under these keys."""
+    """Return whether a variant overrides a value under these keys."""
     for key in keys:
         if not isinstance(override, Mapping):
             return False
@@ -146,7 +146,7 @@ def _overridden(override: Any, keys: Sequence[str]) -> bool:
 
 
 def _seeds(variant: Variant, changed: dict[str, Model], seed: int, fields: Sequence[str] = SEEDED) -> dict[str, Model]:
-    """Return the changed models with the random numbers of a run: its seed is added to those of the file."""
+    """Return the changed models with the seeds of a run: its seed is added to those of the file."""
     for name in SEEDED:
         model = changed.get(name, getattr(variant, name)) if name in fields else None
         if model is not None and "seed" in model.component.variables:
@@ -160,7 +160,7 @@ def _changed(experiment: Experiment, changes: Sequence[Mapping[str, Model]]) -> 
 
 
 def _with(item: T, **changed: Any) -> T:
-    """Return a copy with other models of the same components: what was looked at once need not be in each run."""
+    """Return a copy with other models of the same components, without repeating the checks."""
     copied = copy.copy(item)
     for name, value in changed.items():
         object.__setattr__(copied, name, value)
@@ -168,14 +168,14 @@ def _with(item: T, **changed: Any) -> T:
 
 
 REFUSED, RAISED = "refused", "raised"
-FAILED = (Status.NOT_FINITE.name.lower(), REFUSED, RAISED)  # the statuses of runs that have no numbers
+FAILED = (Status.NOT_FINITE.name.lower(), REFUSED, RAISED)  # statuses of runs without numbers
 
 MODELS = ("plant", "friction")
 REASON = 300  # letters
 
 
 class Simulator:
-    """What simulates the runs of a study, in this process."""
+    """Simulator of the runs of a study, in this process."""
 
     def __init__(self, study: Study, *, batches: bool = True) -> None:
         self.study, self.varied = study, Varied(study)
@@ -190,7 +190,7 @@ class Simulator:
             return simulate(self.varied.experiment(values, self.study.seeds(block)[0]))
 
     def columns(self, block: Block) -> dict[str, Any]:
-        """Return what is kept of a block, by column, each of shape (run,)."""
+        """Return the stored columns of a block, each of shape (run,)."""
         values, seeds = self.study.values(block), self.study.seeds(block)
         status, reason = [OK] * block.count, [""] * block.count
         metrics = {metric.column: np.full(block.count, np.nan) for metric in self.study.metrics}
@@ -215,7 +215,7 @@ class Simulator:
         }
 
     def _serial(self, place: int, row: Mapping[str, Any], seed: int, metrics: Mapping[str, np.ndarray]) -> tuple[str, str]:
-        """Simulate one run; return how it ended, and why."""
+        """Simulate one run; return its status and the reason."""
         try:
             result = simulate(self.varied.experiment(row, seed))
         except MemoryError:
@@ -233,7 +233,7 @@ class Simulator:
         return worst.status.name.lower(), sentence if len(result.variants) == 1 else f"{worst.name}: {sentence}"
 
     def _batched(self, values: Mapping[str, np.ndarray], seeds: Sequence[int], metrics: Mapping[str, np.ndarray]) -> set[int]:
-        """Simulate runs many at once; return those that ended well: of the others each is told by itself."""
+        """Simulate several runs in batches; return the successful ones. The caller repeats the others one by one."""
         changes = self.varied.models_by_place(values, seeds, MODELS)
         places = np.array(list(changes), dtype=int)
         well = np.ones(len(places), dtype=bool)
@@ -252,10 +252,10 @@ class Simulator:
 
 
 def fits_a_batch(experiment: Experiment) -> bool:
-    """Return whether runs of an experiment can be simulated many at once.
+    """Return whether several runs of an experiment can be simulated in one batch.
 
-    They can where a given effort drives one mass in steps of one length, without lag or delay, and the friction model
-    keeps no turning points, whose overflow would have to be told.
+    This requires a given effort on one mass with constant steps, without lag or delay, and a friction model without turning
+    points, whose overflow would need a report.
     """
     for variant in experiment.variants:
         run, friction = variant.run, variant.friction.component
@@ -271,10 +271,10 @@ def fits_a_batch(experiment: Experiment) -> bool:
 def metrics_of_batch(
     variant: Variant, effort: np.ndarray, changes: Sequence[Mapping[str, Model]], metrics: Sequence[Metric], in_lanes: bool
 ) -> tuple[dict[str, np.ndarray], list[Status]]:
-    """Return the metrics of one variant in several runs, by column, and how each ended."""
+    """Return the metrics of one variant in several runs, by column, and the status of each run."""
     run = variant.run
     effort = np.clip(effort, -run.effort_limit, run.effort_limit)
-    x, v, _ = variant.reference.component.sample(np.zeros(1), variant.reference.parameters)  # an open loop begins at rest
+    x, v, _ = variant.reference.component.sample(np.zeros(1), variant.reference.parameters)  # an open loop starts at rest
     plant, friction = (
         [changed[field] for changed in changes] if any(field in changed for changed in changes) else getattr(variant, field)
         for field in MODELS
@@ -292,5 +292,5 @@ def metrics_of_batch(
     )
     judged = slice(min(round(run.settle / run.sample_time), effort.size), None)
     applied = np.broadcast_to(effort, trace.position.shape)[:, judged]
-    position = np.ascontiguousarray(trace.position[:, judged])  # sums of one run in the order of a run by itself
+    position = np.ascontiguousarray(trace.position[:, judged])  # contiguous, so that sums match those of a single run
     return {metric.column: metric.along(position, applied) for metric in metrics}, list(trace.status)

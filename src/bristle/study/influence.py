@@ -1,4 +1,4 @@
-"""Which cause matters: rank correlations with their intervals, and Sobol indices where the draws were made for them."""
+"""Influence of causes: rank correlations with intervals, and Sobol indices from draws designed for them."""
 
 import math
 from collections.abc import Mapping
@@ -16,9 +16,9 @@ LEVELS = (2.5, 97.5)  # [%]
 
 
 def spread_of(numbers: np.ndarray, *, independent: bool = True) -> dict[str, Any]:
-    """Return how one metric is distributed over runs: quantiles at 5 and 95 %, and 95 % intervals by standard error or ranks.
+    """Return the distribution of a metric over runs: 5 and 95 % quantiles, and 95 % intervals by standard error or ranks.
 
-    What is no number is left out.
+    NaN values are left out.
     """
     usable = np.sort(numbers[np.isfinite(numbers)])
     count, intervals = len(usable), [(math.nan, math.nan)] * 3
@@ -34,8 +34,8 @@ def spread_of(numbers: np.ndarray, *, independent: bool = True) -> dict[str, Any
 
 
 def _by_ranks(ordered: np.ndarray, share: float) -> tuple[float, float]:
-    """Return the 95 % interval of a quantile: as many as fall below it are binomially distributed."""
-    # NaN at an end that so few numbers do not tell.
+    """Return the 95 % interval of a quantile: the count of values below it has a binomial distribution."""
+    # NaN at an end if there are too few values.
     from scipy.stats import binom
 
     count = len(ordered)
@@ -44,10 +44,10 @@ def _by_ranks(ordered: np.ndarray, share: float) -> tuple[float, float]:
 
 
 def rank_correlations(runs: Runs) -> list[dict[str, Any]]:
-    """Return the rank correlation of each metric with each value that varies, with its interval.
+    """Return the rank correlation of each metric with each varied value, with its interval.
 
-    Draws are resampled, each with all its points of the grid: runs of one draw are not independent. What is drawn is
-    ranked within each point of the grid, which would hide it otherwise.
+    Resampling takes whole draws with all their grid points: runs of a draw are not independent. Drawn values are ranked
+    within each grid point, so that the grid does not hide their effect.
     """
     columns, described = runs.columns, runs.described
     causes = [name for name, about in described["columns"].items() if about["role"] in ("drawn", "grid")]
@@ -62,7 +62,7 @@ def rank_correlations(runs: Runs) -> list[dict[str, Any]]:
             of_grid = described["columns"][cause]["role"] == "grid"
             within = np.zeros_like(at) if of_grid else at
             values = columns[cause]
-            if values.dtype.kind == "U":  # names in the order of the alphabet
+            if values.dtype.kind == "U":  # names in alphabetical order
                 values = np.unique(values, return_inverse=True)[1].astype(float)
             values = _ranked(values[usable], within)
             numbers = _ranked(columns[metric][usable], within)
@@ -88,8 +88,8 @@ def _correlation(a: np.ndarray, b: np.ndarray, draws: np.ndarray) -> tuple[float
     value = float(np.corrcoef(a, b)[0, 1])
     _, member = np.unique(draws, return_inverse=True)
     groups, generator = int(member[-1]) + 1, np.random.default_rng(SEED)
-    share = min(groups, 2000)  # the interval is made as narrow as that of all
-    # Correlations of resamples follow from sums over each draw, each as often as it is resampled.
+    share = min(groups, 2000)  # the interval is scaled to the count of all groups
+    # Correlations of resamples follow from sums over each draw, weighted by its count in the resample.
     products = (np.ones_like(a), a, b, a * a, b * b, a * b)
     sums = np.stack([np.bincount(member, weights=part, minlength=groups) for part in products])
     resampled = np.empty(RESAMPLES)
@@ -108,9 +108,9 @@ def _correlation(a: np.ndarray, b: np.ndarray, draws: np.ndarray) -> tuple[float
 
 
 def sobol_indices(runs: Runs) -> list[dict[str, Any]]:
-    """Return the Sobol indices of each metric, of the draws that were made for them; nothing of others.
+    """Return the Sobol indices of each metric; empty unless the draws were designed for them.
 
-    A point of which a run is missing or failed is left out, with its others; so many that a power of two is left.
+    Points with a missing or failed run are left out completely; a power of two of the others is used.
     """
     if not runs.described["sobol_indices"]:
         return []

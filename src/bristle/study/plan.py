@@ -1,4 +1,4 @@
-"""`Study`: what is varied, how often, and what is kept, as data; the values of each of its runs, and the numbers that are kept of it."""
+"""`Study`: varied values, counts and stored metrics, as data; the values of each run, and the metrics."""
 
 import hashlib
 from collections.abc import Mapping, Sequence
@@ -18,7 +18,7 @@ from bristle.study.values import Cause, Target
 STATISTICS = tuple(field.name for field in fields(Statistics))
 LENGTHS = ("following_error", "true_error", "by_direction.forward", "by_direction.backward", "motion")
 EFFORTS = {"effort.rms": "effort_rms", "effort.peak": "effort_peak"}
-METRICS = (*(f"{group}.{name}" for group in LENGTHS for name in STATISTICS), *EFFORTS)  # the numbers of a variant by dotted name
+METRICS = (*(f"{group}.{name}" for group in LENGTHS for name in STATISTICS), *EFFORTS)  # metrics of a variant by dotted name
 
 SHORT = {
     "following_error": "following error",
@@ -32,7 +32,7 @@ SHORT = {
 
 @dataclass(frozen=True)
 class Metric:
-    """A number that is kept of each run."""
+    """A stored number of each run."""
 
     column: str
     variant: str
@@ -41,13 +41,13 @@ class Metric:
 
     @property
     def described(self) -> str:
-        """What it is, in words, with its variant where the column names it."""
+        """Description in words, with its variant if the column names it."""
         group, _, statistic = self.name.rpartition(".")
         words = f"{SHORT.get(group, group)}, {SHORT.get(statistic, statistic)}"
         return words if self.column == self.name else f"{self.variant}: {words}"
 
     def of(self, result: VariantResult) -> float:
-        """Return the number of a run; NaN for one that left the finite numbers."""
+        """Return the number of a run; NaN if it diverged."""
         if result.status is Status.NOT_FINITE:
             return float("nan")
         if self.name in EFFORTS:
@@ -58,14 +58,14 @@ class Metric:
         return float(reduce(getattr, (group, statistic), result))
 
     def along(self, position: np.ndarray, effort: np.ndarray) -> np.ndarray:
-        """Return the number of several open loops, shape (run,), from what is judged of them, shape (run, sample).
+        """Return the number of several open loops, shape (run,), from the judged part of them, shape (run, sample).
 
-        To the bit what `of` returns of each by itself.
+        The bits equal those of `of` for each run.
         """
         group, _, statistic = self.name.rpartition(".")
         if self.name == "effort.peak":
             return np.max(np.abs(effort), axis=1, initial=0.0)
-        if group not in ("motion", "effort"):  # nothing follows a reference
+        if group not in ("motion", "effort"):  # open loops have no reference
             return np.full(len(position), np.nan)
         rows = position if group == "motion" else effort
         if statistic == "peak_to_peak":
@@ -76,13 +76,13 @@ class Metric:
 
 
 def usual_metrics(experiment: Experiment) -> tuple[str, ...]:
-    """Return what is kept where a study does not say."""
+    """Return the default metrics of a study."""
     is_open = all(variant.effort is not None for variant in experiment.variants)
     return ("motion.peak_to_peak" if is_open else "following_error.peak_to_peak", "effort.rms")
 
 
 def metrics_from(names: Sequence[object], experiment: Experiment, path: str) -> tuple[Metric, ...]:
-    """Return the metrics of these names, of each variant where a name says none."""
+    """Return the metrics with these names; a name without a variant stands for all variants."""
     metrics: list[Metric] = []
     variants = [variant.name for variant in experiment.variants]
     for place, name in enumerate(names):
@@ -95,7 +95,7 @@ def metrics_from(names: Sequence[object], experiment: Experiment, path: str) -> 
                 chosen, metric = [variant], name.removeprefix(f"{variant}.")
         if metric not in METRICS:
             raise InputError(
-                "is no metric of a run",
+                "is not a metric of a run",
                 path=at,
                 value=name,
                 allowed=f"{', '.join(LENGTHS)}, each with .{', .'.join(STATISTICS)}; {', '.join(EFFORTS)}",
@@ -111,13 +111,13 @@ def metrics_from(names: Sequence[object], experiment: Experiment, path: str) -> 
 
 
 SAMPLINGS = ("random", "latin_hypercube", "sobol")
-PER_COUNT = 4  # numbers that the generator makes of one count
-SMALLEST = 2.0**-54  # half the distance of the numbers of the generator, which begin at 0
+PER_COUNT = 4  # numbers per count of the generator
+SMALLEST = 2.0**-54  # half the spacing of the numbers of the generator, which begin at 0
 
 
 @dataclass(frozen=True)
 class Sampling:
-    """How draws fill their space."""
+    """Method that fills the space of the draws."""
 
     method: str
     seed: int
@@ -127,16 +127,16 @@ class Sampling:
 
     @property
     def per_row(self) -> int:
-        """Draws that one point becomes."""
+        """Draws from one point."""
         return len(self.names) + 2 if self.indices else 1
 
     @property
     def count(self) -> int:
-        """Draws in all."""
+        """Total count of draws."""
         return self.rows * self.per_row
 
     def numbers(self, first: int, last: int) -> np.ndarray:
-        """Return the numbers of the draws from `first` to before `last`, shape (draw, cause)."""
+        """Return the numbers of the draws in [`first`, `last`), shape (draw, cause)."""
         if not self.indices:
             return self._points(first, last)
         row, width = first // self.per_row, len(self.names)
@@ -147,7 +147,7 @@ class Sampling:
         return draws[first - row * self.per_row : last - row * self.per_row]
 
     def checksum(self) -> str:
-        """Return a checksum of what another release of a library might draw otherwise; empty where none draws."""
+        """Return a checksum of numbers that another release of a library could draw differently; empty if no library draws."""
         return "" if self.method == "random" else hashlib.sha256(self._all.tobytes()).hexdigest()
 
     @property
@@ -155,8 +155,8 @@ class Sampling:
         return (*self.names, *(f"{name} of the second point" for name in self.names if self.indices))
 
     def _points(self, first: int, last: int) -> np.ndarray:
-        """Return points, random ones from a stream of its own for each seed and name."""
-        # So a further cause leaves the others as they are, and each block of runs draws its own numbers.
+        """Return points; random points come from a separate stream for each seed and name."""
+        # An additional cause leaves the others unchanged, and each block of runs draws its numbers independently.
         if self.method != "random":
             return self._all[first:last]
         points, begin = np.empty((last - first, len(self._dimensions))), first // PER_COUNT
@@ -179,7 +179,7 @@ class Sampling:
 
 
 def seed_of_run(seed: int, number: int) -> int:
-    """Return the seed of a run: a function of the seed of the study and of the number of the run alone.
+    """Return the seed of a run, a function of only the seed of the study and the number of the run.
 
     Examples
     --------
@@ -202,12 +202,12 @@ class Block:
 
     @property
     def count(self) -> int:
-        """How many runs it has."""
+        """Count of runs."""
         return self.last - self.first
 
     @property
     def file(self) -> str:
-        """Name of its file."""
+        """Name of the file."""
         return f"{self.first:010d}.parquet"
 
 
@@ -220,27 +220,27 @@ class Study:
     name : str
         Name of the study.
     experiment : Experiment
-        The experiment as it stands, with one run for each variant.
+        The base experiment, with one run for each variant.
     tables : mapping
-        Its tables, into which the values of a run are written.
+        Tables of the experiment, into which bristle writes the values of a run.
     sources : Sources
-        What reads the files that they name: all of them are read already.
+        Reader of the files that they name, which are already loaded.
     seed : int
         Seed of the study.
     sampling : Sampling
-        How draws fill their space.
+        Method that fills the space of the draws.
     causes : tuple of Cause
-        What is drawn.
+        Drawn quantities.
     grid : tuple of (Target, tuple)
-        Values that each draw is made with, all combinations of them.
+        Grid of values; each draw runs with all combinations.
     metrics : tuple of Metric
-        What is kept; what is largest in the first of them is worst.
+        Stored metrics; the worst run has the largest first metric.
     block : int
         Runs in a block.
     described : mapping
-        What the study says, as text and numbers: two are the same where these are.
+        Description of the study as text and numbers: equal descriptions mean equal studies.
     origins : mapping of str to tuple of Origin
-        The files that it was made from.
+        Source files of the study.
     """
 
     name: str
@@ -258,13 +258,13 @@ class Study:
 
     @cached_property
     def points(self) -> tuple[dict[str, Any], ...]:
-        """The points of the grid: values by dotted key; one without values where there is no grid."""
+        """Points of the grid: values by dotted key; without a grid a single empty point."""
         names = [target.path for target, _ in self.grid]
         return tuple(dict(zip(names, values, strict=True)) for values in product(*(values for _, values in self.grid)))
 
     @property
     def count(self) -> int:
-        """Runs in all."""
+        """Total count of runs."""
         return self.sampling.count * prod(len(values) for _, values in self.grid)
 
     @property
@@ -277,7 +277,7 @@ class Study:
         return [seed_of_run(self.seed, number) for number in range(block.first, block.last)]
 
     def values(self, block: Block) -> dict[str, np.ndarray]:
-        """Return what the runs of a block are made with, by dotted key in SI; shape (run,) or (run, element)."""
+        """Return the values of the runs of a block, by dotted key in SI; shape (run,) or (run, element)."""
         numbers = np.arange(block.first, block.last)
         draws, points = np.divmod(numbers, len(self.points))
         drawn = self.sampling.numbers(int(draws[0]), int(draws[-1]) + 1)[draws - draws[0]]
@@ -303,7 +303,7 @@ class Study:
 
     @property
     def units(self) -> dict[str, str]:
-        """Unit in SI of each value that runs are made with, by dotted key; empty for names and pure numbers."""
+        """SI unit of each varied value, by dotted key; empty for names and pure numbers."""
         units: dict[str, str] = {}
         for cause in self.causes:
             units |= cause.units
@@ -311,8 +311,8 @@ class Study:
 
 
 def block_for(runs: int, experiment: Experiment) -> int:
-    """Return how many runs make a block: a function of the study alone, so that any number of workers makes the same."""
-    # So many steps take a second or two; of 32 blocks cores have something to share, and little is lost with one.
+    """Return the count of runs in a block: it depends only on the study, so that any number of workers gives the same blocks."""
+    # A block takes a second or two; 32 blocks share well over cores, and a lost block costs little.
     return max(1, min(BLOCK_MOST, 10_000_000 // max(steps_of(experiment), 1), -(-runs // 32)))
 
 

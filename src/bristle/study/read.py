@@ -1,4 +1,4 @@
-"""Study files: an experiment, what varies in it, how often, and what is kept."""
+"""Study files: an experiment, its varied values, counts, and stored metrics."""
 
 import copy
 from collections.abc import Mapping
@@ -18,21 +18,21 @@ POINTS_MOST = 100_000
 
 
 def read_study_file(path: Readable, *, allow_code: bool = False, size_limit: int | str = SIZE_LIMIT) -> Study:
-    """Return the study that a file describes.
+    """Return the study in a file.
 
     Parameters
     ----------
     path : path-like
-        A study file, TOML. The files that it names are looked for beside it.
+        A study file, TOML. File names in it are relative to its folder.
     allow_code : bool
-        Whether models of a person's own, in files that it names, may run without having been allowed before.
+        Whether your own models, in files that it names, may run without earlier permission.
     size_limit : int or str
         Largest log that it names [byte], or text such as ``"2 GB"``.
 
     Raises
     ------
     InputError
-        With file, key, value and what is allowed there.
+        With file, key, value and allowed values.
     """
     data, source, content = read_toml(path, path="study", what="a study file")
     with located(source):
@@ -41,7 +41,7 @@ def read_study_file(path: Readable, *, allow_code: bool = False, size_limit: int
 
 
 class _Reader:
-    """The content of a study file while it is read."""
+    """Parser of the content of a study file."""
 
     def __init__(self, data: dict[str, Any], source: Path, allow_code: bool, size_limit: int) -> None:
         self.data, self.source, self.allow_code, self.size_limit = data, source, allow_code, size_limit
@@ -59,7 +59,7 @@ class _Reader:
         check_schema(self.data)
         tables, sources, origins = self._experiment()
         experiment = experiment_from(tables, self.source, sources)
-        # One run of each variant: the runs of a study have seeds of their own.
+        # One run of each variant: the runs of a study have separate seeds.
         experiment = replace(experiment, variants=tuple(replace(each, run=replace(each.run, seeds=1)) for each in experiment.variants))
         tables = {"kind": experiment.kind, **tables}
         causes, grid = self._causes(experiment, tables), self._grid(experiment, tables)
@@ -87,7 +87,7 @@ class _Reader:
         own = self.data.get("block")
         block = block_for(study.count, experiment) if own is None else self._count("block", 1, BLOCK_MOST)
         files = {f"{role}: {origin.name}": origin.checksum for role, group in origins.items() for origin in group}
-        # What tells this study from another: what it says, the files that it reads, and what computes it.
+        # Identity of a study: its description, its files, and its software.
         described = {
             "study": {key: value for key, value in self.data.items() if key not in ("name", "block", "schema")},
             "block": block,
@@ -104,7 +104,7 @@ class _Reader:
         return value
 
     def _experiment(self) -> tuple[dict[str, Any], Sources, dict[str, Any]]:
-        """Return the tables of the experiment, what reads the files that they name, and the file that they are from."""
+        """Return the tables of the experiment, the reader of the files that they name, and the source file."""
         named = self.data["experiment"]
         if not isinstance(named, str) or not named:
             raise InputError("must be the name of a file", path="experiment", value=named)
@@ -126,7 +126,7 @@ class _Reader:
                     "must be a table", path=path, value=value, mend=f'Write "{key}" = {{ normal = [mean, standard deviation] }}'
                 )
             if "from" in value or "draws" in value:
-                # A table that names no two texts is refused by what reads it.
+                # The reader of the table refuses it unless it names two texts.
                 names = (str(value.get("from")), str(value.get("draws")))
                 if names not in self.fitted:
                     self.fitted[names] = fitted_at(value, self.source.parent, path, allow_code=self.allow_code)
@@ -164,14 +164,14 @@ class _Reader:
         is_random = any(model.values.get(name, 0.0) > 0.0 for model in models for name in ("noise", "scatter"))
         if not causes and not grid and not is_random:
             raise InputError(
-                "varies nothing: no run would differ from another",
+                "varies no value: all runs would be equal",
                 path="vary",
                 mend="Write [vary] or [grid], or give sensor.noise to the experiment",
             )
         paths = [path for cause in causes for path in cause.units] + [target.path for target, _ in grid]
         for path in paths:
             if paths.count(path) > 1:
-                raise InputError("is varied twice", path="vary", value=path, mend="Take it out of [grid], or out of [vary]")
+                raise InputError("is varied twice", path="vary", value=path, mend="Remove it from [grid] or from [vary]")
 
     def _sampling(self, causes: tuple[Cause, ...], grid: tuple[Any, ...]) -> Sampling:
         for key in ("runs", "seed"):
@@ -181,16 +181,14 @@ class _Reader:
         method = self.data.get("sampling", SAMPLINGS[0])
         if method not in SAMPLINGS:
             raise InputError(
-                "is no way to draw", path="sampling", value=method, allowed=", ".join(SAMPLINGS), mend=did_you_mean(method, SAMPLINGS)
+                "is no sampling method", path="sampling", value=method, allowed=", ".join(SAMPLINGS), mend=did_you_mean(method, SAMPLINGS)
             )
         indices = self.data.get("sobol_indices", False)
         if type(indices) is not bool:
             raise InputError("does not fit", path="sobol_indices", value=indices, allowed="true or false")
         if indices and (grid or not causes):
             raise InputError(
-                "needs something that is drawn, and no grid",
-                path="sobol_indices",
-                mend="Write what stands under [grid] as a choice under [vary]",
+                "needs drawn values, and no grid", path="sobol_indices", mend="Move the values of [grid] to [vary] as a choice"
             )
         if indices and runs & (runs - 1):
             below = 2 ** (runs.bit_length() - 1)
@@ -202,7 +200,9 @@ class _Reader:
     def _metrics(self, experiment: Experiment) -> tuple[Metric, ...]:
         table = table_at(self.data.get("keep", {}), "keep")
         if "traces" in table:
-            raise InputError("was removed", path="keep.traces", mend="Leave it out: bristle study FILE --run N writes the signals of a run")
+            raise InputError(
+                "was removed", path="keep.traces", mend="Delete this key: bristle study FILE --run N writes the signals of a run"
+            )
         check_keys(table, ("metrics",), "keep")
         names = table.get("metrics", list(usual_metrics(experiment)))
         if not isinstance(names, list) or not names:

@@ -1,4 +1,4 @@
-"""Running a study: what is missing in its folder is simulated, block by block."""
+"""Run a study: simulate the missing blocks of its folder."""
 
 import time
 from collections.abc import Callable, Mapping
@@ -19,14 +19,14 @@ from bristle.study.workers import Cluster, Crew, Here
 
 @dataclass(frozen=True)
 class Ran:
-    """What came of running a study."""
+    """Result of running a study."""
 
     before: int
     lost: tuple[tuple[Block, int | None], ...]
 
     @property
     def is_whole(self) -> bool:
-        """Whether every run is there."""
+        """Whether all runs are complete."""
         return not self.lost
 
 
@@ -39,33 +39,33 @@ def run_study(
     progress: Progress | None = None,
     provenance: Mapping[str, str] | None = None,
 ) -> Ran:
-    """Run what is missing of a study, and keep it in a folder.
+    """Run the missing blocks of a study, and store them in a folder.
 
     Parameters
     ----------
     study : Study
         The study.
     folder : path
-        A new folder, or that of the same study, which is gone on with.
+        A new folder, or the folder of the same study, which bristle completes.
     workers : int, optional
-        Processes; with 1 this process works itself. Where not given, as many as there are cores; or, of runs that are
-        simulated many in one call, threads of this process.
+        Processes; with 1, this process does the work. By default the count of cores; threads of this process if runs are
+        simulated in batches.
     scheduler : str, optional
-        The scheduler of a Dask cluster, ``tcp://HOST:PORT``, whose workers simulate in place of those of this machine.
+        Address of the scheduler of a Dask cluster, ``tcp://HOST:PORT``; its workers simulate instead of this machine.
     progress : callable, optional
-        Called with the share done, and how long the rest takes.
+        Called with the share done and the remaining time.
     provenance : mapping of str to str, optional
-        Where it comes from: versions, files, checksums.
+        Versions, files and checksums behind the study.
 
     Returns
     -------
     Ran
-        How much was there, and what is missing.
+        Counts of present and missing runs.
 
     Raises
     ------
     InputError
-        If another process writes there, the folder holds something else, the disk is full, or no scheduler answers.
+        If another process writes there, the folder has other content, the disk is full, or no scheduler answers.
     """
     with opened(Path(folder), study, provenance or {}) as store:
         return run_within(store, workers=workers, scheduler=scheduler, progress=progress)
@@ -79,7 +79,7 @@ def run_within(
     progress: Progress | None = None,
     simulator: Callable[[Any], Any] = Simulator,
 ) -> Ran:
-    """Run what is missing of a study in its folder, which this process has; as `run_study`."""
+    """Run the missing blocks of a study in its folder, locked by this process; see `run_study`."""
     study = store.study
     present = store.blocks_present()
     missing = [block for block in study.blocks if block.first not in present]
@@ -88,13 +88,13 @@ def run_within(
     ran, at_first, started, left = 0, 0, time.monotonic(), ""
     if progress is not None:
         progress(before / study.count, f"{before} of {study.count} runs")
-    with closing(crew.results(missing)) as results:  # whatever ends this ends the workers
+    with closing(crew.results(missing)) as results:  # any exit ends the workers
         for block, columns in results:
             store.write(block, columns)
             ran += block.count
             if at_first:
                 left = f", {in_words((time.monotonic() - started) * (study.count - before - ran) / (ran - at_first))} left"
-            else:  # until the first block is there workers begin, which tells nothing of the others
+            else:  # the first block includes the start of the workers: no estimate yet
                 at_first, started = ran, time.monotonic()
             if progress is not None:
                 progress((before + ran) / study.count, f"{before + ran} of {study.count} runs{left}")
@@ -102,23 +102,23 @@ def run_within(
 
 
 def _crew(study: Any, missing: int, workers: int | None, scheduler: str | None, make: Callable[[Any], Any]) -> Crew | Cluster | Here:
-    """Return what simulates the blocks that are missing."""
+    """Return the simulator of the missing blocks."""
     if scheduler is not None and workers is not None:
-        raise InputError("are those of the cluster where there is a scheduler", path="workers", value=workers, mend="Leave one of them out")
+        raise InputError("cannot be chosen together with a scheduler", path="workers", value=workers, mend="Remove one of the two")
     if scheduler is not None and missing:
         return Cluster(study, scheduler)
     if workers is None and make is Simulator and missing:
         simulator = Simulator(study)
-        if simulator.in_batches:  # threads have begun before another process has
+        if simulator.in_batches:  # threads start faster than processes
             return Here(simulator.columns, core_count())
     count = min(workers or core_count(), max(missing, 1))
-    if count > 1 or not missing:  # a crew of which nothing is asked begins no process
+    if count > 1 or not missing:  # an idle crew starts no process
         return Crew(study, count, make)
     return Here(make(study).columns)
 
 
 def in_words(seconds: float) -> str:
-    """Return a time as a person says it.
+    """Return a time in words.
 
     Examples
     --------
@@ -133,19 +133,19 @@ def in_words(seconds: float) -> str:
 def repeat_run(study: Study, number: int) -> SimulationResult:
     """Return one run of a study, simulated again with its signals."""
     if not 0 <= number < study.count:
-        raise InputError("is no run of this study", path="--run", value=number, allowed=f"0 to {study.count - 1}")
+        raise InputError("is not a run of this study", path="--run", value=number, allowed=f"0 to {study.count - 1}")
     return Simulator(study).run(number)
 
 
 def values_of(study: Study, number: int) -> dict[str, Any]:
-    """Return what a run is made with, by dotted key in SI."""
+    """Return the values of a run, by dotted key in SI."""
     return row_of(study.values(Block(number, number + 1)), 0)
 
 
 def worst_runs(runs: Runs, count: int) -> list[int]:
     """Return the numbers of the worst runs, the worst first: those with the largest first metric.
 
-    Runs without numbers, which failed, are not among them; of equal ones the earlier comes first.
+    Failed runs without numbers are left out; among equal runs the earlier comes first.
     """
     metric = runs.columns[runs.described["metrics"][0]]
     usable = np.flatnonzero(np.isfinite(metric) & ~np.isin(runs.columns["status"], FAILED))

@@ -1,4 +1,4 @@
-"""The folder of a study: one file for each block, whole or not there, and what the study says."""
+"""Folder of a study: one complete file for each block, and the description of the study."""
 
 import json
 import os
@@ -15,14 +15,14 @@ from bristle.files import Growing, as_json, growing_folder, plain, verified
 from bristle.study.plan import Block
 
 STUDY, RUNS = "study.json", "runs"
-OF_STUDIES = ("bristle study", "study")  # what needs pyarrow, and the extra that brings it
+OF_STUDIES = ("bristle study", "study")  # command that needs pyarrow, and the extra with it
 WRITTEN = (STUDY, "summary.json", "report.html")
 SCHEMA = 1
 LONGEST = 60
 
 
 class Store:
-    """The folder of a study while this process writes into it."""
+    """Folder of a study, locked for writing by this process."""
 
     kind: ClassVar[str] = "study"
 
@@ -42,7 +42,7 @@ class Store:
         )
 
     def begin(self, provenance: Mapping[str, str]) -> None:
-        """Say in the folder what it holds; refuse a folder that holds another study."""
+        """Write the description into the folder; refuse a folder of another study."""
         if self.grown.is_whole(STUDY):
             refuse_another(study_in(self.folder)["described"], plain(self.study.described), self.folder)
         else:
@@ -67,7 +67,7 @@ class Store:
             text = as_json(described)
             if any(name.startswith(f"{RUNS}/") for name in self.grown.names) and not self.grown.has_held(STUDY, text):
                 raise InputError(
-                    "is missing, and nothing else tells which study the runs beside it are of",
+                    "is missing, and the runs in this folder do not identify their study",
                     path=str(self.folder / STUDY),
                     mend="Put it back, or name another folder",
                 )
@@ -75,21 +75,21 @@ class Store:
         self.grown.make(RUNS)
 
     def blocks_present(self) -> set[int]:
-        """Return the first runs of the blocks that are there, whole; a damaged one is set aside and told."""
+        """Return the first runs of the complete blocks; set damaged blocks aside and report them."""
         blocks = {f"{RUNS}/{block.file}": block for block in self.study.blocks}
         self.grown.set_all_aside(self.damaged)
         self.damaged = []
         names = [name for name in self.grown.names if name.startswith(f"{RUNS}/")]
         if unknown := sorted(set(names) - set(blocks)):
             raise InputError(
-                "is none of the files of this study",
+                "is not a file of this study",
                 path=str(self.folder / unknown[0]),
-                mend="Move it elsewhere: whoever reads the folder would read it, too",
+                mend="Move it elsewhere: readers of the folder would include it",
             )
         return {blocks[name].first for name in names}
 
     def write(self, block: Block, columns: Mapping[str, Any]) -> None:
-        """Write a block; it appears whole under its name."""
+        """Write a block; it appears complete under its name."""
         arrays = [self._array(columns[field.name], field) for field in self.schema]
         self.write_table(f"{RUNS}/{block.file}", self.pyarrow.Table.from_arrays(arrays, schema=self.schema))
 
@@ -113,12 +113,12 @@ AnyStore = TypeVar("AnyStore", bound=Store)
 
 @contextmanager
 def opened(folder: str | Path, study: Any, provenance: Mapping[str, str], kind: type[AnyStore] = Store) -> Iterator[AnyStore]:
-    """Give the folder of a study to write into, new or that of the same study, to this process alone."""
+    """Open the folder of a study for this process alone, new or that of the same study."""
 
     def is_block(name: str) -> bool:
         return name.startswith(f"{RUNS}/")
 
-    def is_used(name: str) -> bool:  # a person may keep figures beside those of a study
+    def is_used(name: str) -> bool:  # users may keep other files in the folder
         return name in WRITTEN or name.partition("/")[0] == RUNS
 
     with growing_folder(folder, kind.kind, made_anew=is_block, used=is_used) as (grown, damaged):
@@ -128,25 +128,25 @@ def opened(folder: str | Path, study: Any, provenance: Mapping[str, str], kind: 
 
 
 def study_in(folder: Path) -> dict[str, Any]:
-    """Return what ``study.json`` of a folder says."""
+    """Return the content of ``study.json`` in a folder."""
     file = folder / STUDY
     try:
         data = json.loads(file.read_text(encoding="utf-8"))
     except FileNotFoundError:
         raise InputError(
-            "is no folder of a study: it has no study.json",
+            "is not the folder of a study: it has no study.json",
             path=str(folder),
-            mend="Name what bristle study or bristle identify --each wrote",
+            mend="Name a folder written by bristle study or bristle identify --each",
         ) from None
     except (ValueError, OSError) as error:
         raise InputError(f"cannot be read: {error}", path=str(file)) from None
     if not isinstance(data, dict) or data.get("schema") != SCHEMA:
-        raise InputError("is not one that this bristle reads", path=str(file))
+        raise InputError("has a format that this version of bristle cannot read", path=str(file))
     return data
 
 
 def refuse_another(before: Any, now: Any, folder: Path) -> None:
-    """Refuse a folder that was described otherwise, told by what differs."""
+    """Refuse a folder with a different description, and name a difference."""
     differences = list(_differences(before, now, ""))
     if differences:
         more = f", and {len(differences) - 1} more" if len(differences) > 1 else ""
@@ -154,7 +154,7 @@ def refuse_another(before: Any, now: Any, folder: Path) -> None:
 
 
 def _differences(before: Any, now: Any, path: str) -> Iterator[str]:
-    """Yield in words where two descriptions differ."""
+    """Yield the differences of two descriptions in words."""
     if isinstance(before, dict) and isinstance(now, dict):
         for key in {**before, **now}:
             yield from _differences(before.get(key), now.get(key), f"{path}.{key}" if path else key)
@@ -173,19 +173,19 @@ OK = "ok"  # status of a run, or of a log of a fleet, that ended well
 
 @dataclass(frozen=True)
 class Runs:
-    """What a folder of a study holds."""
+    """Runs in the folder of a study."""
 
     described: Mapping[str, Any]
     columns: Mapping[str, np.ndarray]
 
     @property
     def count(self) -> int:
-        """How many runs are there."""
+        """Count of the runs."""
         return len(self.columns["run"])
 
 
 def runs_in(folder: str | Path) -> Runs:
-    """Return the runs of a study that are there."""
+    """Return the runs in the folder of a study."""
     place = Path(folder)
     described = study_in(place)
     pyarrow, parquet = (library(name, *OF_STUDIES) for name in ("pyarrow", "pyarrow.parquet"))
@@ -195,7 +195,7 @@ def runs_in(folder: str | Path) -> Runs:
         tables = [parquet.read_table(place / RUNS / name, use_threads=False) for name in files]
     except (pyarrow.ArrowException, OSError) as error:
         raise InputError(
-            f"cannot be read: {error}", path=str(place / RUNS), mend="Give the command of the study again: it replaces what is damaged"
+            f"cannot be read: {error}", path=str(place / RUNS), mend="Repeat the command of the study: it replaces damaged files"
         ) from None
     if not tables:
         return Runs(described, {name: np.empty(0) for name in described["columns"]})
@@ -206,7 +206,7 @@ def runs_in(folder: str | Path) -> Runs:
         if str(column.type) != "string":
             columns[name] = column.to_numpy()
             continue
-        encoded = column.combine_chunks().dictionary_encode()  # text of one width
+        encoded = column.combine_chunks().dictionary_encode()  # text of fixed width
         words = np.array([*encoded.dictionary.to_pylist(), ""])
         columns[name] = words[encoded.indices.fill_null(len(words) - 1).to_numpy()]
     return Runs(described, columns)
@@ -218,19 +218,19 @@ def read_study(folder: str | Path) -> Any:
     Parameters
     ----------
     folder : path-like
-        What ``bristle study --out`` wrote. A study that is not whole can be read, too.
+        Folder written by ``bristle study --out``; it may be incomplete.
 
     Returns
     -------
     xarray.Dataset
-        Over ``run``; over ``draw`` and the quantities of the grid where the study has one. Each number has its
-        ``units`` in SI; ``run``, ``seed`` and ``status`` stand beside the numbers. A run that is not there has the
-        number -1, and NaN for its numbers.
+        Over ``run``, or over ``draw`` and the quantities of the grid if the study has a grid. Each number has its SI
+        ``units``; ``run``, ``seed`` and ``status`` accompany the numbers. A missing run has the number -1, and NaN for its
+        metrics.
 
     Raises
     ------
     InputError
-        If the folder is none of a study, or a file of it cannot be read.
+        If the folder is not that of a study, or a file in it cannot be read.
     MissingExtraError
         If pyarrow or xarray is not installed.
 
@@ -268,5 +268,5 @@ def read_study(folder: str | Path) -> Any:
             data = data.assign_coords({name: (name, values, {"units": unit} if unit else {})})
     else:
         data = data.assign_coords(run=numbers)
-    # Columns that stand beside the numbers of a run.
+    # Columns that accompany the numbers of a run.
     return data.set_coords([name for name in ("seed", "folder", "log", "time_of_log", "status", "reason") if name in data])

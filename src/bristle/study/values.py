@@ -1,4 +1,4 @@
-"""What a study varies: a value of the experiment by its dotted key, drawn by itself or together with others of a fit."""
+"""Varied values of a study: a value of the experiment by its dotted key, drawn alone or jointly from a fit."""
 
 import math
 from collections.abc import Mapping
@@ -16,7 +16,7 @@ EXAMPLES = {
     "normal": 'normal = ["34 mN*m", "2 mN*m"], mean and standard deviation',
     "uniform": 'uniform = ["0.8e-4 kg*m^2", "1.2e-4 kg*m^2"], lowest and highest',
     "log_uniform": 'log_uniform = ["1e4 N/m", "1e6 N/m"], lowest and highest',
-    "choice": 'choice = ["1 mm", "5 mm"], values that are drawn equally often',
+    "choice": 'choice = ["1 mm", "5 mm"], values drawn equally often',
 }
 DISTRIBUTIONS = tuple(EXAMPLES)
 OF_FIT = ("from", "draws")
@@ -25,7 +25,7 @@ SECTIONS = ("plant", "friction")
 
 @dataclass(frozen=True)
 class Target:
-    """A value of the experiment that a study sets: its dotted key, what it is, the kind of axis, whether it is a whole number."""
+    """A value of the experiment that a study sets: its dotted key, variable, kind of axis, and whether it is an integer."""
 
     path: str
     variable: Variable
@@ -38,7 +38,7 @@ class Target:
         return "" if self.variable.choices or self.variable.quantity == "1" else self.variable.unit(self.kind)
 
     def number(self, raw: Any, path: str) -> Any:
-        """Return a value of the file in SI, or the name that it is; refuse another unit, and what is out of range."""
+        """Return a value of the file in SI, or a name; refuse a wrong unit and values out of range."""
         if self.variable.choices:
             self.variable.code(raw, path)
             return raw
@@ -48,12 +48,12 @@ class Target:
         return value
 
     def numbers(self, raw: list[Any], path: str) -> tuple[Any, ...]:
-        """Return several values of the file, each as `number` does."""
+        """Return several values of the file, converted by `number`."""
         return tuple(self.number(value, f"{path}[{place}]") for place, value in enumerate(raw))
 
 
 def sections_of(variant: Variant) -> dict[str, Model]:
-    """Return the models of a variant by the section of the file that describes them."""
+    """Return the models of a variant by their section in the file."""
     models = {"plant": variant.plant, "friction": variant.friction, "sensor": variant.sensor}
     if variant.table is not None:
         models["table_friction"] = variant.table
@@ -63,13 +63,13 @@ def sections_of(variant: Variant) -> dict[str, Model]:
 
 
 def target_at(path: str, experiment: Experiment, data: Mapping[str, Any], place: str) -> Target:
-    """Return what stands under a dotted key of an experiment."""
+    """Return the target under a dotted key of an experiment."""
     keys = path.split(".")
     variant, variants = experiment.variants[0], {variant.name: variant for variant in experiment.variants}
     if keys[0] == "compare":
         if len(keys) < 4 or keys[1] not in variants:
             allowed = ", ".join(f"compare.{name}.…" for name in variants)
-            raise InputError("names no variant of the experiment", path=place, allowed=allowed)
+            raise InputError("is not a variant of the experiment", path=place, allowed=allowed)
         variant, keys = variants[keys[1]], keys[2:]
     section = ".".join(keys[:-1])
     is_fed_forward = section == "controller.feedforward.friction"
@@ -78,11 +78,11 @@ def target_at(path: str, experiment: Experiment, data: Mapping[str, Any], place:
     names = {key_of(name): name for name in registry}
     if keys[-1] == "seed" or keys == ["run", "seeds"]:
         raise InputError(
-            "is not varied", path=place, mend="Leave it out: each run has a seed of its own, which is added to those of sensor and friction"
+            "cannot be varied", path=place, mend="Remove it: each run has a separate seed, added to those of sensor and friction"
         )
     if keys[-1] not in names:
         raise InputError(
-            "is no value of this experiment",
+            "is not a value of this experiment",
             path=place,
             allowed=", ".join(".".join((*keys[:-1], name)) for name in names if name != "seed"),
             mend=did_you_mean(keys[-1], names),
@@ -90,9 +90,9 @@ def target_at(path: str, experiment: Experiment, data: Mapping[str, Any], place:
     name = names[keys[-1]]
     if model is not None and model.component.is_array(name):
         raise InputError(
-            "is a list, which is not varied as one number",
+            "is a list, which cannot be varied as one number",
             path=place,
-            mend='Take joint draws of a fit, from = "results", or vary another value',
+            mend='Use joint draws of a fit (from = "results"), or vary another value',
         )
     is_whole = name in WHOLE_NUMBERS or (model is not None and model.component.is_integer(name))
     kind = "translational" if keys[0] == "table_friction" else experiment.kind
@@ -100,18 +100,18 @@ def target_at(path: str, experiment: Experiment, data: Mapping[str, Any], place:
 
 
 def _variables(section: str, variant: Variant, data: Mapping[str, Any], place: str) -> Mapping[str, Variable]:
-    """Return the values of a section that no model has."""
+    """Return the values of a section without a model."""
     if (variables := variables_of_section(section, variant, data)) is not None:
         return variables
     sections = [*sections_of(variant), "run"]
     raise InputError(
-        "is no value of this experiment", path=place, allowed=f"a key below {', '.join(sections)}", mend=did_you_mean(section, sections)
+        "is not a value of this experiment", path=place, allowed=f"a key below {', '.join(sections)}", mend=did_you_mean(section, sections)
     )
 
 
 @dataclass(frozen=True)
 class Drawn:
-    """A quantity that is drawn by itself, from a distribution with these numbers."""
+    """A quantity drawn independently, from a distribution with these numbers."""
 
     target: Target
     distribution: str
@@ -146,7 +146,7 @@ class Drawn:
 
 @dataclass(frozen=True)
 class Joint:
-    """Quantities that were drawn together: whole rows of a table, each as often as any other."""
+    """Quantities drawn jointly: rows of a table, all equally often."""
 
     name: str
     columns: Mapping[str, np.ndarray]
@@ -163,12 +163,12 @@ Cause = Drawn | Joint
 
 
 def drawn_from(table: Mapping[str, Any], target: Target, path: str) -> Drawn:
-    """Return the quantity that is drawn as a table of ``[vary]`` describes."""
+    """Return the drawn quantity described by a table of ``[vary]``."""
     allowed = f"{', '.join(DISTRIBUTIONS)}, or from and draws"
     for key, value in table.items():
         if key not in DISTRIBUTIONS:
             raise InputError(
-                "is no distribution", path=f"{path}.{key}", value=value, allowed=allowed, mend=did_you_mean(key, DISTRIBUTIONS)
+                "is not a distribution", path=f"{path}.{key}", value=value, allowed=allowed, mend=did_you_mean(key, DISTRIBUTIONS)
             )
     if len(table) != 1:
         fault = "has two distributions" if table else "has no distribution"
@@ -182,7 +182,7 @@ def drawn_from(table: Mapping[str, Any], target: Target, path: str) -> Drawn:
         return Drawn(target, name, target.numbers(values, place))
     if target.is_whole or target.variable.choices:
         raise InputError(
-            f"is for quantities that vary without steps, and {target.path} is a whole number or a name",
+            f"needs a continuous quantity, but {target.path} is a whole number or a name",
             path=place,
             value=values,
             mend="Write choice = [...] instead",
@@ -207,7 +207,7 @@ def drawn_from(table: Mapping[str, Any], target: Target, path: str) -> Drawn:
 
 @dataclass(frozen=True)
 class Fitted:
-    """The draws of an identification."""
+    """Draws of an identification."""
 
     folder: str
     plant: Model | None
@@ -217,13 +217,13 @@ class Fitted:
 
 
 def fitted_at(table: Mapping[str, Any], folder: Path, path: str, *, allow_code: bool = False) -> Fitted:
-    """Return the draws that a table such as ``{ from = "results", draws = "bootstrap" }`` names."""
+    """Return the draws named by a table such as ``{ from = "results", draws = "bootstrap" }``."""
     check_keys(table, OF_FIT, path)
     for key in OF_FIT:
         if key not in table:
             raise InputError(f"needs {key}", path=path, mend='Write { from = "results", draws = "bootstrap" }')
     if table["draws"] != "bootstrap":
-        raise InputError("are no draws of a fit", path=f"{path}.draws", value=table["draws"], allowed="bootstrap")
+        raise InputError("are not draws of a fit", path=f"{path}.draws", value=table["draws"], allowed="bootstrap")
     named = table["from"]
     if not isinstance(named, str) or not named:
         raise InputError("must be the name of a folder of results", path=f"{path}.from", value=named)
@@ -238,7 +238,7 @@ def fitted_at(table: Mapping[str, Any], folder: Path, path: str, *, allow_code: 
         draws = (info["bands"] or {}).get("draws", {})
     if not draws:
         raise InputError(
-            "holds no draws: it was identified without intervals", path=f"{path}.from", value=named, mend="Identify again with --draws 1000"
+            "has no draws: it was identified without intervals", path=f"{path}.from", value=named, mend="Identify again with --draws 1000"
         )
     return Fitted(named, plant, friction, draws, content_of(file).origin)
 
@@ -246,13 +246,12 @@ def fitted_at(table: Mapping[str, Any], folder: Path, path: str, *, allow_code: 
 def columns_of(fitted: Fitted, section: str, experiment: Experiment, path: str) -> tuple[dict[str, np.ndarray], dict[str, str]]:
     """Return the draws of one section of an experiment by dotted key, in SI, and their units."""
     if section not in SECTIONS:
-        raise InputError("takes no draws of a fit", path=path, allowed=" or ".join(SECTIONS))
+        raise InputError("cannot use draws of a fit", path=path, allowed=" or ".join(SECTIONS))
     own = sections_of(experiment.variants[0])[section]
     drawn = fitted.friction if section == "friction" else fitted.plant
     if drawn is None or (own.name, own.kind) != (drawn.name, drawn.kind):
         raise InputError(
-            f"the fit is of {'no plant' if drawn is None else f'{drawn.name}, {drawn.kind}'}, and the experiment has "
-            f"{own.name}, {own.kind}",
+            f"the fit has {'no plant' if drawn is None else f'{drawn.name}, {drawn.kind}'}, but the experiment has {own.name}, {own.kind}",
             path=path,
             value=fitted.folder,
             mend=f'Write file = "{fitted.folder}/model.toml" under [friction] of the experiment',

@@ -1,8 +1,7 @@
-"""What simulates the blocks of a study: this process, threads of it, processes that it begins, or a Dask cluster.
+"""Workers that simulate the blocks of a study: this process, its threads, child processes, or a Dask cluster.
 
-A process is told what to do on its standard input and answers on its standard output, each time one pickled message.
-On a cluster the study travels once, as a task of its own, whose result is handed on between workers, and made anew
-where it was lost.
+A child process receives pickled messages on its standard input and answers on its standard output. On a cluster the study
+is a separate task, sent once; workers pass its result on, and compute it again if it was lost.
 """
 
 from __future__ import annotations
@@ -34,32 +33,32 @@ from bristle.core import LOADING, Abreast, BristleError, InputError, InputWarnin
 from bristle.study.block import Simulator
 from bristle.study.plan import Block, Study
 
-TRIES = 5  # of a block, and of a worker that does not even begin
-PATIENCE = 0.2  # [s]: so often signals are looked for
-AHEAD = 4  # blocks for each worker: while it simulates one, others wait for it
-CLUSTER = ("distributed", "bristle study --scheduler", "study")  # the library, what needs it, the extra that brings it
-ANSWERS = 10.0  # [s] until which a scheduler answers
-WORKERS_JOIN = 60.0  # [s] until which the first worker is there
-# A worker, or a scheduler, that cannot read a function of bristle ends: they call what Python brings.
+TRIES = 5  # of a block, and of a worker that fails to start
+PATIENCE = 0.2  # [s]: interval of checks for signals
+AHEAD = 4  # blocks for each worker: one in simulation, others in its queue
+CLUSTER = ("distributed", "bristle study --scheduler", "study")  # the library, the command that needs it, the extra with it
+ANSWERS = 10.0  # [s] timeout for an answer of the scheduler
+WORKERS_JOIN = 60.0  # [s] timeout for the first worker
+# A worker or scheduler ends if it cannot unpickle a function of bristle, so tasks call built-in functions.
 SIMULATED = "__import__('bristle.study.workers', fromlist=['']).simulated(plan, software, first, last)"
 THREADS = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 Results = Generator[tuple[Block, dict[str, Any]], None, None]
 
 
 class WorkerError(BristleError):
-    """Workers end before they can begin, or one tells of a fault."""
+    """Workers that end before they start, or report a fault."""
 
     exit_code = 70
 
     @classmethod
     def at(cls, block: Block, reason: str) -> WorkerError:
-        """Return the error of a worker that tells of a fault at a block."""
+        """Return the error of a worker that reports a fault at a block."""
         return cls(f"a worker failed at the runs {block.first} to {block.last - 1}: {reason}")
 
 
 @dataclass
 class Here:
-    """What simulates in this process: one block after the other, or several at once in threads."""
+    """Simulator in this process: block by block, or several at once in threads."""
 
     simulate: Callable[[Block], dict[str, Any]]
     workers: int = 1
@@ -70,13 +69,13 @@ class Here:
         if self.workers == 1:
             yield from ((block, self.simulate(block)) for block in blocks)
             return
-        with warnings.catch_warnings(action="ignore"):  # around all threads: what each restores would otherwise be what another one had set
+        with warnings.catch_warnings(action="ignore"):  # around all threads, because each thread would restore the filters of another
             yield from _in_threads(self.simulate, blocks, self.workers)
 
 
 @dataclass
 class Crew:
-    """Processes of this machine, each with a thread here that hands it blocks: whatever ends one, its block goes to the next."""
+    """Processes of this machine, each fed by a thread; the block of a process that ends goes to the next process."""
 
     study: Any
     workers: int
@@ -89,9 +88,9 @@ class Crew:
     _unbegun: int = 0
 
     def results(self, blocks: Iterable[Block]) -> Results:
-        """Yield blocks with their columns, in the order in which they are ready.
+        """Yield blocks with their columns, as they finish.
 
-        A block whose workers ended `TRIES` times is left out, and noted among those `lost`.
+        A block whose workers ended `TRIES` times is left out and added to `lost`.
         """
         try:
             for block, columns in _in_threads(self._simulated, blocks, self.workers, self._end):
@@ -117,7 +116,7 @@ class Crew:
         return None
 
     def _process(self) -> subprocess.Popen[bytes]:
-        """Return the process of this thread, begun anew where it ended."""
+        """Return the process of this thread, restarted if it ended."""
         code = f"import sys; sys.path[:] = {sys.path!r}; from bristle.study.workers import serve; serve()"
         while getattr(self._own, "process", None) is None:
             with self._lock:
@@ -133,7 +132,7 @@ class Crew:
                 ending, self._unbegun = self._closed(process), self._unbegun + 1
                 if self._unbegun >= TRIES * self.workers:
                     cause = f"by signal {-ending}" if ending < 0 else f"with code {ending}"
-                    raise WorkerError(f"{self._unbegun} workers ended before they could begin: ended {cause}") from None
+                    raise WorkerError(f"{self._unbegun} workers ended before they could start: ended {cause}") from None
         return self._own.process
 
     def _asked(self, process: subprocess.Popen[bytes], message: Any) -> Any:
@@ -143,7 +142,7 @@ class Crew:
         return pickle.load(process.stdout)  # type: ignore[arg-type]
 
     def _closed(self, process: subprocess.Popen[bytes]) -> int:
-        """End a process; return how it ended."""
+        """End a process; return its exit code."""
         process.kill()
         for stream in (process.stdin, process.stdout):
             with suppress(OSError):
@@ -159,17 +158,17 @@ class Crew:
 
 
 class Cluster:
-    """The workers of a Dask cluster: they come and go, and what they hold goes to others."""
+    """Workers of a Dask cluster; they may come and go, and their blocks move to others."""
 
     def __init__(self, study: Study, address: str) -> None:
         self.study, self.address, self.lost = study, address, list[tuple[Block, int | None]]()
         self._library = library(*CLUSTER)
 
     def results(self, blocks: Iterable[Block]) -> Results:
-        """Yield blocks with their columns, in the order in which they arrive.
+        """Yield blocks with their columns, as they arrive.
 
-        A block whose workers ended as often as the scheduler tries is tried as often once more at the end, with no
-        other in the cluster that might have ended them; then it is left out, and noted among those `lost`.
+        A block whose workers ended as often as the scheduler tries gets the same number of tries at the end, alone in the
+        cluster, in case other blocks ended its workers. After that it is left out and added to `lost`.
         """
         with _silent(), self._connected() as client:
             for origin in self.study.origins.get("code", ()):
@@ -177,7 +176,7 @@ class Cluster:
                 warnings.warn(sentence, InputWarning, stacklevel=2)
             pool = client.get_executor(pure=False)
             with warnings.catch_warnings():
-                warnings.filterwarnings("ignore", "Sending large graph")  # the study is sent once
+                warnings.filterwarnings("ignore", "Sending large graph")  # the study is sent only once
                 plan = client.submit(bytes, pickle.dumps(self.study, protocol=pickle.HIGHEST_PROTOCOL), pure=False)
 
             def submit(block: Block) -> Future[Any]:
@@ -190,18 +189,18 @@ class Cluster:
 
     @contextmanager
     def _connected(self) -> Iterator[Any]:
-        """Connect to the scheduler, and wait for a worker; at the end take back what is handed out."""
+        """Connect to the scheduler, and wait for a worker; cancel the remaining tasks at the end."""
         mend = f"Start one, dask scheduler --port 8786, and workers: dask worker {self.address} --nworkers auto --nthreads 1"
         fault, client, distributed = "no scheduler of Dask answers there", None, self._library
 
-        async def identity() -> None:  # for which the library itself would wait for ever
+        async def identity() -> None:  # the library alone would wait without a timeout
             arguments = distributed.Security().get_connection_args("client")
             async with distributed.rpc(self.address, connection_args=arguments) as scheduler:
                 await asyncio.wait_for(scheduler.identity(), ANSWERS)
 
         try:
             try:
-                with Abreast(1) as thread:  # this one may run a loop of its own, as in a notebook
+                with Abreast(1) as thread:  # this thread may run an event loop, as in a notebook
                     thread.submit(asyncio.run, asyncio.wait_for(identity(), ANSWERS)).result()
                 client = distributed.Client(self.address, timeout=ANSWERS, set_as_default=False, name="bristle")
                 fault = "it has no workers"
@@ -215,14 +214,14 @@ class Cluster:
                     client.close(timeout=ANSWERS)
 
     def _threads(self, client: Any) -> int:
-        """Return how many threads the workers have now."""
+        """Return the present count of threads of the workers."""
         try:
             return sum(client.nthreads(callback_timeout=ANSWERS).values())
         except (OSError, TimeoutError, RuntimeError):
             raise self._scheduler_lost() from None
 
     def _scheduler_lost(self) -> InputError:
-        mend = "What is written stays. Start it and its workers, and give the same command again"
+        mend = "Written blocks are safe. Start it and its workers, and repeat the command"
         return InputError("the scheduler is gone", path="--scheduler", value=self.address, mend=mend)
 
     def _arrived(self, futures: Iterator[tuple[Block, Future[Any]]]) -> Results:
@@ -240,7 +239,7 @@ class Cluster:
             if outcome == "failed":
                 raise WorkerError.at(block, content)
             if outcome == "unfit":
-                mend = "Install the same in the Python that it runs in and start it again, or stop it"
+                mend = "Install the same versions for this worker and restart it, or stop it"
                 allowed = ", ".join(f"{name} {value}" for name, value in described().items())
                 raise InputError("a worker has other software", path=self.address, value=content, allowed=allowed, mend=mend)
             yield block, content
@@ -248,7 +247,7 @@ class Cluster:
 
 @contextmanager
 def _silent() -> Iterator[None]:
-    """Leave out what Dask says of connections that are lost: what comes of them is told."""
+    """Silence messages of Dask about lost connections, because bristle reports their effects."""
     names = [name for name in logging.root.manager.loggerDict if name.partition(".")[0] in ("distributed", "asyncio")]
     loggers = [logger for logger in map(logging.getLogger, names) if not logger.disabled]
     try:
@@ -262,13 +261,13 @@ def _silent() -> Iterator[None]:
 
 @cache
 def described() -> dict[str, str]:
-    """Return what computes in this process: version and code of bristle, versions of its libraries."""
+    """Return the software of this process: version and code of bristle, versions of its libraries."""
     names = {name: version(name) for name in ("bristle", "numpy", "scipy", "numba")}
     return names | {"code": checksum_of_code(Path(__file__).parents[1])}
 
 
 def checksum_of_code(root: Path) -> str:
-    """Return the first letters of a SHA-256 over the Python below a folder: two copies may say the same version."""
+    """Return the first letters of a SHA-256 of the Python code in a folder: the same version number can have different code."""
     digest = hashlib.sha256()
     for name in sorted(file.relative_to(root).as_posix() for file in root.rglob("*.py")):
         content = (root / name).read_bytes().replace(b"\r\n", b"\n")
@@ -277,14 +276,14 @@ def checksum_of_code(root: Path) -> str:
 
 
 def simulated(plan: bytes, software: dict[str, str], first: int, last: int) -> tuple[str, Any]:
-    """Return, on a worker of a cluster, what is kept of a block; of other software than that of the command, which it is."""
+    """Return the columns of a block on a worker of a cluster; or the differences, if its software is not that of the command."""
     if described() != software:
         different = ", ".join(f"{name} {value}" for name, value in described().items() if software.get(name) != value)
         return "unfit", f"{different} on {platform.node()}"
 
     def columns() -> dict[str, Any]:
         with cores_for_simulations():
-            with LOADING:  # made once in this process, whichever of its threads asks first
+            with LOADING:  # made once in this process, by the first thread that needs it
                 simulator = _simulator(plan)
             return simulator.columns(Block(first, last))
 
@@ -299,7 +298,7 @@ def _simulator(plan: bytes) -> Simulator:
 def _as_ready(
     submit: Callable[[Block], Future[Any]], blocks: Iterable[Block], ahead: Callable[[], int]
 ) -> Iterator[tuple[Block, Future[Any]]]:
-    """Yield blocks with what came of each, in the order in which they are ready; so many at once are handed out."""
+    """Yield blocks with their results, as they finish; at most so many are in work at once."""
     waiting, ready = iter(blocks), queue.SimpleQueue[Future[Any]]()
     under_way: dict[Future[Any], Block] = {}
     while True:
@@ -317,7 +316,7 @@ def _as_ready(
 def _in_threads(
     simulate: Callable[[Block], Any], blocks: Iterable[Block], threads: int, end: Callable[[], None] = lambda: None
 ) -> Iterator[tuple[Block, Any]]:
-    """Yield blocks with what a function, called in threads, returns of each, in the order in which they are ready."""
+    """Yield blocks with the results of a function called in threads, as they finish."""
     pool = Abreast(threads)
     try:
         for block, future in _as_ready(partial(pool.submit, simulate), blocks, lambda: AHEAD * threads):
@@ -328,10 +327,10 @@ def _in_threads(
 
 
 def serve() -> None:
-    """Simulate, as a worker, the blocks that come, until the input ends."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches all of a terminal: who asked for the work ends it
+    """Simulate incoming blocks as a worker, until the input ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches all processes of a terminal: the parent ends this one
     answers = os.fdopen(os.dup(1), "wb")
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # what a model of a person's own prints is no answer
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # keep prints of user models out of the answers
     messages = queue.SimpleQueue[Any]()
     threading.Thread(target=_listen, args=(sys.stdin.buffer, messages), daemon=True).start()
     make, study = messages.get()
@@ -345,7 +344,7 @@ def serve() -> None:
 
 
 def _listen(stream: BinaryIO, messages: queue.SimpleQueue[Any]) -> None:
-    """Read messages: where the input ends, the process that asked is gone, and this one ends at once."""
+    """Read messages; at the end of the input the parent is gone, and this process ends at once."""
     while True:
         try:
             messages.put(pickle.load(stream))
@@ -354,7 +353,7 @@ def _listen(stream: BinaryIO, messages: queue.SimpleQueue[Any]) -> None:
 
 
 def outcome_of(columns: Callable[[], dict[str, Any]]) -> tuple[str, Any]:
-    """Return how the simulation of a block ends: ``("done", columns)``, or ``("failed", why)``."""
+    """Return the outcome of the simulation of a block: ``("done", columns)``, or ``("failed", reason)``."""
     try:
         return "done", columns()
     except BaseException:  # noqa: BLE001  (told where a person can read it)

@@ -1,1 +1,1 @@
-"""The loops of a log, ready to be simulated with any model: what its effort or its reference makes of an axis."""
+"""Loops of a log, open or closed, that can be simulated with any model."""

@@ -1,4 +1,4 @@
-"""The closed loop of a log: the effort that its controller asks of a plant with friction to follow the reference."""
+"""Closed loop of a log: the effort of its controller on a plant with friction, along the reference."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ START_SAMPLES = 20  # over which the initial velocity is estimated
 
 @dataclass(frozen=True)
 class Beginning:
-    """The motion at a sample: position [m or rad], velocity and acceleration."""
+    """Motion at a sample: position [m or rad], velocity and acceleration."""
 
     x: float
     v: float = 0.0
@@ -37,7 +37,7 @@ class Beginning:
     moves: bool = False
 
     def state(self, friction: Model) -> dict[str, Any]:
-        """Return position, velocity, and the state of a friction model that has moved like this for long."""
+        """Return position, velocity, and the state of a friction model in steady motion."""
         if not self.moves:
             return {"x": self.x, "v": 0.0}
         state, memory = settled(friction, self.v)
@@ -47,9 +47,9 @@ class Beginning:
 def beginning_of(log: Log, first: int, resolution: float | None) -> Beginning:
     """Return the motion at a sample of a log.
 
-    Velocity and acceleration are those of a cubic through the samples around it (on one side only at the start of the
-    log), as few as it takes to move by a hundred counts of the encoder: one difference would be off by a count in
-    a sample, many samples would smooth a motion that begins.
+    Velocity and acceleration come from a cubic through the surrounding samples (on one side only at the start of the log):
+    as few samples as move by a hundred counts of the encoder. A single difference has an error of a count per sample; many
+    samples would smooth the start of a motion.
     """
     dt, x = log.sample_time, float(log.position.values[first])
     for count in range(8, 2 * START_SAMPLES + 1):
@@ -69,7 +69,7 @@ def beginning_of(log: Log, first: int, resolution: float | None) -> Beginning:
 
 @dataclass(frozen=True)
 class ClosedLoop:
-    """A stretch of a log with its controller, ready to be run with any model."""
+    """A stretch of a log with its controller, ready to run with any model."""
 
     controller: Model
     desired: np.ndarray
@@ -88,7 +88,7 @@ class ClosedLoop:
         return self.desired.shape[1]
 
     def moved_by(self, distance: float) -> ClosedLoop:
-        """Return the same loop elsewhere on the axis [m or rad]: the steps of its encoder lie elsewhere."""
+        """Return the loop at another position of the axis [m or rad], with other steps of its encoder."""
         desired = self.desired.copy()
         desired[0] += distance
         return replace(self, desired=desired, beginning=replace(self.beginning, x=self.beginning.x + distance))
@@ -96,7 +96,7 @@ class ClosedLoop:
     def run(
         self, plant: Model, friction: Model, sensor: Model | None = None, *, lag: float | None = None, disturbance: np.ndarray | None = None
     ) -> LoopTrace:
-        """Run the loop, by its own encoder and with the lag of its drive where no others are given."""
+        """Run the loop, by default with its encoder and the lag of its drive."""
         own = encoder(kind=plant.kind, resolution=self.resolution) if sensor is None else sensor
         return run_closed_loop(
             plant,
@@ -117,7 +117,7 @@ class ClosedLoop:
         )
 
     def begun(self, friction: Model) -> tuple[np.ndarray, np.ndarray]:
-        """Return the packed state, and the memory, in which friction begins."""
+        """Return the packed initial state and the memory of friction."""
         start = self.beginning.state(friction)
         component, p = friction.component, friction.parameters
         return pack(start.get("state", component.initial_state(p))), start.get("memory", component.new_memory(p))
@@ -125,7 +125,7 @@ class ClosedLoop:
     def with_derivatives(
         self, plant: Sensitive, friction: Sensitive, lag: float | None, lag_tangents: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the effort that a perfect encoder makes the controller ask for, and its derivatives, shape (sample, direction)."""
+        """Return the effort of the controller with a perfect encoder, and its derivatives, shape (sample, direction)."""
         start = self.beginning
         motion = start.x, start.v, start.acceleration
         law_state = begun(self.controller, Reference(*self.desired[:, 0]), *motion, self.resumed_effort, self.sample_time)
@@ -150,10 +150,10 @@ class ClosedLoop:
 
 
 def resumed_effort_at(controller: Model, desired: np.ndarray, log: Log, first: int, beginning: Beginning) -> float | None:
-    """Return the effort that a controller gives at a sample of a log, with what its integral holds there.
+    """Return the effort of a controller at a sample of a log, including its integral.
 
-    That is what the law lacks, run along reference and position of the log with an empty integral, of the effort
-    recorded: the mean over some samples, known inputs behind the controller taken out.
+    It is the recorded effort minus that of the law along reference and position of the log with an empty integral: a mean
+    over some samples, without known inputs added after the controller.
     """
     if log.effort is None:
         return None
@@ -170,7 +170,7 @@ def resumed_effort_at(controller: Model, desired: np.ndarray, log: Log, first: i
 
 
 def desired_of(reference: np.ndarray, dt: float) -> np.ndarray:
-    """Return position, velocity and acceleration of a recorded reference, and nothing fed forward."""
+    """Return position, velocity and acceleration of a recorded reference, with zero feedforward."""
     velocity = np.gradient(reference, dt)
     return np.stack([reference, velocity, np.gradient(velocity, dt), np.zeros(reference.size)])
 
@@ -206,7 +206,7 @@ LOOPS = ("closed-loop", "open-loop")
 
 
 class Course(NamedTuple):
-    """What became of one stretch of a log: position [m or rad] and effort [N or N*m], shorter where it diverged."""
+    """Simulation of a stretch of a log: position [m or rad] and effort [N or N*m], cut short if it diverged."""
 
     position: np.ndarray
     command: np.ndarray
@@ -215,12 +215,12 @@ class Course(NamedTuple):
 
     @classmethod
     def of(cls, trace: Trace) -> Course:
-        """Return that of a simulation."""
+        """Return the course of a simulation."""
         return cls(trace.measured, trace.command, trace.status)
 
 
 def can_be_simulated(log: Log, axis: Axis, loop: str) -> bool:
-    """Return whether a log and its axis hold what the simulation of a loop needs."""
+    """Return whether a log and its axis have the data to simulate a loop."""
     if log.effort is None:
         return False
     return loop == "open-loop" or (isinstance(axis.controller, Model) and log.reference is not None)
@@ -228,7 +228,7 @@ def can_be_simulated(log: Log, axis: Axis, loop: str) -> bool:
 
 @dataclass(frozen=True)
 class Stretch:
-    """Samples of a log of an axis that are simulated in a loop, ``closed-loop`` or ``open-loop``."""
+    """Samples of a log of an axis, simulated in a loop, ``closed-loop`` or ``open-loop``."""
 
     log: Log
     axis: Axis
@@ -237,23 +237,23 @@ class Stretch:
 
     @classmethod
     def of(cls, log: Log, axis: Axis, loop: str, part: slice) -> Stretch:
-        """Return what of a part of a log is simulated: from where the velocity is known from both sides, or from rest."""
+        """Return the simulated part of a log: from the first known velocity or from rest."""
         first, last, _ = part.indices(len(log))
         first += START_SAMPLES if loop == "open-loop" and not axis.at_rest else 0
         return cls(log, axis, loop, slice(first, last))
 
     @property
     def count(self) -> int:
-        """Number of samples; negative where the part is shorter than what is left out of it."""
+        """Number of samples; negative if the part is shorter than its left-out start."""
         return self.samples.stop - self.samples.start
 
     @property
     def position(self) -> np.ndarray:
-        """What was measured [m or rad], shape (sample,)."""
+        """Measured position [m or rad], shape (sample,)."""
         return self.log.position.values[self.samples]
 
     def run(self, plant: Model, friction: Model, unseen: np.ndarray) -> Course:
-        """Return what becomes of it with a mechanism, and a force against the effort [N or N*m], shape (sample,)."""
+        """Return the simulation with a mechanism, and a force against the effort [N or N*m], shape (sample,)."""
         beside = effort_of_columns(plant, [column.values[self.samples] for column in self.log.regressors])
         unseen = unseen if beside is None else unseen + beside
         if self.loop == "closed-loop":

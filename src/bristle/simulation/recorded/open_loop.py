@@ -1,4 +1,4 @@
-"""The open loop of a log: the motion that its effort makes of a plant with friction."""
+"""Open loop of a log: the motion of a plant with friction under its effort."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from bristle.engine.loop_derivatives import Sensitive, open_loop_with_derivative
 from bristle.logs.log import Log
 
 FINE = 20  # steps for one sample of a band-limited effort
-SETTLED = 1e-6  # of the range of the position: a difference from period to period that is none
-LEADS = (1, 2, 4, 8, 16)  # periods to run in
-ORDER = 24  # samples that the next one is predicted from
+SETTLED = 1e-6  # of the range of the position: tolerance between periods
+LEADS = (1, 2, 4, 8, 16)  # periods before the judged one
+ORDER = 24  # samples of a linear prediction
 
 
 @dataclass(frozen=True)
 class OpenLoop:
-    """A log that begins at rest, or repeats itself, ready to be run with any model."""
+    """A log that begins at rest or is periodic, ready to run with any model."""
 
     effort: np.ndarray
     steps: int
@@ -37,13 +37,13 @@ class OpenLoop:
 
     @property
     def diagnostic(self) -> Diagnostic:
-        """How the motion begins."""
+        """Initial condition of the motion, as a diagnostic."""
         if not self.periodic:
             return Diagnostic("start_of_contact", severity="note")
         return Diagnostic("start_of_contact", severity="note", numbers={"periods": self.count * self.steps / self.effort.size})
 
     def position(self, plant: Model, friction: Model, unseen: np.ndarray | None = None) -> tuple[np.ndarray, Status]:
-        """Return the position at each sample of the record [m or rad], NaN from where it left the finite numbers."""
+        """Return the position at each sample of the record [m or rad], NaN after divergence."""
         effort, ended = self.effort, list[Status]()
         if unseen is not None:
             effort = effort - np.repeat(unseen, self.steps)[: effort.size]
@@ -56,7 +56,7 @@ class OpenLoop:
         return self._settled(run, effort)[:, 0], ended[-1]
 
     def with_derivatives(self, plant: Sensitive, friction: Sensitive) -> tuple[np.ndarray, np.ndarray]:
-        """Return that position and its derivatives, shape (sample, direction)."""
+        """Return the position and its derivatives, shape (sample, direction)."""
 
         def run(effort: np.ndarray) -> np.ndarray:
             step = self.sample_time / self.steps
@@ -66,12 +66,12 @@ class OpenLoop:
         return rows[:, 0], rows[:, 1:]
 
     def _settled(self, run: Callable[[np.ndarray], np.ndarray], effort: np.ndarray) -> np.ndarray:
-        """Return the rows of a run, one for each sample of the record, the position first; those of a period are settled."""
+        """Return the rows of a run, one for each sample of the record, the position first; run periodic records to a steady state."""
         if not self.periodic:
             return run(effort)
         size, period = effort.size // self.steps, np.empty(0)
         for lead in LEADS:
-            # One sample beyond, for the position that the period comes back to.
+            # One more sample, for the position at the end of the period.
             rows = run(np.concatenate([np.tile(effort, lead + 1), effort[:1]]))[lead * size :]
             if not np.isfinite(rows[size, 0]):
                 period = period if period.size else np.full_like(rows[:size], np.nan)
@@ -83,7 +83,7 @@ class OpenLoop:
 
 
 def open_loop_of(log: Log, axis: Axis, part: slice, steps: int = FINE) -> OpenLoop:
-    """Return the open loop of a stretch of a log that begins at rest or repeats itself."""
+    """Return the open loop of a stretch of a log that begins at rest or is periodic."""
     if log.effort is None:
         raise InputError("has no effort to apply", path="log", mend="Name its column in the axis file")
     effort, position = log.effort.values[part], log.position.values[part]
@@ -104,17 +104,16 @@ def open_loop_of(log: Log, axis: Axis, part: slice, steps: int = FINE) -> OpenLo
 
 
 def finer(effort: np.ndarray, steps: int, *, periodic: bool) -> np.ndarray:
-    """Return a band-limited effort on a grid that is finer, the samples among its points.
+    """Return a band-limited effort on a finer grid that contains the samples.
 
-    A signal without content above half the sampling frequency is known everywhere from its samples (Whittaker, Shannon):
-    the only interpolation that does not falsify a structure that is excited at a tenth of the sampling frequency. Of a
-    periodic record it is exact.
+    The samples determine a signal without content above half the sampling frequency (Whittaker, Shannon). Other interpolations
+    falsify a structure that is excited at a tenth of the sampling frequency. The result is exact for a periodic record.
     """
     from scipy.signal import resample
 
     if periodic:
         return np.asarray(resample(effort, effort.size * steps))
-    beyond = min(effort.size - 1, 4096)  # samples that a record is continued by before it is interpolated
+    beyond = min(effort.size - 1, 4096)  # samples of extrapolation at the ends before the interpolation
     before = 2.0 * effort[0] - effort[beyond:0:-1]
     after = 2.0 * effort[-1] - effort[-2 : -2 - beyond : -1]
     fade = 0.5 * (1.0 - np.cos(np.pi * np.arange(1, beyond + 1) / (beyond + 1)))
@@ -123,16 +122,16 @@ def finer(effort: np.ndarray, steps: int, *, periodic: bool) -> np.ndarray:
 
 
 def period_of(effort: np.ndarray) -> int | None:
-    """Return the period of a record that holds at least two equal ones, in samples; None for any other record."""
+    """Return the period in samples of a record with two equal periods or more; None for other records."""
     size = effort.size
     if size < 4 or not np.any(effort != effort[0]):
         return None
-    tolerance = 1e-9 * float(np.max(np.abs(effort)))  # between two periods that are equal
+    tolerance = 1e-9 * float(np.max(np.abs(effort)))  # between two equal periods
     swing = effort - effort.mean()
     spectrum = np.fft.rfft(swing, 2 * size)
     overlap = np.arange(size, 0, -1)
     alike = np.fft.irfft(np.abs(spectrum) ** 2)[:size] / overlap
-    # Shifted by a period, a record is as much like itself as unshifted.
+    # Shifted by a period, a record equals itself.
     for period in np.flatnonzero(alike[: size // 2 + 1] > (1.0 - 1e-6) * alike[0]).tolist():
         if period >= 2 and np.all(np.abs(effort[period:] - effort[:-period]) <= tolerance):
             return period
@@ -140,10 +139,10 @@ def period_of(effort: np.ndarray) -> int | None:
 
 
 def closes(signal: np.ndarray) -> bool:
-    """Return whether a record goes on from its end to its beginning as it goes on inside: it is a whole period.
+    """Return whether a record is a whole period: it continues from its end to its beginning as smoothly as inside.
 
-    Inside, each sample follows from those before it, as well as a linear prediction does. Across the seam of whole
-    periods it is as good; across any other it fails.
+    Inside, a linear prediction gives each sample from its predecessors. The prediction is equally good across the seam of whole
+    periods, and fails across any other seam.
     """
     if signal.size < 8 * ORDER or not np.any(signal != signal[0]):
         return False
