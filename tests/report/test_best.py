@@ -29,7 +29,7 @@ def message(*variants, refused=()):
 
 def test_the_best_of_all_is_named_and_measured_against_the_base():
     words = message(variant("base", 2e-6), variant("worse", 3e-6), variant("best", 5e-7), variant("good", 1e-6))
-    assert words == "best errs least: following error 0.500 µm (best) instead of 2 µm (base) peak to peak, 75 % less."
+    assert words == "The best variant is best: following error 0.500 µm (best) instead of 2 µm (base) peak to peak, 75 % less."
 
 
 def test_the_base_is_that_of_this_name_else_the_first():
@@ -47,15 +47,15 @@ def test_a_difference_within_the_scatter_is_no_gain():
 
 def test_where_nothing_is_better_nothing_is_called_better():
     words = message(variant("base", 1e-6), variant("worse", 3e-6), variant("worst", 4e-6))
-    assert words == "No variant errs less than base: 1 µm peak to peak."
+    assert words == "No variant is better than base: 1 µm peak to peak."
 
 
 def test_what_did_not_complete_is_not_the_best_and_no_measure():
     words = message(variant("base", 2e-6), variant("best", 1e-6), variant("wild", 1e-9, status=Status.NOT_FINITE))
-    assert words.startswith("best errs least")
+    assert words.startswith("The best variant is best:")
     assert message(variant("base", 1e-9, status=Status.NOT_FINITE), variant("a", 2e-6), variant("b", 1e-6)) == ""
     assert message(variant("a", 2e-6), variant("b", 1e-6), refused=["base"]) == message(variant("base", 1e-6)) == ""
-    assert message(variant("base", 1e-6), variant("b", float("nan"))) == "No variant errs less than base: 1 µm peak to peak."
+    assert message(variant("base", 1e-6), variant("b", float("nan"))) == "No variant is better than base: 1 µm peak to peak."
 
 
 def test_an_error_of_nothing_is_the_least():
@@ -66,7 +66,7 @@ def test_an_error_of_nothing_is_the_least():
 def test_the_page_and_the_terminal_close_with_it(stage):
     sentences = closing_sentences(stage.looped)
     assert sentences[-1] == gain_of(stage.looped).caveat
-    assert sentences[-2] == f"compensated errs least: {standing(stage.looped).instead}."
+    assert sentences[-2] == f"The best variant is compensated: {standing(stage.looped).instead}."
     words = Page(simulation_page(stage)).words
     for sentence in sentences:
         assert " ".join(sentence.split()) in words
@@ -97,5 +97,5 @@ def test_what_another_law_gains_is_not_credited_to_what_is_fed_forward(stage):
     as_recorded, *rest = experiment.variants
     stiffer = replace(as_recorded, controller=as_recorded.controller.with_values(k_p=1.0))
     changed = replace(stage.looped, experiment=replace(experiment, variants=(stiffer, *rest)))
-    assert "with all that is fed forward" in " ".join(gain_of(stage.looped).sentences())
-    assert "with all that is fed forward" not in " ".join(gain_of(changed).sentences())
+    assert "With all feedforward" in " ".join(gain_of(stage.looped).sentences())
+    assert "With all feedforward" not in " ".join(gain_of(changed).sentences())

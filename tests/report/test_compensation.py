@@ -45,7 +45,7 @@ def test_the_words_follow_the_numbers(stage, after, said):
     result = with_error(result, "compensated", lambda _: 1e-5 * after * wave)
     sentence = gain_of(result).sentences()[0]
     assert said in sentence
-    assert ("do not use" in sentence) == (said == "raises")
+    assert ("Do not use" in sentence) == (said == "raises")
     assert ("by a factor of 2.0" in sentence) == (after == 0.5)
 
 
@@ -70,7 +70,7 @@ def test_a_loop_that_diverged_promises_nothing(stage):
     result = replace(stage.looped, variants={**stage.looped.variants, "compensated": changed})
     gain = gain_of(result)
     assert gain.steps == ()
-    assert "nothing can be said" in gain.sentences()[0]
+    assert "gain of compensation is unknown" in gain.sentences()[0]
 
 
 def test_the_caveat_says_what_the_simulation_leaves_out(stage):
@@ -80,8 +80,8 @@ def test_the_caveat_says_what_the_simulation_leaves_out(stage):
         return gain_of(replace(stage.looped, experiment=replace(experiment, variants=variants))).caveat
 
     known = stage.looped.experiment.variants[-1].feedforward.friction
-    assert "most to be hoped for" in caveat(friction=known)
-    assert "disturbed by what the model does not explain" in caveat(disturbance=np.zeros(6000))
+    assert "upper limit" in caveat(friction=known)
+    assert "includes the unexplained force" in caveat(disturbance=np.zeros(6000))
     assert caveat() == "This is a simulation: confirm the gain on the machine."
 
 
@@ -90,7 +90,7 @@ def test_a_pair_that_differs_in_more_is_not_credited_to_friction(stage):
     two = replace(experiment, variants=(experiment.variants[0], experiment.variants[2]))
     gain = gain_of(replace(stage.looped, experiment=two))
     assert not gain.alone
-    assert "differ in more than the friction" in gain.sentences()[0]
+    assert "differ in more than friction feedforward" in gain.sentences()[0]
     assert gain_of(stage.looped).alone
 
 
@@ -110,7 +110,7 @@ def test_viscous_friction_that_is_not_fed_forward_is_not_called_the_position_loo
     gain = gain_of(simulate(experiment))
     assert gain.steps[-1].lag_share > 0.9
     words = " ".join(gain.sentences())
-    assert "viscous friction that is not fed forward" in words
+    assert "viscous friction without feedforward" in words
     assert "is not friction" not in words
 
 
@@ -129,19 +129,19 @@ def plain(lines):
         (8e-6, 7.5e-6, "lowers the following error from 8 µm (plain) to 7.5 µm (fed) peak to peak, by a factor of 1.1."),
         (8e-6, 7.7e-6, "hardly changes the following error: 8 µm (plain), then 7.7 µm (fed)."),
         (8e-6, 8.3e-6, "hardly changes the following error: 8 µm (plain), then 8.3 µm (fed)."),
-        (8e-6, 8.5e-6, "raises the following error from 8 µm (plain) to 8.5 µm (fed) peak to peak: do not use this compensation as it is."),
+        (8e-6, 8.5e-6, "raises the following error from 8 µm (plain) to 8.5 µm (fed) peak to peak. Do not use this compensation."),
         (8e-6, 0.0, "lowers the following error from 8 µm (plain) to 0 m (fed) peak to peak."),
     ],
 )
 def test_friction_fed_forward_is_reported_by_the_error_before_and_after(before, after, words):
     gain = Gain((step("plain", before), step("fed", after)), "translational", "Confirm.")
-    assert gain.sentences() == [f"In simulation, feeding the friction forward {words}", "Confirm."]
+    assert gain.sentences() == [f"In simulation, friction feedforward {words}", "Confirm."]
 
 
 def test_the_first_loop_is_held_against_all_that_is_fed_forward():
     steps = step("base", 20e-6), step("plain", 8e-6), step("fed", 2e-6)
     assert Gain(steps, "rotational", "Confirm.").sentences()[1] == (
-        "The first loop, base, has 20 µrad: with all that is fed forward it becomes 2 µrad, by a factor of 10."
+        "With all feedforward, the following error goes from 20 µrad (base) to 2 µrad, by a factor of 10."
     )
 
 
@@ -152,9 +152,9 @@ def test_lag_is_distinguished_from_half_of_the_mean_square_on(share, told):
     assert (len(lines) == 3) is told
     if told:
         assert lines[1].startswith(
-            f"{100.0 * share:.3g} % of the mean square of what is left is in proportion to the velocity, a lag of 2.5 ms: "
+            f"{100.0 * share:.3g} % of the mean square of the remaining error is proportional to velocity, a lag of 2.5 ms. Likely cause: "
         )
-        assert lines[1].endswith("Beyond this lag the error goes from 5.00 to 1.23 µm peak to peak.")
+        assert lines[1].endswith("Without this lag the error goes from 5.00 to 1.23 µm peak to peak.")
 
 
 def errors_of(peak, rms):
@@ -171,8 +171,8 @@ def test_the_error_of_the_log_stands_beside_the_simulated_error():
     assert about_loop(gain, None, "translational") == gain.sentences()
     first, *rest = about_loop(gain, FOLLOWED, "translational")
     assert first == (
-        "In the log, the following error is 9 µm peak to peak and 3 µm root mean square; the simulated loop has 8 µm peak to peak and "
-        "2 µm root mean square."
+        "In the log, the following error is 9 µm peak to peak and 3 µm root mean square. In simulation, it is 8 µm peak to peak and 2 µm "
+        "root mean square."
     )
     assert rest == gain.sentences()
     alone = about_loop(None, replace(FOLLOWED, simulated=None), "rotational")
@@ -182,10 +182,10 @@ def test_the_error_of_the_log_stands_beside_the_simulated_error():
 def test_where_the_log_contradicts_the_loop_no_gain_is_promised():
     contradicted = replace(FOLLOWED, contradiction=Diagnostic("switching_law"))
     (line,) = about_loop(Gain((), "translational", ""), contradicted, "translational")
-    assert line.startswith("No gain is promised: the law has no slope at rest")
+    assert line.startswith("bristle predicts no gain: the law chatters around rest")
     first, second = plain(gain_lines(None, contradicted, "translational"))
     assert first == "following error, peak to peak: 9 µm in the log"
-    assert second.startswith("no gain is promised: the law has no slope")
+    assert second.startswith("bristle predicts no gain: the law chatters")
 
 
 def loops(**efforts):
@@ -194,15 +194,15 @@ def loops(**efforts):
 
 
 def test_the_first_page_tells_error_and_effort_as_recorded_and_compensated():
-    assert gain_lines(None, None, "translational") == [
-        "not simulated: that takes a log with a reference, and a controller in the axis file"
-    ]
+    assert gain_lines(None, None, "translational") == ["not simulated: record the reference, and describe the controller in the axis file"]
     assert plain(gain_lines(None, FOLLOWED, "translational")) == [
         "following error, peak to peak: 9 µm in the log",
-        "simulated: 8 µm as recorded, 4 µm compensated",
+        "in simulation: 8 µm as recorded, 4 µm with compensation",
     ]
     simulated = loops(first=[3.0, 3.0], middle=[9.0, 9.0], last=[3.0, 4.0])
-    assert plain(gain_lines(simulated, FOLLOWED, "translational"))[2] == "effort, root mean square: 3 N as recorded, 3.54 N compensated"
+    assert (
+        plain(gain_lines(simulated, FOLLOWED, "translational"))[2] == "effort, root mean square: 3 N as recorded, 3.54 N with compensation"
+    )
     assert len(gain_lines(loops(first=[3.0], last=[np.inf]), FOLLOWED, "translational")) == 2
     assert len(gain_lines(None, replace(FOLLOWED, compensated=None), "translational")) == 1
     assert len(gain_lines(None, replace(FOLLOWED, simulated=None), "translational")) == 1

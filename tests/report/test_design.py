@@ -80,7 +80,7 @@ def test_the_first_page_tells_what_to_type_in_and_what_it_takes(designed):
     words = Page(design_report(with_errors(designed, 2e-6, 1e-6, 3e-6), **COMMON)).words
     tuned = designed.proposals[1]
     assert f"kp {tuned.variant.controller.values['k_p']:.4g} 1/s" in words
-    assert "acceleration × 20 kg fed forward" in words
+    assert "inertia feedforward: acceleration × 20 kg" in words
     assert "following error 1 µm instead of 2 µm" in words
 
 
@@ -114,18 +114,18 @@ def test_the_budget_holds_its_numbers(designed):
     assert [row[0] for row in table.rows[-2:]] == ["all of them", "none of them"]
     assert table.rows[-1][3] == ""
     late = replace(designed, budget=replace(designed.budget, no_cause=designed.budget.all_causes))
-    assert "the law itself" in budget_table(late).rows[-1][3]
+    assert "error of the law" in budget_table(late).rows[-1][3]
 
 
 def test_where_no_cause_counts_by_itself_none_is_said_to_weigh_most(designed):
-    assert any("No cause weighs more" in line for line in design_sentences(designed))
+    assert any("The main cause is" in line for line in design_sentences(designed))
     whole = designed.budget.all_causes
     large = replace(whole, peak_to_peak=5.0 * whole.peak_to_peak)
     causes = tuple(replace(entry, without=whole, alone=large if entry.cause == "shape" else whole) for entry in designed.budget.entries)
     message = " ".join(design_sentences(replace(designed, budget=replace(designed.budget, entries=causes))))
-    assert "weighs more" not in message
-    assert "causes cancel each other" in message
-    assert "Alone, shape makes the most" in message
+    assert "The main cause is" not in message
+    assert "causes cancel" in message
+    assert "The largest single cause is shape" in message
 
 
 @pytest.mark.parametrize(
@@ -209,10 +209,10 @@ def test_the_delay_is_reported_by_the_parts_in_milliseconds():
     assert rows[-1][0] == "all"
 
 
-@pytest.mark.parametrize(("nothing", "told"), [(0.39e-6, ""), (0.4e-6, ""), (0.41e-6, "left by the law itself")])
+@pytest.mark.parametrize(("nothing", "told"), [(0.39e-6, ""), (0.4e-6, ""), (0.41e-6, "error of the law")])
 def test_an_error_left_without_causes_is_explained_above_a_twentieth(nothing, told):
     table = budget_table(made(budget=budget(*ENTRIES, nothing=nothing)))
-    assert table.heads == ("Cause", "This cause alone [µm]", "All but this cause [µm]", "What it is")
+    assert table.heads == ("Cause", "This cause alone [µm]", "All but this cause [µm]", "Description")
     assert table.rows[:3] == [
         ("friction", "6.000", "2.000", "the friction"),
         ("lag", "7.000", "5.000", "the lag"),
@@ -263,23 +263,23 @@ def test_a_loop_is_kept_unless_another_errs_less_by_a_fifth(peaks, gain, switche
 
 
 def test_the_reasons_name_error_and_margin():
-    assert plain(design_ruling(made()).reasons) == ["the loop tuned has a following error of 2 µm instead of 8 µm, with margins kept"]
+    assert plain(design_ruling(made()).reasons) == ["the loop tuned has a following error of 2 µm instead of 8 µm, and keeps the margins"]
     kept = made(proposal("as it is", 8e-6), proposal("tuned", 7e-6))
-    assert design_ruling(kept).reasons == ("phase margin 45.0°", "no proposed loop has a following error smaller by a fifth")
-    assert report._margin_text(proposal("a", 1.0, phase=None).assessment.least_phase) == "it has no crossover, and so no phase margin"
+    assert design_ruling(kept).reasons == ("phase margin 45.0°", "no proposed loop reduces the following error by a fifth")
+    assert report._margin_text(proposal("a", 1.0, phase=None).assessment.least_phase) == "no crossover, so no phase margin"
     unknown = made(proposal("as it is", None), proposal("tuned", 2e-6))
-    assert plain(design_ruling(unknown).reasons) == ["the loop tuned has a following error of 2 µm, with margins kept"]
+    assert plain(design_ruling(unknown).reasons) == ["the loop tuned has a following error of 2 µm, and keeps the margins"]
 
 
 def test_a_design_is_reported_in_sentences():
     lines = plain(design_sentences(made(switches=True)))
     assert lines[0] == "plain: the sampled loop is stable: its largest pole is at 0.9500."
-    assert lines[1].startswith("The law has no slope at rest")
+    assert lines[1].startswith("The law chatters around rest")
     assert lines[2] == (
-        "The loop has 1.75 ms of delay. As a rule of thumb that allows the sum of its two bandwidths, such as λ + K_1, 286 1/s."
+        "The loop has 1.75 ms of delay. As a rule of thumb, the sum of its two bandwidths, such as λ + K_1, may be up to 286 1/s."
     )
-    assert lines[3] == "It errs by 8 µm peak to peak. No cause weighs more than this one, friction: without it, that is 2 µm."
-    assert lines[4] == "The loop tuned has a following error of 2 µm instead of 8 µm, with margins kept."
+    assert lines[3] == "The following error is 8 µm peak to peak. The main cause is friction: without it, the error is 2 µm."
+    assert lines[4] == "The loop tuned has a following error of 2 µm instead of 8 µm, and keeps the margins."
     assert len(lines) == 5
 
 
@@ -298,17 +298,17 @@ def test_a_count_of_the_encoder_matters_from_half_of_the_friction_on(count, fric
     monkeypatch.setattr(report, "law_lines", lambda variant: ["law"])
     item = made(proposal("as it is", 8e-6, count=count), proposal("tuned", 7e-6), friction=friction)
     lines = design_sentences(item)
-    assert any(line.startswith("One count of the encoder calls up") for line in lines) is much
+    assert any(line.startswith("Much of the effort is noise: one encoder count causes") for line in lines) is much
     if much:
-        assert "calls up 5.1 N, 0.51 times the friction (10 N)" in lines[2]
+        assert "causes 5.1 N, 0.51 times the friction (10 N)" in lines[2]
     assert any("a finer encoder" in line for _, lines in report._front(item).answers for line in lines) is much
 
 
 @pytest.mark.parametrize(("without", "weighs"), [(7.5e-6, True), (7.7e-6, False)])
 def test_a_cause_weighs_where_the_absence_makes_the_error_smaller(without, weighs):
     line = plain(design_sentences(made(budget=budget(("friction", 6e-6, without), ("lag", 7e-6, 8e-6)))))[2]
-    assert ("No cause weighs more" in line) is weighs
-    assert ("Alone, lag makes the most of all, 7 µm" in line) is not weighs
+    assert ("The main cause is" in line) is weighs
+    assert ("The largest single cause is lag, alone 7 µm" in line) is not weighs
 
 
 def lines_of(item):
@@ -322,24 +322,24 @@ def test_the_first_page_of_a_change_has_gain_and_cost(monkeypatch):
     front, lines = lines_of(made(present, tuned, budget=budget(*ENTRIES, runs=3)))
     assert lines == [
         [
-            "stable as it is, phase margin 45.0°",
+            "stable, phase margin 45.0°",
             "following error 8 µm peak to peak, simulated",
-            "mostly by friction (the friction): without it 2 µm",
+            "main cause friction (the friction): without it 2 µm",
         ],
-        ["loop tuned, in its place", "law"],
+        ["loop tuned, as replacement", "law"],
         [
             "following error 2 µm instead of 8 µm",
             "effort, root mean square: 6 N instead of 4 N",
-            "effort that one count of the encoder calls up: 250 mN instead of 500 mN",
+            "effort of one encoder count: 250 mN instead of 500 mN",
             "phase margin 50.0° instead of 45.0°",
         ],
         [
-            "margins of the loop as it is sampled, with its delays: no resonance but those of the plant in the file",
+            "margins of the sampled loop with its delays, and only the resonances of the plant in the file",
             "errors are simulated, 3 runs each, with the friction of the file",
         ],
         [
-            "write these gains (below, to be copied) into the experiment file, then `bristle run` it",
-            "on the machine, record before and after, then `bristle compare`",
+            "copy these gains (below) into the experiment file, then use `bristle run`",
+            "record the machine before and after, then `bristle compare`",
         ],
     ]
     assert front.heading == "bench: the loop"
@@ -349,12 +349,12 @@ def test_the_first_page_of_a_change_has_gain_and_cost(monkeypatch):
 def test_the_first_page_of_a_loop_that_is_kept_compares_nothing(monkeypatch):
     monkeypatch.setattr(report, "law_lines", lambda variant: ["law"])
     _, lines = lines_of(made(proposal("as it is", 8e-6), proposal("tuned", 7e-6)))
-    assert lines[1] == ["loop plain, as it is", "law"]
-    assert lines[2] == ["effort, root mean square: 4 N", "effort that one count of the encoder calls up: 500 mN"]
+    assert lines[1] == ["loop plain, unchanged", "law"]
+    assert lines[2] == ["effort, root mean square: 4 N", "effort of one encoder count: 500 mN"]
     assert "one run each" in lines[3][1]
-    assert lines[4] == ["on the machine, record before and after, then `bristle compare`"]
+    assert lines[4] == ["record the machine before and after, then `bristle compare`"]
     _, lines = lines_of(made(proposal("as it is", None), budget=None, gain=UNSTABLE))
-    assert lines[0] == ["not stable as it is"]
+    assert lines[0] == ["the present loop is unstable"]
     assert len(lines[3]) == 1
 
 

@@ -46,15 +46,15 @@ def test_an_inertia_that_was_not_identified_is_told_in_no_unit(with_memory):
     best = with_memory.best
     estimates = tuple(replace(estimate, status="unidentifiable") if estimate.name == "M" else estimate for estimate in best.estimates)
     vague = replace(with_memory, fits=(replace(best, estimates=estimates),))
-    lines = [dict(answers(estimate, None, None, AXIS))["What to type in"] for estimate in (with_memory, vague)]
+    lines = [dict(answers(estimate, None, None, AXIS))["Values to enter"] for estimate in (with_memory, vague)]
     assert [sum(("at the motor" in line and "kg" in line) or "g·cm²" in line for line in page) for page in lines] == [1, 0]
     assert lines[1][0] == "mass: not identified"
 
 
 def test_the_first_page_tells_it_where_there_is_one(with_memory):
-    typed = dict(answers(with_memory, None, None, AXIS))["What to type in"]
+    typed = dict(answers(with_memory, None, None, AXIS))["Values to enter"]
     message = next(line for line in typed if line.startswith("after a reversal"))
     assert "µm" in message
     assert "deg of the motor" in message
     static = replace(with_memory, fits=(replace(with_memory.best, friction=br.friction.coulomb(F_C=8.0)),))
-    assert not any("reversal" in line for line in dict(answers(static, None, None, AXIS))["What to type in"])
+    assert not any("reversal" in line for line in dict(answers(static, None, None, AXIS))["Values to enter"])

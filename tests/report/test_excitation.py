@@ -62,7 +62,7 @@ def test_alike_pieces_share_a_row_with_their_spans():
 
 def test_found_values_stand_beside_true_values():
     table = outlook_table(excited())
-    assert table.caption == "What the log would tell, by lugre"
+    assert table.caption == "Expected results, by lugre"
     rows = {row[0]: dict(zip(table.heads, row, strict=True)) for row in table.rows}
     assert list(rows) == ["a", "b", "c", "d", "f"]
     assert rows["a"] == {
@@ -123,13 +123,13 @@ def test_the_reasons_against_a_motion_name_the_parameters():
     ruling = excitation_ruling(excited(presliding=5e-7))
     assert ruling.level == "with_care"
     assert [reason.replace("\u00a0", " ") for reason in ruling.reasons] == [
-        "its log would not identify d",
-        "it would hardly tell c: intervals as wide as the values",
-        "it would give b beyond the interval",
-        "the controller follows the loops before sliding no closer than 1 µm: raise its gains for this motion",
+        "this motion would not determine d",
+        "this motion would hardly determine c: intervals as wide as the values",
+        "this motion would give biased values, outside the interval: b",
+        "raise the gains for this motion: the controller follows the pre-sliding loops only within 1 µm",
     ]
     edge = excitation_ruling(excited((estimate("a", 5.0, "at_edge"), estimate("b", 5.0, half=100.0))))
-    assert edge.reasons == ("its log would not identify a", "it would hardly tell b: intervals as wide as the values")
+    assert edge.reasons == ("this motion would not determine a", "this motion would hardly determine b: intervals as wide as the values")
 
 
 @pytest.mark.parametrize(
@@ -155,33 +155,33 @@ def lines_of(excitation):
 def test_the_first_page_of_a_motion_lists_identifiable_parameters():
     front, lines = lines_of(excited(limit=20.0))
     assert lines == [
-        ["its log would identify, with 95 % intervals:", "a ± 5.0 %, b ± 7.0 %"],
+        ["its log would determine, with 95 % intervals:", "a ± 5.0 %, b ± 7.0 %"],
         ["set points: `motion.csv`", "or a list of moves: `moves.csv`", "or a program for an NC: `motion.nc`"],
         [
             "7 s of the axis",
             "travel 60 mm of 100 mm allowed",
             "velocity 200 mm/s",
             "acceleration 3 m/s² of 5 m/s² allowed",
-            "effort up to 8 N of 20 N, as believed",
+            "effort up to 8 N of 20 N, by the assumed model",
         ],
-        ["one rehearsal, in the loop of its controller, with the encoder of the axis and 5 % of scatter", "1 value was assumed, below"],
-        ["run it, log what the axis file names, then `bristle identify LOG`"],
+        ["one rehearsal, in the loop of its controller, with the encoder of the axis and 5 % of scatter", "1 assumed value, listed below"],
+        ["run it, record the channels of the axis file, then `bristle identify LOG`"],
     ]
     assert front.heading == "stage: a motion to run"
     assert front.facts.endswith("7 s · for the controller of the axis")
     _, other = lines_of(excited((estimate("f", 3.0, half=None), *ESTIMATES[3:4]), truth={}, assumed=("M", "F_v"), loop=False))
     assert other[0][1] == "f"
     assert other[3] == [
-        "one rehearsal, along the motion: no stable loop is known, with the encoder of the axis and 5 % of scatter",
-        "2 values were assumed, below",
+        "one rehearsal, along the motion, without a stable loop, with the encoder of the axis and 5 % of scatter",
+        "2 assumed values, listed below",
     ]
-    assert other[2][-1] == "effort up to 8 N, as believed"
+    assert other[2][-1] == "effort up to 8 N, by the assumed model"
 
 
 def test_a_motion_that_was_not_rehearsed_promises_nothing():
     _, lines = lines_of(excited(rehearsed=False, assumed=()))
-    assert lines[0] == ["nothing that its log would surely identify"]
-    assert lines[3] == ["nothing was rehearsed"]
+    assert lines[0] == ["its log would determine no parameter reliably"]
+    assert lines[3] == ["the motion was not rehearsed"]
     assert len(lines[2]) == 4
     assert len(lines_of(excited(assumed=()))[1][3]) == 1
 
@@ -227,7 +227,7 @@ def test_the_page_of_a_motion_has_the_demands_on_the_axis(monkeypatch):
         ("Travel", "60 mm of 100 mm allowed"),
         ("Velocity", "200 mm/s"),
         ("Acceleration", "3 m/s² of 5 m/s² allowed"),
-        ("Effort, as believed", "8 N"),
+        ("Effort, assumed model", "8 N"),
     ]
     assert outlook.blocks[0].rows
     assert assumptions.blocks[0].content == ("a note",)

@@ -55,7 +55,7 @@ def test_a_loop_that_cannot_be_read_is_remarked_upon(tmp_path, monkeypatch):
     file.write_text("")
     loop, (remark,) = _loop_beside(file, "dahl", Some(controller="law"))
     assert loop is None
-    assert remark == "the loop of experiment.toml is not simulated: is broken"
+    assert remark == "bristle did not simulate the loop of experiment.toml: is broken"
 
 
 @pytest.mark.parametrize("holds_operator", [True, False])

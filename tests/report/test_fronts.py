@@ -61,7 +61,7 @@ def test_a_run_says_by_how_much_at_the_worst_reversal_and_in_effort(stage):
     words = Page(simulation_page(stage, result=result)).words
     assert "following error 4 µm (compensated) instead of 20 µm (as_recorded)" in words
     assert "At its worst reversal: 4 µm instead of 20 µm".lower() in words.lower()
-    assert "friction fed forward alone: from 9 µm (feedforward) to 4 µm" in words
+    assert "friction feedforward alone: from 9 µm (feedforward) to 4 µm" in words
     assert simulation_summary(result, files={}, provenance={})["verdict"] == simulation_ruling(result).as_data()
 
 
@@ -83,7 +83,7 @@ def test_doubts_of_loops_are_short_on_the_first_page():
     small = Diagnostic(
         "small_margin", severity="warning", numbers={"variants": ("a", "b", "c", "d", "e"), "motions": "all", "phase": 15.0, "enough": 30.0}
     )
-    assert loop_doubts([small]) == ["the margins of the loop are small: a, b, c, d and 1 more"]
+    assert loop_doubts([small]) == ["the loop has small margins: a, b, c, d and 1 more"]
 
 
 def test_variants_along_another_motion_are_not_held_against_the_base(stage):
@@ -136,7 +136,7 @@ def test_a_prediction_doubts_its_own_log_its_band_and_what_is_warned(stage):
     plain = predicted(stage, 5.0, position_half_width=None)
     assert prediction_ruling(plain, own_log=True).level == "with_care"
     narrow = replace(plain, half_width=np.zeros(plain.time.size))
-    assert "should hold 95 %" in prediction_ruling(narrow).reasons[1]
+    assert "inside the 95 % band" in prediction_ruling(narrow).reasons[1]
     warned = replace(plain, diagnostics=(Diagnostic("beyond_speed", severity="warning"),))
     assert prediction_ruling(warned).level == "with_care"
     data = prediction_summary(plain, friction=stage.identified.best.friction, notes=(), provenance={}, own_log=True)
@@ -151,18 +151,18 @@ def test_a_position_in_a_loop_is_told_in_micrometres_not_in_percent(stage):
         position_predicted=stage.predicted.position,
     )
     words = Page(prediction_page(replace(stage, predicted=looped))).words
-    assert "position off by 1.2 µm" in words
+    assert "position error 1.2 µm" in words
     assert "0.0076" not in words
 
 
 def test_the_verdict_of_two_logs_follows_the_interval(helped):
     assert comparison_ruling(helped)[:2] == ("usable", "It helped")
     same = compare([log(1, sine(12))], [log(3, sine(12))])
-    assert comparison_ruling(same)[:2] == ("with_care", "No change told")
+    assert comparison_ruling(same)[:2] == ("with_care", "No clear change")
     worse = compare([log(1, sine(12))], [log(2, sine(12), gain=1.4)])
     assert comparison_ruling(worse)[:2] == ("no", "It did not help")
     blind = compare([log(1, sine(12), reference=None)], [log(2, sine(12), reference=None)])
-    assert comparison_ruling(blind).words == "Not told"
+    assert comparison_ruling(blind).words == "Unknown"
 
 
 def test_two_logs_are_told_with_the_interval_on_the_first_page(helped):
@@ -195,9 +195,9 @@ def motion(estimates, *, peak=100.0, lag=0.0, truth=None):
     ("changed", "level", "reason"),
     [
         ({}, "usable", ""),
-        ({"estimates": [("v_S", "identified", 347.0)]}, "with_care", "hardly tell v_S"),
-        ({"estimates": [("F_S", "unidentifiable", None)]}, "with_care", "not identify F_S"),
-        ({"lag": 2e-5}, "with_care", "no closer than 20\u00a0µm"),
+        ({"estimates": [("v_S", "identified", 347.0)]}, "with_care", "hardly determine v_S"),
+        ({"estimates": [("F_S", "unidentifiable", None)]}, "with_care", "not determine F_S"),
+        ({"lag": 2e-5}, "with_care", "only within 20\u00a0µm"),
         ({"peak": 600.0}, "no", "limit of the drive"),
         ({"estimates": [("offset", "identified", 484.0)], "truth": {"offset": 0.0}}, "usable", ""),
     ],

@@ -51,17 +51,17 @@ def test_each_parameter_stands_in_the_table_with_its_standard_error(workbench):
             assert plain(cells["Value"]) * scale == pytest.approx(estimate.value, abs=0.06 * estimate.std)
 
 
-@pytest.mark.parametrize(("shift", "stands"), [(3, "lags"), (-3, "runs ahead of")])
+@pytest.mark.parametrize(("shift", "stands"), [(3, "lags"), (-3, "leads")])
 def test_a_delay_that_was_found_is_told(shift, stands):
     log = sliding_log()
     late = np.roll(log.effort.values, shift)[50:-50]
     moved = Log(time=log.time.values[50:-50], position=log.position.values[50:-50], effort=late, sample_time=1e-3)
     message = " ".join(assumptions_of(identify(moved, "coulomb_viscous", draws=0, blocks=0).best))
-    assert re.search(rf"the effort {stands} the position by \d\.\d+ ms \(\d\.\d\d samples; .*, and taken out", message)
+    assert re.search(rf"the effort {stands} the position by \d\.\d+ ms \(\d\.\d\d samples; .*, and removed it", message)
     # One that hardly shows is not called found, and one that was stated is not told.
     rough = identify(moved, "coulomb_viscous", draws=0, blocks=0, settings={"delay_rough": 0.0})
     for other in (rough, identify(moved, "coulomb_viscous", axis=STATED, draws=0, blocks=0)):
-        assert ", and taken out" not in " ".join(assumptions_of(other.best))
+        assert ", and removed it" not in " ".join(assumptions_of(other.best))
 
 
 def test_the_interval_of_the_table_rests_on_the_larger_error(workbench):
@@ -106,14 +106,14 @@ def test_what_the_prediction_assumed_is_told(stage):
     axis = replace(stage.axis, presliding=2e-6)
     best = stage.identified.best
     predicted = predict(best.plant, best.friction, stage.log, axis, "closed-loop")
-    assumed = Page(identification_page(stage, prediction=predicted)).words.split("What was assumed")[-1]
-    assert "closed-loop prediction: friction turns over a pre-sliding distance of 2 µm (axis file)" in assumed
+    assumed = Page(identification_page(stage, prediction=predicted)).words.split("Assumptions")[-1]
+    assert "closed-loop prediction: friction reverses over a pre-sliding distance of 2 µm (axis file)" in assumed
 
 
 def test_without_held_out_blocks_the_report_claims_nothing_about_them(stage):
     bare = replace(stage.identified, fits=tuple(replace(fit, held_out=None) for fit in stage.identified.fits))
     words = Page(identification_page(stage, identification=bare)).words
-    assert "nothing was held out" in words
+    assert "no held-out stretches" in words
 
 
 def test_the_drive_table_has_both_sides_of_rest(workbench):
@@ -182,7 +182,7 @@ def test_parameters_that_are_open_are_named_once_on_the_first_page(workbenches):
     verdict = Page(text.partition('<dl class="answers">')[0]).words
     assert "the level of friction is not identified" in verdict
     assert verdict.count("not identified: M") == 1
-    assert "nothing yet: measure again first" in Page(text).words
+    assert "no values yet: measure again first" in Page(text).words
 
 
 def test_a_clearly_larger_error_outside_the_fit_is_stated(stage):

@@ -186,7 +186,7 @@ def test_the_folder_holds_what_others_need(result, folder):
 def test_the_report_is_one_file_that_needs_nothing_else(result, loaded, tmp_path):
     page = result.report(tmp_path / "report.html").read_text(encoding="utf-8")
     assert [item.name for item in tmp_path.iterdir()] == ["report.html"]
-    assert "Is the model fit to be used?" in page
+    assert "Certificates of" in page
     assert not any(outside in page for outside in ('src="http', 'href="http', "<link"))
     assert loaded.report(tmp_path / "again.html").read_text(encoding="utf-8") == page
 
@@ -215,7 +215,7 @@ def test_a_folder_that_holds_no_identification_is_refused(tmp_path, folder):
         br.load(tmp_path)
     for name in ("summary.json", "model.toml"):
         (tmp_path / name).write_bytes((folder / name).read_bytes())
-    with pytest.raises(InputError, match="holds no identification"):
+    with pytest.raises(InputError, match="contains no identification"):
         br.load(tmp_path)
     (tmp_path / "traces.parquet").write_bytes(b"no table")
     with pytest.raises(InputError, match="cannot be read"):

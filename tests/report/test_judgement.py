@@ -73,7 +73,7 @@ def test_a_level_of_nothing_asks_for_no_other_log(actual):
     fit = doubted(actual.best)
     estimates = tuple(replace(item, value=0.0, status="at_edge") if item.name == "F_C" else item for item in fit.estimates)
     level, _, reasons = judged(replace(fit, estimates=estimates), USUAL)
-    assert (level, reasons) == ("usable", ("not identified, and of little effect on the force: F_C",))
+    assert (level, reasons) == ("usable", ("not identified, but with little effect on the force: F_C",))
 
 
 def test_an_open_parameter_of_little_effect_asks_for_nothing_and_is_named(actual):
@@ -94,22 +94,22 @@ def test_an_interval_as_wide_as_the_value_asks_for_care_where_it_matters(actual)
         estimates = tuple(wide if estimate is viscous else estimate for estimate in fit.estimates)
         ruling = judged(replace(fit, estimates=estimates), USUAL)
         assert ruling.level == level
-        assert ("identified roughly: F_v" in ruling.reasons) == (level == "with_care")
+        assert ("roughly identified: F_v" in ruling.reasons) == (level == "with_care")
 
 
 def test_nothing_is_typed_in_where_the_axis_is_to_be_measured_again(actual):
     reversed_ = doubted(actual.best, Diagnostic("sign_reversed", severity="error"))
     again = dict(answers(replace(actual, fits=(reversed_,)), None, None, usable=False))
-    assert again["What to type in"][0] == "nothing yet: measure again first"
-    assert again["What next"] == [SENTENCES["sign_reversed"].advice]
-    assert not any("nothing yet" in line for line in dict(answers(actual, None, None))["What to type in"])
+    assert again["Values to enter"][0] == "no values yet: measure again first"
+    assert again["Next steps"] == [SENTENCES["sign_reversed"].advice]
+    assert not any("no values yet" in line for line in dict(answers(actual, None, None))["Values to enter"])
 
 
 def test_parameters_that_one_motion_serves_share_its_line(actual, monkeypatch):
     by_excite = [(name, f"Move slowly.{WRITTEN_BY}`bristle excite AXIS.toml --for stribeck`") for name in ("F_S", "v_S")]
     monkeypatch.setattr("bristle.report.identification.next_measurements", lambda fit: by_excite)
-    message = dict(answers(actual, None, None))["What next"]
-    assert message == ["for F_S, v_S: `bristle excite AXIS.toml --for stribeck`, which writes the motion"]
+    message = dict(answers(actual, None, None))["Next steps"]
+    assert message == ["for F_S, v_S: generate a motion with `bristle excite AXIS.toml --for stribeck`"]
 
 
 def test_the_error_that_friction_takes_decides(actual):
@@ -140,12 +140,12 @@ def test_levels_are_those_of_each_direction_without_the_weight():
 def test_the_five_questions_are_answered(actual, monkeypatch):
     monkeypatch.setattr("bristle.report.identification.next_measurements", lambda fit: [("F_S", "move slowly")])
     message = dict(answers(actual, None, None))
-    assert list(message) == ["Is it good?", "What to type in", "What it gains, and costs", "Can it be trusted?", "What next"]
+    assert list(message) == ["Is it good?", "Values to enter", "Gain and cost", "Can it be trusted?", "Next steps"]
     assert all(message.values())
     mass = actual.best.parameters["M"]
-    assert message["What to type in"][0] == f"mass {mass.value:.3g}\u00a0kg"
+    assert message["Values to enter"][0] == f"mass {mass.value:.3g}\u00a0kg"
     assert f"M ± {mass.interval_percent:.2g}\u00a0%" in message["Can it be trusted?"][1]
-    assert message["What next"] == ["for F_S: move slowly"]
+    assert message["Next steps"] == ["for F_S: move slowly"]
     assert "effective" not in " ".join(message["Can it be trusted?"])
 
 
@@ -154,15 +154,15 @@ def test_what_was_not_identified_is_not_to_be_typed_in(actual):
 
     def typed(*names):
         estimates = tuple(replace(estimate, status="unidentifiable") if estimate.name in names else estimate for estimate in fit.estimates)
-        return dict(answers(replace(actual, fits=(replace(fit, estimates=estimates),)), None, None))["What to type in"]
+        return dict(answers(replace(actual, fits=(replace(fit, estimates=estimates),)), None, None))["Values to enter"]
 
     assert typed("M")[0] == "mass: not identified"
-    assert typed(*fit.parameters) == ["nothing: no parameter was identified"]
+    assert typed(*fit.parameters) == ["no values: no parameter was identified"]
 
 
 def test_an_error_is_told_before_what_follows_from_it(actual):
     fit = doubted(actual.best, Diagnostic("delay_unknown", severity="warning"), Diagnostic("sign_reversed", "", "error", {"percent": 73.0}))
-    assert "sign of effort" in warnings_of(fit)[0]
+    assert "sign of the effort" in warnings_of(fit)[0]
 
 
 @pytest.mark.parametrize(
@@ -201,11 +201,11 @@ def plain(lines):
 
 
 def test_a_misfit_is_reported_in_the_quantity_of_the_fit():
-    held_out = "on time blocks that it was not fitted to: 6.00 %"
-    assert plain(misfit(measured())) == ["misses 5.00 % of the effort of the log, 12.0 % of what friction takes", held_out]
-    assert plain(misfit(measured(position_rmse=4e-7, loop_rmse=1.0)))[0] == "misses the position of the log by 0.400 µm"
-    assert plain(misfit(measured(loop_rmse=0.25)))[0] == "misses the effort of the loop by 250 mN"
-    assert misfit(measured(held_out=None))[1] == "nothing was held out"
+    held_out = "held-out error 6.00 %, over time blocks"
+    assert plain(misfit(measured())) == ["model error 5.00 % of the effort, 12.0 % of the friction", held_out]
+    assert plain(misfit(measured(position_rmse=4e-7, loop_rmse=1.0)))[0] == "model error 0.400 µm of the position"
+    assert plain(misfit(measured(loop_rmse=0.25)))[0] == "model error 250 mN of the effort in the loop"
+    assert misfit(measured(held_out=None))[1] == "no held-out stretches"
 
 
 @pytest.mark.parametrize(("percent", "larger"), [(6.2, False), (6.25, False), (6.3, True)])
@@ -224,7 +224,7 @@ def test_the_error_of_the_simulation_decides_where_a_loop_was_simulated():
 def test_a_model_is_of_use_up_to_the_errors_of_the_settings(error, level):
     ruling = judged(measured(missed_percent=error, diagnostics=(), estimates=()), USUAL)
     assert ruling.level == level
-    assert [reason.startswith(f"the model misses {error:.3g} %") for reason in ruling.reasons] == [True] * (level != "usable")
+    assert [reason.startswith(f"the model error is {error:.3g} %") for reason in ruling.reasons] == [True] * (level != "usable")
 
 
 def test_doubts_name_their_causes_and_the_parameters_that_are_open(actual):
@@ -267,7 +267,9 @@ def test_intervals_are_reported_of_eight_parameters_at_most():
     assert _trust(trusted(2.0, others=[estimate("q", status="at_edge")]))[0].startswith("1 of 2 parameters")
     assert _trust(trusted()) == ["no parameter was identified"]
     lacking = Diagnostic("structure", numbers={"names": ("p0",)})
-    assert _trust(trusted(2.0, diagnostics=(lacking,)))[2].startswith("they are effective: the model lacks a force")
+    assert _trust(trusted(2.0, diagnostics=(lacking,)))[2].startswith(
+        "effective values, valid for similar motions: the model lacks a force"
+    )
 
 
 def test_correlations_are_listed_strongest_first_without_zeros():
@@ -284,6 +286,6 @@ def test_next_steps_are_grave_errors_then_missing_models(actual):
     grave = Diagnostic("sign_reversed", "", "error", {"percent": 90.0})
     lacking = [Diagnostic("missing_lag", "", "warning", {"model": model}) for model in ("lugre", "dahl", "lugre", "")]
     fit = doubted(actual.best, grave, *lacking)
-    assert _next(fit, usable=True) == [SENTENCES["sign_reversed"].advice, "fit what this model lacks: `--model lugre,dahl`"]
-    assert _next(doubted(fit), usable=True) == ["try it on the machine, record again, and let `bristle compare` tell what it gained"]
+    assert _next(fit, usable=True) == [SENTENCES["sign_reversed"].advice, "try a model with the missing force: `--model lugre,dahl`"]
+    assert _next(doubted(fit), usable=True) == ["try it on the machine, record again, and measure the gain with `bristle compare`"]
     assert _next(doubted(fit), usable=False) == ["record the axis again, in both directions and at several speeds"]

@@ -37,7 +37,7 @@ def test_kinds_of_passages_stand_in_the_same_order():
 
 @pytest.mark.parametrize(
     ("depth", "levels", "remark"),
-    [(2, 1, "1 amplitude, none inside another"), (3, 4, "4 amplitudes, nested 3 deep"), (0, 0, "0 amplitudes, none inside another")],
+    [(2, 1, "1 amplitude, not nested"), (3, 4, "4 amplitudes, nested 3 deep"), (0, 0, "0 amplitudes, not nested")],
 )
 def test_loops_are_reported_by_how_deep_they_nest(depth, levels, remark):
     loops = passage("loops", legs=8, depth=depth, levels=levels)
@@ -74,11 +74,11 @@ def test_scatter_is_reported_in_percent_where_friction_scatters():
     assert scatter_facts(scattering(0.0312)) == [
         ("Noise of the effort, sample by sample", "50 mN"),
         ("Scatter of friction from reversal to reversal", "3.1 %, 95 % interval 2.0 to 4.1 %, 30 half-cycles"),
-        ("Residual that noise, encoder and scatter do not explain", "1.5 N, root mean square"),
+        ("Residual without noise, encoder steps and scatter", "1.5 N, root mean square"),
     ]
     assert scatter_facts(scattering(0.0, "rotational")) == [
         ("Noise of the effort, sample by sample", "50 mN·m"),
-        ("Residual that noise, encoder and scatter do not explain", "1.5 N·m, root mean square"),
+        ("Residual without noise, encoder steps and scatter", "1.5 N·m, root mean square"),
     ]
     assert scatter_facts(known.fit()) == []
 
@@ -151,8 +151,8 @@ def diagnosed(code, severity):
         ((), True, "usable", "It can be identified", 0),
         (("note",), True, "usable", "It can be identified", 0),
         (("warning", "warning"), True, "with_care", "Use with care", 1),
-        (("warning", "error"), True, "no", "Mend it first", 1),
-        ((), False, "no", "Mend it first", 1),
+        (("warning", "error"), True, "no", "Correct it first", 1),
+        ((), False, "no", "Correct it first", 1),
     ],
 )
 def test_a_log_is_mended_where_an_error_or_no_effort_speaks_against_use(severities, effort, level, words, reasons):
@@ -160,7 +160,7 @@ def test_a_log_is_mended_where_an_error_or_no_effort_speaks_against_use(severiti
     ruling = log_ruling(log, [diagnosed("clipped", severity) for severity in severities])
     assert (ruling.level, ruling.words, len(ruling.reasons)) == (level, words, reasons)
     if not effort:
-        assert ruling.reasons[0] == "it has no effort, and friction is an effort"
+        assert ruling.reasons[0] == "the log has no effort, so friction is unknown"
 
 
 def answers(log, segments=(), diagnostics=()):
@@ -172,23 +172,23 @@ def test_the_first_page_of_a_log_tells_how_long_each_kind_of_passage_lasts():
     front = answers(recorded(), segments)
     assert [[line.replace("\u00a0", " ") for line in lines] for _, lines in front.answers] == [
         ["rest: 2 s", "ordinary moves: 1.5 s"],
-        ["nothing is to be mended in the axis file"],
+        ["the axis file needs no corrections"],
         ["position spans 3 mm (column x)", "effort spans 5 N (column u)"],
         ["4 samples in 1 stretch", "a sample every 1 ms (1000 Hz)", "without a reference"],
-        ["fit models to it: `bristle identify a.csv --axis axis.toml --out results`"],
+        ["fit models: `bristle identify a.csv --axis axis.toml --out results`"],
     ]
     assert front.facts.replace("\u00a0", " ").endswith("log a.csv, 4 ms")
-    assert front.answers[2][0] == "How far, and how hard"
+    assert front.answers[2][0] == "Range and effort"
 
 
 def test_the_first_page_of_a_log_lists_mends():
     log = recorded(effort=None, reference=1, segments=(1, 2))
     lines = dict(answers(log, (), [diagnosed("clipped", "warning"), diagnosed("resampled", "note"), diagnosed("clipped", "error")]).answers)
-    assert lines["Is it good?"] == ["it does not move"]
-    assert lines["What to type in"] == ["lower the acceleration, or widen the range of the channel"]
-    assert [line.replace("\u00a0", " ") for line in lines["How far, and how hard"]] == ["position spans 3 mm (column x)"]
-    assert lines["Can it be trusted?"][::2] == ["4 samples in 2 stretches", "with a reference: the following error is told"]
-    assert lines["What next"] == ["mend it, then look at it again: `bristle log`"]
+    assert lines["Is it good?"] == ["the axis does not move"]
+    assert lines["Values to enter"] == ["lower the acceleration, or widen the range of the channel"]
+    assert [line.replace("\u00a0", " ") for line in lines["Range and effort"]] == ["position spans 3 mm (column x)"]
+    assert lines["Can it be trusted?"][::2] == ["4 samples in 2 stretches", "with a reference, so the following error is known"]
+    assert lines["Next steps"] == ["correct it, then check it again: `bristle log`"]
 
 
 def test_the_report_of_a_log_is_written_with_the_page_where_there_is_a_log(tmp_path):

@@ -112,7 +112,7 @@ def test_a_list_of_numbers_is_reported_by_the_size_and_range():
 
 def test_an_open_loop_has_no_controller():
     closed = [row[0] for row in parts_table(loop()).rows]
-    assert closed == ["Plant", "Friction", "Controller", "Sensor", "Reference", "Friction fed forward"]
+    assert closed == ["Plant", "Friction", "Controller", "Sensor", "Reference", "Friction feedforward"]
     table = parts_table(Some(**{name: getattr(loop(), name) for name in ("name", "plant", "friction", "sensor")}, effort=Some()))
     assert [row[0] for row in table.rows] == ["Plant", "Friction", "Sensor"]
     assert table.caption == "The parts of " + loop().name
@@ -130,11 +130,11 @@ def test_how_a_variant_was_run_is_reported_with_units():
         "Steps in a sample": "4",
         "Delay [samples]": "2",
         "Largest effort": "∞ N",
-        "Mass fed forward": "20 kg",
-        "Factor on the friction fed forward": "0.5",
+        "Mass feedforward": "20 kg",
+        "Factor on friction feedforward": "0.5",
     }
     run.tolerance = 1e-9
-    assert dict(zip(table.heads, run_table([variant]).rows[0], strict=True))["Steps in a sample"] == "as 1 nm of position ask for"
+    assert dict(zip(table.heads, run_table([variant]).rows[0], strict=True))["Steps in a sample"] == "adaptive, to 1 nm of position"
 
 
 def lines(**changes):
@@ -147,11 +147,11 @@ def test_gains_are_listed_with_friction_and_mass_fed_forward():
     whole = lines(controller=law, feedforward=Feedforward(friction=contact, mass=20.0))
     assert whole == [
         "law cascade: k_p 80 1/s, k_v 4000 N·s/m, averaging 1",
-        f"friction fed forward: coulomb, along the {Feedforward().along} motion",
-        "acceleration × 20 kg fed forward",
+        f"friction feedforward: coulomb, along the {Feedforward().along} motion",
+        "inertia feedforward: acceleration × 20 kg",
     ]
     assert lines(controller=law, feedforward=Feedforward(friction=contact, gain=0.5))[1:] == [
-        f"friction fed forward: coulomb × 0.5, along the {Feedforward().along} motion"
+        f"friction feedforward: coulomb × 0.5, along the {Feedforward().along} motion"
     ]
     assert lines(controller=law, feedforward=Feedforward()) == whole[:1]
     at_motor = lines(controller=law, feedforward=Feedforward(), axis=Axis(arm=0.8e-3))
@@ -168,10 +168,10 @@ def test_loops_with_the_same_doubt_are_reported_together():
         ("switching_law", ("d",)),
     ]
     words = report.loop_warnings(reported)
-    assert words[1].startswith("a, b: warning: the phase margin is 15°")
+    assert words[1].startswith("a, b: warning: the phase margin is only 15°")
     assert words[2].startswith("c: unstable, not simulated")
-    assert words[3].startswith("d: the law has no slope")
-    assert report.loop_doubts(reported) == [words[2], f"{SENTENCES['switching_law'].means}: a", "the margins of the loop are small: a, b"]
+    assert words[3].startswith("d: the law chatters")
+    assert report.loop_doubts(reported) == [words[2], f"{SENTENCES['switching_law'].means}: a", "the loop has small margins: a, b"]
 
 
 def test_a_name_by_itself_is_a_name():

@@ -135,7 +135,7 @@ def test_an_edge_names_its_cause():
     cause = {"cause": "low_speed", "speed": 0.5, "value": 1.0, "unit": "N", "edge": "largest"}
     text = message(Diagnostic("edge_of_search", "F_v", numbers=cause))
     assert text == (
-        "F_v has no standard error: the search ran to the largest value that this log could show, 1 N: the log never exceeds 500 mm/s"
+        "F_v has no standard error: the search ended at the largest value that this log could show, 1 N: the log never exceeds 500 mm/s"
     )
 
 
@@ -143,8 +143,8 @@ def test_an_edge_names_its_cause():
 def test_an_effort_that_leads_by_half_a_sample_is_told_why(samples, held):
     numbers = {"delay": samples * 1e-3, "samples": samples, "half_width": 1e-5}
     words = message(Diagnostic("delay_found", "", "note", numbers))
-    assert ("as where a controller holds its output" in words) is held
-    assert ("ahead" in words) is (samples < 0.0)
+    assert ("zero-order hold of a controller" in words) is held
+    assert ("leads" in words) is (samples < 0.0)
 
 
 @pytest.mark.parametrize(
@@ -182,14 +182,14 @@ def test_a_sentence_begins_with_a_capital_and_ends_with_a_full_stop():
     assert (
         whole_sentence(Diagnostic("low_speed", "F_v", numbers={"speed": 1.0})) == "F_v cannot be identified: the log never exceeds 1 m/s."
     )
-    assert whole_sentence(Diagnostic("switching_law", "", "note")).startswith("The law has no slope")
+    assert whole_sentence(Diagnostic("switching_law", "", "note")).startswith("The law chatters")
 
 
 def test_the_head_of_a_sentence_follows_the_fate_of_the_parameter():
     held = Diagnostic("held_known", "M", "note", {"value": 12.0, "unit": "kg"})
-    assert message(held) == "M is held at 12 kg: given as known"
+    assert message(held) == "M is held constant at 12 kg: given as known"
     assert message(Diagnostic("held_known", "M", "warning", {"value": 12.0, "unit": "kg"})) == "M cannot be identified: given as known"
-    assert message(Diagnostic("edge_no_fall", "F_S", "note", {"value": 1.0, "unit": "N"})).startswith("the best value is")
+    assert message(Diagnostic("edge_no_fall", "F_S", "note", {"value": 1.0, "unit": "N"})).startswith("in this log friction does not fall")
 
 
 def fit_with(*diagnostics):

@@ -77,14 +77,14 @@ def test_a_data_frame_has_a_row_for_each_parameter():
 
 def test_a_diagnostic_in_the_hand_is_the_sentence():
     (diagnostic,) = in_hand().diagnostics
-    assert diagnostic.message.startswith("the law has no slope")
+    assert diagnostic.message.startswith("the law chatters")
     assert str(diagnostic) == diagnostic.message
 
 
 def test_a_saved_model_lists_the_models_ranked_behind():
     summary = {"models": [{"name": "a"}, {"name": "b"}, {"name": "c"}], "provenance": {"log": "a.csv"}}
     loaded = Loaded(None, {}, None, summary, "page")
-    assert loaded._words() == ("a.csv", ["ranked behind it: b, c"])
+    assert loaded._words() == ("a.csv", ["next in rank: b, c"])
     assert Loaded(None, {}, None, {"models": [{"name": "a"}]}, "")._words() == ("", [])
     assert loaded.to_dict() == summary
     assert loaded.to_dict() is not summary
@@ -97,7 +97,7 @@ def test_a_folder_without_a_plant_or_traces_holds_no_identification(tmp_path, mo
     plant, traces = None if missing == "plant" else "p", {} if missing == "traces" else {"time": 1}
     monkeypatch.setattr(model_in_hand, "read_model", lambda *a, **k: (plant, "f", {"bands": None}))
     monkeypatch.setattr(model_in_hand, "read_arrays", lambda *a: traces)
-    with pytest.raises(InputError, match="holds no identification"):
+    with pytest.raises(InputError, match="contains no identification"):
         load(tmp_path)
 
 
@@ -105,7 +105,7 @@ def test_a_summary_without_the_numbers_of_a_fit_is_refused(tmp_path, monkeypatch
     (tmp_path / "summary.json").write_text('{"parameters": {}}')
     monkeypatch.setattr(model_in_hand, "read_model", lambda *a, **k: ("p", "f", {"bands": None}))
     monkeypatch.setattr(model_in_hand, "read_arrays", lambda *a: {"time": 1})
-    with pytest.raises(InputError, match="does not say what it should"):
+    with pytest.raises(InputError, match="has missing or invalid entries"):
         load(tmp_path)
 
 

@@ -108,14 +108,14 @@ def test_half_of_an_interval_has_no_digits_where_nobody_reads_them(percent, text
 def test_a_parameter_held_at_infinity_is_left_out():
     endless = estimate("v_S", math.inf, "m/s", status="held")
     table = parameter_table(fit(estimate(), endless, estimate("M", status="held"), estimate("F_v", status="at_edge")))
-    assert [(row[0], row[-1]) for row in table.rows] == [("F_C", ""), ("M", "held"), ("F_v", "at the edge of its range")]
+    assert [(row[0], row[-1]) for row in table.rows] == [("F_C", ""), ("M", "held constant"), ("F_v", "at the edge of its range")]
     assert table.caption == "Parameters of coulomb"
 
 
 def test_remarks_of_a_parameter_stand_in_a_row():
     row = row_of(estimate(), effective=("F_C",), doubted=("F_C",), with_constant=("M",))
-    assert row["Remark"] == "effective; doubted: see the warnings"
-    assert row_of(estimate(), with_constant=("F_C",))["Remark"] == "holds with the offset as it is held"
+    assert row["Remark"] == "effective; doubtful: see the warnings"
+    assert row_of(estimate(), with_constant=("F_C",))["Remark"] == "valid only with the given offset"
     assert row_of(estimate(is_rough=True), effective=("F_C",))["Remark"] == "roughly; effective"
     assert row_of(estimate(status="unidentifiable"), effective=("F_C",))["Remark"] == "not identified"
 

@@ -61,7 +61,7 @@ def test_a_level_beyond_the_effort_of_the_log_is_not_identified(log, result):
 def test_no_level_and_no_table_is_handed_out(result, tmp_path):
     assert level_values(result.best) is None
     assert drive_table(result.best) == []
-    typed = dict(answers(result, None, None))["What to type in"]
+    typed = dict(answers(result, None, None))["Values to enter"]
     assert any("never slides" in line for line in typed)
     assert not any("F+" in line for line in typed)
     result.save(tmp_path / "out")

@@ -23,9 +23,9 @@ def test_the_line_under_the_heading_begins_with_the_date():
 def test_five_questions_have_their_lines_that_are_not_empty():
     answers = answered(["a", ""], ["b"], [""], ["c"], ["d"], third="And so")
     assert answers[0] == ("Is it good?", ["a"])
-    assert [question for question, _ in answers][1:] == ["What to type in", "And so", "Can it be trusted?", "What next"]
+    assert [question for question, _ in answers][1:] == ["Values to enter", "And so", "Can it be trusted?", "Next steps"]
     assert answers[2][1] == []
-    assert answered([], [], [], [], [])[2][0] == "What it gains, and costs"
+    assert answered([], [], [], [], [])[2][0] == "Gain and cost"
 
 
 def test_figures_stand_in_their_place_else_at_the_end():

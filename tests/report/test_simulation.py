@@ -89,9 +89,9 @@ def test_the_first_page_of_a_run_holds_the_best_loop_against_the_base():
     assert lines == [
         ["following error 2 µm peak to peak, 0.500 µm root mean square (best)", "at its worst reversal: 2 µm instead of 8 µm"],
         ["variant best, of the file", "law cascade: "],
-        ["effort 3 N root mean square, 6 N at its peak; that of base 2 N root mean square, 4 N at its peak"],
-        ["This is a simulation: confirm it on the machine.", "3 runs with other noise: ± 0.100 µm"],
-        [ON_THE_MACHINE, "what the loop still errs by: `bristle design EXPERIMENT.toml`"],
+        ["effort 3 N root mean square, 6 N at its peak (base: 2 N root mean square, 4 N at its peak)"],
+        ["This is a simulation: confirm it on the machine.", "3 runs with different noise: ± 0.100 µm"],
+        [ON_THE_MACHINE, "find the causes of the remaining error: `bristle design EXPERIMENT.toml`"],
     ]
     assert front.facts.endswith("simulated, 3 variants · mean of 3 runs")
     assert front.heading == "bench: simulated"
@@ -101,9 +101,9 @@ def test_the_first_page_of_a_loop_by_itself_compares_nothing():
     front, lines = lines_of(simulated(ran("base", 8e-6), limit=4.0))
     assert front.facts.endswith("simulated, 1 variant")
     assert lines[0][1] == "at its worst reversal: 8 µm"
-    assert lines[1][0] == "variant base, as it is"
+    assert lines[1][0] == "variant base, unchanged"
     assert lines[2] == ["effort 2 N root mean square, 4 N at its peak", "the drive is at its limit"]
-    assert lines[4] == ["what limits this loop, and gains for it: `bristle design EXPERIMENT.toml`"]
+    assert lines[4] == ["find the limits of this loop, and better gains: `bristle design EXPERIMENT.toml`"]
     assert len(lines_of(simulated(ran("base", 8e-6), limit=4.1))[1][2]) == 1
     assert len(lines_of(simulated(ran("base", 8e-6, runs=2)))[1][3]) == 1
 
@@ -112,26 +112,26 @@ def test_the_first_page_of_open_loops_tells_where_they_went():
     front, lines = lines_of(simulated(ran("a", 8e-3, is_open=True), ran("b", 1.0, status=Status.NOT_FINITE, is_open=True), effort=1))
     assert lines == [
         ["moves by 8 mm (a)"],
-        ["nothing: no loop was compared with another"],
+        ["no values: the experiment compares no loops"],
         ["effort 2 N root mean square, 4 N at its peak (a)"],
-        ["it is a simulation: what the models leave out, it leaves out"],
+        ["this is a simulation: it lacks every effect that the models lack"],
         ["compare the motion with a log of the same effort"],
     ]
     assert front.ruling.words == "No loop: the effort is given"
     _, lines = lines_of(simulated(ran("a", status=Status.NOT_FINITE)))
-    assert lines[0] == ["nothing completed against which an error could be measured"]
-    assert lines[2] == ["nothing completed"]
-    assert lines[4] == ["mend what the verdict names"]
+    assert lines[0] == ["no open loop ran to its end"]
+    assert lines[2] == ["no variant completed"]
+    assert lines[4] == ["correct the cause in the verdict"]
 
 
 @pytest.mark.parametrize(
     ("loops", "options", "warnings", "level", "words", "reasons"),
     [
-        ([ran("a")], {}, (), "usable", "It runs: one loop, nothing to compare with", 0),
-        ([ran("a")], {"refused": ["b"]}, (), "with_care", "It runs: one loop, nothing to compare with", 1),
-        ([ran("a")], {}, ("b: unstable",), "with_care", "It runs: one loop, nothing to compare with", 1),
-        ([ran("a")], {"refused": ["b"]}, ("b: unstable",), "with_care", "It runs: one loop, nothing to compare with", 1),
-        ([ran("base", status=Status.NOT_FINITE), ran("a")], {}, (), "with_care", "Nothing to compare with", 1),
+        ([ran("a")], {}, (), "usable", "It runs, but a single loop has no comparison", 0),
+        ([ran("a")], {"refused": ["b"]}, (), "with_care", "It runs, but a single loop has no comparison", 1),
+        ([ran("a")], {}, ("b: unstable",), "with_care", "It runs, but a single loop has no comparison", 1),
+        ([ran("a")], {"refused": ["b"]}, ("b: unstable",), "with_care", "It runs, but a single loop has no comparison", 1),
+        ([ran("base", status=Status.NOT_FINITE), ran("a")], {}, (), "with_care", "No loop for comparison", 1),
         ([ran("base", 2e-6), ran("a", 8e-6)], {}, (), "no", "Another loop does not help", 1),
         ([ran("base", 8e-6), ran("a", 2e-6)], {}, (), "usable", "Another loop helps", 1),
         ([ran("base", 8e-6), ran("a", 7.9e-6)], {}, (), "with_care", "Another loop hardly helps", 1),

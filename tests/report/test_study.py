@@ -44,8 +44,8 @@ def test_a_study_counts_the_runs_by_how_they_ended(reported):
     assert (reported["runs"], reported["done"], reported["statuses"]) == (10, 8, {"ok": 6, "raised": 1, "refused": 1})
     assert reported["failures"] == [{"run": 6, "status": "refused", "reason": "F_C < 0"}, {"run": 7, "status": "raised", "reason": "boom"}]
     assert study_sentences(reported)[:2] == [
-        "8 of 10 runs are there: the same command goes on.",
-        "2 of 8 runs did not end well: 1 raised, 1 refused.",
+        "8 of 10 runs are complete: repeat the same command to continue.",
+        "2 of 8 runs failed: 1 raised, 1 refused.",
     ]
 
 
@@ -83,19 +83,19 @@ def test_a_metric_is_reported_in_a_sentence_with_the_strongest_cause(reported):
     assert study_sentences(reported)[2:] == ["Position, rms: median 3.5 mm, 90 % of the runs from 1.25 mm to 5.75 mm."]
     entries = [("plant.M", -0.6, (-0.8, -0.3)), ("x", 0.4, (-0.1, 0.7)), ("friction.F_C", 0.9, (0.8, 0.95))]
     # What the grid sets was not drawn.
-    assert study_sentences(goes_with(reported, *entries))[3:] == ["Of what was drawn it falls most with plant.M (rank correlation −0.60)."]
+    assert study_sentences(goes_with(reported, *entries))[3:] == ["It falls most with plant.M (rank correlation −0.60)."]
     assert "rises most with x (rank correlation +0.70)" in study_sentences(goes_with(reported, *entries, ("x", 0.7, (0.1, 0.9))))[3]
 
 
 def test_a_study_of_which_every_run_failed_says_so(reported):
     lines = study_sentences(reported | {"done": 2, "runs": 2, "statuses": {"refused": 2}, "metrics": {}})
-    assert lines == ["2 of 2 runs did not end well: 2 refused."]
+    assert lines == ["2 of 2 runs failed: 2 refused."]
 
 
 @pytest.mark.parametrize("interval", [(-0.1, 0.4), (0.0, 0.4), (-0.4, 0.0)])
 def test_a_cause_whose_interval_holds_zero_is_left_out(reported, interval):
     lines = study_sentences(goes_with(reported, ("plant.M", 0.2, interval)))
-    assert lines[-1] == "It goes with nothing that was drawn, as far as these runs tell."
+    assert lines[-1] == "These runs show no correlation with any drawn cause."
 
 
 def test_a_whole_study_that_ended_well_says_no_more_than_the_numbers(reported):
@@ -218,11 +218,11 @@ PARAMETERS = (("friction.F_C", "N", "friction"), ("plant.M", "kg", "mass"))
 def test_a_fleet_is_reported_in_sentences():
     summary = fleet_summary(fleet(), provenance={})
     assert fleet_sentences(summary) == [
-        "7 of 9 logs are there: the same command goes on.",
+        "7 of 9 logs are complete: repeat the same command to continue.",
         "6 of 7 logs were fitted, 1 failed.",
         "Fits with warnings: clipped in 2, one_speed in 1.",
-        "Error on what was held out: median 3.5 %, largest 6 %.",
-        "Logs that stand apart from the others: 1 of b in friction.F_C.",
+        "Held-out error: median 3.5 %, largest 6 %.",
+        "Outliers among the logs: 1 of b in friction.F_C.",
     ]
     assert summary["failures"] == [{"run": 6, "folder": "b", "log": "6.csv", "status": "refused", "reason": "no effort"}]
     sound = summary | {"logs": 7, "failures": [], "warnings": {"clipped": 0}, "held_out_error": {"median": None, "largest": None}}

@@ -41,14 +41,14 @@ def typed(monkeypatch):
 def test_levels_are_reported_by_direction_with_the_viscous_part(typed):
     assert typed("usual") == [
         "mass 12 kg",
-        "F+ 8 N, F− 9 N, viscous 30 N·s/m: never above the steady friction, up to 500 mN below it",
-        "or the table for the drive, below",
+        "F+ 8 N, F− 9 N, viscous 30 N·s/m: at most 500 mN below the steady friction, never above it",
+        "or use the table for the drive, below",
     ]
     assert (
         "F− 9 N, constant 2 N, viscous forward 30 N·s/m, viscous backward 40 N·s/m:"
         in typed("usual", constant=2.0, viscous_backward=40.0)[1]
     )
-    assert typed("usual", forward=None, viscous_forward=None, viscous_backward=0.0)[1].startswith("F− 9 N: never above")
+    assert typed("usual", forward=None, viscous_forward=None, viscous_backward=0.0)[1].startswith("F− 9 N: at most")
     assert typed("usual", item=fit(kind="rotational"))[0] == "inertia 12 kg·m²"
 
 
@@ -57,7 +57,7 @@ def test_a_mass_that_is_open_is_not_reported(typed):
 
 
 def test_the_distance_over_which_friction_turns_is_reported_where_positive(typed):
-    assert typed("usual", distance=4e-6)[2] == "after a reversal 95 % of the friction turns within 4 µm"
+    assert typed("usual", distance=4e-6)[2] == "after a reversal, 95 % of the friction builds up within 4 µm"
 
 
 def test_levels_are_reported_in_the_units_of_the_drive(typed):
@@ -69,12 +69,12 @@ def test_levels_are_reported_in_the_units_of_the_drive(typed):
 @pytest.mark.parametrize(
     ("item", "words"),
     [
-        (fit("unidentifiable"), "nothing: no parameter was identified"),
+        (fit("unidentifiable"), "no values: no parameter was identified"),
         (
             fit("identified", Diagnostic("never_slides")),
-            "nothing: the log never slides, so that no level of friction was seen; record motion that slides",
+            "no values: the log never slides, so it shows no level of friction. Record sliding motion",
         ),
-        (fit(), "nothing: a plant on a spring does not move on steadily"),
+        (fit(), "no values: a plant on a spring has no constant-velocity motion"),
     ],
 )
 def test_an_empty_answer_has_the_reason(typed, item, words):
@@ -85,6 +85,6 @@ def test_an_empty_answer_has_the_reason(typed, item, words):
 def test_straight_lines_of_a_table_follow_the_model_but_for_rounding(deviation, words, monkeypatch):
     monkeypatch.setattr(report, "largest_deviation", lambda fit, table: deviation)
     lead, block = _for_the_drive(fit(), [(-0.1, -9.0), (0.1, 8.0)], None)
-    assert f"straight lines {words}." in lead
+    assert f"Straight\nlines between the rows {words}." in lead
     assert block.content.rows[0][0] == "1"
     assert block.further == ("The same in SI units, to be copied:", "velocity [m/s],effort [N]\n-0.1,-9\n0.1,8")

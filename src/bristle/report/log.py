@@ -134,7 +134,7 @@ def _front(log: Log, segments: Sequence[Passage], diagnostics: Sequence[Mapping[
             "with a reference, so the following error is known" if log.reference is not None else "without a reference",
         ],
         [fit if ruling.level != "no" else "correct it, then check it again: `bristle log`"],
-        third="How far, and how hard",
+        third="Range and effort",
     )
     facts = about(f"log {source}, {fixed(len(log) * log.sample_time, 's')}")
     return Front(f"{name}: a log", facts, ruling, answers, "check", "bristle found no problem in this log.")

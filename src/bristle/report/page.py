@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from bristle.lab.living import Living
 
 # The questions that the first page of each report answers.
-QUESTIONS = ("Is it good?", "What to type in", "What it gains, and costs", "Can it be trusted?", "What next")
+QUESTIONS = ("Is it good?", "Values to enter", "Gain and cost", "Can it be trusted?", "Next steps")
 SHORT, LONGEST = 12, 40  # letters of a name without line breaks, and of a name that fits a line
 
 
