@@ -140,7 +140,7 @@ def test_one_that_fails_costs_nothing_but_itself_and_is_told(bristle, place, lin
     result = bristle(*PREDICT, *own(line.replace("\\\\", "\\")), "--format", "svg", "--force")
     assert result.code == 0
     assert f"warning: {said}" in result.err
-    assert "The results are whole without it" in result.err
+    assert "The other results are complete" in result.err
     assert result.err.count("the figure mine is not") == 1
     assert (written_in("run"), written_in_figures()) == before
     assert said.replace("'", "&#39;") in page()
@@ -178,7 +178,7 @@ def test_one_that_fails_as_it_is_saved_costs_nothing_but_that_file(bristle, plac
     Path("mine.py").write_text(Path("mine.py").read_text().replace("def draw(", bad))
     result = bristle(*PREDICT, *option, "--format", "svg", "--format", "pdf")
     assert result.code == 0
-    assert "mine.py, line 10: the figure mine is not written as a file: ValueError: no pdf" in result.err
+    assert "mine.py, line 10: bristle could not write the figure mine as a file: ValueError: no pdf" in result.err
     assert {"prediction.svg", "prediction.pdf", "mine.svg"} <= written_in_figures()
     assert "mine.pdf" not in written_in_figures()
     assert "mine\n" not in Path("run/figures/captions.txt").read_text(encoding="utf-8")

@@ -220,7 +220,7 @@ def test_steps_that_contradict_the_resolution_of_the_axis_file_are_told(write, a
     result = [item for item in checked(log, described) if item.code == "resolution_contradicts"]
     assert bool(result) == told
     if told:
-        assert "57.3 is degrees in a radian" in message(result[0])
+        assert "57.3 degrees are one radian" in message(result[0])
 
 
 @pytest.mark.parametrize(("share", "told"), [(1 / 57.3, True), (57.3, False)])

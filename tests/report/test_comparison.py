@@ -107,7 +107,8 @@ def test_a_percent_has_the_sign(percent, text):
         (
             {"motions": 3, "paired": False, "complete": False},
             (1,),
-            "compared: 8 pieces before and 9 after, of 3 motions, resampled separately for each side. The window after a reversal is 150 ms",
+            "compared: 8 pieces before and 9 after, of 3 motions, resampled separately for each side. "
+            "The window after a reversal is 150 ms",
         ),
     ],
 )

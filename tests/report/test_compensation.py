@@ -98,7 +98,7 @@ def test_velocity_that_is_fed_forward_already_is_not_advised(stage):
     result = with_error(stage.looped, "compensated", lambda item: 2.5e-3 * velocity_of(item))
     assert gain_of(result).velocity_fed
     words = " ".join(gain_of(result).sentences())
-    assert "velocity fed forward removes" not in words
+    assert "velocity feedforward removes" not in words
     assert "viscous friction of the compensator, F_v" in words
 
 
@@ -111,7 +111,7 @@ def test_viscous_friction_that_is_not_fed_forward_is_not_called_the_position_loo
     assert gain.steps[-1].lag_share > 0.9
     words = " ".join(gain.sentences())
     assert "viscous friction without feedforward" in words
-    assert "is not friction" not in words
+    assert "velocity feedforward removes" not in words
 
 
 def step(name, peak, beyond=1e-6, lag=2e-3, share=0.0):

@@ -153,7 +153,7 @@ def test_an_unstable_loop_is_told_with_what_is_stable():
     assert "nine samples of delay" in words[0]
     page = Page(design_report(result, **COMMON))
     assert page.unbalanced == []
-    assert "What it errs by" not in page.words
+    assert "Causes of the error" not in page.words
     assert "with an observer" in page.words
 
 

@@ -166,7 +166,7 @@ def test_the_verdict_of_two_logs_follows_the_interval(helped):
 
 
 def test_two_logs_are_told_with_the_interval_on_the_first_page(helped):
-    words = Page(comparison_report(helped, name="stage", **COMMON)).words.partition("Each change")[0]
+    words = Page(comparison_report(helped, name="stage", **COMMON)).words.partition("Changes")[0]
     change = helped.changes["following_error.rms"]
     assert " ".join(length_text(change.after, "translational").split()) in words
     assert "95 % interval" in words

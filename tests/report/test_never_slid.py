@@ -85,7 +85,7 @@ def test_what_is_written_for_a_drive_carries_the_warning(result, tmp_path, targe
 
 @pytest.mark.slow
 def test_a_level_within_the_effort_is_warned_of_too(result):
-    entry = {"std": 0.1, "status": "identified", "note": "the log is of pre-sliding alone"}
+    entry = {"std": 0.1, "status": "identified", "note": "the log contains only pre-sliding"}
     friction = result.best.friction
     message = files_for("table", Request(friction, "x", 1e-3, Source({}, {"f_p": entry}), speed=0.1)).notes
     plain = files_for("table", Request(friction, "x", 1e-3, Source({}, {"f_p": {"status": "held"}}), speed=0.1)).notes
