@@ -50,23 +50,23 @@ HARDLY = change(after=1.92e-5, interval=(-1.2e-6, -0.4e-6))
         (ONCE, "with_care", "Unknown", "These logs do not show whether it helped: a single cycle gives no interval."),
     ],
 )
-def test_the_verdict_follows_the_change_of_the_following_error(item, level, words, sentence):
+def test_verdict_follows_the_change_of_the_following_error(item, level, words, sentence):
     ruling = comparison_ruling(compared(item))
     assert (ruling.level, ruling.words) == (level, words)
     assert comparison_sentences(compared(item))[0] == sentence
     assert len(ruling.reasons) == (2 if item in (OPEN, ONCE) else 1)
 
 
-def test_a_change_of_five_percent_is_no_hardly():
+def test_change_of_five_percent_helped():
     assert comparison_ruling(compared(change(after=1.89e-5, interval=(-1.2e-6, -0.4e-6)))).words == "It helped"
 
 
-def test_the_verdict_has_the_numbers_of_the_change():
+def test_verdict_has_the_numbers_of_the_change():
     (reason,) = comparison_ruling(compared(change())).reasons
     assert reason.replace("\u00a0", " ") == "following error, root mean square: 10 µm instead of 20 µm, −50 % (95 % interval −60 to −40 %)"
 
 
-def test_a_doubt_takes_a_verdict_down_to_care():
+def test_warning_lowers_the_verdict_to_care():
     doubt, note = Diagnostic("few_cycles", "", "warning", {"cycles": 3}), Diagnostic("one_recording", "", "note")
     assert comparison_ruling(compared(change(), diagnostics=(note,))).level == "usable"
     doubted = comparison_ruling(compared(change(), diagnostics=(doubt, note)))
@@ -77,7 +77,7 @@ def test_a_doubt_takes_a_verdict_down_to_care():
     assert comparison_sentences(compared())[0] == "Without a reference, the effect on the following error is unknown."
 
 
-def test_each_quantity_is_reported_with_the_interval():
+def test_each_quantity_has_its_interval():
     effort = change("effort.rms", 8.0, 9.0, (0.5, 1.5))
     level = change("friction.level", 5.0, 5.1, (-0.2, 0.4))
     peak = change("following_error.peak", 4e-5, 3e-5, None)
@@ -94,7 +94,7 @@ def test_each_quantity_is_reported_with_the_interval():
 
 
 @pytest.mark.parametrize(("percent", "text"), [(12.3, "+12"), (-12.3, "−12"), (0.0, "0")])
-def test_a_percent_has_the_sign(percent, text):
+def test_percentage_has_its_sign(percent, text):
     assert report._signed(percent, ONCE) == text
     narrow = change(interval=(-1e-5, -1e-5 + 1e-12))
     assert report._signed(percent, narrow) == {"+12": "+12.30", "−12": "−12.30", "0": "0.00"}[text]
@@ -112,7 +112,7 @@ def test_a_percent_has_the_sign(percent, text):
         ),
     ],
 )
-def test_compared_cycles_stand_between_doubts_and_notes(shared, turns, words):
+def test_compared_cycles_are_listed_between_warnings_and_notes(shared, turns, words):
     doubt, note = Diagnostic("few_cycles", "", "warning", {"cycles": 3}), Diagnostic("one_recording", "", "note")
     remarks = remarks_of(compared(change(), diagnostics=(note, doubt), turns=turns, **shared))
     assert remarks[0].startswith("warning: one side has only 3 cycles")
@@ -125,7 +125,7 @@ def front(item, files=None, **options):
     return page, [[line.replace("\u00a0", " ") for line in lines] for _, lines in page.answers]
 
 
-def test_the_first_page_answers_gain_and_trust():
+def test_first_page_has_gain_and_uncertainty():
     turn = change("reversals.forward_to_backward", 4e-5, 3e-5, (-2e-5, 1e-5))
     effort = change("effort.rms", 8.0, 9.0, (0.5, 1.5))
     page, lines = front((change(), turn, effort), before_percent=98.0)
@@ -140,7 +140,7 @@ def test_the_first_page_answers_gain_and_trust():
     assert page.facts.endswith("before: a.csv")
 
 
-def test_the_first_page_of_a_change_for_the_worse_advises_the_old_state():
+def test_worse_change_advises_the_old_values():
     _, lines = front((HIGHER,), logs=1)
     assert lines[0] == ["Following error, root mean square: 30 µm, before 20 µm (+50 %)"]
     assert lines[1] == ["no new values: keep those before the change"]
@@ -152,7 +152,7 @@ def test_the_first_page_of_a_change_for_the_worse_advises_the_old_state():
     ]
 
 
-def test_the_first_page_of_an_open_question_types_in_nothing():
+def test_unclear_change_has_no_values_to_enter():
     for item in ((OPEN,), (ONCE,), ()):
         assert front(item)[1][1] == ["no values: these logs show no clear change"]
     assert front(())[1][4] == ["also record the reference, and name its column in the axis file"]
@@ -161,7 +161,7 @@ def test_the_first_page_of_an_open_question_types_in_nothing():
     assert front((change(),), after_percent=99.0)[1][3][1:] == []
 
 
-def test_a_comparison_is_reported_in_numbers_by_group(monkeypatch):
+def test_summary_of_a_comparison_is_grouped_by_quantity(monkeypatch):
     turn, level = change("reversals.forward_to_backward"), change("friction.level", 5.0, 5.1, (-0.2, 0.4))
     monkeypatch.setattr(report, "_logs", len)
     summary = comparison_summary(compared(change(), turn, level, curve=((0.01, level),)), name="axis", provenance={})

@@ -52,7 +52,7 @@ def excited(estimates=ESTIMATES, *, truth=TRUTH, rehearsed=True, limit=None, pre
     return Excitation(motion(), axis, limits, prior, ("a note",), rehearsal)
 
 
-def test_alike_pieces_share_a_row_with_their_spans():
+def test_equal_pieces_share_a_row():
     table = piece_table(excited())
     assert table.rows == [
         ("presliding", "loops", "2", "0.0 to 4.0", "1 µm to 2 µm", "100 µm/s to 200 µm/s"),
@@ -60,7 +60,7 @@ def test_alike_pieces_share_a_row_with_their_spans():
     ]
 
 
-def test_found_values_stand_beside_true_values():
+def test_expected_results_have_found_and_true_values():
     table = outlook_table(excited())
     assert table.caption == "Expected results, by lugre"
     rows = {row[0]: dict(zip(table.heads, row, strict=True)) for row in table.rows}
@@ -87,7 +87,7 @@ def test_found_values_stand_beside_true_values():
     ("value", "put_in", "unit"),
     [(0.0, 3e-3, "mN"), (0.0, 3.0, "N"), (0.0, 0.0, "N"), (0.0, None, "N"), (4e-3, 3.0, "mN"), (4.0, 3e-3, "N")],
 )
-def test_the_unit_is_that_of_the_found_value_or_of_the_true_value_beside_zero(value, put_in, unit):
+def test_unit_follows_the_true_value_if_the_found_value_is_zero(value, put_in, unit):
     table = outlook_table(excited((estimate("a", value, half=None),), truth={} if put_in is None else {"a": put_in}))
     assert dict(zip(table.heads, table.rows[0], strict=True))["Unit"] == unit
 
@@ -102,16 +102,16 @@ def test_the_unit_is_that_of_the_found_value_or_of_the_true_value_beside_zero(va
         (9.0, 5.0, "at_edge", False),
     ],
 )
-def test_errors_up_to_two_percent_beyond_the_interval_do_not_matter(value, half, status, misses):
+def test_errors_up_to_two_percent_outside_the_interval_are_ignored(value, half, status, misses):
     assert report._misses(estimate("a", value, status, half), 5.0) is misses
 
 
-def test_an_error_is_in_percent_of_the_true_value():
+def test_error_is_in_percent_of_the_true_value():
     assert report._error(estimate("a", 6.0), 5.0) == pytest.approx(20.0)
     assert [report._error(estimate("a", 6.0), put_in) for put_in in (None, 0.0, math.inf)] == [None, None, None]
 
 
-def test_limits_are_those_of_the_motion():
+def test_limits_belong_to_the_motion():
     assert report._limits(excited()) == [
         ("travel", pytest.approx(0.06), 0.1, "m"),
         ("velocity", pytest.approx(0.2), None, "m/s"),
@@ -119,7 +119,7 @@ def test_limits_are_those_of_the_motion():
     ]
 
 
-def test_the_reasons_against_a_motion_name_the_parameters():
+def test_reasons_against_a_motion_name_the_parameters():
     ruling = excitation_ruling(excited(presliding=5e-7))
     assert ruling.level == "with_care"
     assert [reason.replace("\u00a0", " ") for reason in ruling.reasons] == [
@@ -143,7 +143,7 @@ def test_the_reasons_against_a_motion_name_the_parameters():
         ({"rehearsed": False}, "with_care", "Run it, with care"),
     ],
 )
-def test_a_motion_is_run_unless_the_drive_or_the_controller_cannot(changes, level, words):
+def test_motion_is_run_unless_drive_or_controller_is_at_its_limit(changes, level, words):
     assert excitation_ruling(excited(ESTIMATES[:1], **changes))[:2] == (level, words)
 
 
@@ -152,7 +152,7 @@ def lines_of(excitation):
     return front, [[line.replace("\u00a0", " ") for line in lines] for _, lines in front.answers]
 
 
-def test_the_first_page_of_a_motion_lists_identifiable_parameters():
+def test_first_page_of_a_motion_lists_identifiable_parameters():
     front, lines = lines_of(excited(limit=20.0))
     assert lines == [
         ["its log would determine, with 95 % intervals:", "a ± 5.0 %, b ± 7.0 %"],
@@ -178,7 +178,7 @@ def test_the_first_page_of_a_motion_lists_identifiable_parameters():
     assert other[2][-1] == "effort up to 8 N, by the assumed model"
 
 
-def test_a_motion_that_was_not_rehearsed_promises_nothing():
+def test_motion_without_rehearsal_has_no_expected_results():
     _, lines = lines_of(excited(rehearsed=False, assumed=()))
     assert lines[0] == ["its log would determine no parameter reliably"]
     assert lines[3] == ["the motion was not rehearsed"]
@@ -186,7 +186,7 @@ def test_a_motion_that_was_not_rehearsed_promises_nothing():
     assert len(lines_of(excited(assumed=()))[1][3]) == 1
 
 
-def test_a_motion_is_reported_in_numbers():
+def test_summary_of_a_motion_has_its_numbers():
     summary = excitation_summary(excited(), files={"motion": "motion.csv"}, identify="x", provenance={})
     assert [summary["motion"][key] for key in ("travel", "velocity_max", "acceleration_max")] == pytest.approx([0.06, 0.2, 3.0])
     assert (summary["motion"]["samples"], summary["motion"]["units"]["force"]) == (8, "N")
@@ -206,7 +206,7 @@ def test_a_motion_is_reported_in_numbers():
         (True, "lugre", False, "lugre"),
     ],
 )
-def test_loops_before_sliding_are_fitted_by_elements_too(rehearsed, name, loops, models):
+def test_pre_sliding_loops_are_also_fitted_by_elements(rehearsed, name, loops, models):
     excitation = excited(rehearsed=rehearsed)
     if rehearsed:
         excitation.rehearsal.identification.best.name = name
@@ -216,7 +216,7 @@ def test_loops_before_sliding_are_fitted_by_elements_too(rehearsed, name, loops,
     assert command == f"bristle identify LOG --axis 'my axis.toml' --model {models} --out results"
 
 
-def test_the_page_of_a_motion_has_the_demands_on_the_axis(monkeypatch):
+def test_page_of_a_motion_has_the_demands_on_the_axis(monkeypatch):
     seen = {}
     monkeypatch.setattr(report, "report_page", lambda kind, facts, front, sections, **options: seen.update(facts, sections=sections) or "")
     report.excitation_report(excited(), identify="x")

@@ -25,7 +25,7 @@ from bristle.report.table import percent_text
         (1.0, 25.0, True, "no", 2),
     ],
 )
-def test_an_operator_is_judged_by_the_held_out_error(error, held_out, fitted, level, reasons):
+def test_verdict_of_an_operator_uses_the_held_out_error(error, held_out, fitted, level, reasons):
     ruling = operator_ruling(error, held_out, fitted=fitted)
     assert (ruling.level, len(ruling.reasons)) == (level, reasons)
     told = "on these curves" if held_out is None else "on held-out curves"
@@ -61,7 +61,7 @@ def test_operators_are_compared_on_held_out_curves():
     ]
 
 
-def test_the_first_page_of_an_operator_lists_the_others():
+def test_first_page_of_an_operator_lists_the_other_operators():
     front = report._front(FITS[0].prediction, "axis: preisach", RECORDED, FITS)
     lines = [[line.replace("\u00a0", " ") for line in lines] for _, lines in front.answers]
     assert lines == [
@@ -75,7 +75,7 @@ def test_the_first_page_of_an_operator_lists_the_others():
     assert front.facts.endswith("2 curves")
 
 
-def test_the_first_page_of_a_prediction_has_no_others():
+def test_first_page_of_a_prediction_has_no_other_operators():
     single = Some(**vars(RECORDED) | {"curves": RECORDED.curves[:1]})
     front = report._front(FITS[0].prediction, "axis", single, ())
     lines = [lines for _, lines in front.answers]
@@ -89,7 +89,7 @@ def test_the_first_page_of_a_prediction_has_no_others():
     assert len(lines[0]) == 1
 
 
-def test_an_operator_is_reported_in_numbers_with_the_constant_output():
+def test_summary_of_an_operator_has_the_constant_output():
     congruency = Some(alike=0.1, anywhere=0.2)
     identification = Some(best=FITS[0], fits=FITS, recorded=RECORDED, congruency=congruency, unfinished="")
     summary = operator_summary(identification, provenance={"a": "b"})
@@ -102,7 +102,7 @@ def test_an_operator_is_reported_in_numbers_with_the_constant_output():
     assert operator_summary(Some(**vars(identification) | {"unfinished": "stopped"}), provenance={})["unfinished"] == "stopped"
 
 
-def test_the_page_of_an_operator_has_the_numbers_and_the_data(monkeypatch):
+def test_page_of_an_operator_has_parameters_and_data(monkeypatch):
     seen = {}
     monkeypatch.setattr(report, "report_page", lambda kind, facts, front, sections, **options: seen.update(facts, sections=sections) or "")
     prediction = Some(**vars(FITS[0].prediction) | {"outputs": (1, 2)})
@@ -120,7 +120,7 @@ def test_the_page_of_an_operator_has_the_numbers_and_the_data(monkeypatch):
 
 
 @pytest.mark.parametrize(("count", "heading"), [(1, ""), (2, "Operators compared")])
-def test_operators_are_compared_where_there_are_two(monkeypatch, count, heading):
+def test_several_operators_are_compared(monkeypatch, count, heading):
     seen = {}
     monkeypatch.setattr(report, "report_page", lambda kind, facts, front, sections, **options: seen.update(facts, sections=sections) or "")
     prediction = Some(**vars(FITS[0].prediction) | {"outputs": (1, 2)})

@@ -117,11 +117,11 @@ CHOSEN = [
 
 
 @pytest.mark.parametrize(("code", "numbers", "words"), CHOSEN, ids=[f"{code} {place}" for place, (code, *_) in enumerate(CHOSEN)])
-def test_the_text_of_a_code_follows_the_numbers(code, numbers, words):
+def test_text_of_a_code_follows_the_numbers(code, numbers, words):
     assert words in clause(Diagnostic(code, "F_C", "note", numbers))
 
 
-def test_absent_numbers_leave_their_clauses_out():
+def test_missing_numbers_omit_their_clauses():
     assert "biases" not in clause(Diagnostic("clipped", "", "note", {"level": 9.0, "samples": 5, "time": 1.0, "all": 7}))
     numbers = {"step": 1e-6, "times": 2.0, "resolution": 1e-6, "degrees": False}
     assert "57.3" not in clause(Diagnostic("resolution_contradicts", "", "note", numbers))
@@ -130,7 +130,7 @@ def test_absent_numbers_leave_their_clauses_out():
     assert "effective" not in clause(Diagnostic("structure", "", "note", STRUCTURE))
 
 
-def test_each_suspect_of_a_loop_has_the_own_factor():
+def test_each_suspect_of_a_loop_has_its_factor():
     numbers = FOLLOWS | {"suspects": ("k_p", "delay", "reference_later"), "factors": (1.2, 2, 3e-3)}
     assert clause(Diagnostic("loop_contradicts", "", "note", numbers)).endswith(
         "It would match with a position gain of 1.20 times the value in the axis file or a delay of two samples in the loop or a "
@@ -138,13 +138,13 @@ def test_each_suspect_of_a_loop_has_the_own_factor():
     )
 
 
-def test_intervals_of_a_loop_are_reported_with_the_steps_in_the_loop():
+def test_intervals_of_a_loop_name_encoder_steps_in_the_loop():
     numbers = {"draws": 20, "noise": 1.0, "resolution": 1e-6, "scatter_percent": 2.0, "half_cycles": 30, "unexplained": 0.5}
     assert "noise of 1 N, encoder steps of 1 µm, and friction" in clause(Diagnostic("intervals", "", "note", numbers))
     assert "encoder steps of 1 µm in the loop and friction" in clause(Diagnostic("intervals", "", "note", numbers | {"loop": True}))
 
 
-def test_a_reason_ends_with_the_standard_error_where_known():
+def test_reason_ends_with_a_known_standard_error():
     sure = Diagnostic("low_speed", "F_v", "warning", {"speed": 0.5})
     unsure = Diagnostic("low_speed", "F_v", "warning", {"speed": 0.5, "std_percent": 40.0})
     assert message(sure) == "F_v cannot be identified: the log never exceeds 500 mm/s"
@@ -155,11 +155,11 @@ def test_a_reason_ends_with_the_standard_error_where_known():
     ("numbers", "text"),
     [({"a": 1}, "first"), ({"a": 0}, "first"), ({"a": None, "b": 2}, "second"), ({"a": "", "b": ()}, "last"), ({}, "last")],
 )
-def test_the_first_number_that_is_there_chooses_the_text(numbers, text):
+def test_first_present_number_chooses_the_text(numbers, text):
     assert where("a", "b")(("first", "second", "last"), numbers) == text
 
 
-def test_short_forms_are_sentences_of_their_kind():
+def test_short_forms_build_sentences():
     assert says("a", "b") == Sentence(("a",), "b", "nothing")
     assert held("a", "b", "c") == Sentence(("a",), "b", "c", "parameter")
     assert held("a", "b").advice == "nothing"
@@ -175,6 +175,6 @@ def test_samples_are_counted_in_words_up_to_ten(count, words):
     assert counted(count) == words
 
 
-def test_a_refused_loop_has_a_cause_for_each_reason():
+def test_refused_loop_has_a_cause_for_each_reason():
     assert SENTENCES["loop_diverges"].also == SENTENCES["loop_oscillates"].also
     assert "one sample of delay" in clause(Diagnostic("loop_diverges", "", "note", LOOP | {"why": "delay", "delay": 1}))

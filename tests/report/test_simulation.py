@@ -17,7 +17,7 @@ from bristle.report.simulation import ON_THE_MACHINE, simulation_ruling, simulat
 from bristle.simulation.result import Statistics
 
 
-def test_the_table_of_variants_holds_their_numbers(workbench):
+def test_table_of_variants_has_their_numbers(workbench):
     table = variant_table(workbench.looped)
     unit = table.heads[1].split("[")[1].rstrip("]")
     si = {"translational": "m", "rotational": "rad"}[workbench.axis.kind]
@@ -26,7 +26,7 @@ def test_the_table_of_variants_holds_their_numbers(workbench):
         assert convert(f"{row[1]} {unit}", si) == pytest.approx(variant.following_error.peak_to_peak, rel=0.01)
 
 
-def test_a_loop_that_diverged_says_so_in_words(stage):
+def test_diverged_loop_has_a_remark(stage):
     failed = replace(stage.looped.variants["compensated"], status=Status.NOT_FINITE)
     result = replace(stage.looped, variants={**stage.looped.variants, "compensated": failed})
     row = variant_table(result).rows[-1]
@@ -35,7 +35,7 @@ def test_a_loop_that_diverged_says_so_in_words(stage):
     assert f"compensated: {Status.NOT_FINITE.sentence}" in Page(simulation_page(stage, result=result)).words
 
 
-def test_a_page_remains_where_every_loop_diverged(stage):
+def test_page_exists_if_every_loop_diverged(stage):
     failed = {name: replace(item, status=Status.NOT_FINITE) for name, item in stage.looped.variants.items()}
     page = Page(simulation_page(stage, result=replace(stage.looped, variants=failed)))
     assert page.unbalanced == []
@@ -84,7 +84,7 @@ def lines_of(result, warnings=()):
     return front, [[line.replace("\u00a0", " ") for line in lines] for _, lines in front.answers]
 
 
-def test_the_first_page_of_a_run_holds_the_best_loop_against_the_base():
+def test_first_page_compares_the_best_loop_with_the_base():
     front, lines = lines_of(simulated(ran("base", 8e-6), ran("best", 2e-6, runs=3, spread=1e-7, effort=3.0), refused=["wild"]))
     assert lines == [
         ["following error 2 µm peak to peak, 0.500 µm root mean square (best)", "at its worst reversal: 2 µm instead of 8 µm"],
@@ -97,7 +97,7 @@ def test_the_first_page_of_a_run_holds_the_best_loop_against_the_base():
     assert front.heading == "bench: simulated"
 
 
-def test_the_first_page_of_a_loop_by_itself_compares_nothing():
+def test_first_page_of_a_single_loop_has_no_comparison():
     front, lines = lines_of(simulated(ran("base", 8e-6), limit=4.0))
     assert front.facts.endswith("simulated, 1 variant")
     assert lines[0][1] == "at its worst reversal: 8 µm"
@@ -108,7 +108,7 @@ def test_the_first_page_of_a_loop_by_itself_compares_nothing():
     assert len(lines_of(simulated(ran("base", 8e-6, runs=2)))[1][3]) == 1
 
 
-def test_the_first_page_of_open_loops_tells_where_they_went():
+def test_first_page_of_open_loops_has_their_motion():
     front, lines = lines_of(simulated(ran("a", 8e-3, is_open=True), ran("b", 1.0, status=Status.NOT_FINITE, is_open=True), effort=1))
     assert lines == [
         ["moves by 8 mm (a)"],
@@ -139,12 +139,12 @@ def test_the_first_page_of_open_loops_tells_where_they_went():
         ([ran("a", is_open=True)], {"effort": 1}, (), "usable", "No loop: the effort is given", 0),
     ],
 )
-def test_a_run_is_judged_by_the_completed_loops(loops, options, warnings, level, words, reasons):
+def test_verdict_of_a_run_uses_the_completed_loops(loops, options, warnings, level, words, reasons):
     ruling = simulation_ruling(simulated(*loops, **options), warnings)
     assert (ruling.level, ruling.words, len(ruling.reasons)) == (level, words, reasons)
 
 
-def test_the_swing_is_that_after_the_settling_time():
+def test_swing_excludes_the_settling_time():
     result = simulated(ran("base", 8e-6))
     assert report._swing(result, result.variants["base"]) == pytest.approx(8e-6)
     short = result.variants["base"]
@@ -152,7 +152,7 @@ def test_the_swing_is_that_after_the_settling_time():
     assert report._swing(result, short) is None
 
 
-def test_a_run_is_reported_in_numbers():
+def test_summary_of_a_run_has_its_numbers():
     loops = [ran("a", runs=3), ran("b", runs=2, status=Status.NOT_FINITE)]
     for loop in loops:
         loop.as_dict = dict
@@ -167,7 +167,7 @@ def test_a_run_is_reported_in_numbers():
 
 
 @pytest.mark.parametrize("is_open", [True, False])
-def test_the_page_of_a_run_lists_the_simulated_parts(monkeypatch, is_open):
+def test_page_of_a_run_lists_the_simulated_parts(monkeypatch, is_open):
     seen = {}
     monkeypatch.setattr(report, "report_page", lambda kind, facts, front, sections, **options: seen.update(facts, sections=sections) or "")
     for name in ("variant_table", "run_table", "parts_table", "direction_table"):

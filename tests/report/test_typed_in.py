@@ -38,7 +38,7 @@ def typed(monkeypatch):
     return lines
 
 
-def test_levels_are_reported_by_direction_with_the_viscous_part(typed):
+def test_levels_are_by_direction_with_the_viscous_part(typed):
     assert typed("usual") == [
         "mass 12 kg",
         "F+ 8 N, F− 9 N, viscous 30 N·s/m: at most 500 mN below the steady friction, never above it",
@@ -52,15 +52,15 @@ def test_levels_are_reported_by_direction_with_the_viscous_part(typed):
     assert typed("usual", item=fit(kind="rotational"))[0] == "inertia 12 kg·m²"
 
 
-def test_a_mass_that_is_open_is_not_reported(typed):
+def test_unidentified_mass_is_not_reported(typed):
     assert typed("usual", item=fit(mass="unidentifiable"))[0] == "mass: not identified"
 
 
-def test_the_distance_over_which_friction_turns_is_reported_where_positive(typed):
+def test_positive_distance_of_a_reversal_is_reported(typed):
     assert typed("usual", distance=4e-6)[2] == "after a reversal, 95 % of the friction builds up within 4 µm"
 
 
-def test_levels_are_reported_in_the_units_of_the_drive(typed):
+def test_levels_are_also_in_units_of_the_drive(typed):
     columns = {"position": Column("x", "mm", "m", 1.0), "effort": Column("u", "V", "V", 35.0)}
     lines = typed("usual", Axis(columns=columns))
     assert lines[2] == f"in V: F+ {8.0 / 35.0:.3f}, F− {9.0 / 35.0:.3f}"
@@ -77,12 +77,12 @@ def test_levels_are_reported_in_the_units_of_the_drive(typed):
         (fit(), "no values: a plant on a spring has no constant-velocity motion"),
     ],
 )
-def test_an_empty_answer_has_the_reason(typed, item, words):
+def test_empty_answer_has_a_reason(typed, item, words):
     assert typed(None, item=item) == [words]
 
 
 @pytest.mark.parametrize(("deviation", "words"), [(8.9e-6, "follow the model"), (9.1e-6, "deviate from the model by 9.1 µN at most")])
-def test_straight_lines_of_a_table_follow_the_model_but_for_rounding(deviation, words, monkeypatch):
+def test_straight_lines_follow_the_model_within_rounding(deviation, words, monkeypatch):
     monkeypatch.setattr(report, "largest_deviation", lambda fit, table: deviation)
     lead, block = _for_the_drive(fit(), [(-0.1, -9.0), (0.1, 8.0)], None)
     assert f"Straight\nlines between the rows {words}." in lead
