@@ -1,4 +1,4 @@
-"""Rules of all kinds of report: figures name their log, no number is offered where the log must be recorded again, verdicts agree."""
+"""Rules for all reports: figures name their log, verdicts agree, and bad logs give no values to enter."""
 
 import re
 
@@ -18,7 +18,7 @@ WITH_VERDICT = [kind for kind in KINDS if kind not in ("study", "fleet")]
 
 
 def answer(page, question):
-    """What a first page answers, as text."""
+    """The answers of a first page, as text."""
     return re.search(rf"<dt>{re.escape(question)}</dt><dd>(.*?)</dd>", page, re.DOTALL)[1]
 
 

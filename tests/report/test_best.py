@@ -1,4 +1,4 @@
-"""Which variant is best, and by how much: said of all variants, never of a difference that the runs do not bear out."""
+"""The best variant and its gain, with differences within the scatter ignored."""
 
 from dataclasses import replace
 from types import SimpleNamespace

@@ -1,4 +1,4 @@
-"""A comparison in the hand: what it shows, tells and writes."""
+"""The result of a comparison: card, data, report and folder."""
 
 import json
 import pickle

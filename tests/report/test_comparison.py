@@ -1,4 +1,4 @@
-"""Two logs of one axis in words and rows, from changes whose numbers are known."""
+"""Sentences and rows of a comparison, from changes with known numbers."""
 
 from types import SimpleNamespace as Some
 

@@ -1,4 +1,4 @@
-"""What is said of the gain of compensation, from loops whose errors are known."""
+"""Sentences about the gain of compensation, from loops with known errors."""
 
 from dataclasses import replace
 from types import SimpleNamespace as Some
@@ -16,7 +16,7 @@ from bristle.simulation.result import Statistics
 
 
 def with_error(result, name, error):
-    """The result with a following error of our own in one variant."""
+    """The result with a given following error in a variant."""
     item = result.variants[name]
     values = np.asarray(error(item), dtype=float)
     changed = replace(item, measured=item.reference - values, following_error=statistics_of(values))
@@ -103,7 +103,7 @@ def test_present_velocity_feedforward_is_not_advised(stage):
 
 
 def test_viscous_friction_without_feedforward_is_named_as_cause(stage):
-    """The loop feeds velocity forward and Coulomb friction alone: what is left is viscous friction."""
+    """The loop has feedforward of velocity and Coulomb friction, so viscous friction remains."""
     film = friction.coulomb_viscous(F_C=8.0, F_v=200.0)
     law = controllers.cascade(k_p=80.0, k_v=3000.0)
     experiment = compensation_experiment(plants.inertia(M=12.0), film, friction.coulomb(F_C=8.0), law, stage.log.reference.values, 1e-3)

@@ -1,4 +1,4 @@
-"""The report of a loop that is designed: what it tells, and gains that can be copied into an experiment file."""
+"""The report of a loop design, with gains to copy into an experiment file."""
 
 import math
 import re
@@ -56,7 +56,7 @@ def test_page_of_a_design_is_self_contained(designed):
 
 
 def with_errors(designed, *peaks):
-    """The design with following errors of our own [m]."""
+    """The design with given following errors [m]."""
     error = designed.proposals[0].following_error
     loops = [
         replace(proposal, following_error=replace(error, peak_to_peak=peak))
@@ -180,7 +180,7 @@ ENTRIES = (("friction", 6e-6, 2e-6), ("lag", 7e-6, 5e-6))
 
 
 def made(*proposals, gain=0.05, switches=False, lag=1e-3, **changes):
-    """A loop with what is proposed for it; by default `tuned` errs by a quarter."""
+    """A loop with its proposals; by default `tuned` has a quarter of the error."""
     proposals = proposals or (proposal("as it is", 8e-6), proposal("tuned", 2e-6, phase=50.0), proposal("with an observer", 4e-6))
     variant = loop("plain", None, run=Run(4.0, 1e-3, delay=1, current_lag=lag))
     known = {"proposals": proposals, "experiment": Experiment("bench", "translational", (variant,)), "variant": variant}

@@ -1,4 +1,4 @@
-"""What is known of a reversal is told beside the levels for a drive: in JSON and on the first page."""
+"""The distance of a reversal in JSON and on the first page, with the levels for a drive."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""The report of a motion to run: its pieces, what its log would tell, what it takes, and whether to run it."""
+"""The report of a motion to run: pieces, expected results, demands and verdict."""
 
 import math
 from types import SimpleNamespace as Some

@@ -1,4 +1,4 @@
-"""A model file as files for a target: what is written, and what of the loop beside the file is known."""
+"""Files of an export for a target, and the loop in the folder of the model file."""
 
 import json
 from types import SimpleNamespace as Some

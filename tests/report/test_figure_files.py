@@ -1,4 +1,4 @@
-"""The figures of a report as files of their own: in every format asked for, with captions and numbers."""
+"""Figures of a report as separate files in several formats, with captions and numbers."""
 
 import csv
 from pathlib import Path
@@ -15,7 +15,7 @@ DRAW = gallery()
 
 
 def write(out: Path, formats=(), names=("expected", "errors_by_loop")) -> dict[str, int]:
-    """Draw figures for a report; return how large the files are that come of it."""
+    """Draw figures for a report; return the sizes of the files."""
     with results_folder(out) as folder, figure_files(folder, formats):
         for name in names:
             picture(name.replace("_", "-"), DRAW[name], "what it is", "what to see: 5 um, at F_s")

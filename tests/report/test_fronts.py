@@ -36,7 +36,7 @@ def helped():
 
 
 def looped(stage, *sizes):
-    """The loop of the stage with following errors of our own, peak to peak [m]."""
+    """The loop of the stage with given following errors, peak to peak [m]."""
     result = stage.looped
     for name, size in zip(result.variants, sizes, strict=True):
         result = with_error(result, name, lambda item, size=size: 0.5 * size * np.sin(40.0 * item.time))
@@ -184,7 +184,7 @@ def test_verdict_of_an_operator_follows_the_held_out_error(error, held_out, leve
 
 
 def motion(estimates, *, peak=100.0, lag=0.0, truth=None):
-    """A rehearsed motion whose log gives these estimates."""
+    """A rehearsed motion with these estimates."""
     best = Some(name="lugre", estimates=[Some(name=name, status=status, interval_percent=half) for name, status, half in estimates])
     rehearsal = Some(identification=Some(best=best), truth=truth or {}, peak_effort=peak, lag=lag, loop=True)
     kept = Some(effort_limit=500.0, name="stage")

@@ -1,4 +1,4 @@
-"""Gains are told as the drive of a motor has them, too."""
+"""Gains in the units of the motor."""
 
 from types import SimpleNamespace
 

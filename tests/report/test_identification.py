@@ -1,4 +1,4 @@
-"""What the report of an identification tells."""
+"""The report of an identification."""
 
 import csv
 import io

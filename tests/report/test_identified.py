@@ -1,4 +1,4 @@
-"""An identification in the hand: what stands on it, what it predicts, and that it is the same when it comes back."""
+"""The result of an identification: its data, predictions, files and pickle."""
 
 import inspect
 import json
@@ -50,7 +50,7 @@ def loaded(folder):
 
 
 def same(single, other):
-    """Whether two models in the hand hold the same numbers, to the bit."""
+    """Whether two models have the same numbers, to the bit."""
     for name, estimate in single.parameters.items():
         again = other.parameters[name]
         for field in ("value", "unit", "std", "robust_std", "interval", "status", "description"):

@@ -1,4 +1,4 @@
-"""The verdict of an identification, and the first page that it stands on."""
+"""The verdict on an identification and its first page."""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -189,7 +189,7 @@ KIND = SimpleNamespace(kind="translational")
 
 
 def measured(**changes):
-    """A fit that misses 5 % of the effort and 12 % of friction, and 6 % of what was held out."""
+    """A fit with model errors of 5 % of the effort and 12 % of friction, and a held-out error of 6 %."""
     known = {"plant": KIND, "levels": ("F_C",), "position_rmse": None, "loop_rmse": None}
     known |= {"force_error_percent": 5.0, "friction_alone_error_percent": 12.0, "missed_percent": 11.0, "error_percent": 5.0}
     known |= {"held_out": SimpleNamespace(of="time blocks", mean_percent=6.0)}

@@ -1,4 +1,4 @@
-"""The report whose parameters move: its numbers are those of the report, its loop that of the simulation."""
+"""The interactive report: its numbers equal those of the report, its loop equals the simulation."""
 
 import base64
 import hashlib
@@ -66,7 +66,7 @@ const pair = ({ name, values }) => [name, numbersOf(values)], first = (rows) => 
 
 
 def computed(living, folder, script):
-    """Return what a script says of the data of a report, in node."""
+    """Return the output of a script on the data of a report, in node."""
     templates = resources.files("bristle.lab").joinpath("templates")
     names = [*SHARED, "paths.js", "rows.js"]
     parts = [templates.joinpath(name).read_text(encoding="utf-8") for name in names]
@@ -154,7 +154,7 @@ say([...error]);
 
 
 def run_as(bench, **changes):
-    """Return the loop of a bench, run in another way."""
+    """Return the loop of a bench with other run settings."""
     experiment = bench.looped.experiment
     variants = tuple(replace(variant, run=replace(variant.run, **changes)) for variant in experiment.variants)
     return simulate(replace(experiment, variants=variants))

@@ -1,4 +1,4 @@
-"""The report of a log, from passages and channels whose numbers are known."""
+"""The report of a log, from passages and channels with known numbers."""
 
 from dataclasses import replace
 from types import SimpleNamespace as Some

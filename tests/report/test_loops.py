@@ -1,4 +1,4 @@
-"""Loops in tables and lines: errors in one unit, parts with their numbers, gains as the drive has them."""
+"""Tables and sentences of loops: errors in a common unit, parts with values, gains in units of the drive."""
 
 import math
 from types import SimpleNamespace as Some

@@ -1,4 +1,4 @@
-"""Every diagnostic has its sentence and every sentence its diagnostic, with the numbers that the sentence needs."""
+"""Every diagnostic has a sentence with its numbers, and every sentence has a diagnostic."""
 
 import ast
 import pickle
@@ -41,12 +41,12 @@ WRITTEN = {"cause"}
 
 @cache
 def trees():
-    """Every file of the package, read."""
+    """The text of every file of the package."""
     return {file: ast.parse(file.read_text(encoding="utf-8")) for file in PACKAGE.rglob("*.py")}
 
 
 def calls():
-    """Every call of the package that makes a diagnostic, or holds a parameter for a reason."""
+    """Every call of the package that creates a diagnostic or the reason of a constant parameter."""
     for file, tree in trees().items():
         for node in ast.walk(tree):
             if isinstance(node, ast.Call) and isinstance(node.func, (ast.Name, ast.Attribute)):
@@ -57,7 +57,7 @@ def calls():
 
 
 def strings():
-    """Every string of the package, but for those of the sentences."""
+    """Every string of the package outside the sentences."""
     return {
         node.value
         for file, tree in trees().items()

@@ -1,4 +1,4 @@
-"""An identified model in the hand: its covariance, how it predicts as it was treated, and a folder that holds no model."""
+"""An identified model: covariance, prediction with its treatment, and loading from a folder."""
 
 import json
 from types import SimpleNamespace as Some

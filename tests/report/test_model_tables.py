@@ -1,4 +1,4 @@
-"""Tables of an identified model: each number to the digits that are known of it, in a unit that is read well."""
+"""Tables of an identified model: significant digits and readable units."""
 
 import math
 from types import SimpleNamespace as Some
@@ -36,7 +36,7 @@ def fit(*estimates, **changes):
 
 
 def row_of(*estimates, **changes):
-    """The first row of the table, by its heads."""
+    """The first row of the table, by column head."""
     table = parameter_table(fit(*estimates, **changes))
     return dict(zip(table.heads, table.rows[0], strict=True))
 

@@ -1,4 +1,4 @@
-"""Names as people choose them, and as files bring them along, in every kind of report: they stay text."""
+"""Names from users and files stay text in every kind of report."""
 
 import re
 from dataclasses import replace
@@ -32,7 +32,7 @@ FORBIDDEN = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\ud800-\udfff\ufffe\
 
 
 def assert_harmless(text):
-    """What a person wrote is nothing but text, and all that the page holds is allowed there."""
+    """User text stays text, and the page has only allowed tags."""
     page = Page(text)
     assert page.unbalanced == []
     assert {tag for tag, _ in page.tags} & {"script", "img", "b", "a", "iframe", "object", "link"} == set()

@@ -1,4 +1,4 @@
-"""A log that never slides shows no level of friction: none is called identified, none is handed to a drive."""
+"""A log without sliding gives no level of friction to a drive."""
 
 import numpy as np
 import pytest
@@ -27,7 +27,7 @@ RATED = {
 
 
 def pulled(step=1e-9, reach=5e-6, level=8.0):
-    """Return a log of springs that slip one after the other, bent to half of what the last one takes."""
+    """Return a log of springs that slip in turn, deflected to half of the last slip."""
     t = DT * np.arange(4000)
     x = 1.8e-6 * np.sin(2.0 * np.pi * 0.7 * t) + 0.8e-6 * np.sin(2.0 * np.pi * 2.3 * t)
     limits, force = np.linspace(0.07, 1.0, 14) * reach, np.empty(t.size)

@@ -1,4 +1,4 @@
-"""The reports of hysteresis operators: a verdict by the error on what was not fitted, and tables of operators and their numbers."""
+"""The reports of hysteresis operators: verdict by held-out error, tables of operators and parameters."""
 
 from types import SimpleNamespace as Some
 

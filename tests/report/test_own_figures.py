@@ -1,4 +1,4 @@
-"""``report(path, figures=[...])``: figures of a person's own from Python."""
+"""``report(path, figures=[...])``: figures of the user from Python."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""The skeleton of a report: figures in their places, empty sections left out, faults that cost nothing else."""
+"""The skeleton of a report: figures in place, no empty sections, and faults without further loss."""
 
 import datetime
 import warnings

@@ -1,4 +1,4 @@
-"""Each report is one well-formed file that asks for nothing, escapes everything and names its units."""
+"""Each report is a well-formed, self-contained file that escapes text and names its units."""
 
 import re
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Numbers and reasons stand in a sentence as a person says them."""
+"""Numbers and reasons in readable sentences."""
 
 from types import SimpleNamespace
 

@@ -1,4 +1,4 @@
-"""The report of a prediction: how far off the model is, whether the model holds, and what to do then."""
+"""The report of a prediction: error, verdict and next step."""
 
 from types import SimpleNamespace as Some
 

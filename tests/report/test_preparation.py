@@ -1,4 +1,4 @@
-"""What an experiment identifies before it is simulated, with the fits left out: what is kept, read, excited and written."""
+"""Models of an experiment file before its simulation, without the fits: kept, read, excited and written."""
 
 from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
@@ -20,7 +20,7 @@ from bristle.report.prepared import Prepared, prepare
 
 @dataclass(frozen=True)
 class Plan:
-    """What is to be identified, as an experiment file tells it."""
+    """The entry of a model to identify in an experiment file."""
 
     name: str
     folder: Path
@@ -37,7 +37,7 @@ class Plan:
 
 
 def written(tmp_path, monkeypatch, *plans):
-    """An experiment file that plans to identify these."""
+    """An experiment file with these models to identify."""
     (tmp_path / "experiment.toml").write_text("schema = 1\n", encoding="utf-8")
     monkeypatch.setattr(prepared, "planned_in", lambda data, source, sources: {plan.name: plan for plan in plans})
     return tmp_path / "experiment.toml"
@@ -66,7 +66,7 @@ def test_present_models_are_not_fitted_again_and_keep_the_order(tmp_path, monkey
 
 
 def identified_of(tmp_path, monkeypatch, plan):
-    """What a plan leads to, beside the fit: what was asked for, and what was written."""
+    """The results of a plan without the fit: the requests and the files."""
     asked, files = {}, {}
     outcome = SimpleNamespace(provenance={"log": "sum"})
 

@@ -1,4 +1,4 @@
-"""An experiment that identifies its compensator: fitted once, kept, and never met by another rig than its own."""
+"""An experiment that identifies its compensator: fitted once, kept, and fitted again for a changed rig."""
 
 import re
 import shutil
@@ -75,7 +75,7 @@ def prepared(tmp_path_factory):
 
 @pytest.fixture
 def copied(prepared, tmp_path):
-    """A rig whose compensator was identified."""
+    """A rig with an identified compensator."""
     shutil.copytree(prepared[0].parent, tmp_path / "copied")
     return tmp_path / "copied" / "rig.toml"
 

@@ -1,4 +1,4 @@
-"""The report on paper, as a browser prints it."""
+"""The printed report of a browser."""
 
 import re
 import shutil

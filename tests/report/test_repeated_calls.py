@@ -1,4 +1,4 @@
-"""What repeats a result: a call with the names of its logs, its models and what was asked for."""
+"""The call that repeats a result, with the names of its logs and models, and its options."""
 
 from types import SimpleNamespace as Some
 
@@ -45,7 +45,7 @@ def test_models_have_their_names_in_the_call():
 
 @pytest.fixture
 def sides(monkeypatch):
-    """Comparisons of logs that nobody reads."""
+    """Comparisons of logs that are not read."""
     fields = dict.fromkeys(Comparison.__dataclass_fields__)
     seen = []
     monkeypatch.setattr(compared, "sides_compared", lambda *arguments: seen.append(arguments) or Some(**fields))

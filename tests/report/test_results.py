@@ -1,4 +1,4 @@
-"""Names of the files of a result, figures among them with their captions, and logs of what was simulated."""
+"""File names of a result, its figures with captions, and logs of simulated variants."""
 
 from types import SimpleNamespace as Some
 

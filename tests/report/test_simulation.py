@@ -1,4 +1,4 @@
-"""What the report of a simulation tells."""
+"""The report of a simulation."""
 
 import math
 from dataclasses import replace
@@ -50,7 +50,7 @@ def test_every_part_of_the_loop_is_named(stage):
 
 
 class Loop(Some):
-    """One that is told from others by itself, whatever numbers they share."""
+    """A stand-in that compares by identity."""
 
     __eq__, __hash__ = object.__eq__, object.__hash__
 

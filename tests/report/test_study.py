@@ -1,4 +1,4 @@
-"""The reports of a study and of a fleet: made-up runs, whose numbers are known, come to these sentences and tables."""
+"""The reports of a study and of a fleet, from made-up runs with known numbers."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ SAID |= {"sobol_indices": False, "grid": {"friction.F_C": [1.0, 2.0]}, "causes":
 
 
 def runs(**changes):
-    """Eight runs of ten: 1 to 6 mm, and two that failed."""
+    """Eight runs of ten: 1 to 6 mm, and two failures."""
     columns = {
         "run": np.arange(8),
         "status": np.array(["ok"] * 6 + ["refused", "raised"]),
@@ -149,7 +149,7 @@ def test_causes_are_sorted_by_strength_with_intervals(reported):
 
 
 def page_of(item, summary, monkeypatch, **facts):
-    """The words of the page of a study, and what its figures take."""
+    """The words of the page of a study, and the facts of its figures."""
     seen = {}
 
     def report_page(kind, facts, front, sections, **options):
@@ -190,7 +190,7 @@ def test_figure_pools_many_points(reported, monkeypatch, points, together):
 
 
 def fleet(values=(5.0, 5.1, 4.9, 5.0, 5.05, 9.0, np.nan), half=0.2):
-    """Logs with the level of friction of each; one of them stands apart, the last one failed."""
+    """Logs with their levels of friction: one outlier, and a failure at the end."""
     level = np.array(values)
     count = level.size
     columns = {

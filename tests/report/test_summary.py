@@ -1,4 +1,4 @@
-"""An identification in numbers: levels in each unit of the drive, and what the draws say beside the intervals."""
+"""The summary of an identification: levels in each unit of the drive, and numbers of the draws."""
 
 from types import SimpleNamespace as Some
 

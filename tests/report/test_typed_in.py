@@ -1,4 +1,4 @@
-"""What an identification gives to be typed into a drive, in the units that the drive has."""
+"""Values of an identification for a drive, in units of the drive."""
 
 from types import SimpleNamespace as Some
 
@@ -25,7 +25,7 @@ def fit(status="identified", *diagnostics, mass=None, kind="translational"):
 
 @pytest.fixture
 def typed(monkeypatch):
-    """What is to be typed in, of levels and a distance of our own."""
+    """The values to enter, for given levels and distance."""
 
     def lines(outcome=None, axis=None, distance=0.0, item=None, **changes):
         fastest = []

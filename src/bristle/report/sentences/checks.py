@@ -39,12 +39,11 @@ CHECKS: dict[str, Sentence] = {
         (
             "column {column} was recorded every {own_sample_time:time}, but the position every {sample_time:time}. bristle interpolated "
             "{percent:.0f} % of its samples, with an error of at most {error_percent:.2g} % of its standard deviation",
-            "the time stamps are uneven: 19 of 20 deviate by at most {percent:.2g} % of the sample time, the worst by {largest:.0f} %. "
+            "the time stamps are uneven. 19 of 20 deviate by at most {percent:.2g} % of the sample time, the worst by {largest:.0f} %. "
             "bristle resampled all channels to steps of {sample_time:time}. The interpolation error is about {position_error:length} in "
             "the position",
             " and {effort_error:force} in the effort",
-            " (root mean square). If only the stamps are uneven and the samples are not, leave the time column out of the axis file and "
-            "write sample_time under [timing]",
+            " (root mean square). If only the stamps are uneven, replace the time column in the axis file with sample_time under [timing]",
         ),
         "uneven time stamps, or channels with different sample times: bristle resampled the log",
         "record all channels at one fixed rate. If only the stamps are uneven, write sample_time instead of the column of time",
@@ -56,7 +55,7 @@ CHECKS: dict[str, Sentence] = {
         "correct the unit",
     ),
     "sign_reversed": says(
-        "the sign of the effort seems reversed: over closed motion the effort does negative work, {percent:.0f} % of the work that "
+        "the sign of the effort seems reversed. Over closed motion the effort does negative work, {percent:.0f} % of the work that "
         "friction would take. Reverse the sign in the axis file: sign = -1 if sign is missing or 1, otherwise sign = 1",
         "over closed motion the effort does negative work",
         "reverse the sign of the effort in the axis file",

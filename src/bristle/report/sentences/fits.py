@@ -28,7 +28,7 @@ def _filtered(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
 
 
 _FILTERED = (
-    "bristle filtered position, effort and friction at {cutoff:g} Hz without phase, dropped {dropped} samples at each edge, and kept "
+    "bristle filtered position, effort and friction at {cutoff:g} Hz without phase. It dropped {dropped} samples at each edge, and kept "
 )
 _REMOVED = (
     ". bristle removed that delay, but inertia, damping and pre-sliding stiffness are just as uncertain. Record accelerations that "
@@ -243,8 +243,8 @@ PREDICTIONS: dict[str, Sentence] = {
         also=("signal",),
     ),
     "beyond_speed": says(
-        "above {fitted_speed:length/time} the friction of the model is an extrapolation: the model was fitted up to that speed, and this "
-        "log reaches {speed:length/time}",
+        "above {fitted_speed:length/time} the friction of the model is an extrapolation. This log reaches {speed:length/time}, beyond the "
+        "fitted log",
         "the log is much faster than the fitted log",
         "fit the model to faster motion",
     ),

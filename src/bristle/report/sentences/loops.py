@@ -92,9 +92,9 @@ LOOPS: dict[str, Sentence] = {
     ),
     "loop_contradicts": Sentence(
         (
-            "the simulated loop does not match the log: its following error is {simulated:length} peak to peak and {simulated_rms:length} "
+            "the simulated loop does not match the log. Its following error is {simulated:length} peak to peak and {simulated_rms:length} "
             "root mean square, but {measured:length} and {measured_rms:length} in the log",
-            "the simulated loop does not match the log: it runs away, but the recorded following error is {measured:length} peak to peak "
+            "the simulated loop does not match the log: it runs away. The recorded following error is {measured:length} peak to peak "
             "and {measured_rms:length} root mean square",
             ". It would match with ",
             ". No single wrong gain, velocity feedforward, scale, delay or shift of the reference explains it. Check the drive for "

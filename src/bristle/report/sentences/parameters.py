@@ -166,8 +166,8 @@ _CURVE = "the curve of friction over speed differs from that of the model: {forc
 _COMPARED = "`{compared}` was also compared, and is no better"
 
 _RIPPLE = (
-    "the force has a ripple over position, with a period of {period:length} and an amplitude of {amplitude:force}: "
-    "{percent:.2g} % of friction (root mean square)"
+    "the force has a ripple over position, {percent:.2g} % of friction (root mean square). Its period is {period:length}, its amplitude "
+    "{amplitude:force}"
 )
 
 
@@ -197,11 +197,11 @@ def _missing(text: str, by_model: str, without: str, means: str) -> Sentence:
 STRUCTURE: dict[str, Sentence] = {
     "structure": Sentence(
         (
-            "the model lacks a force: {missing:force} of the residual (root mean square, {percent:.2g} % of friction) repeats on held-out "
+            "the model lacks a force. {missing:force} of the residual (root mean square, {percent:.2g} % of friction) repeats on held-out "
             "half-cycles. It is physics, not noise: noise and scatter explain only {chance:force}. The likely causes follow",
             ". {names:list} are effective: valid for this model and similar motions, but biased for the axis. Their intervals are wider "
             "because of this force",
-            "the model lacks a small force, too small to matter in use: {missing:force} of the residual (root mean square, {percent:.2g} % "
+            "the model lacks a force, too small to matter in use. {missing:force} of the residual (root mean square, {percent:.2g} % "
             "of friction) repeats on held-out half-cycles. Noise and scatter explain only {chance:force}. The likely causes follow",
         ),
         "the model lacks forces, listed by cause",
@@ -235,8 +235,8 @@ STRUCTURE: dict[str, Sentence] = {
     ),
     "missing_play": Sentence(
         (
-            "the drive has play: the residual is {ratio:.2g} times larger when the force on the load changes its sign than elsewhere in "
-            "motion, {force:force}, {percent:.2g} % of friction. No model of bristle has play. Check coupling and screw, and also record "
+            "the drive has play: {force:force}, {percent:.2g} % of friction. Where the force on the load changes its sign, the residual is "
+            "{ratio:.2g} times larger than elsewhere in motion. No model of bristle has play. Check coupling and screw, and also record "
             "the position of the load",
         ),
         "the drive has play",
