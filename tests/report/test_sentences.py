@@ -148,7 +148,7 @@ def test_reason_ends_with_a_known_standard_error():
     sure = Diagnostic("low_speed", "F_v", "warning", {"speed": 0.5})
     unsure = Diagnostic("low_speed", "F_v", "warning", {"speed": 0.5, "std_percent": 40.0})
     assert message(sure) == "F_v cannot be identified: the log never exceeds 500 mm/s"
-    assert message(unsure) == message(sure) + "; standard error 40 %, with residuals correlated over time"
+    assert message(unsure) == message(sure) + ". Its standard error is 40 %, with residuals correlated over time"
 
 
 @pytest.mark.parametrize(

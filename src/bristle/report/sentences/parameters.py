@@ -96,7 +96,7 @@ PARAMETERS: dict[str, Sentence] = {
         "the best value is far beyond the largest friction in this log, {effort:force}",
     ),
     "redundant": held(
-        "no log can identify it: the force depends only on {products:and}",
+        "the force depends only on {products:and}, for any {parameter}",
         "no log can identify it: the force depends only on products with it",
         "use the products, under `combinations`",
     ),

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 Choice = Callable[[tuple[str, ...], Mapping[str, Any]], str]
 
-UNSURE = "; standard error {std_percent:.0f} %, with residuals correlated over time"
+UNSURE = ". Its standard error is {std_percent:.0f} %, with residuals correlated over time"
 
 
 class Sentence(NamedTuple):
