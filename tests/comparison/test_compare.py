@@ -144,7 +144,7 @@ def test_without_a_reference_effort_and_friction_are_compared_with_a_remark():
     lacking = next(diagnostic for diagnostic in comparison.diagnostics if diagnostic.code == "no_reference")
     assert lacking.numbers["sides"] == ("before",)
     assert "the following error is not compared" in message(lacking)
-    assert "without a reference" in comparison.sentences[0]
+    assert "Without a reference" in comparison.sentences[0]
 
 
 def test_positions_match_despite_noise_and_different_loops():

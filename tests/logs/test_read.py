@@ -166,7 +166,7 @@ def test_an_effort_beyond_its_limit_is_read_and_told(write, axis):
     assert exceeded(log) == [("beyond_limit", "[effort] limit")]
     (result,) = [result for result in checked(log, limited) if result.code == "beyond_limit"]
     assert message(result).startswith("the effort reaches 75")
-    assert "[effort] limit of the axis file says 10 N" in message(result)
+    assert "[effort] limit of the axis file is 10 N" in message(result)
     assert exceeded(read_log(write(), dataclasses.replace(axis, effort_limit=100.0))) == []
     largest = float(np.max(np.abs(log.effort.values)))  # five per cent above the limit are no finding
     assert [exceeded(read_log(write(), dataclasses.replace(axis, effort_limit=largest / over))) == [] for over in (1.04, 1.06)] == [

@@ -222,4 +222,4 @@ def test_speeds_beyond_the_fitted_range_are_reported(mode):
     top = identification.treatment["velocity_max"]
     assert not any("extrapolation" in note for note in notes_of(predict(plant, fitted, sliding_log(), mode=mode, velocity_max=top)))
     notes = notes_of(predict(plant, fitted, sliding_log(), mode=mode, velocity_max=0.5 * top))
-    assert any(note.startswith("warning: the log moves at up to") and "extrapolation" in note for note in notes)
+    assert any(note.startswith("warning: above ") and "extrapolation" in note for note in notes)

@@ -30,7 +30,7 @@ def _with_names(first: str, names: str, means: str, advice: str) -> Sentence:
 
 CHECKS: dict[str, Sentence] = {
     "rows_lost": says(
-        "the position jumps by up to {step:length} within one sample, first after t = {time:.6g} s ({places} jumps in all). The velocity "
+        "the position jumps by up to {step:length} within one sample, first after t = {time:.6g} s ({places} in all). The velocity "
         "around the jumps does not explain them: rows are missing, or a counter wrapped. Correct the time stamps, or cut the log there",
         "rows are missing although the time stamps continue, or a counter wrapped",
         "correct the time stamps, unwrap the counter, or cut the log there",
