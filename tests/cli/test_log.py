@@ -66,7 +66,7 @@ def test_the_experiments_in_a_log_are_told(bristle, place):
     assert {item["kind"] for item in result.data["passages"]} <= set(KINDS)
     assert result.data["passages"][0]["begin"] == pytest.approx(0.0, abs=0.2)
     message = bristle("log", "log.csv", "--axis", "axis.toml")
-    assert "What the motion of the log is" in message.out
+    assert "Motion of the log" in message.out
 
 
 def test_a_report_of_a_log(bristle, place):

@@ -44,7 +44,7 @@ def test_noise_of_a_coarse_encoder_does_not_hide_friction():
 
 def test_fewer_rows_are_reported_with_their_cost():
     (message,) = (text for text in assumptions_of(coarsely().best) if "the usual number of rows" in text)
-    share = float(message.split(" % of what friction")[0].split()[-1])
+    share = float(message.split(" % of friction")[0].split()[-1])
     # White noise of a step over the root of twelve, in acceleration up to 100 Hz, times the inertia.
     motion = sines(20.0, 5e-4, **FAST)
     turned = np.fft.rfftfreq(motion.time.size, 5e-4)
@@ -60,7 +60,7 @@ def test_fewer_rows_are_reported_if_cogging_repeats_the_search_for_the_delay():
 
 def test_noise_above_friction_is_reported_in_plain_numbers():
     (message,) = (text for text in assumptions_of(result(coarse_log(8e-5)).best) if "the usual number of rows" in text)
-    assert 100.0 < float(message.split(" % of what friction")[0].split()[-1]) < 500.0
+    assert 100.0 < float(message.split(" % of friction")[0].split()[-1]) < 500.0
     assert "e+" not in message
 
 
