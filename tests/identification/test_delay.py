@@ -274,7 +274,7 @@ def test_the_channel_is_not_sought_if_only_the_effort_can_be_filtered(monkeypatc
 
 def test_a_rough_negative_delay_is_reported_without_a_sign():
     fit = identify(late(-3.0 * DT), "coulomb_viscous", blocks=0, draws=0, settings=Settings(delay_rough=0.01)).best
-    (printed,) = (text for text in warnings_of(fit) if "only roughly" in text)
+    (printed,) = (text for text in warnings_of(fit) if "by roughly" in text)
     assert "leads the position by roughly 3 ms (3.0 samples" in printed
 
 

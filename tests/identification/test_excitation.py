@@ -66,7 +66,7 @@ def test_friction_that_does_not_fall_hides_the_stribeck_velocity():
     estimate = fit.parameters["v_S"]
     assert estimate.status in ("unidentifiable", "at_edge")
     assert estimate.std is None or estimate.relative_std_percent > 50.0
-    assert "fall with speed" in note_of(estimate)
+    assert "falls with speed" in note_of(estimate)
     assert "it has no constant-velocity segment" in note_of(estimate)
 
 

@@ -47,7 +47,7 @@ HARDLY = change(after=1.92e-5, interval=(-1.2e-6, -0.4e-6))
         (HARDLY, "with_care", "It hardly helped", "It hardly helped: the following error is lower, by less than 5 %."),
         (HIGHER, "no", "It did not help", "It did not help: the following error is higher."),
         (OPEN, "with_care", "No clear change", "These logs do not show whether it helped: the interval of its change contains zero."),
-        (ONCE, "with_care", "Unknown", "These logs do not show whether it helped: a single cycle gives no interval."),
+        (ONCE, "with_care", "Effect unknown", "These logs do not show whether it helped: a single cycle gives no interval."),
     ],
 )
 def test_verdict_follows_the_change_of_the_following_error(item, level, words, sentence):

@@ -162,7 +162,7 @@ def test_verdict_of_two_logs_follows_the_interval(helped):
     worse = compare([log(1, sine(12))], [log(2, sine(12), gain=1.4)])
     assert comparison_ruling(worse)[:2] == ("no", "It did not help")
     blind = compare([log(1, sine(12), reference=None)], [log(2, sine(12), reference=None)])
-    assert comparison_ruling(blind).words == "Unknown"
+    assert comparison_ruling(blind).words == "Effect unknown"
 
 
 def test_first_page_of_two_logs_has_the_interval(helped):

@@ -53,7 +53,9 @@ VERDICTS = {
     "hardly": Wording("with_care", "It hardly helped", f"the following error is lower, by less than {100.0 * NO_CHANGE:g} %", KEEP),
     "higher": Wording("no", "It did not help", "the following error is higher", BACK),
     "no_change": Wording("with_care", "No clear change", ZERO, "record more cycles of each side, several times", is_open=True),
-    "unknown": Wording("with_care", "Unknown", "a single cycle gives no interval", "record ten cycles or more of each side", is_open=True),
+    "unknown": Wording(
+        "with_care", "Effect unknown", "a single cycle gives no interval", "record ten cycles or more of each side", is_open=True
+    ),
 }
 CELLS = {"no_change": "no clear change", "unknown": "no interval"}
 
@@ -159,7 +161,7 @@ def comparison_ruling(compared: Comparison) -> Ruling:
     doubts = [SENTENCES[diagnostic.code].means for diagnostic in compared.diagnostics if diagnostic.severity != "note"]
     change = compared.changes.get(RMS)
     if change is None:
-        return Ruling("with_care", "Unknown", tuple(dict.fromkeys(["without a reference, the following error is unknown", *doubts])))
+        return Ruling("with_care", "Effect unknown", tuple(dict.fromkeys(["without a reference, the following error is unknown", *doubts])))
     wording, word = _wording(change), WORDS[RMS]
     instead = f"{_text(change, change.after)} instead of {_text(change, change.before)}{_with_interval(change)}"
     reasons = [f"{word[0].lower()}{word[1:]}: {instead}"]
