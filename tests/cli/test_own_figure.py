@@ -178,7 +178,7 @@ def test_one_that_fails_as_it_is_saved_costs_nothing_but_that_file(bristle, plac
     Path("mine.py").write_text(Path("mine.py").read_text().replace("def draw(", bad))
     result = bristle(*PREDICT, *option, "--format", "svg", "--format", "pdf")
     assert result.code == 0
-    assert "mine.py, line 10: bristle could not write the figure mine as a file: ValueError: no pdf" in result.err
+    assert "mine.py, line 10: the figure mine is not written as a file: ValueError: no pdf" in result.err
     assert {"prediction.svg", "prediction.pdf", "mine.svg"} <= written_in_figures()
     assert "mine.pdf" not in written_in_figures()
     assert "mine\n" not in Path("run/figures/captions.txt").read_text(encoding="utf-8")

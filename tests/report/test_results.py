@@ -52,7 +52,7 @@ def test_unwritable_figure_gives_a_warning(own, category, monkeypatch):
         raise ValueError("a fault")
 
     monkeypatch.setattr("bristle.figures.figure_file", fails)
-    with pytest.warns(InputWarning, match=r"bristle could not write the figure one as a file: ValueError: a fault$") as caught:
+    with pytest.warns(InputWarning, match=r"the figure one is not written as a file: ValueError: a fault$") as caught:
         assert not _is_written(Folder(), plate(own=own), ["svg"])
     assert caught[0].category is category
 

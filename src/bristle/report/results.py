@@ -174,7 +174,7 @@ def _is_written(folder: Any, plate: Plate, endings: Sequence[str]) -> bool:
         raise  # no room on the disk, and no fault of the figure
     except (Exception, SystemExit) as error:  # noqa: BLE001  (code of the user may raise any exception)
         reason = f"{type(error).__name__}: {told_by(error)}".rstrip(": ")
-        remark = f"{place_in_own_code(error) or plate.name}: bristle could not write the figure {plate.name} as a file: {reason}"
+        remark = f"{place_in_own_code(error) or plate.name}: the figure {plate.name} is not written as a file: {reason}"
         warnings.warn(InputWarning(remark) if plate.own else FaultWarning(remark, error), stacklevel=2)
         return False
     return True
