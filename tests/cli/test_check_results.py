@@ -72,9 +72,9 @@ def test_the_verdict_comes_first_and_names_what_the_log_determines(bristle, plac
     first = result.out.splitlines()[0]
     assert first.startswith("This log determines M, F_C and offset")
     assert "determine F_v" in first
-    assert "What this log can and cannot determine: coulomb_viscous, 3 simulated logs" in result.out
+    assert "Parameters that this log determines: coulomb_viscous, 3 simulated logs" in result.out
     assert "3 of 3" in result.out
-    assert "exactly as the model says" in result.out
+    assert "follows the model exactly" in result.out
 
 
 def test_the_table_has_a_verdict_in_words_for_each_parameter(bristle, place, determined):
@@ -87,7 +87,7 @@ def test_the_table_has_a_verdict_in_words_for_each_parameter(bristle, place, det
         "not determined: the true value is 0",
         "within 1.3 % of F_C",
         "not determined: identified in 1 of 3 logs",
-        "not determined: identified in 2 of 5 logs, there within 3.2 %",  # Student's t of one degree of freedom: 12.7
+        "not determined: identified in 2 of 5 logs, then within 3.2 %",  # Student's t of one degree of freedom: 12.7
     ):
         assert verdict in words
     assert "2 of 3" in words
@@ -131,7 +131,7 @@ def test_a_log_that_was_moved_is_named_or_looked_for_in_the_current_folder(brist
     (place / "log.csv").rename(place.parent / "moved.csv")
     result = bristle("check", "results_20")
     assert result.code == 2
-    assert "the log of these results is not there; found 'log.csv', allowed beside the folder" in result.err
+    assert "the log of these results is missing; found 'log.csv', allowed the parent folder" in result.err
     assert "--log PATH" in result.err
     assert bristle("check", "results_20", "--log", "../moved.csv").code == 0
     (place.parent / "moved.csv").rename(place.parent / "log.csv")
@@ -154,7 +154,7 @@ def test_a_log_that_has_changed_is_refused(bristle, place, determined):
     [
         ((".",), "is no folder of results; allowed a folder with summary.json"),
         (("results_0",), "without simulated logs"),
-        (("results_20", "--log", "log.csv", "--log", "log.csv"), "another number of logs"),
+        (("results_20", "--log", "log.csv", "--log", "log.csv"), "differ in number"),
         (("results_20", "--log", "nowhere.csv"), "nowhere.csv"),
         (("results_20", "--loop", "1 mm,2 mm"), "--loop"),
         (("results_20/model.toml", "--log", "log.csv"), "--log: is for a folder of results"),
@@ -174,12 +174,12 @@ def test_a_folder_of_other_results_is_refused(bristle, place):
     Path("results_20/summary.json").write_text('{"variants": {}}')
     result = bristle("check", "results_20")
     assert result.code == 2
-    assert "holds no identification" in result.err
+    assert "contains no identification" in result.err
 
 
 def test_results_from_memory_ask_for_their_log(place):
     table = np.loadtxt("log.csv", delimiter=",", skiprows=1)
     columns = dict(zip(("time", "position", "effort"), table.T, strict=True))
     br.identify(columns, "coulomb_viscous", draws=20, blocks=0).save("memory")
-    with pytest.raises(InputError, match="holds no file name of its log"):
+    with pytest.raises(InputError, match="has no file name of its log"):
         br.load("memory").known_truth()

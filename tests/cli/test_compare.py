@@ -38,7 +38,7 @@ def test_no_help_is_the_exit_code_of_no(bristle, logs):
     write("again.csv", log(3, sine(9)))
     result = bristle("compare", "before.csv", "again.csv", "--axis", "axis.toml")
     assert result.code == 1
-    assert "cannot tell" in result.out
+    assert "do not show" in result.out
 
 
 def test_without_a_reference_nobody_asks_for_help(bristle, logs):

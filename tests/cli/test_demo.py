@@ -39,7 +39,7 @@ def test_the_main_job_from_one_command(bristle, tmp_path, monkeypatch):
     assert "This axis is simulated" in (folder / "report.html").read_text()
     assert json.loads((folder / "summary.json").read_text())["simulated"] is True
     assert "passive" in json.loads((folder / "summary.json").read_text())["certificates"]
-    assert "Is the model fit to be used?" in (folder / "report.html").read_text()
+    assert "Certificates of" in (folder / "report.html").read_text()
 
     # What the page on compensation tells of it is what it found.
     page = (ROOT / "docs" / "theory" / "compensation.md").read_text().replace("\n", " ")

@@ -66,7 +66,7 @@ def test_the_experiments_in_a_log_are_told(bristle, place):
     assert {item["kind"] for item in result.data["passages"]} <= set(KINDS)
     assert result.data["passages"][0]["begin"] == pytest.approx(0.0, abs=0.2)
     message = bristle("log", "log.csv", "--axis", "axis.toml")
-    assert "What the motion of the log is" in message.out
+    assert "Motion of the log" in message.out
 
 
 def test_a_report_of_a_log(bristle, place):
@@ -74,7 +74,7 @@ def test_a_report_of_a_log(bristle, place):
     assert result.code == 0
     assert written_in("contents") == {"summary.json", "report.html"}
     page = Path("contents/report.html").read_text()
-    assert "What it contains" in page
+    assert "Contents" in page
     assert "<svg" in page
 
 
@@ -116,7 +116,7 @@ def test_what_a_log_contradicts_is_told_in_words_and_as_data(bristle, place):
     result = bristle("log", "log.csv", "--axis", "axis.toml", "--json")
     (message,) = [item for item in result.data["diagnostics"] if item["code"] == "sign_reversed"]
     assert message["severity"] == "error"
-    assert message["message"].startswith("the sign of effort seems reversed")
+    assert message["message"].startswith("the sign of the effort seems reversed")
     shown = bristle("log", "log.csv", "--axis", "axis.toml")
     assert "(sign_reversed)" in shown.out
     assert shown.code == 0

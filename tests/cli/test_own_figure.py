@@ -140,7 +140,7 @@ def test_one_that_fails_costs_nothing_but_itself_and_is_told(bristle, place, lin
     result = bristle(*PREDICT, *own(line.replace("\\\\", "\\")), "--format", "svg", "--force")
     assert result.code == 0
     assert f"warning: {said}" in result.err
-    assert "The results are whole without it" in result.err
+    assert "The other results are complete" in result.err
     assert result.err.count("the figure mine is not") == 1
     assert (written_in("run"), written_in_figures()) == before
     assert said.replace("'", "&#39;") in page()

@@ -31,7 +31,7 @@ def test_a_wrong_model_predicts_worse(bristle, place):
 def test_results_and_words(bristle, place):
     result = bristle("predict", "model.toml", "log.csv", "--axis", "axis.toml", "--mode", "closed-loop", "--out", "run")
     assert result.code == 0
-    assert result.out.startswith("The model holds")
+    assert result.out.startswith("The model is valid")
     assert "Effort error" in result.out
     assert written_in("run") == {"summary.json", "report.html"}
     assert json.loads(Path("run/summary.json").read_text())["mode"] == "closed-loop"
@@ -64,5 +64,5 @@ def test_a_model_is_doubted_on_the_very_log_that_it_was_fitted_to_and_on_no_othe
     message = {}
     for name in ("axis.toml", "other.toml"):
         result = bristle("predict", "fit/model.toml", "both.csv", "--axis", name, "--json")
-        message[name] = "this very log" in " ".join(result.data["verdict"]["reasons"])
+        message[name] = "fitted to this log" in " ".join(result.data["verdict"]["reasons"])
     assert message == {"axis.toml": True, "other.toml": False}

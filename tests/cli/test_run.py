@@ -173,14 +173,14 @@ def test_the_best_variant_is_named_last(bristle, place):
     Path("experiment.toml").write_text(f"{text}\n[compare.half.controller.feedforward]\ngain = 0.5\n")
     result = bristle("run", "experiment.toml")
     words = " ".join(result.out.split())
-    assert "No variant errs less than base: " in words
+    assert "No variant is better than base: " in words
     fed = 'friction = { model = "coulomb_viscous", F_C = "8 N", F_v = "40 N*s/m" }'
     text = text.replace(fed, "", 1).replace('friction = "none"', fed)
     for velocity, less in (("", "hardly less."), ("\nk_ff = 1", "% less.")):
         # With the lag of the position loop gone, most of the error is friction.
         Path("experiment.toml").write_text(text.replace('k_p = "80 1/s"', f'k_p = "80 1/s"{velocity}'))
         words = " ".join(bristle("run", "experiment.toml").out.split()).replace("\u00a0", " ")
-        assert "none errs least: " in words
+        assert "The best variant is none: " in words
         assert less in words
 
 
@@ -192,5 +192,5 @@ def test_a_compensator_that_was_identified_on_another_rig_says_so(bristle, tmp_p
     brief = text.replace("seeds = 6", "seeds = 1").replace('duration = "28 s"', 'duration = "3 s"')
     short.write_text(brief, encoding="utf-8")
     message = " ".join(bristle("run", short).err.split())
-    assert "identified: its compensator was identified on another friction than the one here" in message
+    assert "identified: its compensator was identified on another friction than here" in message
     assert "observer: its compensator" not in message

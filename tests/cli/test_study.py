@@ -111,4 +111,4 @@ def test_a_study_whose_every_run_is_refused_ends_with_1(bench, capsys):
     never = '"run.settle" = { uniform = ["2 s", "3 s"] }'
     bench.write(STUDY.replace('"friction.F_C" = { normal = ["1 N", "0.1 N"] }', never))
     assert main(["study", "study.toml", "--out", "out", "--workers", "1"]) == 1
-    assert "12 of 12 runs did not end well: 12 refused." in capsys.readouterr().out
+    assert "12 of 12 runs failed: 12 refused." in capsys.readouterr().out

@@ -130,7 +130,7 @@ def test_the_command_runs_it_and_reports_it(tmp_path, capsys):
     assert numbers["motion"]["max"] > 0.1
     assert numbers["following_error"]["rms"] is None
     page = Path(out / "report.html").read_text()
-    assert "An open loop: no controller acts" in page
+    assert "An open loop: without a controller" in page
     assert "1 µm" in page.replace("\u202f", " ").replace("\xa0", " ")
     assert (out / "log.csv").read_text().splitlines()[0] == "time [s],position [m],effort [N]"
 

@@ -93,7 +93,7 @@ def test_break_away_by_direction_is_valid_with_the_offset():
     fit = identify(slow_log(truth, duration=10.0), "lugre+asymmetry", axis=STATED, blocks=0, draws=0).best
     assert fit.with_constant == ("F_C_pos", "F_C_neg", "F_S_pos", "F_S_neg")
     (message,) = (text for text in warnings_of(fit) if "which is a guess" in text)
-    assert "F_C_pos, F_C_neg, F_S_pos, F_S_neg hold beside an offset of 12" in message
+    assert "F_C_pos, F_C_neg, F_S_pos, F_S_neg are valid only with an offset of 12" in message
     judgement = judged(fit, DEFAULT)
     assert judgement.level != "usable"
     assert any("a guessed weight" in reason for reason in judgement.reasons)

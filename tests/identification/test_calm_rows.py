@@ -43,8 +43,8 @@ def test_noise_of_a_coarse_encoder_does_not_hide_friction():
 
 
 def test_fewer_rows_are_reported_with_their_cost():
-    (message,) = (text for text in assumptions_of(coarsely().best) if "as many rows as usual" in text)
-    share = float(message.split(" % of what friction")[0].split()[-1])
+    (message,) = (text for text in assumptions_of(coarsely().best) if "the usual number of rows" in text)
+    share = float(message.split(" % of friction")[0].split()[-1])
     # White noise of a step over the root of twelve, in acceleration up to 100 Hz, times the inertia.
     motion = sines(20.0, 5e-4, **FAST)
     turned = np.fft.rfftfreq(motion.time.size, 5e-4)
@@ -55,12 +55,12 @@ def test_fewer_rows_are_reported_with_their_cost():
 
 def test_fewer_rows_are_reported_if_cogging_repeats_the_search_for_the_delay():
     cogs = replace(AXIS, cogging=Cogging("motor", 0.012))
-    assert any("as many rows as usual" in text for text in assumptions_of(result(coarse_log(2.5e-5), cogs).best))
+    assert any("the usual number of rows" in text for text in assumptions_of(result(coarse_log(2.5e-5), cogs).best))
 
 
 def test_noise_above_friction_is_reported_in_plain_numbers():
-    (message,) = (text for text in assumptions_of(result(coarse_log(8e-5)).best) if "as many rows as usual" in text)
-    assert 100.0 < float(message.split(" % of what friction")[0].split()[-1]) < 500.0
+    (message,) = (text for text in assumptions_of(result(coarse_log(8e-5)).best) if "the usual number of rows" in text)
+    assert 100.0 < float(message.split(" % of friction")[0].split()[-1]) < 500.0
     assert "e+" not in message
 
 
@@ -69,7 +69,7 @@ def test_a_fine_encoder_keeps_its_rows(step):
     """The coarser one makes noise of a fifth of friction, which averages out."""
     fine = result(coarse_log(step))
     assert fine.treatment["decimation"] == 10
-    assert not any("as many rows as usual" in text for text in assumptions_of(fine.best))
+    assert not any("the usual number of rows" in text for text in assumptions_of(fine.best))
 
 
 def test_a_stated_decimation_is_kept():

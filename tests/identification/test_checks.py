@@ -22,7 +22,7 @@ def reported(log, code, model="coulomb_viscous", **requested):
 def test_every_parameter_confounded_at_one_speed_is_named():
     (result,) = reported(Run(0, (0.3,)).log(), "one_speed")
     assert set(result.numbers["names"]) == {"F_C", "F_v", "offset"}
-    assert "F_v, F_C, offset cannot be told apart" in message(result)
+    assert "F_v, F_C, offset: these parameters are confounded" in message(result)
 
 
 def test_every_parameter_confounded_in_one_direction_is_named():
@@ -61,7 +61,7 @@ def test_parameters_of_a_clipped_effort_are_effective():
     identification = identify(run.log(effort=np.clip(run.effort(), -top, top) + noise), "coulomb_viscous", draws=0, blocks=0)
     assert {"M", "F_v", "F_C"} <= set(identification.best.effective)
     assert "effective" in {row[-1] for row in parameter_table(identification.best).rows}
-    assert any("effective: the effort is cut off" in line for _, lines in answers(identification, None, None) for line in lines)
+    assert any("similar motions: the effort is clipped" in line for _, lines in answers(identification, None, None) for line in lines)
     assert identify(Run(0).log(), "coulomb_viscous", draws=0, blocks=0).best.effective == ()
 
 
@@ -79,7 +79,7 @@ def test_the_given_mass_is_compared():
 def test_each_model_has_the_finding_and_its_threshold_can_be_set():
     log = Run(0).log(effort=-Run(0).effort())
     every = identify(log, "coulomb,coulomb_viscous", draws=0, blocks=0).fits
-    assert all("sign of effort seems reversed" in " ".join(warnings_of(fit)) for fit in every)
+    assert all("sign of the effort seems reversed" in " ".join(warnings_of(fit)) for fit in every)
     assert reported(log, "sign_reversed", settings={"reversed_work": 1.0}) == []
 
 

@@ -98,7 +98,7 @@ def test_an_elastic_axis_is_reported_without_a_friction_model(motion):
     assert not named_models(best)
     assert "filter_suspect" not in codes_of(best)
     text = message(best.diagnostics[1])
-    assert text.startswith("the load is coupled elastically: antiresonance near 4")
+    assert text.startswith("the load is coupled elastically, with an antiresonance near 4")
 
 
 def test_a_periodic_encoder_error_is_not_a_force_over_the_position():

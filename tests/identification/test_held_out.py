@@ -92,4 +92,4 @@ def test_a_log_without_room_for_two_blocks_has_a_warning():
     identification = identify(log_of(motion, sliding_effort(motion)), "coulomb_viscous,coulomb", axis=STATED, draws=0)
     assert identification.best.name == "coulomb_viscous"
     assert identification.best.held_out is None
-    assert warnings_of(identification.best)[0].startswith("the log is too short for a part of it to be held out")
+    assert warnings_of(identification.best)[0].startswith("the log is too short for held-out stretches")

@@ -353,7 +353,7 @@ def test_a_log_of_segments_below_a_second_keeps_the_parameters_of_inverse_dynami
     )
     assert plain.parameters["sigma_0"].value == asked.parameters["sigma_0"].value
     (told,) = [one for one in asked.best.diagnostics if one.code == "prediction_error"]
-    assert "no observer predicted the position: no segment of the log lasts a second" in message(told)
+    assert "no observer was usable: no segment of the log lasts a second" in message(told)
 
 
 def test_an_effort_is_shifted_by_its_delay_and_sharpened_by_its_bend():
@@ -408,7 +408,7 @@ def of_observer(columns, monkeypatch, times=1.0, **changes):
 def test_a_log_predicted_worse_than_its_replicates_keeps_inverse_dynamics(columns, plain, monkeypatch):
     result = of_observer(columns, monkeypatch, times=1.4)
     (told,) = [one for one in result.best.diagnostics if one.code == "prediction_error"]
-    assert "predicts the next position 1.4 times as badly" in message(told)
+    assert "predicts the next position 1.4 times worse" in message(told)
     assert result.parameters["sigma_0"].value == plain.parameters["sigma_0"].value
 
 

@@ -166,7 +166,7 @@ def test_an_effort_beyond_its_limit_is_read_with_a_finding(write, axis):
     assert exceeded(log) == [("beyond_limit", "[effort] limit")]
     (result,) = [result for result in checked(log, limited) if result.code == "beyond_limit"]
     assert message(result).startswith("the effort reaches 75")
-    assert "[effort] limit of the axis file says 10 N" in message(result)
+    assert "[effort] limit of the axis file is 10 N" in message(result)
     assert exceeded(read_log(write(), dataclasses.replace(axis, effort_limit=100.0))) == []
     largest = float(np.max(np.abs(log.effort.values)))  # five per cent above the limit are no finding
     assert [exceeded(read_log(write(), dataclasses.replace(axis, effort_limit=largest / over))) == [] for over in (1.04, 1.06)] == [
@@ -220,7 +220,7 @@ def test_steps_that_contradict_the_stated_resolution_are_reported(write, axis, r
     result = [item for item in checked(log, described) if item.code == "resolution_contradicts"]
     assert bool(result) == told
     if told:
-        assert "57.3 is degrees in a radian" in message(result[0])
+        assert "57.3 degrees are one radian" in message(result[0])
 
 
 @pytest.mark.parametrize(("share", "told"), [(1 / 57.3, True), (57.3, False)])

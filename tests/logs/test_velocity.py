@@ -33,11 +33,11 @@ def test_the_velocity_of_the_position_is_no_news(write, with_velocity, recording
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        (lambda v: 1000.0 * v, "is 1000 times that of the position"),
-        (lambda v: 60.0 * v / (2 * np.pi), "is 9.55 times that of the position"),
-        (lambda v: -v, "is -1 times that of the position"),
-        (np.gradient, "times that of the position (correlation"),
-        (lambda v: np.roll(v, 12), " ms later than that of the position"),
+        (lambda v: 1000.0 * v, "is 1000 times the derivative of the position"),
+        (lambda v: 60.0 * v / (2 * np.pi), "is 9.55 times the derivative of the position"),
+        (lambda v: -v, "is -1 times the derivative of the position"),
+        (np.gradient, "times the derivative of the position (correlation"),
+        (lambda v: np.roll(v, 12), "lags the derivative of the position by "),
     ],
 )
 def test_a_wrong_unit_sign_or_signal_is_reported(write, with_velocity, recording, change, said):

@@ -136,7 +136,7 @@ def test_more_than_the_stiffness_there_is_cannot_be_taken_away():
     too_much = replace(item, feedforward=replace(item.feedforward, gain=1.5))
     result = assess(too_much)
     assert result.verdict is Verdict.OSCILLATES
-    assert "takes away more stiffness than the axis has" in message(result.finding)
+    assert "removes more stiffness than the axis has" in message(result.finding)
 
 
 def test_the_error_budget_of_the_paper_s_compensator():

@@ -87,5 +87,5 @@ def test_the_page_begins_with_it_and_json_has_it():
     figures = [rebuilt(1, "found"), loop()]
     page = Page(paper_report(figures, command="bristle paper", provenance={}))
     assert "1 of 2 claims of the paper hold here" in page.words
-    assert page.words.index("1 of 2 claims") < page.words.index("Its claims")
+    assert page.words.index("1 of 2 claims") < page.words.index("Claims of the paper")
     assert paper_summary(figures, provenance={})["verdict"]["level"] == "with_care"

@@ -125,7 +125,7 @@ def test_a_loop_without_explanation_is_reported(vertical):
     best = result.best
     following = following_of(odd, simulate(loop_of(best.plant, best.friction, log, reported(VERTICAL), cutoff=100.0)))
     assert following.contradiction.numbers["suspects"] == ()
-    assert "No one number explains it" in message(following.contradiction)
+    assert "No single wrong gain" in message(following.contradiction)
 
 
 def test_the_threshold_is_a_setting(vertical):
@@ -144,7 +144,7 @@ def test_a_contradicted_loop_has_no_promised_gain(vertical):
     assert summary["following_error"]["compensated"] is None
     doubt = next(item for item in summary["diagnostics"] if item["code"] == "loop_contradicts")
     assert doubt["message"] in summary["warnings"]
-    assert "No gain is promised" in page
+    assert "bristle predicts no gain" in page
     assert "lowers the following error" not in page
     shown = page.split('<h2 id="following">')[1].split("<h2")[0]
     assert "Following error as recorded, measured and simulated" in page

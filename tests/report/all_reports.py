@@ -1,4 +1,4 @@
-"""One small result of each kind of report, and its page with its figures, rendered once in a session."""
+"""A small result of each kind of report, and its page with figures, rendered once per session."""
 
 from dataclasses import replace
 from functools import cache
@@ -58,7 +58,7 @@ def _named(log, name):
 
 
 def identification(*, by_position=False, doubts=()):
-    """An identification with its summary; with doubts of our own."""
+    """An identification with its summary, or with given doubts."""
     facts = results()
     result, best = facts["identification"], facts["identification"].best
     best = replace(best, diagnostics=(*best.diagnostics, *doubts))
@@ -108,7 +108,7 @@ def study():
 
 
 def fleet():
-    """Three logs of a fleet, of which one failed."""
+    """Three logs of a fleet, with one failure."""
     texts = {"folder": ["a", "b", "b"], "log": [*LOGS, "third.csv"], "status": ["ok", "ok", "failed"], "reason": ["", "", "no effort"]}
     numbers = {"run": np.arange(3), "held_out_error": np.array([0.01, 0.02, np.nan]), "friction.F_C": np.array([5.0, 6.0, np.nan])}
     ends = {"friction.F_C.lower": np.array([4.0, 5.0, np.nan]), "friction.F_C.upper": np.array([6.0, 7.0, np.nan])}
@@ -140,11 +140,11 @@ KINDS = {
     "operator": operator,
 }
 DOUBTED = {"doubts": (Diagnostic("sign_reversed", severity="error", numbers={"percent": 90.0}),)}
-"""What makes an identification of which nothing is to be used."""
+"""Options of an unusable identification."""
 
 
 def rendered(kind, **options):
-    """Return page, summary and figures of a kind of report, made anew."""
+    """Return page, summary and figures of a kind of report, rendered again."""
     with plates() as drawn:
         page, summary = KINDS[kind](**options)
     return page, summary, drawn
@@ -152,5 +152,5 @@ def rendered(kind, **options):
 
 @cache
 def report_of(kind):
-    """Return page, summary and figures of a kind of report, made once."""
+    """Return page, summary and figures of a kind of report, rendered once."""
     return rendered(kind)

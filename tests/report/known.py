@@ -1,4 +1,4 @@
-"""Fits and assessments of loops with known numbers, for tests of what is told of them."""
+"""Fits and assessments of loops with known numbers, for tests of reports."""
 
 import math
 
@@ -14,7 +14,7 @@ UNSTABLE = 2.5  # gain of a loop that diverges
 
 
 def fit(*estimates, kind="translational", velocity=(), **changes):
-    """A fit of an inertia and of friction by Coulomb, without a log."""
+    """A fit of an inertia and Coulomb friction, without a log."""
     nothing = np.zeros(len(velocity))
     known = {
         "plant": plants.inertia(kind=kind, M=12.0),
@@ -30,13 +30,13 @@ def fit(*estimates, kind="translational", velocity=(), **changes):
 
 
 def estimate(name, value=1.0, status="identified", half=None, **changes):
-    """A parameter with a 95 % interval of so many percent to either side."""
+    """A parameter with a 95 % interval of given half-width in percent."""
     interval = None if half is None else ((1.0 - 0.01 * half) * value, (1.0 + 0.01 * half) * value)
     return Estimate(name, "N", "level", value, None, status, interval=interval, **changes)
 
 
 def point(phase=45.0, *, gain=0.05, crossover=2.0 * math.pi * 30.0):
-    """An integrator under a gain, its pole at 1 - gain, to which we give a phase margin [°]."""
+    """An integrator with a gain, a pole at 1 - gain, and a given phase margin [°]."""
     still = np.zeros(0)
     plant, law = LinearSystem(np.eye(1), np.ones(1), np.ones(1), 0.0), LinearSystem(np.zeros((0, 0)), still, still, -gain)
     made = WorkingPoint(Motions.ALL, Friction.NONE, SampledLoop(plant, law, 0, 1e-3))
@@ -45,5 +45,5 @@ def point(phase=45.0, *, gain=0.05, crossover=2.0 * math.pi * 30.0):
 
 
 def assessed(name="plain", *phases, gain=0.05, switches=False):
-    """What is known of a loop with these phase margins [°]."""
+    """The assessment of a loop with these phase margins [°]."""
     return Assessment(name, "translational", tuple(point(phase, gain=gain) for phase in phases or (45.0,)), switches)

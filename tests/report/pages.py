@@ -1,4 +1,4 @@
-"""Reading a page back: its tags, its identifiers, its text."""
+"""Parse a page: its tags, identifiers and text."""
 
 from html.parser import HTMLParser
 
@@ -6,7 +6,7 @@ VOID = {"meta", "br", "link", "img", "hr", "input", "col", "wbr"}
 
 
 class Page(HTMLParser):
-    """What a page holds; tags that do not close in order are in `unbalanced`."""
+    """The contents of a page; unbalanced tags are in `unbalanced`."""
 
     def __init__(self, text: str) -> None:
         super().__init__(convert_charrefs=True)

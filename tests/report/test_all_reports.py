@@ -1,4 +1,4 @@
-"""Rules of all kinds of report: figures name their log, no number is offered where the log must be recorded again, verdicts agree."""
+"""Rules for all reports: figures name their log, verdicts agree, and bad logs give no values to enter."""
 
 import re
 
@@ -18,16 +18,16 @@ WITH_VERDICT = [kind for kind in KINDS if kind not in ("study", "fleet")]
 
 
 def answer(page, question):
-    """What a first page answers, as text."""
+    """The answers of a first page, as text."""
     return re.search(rf"<dt>{re.escape(question)}</dt><dd>(.*?)</dd>", page, re.DOTALL)[1]
 
 
-def test_every_kind_is_walked():
+def test_every_kind_of_report_is_tested():
     assert set(KINDS) == set(REPORTS)
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_report_is_one_well_formed_page_with_a_figure(kind):
+def test_report_is_well_formed_html_with_a_figure(kind):
     text, _, drawn = report_of(kind)
     page = Page(text)
     ids = [attributes["id"] for _, attributes in page.tags if "id" in attributes]
@@ -45,7 +45,7 @@ def test_every_figure_names_its_log(kind):
     assert all(caption.endswith(f" Log: {names}.") for caption in captions)
 
 
-def test_no_number_is_to_be_typed_in_where_the_log_is_to_be_recorded_again():
+def test_measure_again_verdict_has_no_values_to_enter():
     usable, doubted = report_of("identification")[0], rendered("identification", **DOUBTED)[0]
     assert re.search(r"\d", answer(usable, QUESTIONS[1]))
     assert "Measure again" in Page(doubted).words
@@ -53,7 +53,7 @@ def test_no_number_is_to_be_typed_in_where_the_log_is_to_be_recorded_again():
 
 
 @pytest.mark.parametrize("kind", WITH_VERDICT)
-def test_the_page_has_the_verdict_of_the_summary(kind):
+def test_page_and_summary_have_the_same_verdict(kind):
     text, summary, _ = report_of(kind)
     assert f'<div class="verdict {summary["verdict"]["level"]}">' in text
     words = Page(text).words
@@ -71,7 +71,7 @@ def test_verdict_and_warnings_agree(options):
 
 
 @pytest.mark.parametrize("kind", [kind for kind in WITH_VERDICT if kind != "identification"])
-def test_a_usable_verdict_has_no_warning_beside_it(kind):
+def test_usable_verdict_has_no_warnings(kind):
     text, summary, _ = report_of(kind)
     doubts = [diagnostic for diagnostic in summary.get("diagnostics", ()) if diagnostic["severity"] != "note"]
     if summary["verdict"]["level"] == "usable":
@@ -79,7 +79,7 @@ def test_a_usable_verdict_has_no_warning_beside_it(kind):
         assert '<ul class="warnings">' not in text
 
 
-def test_information_criteria_and_condition_numbers_are_details_of_the_page():
+def test_information_criteria_are_only_on_the_page():
     heads = comparison_table(results()["identification"]).heads
     details = {"AIC, above the best", "BIC, above the best", "Condition number"}
     assert set(heads) - set(comparison_table(results()["identification"], details=False).heads) == details

@@ -1,4 +1,4 @@
-"""Which variant is best, and by how much: said of all variants, never of a difference that the runs do not bear out."""
+"""The best variant and its gain, with differences within the scatter ignored."""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -27,52 +27,52 @@ def message(*variants, refused=()):
     return " ".join(closing_sentences(result)).replace("\u00a0", " ")
 
 
-def test_the_best_of_all_is_named_and_measured_against_the_base():
+def test_best_variant_is_compared_with_the_base():
     words = message(variant("base", 2e-6), variant("worse", 3e-6), variant("best", 5e-7), variant("good", 1e-6))
-    assert words == "best errs least: following error 0.500 µm (best) instead of 2 µm (base) peak to peak, 75 % less."
+    assert words == "The best variant is best: following error 0.500 µm (best) instead of 2 µm (base) peak to peak, 75 % less."
 
 
-def test_the_base_is_that_of_this_name_else_the_first():
+def test_base_is_the_variant_called_base_or_the_first():
     assert message(variant("base", 2e-6), variant("best", 5e-9)).endswith("2 µm (base) peak to peak, less than a hundredth.")
     assert "(base) peak to peak, 50 % less" in message(variant("a", 5e-6), variant("base", 2e-6), variant("best", 1e-6))
     assert "(a) peak to peak, 80 % less" in message(variant("a", 5e-6), variant("b", 2e-6), variant("best", 1e-6))
     assert "by a factor of 20" in message(variant("a", 20e-6), variant("b", 2e-6), variant("best", 1e-6))
 
 
-def test_a_difference_within_the_scatter_is_no_gain():
+def test_difference_within_the_scatter_is_no_gain():
     words = message(variant("base", 1.2e-6, 2e-7), variant("best", 1e-6, 1e-7))
     assert "(base) peak to peak, hardly less" in words
     assert "% less" not in words
 
 
-def test_where_nothing_is_better_nothing_is_called_better():
+def test_without_a_better_variant_the_base_is_best():
     words = message(variant("base", 1e-6), variant("worse", 3e-6), variant("worst", 4e-6))
-    assert words == "No variant errs less than base: 1 µm peak to peak."
+    assert words == "No variant is better than base: 1 µm peak to peak."
 
 
-def test_what_did_not_complete_is_not_the_best_and_no_measure():
+def test_incomplete_variant_is_neither_best_nor_base():
     words = message(variant("base", 2e-6), variant("best", 1e-6), variant("wild", 1e-9, status=Status.NOT_FINITE))
-    assert words.startswith("best errs least")
+    assert words.startswith("The best variant is best:")
     assert message(variant("base", 1e-9, status=Status.NOT_FINITE), variant("a", 2e-6), variant("b", 1e-6)) == ""
     assert message(variant("a", 2e-6), variant("b", 1e-6), refused=["base"]) == message(variant("base", 1e-6)) == ""
-    assert message(variant("base", 1e-6), variant("b", float("nan"))) == "No variant errs less than base: 1 µm peak to peak."
+    assert message(variant("base", 1e-6), variant("b", float("nan"))) == "No variant is better than base: 1 µm peak to peak."
 
 
-def test_an_error_of_nothing_is_the_least():
+def test_zero_error_is_the_smallest():
     assert "0 m (best) instead" in message(variant("base", 1e-6), variant("best", 0.0))
     assert message(variant("base", 0.0), variant("best", 1e-6)).endswith("base: 0 m peak to peak.")
 
 
-def test_the_page_and_the_terminal_close_with_it(stage):
+def test_page_and_terminal_end_with_the_same_sentences(stage):
     sentences = closing_sentences(stage.looped)
     assert sentences[-1] == gain_of(stage.looped).caveat
-    assert sentences[-2] == f"compensated errs least: {standing(stage.looped).instead}."
+    assert sentences[-2] == f"The best variant is compensated: {standing(stage.looped).instead}."
     words = Page(simulation_page(stage)).words
     for sentence in sentences:
         assert " ".join(sentence.split()) in words
 
 
-def test_the_gain_of_compensation_is_that_of_the_best_compensator(stage):
+def test_gain_belongs_to_the_best_compensator(stage):
     experiment = stage.looped.experiment
     compensated = experiment.variants[-1]
     other = replace(compensated, name="finer")
@@ -92,10 +92,10 @@ def test_the_gain_of_compensation_is_that_of_the_best_compensator(stage):
     assert pair_in(replace(result, variants={**result.variants, "finer": wild}))[1].name == "compensated"
 
 
-def test_what_another_law_gains_is_not_credited_to_what_is_fed_forward(stage):
+def test_gain_of_another_law_is_not_credited_to_feedforward(stage):
     experiment = stage.looped.experiment
     as_recorded, *rest = experiment.variants
     stiffer = replace(as_recorded, controller=as_recorded.controller.with_values(k_p=1.0))
     changed = replace(stage.looped, experiment=replace(experiment, variants=(stiffer, *rest)))
-    assert "with all that is fed forward" in " ".join(gain_of(stage.looped).sentences())
-    assert "with all that is fed forward" not in " ".join(gain_of(changed).sentences())
+    assert "With all feedforward" in " ".join(gain_of(stage.looped).sentences())
+    assert "With all feedforward" not in " ".join(gain_of(changed).sentences())

@@ -1,4 +1,4 @@
-"""A comparison in the hand: what it shows, tells and writes."""
+"""The result of a comparison: card, data, report and folder."""
 
 import json
 import pickle
@@ -17,7 +17,7 @@ def result():
     return br.compare(log(1, sine(9)), log(2, sine(8), gain=0.7, friction=7.0))
 
 
-def test_it_is_shown_in_a_few_lines_with_the_answer_first(result):
+def test_card_has_the_verdict_first(result):
     lines = repr(result).splitlines()
     assert len(lines) <= 30
     assert "It helped: the following error is lower." in lines[0]
@@ -25,7 +25,7 @@ def test_it_is_shown_in_a_few_lines_with_the_answer_first(result):
     assert "<table>" in result._repr_html_()
 
 
-def test_its_numbers_are_plain_data(result):
+def test_comparison_is_plain_data(result):
     message = json.loads(json.dumps(result.to_dict(), allow_nan=False))
     rms = message["following_error"]["rms"]
     assert rms["change"] == pytest.approx(rms["after"] - rms["before"])
@@ -37,7 +37,7 @@ def test_its_numbers_are_plain_data(result):
     assert [diagnostic["code"] for diagnostic in message["diagnostics"]] == [diagnostic.code for diagnostic in result.diagnostics]
 
 
-def test_a_data_frame_has_a_row_for_each_quantity(result):
+def test_data_frame_has_a_row_for_each_quantity(result):
     frame = result.to_dataframe()
     assert list(frame["quantity"]) == list(result.changes)
     assert (frame["low"] <= frame["change"]).all()
@@ -45,13 +45,13 @@ def test_a_data_frame_has_a_row_for_each_quantity(result):
     assert set(frame["unit"]) == {"m", "N"}
 
 
-def test_what_is_less_by_less_than_anybody_minds_helped_hardly():
+def test_small_reduction_hardly_helped():
     message = br.compare(log(1, sine(12), scatter=0.0), log(2, sine(12), scatter=0.0, gain=0.97))
     assert message.changes["following_error.rms"].verdict == "lower"
     assert message.sentences[0] == "It hardly helped: the following error is lower, by less than 5 %."
 
 
-def test_the_report_is_one_page_with_a_figure(result, tmp_path):
+def test_report_of_a_comparison_has_a_figure(result, tmp_path):
     page = Page(result.report(tmp_path / "report.html").read_text(encoding="utf-8"))
     assert not page.unbalanced
     assert page.named("svg")
@@ -61,14 +61,14 @@ def test_the_report_is_one_page_with_a_figure(result, tmp_path):
         assert change in page.words
 
 
-def test_a_report_without_reference_or_effort_has_its_figure_too(tmp_path):
+def test_report_without_reference_or_effort_has_a_figure(tmp_path):
     pairs = ({"reference": None}, {"effort": None})
     for number, left_out in enumerate(pairs):
         message = br.compare(log(1, sine(9), **left_out), log(2, sine(9), **left_out))
         assert not Page(message.report(tmp_path / f"{number}.html").read_text(encoding="utf-8")).unbalanced
 
 
-def test_it_is_kept_in_a_folder_once(result, tmp_path):
+def test_comparison_is_saved_once(result, tmp_path):
     folder = result.save(tmp_path / "compared")
     assert json.loads((folder / "summary.json").read_text()) == result.to_dict()
     assert (folder / "report.html").is_file()
@@ -76,12 +76,12 @@ def test_it_is_kept_in_a_folder_once(result, tmp_path):
         result.save(folder)
 
 
-def test_it_travels(result):
+def test_comparison_survives_pickle(result):
     again = pickle.loads(pickle.dumps(result))
     assert again.to_dict() == result.to_dict()
 
 
-def test_the_numbers_that_the_figure_draws_are_those_of_the_changes(result):
+def test_figure_draws_the_numbers_of_the_changes(result):
     drawn = [as_csv(panel) for panel in numbers_of(result.plot())]
     assert len(drawn) == 6
     rows = [line for line in drawn[-1].splitlines() if ",change,points," in line]

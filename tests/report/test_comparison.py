@@ -1,4 +1,4 @@
-"""Two logs of one axis in words and rows, from changes whose numbers are known."""
+"""Sentences and rows of a comparison, from changes with known numbers."""
 
 from types import SimpleNamespace as Some
 
@@ -46,60 +46,55 @@ HARDLY = change(after=1.92e-5, interval=(-1.2e-6, -0.4e-6))
         (change(), "usable", "It helped", "It helped: the following error is lower."),
         (HARDLY, "with_care", "It hardly helped", "It hardly helped: the following error is lower, by less than 5 %."),
         (HIGHER, "no", "It did not help", "It did not help: the following error is higher."),
-        (
-            OPEN,
-            "with_care",
-            "No change told",
-            "Whether it helped these logs cannot tell: the interval of the following error's change holds zero.",
-        ),
-        (ONCE, "with_care", "Not told", "Whether it helped these logs cannot tell: one cycle gives no interval."),
+        (OPEN, "with_care", "No clear change", "These logs do not show whether it helped: the interval of its change contains zero."),
+        (ONCE, "with_care", "Effect unknown", "These logs do not show whether it helped: a single cycle gives no interval."),
     ],
 )
-def test_the_verdict_follows_the_change_of_the_following_error(item, level, words, sentence):
+def test_verdict_follows_the_change_of_the_following_error(item, level, words, sentence):
     ruling = comparison_ruling(compared(item))
     assert (ruling.level, ruling.words) == (level, words)
     assert comparison_sentences(compared(item))[0] == sentence
     assert len(ruling.reasons) == (2 if item in (OPEN, ONCE) else 1)
 
 
-def test_a_change_of_five_percent_is_no_hardly():
+def test_change_of_five_percent_helped():
     assert comparison_ruling(compared(change(after=1.89e-5, interval=(-1.2e-6, -0.4e-6)))).words == "It helped"
 
 
-def test_the_verdict_has_the_numbers_of_the_change():
+def test_verdict_has_the_numbers_of_the_change():
     (reason,) = comparison_ruling(compared(change())).reasons
     assert reason.replace("\u00a0", " ") == "following error, root mean square: 10 µm instead of 20 µm, −50 % (95 % interval −60 to −40 %)"
 
 
-def test_a_doubt_takes_a_verdict_down_to_care():
+def test_warning_lowers_the_verdict_to_care():
     doubt, note = Diagnostic("few_cycles", "", "warning", {"cycles": 3}), Diagnostic("one_recording", "", "note")
     assert comparison_ruling(compared(change(), diagnostics=(note,))).level == "usable"
     doubted = comparison_ruling(compared(change(), diagnostics=(doubt, note)))
-    assert (doubted.level, doubted.reasons[1:]) == ("with_care", ("few cycles tell how much they scatter",))
+    assert (doubted.level, doubted.reasons[1:]) == ("with_care", ("the cycles are too few to estimate their scatter",))
     assert comparison_ruling(compared(HIGHER, diagnostics=(doubt,))).level == "no"
     untold = comparison_ruling(compared(change("effort.rms", 9.0, 8.0, (-1.5, -0.5)), diagnostics=(doubt,)))
-    assert untold.reasons == ("no reference tells a following error", "few cycles tell how much they scatter")
-    assert comparison_sentences(compared())[0] == "Whether the axis follows better nobody can tell without a reference."
+    assert untold.reasons == ("without a reference, the following error is unknown", "the cycles are too few to estimate their scatter")
+    assert comparison_sentences(compared())[0] == "Without a reference, the effect on the following error is unknown."
 
 
-def test_each_quantity_is_reported_with_the_interval():
+def test_each_quantity_has_its_interval():
     effort = change("effort.rms", 8.0, 9.0, (0.5, 1.5))
     level = change("friction.level", 5.0, 5.1, (-0.2, 0.4))
     peak = change("following_error.peak", 4e-5, 3e-5, None)
     assert comparison_sentences(compared(effort, level, peak))[1:] == [
         "Effort, root mean square: higher, 9 N instead of 8 N, +12.5 % (95 % interval +6.2 to +18.8 %).",
-        "Friction level: no change that these logs can tell, 5 N before and 5.1 N after, +2.0 % (95 % interval −4.0 to +8.0 %).",
-        "Following error, largest in a cycle: 40 µm before, 30 µm after; nothing tells how sure that is.",
+        "Friction level: no clear change, 5 N before and 5.1 N after, +2.0 % (95 % interval −4.0 to +8.0 %).",
+        "Following error, largest in a cycle: 40 µm before, 30 µm after, with unknown uncertainty.",
     ]
     assert change_table(compared(effort, level, peak)).rows == [
         ("Effort, root mean square", "8 N", "9 N", "+12.5 %", "+6.2 to +18.8 %", "higher"),
-        ("Friction level", "5 N", "5.1 N", "+2.0 %", "−4.0 to +8.0 %", "no change told"),
+        ("Friction level", "5 N", "5.1 N", "+2.0 %", "−4.0 to +8.0 %", "no clear change"),
         ("Following error, largest in a cycle", "40 µm", "30 µm", "−25 %", "–", "no interval"),
     ]
 
 
 @pytest.mark.parametrize(("percent", "text"), [(12.3, "+12"), (-12.3, "−12"), (0.0, "0")])
-def test_a_percent_has_the_sign(percent, text):
+def test_percentage_has_its_sign(percent, text):
     assert report._signed(percent, ONCE) == text
     narrow = change(interval=(-1e-5, -1e-5 + 1e-12))
     assert report._signed(percent, narrow) == {"+12": "+12.30", "−12": "−12.30", "0": "0.00"}[text]
@@ -108,20 +103,21 @@ def test_a_percent_has_the_sign(percent, text):
 @pytest.mark.parametrize(
     ("shared", "turns", "words"),
     [
-        ({}, (), "compared: 8 cycles before and 9 after, of one motion, drawn anew each with its counterpart"),
+        ({}, (), "compared: 8 cycles before and 9 after, of one motion, resampled in pairs"),
         (
             {"motions": 3, "paired": False, "complete": False},
             (1,),
-            "compared: 8 pieces before and 9 after, of 3 motions, drawn anew each side by itself; a reversal reaches 150 ms",
+            "compared: 8 pieces before and 9 after, of 3 motions, resampled separately for each side. "
+            "The window after a reversal is 150 ms",
         ),
     ],
 )
-def test_compared_cycles_stand_between_doubts_and_notes(shared, turns, words):
+def test_compared_cycles_are_listed_between_warnings_and_notes(shared, turns, words):
     doubt, note = Diagnostic("few_cycles", "", "warning", {"cycles": 3}), Diagnostic("one_recording", "", "note")
     remarks = remarks_of(compared(change(), diagnostics=(note, doubt), turns=turns, **shared))
     assert remarks[0].startswith("warning: one side has only 3 cycles")
     assert remarks[1] == words
-    assert remarks[2].startswith("a side has one log")
+    assert remarks[2].startswith("one side has a single log")
 
 
 def front(item, files=None, **options):
@@ -129,43 +125,43 @@ def front(item, files=None, **options):
     return page, [[line.replace("\u00a0", " ") for line in lines] for _, lines in page.answers]
 
 
-def test_the_first_page_answers_gain_and_trust():
+def test_first_page_has_gain_and_uncertainty():
     turn = change("reversals.forward_to_backward", 4e-5, 3e-5, (-2e-5, 1e-5))
     effort = change("effort.rms", 8.0, 9.0, (0.5, 1.5))
     page, lines = front((change(), turn, effort), before_percent=98.0)
     assert lines == [
-        ["Following error behind a reversal, forward to backward: 30 µm, before 40 µm (no change told)"],
-        ["nothing new: what stood there after the change"],
+        ["Following error after a reversal, forward to backward: 30 µm, before 40 µm (no clear change)"],
+        ["no new values: keep those after the change"],
         ["Effort, root mean square: 9 N, before 8 N (+12.5 %)"],
-        ["8 cycles before, 9 after; intervals from their scatter", "alike in both: 98.0 % of the motion before, 100 % after"],
-        ["keep the change; what the axis still errs by: `bristle identify AFTER --axis axis.toml`"],
+        ["8 cycles before, 9 after. Their scatter gives the intervals", "motion common to both: 98.0 % before, 100 % after"],
+        ["keep the change, and find the remaining causes: `bristle identify AFTER --axis axis.toml`"],
     ]
     assert page.heading == "axis: before and after"
     assert page.facts.endswith("before: a.csv")
 
 
-def test_the_first_page_of_a_change_for_the_worse_advises_the_old_state():
+def test_worse_change_advises_the_old_values():
     _, lines = front((HIGHER,), logs=1)
     assert lines[0] == ["Following error, root mean square: 30 µm, before 20 µm (+50 %)"]
-    assert lines[1] == ["nothing new: what stood there before the change"]
+    assert lines[1] == ["no new values: keep those before the change"]
     assert lines[2] == ["no effort in these logs"]
-    assert lines[3][1:] == ["what differs from one recording to the next, as temperature does, is in no interval"]
+    assert lines[3][1:] == ["intervals lack the scatter between recordings, such as that of temperature"]
     assert lines[4] == [
-        "take the change back, then `bristle identify BEFORE --axis axis.toml`",
-        "to be surer, further logs of each side: `--before`, `--after`",
+        "undo the change, then `bristle identify BEFORE --axis axis.toml`",
+        "add further logs of each side for more certainty: `--before`, `--after`",
     ]
 
 
-def test_the_first_page_of_an_open_question_types_in_nothing():
+def test_unclear_change_has_no_values_to_enter():
     for item in ((OPEN,), (ONCE,), ()):
-        assert front(item)[1][1] == ["nothing: these logs tell neither way"]
-    assert front(())[1][4] == ["record the reference too, and name its column in the axis file"]
+        assert front(item)[1][1] == ["no values: these logs show no clear change"]
+    assert front(())[1][4] == ["also record the reference, and name its column in the axis file"]
     assert front(())[1][0] == ["no following error: the logs have no reference"]
-    assert front((change(),), after_percent=98.9)[1][3][1:] == ["alike in both: 100 % of the motion before, 98.9 % after"]
+    assert front((change(),), after_percent=98.9)[1][3][1:] == ["motion common to both: 100 % before, 98.9 % after"]
     assert front((change(),), after_percent=99.0)[1][3][1:] == []
 
 
-def test_a_comparison_is_reported_in_numbers_by_group(monkeypatch):
+def test_summary_of_a_comparison_is_grouped_by_quantity(monkeypatch):
     turn, level = change("reversals.forward_to_backward"), change("friction.level", 5.0, 5.1, (-0.2, 0.4))
     monkeypatch.setattr(report, "_logs", len)
     summary = comparison_summary(compared(change(), turn, level, curve=((0.01, level),)), name="axis", provenance={})

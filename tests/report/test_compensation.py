@@ -1,4 +1,4 @@
-"""What is said of the gain of compensation, from loops whose errors are known."""
+"""Sentences about the gain of compensation, from loops with known errors."""
 
 from dataclasses import replace
 from types import SimpleNamespace as Some
@@ -16,7 +16,7 @@ from bristle.simulation.result import Statistics
 
 
 def with_error(result, name, error):
-    """The result with a following error of our own in one variant."""
+    """The result with a given following error in a variant."""
     item = result.variants[name]
     values = np.asarray(error(item), dtype=float)
     changed = replace(item, measured=item.reference - values, following_error=statistics_of(values))
@@ -28,28 +28,28 @@ def velocity_of(item):
 
 
 @pytest.mark.slow
-def test_the_pair_differs_in_nothing_but_the_friction(stage):
+def test_pair_differs_only_in_friction_feedforward(stage):
     plain, compensated = pair_of(stage.looped.experiment)
     assert (plain.name, compensated.name) == ("feedforward", "compensated")
 
 
-def test_there_is_no_gain_without_a_compensated_variant(stage):
+def test_no_gain_without_a_compensated_variant(stage):
     experiment = replace(stage.looped.experiment, variants=stage.looped.experiment.variants[:2])
     assert gain_of(replace(stage.looped, experiment=experiment)) is None
 
 
 @pytest.mark.parametrize(("after", "said"), [(0.5, "lowers"), (0.98, "hardly changes"), (1.02, "hardly changes"), (1.5, "raises")])
-def test_the_words_follow_the_numbers(stage, after, said):
+def test_wording_of_the_gain_follows_the_numbers(stage, after, said):
     wave = np.sin(40.0 * stage.looped.variants["feedforward"].time)
     result = with_error(stage.looped, "feedforward", lambda _: 1e-5 * wave)
     result = with_error(result, "compensated", lambda _: 1e-5 * after * wave)
     sentence = gain_of(result).sentences()[0]
     assert said in sentence
-    assert ("do not use" in sentence) == (said == "raises")
+    assert ("Do not use" in sentence) == (said == "raises")
     assert ("by a factor of 2.0" in sentence) == (after == 0.5)
 
 
-def test_an_error_in_proportion_to_velocity_is_called_lag(stage):
+def test_error_proportional_to_velocity_is_lag(stage):
     for name in ("feedforward", "compensated"):
         result = with_error(stage.looped, name, lambda item: 2.5e-3 * velocity_of(item))
     step = gain_of(result).steps[-1]
@@ -59,59 +59,59 @@ def test_an_error_in_proportion_to_velocity_is_called_lag(stage):
     assert "a lag of 2.5 ms" in " ".join(gain_of(result).sentences())
 
 
-def test_an_error_of_friction_alone_is_not_called_lag(stage):
+def test_error_of_friction_is_not_lag(stage):
     noise = np.random.default_rng(0).normal(size=stage.looped.variants["compensated"].time.size)
     result = with_error(stage.looped, "compensated", lambda _: 1e-6 * noise)
     assert not any("lag of" in sentence for sentence in gain_of(result).sentences())
 
 
-def test_a_loop_that_diverged_promises_nothing(stage):
+def test_diverged_loop_has_no_gain(stage):
     changed = replace(stage.looped.variants["compensated"], status=Status.NOT_FINITE)
     result = replace(stage.looped, variants={**stage.looped.variants, "compensated": changed})
     gain = gain_of(result)
     assert gain.steps == ()
-    assert "nothing can be said" in gain.sentences()[0]
+    assert "gain of compensation is unknown" in gain.sentences()[0]
 
 
-def test_the_caveat_says_what_the_simulation_leaves_out(stage):
+def test_caveat_states_the_limits_of_the_simulation(stage):
     def caveat(**changes):
         experiment = stage.looped.experiment
         variants = tuple(replace(variant, **changes) for variant in experiment.variants)
         return gain_of(replace(stage.looped, experiment=replace(experiment, variants=variants))).caveat
 
     known = stage.looped.experiment.variants[-1].feedforward.friction
-    assert "most to be hoped for" in caveat(friction=known)
-    assert "disturbed by what the model does not explain" in caveat(disturbance=np.zeros(6000))
+    assert "upper limit" in caveat(friction=known)
+    assert "includes the unexplained force" in caveat(disturbance=np.zeros(6000))
     assert caveat() == "This is a simulation: confirm the gain on the machine."
 
 
-def test_a_pair_that_differs_in_more_is_not_credited_to_friction(stage):
+def test_pair_with_further_differences_is_not_credited_to_friction(stage):
     experiment = stage.looped.experiment
     two = replace(experiment, variants=(experiment.variants[0], experiment.variants[2]))
     gain = gain_of(replace(stage.looped, experiment=two))
     assert not gain.alone
-    assert "differ in more than the friction" in gain.sentences()[0]
+    assert "differ in more than friction feedforward" in gain.sentences()[0]
     assert gain_of(stage.looped).alone
 
 
-def test_velocity_that_is_fed_forward_already_is_not_advised(stage):
+def test_present_velocity_feedforward_is_not_advised(stage):
     result = with_error(stage.looped, "compensated", lambda item: 2.5e-3 * velocity_of(item))
     assert gain_of(result).velocity_fed
     words = " ".join(gain_of(result).sentences())
-    assert "velocity fed forward removes" not in words
+    assert "velocity feedforward removes" not in words
     assert "viscous friction of the compensator, F_v" in words
 
 
-def test_viscous_friction_that_is_not_fed_forward_is_not_called_the_position_loop(stage):
-    """The loop feeds velocity forward and Coulomb friction alone: what is left is viscous friction."""
+def test_viscous_friction_without_feedforward_is_named_as_cause(stage):
+    """The loop has feedforward of velocity and Coulomb friction, so viscous friction remains."""
     film = friction.coulomb_viscous(F_C=8.0, F_v=200.0)
     law = controllers.cascade(k_p=80.0, k_v=3000.0)
     experiment = compensation_experiment(plants.inertia(M=12.0), film, friction.coulomb(F_C=8.0), law, stage.log.reference.values, 1e-3)
     gain = gain_of(simulate(experiment))
     assert gain.steps[-1].lag_share > 0.9
     words = " ".join(gain.sentences())
-    assert "viscous friction that is not fed forward" in words
-    assert "is not friction" not in words
+    assert "viscous friction without feedforward" in words
+    assert "velocity feedforward removes" not in words
 
 
 def step(name, peak, beyond=1e-6, lag=2e-3, share=0.0):
@@ -129,32 +129,32 @@ def plain(lines):
         (8e-6, 7.5e-6, "lowers the following error from 8 µm (plain) to 7.5 µm (fed) peak to peak, by a factor of 1.1."),
         (8e-6, 7.7e-6, "hardly changes the following error: 8 µm (plain), then 7.7 µm (fed)."),
         (8e-6, 8.3e-6, "hardly changes the following error: 8 µm (plain), then 8.3 µm (fed)."),
-        (8e-6, 8.5e-6, "raises the following error from 8 µm (plain) to 8.5 µm (fed) peak to peak: do not use this compensation as it is."),
+        (8e-6, 8.5e-6, "raises the following error from 8 µm (plain) to 8.5 µm (fed) peak to peak. Do not use this compensation."),
         (8e-6, 0.0, "lowers the following error from 8 µm (plain) to 0 m (fed) peak to peak."),
     ],
 )
-def test_friction_fed_forward_is_reported_by_the_error_before_and_after(before, after, words):
+def test_gain_of_friction_feedforward_has_error_before_and_after(before, after, words):
     gain = Gain((step("plain", before), step("fed", after)), "translational", "Confirm.")
-    assert gain.sentences() == [f"In simulation, feeding the friction forward {words}", "Confirm."]
+    assert gain.sentences() == [f"In simulation, friction feedforward {words}", "Confirm."]
 
 
-def test_the_first_loop_is_held_against_all_that_is_fed_forward():
+def test_first_loop_is_compared_with_all_feedforward():
     steps = step("base", 20e-6), step("plain", 8e-6), step("fed", 2e-6)
     assert Gain(steps, "rotational", "Confirm.").sentences()[1] == (
-        "The first loop, base, has 20 µrad: with all that is fed forward it becomes 2 µrad, by a factor of 10."
+        "With all feedforward, the following error goes from 20 µrad (base) to 2 µrad, by a factor of 10."
     )
 
 
 @pytest.mark.parametrize(("share", "told"), [(0.49, False), (0.5, True), (0.625, True)])
-def test_lag_is_distinguished_from_half_of_the_mean_square_on(share, told):
+def test_lag_is_reported_from_half_of_the_mean_square_on(share, told):
     steps = step("plain", 8e-6, 5e-6), step("fed", 2e-6, 1.234e-6, 2.5e-3, share)
     lines = Gain(steps, "translational", "Confirm.").sentences()
     assert (len(lines) == 3) is told
     if told:
         assert lines[1].startswith(
-            f"{100.0 * share:.3g} % of the mean square of what is left is in proportion to the velocity, a lag of 2.5 ms: "
+            f"{100.0 * share:.3g} % of the mean square of the remaining error is proportional to velocity, a lag of 2.5 ms. Likely cause: "
         )
-        assert lines[1].endswith("Beyond this lag the error goes from 5.00 to 1.23 µm peak to peak.")
+        assert lines[1].endswith("Without this lag the error goes from 5.00 to 1.23 µm peak to peak.")
 
 
 def errors_of(peak, rms):
@@ -165,27 +165,27 @@ NOTHING = np.zeros(2)
 FOLLOWED = Following(NOTHING, NOTHING, errors_of(9e-6, 3e-6), errors_of(8e-6, 2e-6), errors_of(4e-6, 1e-6))
 
 
-def test_the_error_of_the_log_stands_beside_the_simulated_error():
+def test_measured_error_is_followed_by_the_simulated_error():
     gain = Gain((), "translational", "")
     assert about_loop(None, None, "translational") == []
     assert about_loop(gain, None, "translational") == gain.sentences()
     first, *rest = about_loop(gain, FOLLOWED, "translational")
     assert first == (
-        "In the log, the following error is 9 µm peak to peak and 3 µm root mean square; the simulated loop has 8 µm peak to peak and "
-        "2 µm root mean square."
+        "In the log, the following error is 9 µm peak to peak and 3 µm root mean square. In simulation, it is 8 µm peak to peak and 2 µm "
+        "root mean square."
     )
     assert rest == gain.sentences()
     alone = about_loop(None, replace(FOLLOWED, simulated=None), "rotational")
     assert alone == ["In the log, the following error is 9 µrad peak to peak and 3 µrad root mean square."]
 
 
-def test_where_the_log_contradicts_the_loop_no_gain_is_promised():
+def test_no_gain_is_predicted_if_the_log_contradicts_the_loop():
     contradicted = replace(FOLLOWED, contradiction=Diagnostic("switching_law"))
     (line,) = about_loop(Gain((), "translational", ""), contradicted, "translational")
-    assert line.startswith("No gain is promised: the law has no slope at rest")
+    assert line.startswith("bristle predicts no gain: the law chatters around rest")
     first, second = plain(gain_lines(None, contradicted, "translational"))
     assert first == "following error, peak to peak: 9 µm in the log"
-    assert second.startswith("no gain is promised: the law has no slope")
+    assert second.startswith("bristle predicts no gain: the law chatters")
 
 
 def loops(**efforts):
@@ -193,16 +193,16 @@ def loops(**efforts):
     return Some(variants=variants, experiment=Some(variants=[Some(name=name) for name in variants]))
 
 
-def test_the_first_page_tells_error_and_effort_as_recorded_and_compensated():
-    assert gain_lines(None, None, "translational") == [
-        "not simulated: that takes a log with a reference, and a controller in the axis file"
-    ]
+def test_first_page_has_error_and_effort_with_and_without_compensation():
+    assert gain_lines(None, None, "translational") == ["not simulated: record the reference, and describe the controller in the axis file"]
     assert plain(gain_lines(None, FOLLOWED, "translational")) == [
         "following error, peak to peak: 9 µm in the log",
-        "simulated: 8 µm as recorded, 4 µm compensated",
+        "in simulation: 8 µm as recorded, 4 µm with compensation",
     ]
     simulated = loops(first=[3.0, 3.0], middle=[9.0, 9.0], last=[3.0, 4.0])
-    assert plain(gain_lines(simulated, FOLLOWED, "translational"))[2] == "effort, root mean square: 3 N as recorded, 3.54 N compensated"
+    assert (
+        plain(gain_lines(simulated, FOLLOWED, "translational"))[2] == "effort, root mean square: 3 N as recorded, 3.54 N with compensation"
+    )
     assert len(gain_lines(loops(first=[3.0], last=[np.inf]), FOLLOWED, "translational")) == 2
     assert len(gain_lines(None, replace(FOLLOWED, compensated=None), "translational")) == 1
     assert len(gain_lines(None, replace(FOLLOWED, simulated=None), "translational")) == 1
@@ -219,7 +219,7 @@ def test_the_first_page_tells_error_and_effort_as_recorded_and_compensated():
         (0.0, "less than a hundredth"),
     ],
 )
-def test_a_large_gain_is_reported_as_a_factor(best, words):
+def test_large_gain_is_a_factor(best, words):
     loops = (Some(name=name, kind="translational", following_error=errors_of(peak, 0.0)) for name, peak in (("base", 2e-6), ("best", best)))
     told = Standing(*loops, alike=False).instead.replace("\u00a0", " ")
     assert told.endswith(f"peak to peak, {words}")
@@ -239,17 +239,17 @@ def run_of(name, peak, spread=None):
         (run_of("a", 0.94e-6, 3e-8), run_of("b", 1e-6, 2e-8), False),
     ],
 )
-def test_variants_are_alike_within_five_percent_or_their_scatter(best, other, alike):
+def test_variants_are_equal_within_five_percent_or_their_scatter(best, other, alike):
     assert is_alike(best, other) is alike
 
 
-def test_names_are_listed_as_many_as_are_read():
+def test_long_lists_of_names_are_shortened():
     assert names_text("abcd") == "a, b, c, d"
     assert names_text("abcdef") == "a, b, c, d and 2 more"
     assert names_text("abc", 2) == "a, b and 1 more"
 
 
-def test_an_error_is_split_into_lag_and_rest():
+def test_error_is_split_into_lag_and_rest():
     time = 1e-3 * np.arange(4000)
     reference = np.sin(6.0 * time)
     velocity = np.gradient(reference, 1e-3)

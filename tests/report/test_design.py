@@ -1,4 +1,4 @@
-"""The report of a loop that is designed: what it tells, and gains that can be copied into an experiment file."""
+"""The report of a loop design, with gains to copy into an experiment file."""
 
 import math
 import re
@@ -44,7 +44,7 @@ def designed():
 
 
 @pytest.mark.slow
-def test_the_page_is_whole_and_asks_for_nothing(designed):
+def test_page_of_a_design_is_self_contained(designed):
     text = design_report(designed, **COMMON)
     page = Page(text)
     assert page.unbalanced == []
@@ -56,7 +56,7 @@ def test_the_page_is_whole_and_asks_for_nothing(designed):
 
 
 def with_errors(designed, *peaks):
-    """The design with following errors of our own [m]."""
+    """The design with given following errors [m]."""
     error = designed.proposals[0].following_error
     loops = [
         replace(proposal, following_error=replace(error, peak_to_peak=peak))
@@ -65,32 +65,32 @@ def with_errors(designed, *peaks):
     return replace(designed, proposals=tuple(loops))
 
 
-def test_the_verdict_names_the_loop_that_errs_less(designed):
+def test_verdict_names_the_loop_with_the_smaller_error(designed):
     ruling = design_ruling(with_errors(designed, 2e-6, 1e-6, 3e-6))
     assert (ruling.level, ruling.words) == ("with_care", "Change the gains")
     assert "the loop tuned has a following error of 1\u00a0µm instead of 2\u00a0µm" in ruling.reasons[0]
     assert design_summary(designed, provenance={})["verdict"] == design_ruling(designed).as_data()
 
 
-def test_a_loop_that_none_proposed_betters_is_kept(designed):
+def test_loop_without_a_better_proposal_is_kept(designed):
     assert design_ruling(with_errors(designed, 2e-6, 1.7e-6, 3e-6))[:2] == ("usable", "Keep it")
 
 
-def test_the_first_page_tells_what_to_type_in_and_what_it_takes(designed):
+def test_first_page_of_a_design_has_values_and_cost(designed):
     words = Page(design_report(with_errors(designed, 2e-6, 1e-6, 3e-6), **COMMON)).words
     tuned = designed.proposals[1]
     assert f"kp {tuned.variant.controller.values['k_p']:.4g} 1/s" in words
-    assert "acceleration × 20 kg fed forward" in words
+    assert "inertia feedforward: acceleration × 20 kg" in words
     assert "following error 1 µm instead of 2 µm" in words
 
 
-def test_one_loop_has_one_word(designed):
+def test_loop_has_a_single_name(designed):
     page = Page(design_report(designed, **COMMON))
     assert "as it is" not in page.cells
     assert page.cells.count(designed.variant.name) >= 2
 
 
-def test_what_a_person_wrote_is_escaped(designed):
+def test_user_text_is_escaped(designed):
     variant = replace(designed.variant, name=ALL)
     hostile = replace(designed, experiment=replace(designed.experiment, name=ALL), variant=variant)
     hostile = replace(hostile, assessments=tuple(replace(assessment, name=ALL) for assessment in designed.assessments))
@@ -98,14 +98,14 @@ def test_what_a_person_wrote_is_escaped(designed):
     assert_harmless(design_report(hostile, **COMMON))
 
 
-def test_variants_that_are_one_loop_share_its_rows(designed):
+def test_variants_with_the_same_loop_share_its_rows(designed):
     rows = margin_table(designed).rows
     assert rows[0][0] == "plain, fed"
     assert {row[0] for row in rows[1:]} == {""}
     assert {row[2] for row in rows} == {"none", "stuck", "sliding"}
 
 
-def test_the_budget_holds_its_numbers(designed):
+def test_budget_table_has_the_numbers_of_the_budget(designed):
     table = budget_table(designed)
     assert table.heads[1].endswith("[µm]")
     for row, entry in zip(table.rows, designed.budget.entries, strict=False):
@@ -114,18 +114,18 @@ def test_the_budget_holds_its_numbers(designed):
     assert [row[0] for row in table.rows[-2:]] == ["all of them", "none of them"]
     assert table.rows[-1][3] == ""
     late = replace(designed, budget=replace(designed.budget, no_cause=designed.budget.all_causes))
-    assert "the law itself" in budget_table(late).rows[-1][3]
+    assert "error of the law" in budget_table(late).rows[-1][3]
 
 
-def test_where_no_cause_counts_by_itself_none_is_said_to_weigh_most(designed):
-    assert any("No cause weighs more" in line for line in design_sentences(designed))
+def test_no_main_cause_if_causes_cancel(designed):
+    assert any("The main cause is" in line for line in design_sentences(designed))
     whole = designed.budget.all_causes
     large = replace(whole, peak_to_peak=5.0 * whole.peak_to_peak)
     causes = tuple(replace(entry, without=whole, alone=large if entry.cause == "shape" else whole) for entry in designed.budget.entries)
     message = " ".join(design_sentences(replace(designed, budget=replace(designed.budget, entries=causes))))
-    assert "weighs more" not in message
-    assert "causes cancel each other" in message
-    assert "Alone, shape makes the most" in message
+    assert "The main cause is" not in message
+    assert "causes cancel" in message
+    assert "The largest single cause is shape" in message
 
 
 @pytest.mark.parametrize(
@@ -136,7 +136,7 @@ def test_where_no_cause_counts_by_itself_none_is_said_to_weigh_most(designed):
         controllers.disturbance_observer(kind="rotational", J=4e-4, lambda_=300.0, K_1=200.0, g=60.0, cutoff=400.0),
     ],
 )
-def test_a_law_is_told_as_an_experiment_file_takes_it(law):
+def test_law_is_written_as_in_an_experiment_file(law):
     variant = loop(controller=law, feedforward=Feedforward(mass=20.0))
     table = tomllib.loads(controller_text(variant))["controller"]
     assert table.pop("feedforward") == {"mass": "20 " + {"translational": "kg", "rotational": "kg*m^2"}[law.kind]}
@@ -144,7 +144,7 @@ def test_a_law_is_told_as_an_experiment_file_takes_it(law):
 
 
 @pytest.mark.slow
-def test_an_unstable_loop_is_told_with_what_is_stable():
+def test_unstable_loop_is_reported_with_stable_proposals():
     unstable = loop(run=replace(loop().run, delay=9))
     result = design(Experiment("slow", "translational", (unstable,)))
     words = design_sentences(result)
@@ -153,7 +153,7 @@ def test_an_unstable_loop_is_told_with_what_is_stable():
     assert "nine samples of delay" in words[0]
     page = Page(design_report(result, **COMMON))
     assert page.unbalanced == []
-    assert "What it errs by" not in page.words
+    assert "Causes of the error" not in page.words
     assert "with an observer" in page.words
 
 
@@ -180,7 +180,7 @@ ENTRIES = (("friction", 6e-6, 2e-6), ("lag", 7e-6, 5e-6))
 
 
 def made(*proposals, gain=0.05, switches=False, lag=1e-3, **changes):
-    """A loop with what is proposed for it; by default `tuned` errs by a quarter."""
+    """A loop with its proposals; by default `tuned` has a quarter of the error."""
     proposals = proposals or (proposal("as it is", 8e-6), proposal("tuned", 2e-6, phase=50.0), proposal("with an observer", 4e-6))
     variant = loop("plain", None, run=Run(4.0, 1e-3, delay=1, current_lag=lag))
     known = {"proposals": proposals, "experiment": Experiment("bench", "translational", (variant,)), "variant": variant}
@@ -193,7 +193,7 @@ def plain(lines):
     return [line.replace("\u00a0", " ") for line in lines]
 
 
-def test_margins_are_reported_of_each_point_and_once_for_loops_that_are_alike():
+def test_margins_have_a_row_for_each_point_and_equal_loops_once():
     loops = (assessed("a", 45.0, None), assessed("b", 45.0, None), Assessment("c", "translational", (point(30.0, crossover=None),)))
     table = margin_table(made(assessments=loops))
     assert table.rows == [
@@ -203,16 +203,16 @@ def test_margins_are_reported_of_each_point_and_once_for_loops_that_are_alike():
     ]
 
 
-def test_the_delay_is_reported_by_the_parts_in_milliseconds():
+def test_delay_is_listed_by_parts_in_milliseconds():
     rows = delay_table(made()).rows
     assert [row[1] for row in rows] == ["0.500", "1.000", "0.000", "0.250", "1.750"]
     assert rows[-1][0] == "all"
 
 
-@pytest.mark.parametrize(("nothing", "told"), [(0.39e-6, ""), (0.4e-6, ""), (0.41e-6, "left by the law itself")])
-def test_an_error_left_without_causes_is_explained_above_a_twentieth(nothing, told):
+@pytest.mark.parametrize(("nothing", "told"), [(0.39e-6, ""), (0.4e-6, ""), (0.41e-6, "error of the law")])
+def test_error_without_causes_is_explained_above_a_twentieth(nothing, told):
     table = budget_table(made(budget=budget(*ENTRIES, nothing=nothing)))
-    assert table.heads == ("Cause", "This cause alone [µm]", "All but this cause [µm]", "What it is")
+    assert table.heads == ("Cause", "This cause alone [µm]", "All but this cause [µm]", "Description")
     assert table.rows[:3] == [
         ("friction", "6.000", "2.000", "the friction"),
         ("lag", "7.000", "5.000", "the lag"),
@@ -222,7 +222,7 @@ def test_an_error_left_without_causes_is_explained_above_a_twentieth(nothing, to
     assert bool(table.rows[3][3]) is bool(told)
 
 
-def test_loops_are_proposed_with_their_numbers():
+def test_proposed_loops_have_their_numbers():
     item = made(proposal("as it is", 8e-6), proposal("tuned", None, effort=None, stiffness=math.inf, bandwidth=None))
     table = proposal_table(item)
     assert table.heads == [
@@ -235,7 +235,7 @@ def test_loops_are_proposed_with_their_numbers():
     ]
 
 
-def test_circles_are_reported_by_how_far_they_are_from_round():
+def test_circles_are_reported_by_their_deviation():
     angle = np.radians([0.0, 10.0, 45.0, 90.0, 100.0, 180.0, 190.0, 270.0, 280.0])
     deviation = 1e-6 * np.array([0.0, 1.0, 8.0, 0.0, 2.0, 0.0, 3.0, 0.0, 4.0])
     table = circle_table(made(circles=(Circle("as it is", 0.01, 0.1, angle, deviation),)))
@@ -255,35 +255,35 @@ def test_circles_are_reported_by_how_far_they_are_from_round():
         ((8e-6, 9e-6, None), UNSTABLE, True, "no", "Do not run it"),
     ],
 )
-def test_a_loop_is_kept_unless_another_errs_less_by_a_fifth(peaks, gain, switches, level, words):
+def test_loop_is_kept_unless_another_reduces_the_error_by_a_fifth(peaks, gain, switches, level, words):
     loops = [proposal(name, peak) for name, peak in zip(("as it is", "tuned", "with an observer"), peaks, strict=True)]
     ruling = design_ruling(made(*loops, gain=gain, switches=switches))
     assert (ruling.level, ruling.words) == (level, words)
     assert len(ruling.reasons) == {"Keep it": 2, "Keep it, with care": 1, "Change the gains": 1 + switches, "Do not run it": 2}[words]
 
 
-def test_the_reasons_name_error_and_margin():
-    assert plain(design_ruling(made()).reasons) == ["the loop tuned has a following error of 2 µm instead of 8 µm, with margins kept"]
+def test_reasons_of_a_design_name_error_and_margin():
+    assert plain(design_ruling(made()).reasons) == ["the loop tuned has a following error of 2 µm instead of 8 µm, and keeps the margins"]
     kept = made(proposal("as it is", 8e-6), proposal("tuned", 7e-6))
-    assert design_ruling(kept).reasons == ("phase margin 45.0°", "no proposed loop has a following error smaller by a fifth")
-    assert report._margin_text(proposal("a", 1.0, phase=None).assessment.least_phase) == "it has no crossover, and so no phase margin"
+    assert design_ruling(kept).reasons == ("phase margin 45.0°", "no proposed loop reduces the following error by a fifth")
+    assert report._margin_text(proposal("a", 1.0, phase=None).assessment.least_phase) == "no crossover, so no phase margin"
     unknown = made(proposal("as it is", None), proposal("tuned", 2e-6))
-    assert plain(design_ruling(unknown).reasons) == ["the loop tuned has a following error of 2 µm, with margins kept"]
+    assert plain(design_ruling(unknown).reasons) == ["the loop tuned has a following error of 2 µm, and keeps the margins"]
 
 
-def test_a_design_is_reported_in_sentences():
+def test_design_has_its_sentences():
     lines = plain(design_sentences(made(switches=True)))
     assert lines[0] == "plain: the sampled loop is stable: its largest pole is at 0.9500."
-    assert lines[1].startswith("The law has no slope at rest")
+    assert lines[1].startswith("The law chatters around rest")
     assert lines[2] == (
-        "The loop has 1.75 ms of delay. As a rule of thumb that allows the sum of its two bandwidths, such as λ + K_1, 286 1/s."
+        "The loop has 1.75 ms of delay. As a rule of thumb, the sum of its two bandwidths, such as λ + K_1, may be up to 286 1/s."
     )
-    assert lines[3] == "It errs by 8 µm peak to peak. No cause weighs more than this one, friction: without it, that is 2 µm."
-    assert lines[4] == "The loop tuned has a following error of 2 µm instead of 8 µm, with margins kept."
+    assert lines[3] == "The following error is 8 µm peak to peak. The main cause is friction: without it, the error is 2 µm."
+    assert lines[4] == "The loop tuned has a following error of 2 µm instead of 8 µm, and keeps the margins."
     assert len(lines) == 5
 
 
-def test_a_lag_that_no_file_states_is_reported_with_the_margin_of_the_loop(monkeypatch):
+def test_unknown_lag_is_reported_with_the_margin_of_the_loop(monkeypatch):
     def told(late):
         monkeypatch.setattr(import_module("bristle.loop.design"), "assess", lambda variant: late)
         return design_sentences(made(lag=0.0))[2]
@@ -294,21 +294,21 @@ def test_a_lag_that_no_file_states_is_reported_with_the_margin_of_the_loop(monke
 
 
 @pytest.mark.parametrize(("count", "friction", "much"), [(5.1, 10.0, True), (5.0, 10.0, False), (5.0, 0.0, False)])
-def test_a_count_of_the_encoder_matters_from_half_of_the_friction_on(count, friction, much, monkeypatch):
+def test_effort_of_a_count_matters_above_half_of_friction(count, friction, much, monkeypatch):
     monkeypatch.setattr(report, "law_lines", lambda variant: ["law"])
     item = made(proposal("as it is", 8e-6, count=count), proposal("tuned", 7e-6), friction=friction)
     lines = design_sentences(item)
-    assert any(line.startswith("One count of the encoder calls up") for line in lines) is much
+    assert any(line.startswith("Much of the effort is noise: one encoder count causes") for line in lines) is much
     if much:
-        assert "calls up 5.1 N, 0.51 times the friction (10 N)" in lines[2]
+        assert "causes 5.1 N, 0.51 times the friction (10 N)" in lines[2]
     assert any("a finer encoder" in line for _, lines in report._front(item).answers for line in lines) is much
 
 
 @pytest.mark.parametrize(("without", "weighs"), [(7.5e-6, True), (7.7e-6, False)])
-def test_a_cause_weighs_where_the_absence_makes_the_error_smaller(without, weighs):
+def test_main_cause_reduces_the_error_by_its_absence(without, weighs):
     line = plain(design_sentences(made(budget=budget(("friction", 6e-6, without), ("lag", 7e-6, 8e-6)))))[2]
-    assert ("No cause weighs more" in line) is weighs
-    assert ("Alone, lag makes the most of all, 7 µm" in line) is not weighs
+    assert ("The main cause is" in line) is weighs
+    assert ("The largest single cause is lag, alone 7 µm" in line) is not weighs
 
 
 def lines_of(item):
@@ -316,49 +316,49 @@ def lines_of(item):
     return front, [plain(lines) for _, lines in front.answers]
 
 
-def test_the_first_page_of_a_change_has_gain_and_cost(monkeypatch):
+def test_first_page_of_a_replaced_loop_has_gain_and_cost(monkeypatch):
     monkeypatch.setattr(report, "law_lines", lambda variant: ["law"])
     present, tuned = proposal("as it is", 8e-6), proposal("tuned", 2e-6, phase=50.0, effort=6.0, count=0.25)
     front, lines = lines_of(made(present, tuned, budget=budget(*ENTRIES, runs=3)))
     assert lines == [
         [
-            "stable as it is, phase margin 45.0°",
+            "stable, phase margin 45.0°",
             "following error 8 µm peak to peak, simulated",
-            "mostly by friction (the friction): without it 2 µm",
+            "main cause friction (the friction): without it 2 µm",
         ],
-        ["loop tuned, in its place", "law"],
+        ["loop tuned, as replacement", "law"],
         [
             "following error 2 µm instead of 8 µm",
             "effort, root mean square: 6 N instead of 4 N",
-            "effort that one count of the encoder calls up: 250 mN instead of 500 mN",
+            "effort of one encoder count: 250 mN instead of 500 mN",
             "phase margin 50.0° instead of 45.0°",
         ],
         [
-            "margins of the loop as it is sampled, with its delays: no resonance but those of the plant in the file",
+            "margins of the sampled loop with its delays, and only the resonances of the plant in the file",
             "errors are simulated, 3 runs each, with the friction of the file",
         ],
         [
-            "write these gains (below, to be copied) into the experiment file, then `bristle run` it",
-            "on the machine, record before and after, then `bristle compare`",
+            "copy these gains (below) into the experiment file, then use `bristle run`",
+            "record the machine before and after, then `bristle compare`",
         ],
     ]
     assert front.heading == "bench: the loop"
     assert front.facts.endswith("variant plain · law cascade")
 
 
-def test_the_first_page_of_a_loop_that_is_kept_compares_nothing(monkeypatch):
+def test_first_page_of_a_kept_loop_has_no_comparison(monkeypatch):
     monkeypatch.setattr(report, "law_lines", lambda variant: ["law"])
     _, lines = lines_of(made(proposal("as it is", 8e-6), proposal("tuned", 7e-6)))
-    assert lines[1] == ["loop plain, as it is", "law"]
-    assert lines[2] == ["effort, root mean square: 4 N", "effort that one count of the encoder calls up: 500 mN"]
+    assert lines[1] == ["loop plain, unchanged", "law"]
+    assert lines[2] == ["effort, root mean square: 4 N", "effort of one encoder count: 500 mN"]
     assert "one run each" in lines[3][1]
-    assert lines[4] == ["on the machine, record before and after, then `bristle compare`"]
+    assert lines[4] == ["record the machine before and after, then `bristle compare`"]
     _, lines = lines_of(made(proposal("as it is", None), budget=None, gain=UNSTABLE))
-    assert lines[0] == ["not stable as it is"]
+    assert lines[0] == ["the present loop is unstable"]
     assert len(lines[3]) == 1
 
 
-def test_a_design_is_reported_in_numbers():
+def test_summary_of_a_design_has_its_numbers():
     summary = design_summary(made(budget=budget(*ENTRIES, runs=3)), provenance={})
     parts = {"hold": 5e-4, "computation": 1e-3, "drive": 0.0, "velocity": 2.5e-4}
     assert summary["delay"] == parts | {"total": pytest.approx(1.75e-3)}

@@ -1,4 +1,4 @@
-"""What is known of a reversal is told beside the levels for a drive: in JSON and on the first page."""
+"""The distance of a reversal in JSON and on the first page, with the levels for a drive."""
 
 from dataclasses import replace
 
@@ -33,7 +33,7 @@ def with_memory():
     return replace(identified, fits=(replace(identified.best, friction=SOFT), *identified.fits[1:]))
 
 
-def test_the_distance_of_a_reversal_is_in_the_numbers(with_memory):
+def test_summary_has_the_distance_of_a_reversal(with_memory):
     summary = identification_summary(with_memory, table=(), simulation=None, prediction=None, provenance={}, axis=AXIS)
     levels = summary["drive_levels"]
     assert levels["reversal_distance"] == pytest.approx(DISTANCE, rel=0.1)
@@ -42,19 +42,19 @@ def test_the_distance_of_a_reversal_is_in_the_numbers(with_memory):
     assert turned == pytest.approx(levels["reversal_distance"] / 0.01 * 360.0)
 
 
-def test_an_inertia_that_was_not_identified_is_told_in_no_unit(with_memory):
+def test_unidentified_inertia_has_no_value(with_memory):
     best = with_memory.best
     estimates = tuple(replace(estimate, status="unidentifiable") if estimate.name == "M" else estimate for estimate in best.estimates)
     vague = replace(with_memory, fits=(replace(best, estimates=estimates),))
-    lines = [dict(answers(estimate, None, None, AXIS))["What to type in"] for estimate in (with_memory, vague)]
+    lines = [dict(answers(estimate, None, None, AXIS))["Values to enter"] for estimate in (with_memory, vague)]
     assert [sum(("at the motor" in line and "kg" in line) or "g·cm²" in line for line in page) for page in lines] == [1, 0]
     assert lines[1][0] == "mass: not identified"
 
 
-def test_the_first_page_tells_it_where_there_is_one(with_memory):
-    typed = dict(answers(with_memory, None, None, AXIS))["What to type in"]
+def test_first_page_has_the_distance_of_models_with_memory(with_memory):
+    typed = dict(answers(with_memory, None, None, AXIS))["Values to enter"]
     message = next(line for line in typed if line.startswith("after a reversal"))
     assert "µm" in message
     assert "deg of the motor" in message
     static = replace(with_memory, fits=(replace(with_memory.best, friction=br.friction.coulomb(F_C=8.0)),))
-    assert not any("reversal" in line for line in dict(answers(static, None, None, AXIS))["What to type in"])
+    assert not any("reversal" in line for line in dict(answers(static, None, None, AXIS))["Values to enter"])

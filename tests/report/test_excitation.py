@@ -1,4 +1,4 @@
-"""The report of a motion to run: its pieces, what its log would tell, what it takes, and whether to run it."""
+"""The report of a motion to run: pieces, expected results, demands and verdict."""
 
 import math
 from types import SimpleNamespace as Some
@@ -52,7 +52,7 @@ def excited(estimates=ESTIMATES, *, truth=TRUTH, rehearsed=True, limit=None, pre
     return Excitation(motion(), axis, limits, prior, ("a note",), rehearsal)
 
 
-def test_alike_pieces_share_a_row_with_their_spans():
+def test_equal_pieces_share_a_row():
     table = piece_table(excited())
     assert table.rows == [
         ("presliding", "loops", "2", "0.0 to 4.0", "1 µm to 2 µm", "100 µm/s to 200 µm/s"),
@@ -60,9 +60,9 @@ def test_alike_pieces_share_a_row_with_their_spans():
     ]
 
 
-def test_found_values_stand_beside_true_values():
+def test_expected_results_have_found_and_true_values():
     table = outlook_table(excited())
-    assert table.caption == "What the log would tell, by lugre"
+    assert table.caption == "Expected results, by lugre"
     rows = {row[0]: dict(zip(table.heads, row, strict=True)) for row in table.rows}
     assert list(rows) == ["a", "b", "c", "d", "f"]
     assert rows["a"] == {
@@ -87,7 +87,7 @@ def test_found_values_stand_beside_true_values():
     ("value", "put_in", "unit"),
     [(0.0, 3e-3, "mN"), (0.0, 3.0, "N"), (0.0, 0.0, "N"), (0.0, None, "N"), (4e-3, 3.0, "mN"), (4.0, 3e-3, "N")],
 )
-def test_the_unit_is_that_of_the_found_value_or_of_the_true_value_beside_zero(value, put_in, unit):
+def test_unit_follows_the_true_value_if_the_found_value_is_zero(value, put_in, unit):
     table = outlook_table(excited((estimate("a", value, half=None),), truth={} if put_in is None else {"a": put_in}))
     assert dict(zip(table.heads, table.rows[0], strict=True))["Unit"] == unit
 
@@ -102,16 +102,16 @@ def test_the_unit_is_that_of_the_found_value_or_of_the_true_value_beside_zero(va
         (9.0, 5.0, "at_edge", False),
     ],
 )
-def test_errors_up_to_two_percent_beyond_the_interval_do_not_matter(value, half, status, misses):
+def test_errors_up_to_two_percent_outside_the_interval_are_ignored(value, half, status, misses):
     assert report._misses(estimate("a", value, status, half), 5.0) is misses
 
 
-def test_an_error_is_in_percent_of_the_true_value():
+def test_error_is_in_percent_of_the_true_value():
     assert report._error(estimate("a", 6.0), 5.0) == pytest.approx(20.0)
     assert [report._error(estimate("a", 6.0), put_in) for put_in in (None, 0.0, math.inf)] == [None, None, None]
 
 
-def test_limits_are_those_of_the_motion():
+def test_limits_belong_to_the_motion():
     assert report._limits(excited()) == [
         ("travel", pytest.approx(0.06), 0.1, "m"),
         ("velocity", pytest.approx(0.2), None, "m/s"),
@@ -119,17 +119,17 @@ def test_limits_are_those_of_the_motion():
     ]
 
 
-def test_the_reasons_against_a_motion_name_the_parameters():
+def test_reasons_against_a_motion_name_the_parameters():
     ruling = excitation_ruling(excited(presliding=5e-7))
     assert ruling.level == "with_care"
     assert [reason.replace("\u00a0", " ") for reason in ruling.reasons] == [
-        "its log would not identify d",
-        "it would hardly tell c: intervals as wide as the values",
-        "it would give b beyond the interval",
-        "the controller follows the loops before sliding no closer than 1 µm: raise its gains for this motion",
+        "this motion would not determine d",
+        "this motion would hardly determine c: intervals as wide as the values",
+        "this motion would give biased values, outside the interval: b",
+        "raise the gains for this motion: the controller follows the pre-sliding loops only within 1 µm",
     ]
     edge = excitation_ruling(excited((estimate("a", 5.0, "at_edge"), estimate("b", 5.0, half=100.0))))
-    assert edge.reasons == ("its log would not identify a", "it would hardly tell b: intervals as wide as the values")
+    assert edge.reasons == ("this motion would not determine a", "this motion would hardly determine b: intervals as wide as the values")
 
 
 @pytest.mark.parametrize(
@@ -143,7 +143,7 @@ def test_the_reasons_against_a_motion_name_the_parameters():
         ({"rehearsed": False}, "with_care", "Run it, with care"),
     ],
 )
-def test_a_motion_is_run_unless_the_drive_or_the_controller_cannot(changes, level, words):
+def test_motion_is_run_unless_drive_or_controller_is_at_its_limit(changes, level, words):
     assert excitation_ruling(excited(ESTIMATES[:1], **changes))[:2] == (level, words)
 
 
@@ -152,41 +152,41 @@ def lines_of(excitation):
     return front, [[line.replace("\u00a0", " ") for line in lines] for _, lines in front.answers]
 
 
-def test_the_first_page_of_a_motion_lists_identifiable_parameters():
+def test_first_page_of_a_motion_lists_identifiable_parameters():
     front, lines = lines_of(excited(limit=20.0))
     assert lines == [
-        ["its log would identify, with 95 % intervals:", "a ± 5.0 %, b ± 7.0 %"],
+        ["its log would determine, with 95 % intervals:", "a ± 5.0 %, b ± 7.0 %"],
         ["set points: `motion.csv`", "or a list of moves: `moves.csv`", "or a program for an NC: `motion.nc`"],
         [
             "7 s of the axis",
             "travel 60 mm of 100 mm allowed",
             "velocity 200 mm/s",
             "acceleration 3 m/s² of 5 m/s² allowed",
-            "effort up to 8 N of 20 N, as believed",
+            "effort up to 8 N of 20 N, by the assumed model",
         ],
-        ["one rehearsal, in the loop of its controller, with the encoder of the axis and 5 % of scatter", "1 value was assumed, below"],
-        ["run it, log what the axis file names, then `bristle identify LOG`"],
+        ["one rehearsal, in the loop of its controller, with the encoder of the axis and 5 % of scatter", "1 assumed value, listed below"],
+        ["run it, record the channels of the axis file, then `bristle identify LOG`"],
     ]
     assert front.heading == "stage: a motion to run"
     assert front.facts.endswith("7 s · for the controller of the axis")
     _, other = lines_of(excited((estimate("f", 3.0, half=None), *ESTIMATES[3:4]), truth={}, assumed=("M", "F_v"), loop=False))
     assert other[0][1] == "f"
     assert other[3] == [
-        "one rehearsal, along the motion: no stable loop is known, with the encoder of the axis and 5 % of scatter",
-        "2 values were assumed, below",
+        "one rehearsal, along the motion, without a stable loop, with the encoder of the axis and 5 % of scatter",
+        "2 assumed values, listed below",
     ]
-    assert other[2][-1] == "effort up to 8 N, as believed"
+    assert other[2][-1] == "effort up to 8 N, by the assumed model"
 
 
-def test_a_motion_that_was_not_rehearsed_promises_nothing():
+def test_motion_without_rehearsal_has_no_expected_results():
     _, lines = lines_of(excited(rehearsed=False, assumed=()))
-    assert lines[0] == ["nothing that its log would surely identify"]
-    assert lines[3] == ["nothing was rehearsed"]
+    assert lines[0] == ["its log would determine no parameter reliably"]
+    assert lines[3] == ["the motion was not rehearsed"]
     assert len(lines[2]) == 4
     assert len(lines_of(excited(assumed=()))[1][3]) == 1
 
 
-def test_a_motion_is_reported_in_numbers():
+def test_summary_of_a_motion_has_its_numbers():
     summary = excitation_summary(excited(), files={"motion": "motion.csv"}, identify="x", provenance={})
     assert [summary["motion"][key] for key in ("travel", "velocity_max", "acceleration_max")] == pytest.approx([0.06, 0.2, 3.0])
     assert (summary["motion"]["samples"], summary["motion"]["units"]["force"]) == (8, "N")
@@ -206,7 +206,7 @@ def test_a_motion_is_reported_in_numbers():
         (True, "lugre", False, "lugre"),
     ],
 )
-def test_loops_before_sliding_are_fitted_by_elements_too(rehearsed, name, loops, models):
+def test_pre_sliding_loops_are_also_fitted_by_elements(rehearsed, name, loops, models):
     excitation = excited(rehearsed=rehearsed)
     if rehearsed:
         excitation.rehearsal.identification.best.name = name
@@ -216,7 +216,7 @@ def test_loops_before_sliding_are_fitted_by_elements_too(rehearsed, name, loops,
     assert command == f"bristle identify LOG --axis 'my axis.toml' --model {models} --out results"
 
 
-def test_the_page_of_a_motion_has_the_demands_on_the_axis(monkeypatch):
+def test_page_of_a_motion_has_the_demands_on_the_axis(monkeypatch):
     seen = {}
     monkeypatch.setattr(report, "report_page", lambda kind, facts, front, sections, **options: seen.update(facts, sections=sections) or "")
     report.excitation_report(excited(), identify="x")
@@ -227,7 +227,7 @@ def test_the_page_of_a_motion_has_the_demands_on_the_axis(monkeypatch):
         ("Travel", "60 mm of 100 mm allowed"),
         ("Velocity", "200 mm/s"),
         ("Acceleration", "3 m/s² of 5 m/s² allowed"),
-        ("Effort, as believed", "8 N"),
+        ("Effort, assumed model", "8 N"),
     ]
     assert outlook.blocks[0].rows
     assert assumptions.blocks[0].content == ("a note",)

@@ -1,4 +1,4 @@
-"""A model file as files for a target: what is written, and what of the loop beside the file is known."""
+"""Files of an export for a target, and the loop in the folder of the model file."""
 
 import json
 from types import SimpleNamespace as Some
@@ -15,7 +15,7 @@ def written(effect=None, beside=()):
     return ExportedModel("c", product, "lugre", {"bristle": "0"}, beside)
 
 
-def test_an_export_is_reported_with_the_files_and_notes():
+def test_export_is_reported_with_files_and_notes():
     assert written(beside=("another",)).summary == {
         "target": "c",
         "model": "lugre",
@@ -27,14 +27,14 @@ def test_an_export_is_reported_with_the_files_and_notes():
     assert written(Some(as_data=lambda: {"gain": 2.0})).summary["effect"] == {"gain": 2.0}
 
 
-def test_files_are_written_beside_the_summary():
+def test_export_writes_files_and_summary():
     folder = {}
     written().write(Some(write=folder.__setitem__))
     assert list(folder) == ["a.c", "a.h", "summary.json"]
     assert json.loads(folder["summary.json"])["target"] == "c"
 
 
-def test_the_loop_beside_a_model_feeds_the_model_forward(tmp_path, monkeypatch):
+def test_loop_of_the_folder_uses_the_model_as_feedforward(tmp_path, monkeypatch):
     file, axis = tmp_path / "experiment.toml", Some(controller="law")
     variants = [Some(feedforward=Some(friction=friction)) for friction in (None, "lugre", "dahl")]
     monkeypatch.setattr("bristle.files.read_experiment", lambda file: Some(variants=variants))
@@ -46,7 +46,7 @@ def test_the_loop_beside_a_model_feeds_the_model_forward(tmp_path, monkeypatch):
     assert _loop_beside(file, "dahl", Some(controller=None)) == (None, ())
 
 
-def test_a_loop_that_cannot_be_read_is_remarked_upon(tmp_path, monkeypatch):
+def test_unreadable_loop_gives_a_remark(tmp_path, monkeypatch):
     def fails(file):
         raise InputError("is broken")
 
@@ -55,11 +55,11 @@ def test_a_loop_that_cannot_be_read_is_remarked_upon(tmp_path, monkeypatch):
     file.write_text("")
     loop, (remark,) = _loop_beside(file, "dahl", Some(controller="law"))
     assert loop is None
-    assert remark == "the loop of experiment.toml is not simulated: is broken"
+    assert remark == "bristle did not simulate the loop of experiment.toml: is broken"
 
 
 @pytest.mark.parametrize("holds_operator", [True, False])
-def test_an_operator_is_exported_with_the_constant_and_a_model_once_admitted(holds_operator, monkeypatch):
+def test_operator_is_exported_with_its_constant_and_models_if_admitted(holds_operator, monkeypatch):
     admitted = []
     monkeypatch.setattr("bristle.files.holds_operator", lambda file: holds_operator)
     monkeypatch.setattr("bristle.files.read_operator", lambda file: ("operator", 2.0, None))

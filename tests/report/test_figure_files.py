@@ -1,4 +1,4 @@
-"""The figures of a report as files of their own: in every format asked for, with captions and numbers."""
+"""Figures of a report as separate files in several formats, with captions and numbers."""
 
 import csv
 from pathlib import Path
@@ -15,7 +15,7 @@ DRAW = gallery()
 
 
 def write(out: Path, formats=(), names=("expected", "errors_by_loop")) -> dict[str, int]:
-    """Draw figures for a report; return how large the files are that come of it."""
+    """Draw figures for a report; return the sizes of the files."""
     with results_folder(out) as folder, figure_files(folder, formats):
         for name in names:
             picture(name.replace("_", "-"), DRAW[name], "what it is", "what to see: 5 um, at F_s")
@@ -42,24 +42,24 @@ def test_each_figure_is_written_in_each_format_with_its_numbers(tmp_path):
         assert next(csv.reader(file))[4:7] == ["Error [µm]", "Loop", "name at y"]
 
 
-def test_numbers_alone_need_no_captions_and_nothing_asked_is_nothing_written(tmp_path):
+def test_captions_are_written_only_for_pictures(tmp_path):
     assert set(write(tmp_path / "a", ["csv"], names=("errors_by_loop",))) == {"errors-by-loop.csv"}
     assert write(tmp_path / "b") == {}
     assert not (tmp_path / "b/figures").exists()
 
 
 @pytest.mark.parametrize("formats", [["svg"], ["csv"]])
-def test_without_a_folder_it_is_refused_before_any_work(formats):
+def test_figures_without_a_folder_are_refused_early(formats):
     with pytest.raises(InputError, match="--format"), figure_files(None, formats):
         pytest.fail("the work must not begin")
 
 
-def test_each_figure_stands_with_its_caption_under_the_name_of_its_file():
+def test_captions_list_each_figure_by_file_name():
     text = captions([Plate("figure-06-economy", None, "short", "at 5 um of F_s"), Plate("other", None, "", "second")])
     assert text == "figure-06-economy\n  at 5 µm of F_s\n\nother\n  second\n"
 
 
-def test_figures_are_kept_only_for_those_who_ask_and_each_keeps_its_own():
+def test_each_collector_keeps_only_its_figures():
     with plates() as outer:
         picture("a", DRAW["expected"], "", "one", file="first", published="another")
         with plates() as inner:
@@ -69,7 +69,7 @@ def test_figures_are_kept_only_for_those_who_ask_and_each_keeps_its_own():
     assert [(item.name, item.caption) for item in inner] == [("b", "two")]
 
 
-def test_a_report_is_the_same_whether_its_figures_are_written_or_not(tmp_path):
+def test_report_does_not_depend_on_figure_files(tmp_path):
     alone = picture("a", DRAW["margins"], "x", "y")
     with results_folder(tmp_path / "run") as folder, figure_files(folder, ["png", "svg", "csv"]):
         beside = picture("a", DRAW["margins"], "x", "y")

@@ -36,7 +36,7 @@ def helped():
 
 
 def looped(stage, *sizes):
-    """The loop of the stage with following errors of our own, peak to peak [m]."""
+    """The loop of the stage with given following errors, peak to peak [m]."""
     result = stage.looped
     for name, size in zip(result.variants, sizes, strict=True):
         result = with_error(result, name, lambda item, size=size: 0.5 * size * np.sin(40.0 * item.time))
@@ -52,20 +52,20 @@ def looped(stage, *sizes):
         ((20e-6, 4e-6, 9e-6), "usable", "Another loop helps"),
     ],
 )
-def test_the_verdict_of_a_run_follows_the_errors(stage, sizes, level, words):
+def test_verdict_of_a_run_follows_the_errors(stage, sizes, level, words):
     assert simulation_ruling(looped(stage, *sizes))[:2] == (level, words)
 
 
-def test_a_run_says_by_how_much_at_the_worst_reversal_and_in_effort(stage):
+def test_run_reports_worst_reversal_and_effort(stage):
     result = looped(stage, 20e-6, 9e-6, 4e-6)
     words = Page(simulation_page(stage, result=result)).words
     assert "following error 4 µm (compensated) instead of 20 µm (as_recorded)" in words
     assert "At its worst reversal: 4 µm instead of 20 µm".lower() in words.lower()
-    assert "friction fed forward alone: from 9 µm (feedforward) to 4 µm" in words
+    assert "friction feedforward alone: from 9 µm (feedforward) to 4 µm" in words
     assert simulation_summary(result, files={}, provenance={})["verdict"] == simulation_ruling(result).as_data()
 
 
-def test_a_warned_run_is_with_care_and_a_diverged_one_is_none(stage):
+def test_warning_asks_for_care_and_divergence_for_no_use(stage):
     result = looped(stage, 20e-6, 9e-6, 4e-6)
     warned = simulation_ruling(result, ["the margins are small"])
     assert warned.level == "with_care"
@@ -74,19 +74,19 @@ def test_a_warned_run_is_with_care_and_a_diverged_one_is_none(stage):
     assert simulation_ruling(replace(result, variants=failed))[:2] == ("no", "It does not run")
 
 
-def test_a_law_that_helps_by_itself_is_no_compensation(stage):
+def test_gain_of_a_law_is_no_compensation(stage):
     result = looped(stage, 20e-6, 4.05e-6, 4e-6)
     assert simulation_ruling(result)[:2] == ("usable", "Another loop helps")
 
 
-def test_doubts_of_loops_are_short_on_the_first_page():
+def test_warnings_of_loops_are_short_on_the_first_page():
     small = Diagnostic(
         "small_margin", severity="warning", numbers={"variants": ("a", "b", "c", "d", "e"), "motions": "all", "phase": 15.0, "enough": 30.0}
     )
-    assert loop_doubts([small]) == ["the margins of the loop are small: a, b, c, d and 1 more"]
+    assert loop_doubts([small]) == ["the loop has small margins: a, b, c, d and 1 more"]
 
 
-def test_variants_along_another_motion_are_not_held_against_the_base(stage):
+def test_variants_with_another_motion_are_not_compared_with_the_base(stage):
     result = looped(stage, 20e-6, 19.5e-6, 4e-6)
     *first, last = result.experiment.variants
     other = replace(last, reference=references.sine(amplitude=1e-3, frequency=1.0))
@@ -95,13 +95,13 @@ def test_variants_along_another_motion_are_not_held_against_the_base(stage):
     assert simulation_ruling(moved).level == "with_care"
 
 
-def test_following_errors_are_told_in_no_smaller_unit_than_micrometres(stage):
+def test_smallest_unit_of_following_errors_is_the_micrometre(stage):
     table = variant_table(looped(stage, 8e-7, 5e-7, 3e-7))
     assert table.heads[1].endswith("[µm]")
     assert [float(row[1]) for row in table.rows] == pytest.approx([0.8, 0.5, 0.3], abs=2e-3)
 
 
-def test_the_table_for_a_drive_names_no_unit_twice():
+def test_drive_table_has_each_unit_once():
     columns = {"position": Column("x", "mm", "m", 1.0), "effort": Column("u", "V", "V", 35.0)}
     axis = Axis(columns=columns)
     heads = drive_rows([(-0.1, -9.0), (0.1, 9.0)], "translational", axis).heads
@@ -110,7 +110,7 @@ def test_the_table_for_a_drive_names_no_unit_twice():
     assert "[V]" in heads
 
 
-def test_the_worst_reversal_is_where_the_error_swings_most():
+def test_worst_reversal_has_the_largest_swing():
     time = np.linspace(0.0, 10.0, 2001)
     reference = np.abs((time % 4.0) - 2.0)  # turns at 2, 4, 6, 8 s
     error = np.where((time > 5.95) & (time < 6.05), 3e-6, 0.0)
@@ -126,24 +126,24 @@ def predicted(stage, error, **changed):
 
 
 @pytest.mark.parametrize(("error", "level"), [(5.0, "usable"), (30.0, "with_care"), (70.0, "no")])
-def test_the_verdict_of_a_prediction_follows_its_error(stage, error, level):
+def test_verdict_of_a_prediction_follows_its_error(stage, error, level):
     ruling = prediction_ruling(predicted(stage, error, position_half_width=None))
     assert ruling.level == level
     assert f"{error:.1f}" in ruling.reasons[0]
 
 
-def test_a_prediction_doubts_its_own_log_its_band_and_what_is_warned(stage):
+def test_fitted_log_narrow_band_and_warnings_ask_for_care(stage):
     plain = predicted(stage, 5.0, position_half_width=None)
     assert prediction_ruling(plain, own_log=True).level == "with_care"
     narrow = replace(plain, half_width=np.zeros(plain.time.size))
-    assert "should hold 95 %" in prediction_ruling(narrow).reasons[1]
+    assert "inside the 95 % band" in prediction_ruling(narrow).reasons[1]
     warned = replace(plain, diagnostics=(Diagnostic("beyond_speed", severity="warning"),))
     assert prediction_ruling(warned).level == "with_care"
     data = prediction_summary(plain, friction=stage.identified.best.friction, notes=(), provenance={}, own_log=True)
     assert data["verdict"]["level"] == "with_care"
 
 
-def test_a_position_in_a_loop_is_told_in_micrometres_not_in_percent(stage):
+def test_position_error_in_a_loop_is_in_micrometres(stage):
     looped = replace(
         stage.predicted,
         mode="closed-loop",
@@ -151,22 +151,22 @@ def test_a_position_in_a_loop_is_told_in_micrometres_not_in_percent(stage):
         position_predicted=stage.predicted.position,
     )
     words = Page(prediction_page(replace(stage, predicted=looped))).words
-    assert "position off by 1.2 µm" in words
+    assert "position error 1.2 µm" in words
     assert "0.0076" not in words
 
 
-def test_the_verdict_of_two_logs_follows_the_interval(helped):
+def test_verdict_of_two_logs_follows_the_interval(helped):
     assert comparison_ruling(helped)[:2] == ("usable", "It helped")
     same = compare([log(1, sine(12))], [log(3, sine(12))])
-    assert comparison_ruling(same)[:2] == ("with_care", "No change told")
+    assert comparison_ruling(same)[:2] == ("with_care", "No clear change")
     worse = compare([log(1, sine(12))], [log(2, sine(12), gain=1.4)])
     assert comparison_ruling(worse)[:2] == ("no", "It did not help")
     blind = compare([log(1, sine(12), reference=None)], [log(2, sine(12), reference=None)])
-    assert comparison_ruling(blind).words == "Not told"
+    assert comparison_ruling(blind).words == "Effect unknown"
 
 
-def test_two_logs_are_told_with_the_interval_on_the_first_page(helped):
-    words = Page(comparison_report(helped, name="stage", **COMMON)).words.partition("Each change")[0]
+def test_first_page_of_two_logs_has_the_interval(helped):
+    words = Page(comparison_report(helped, name="stage", **COMMON)).words.partition("Changes")[0]
     change = helped.changes["following_error.rms"]
     assert " ".join(length_text(change.after, "translational").split()) in words
     assert "95 % interval" in words
@@ -179,12 +179,12 @@ def test_two_logs_are_told_with_the_interval_on_the_first_page(helped):
     ("error", "held_out", "level"),
     [(1.0, 1.2, "usable"), (1.0, 3.0, "with_care"), (1.0, None, "with_care"), (9.0, 9.0, "with_care"), (30.0, 31.0, "no")],
 )
-def test_the_verdict_of_an_operator_follows_what_it_was_not_fitted_to(error, held_out, level):
+def test_verdict_of_an_operator_follows_the_held_out_error(error, held_out, level):
     assert operator_ruling(error, held_out, fitted=True).level == level
 
 
 def motion(estimates, *, peak=100.0, lag=0.0, truth=None):
-    """A rehearsed motion whose log gives these estimates."""
+    """A rehearsed motion with these estimates."""
     best = Some(name="lugre", estimates=[Some(name=name, status=status, interval_percent=half) for name, status, half in estimates])
     rehearsal = Some(identification=Some(best=best), truth=truth or {}, peak_effort=peak, lag=lag, loop=True)
     kept = Some(effort_limit=500.0, name="stage")
@@ -195,20 +195,20 @@ def motion(estimates, *, peak=100.0, lag=0.0, truth=None):
     ("changed", "level", "reason"),
     [
         ({}, "usable", ""),
-        ({"estimates": [("v_S", "identified", 347.0)]}, "with_care", "hardly tell v_S"),
-        ({"estimates": [("F_S", "unidentifiable", None)]}, "with_care", "not identify F_S"),
-        ({"lag": 2e-5}, "with_care", "no closer than 20\u00a0µm"),
+        ({"estimates": [("v_S", "identified", 347.0)]}, "with_care", "hardly determine v_S"),
+        ({"estimates": [("F_S", "unidentifiable", None)]}, "with_care", "not determine F_S"),
+        ({"lag": 2e-5}, "with_care", "only within 20\u00a0µm"),
         ({"peak": 600.0}, "no", "limit of the drive"),
         ({"estimates": [("offset", "identified", 484.0)], "truth": {"offset": 0.0}}, "usable", ""),
     ],
 )
-def test_the_verdict_of_a_motion_follows_its_rehearsal(changed, level, reason):
+def test_verdict_of_a_motion_follows_its_rehearsal(changed, level, reason):
     ruling = excitation_ruling(motion(**({"estimates": [("F_C", "identified", 3.0)]} | changed)))
     assert ruling.level == level
     assert reason in " ".join(ruling.reasons)
 
 
-def test_a_log_is_judged_by_what_speaks_against_it(stage):
+def test_verdict_of_a_log_follows_its_diagnostics(stage):
     assert log_ruling(stage.log, []).level == "usable"
     assert log_ruling(stage.log, [{"code": "one_speed", "severity": "warning"}]).level == "with_care"
     assert log_ruling(stage.log, [{"code": "sign_reversed", "severity": "error"}]).level == "no"
@@ -227,7 +227,7 @@ def pages(stage, helped):
 
 
 @pytest.mark.slow
-def test_every_first_page_has_date_verdict_five_answers_and_one_figure(stage, helped):
+def test_every_first_page_has_date_verdict_five_answers_and_a_figure(stage, helped):
     for name, text in pages(stage, helped).items():
         first = text.partition("<h2")[0]
         page = Page(first)

@@ -1,4 +1,4 @@
-"""What the report of an identification tells."""
+"""The report of an identification."""
 
 import csv
 import io
@@ -36,7 +36,7 @@ def plain(text: str) -> float:
 
 
 @pytest.mark.slow
-def test_each_parameter_stands_in_the_table_with_its_standard_error(workbench):
+def test_parameter_table_has_standard_errors(workbench):
     fit = workbench.identified.best
     table = parameter_table(fit)
     assert [row[0] for row in table.rows] == [item.name for item in fit.estimates]
@@ -51,20 +51,20 @@ def test_each_parameter_stands_in_the_table_with_its_standard_error(workbench):
             assert plain(cells["Value"]) * scale == pytest.approx(estimate.value, abs=0.06 * estimate.std)
 
 
-@pytest.mark.parametrize(("shift", "stands"), [(3, "lags"), (-3, "runs ahead of")])
-def test_a_delay_that_was_found_is_told(shift, stands):
+@pytest.mark.parametrize(("shift", "stands"), [(3, "lags"), (-3, "leads")])
+def test_removed_delay_is_reported(shift, stands):
     log = sliding_log()
     late = np.roll(log.effort.values, shift)[50:-50]
     moved = Log(time=log.time.values[50:-50], position=log.position.values[50:-50], effort=late, sample_time=1e-3)
     message = " ".join(assumptions_of(identify(moved, "coulomb_viscous", draws=0, blocks=0).best))
-    assert re.search(rf"the effort {stands} the position by \d\.\d+ ms \(\d\.\d\d samples; .*, and taken out", message)
+    assert re.search(rf"the effort {stands} the position by \d\.\d+ ms \(\d\.\d\d samples; .*, and removed it", message)
     # One that hardly shows is not called found, and one that was stated is not told.
     rough = identify(moved, "coulomb_viscous", draws=0, blocks=0, settings={"delay_rough": 0.0})
     for other in (rough, identify(moved, "coulomb_viscous", axis=STATED, draws=0, blocks=0)):
-        assert ", and taken out" not in " ".join(assumptions_of(other.best))
+        assert ", and removed it" not in " ".join(assumptions_of(other.best))
 
 
-def test_the_interval_of_the_table_rests_on_the_larger_error(workbench):
+def test_interval_of_the_table_uses_the_larger_error(workbench):
     fit = workbench.identified.best
     wider = tuple(replace(item, robust_std=item.std and 3.0 * item.std) for item in fit.estimates)
     table = parameter_table(replace(fit, estimates=wider))
@@ -78,7 +78,7 @@ def test_the_interval_of_the_table_rests_on_the_larger_error(workbench):
             assert plain(cells["95 % interval [%]"]) == pytest.approx(percent, rel=0.06)
 
 
-def test_a_parameter_that_is_not_identified_says_so_and_what_to_measure(workbenches):
+def test_unidentified_parameter_has_advice_to_measure(workbenches):
     bench = workbenches["rotational"]
     richer_first = replace(bench.identified, fits=bench.identified.fits[::-1])
     bench = replace(bench, identified=richer_first)
@@ -90,33 +90,33 @@ def test_a_parameter_that_is_not_identified_says_so_and_what_to_measure(workbenc
         assert Page(worded(f"{names}: {motion}")).words in words
 
 
-def test_there_is_advice_for_every_excitation_that_a_model_asks_for():
+def test_every_excitation_has_advice():
     requested = {variable.excitation for model in MODELS.values() for variable in model.variables.values()}
     assert requested - {""} <= set(ADVICE)
 
 
-def test_what_was_assumed_and_where_it_comes_from_is_told(stage):
+def test_report_has_assumptions_and_provenance(stage):
     words = Page(identification_page(stage)).words
     assert all(Page(worded(item)).words in words for item in assumptions_of(stage.identified.best))
     for fact in ("stage.csv", "0" * 64, "1 ms (1000 Hz)", "6 s", "made by a simulation", "column q"):
         assert fact in words
 
 
-def test_what_the_prediction_assumed_is_told(stage):
+def test_report_has_the_assumptions_of_the_prediction(stage):
     axis = replace(stage.axis, presliding=2e-6)
     best = stage.identified.best
     predicted = predict(best.plant, best.friction, stage.log, axis, "closed-loop")
-    assumed = Page(identification_page(stage, prediction=predicted)).words.split("What was assumed")[-1]
-    assert "closed-loop prediction: friction turns over a pre-sliding distance of 2 µm (axis file)" in assumed
+    assumed = Page(identification_page(stage, prediction=predicted)).words.split("Assumptions")[-1]
+    assert "closed-loop prediction: friction reverses over a pre-sliding distance of 2 µm (axis file)" in assumed
 
 
-def test_without_held_out_blocks_the_report_claims_nothing_about_them(stage):
+def test_report_states_missing_held_out_stretches(stage):
     bare = replace(stage.identified, fits=tuple(replace(fit, held_out=None) for fit in stage.identified.fits))
     words = Page(identification_page(stage, identification=bare)).words
-    assert "nothing was held out" in words
+    assert "no held-out stretches" in words
 
 
-def test_the_drive_table_has_both_sides_of_rest(workbench):
+def test_drive_table_has_both_sides_of_rest(workbench):
     kind = workbench.identified.best.plant.kind
     rows = drive_rows(workbench.table, kind).rows
     assert len(rows) == len(workbench.table) <= 20
@@ -126,7 +126,7 @@ def test_the_drive_table_has_both_sides_of_rest(workbench):
     assert velocities == sorted(velocities)
 
 
-def test_the_copied_table_is_the_table(workbench):
+def test_table_for_copying_equals_the_table(workbench):
     text = as_csv(workbench.table, workbench.identified.best.plant.kind)
     head, *rows = csv.reader(io.StringIO(text))
     assert head[0].startswith("velocity [")
@@ -136,7 +136,7 @@ def test_the_copied_table_is_the_table(workbench):
 
 
 @pytest.mark.slow
-def test_parameters_on_an_edge_and_without_limit_are_told(stage):
+def test_parameters_at_an_edge_or_infinite_are_reported(stage):
     lugre = identify(stage.log, find("lugre"), axis=stage.axis, blocks=0, draws=0)
     page = Page(identification_page(stage, identification=lugre, simulation=None, prediction=None))
     assert page.unbalanced == []
@@ -174,7 +174,7 @@ def test_the_report_of_a_measured_axis():
     assert len(text) < 1_000_000
 
 
-def test_parameters_that_are_open_are_named_once_on_the_first_page(workbenches):
+def test_unidentified_parameters_are_named_once_on_the_first_page(workbenches):
     bench = workbenches["rotational"]
     fit = bench.identified.best
     open_ = tuple(replace(estimate, status="unidentifiable") for estimate in fit.estimates)
@@ -182,10 +182,10 @@ def test_parameters_that_are_open_are_named_once_on_the_first_page(workbenches):
     verdict = Page(text.partition('<dl class="answers">')[0]).words
     assert "the level of friction is not identified" in verdict
     assert verdict.count("not identified: M") == 1
-    assert "nothing yet: measure again first" in Page(text).words
+    assert "no values yet: measure again first" in Page(text).words
 
 
-def test_a_clearly_larger_error_outside_the_fit_is_stated(stage):
+def test_clearly_larger_held_out_error_is_reported(stage):
     best = stage.identified.best
     for ratio, is_stated in ((2.0, True), (1.2, False)):
         held_out = replace(best.held_out, mean_percent=ratio * best.force_error_percent)
@@ -193,18 +193,18 @@ def test_a_clearly_larger_error_outside_the_fit_is_stated(stage):
         assert ("clearly larger" in Page(identification_page(stage, identification=worse)).words) is is_stated
 
 
-def test_without_a_simulated_loop_the_following_error_is_that_of_the_log(stage):
+def test_without_simulation_the_following_error_is_measured(stage):
     page = Page(identification_page(stage, simulation=None, following=following_of(stage.log)))
     assert "Following error in the log" in page.words
     assert "without and with compensation" not in page.words
 
 
-def test_the_pairs_that_are_correlated_most_stand_first(stage):
+def test_strongest_correlations_come_first(stage):
     best = replace(stage.identified.best, correlation=np.array([[1.0, 0.2, np.nan], [0.2, 1.0, -0.9], [np.nan, -0.9, 1.0]]))
     table = identification._correlations(replace(best, correlation_names=("M", "F_C", "F_v")))
     assert table.rows == [("F_C", "F_v", "−0.90"), ("M", "F_C", "+0.20")]
 
 
-def test_a_correlation_that_rounds_to_zero_is_not_listed(stage):
+def test_correlation_that_rounds_to_zero_is_not_listed(stage):
     best = replace(stage.identified.best, correlation=np.array([[1.0, -0.004], [-0.004, 1.0]]), correlation_names=("M", "F_C"))
     assert not identification._correlations(best).rows

@@ -1,4 +1,4 @@
-"""An identification in the hand: what stands on it, what it predicts, and that it is the same when it comes back."""
+"""The result of an identification: its data, predictions, files and pickle."""
 
 import inspect
 import json
@@ -50,7 +50,7 @@ def loaded(folder):
 
 
 def same(single, other):
-    """Whether two models in the hand hold the same numbers, to the bit."""
+    """Whether two models have the same numbers, to the bit."""
     for name, estimate in single.parameters.items():
         again = other.parameters[name]
         for field in ("value", "unit", "std", "robust_std", "interval", "status", "description"):
@@ -71,7 +71,7 @@ def same(single, other):
 
 
 @pytest.mark.slow
-def test_columns_give_what_the_log_of_them_gives(columns, result):
+def test_columns_and_log_give_the_same_result(columns, result):
     log = br.Log.from_columns(columns)
     low = identification.identify(log, MODELS, cutoff=60.0, decimation=7, draws=20)
     assert result.parameters == low.best.parameters
@@ -79,7 +79,7 @@ def test_columns_give_what_the_log_of_them_gives(columns, result):
     assert [fit.name for fit in result.fits] == [fit.name for fit in low.fits]
 
 
-def test_a_data_frame_gives_the_same(columns, result):
+def test_data_frame_gives_the_same_result(columns, result):
     frame = pytest.importorskip("pandas").DataFrame(columns)
     again = br.identify(frame, "coulomb_viscous", cutoff=60.0, decimation=7, draws=0)
     assert {name: item.value for name, item in again.parameters.items()} == {name: item.value for name, item in result.parameters.items()}
@@ -88,17 +88,17 @@ def test_a_data_frame_gives_the_same(columns, result):
     assert (table.loc["M", "low"], table.loc["M", "high"]) == result.parameters["M"].interval
 
 
-def test_columns_of_a_rotary_axis_need_no_more_than_its_kind(columns):
+def test_columns_of_a_rotary_axis_need_only_its_kind(columns):
     turned = br.identify(columns, "coulomb_viscous", axis=br.Axis(kind="rotational"), draws=0)
     assert (turned.parameters["M"].unit, turned.model.kind) == ("kg*m^2", "rotational")
 
 
-def test_it_takes_what_the_identification_takes():
+def test_identify_has_the_arguments_of_the_identification():
     ours, low = (inspect.signature(each).parameters for each in (br.identify, identification.identify))
     assert {name: item.default for name, item in ours.items()} == {name: item.default for name, item in low.items()}
 
 
-def test_it_predicts_with_what_it_knows_itself(columns, result, folder):
+def test_prediction_uses_axis_and_treatment_of_the_result(columns, result, folder):
     predicted = result.predict(columns)
     treatment = read_model(folder / "model.toml").info["treatment"]
     assert (treatment["cutoff"], treatment["decimation"]) == (60.0, 7)
@@ -112,7 +112,7 @@ def test_it_predicts_with_what_it_knows_itself(columns, result, folder):
     assert doubts, "three times as fast as what was fitted, and nothing is said of it"
 
 
-def test_the_table_of_an_identification_has_the_entries_of_the_table_by_call(result, monkeypatch):
+def test_drive_table_equals_the_table_by_call(result, monkeypatch):
     requested = []
     monkeypatch.setattr("bristle.report.identified.drive_table", lambda best, entries: requested.append(entries) or [])
     monkeypatch.setattr("bristle.prediction.drive_table", lambda best, entries: requested.append(entries) or [])
@@ -121,7 +121,7 @@ def test_the_table_of_an_identification_has_the_entries_of_the_table_by_call(res
     assert requested[0] == requested[1]
 
 
-def test_the_covariance_is_that_of_what_was_identified(columns, result):
+def test_covariance_is_of_the_identified_parameters(columns, result):
     names, covariance = result.covariance_names, result.covariance
     assert set(names) == {name for name, item in result.parameters.items() if item.status == "identified"}
     assert np.sqrt(np.diag(covariance)) == pytest.approx([result.parameters[name].std for name in names])
@@ -132,7 +132,7 @@ def test_the_covariance_is_that_of_what_was_identified(columns, result):
     assert fixed.covariance.shape == (len(fixed.covariance_names),) * 2
 
 
-def test_it_is_shown_in_few_lines(result, loaded):
+def test_card_of_an_identification_is_short(result, loaded):
     for each in (result, loaded):
         lines = repr(each).splitlines()
         assert len(lines) <= 30
@@ -141,16 +141,16 @@ def test_it_is_shown_in_few_lines(result, loaded):
         assert each._repr_html_().count("<tr>") == 1 + len(result.parameters)
 
 
-def test_what_it_found_out_is_a_sentence_and_a_code(result):
+def test_diagnostics_have_sentence_and_code(result):
     assert all(each.code and each.message.strip() for each in result.diagnostics)
     assert [each.message for each in result.diagnostics] == [each["message"] for each in result.to_dict()["diagnostics"]]
 
 
-def test_it_comes_back_from_pickle_with_the_same_numbers(result):
+def test_identification_survives_pickle(result):
     assert same(result, pickle.loads(pickle.dumps(result)))
 
 
-def test_it_comes_back_from_its_folder_with_the_same_numbers(columns, result, loaded):
+def test_saved_identification_loads_with_the_same_numbers(columns, result, loaded):
     assert same(result, loaded)
     assert same(loaded, pickle.loads(pickle.dumps(loaded)))
     item, other = result.predict(columns), loaded.predict(columns)
@@ -169,7 +169,7 @@ def test_without_pyarrow_draws_are_npz(result, tmp_path, monkeypatch):
         assert same(result, br.load(place))
 
 
-def test_the_folder_holds_what_others_need(result, folder):
+def test_folder_has_the_files_for_further_use(result, folder):
     table = br.read_axis(folder / "axis.toml")
     assert {name: item.name for name, item in table.columns.items()} == {name: name for name in ("time", "position", "effort")}
     curve = np.loadtxt(folder / "friction_curve.csv", delimiter=",", skiprows=1)
@@ -183,21 +183,21 @@ def test_the_folder_holds_what_others_need(result, folder):
     assert "identify" in summary["provenance"]["command"]
 
 
-def test_the_report_is_one_file_that_needs_nothing_else(result, loaded, tmp_path):
+def test_report_is_a_self_contained_file(result, loaded, tmp_path):
     page = result.report(tmp_path / "report.html").read_text(encoding="utf-8")
     assert [item.name for item in tmp_path.iterdir()] == ["report.html"]
-    assert "Is the model fit to be used?" in page
+    assert "Certificates of" in page
     assert not any(outside in page for outside in ('src="http', 'href="http', "<link"))
     assert loaded.report(tmp_path / "again.html").read_text(encoding="utf-8") == page
 
 
-def test_the_page_of_the_server_shows_its_parameters_and_what_to_type_in(result):
+def test_page_of_the_server_has_parameters_and_values_to_enter(result):
     shown = _findings(result, result.outcome)
     assert [row[0] for row in shown["parameters"]["rows"]] == list(result.parameters)
     assert len(shown["drive"]["rows"]) == len(result.outcome.table)
 
 
-def test_the_figure_shows_the_measured_and_the_predicted_effort_whole_and_close_up(result):
+def test_figure_has_the_effort_whole_and_close_up(result):
     whole, close = result.plot().axes
     for axes in (whole, close):
         assert [line.get_label() for line in axes.lines[:2]] == ["measured", "predicted"]
@@ -205,17 +205,17 @@ def test_the_figure_shows_the_measured_and_the_predicted_effort_whole_and_close_
     assert 0.0 < spans[1] < spans[0]
 
 
-def test_results_that_are_there_are_not_replaced_unasked(result, folder):
+def test_existing_results_are_not_replaced_without_force(result, folder):
     with pytest.raises(InputError, match="exists already"):
         result.save(folder)
 
 
-def test_a_folder_that_holds_no_identification_is_refused(tmp_path, folder):
+def test_folder_without_identification_is_refused(tmp_path, folder):
     with pytest.raises(InputError):
         br.load(tmp_path)
     for name in ("summary.json", "model.toml"):
         (tmp_path / name).write_bytes((folder / name).read_bytes())
-    with pytest.raises(InputError, match="holds no identification"):
+    with pytest.raises(InputError, match="contains no identification"):
         br.load(tmp_path)
     (tmp_path / "traces.parquet").write_bytes(b"no table")
     with pytest.raises(InputError, match="cannot be read"):
@@ -225,7 +225,7 @@ def test_a_folder_that_holds_no_identification_is_refused(tmp_path, folder):
         br.load(tmp_path)
 
 
-def test_an_axis_is_written_as_it_was_read_or_as_it_was_changed():
+def test_axis_file_is_written_as_read_or_as_changed():
     axis = axis_simulated.axis()
     assert axis_text(axis) == Path(axis_simulated.AXIS_FILE).read_bytes()
     changed = replace(axis, mass=28.0, cutoff=77.0, seeks_delay=True, span=(0.5, 3.0), at_rest=True)
@@ -234,14 +234,14 @@ def test_an_axis_is_written_as_it_was_read_or_as_it_was_changed():
     assert again != axis
 
 
-def test_an_axis_that_no_file_can_say_is_not_written():
+def test_axis_without_a_file_form_is_not_written():
     axis = axis_simulated.axis()
     counted = replace(axis.columns["position"], base="count", scale=1e-6)
     assert axis_text(replace(axis, columns={**axis.columns, "position": counted})) is None
 
 
 @pytest.mark.slow
-def test_the_notebook_runs_and_its_job_takes_ten_lines(tmp_path, monkeypatch):
+def test_notebook_runs_and_its_job_has_ten_lines(tmp_path, monkeypatch):
     pytest.importorskip("pandas")
     monkeypatch.chdir(tmp_path)
     notebook = json.loads((ROOT / "examples" / "notebook.ipynb").read_text(encoding="utf-8"))
@@ -257,7 +257,7 @@ def test_the_notebook_runs_and_its_job_takes_ten_lines(tmp_path, monkeypatch):
     assert Path("report.html").is_file()
 
 
-def test_without_the_file_of_the_draws_bands_are_those_of_the_model_file(folder, result, tmp_path):
+def test_without_draws_the_bands_come_from_the_model_file(folder, result, tmp_path):
     bare = shutil.copytree(folder, tmp_path / "bare")
     (file,) = bare.glob("draws.*")
     file.unlink()
@@ -267,7 +267,7 @@ def test_without_the_file_of_the_draws_bands_are_those_of_the_model_file(folder,
     assert vars(bands) | {"draws": 0} == vars(result.best.resampling.bands) | {"draws": 0}
 
 
-def test_the_reason_of_a_parameter_is_its_first_diagnostic_again():
+def test_reason_of_a_parameter_is_its_first_diagnostic():
     first, second = (Diagnostic(code, "F_C", "warning", {}, "translational") for code in ("wide", "follows"))
     entry = {"value": 1.0, "unit": "N", "description": "Coulomb friction", "std": 9.0, "status": "not identified", "interval": None}
     (estimate,) = kept._estimates({"F_C": entry}, (first, second))

@@ -1,4 +1,4 @@
-"""The verdict of an identification, and the first page that it stands on."""
+"""The verdict on an identification and its first page."""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -35,22 +35,22 @@ def doubted(fit, *diagnostics):
     return replace(fit, diagnostics=diagnostics)
 
 
-def test_a_sound_log_is_usable(actual):
+def test_clean_log_is_usable(actual):
     assert judged(actual.best, USUAL) == ("usable", "Usable", ())
 
 
 @pytest.mark.parametrize("code", DOUBTS)
-def test_every_doubt_asks_for_care_and_says_why(actual, code):
+def test_every_warning_asks_for_care_with_a_reason(actual, code):
     level, _, reasons = judged(doubted(actual.best, Diagnostic(code, severity="warning")), USUAL)
     assert level == "with_care"
     assert reasons == (SENTENCES[code].means,)
 
 
-def test_a_note_asks_for_nothing(actual):
+def test_note_does_not_change_the_verdict(actual):
     assert judged(doubted(actual.best, Diagnostic("structure", severity="note")), USUAL).level == "usable"
 
 
-def test_a_contradiction_asks_for_another_log(actual):
+def test_error_asks_for_another_log(actual):
     level, _, reasons = judged(doubted(actual.best, Diagnostic("sign_reversed", severity="error")), USUAL)
     assert level == "measure_again"
     assert reasons == (SENTENCES["sign_reversed"].means,)
@@ -62,21 +62,21 @@ def with_open(fit, count, **changes):
     return replace(fit, estimates=(*open_, *fit.estimates[count:]))
 
 
-def test_open_parameters_ask_for_care_and_an_open_level_for_another_log(actual):
+def test_unidentified_parameters_ask_for_care_and_levels_for_another_log(actual):
     fit = doubted(actual.best)
     assert [estimate.name for estimate in fit.estimates] == ["M", "F_v", "F_C", "offset"]
     levels = [judged(with_open(fit, count), USUAL).level for count in range(5)]
     assert levels == ["usable", "with_care", "with_care", "measure_again", "measure_again"]
 
 
-def test_a_level_of_nothing_asks_for_no_other_log(actual):
+def test_zero_level_needs_no_other_log(actual):
     fit = doubted(actual.best)
     estimates = tuple(replace(item, value=0.0, status="at_edge") if item.name == "F_C" else item for item in fit.estimates)
     level, _, reasons = judged(replace(fit, estimates=estimates), USUAL)
-    assert (level, reasons) == ("usable", ("not identified, and of little effect on the force: F_C",))
+    assert (level, reasons) == ("usable", ("not identified, but with little effect on the force: F_C",))
 
 
-def test_an_open_parameter_of_little_effect_asks_for_nothing_and_is_named(actual):
+def test_unidentified_parameter_of_little_effect_is_only_named(actual):
     fit = doubted(actual.best)
     for takes, level in ((0.9, "usable"), (1.1, "with_care")):
         slight = takes * MATTERS / abs(fit.parameters["M"].value)
@@ -85,7 +85,7 @@ def test_an_open_parameter_of_little_effect_asks_for_nothing_and_is_named(actual
         assert "M" in ruling.reasons[-1]
 
 
-def test_an_interval_as_wide_as_the_value_asks_for_care_where_it_matters(actual):
+def test_wide_interval_asks_for_care_if_the_parameter_matters(actual):
     fit = doubted(actual.best)
     viscous = fit.parameters["F_v"]
     for half, effect, level in ((0.4, 1.0, "usable"), (0.6, 1.0, "with_care"), (0.6, 1e-6, "usable")):
@@ -94,38 +94,38 @@ def test_an_interval_as_wide_as_the_value_asks_for_care_where_it_matters(actual)
         estimates = tuple(wide if estimate is viscous else estimate for estimate in fit.estimates)
         ruling = judged(replace(fit, estimates=estimates), USUAL)
         assert ruling.level == level
-        assert ("identified roughly: F_v" in ruling.reasons) == (level == "with_care")
+        assert ("roughly identified: F_v" in ruling.reasons) == (level == "with_care")
 
 
-def test_nothing_is_typed_in_where_the_axis_is_to_be_measured_again(actual):
+def test_measure_again_has_no_values_to_enter(actual):
     reversed_ = doubted(actual.best, Diagnostic("sign_reversed", severity="error"))
     again = dict(answers(replace(actual, fits=(reversed_,)), None, None, usable=False))
-    assert again["What to type in"][0] == "nothing yet: measure again first"
-    assert again["What next"] == [SENTENCES["sign_reversed"].advice]
-    assert not any("nothing yet" in line for line in dict(answers(actual, None, None))["What to type in"])
+    assert again["Values to enter"][0] == "no values yet: measure again first"
+    assert again["Next steps"] == [SENTENCES["sign_reversed"].advice]
+    assert not any("no values yet" in line for line in dict(answers(actual, None, None))["Values to enter"])
 
 
-def test_parameters_that_one_motion_serves_share_its_line(actual, monkeypatch):
+def test_parameters_with_the_same_motion_share_a_line(actual, monkeypatch):
     by_excite = [(name, f"Move slowly.{WRITTEN_BY}`bristle excite AXIS.toml --for stribeck`") for name in ("F_S", "v_S")]
     monkeypatch.setattr("bristle.report.identification.next_measurements", lambda fit: by_excite)
-    message = dict(answers(actual, None, None))["What next"]
-    assert message == ["for F_S, v_S: `bristle excite AXIS.toml --for stribeck`, which writes the motion"]
+    message = dict(answers(actual, None, None))["Next steps"]
+    assert message == ["for F_S, v_S: generate a motion with `bristle excite AXIS.toml --for stribeck`"]
 
 
-def test_the_error_that_friction_takes_decides(actual):
+def test_error_relative_to_friction_decides(actual):
     error = actual.best.friction_alone_error_percent
     for usable, useless, level in ((1.1, 2.0, "usable"), (0.9, 2.0, "with_care"), (0.5, 0.9, "measure_again")):
         settings = Settings.of({"usable_error": usable * error, "useless_error": useless * error})
         assert judged(doubted(actual.best), settings).level == level
 
 
-def test_a_loop_that_follows_otherwise_asks_for_care(actual):
+def test_contradicted_loop_asks_for_care(actual):
     nothing = statistics_of(np.zeros(2))
     following = Following(np.zeros(2), np.zeros(2), nothing, contradiction=Diagnostic("loop_contradicts"))
     assert judged(doubted(actual.best), USUAL, following).level == "with_care"
 
 
-def test_levels_are_those_of_each_direction_without_the_weight():
+def test_levels_are_by_direction_without_the_weight():
     motion = sines(20.0, amplitudes=(0.03, 0.012, 0.004), frequencies=(0.31, 0.83, 2.3))
     effort = sliding_effort(motion, F_C=8.0) + np.where(motion.velocity > 0.0, 1.5, 0.0) + 20.0
     levels = level_values(identify(log_of(motion, effort), "coulomb+asymmetry", draws=0, offset=20.0).best)
@@ -137,32 +137,32 @@ def test_levels_are_those_of_each_direction_without_the_weight():
     assert levels.deviation == pytest.approx(0.0, abs=1e-9)
 
 
-def test_the_five_questions_are_answered(actual, monkeypatch):
+def test_five_questions_are_answered(actual, monkeypatch):
     monkeypatch.setattr("bristle.report.identification.next_measurements", lambda fit: [("F_S", "move slowly")])
     message = dict(answers(actual, None, None))
-    assert list(message) == ["Is it good?", "What to type in", "What it gains, and costs", "Can it be trusted?", "What next"]
+    assert list(message) == ["Is it good?", "Values to enter", "Gain and cost", "Can it be trusted?", "Next steps"]
     assert all(message.values())
     mass = actual.best.parameters["M"]
-    assert message["What to type in"][0] == f"mass {mass.value:.3g}\u00a0kg"
+    assert message["Values to enter"][0] == f"mass {mass.value:.3g}\u00a0kg"
     assert f"M ± {mass.interval_percent:.2g}\u00a0%" in message["Can it be trusted?"][1]
-    assert message["What next"] == ["for F_S: move slowly"]
+    assert message["Next steps"] == ["for F_S: move slowly"]
     assert "effective" not in " ".join(message["Can it be trusted?"])
 
 
-def test_what_was_not_identified_is_not_to_be_typed_in(actual):
+def test_unidentified_values_are_not_to_be_entered(actual):
     fit = actual.best
 
     def typed(*names):
         estimates = tuple(replace(estimate, status="unidentifiable") if estimate.name in names else estimate for estimate in fit.estimates)
-        return dict(answers(replace(actual, fits=(replace(fit, estimates=estimates),)), None, None))["What to type in"]
+        return dict(answers(replace(actual, fits=(replace(fit, estimates=estimates),)), None, None))["Values to enter"]
 
     assert typed("M")[0] == "mass: not identified"
-    assert typed(*fit.parameters) == ["nothing: no parameter was identified"]
+    assert typed(*fit.parameters) == ["no values: no parameter was identified"]
 
 
-def test_an_error_is_told_before_what_follows_from_it(actual):
+def test_errors_come_before_warnings(actual):
     fit = doubted(actual.best, Diagnostic("delay_unknown", severity="warning"), Diagnostic("sign_reversed", "", "error", {"percent": 73.0}))
-    assert "sign of effort" in warnings_of(fit)[0]
+    assert "sign of the effort" in warnings_of(fit)[0]
 
 
 @pytest.mark.parametrize(
@@ -177,11 +177,11 @@ def test_an_error_is_told_before_what_follows_from_it(actual):
         ("F+ 30 N", "<i>F</i><sub>+</sub> 30 N"),
     ],
 )
-def test_names_of_parameters_are_symbols(text, symbol):
+def test_parameter_names_are_symbols(text, symbol):
     assert symbolic(text) == symbol
 
 
-def test_what_is_to_be_typed_is_left_as_it_is_typed():
+def test_code_is_not_typeset():
     assert worded('F_C: `F_C = "2 N*m"`, not 2 N*m < 3') == ("<i>F</i><sub>C</sub>: <code>F_C = &#34;2 N*m&#34;</code>, not 2 N·m &lt; 3")
 
 
@@ -189,7 +189,7 @@ KIND = SimpleNamespace(kind="translational")
 
 
 def measured(**changes):
-    """A fit that misses 5 % of the effort and 12 % of friction, and 6 % of what was held out."""
+    """A fit with model errors of 5 % of the effort and 12 % of friction, and a held-out error of 6 %."""
     known = {"plant": KIND, "levels": ("F_C",), "position_rmse": None, "loop_rmse": None}
     known |= {"force_error_percent": 5.0, "friction_alone_error_percent": 12.0, "missed_percent": 11.0, "error_percent": 5.0}
     known |= {"held_out": SimpleNamespace(of="time blocks", mean_percent=6.0)}
@@ -200,34 +200,34 @@ def plain(lines):
     return [line.replace("\u00a0", " ") for line in lines]
 
 
-def test_a_misfit_is_reported_in_the_quantity_of_the_fit():
-    held_out = "on time blocks that it was not fitted to: 6.00 %"
-    assert plain(misfit(measured())) == ["misses 5.00 % of the effort of the log, 12.0 % of what friction takes", held_out]
-    assert plain(misfit(measured(position_rmse=4e-7, loop_rmse=1.0)))[0] == "misses the position of the log by 0.400 µm"
-    assert plain(misfit(measured(loop_rmse=0.25)))[0] == "misses the effort of the loop by 250 mN"
-    assert misfit(measured(held_out=None))[1] == "nothing was held out"
+def test_model_error_is_in_the_quantity_of_the_fit():
+    held_out = "held-out error 6.00 %, over time blocks"
+    assert plain(misfit(measured())) == ["model error 5.00 % of the effort, 12.0 % of the friction", held_out]
+    assert plain(misfit(measured(position_rmse=4e-7, loop_rmse=1.0)))[0] == "model error 0.400 µm of the position"
+    assert plain(misfit(measured(loop_rmse=0.25)))[0] == "model error 250 mN of the effort in the loop"
+    assert misfit(measured(held_out=None))[1] == "no held-out stretches"
 
 
 @pytest.mark.parametrize(("percent", "larger"), [(6.2, False), (6.25, False), (6.3, True)])
-def test_an_error_outside_the_fit_is_clearly_larger_from_a_quarter_on(percent, larger):
+def test_held_out_error_is_clearly_larger_above_a_quarter(percent, larger):
     text = misfit(measured(held_out=SimpleNamespace(of="time blocks", mean_percent=percent)))[1]
     assert ("clearly larger" in text) is larger
 
 
-def test_the_error_of_the_simulation_decides_where_a_loop_was_simulated():
+def test_error_of_the_simulation_decides_for_simulated_loops():
     assert _error(measured()) == 11.0
     assert _error(measured(position_rmse=1e-6)) == 5.0
     assert _error(measured(loop_rmse=1.0)) == 5.0
 
 
 @pytest.mark.parametrize(("error", "level"), [(20.0, "usable"), (20.1, "with_care"), (60.0, "with_care"), (60.1, "measure_again")])
-def test_a_model_is_of_use_up_to_the_errors_of_the_settings(error, level):
+def test_verdict_follows_the_error_limits_of_the_settings(error, level):
     ruling = judged(measured(missed_percent=error, diagnostics=(), estimates=()), USUAL)
     assert ruling.level == level
-    assert [reason.startswith(f"the model misses {error:.3g} %") for reason in ruling.reasons] == [True] * (level != "usable")
+    assert [reason.startswith(f"the model error is {error:.3g} %") for reason in ruling.reasons] == [True] * (level != "usable")
 
 
-def test_doubts_name_their_causes_and_the_parameters_that_are_open(actual):
+def test_reasons_name_causes_and_unidentified_parameters(actual):
     fit = doubted(actual.best, Diagnostic("structure", "", "warning", {"causes": ("lag", "play")}))
     assert judged(fit, USUAL).reasons == (f"{SENTENCES['structure'].means}: lag, play",)
     first, second, third, *rest = fit.estimates
@@ -239,7 +239,7 @@ def test_doubts_name_their_causes_and_the_parameters_that_are_open(actual):
     assert judged(twice, USUAL).reasons == (SENTENCES["sign_reversed"].means,)
 
 
-def test_the_next_motion_serves_the_open_parameters():
+def test_next_motion_excites_the_unidentified_parameters():
     def variable(excitation):
         return SimpleNamespace(excitation=excitation)
 
@@ -259,7 +259,7 @@ def trusted(*halves, diagnostics=(), others=()):
     return known.fit(*estimates, estimate("M", status="held"), *others, diagnostics=diagnostics)
 
 
-def test_intervals_are_reported_of_eight_parameters_at_most():
+def test_intervals_of_at_most_eight_parameters_are_listed():
     lines = plain(_trust(trusted(2.0, None, 99.0, 100.0)))
     assert lines[:2] == ["4 of 4 parameters identified; 95 % intervals:", "p0 ± 2.0 %, p1 –, p2 ± 99 %, p3 ≈ 0"]
     assert plain(_trust(trusted(*[2.0] * 8)))[1].endswith("p7 ± 2.0 %")
@@ -267,7 +267,9 @@ def test_intervals_are_reported_of_eight_parameters_at_most():
     assert _trust(trusted(2.0, others=[estimate("q", status="at_edge")]))[0].startswith("1 of 2 parameters")
     assert _trust(trusted()) == ["no parameter was identified"]
     lacking = Diagnostic("structure", numbers={"names": ("p0",)})
-    assert _trust(trusted(2.0, diagnostics=(lacking,)))[2].startswith("they are effective: the model lacks a force")
+    assert _trust(trusted(2.0, diagnostics=(lacking,)))[2].startswith(
+        "effective values, valid for similar motions: the model lacks a force"
+    )
 
 
 def test_correlations_are_listed_strongest_first_without_zeros():
@@ -280,10 +282,10 @@ def test_correlations_are_listed_strongest_first_without_zeros():
     assert len(_correlations(many).rows) == 20
 
 
-def test_next_steps_are_grave_errors_then_missing_models(actual):
+def test_next_steps_are_errors_then_missing_models(actual):
     grave = Diagnostic("sign_reversed", "", "error", {"percent": 90.0})
     lacking = [Diagnostic("missing_lag", "", "warning", {"model": model}) for model in ("lugre", "dahl", "lugre", "")]
     fit = doubted(actual.best, grave, *lacking)
-    assert _next(fit, usable=True) == [SENTENCES["sign_reversed"].advice, "fit what this model lacks: `--model lugre,dahl`"]
-    assert _next(doubted(fit), usable=True) == ["try it on the machine, record again, and let `bristle compare` tell what it gained"]
+    assert _next(fit, usable=True) == [SENTENCES["sign_reversed"].advice, "try a model with the missing force: `--model lugre,dahl`"]
+    assert _next(doubted(fit), usable=True) == ["try it on the machine, record again, and measure the gain with `bristle compare`"]
     assert _next(doubted(fit), usable=False) == ["record the axis again, in both directions and at several speeds"]

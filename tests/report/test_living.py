@@ -1,4 +1,4 @@
-"""The report whose parameters move: its numbers are those of the report, its loop that of the simulation."""
+"""The interactive report: its numbers equal those of the report, its loop equals the simulation."""
 
 import base64
 import hashlib
@@ -66,7 +66,7 @@ const pair = ({ name, values }) => [name, numbersOf(values)], first = (rows) => 
 
 
 def computed(living, folder, script):
-    """Return what a script says of the data of a report, in node."""
+    """Return the output of a script on the data of a report, in node."""
     templates = resources.files("bristle.lab").joinpath("templates")
     names = [*SHARED, "paths.js", "rows.js"]
     parts = [templates.joinpath(name).read_text(encoding="utf-8") for name in names]
@@ -89,7 +89,7 @@ say([rms, 100 * share, [...rows.t], [...predicted], [...rows.velocity]]);
 
 
 @needs_node
-def test_what_is_left_over_is_what_the_report_has(workbench, tmp_path):
+def test_residual_of_the_page_equals_that_of_the_report(workbench, tmp_path):
     fit = workbench.identified.best
     rms, percent, times, predicted, velocity = computed(living_of(workbench), tmp_path, LEFT)
     assert rms == pytest.approx(np.sqrt(np.mean(fit.traces.residual**2)), rel=AGREES)
@@ -101,7 +101,7 @@ def test_what_is_left_over_is_what_the_report_has(workbench, tmp_path):
 
 
 @needs_node
-def test_a_log_that_is_thinned_keeps_its_turns_and_its_number(stage, tmp_path, monkeypatch):
+def test_thinned_log_keeps_reversals_and_number_of_rows(stage, tmp_path, monkeypatch):
     fit, log = stage.identified.best, stage.log
     whole = fitted_rows(fit, log, stage.axis, stage.identified.treatment)
     monkeypatch.setattr(rows_module, "MOST_INTERVALS", 1500)
@@ -125,14 +125,14 @@ say([led([1e-4, 2e-4, 2e-4, 2e-4]), led([-1e-4, -2e-4, -2e-4, -2e-4])]);
 
 
 @needs_node
-def test_a_rest_keeps_the_force_of_the_side_that_it_was_reached_from(stage, tmp_path):
+def test_rest_keeps_the_force_of_its_approach(stage, tmp_path):
     values = stage.identified.best.friction.values
     forward, backward = computed(living_of(stage), tmp_path, RESTS)
     assert forward[2:] == pytest.approx([values["F_S_pos"] + values["offset"]] * 2)
     assert backward[2:] == pytest.approx([values["offset"] - values["F_S_neg"]] * 2)
 
 
-def test_only_some_of_many_rows_are_kept(stage, monkeypatch):
+def test_long_logs_are_thinned(stage, monkeypatch):
     fit, log = stage.identified.best, stage.log
     monkeypatch.setattr(rows_module, "MOST_ROWS", 200)
     rows = fitted_rows(fit, log, stage.axis, stage.identified.treatment)
@@ -154,7 +154,7 @@ say([...error]);
 
 
 def run_as(bench, **changes):
-    """Return the loop of a bench, run in another way."""
+    """Return the loop of a bench with other run settings."""
     experiment = bench.looped.experiment
     variants = tuple(replace(variant, run=replace(variant.run, **changes)) for variant in experiment.variants)
     return simulate(replace(experiment, variants=variants))
@@ -162,7 +162,7 @@ def run_as(bench, **changes):
 
 @needs_node
 @pytest.mark.parametrize(("changes", "share"), [({}, 1.0), ({"delay": 1, "current_lag": 5e-4}, 1.0), ({"effort_limit": 33.0}, 0.95)])
-def test_the_loop_of_the_page_is_that_of_the_simulation(changes, share, stage, tmp_path):
+def test_loop_of_the_page_equals_the_simulation(changes, share, stage, tmp_path):
     simulation = run_as(stage, **changes) if changes else stage.looped
     result = simulation.variants[COMPENSATED]
     error = np.array(computed(living_of(stage, changes and simulation), tmp_path, FOLLOWED))
@@ -180,7 +180,7 @@ def test_the_loop_of_the_page_is_that_of_the_simulation(changes, share, stage, t
 
 @needs_node
 @pytest.mark.slow
-def test_a_loop_that_begins_in_motion_begins_with_a_contact_that_has_slid(stage, tmp_path):
+def test_loop_that_begins_in_motion_begins_sliding(stage, tmp_path):
     model = friction.lugre(F_C=8.0, F_S=10.0, v_S=5e-3, sigma_0=1e6, sigma_1=800.0, sigma_2=30.0)
     experiment = stage.looped.experiment
     plant, law = experiment.variants[0].plant, experiment.variants[0].controller
@@ -201,7 +201,7 @@ def every(line):
     return np.arange(line.size)
 
 
-def test_a_loop_that_a_page_cannot_compute_says_why(stage):
+def test_loop_without_page_support_has_a_reason(stage):
     model = stage.identified.best.friction
     assert followed_described(model, stage.looped, None, every)["reason"] == ""
     assert followed_described(model, None, None, every) is None
@@ -217,20 +217,20 @@ def test_a_loop_that_a_page_cannot_compute_says_why(stage):
         assert [trace["name"] for trace in part["traces"]] == ["as_recorded", "feedforward", "compensated"]
 
 
-def test_what_varies_with_the_load_is_not_moved(stage):
+def test_models_with_load_are_not_interactive(stage):
     best = stage.identified.best
     component = friction.with_slots(friction.stribeck, ["load", "asymmetry"])
     loaded = replace(best, friction=Model(component, best.friction.parameters, best.friction.kind))
     assert fitted_rows(loaded, stage.log, stage.axis, stage.identified.treatment) is None
 
 
-def test_a_treatment_that_cannot_be_repeated_is_not_moved(stage):
+def test_unrepeatable_treatment_is_not_interactive(stage):
     treatment = stage.identified.treatment | {"decimation": 7.0}
     assert fitted_rows(stage.identified.best, stage.log, stage.axis, treatment) is None
 
 
 @pytest.mark.slow
-def test_what_runs_is_what_the_policy_names_and_the_report_stays_small(report, plain):
+def test_policy_allows_only_the_scripts_and_report_stays_small(report, plain):
     assert len(report.encode()) - len(plain.encode()) < MOST
     page = Page(report)
     assert page.unbalanced == []
@@ -245,7 +245,7 @@ def test_what_runs_is_what_the_policy_names_and_the_report_stays_small(report, p
 
 
 @pytest.mark.slow
-def test_without_scripts_it_is_not_there_and_the_pictures_are(report, plain):
+def test_without_scripts_the_pictures_remain(report, plain):
     section = next(attrs for _, attrs in Page(report).tags if attrs.get("id") == "alive")
     assert "hidden" in section
     assert Page(plain).named("script") == []
@@ -278,7 +278,7 @@ WHEEL = "new WheelEvent('wheel', { deltaY: -400, ctrlKey: %s, cancelable: true }
 @pytest.mark.slow
 @needs_chromium
 @pytest.mark.parametrize("width", [360, 3840])
-def test_it_moves_and_is_read_and_enlarged_without_a_complaint(file, tmp_path, width):
+def test_page_is_interactive_without_errors(file, tmp_path, width):
     with browser(tmp_path / "profile", width=width, height=900) as tab:
         tab.open(file.as_uri())
         tab.run(READY)
@@ -325,7 +325,7 @@ return (async () => {
 
 @pytest.mark.slow
 @needs_chromium
-def test_on_paper_it_is_the_report_that_does_not_move(file, tmp_path):
+def test_printed_page_is_the_static_report(file, tmp_path):
     with browser(tmp_path / "profile") as tab:
         tab.open(file.as_uri())
         tab.run(READY)
@@ -336,7 +336,7 @@ def test_on_paper_it_is_the_report_that_does_not_move(file, tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.skipif(shutil.which("firefox-esr") is None, reason="needs firefox-esr")
-def test_firefox_complains_of_nothing(file, tmp_path):
+def test_page_has_no_errors_in_firefox(file, tmp_path):
     with firefox(tmp_path / "profile") as tab:
         tab.call("WebDriver:Navigate", url=file.as_uri())
         message = tab.run(WAIT)

@@ -1,4 +1,4 @@
-"""The report of a log, from passages and channels whose numbers are known."""
+"""The report of a log, from passages and channels with known numbers."""
 
 from dataclasses import replace
 from types import SimpleNamespace as Some
@@ -21,7 +21,7 @@ def passage(kind, begin=0.0, end=1.0, **changes):
     return known | {"frequencies": (), "depth": 0, "levels": 0} | changes
 
 
-def test_passages_of_a_kind_are_reported_together():
+def test_passages_of_a_kind_share_a_row():
     table = passage_table(
         [passage("moves", 1.0, 3.0), passage("rest", 3.0, 4.0), passage("moves", 4.5, 5.0, speeds=(0.04,))], "translational"
     )
@@ -29,7 +29,7 @@ def test_passages_of_a_kind_are_reported_together():
     assert table.rows == [["ordinary moves", "2", "2.5", "1", "1 mm to 2 mm", "10 mm/s to 40 mm/s"], ["rest", "1", "1", "3", "", ""]]
 
 
-def test_kinds_of_passages_stand_in_the_same_order():
+def test_kinds_of_passages_have_a_fixed_order():
     table = passage_table([passage(kind) for kind in reversed(report.KINDS)], "rotational")
     assert [row[0] for row in table.rows] == list(report.KINDS.values())
     assert "mrad" in table.rows[0][table.heads.index("Amplitude")]
@@ -37,16 +37,16 @@ def test_kinds_of_passages_stand_in_the_same_order():
 
 @pytest.mark.parametrize(
     ("depth", "levels", "remark"),
-    [(2, 1, "1 amplitude, none inside another"), (3, 4, "4 amplitudes, nested 3 deep"), (0, 0, "0 amplitudes, none inside another")],
+    [(2, 1, "1 amplitude, not nested"), (3, 4, "4 amplitudes, nested 3 deep"), (0, 0, "0 amplitudes, not nested")],
 )
-def test_loops_are_reported_by_how_deep_they_nest(depth, levels, remark):
+def test_loops_are_reported_with_their_depth(depth, levels, remark):
     loops = passage("loops", legs=8, depth=depth, levels=levels)
     table = passage_table([loops, passage("loops", legs=2)], "translational")
     row = dict(zip(table.heads, table.rows[0], strict=True))
     assert (row["Remark"], row["Legs"], row["Count"]) == (remark, "10", "2")
 
 
-def test_oscillations_are_reported_by_their_frequencies():
+def test_oscillations_are_reported_with_their_frequencies():
     table = passage_table(
         [passage("chirp", frequencies=(1.0, 9.0)), passage("oscillation"), passage("moves", frequencies=(3.0,))], "translational"
     )
@@ -54,7 +54,7 @@ def test_oscillations_are_reported_by_their_frequencies():
     assert [row[-1] for row in passage_table([passage("oscillation", frequencies=(2.0,))], "translational").rows] == ["2 Hz"]
 
 
-def test_the_treatment_of_a_log_is_reported_with_units():
+def test_treatment_of_a_log_has_units():
     treatment = {"cutoff": 60.0, "decimation": 7.0, "delay": 1.234e-3, "rest_percent": 3.456, "velocity_max": 0.25, "other": 1.0}
     assert treatment_facts(treatment, "translational") == [
         ("Cut-off of the zero-phase filter", "60 Hz"),
@@ -66,7 +66,7 @@ def test_the_treatment_of_a_log_is_reported_with_units():
     assert treatment_facts({}, "translational") == []
 
 
-def test_scatter_is_reported_in_percent_where_friction_scatters():
+def test_scatter_of_friction_is_in_percent():
     def scattering(share, kind="translational"):
         bands, scatter = Bands({}, share, 0.05, 1.5), Scatter(share, 0.02, 0.041)
         return known.fit(kind=kind, resampling=Resampling(bands, scatter, 30, 1e-6, True, {}))
@@ -74,16 +74,16 @@ def test_scatter_is_reported_in_percent_where_friction_scatters():
     assert scatter_facts(scattering(0.0312)) == [
         ("Noise of the effort, sample by sample", "50 mN"),
         ("Scatter of friction from reversal to reversal", "3.1 %, 95 % interval 2.0 to 4.1 %, 30 half-cycles"),
-        ("Residual that noise, encoder and scatter do not explain", "1.5 N, root mean square"),
+        ("Residual without noise, encoder steps and scatter", "1.5 N, root mean square"),
     ]
     assert scatter_facts(scattering(0.0, "rotational")) == [
         ("Noise of the effort, sample by sample", "50 mN·m"),
-        ("Residual that noise, encoder and scatter do not explain", "1.5 N·m, root mean square"),
+        ("Residual without noise, encoder steps and scatter", "1.5 N·m, root mean square"),
     ]
     assert scatter_facts(known.fit()) == []
 
 
-def test_break_away_is_reported_by_rate_with_the_intervals():
+def test_break_away_is_listed_by_rate_with_intervals():
     slow = BreakAway(1e-4, 4, 9.5, (9.0, 10.0), 2e-6, None)
     fast = BreakAway(1e-3, 5, 8.0, None, 1e-6, (1e-6, 1e-6))
     outcome = Identification((known.fit(),), sliding_log())
@@ -125,7 +125,7 @@ def recorded(**changes):
     return Log(**known)
 
 
-def test_facts_of_a_log_are_the_file_the_samples_and_the_channels():
+def test_facts_of_a_log_are_file_samples_and_channels():
     assert log_facts(recorded()) == [
         ("File", "a.csv"),
         ("SHA-256", "0f"),
@@ -151,47 +151,47 @@ def diagnosed(code, severity):
         ((), True, "usable", "It can be identified", 0),
         (("note",), True, "usable", "It can be identified", 0),
         (("warning", "warning"), True, "with_care", "Use with care", 1),
-        (("warning", "error"), True, "no", "Mend it first", 1),
-        ((), False, "no", "Mend it first", 1),
+        (("warning", "error"), True, "no", "Correct it first", 1),
+        ((), False, "no", "Correct it first", 1),
     ],
 )
-def test_a_log_is_mended_where_an_error_or_no_effort_speaks_against_use(severities, effort, level, words, reasons):
+def test_errors_or_missing_effort_ask_to_correct_the_log(severities, effort, level, words, reasons):
     log = recorded() if effort else recorded(effort=None)
     ruling = log_ruling(log, [diagnosed("clipped", severity) for severity in severities])
     assert (ruling.level, ruling.words, len(ruling.reasons)) == (level, words, reasons)
     if not effort:
-        assert ruling.reasons[0] == "it has no effort, and friction is an effort"
+        assert ruling.reasons[0] == "the log has no effort, so friction is unknown"
 
 
 def answers(log, segments=(), diagnostics=()):
     return report._front(log, segments, diagnostics, "axis")
 
 
-def test_the_first_page_of_a_log_tells_how_long_each_kind_of_passage_lasts():
+def test_first_page_of_a_log_has_durations_of_passages():
     segments = [Passage("moves", slice(0, 1), 0.0, 1.0), Passage("rest", slice(1, 2), 1.0, 3.0), Passage("moves", slice(2, 3), 3.0, 3.5)]
     front = answers(recorded(), segments)
     assert [[line.replace("\u00a0", " ") for line in lines] for _, lines in front.answers] == [
         ["rest: 2 s", "ordinary moves: 1.5 s"],
-        ["nothing is to be mended in the axis file"],
+        ["the axis file needs no corrections"],
         ["position spans 3 mm (column x)", "effort spans 5 N (column u)"],
         ["4 samples in 1 stretch", "a sample every 1 ms (1000 Hz)", "without a reference"],
-        ["fit models to it: `bristle identify a.csv --axis axis.toml --out results`"],
+        ["fit models: `bristle identify a.csv --axis axis.toml --out results`"],
     ]
     assert front.facts.replace("\u00a0", " ").endswith("log a.csv, 4 ms")
-    assert front.answers[2][0] == "How far, and how hard"
+    assert front.answers[2][0] == "Range and effort"
 
 
-def test_the_first_page_of_a_log_lists_mends():
+def test_first_page_of_a_log_lists_corrections():
     log = recorded(effort=None, reference=1, segments=(1, 2))
     lines = dict(answers(log, (), [diagnosed("clipped", "warning"), diagnosed("resampled", "note"), diagnosed("clipped", "error")]).answers)
-    assert lines["Is it good?"] == ["it does not move"]
-    assert lines["What to type in"] == ["lower the acceleration, or widen the range of the channel"]
-    assert [line.replace("\u00a0", " ") for line in lines["How far, and how hard"]] == ["position spans 3 mm (column x)"]
-    assert lines["Can it be trusted?"][::2] == ["4 samples in 2 stretches", "with a reference: the following error is told"]
-    assert lines["What next"] == ["mend it, then look at it again: `bristle log`"]
+    assert lines["Is it good?"] == ["the axis does not move"]
+    assert lines["Values to enter"] == ["lower the acceleration, or widen the range of the channel"]
+    assert [line.replace("\u00a0", " ") for line in lines["Range and effort"]] == ["position spans 3 mm (column x)"]
+    assert lines["Can it be trusted?"][::2] == ["4 samples in 2 stretches", "with a reference, so the following error is known"]
+    assert lines["Next steps"] == ["correct it, then check it again: `bristle log`"]
 
 
-def test_the_report_of_a_log_is_written_with_the_page_where_there_is_a_log(tmp_path):
+def test_page_is_written_only_for_a_readable_log(tmp_path):
     written = {}
     folder = Some(write=lambda name, text: written.update({name: text}))
     log, summary = sliding_log(), {"file": "press.csv", "provenance": {"bristle": "0"}, "diagnostics": []}

@@ -1,4 +1,4 @@
-"""Every diagnostic has its sentence and every sentence its diagnostic, with the numbers that the sentence needs."""
+"""Every diagnostic has a sentence with its numbers, and every sentence has a diagnostic."""
 
 import ast
 import pickle
@@ -41,12 +41,12 @@ WRITTEN = {"cause"}
 
 @cache
 def trees():
-    """Every file of the package, read."""
+    """The text of every file of the package."""
     return {file: ast.parse(file.read_text(encoding="utf-8")) for file in PACKAGE.rglob("*.py")}
 
 
 def calls():
-    """Every call of the package that makes a diagnostic, or holds a parameter for a reason."""
+    """Every call of the package that creates a diagnostic or the reason of a constant parameter."""
     for file, tree in trees().items():
         for node in ast.walk(tree):
             if isinstance(node, ast.Call) and isinstance(node.func, (ast.Name, ast.Attribute)):
@@ -57,7 +57,7 @@ def calls():
 
 
 def strings():
-    """Every string of the package, but for those of the sentences."""
+    """Every string of the package outside the sentences."""
     return {
         node.value
         for file, tree in trees().items()
@@ -68,14 +68,14 @@ def strings():
 
 
 @pytest.mark.slow
-def test_every_code_has_a_sentence_and_every_sentence_a_code():
+def test_codes_and_sentences_match():
     made = {item.value for _, item in calls() if isinstance(item, ast.Constant)}
     assert len(made) >= 40
     assert made <= set(SENTENCES)
     assert set(SENTENCES) <= strings()
 
 
-def test_codes_are_words_in_small_letters_joined_as_identifiers_are_and_each_says_what_it_means():
+def test_codes_are_lower_case_identifiers_with_a_meaning():
     for code, item in SENTENCES.items():
         assert re.fullmatch(r"[a-z]+(_[a-z]+)*", code), code
         assert item.means, code
@@ -92,7 +92,7 @@ def fits():
 
 
 @pytest.mark.slow
-def test_the_numbers_are_those_that_the_sentence_names(fits):
+def test_diagnostics_have_the_numbers_of_their_sentences(fits):
     seen = set()
     for item in (each for fit in fits for each in fit.diagnostics):
         needed = (
@@ -108,7 +108,7 @@ def test_the_numbers_are_those_that_the_sentence_names(fits):
 
 
 @pytest.mark.slow
-def test_a_diagnostic_survives_pickle_and_stands_in_json_with_its_sentence(fits):
+def test_diagnostic_survives_pickle_and_json_has_its_sentence(fits):
     every = fits[0].diagnostics
     assert pickle.loads(pickle.dumps(every)) == every
     data = as_data(every)
@@ -116,7 +116,7 @@ def test_a_diagnostic_survives_pickle_and_stands_in_json_with_its_sentence(fits)
     assert all(set(item) == {"code", "parameter", "severity", "numbers", "message"} for item in data)
 
 
-def test_units_are_those_of_the_axis():
+def test_units_follow_the_kind_of_axis():
     turning = Diagnostic("low_speed", "F_v", numbers={"speed": 2.0}, kind="rotational")
     assert message(turning) == "F_v cannot be identified: the log never exceeds 2 rad/s"
     assert clause(turning) == "the log never exceeds 2 rad/s"
@@ -124,27 +124,27 @@ def test_units_are_those_of_the_axis():
 
 
 @pytest.mark.slow
-def test_what_is_redundant_is_both_held_and_not_identified(fits):
+def test_redundant_parameter_is_held_constant_and_not_identified(fits):
     fit = next(diagnostic for diagnostic in fits if diagnostic.name == "bouc_wen_classic")
     text = [message(diagnostic) for diagnostic in fit.diagnostics if diagnostic.code == "redundant"]
     assert [diagnostic.split(":")[0].split(" at ")[0] for diagnostic in text] == ["beta cannot be identified", "beta is held"]
     assert note_of(fit.parameters["beta"]) in text[0]
 
 
-def test_an_edge_names_its_cause():
+def test_edge_names_its_cause():
     cause = {"cause": "low_speed", "speed": 0.5, "value": 1.0, "unit": "N", "edge": "largest"}
     text = message(Diagnostic("edge_of_search", "F_v", numbers=cause))
     assert text == (
-        "F_v has no standard error: the search ran to the largest value that this log could show, 1 N: the log never exceeds 500 mm/s"
+        "F_v has no standard error: the search ended at the largest value that this log could show, 1 N: the log never exceeds 500 mm/s"
     )
 
 
 @pytest.mark.parametrize(("samples", "held"), [(0.48, False), (-0.48, True), (-0.55, True), (-0.3, False), (-1.5, False)])
-def test_an_effort_that_leads_by_half_a_sample_is_told_why(samples, held):
+def test_lead_of_half_a_sample_is_explained_by_a_zero_order_hold(samples, held):
     numbers = {"delay": samples * 1e-3, "samples": samples, "half_width": 1e-5}
     words = message(Diagnostic("delay_found", "", "note", numbers))
-    assert ("as where a controller holds its output" in words) is held
-    assert ("ahead" in words) is (samples < 0.0)
+    assert ("zero-order hold of a controller" in words) is held
+    assert ("leads" in words) is (samples < 0.0)
 
 
 @pytest.mark.parametrize(
@@ -170,33 +170,33 @@ def test_an_effort_that_leads_by_half_a_sample_is_told_why(samples, held):
         ("+.0f", -12.6, "-13"),
     ],
 )
-def test_a_number_is_reported_as_the_format_says(spec, value, text):
+def test_number_follows_its_format(spec, value, text):
     assert _Words("translational", "m").format_field(value, spec) == text
 
 
-def test_the_magnitude_of_a_number_has_no_sign():
+def test_magnitude_has_no_sign():
     assert _Words("translational", "1").vformat("{a!m:.1f} {b!r}", (), {"a": -2.0, "b": "x"}) == "2.0 'x'"
 
 
-def test_a_sentence_begins_with_a_capital_and_ends_with_a_full_stop():
+def test_sentence_begins_with_a_capital_and_ends_with_a_full_stop():
     assert (
         whole_sentence(Diagnostic("low_speed", "F_v", numbers={"speed": 1.0})) == "F_v cannot be identified: the log never exceeds 1 m/s."
     )
-    assert whole_sentence(Diagnostic("switching_law", "", "note")).startswith("The law has no slope")
+    assert whole_sentence(Diagnostic("switching_law", "", "note")).startswith("The law chatters")
 
 
-def test_the_head_of_a_sentence_follows_the_fate_of_the_parameter():
+def test_head_of_a_sentence_follows_the_status_of_the_parameter():
     held = Diagnostic("held_known", "M", "note", {"value": 12.0, "unit": "kg"})
-    assert message(held) == "M is held at 12 kg: given as known"
+    assert message(held) == "M is held constant at 12 kg: given as known"
     assert message(Diagnostic("held_known", "M", "warning", {"value": 12.0, "unit": "kg"})) == "M cannot be identified: given as known"
-    assert message(Diagnostic("edge_no_fall", "F_S", "note", {"value": 1.0, "unit": "N"})).startswith("the best value is")
+    assert message(Diagnostic("edge_no_fall", "F_S", "note", {"value": 1.0, "unit": "N"})).startswith("in this log friction does not fall")
 
 
 def fit_with(*diagnostics):
     return known.fit(diagnostics=diagnostics)
 
 
-def test_warnings_come_with_errors_first_and_without_notes():
+def test_warnings_list_errors_first_and_no_notes():
     note, warning = Diagnostic("switching_law", "", "note"), Diagnostic("one_recording", "", "warning")
     error = Diagnostic("sign_reversed", "", "error", {"percent": 90.0})
     fit = fit_with(note, warning, error)
@@ -205,7 +205,7 @@ def test_warnings_come_with_errors_first_and_without_notes():
     assert notes_of(fit) == (message(note), f"warning: {message(warning)}", f"error: {message(error)}")
 
 
-def test_parameters_are_effective_for_a_force_that_the_model_or_the_log_lacks():
+def test_reason_of_effective_parameters_is_model_or_log():
     first, second = LACKING[:2]
     assert why_effective(fit_with()) == "the model lacks a force"
     assert why_effective(fit_with(Diagnostic(first))) == "the model lacks a force"
@@ -213,7 +213,7 @@ def test_parameters_are_effective_for_a_force_that_the_model_or_the_log_lacks():
     assert why_effective(fit_with(Diagnostic(second), Diagnostic(first))) == f"{SENTENCES[second].means} and the model lacks a force"
 
 
-def test_numbers_of_a_sentence_are_listed_with_their_formats():
+def test_fields_of_a_sentence_have_their_formats():
     assert fields_of("low_speed") == {"speed": "length/time", "std_percent": ".0f"}
     assert fields_of("filter_suspect") == {"lag": "time", "channel": "", "half_width": ""}
     assert "parameter" not in fields_of("noisy_acceleration")

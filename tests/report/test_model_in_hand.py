@@ -1,4 +1,4 @@
-"""An identified model in the hand: its covariance, how it predicts as it was treated, and a folder that holds no model."""
+"""An identified model: covariance, prediction with its treatment, and loading from a folder."""
 
 import json
 from types import SimpleNamespace as Some
@@ -35,7 +35,7 @@ def in_hand(**changes):
     return model
 
 
-def test_an_inertia_found_before_the_fit_is_independent_in_the_covariance():
+def test_inertia_from_before_the_fit_is_independent_in_the_covariance():
     model = in_hand()
     assert model.covariance_names == ("a", "b", "M")
     expected = [[0.25, -1.0, 0.0], [-1.0, 16.0, 0.0], [0.0, 0.0, 4.0]]
@@ -43,13 +43,13 @@ def test_an_inertia_found_before_the_fit_is_independent_in_the_covariance():
     assert (model.model, model.plant) == ("f", "p")
 
 
-def test_draws_are_those_of_the_bands():
+def test_draws_equal_those_of_the_bands():
     assert in_hand().draws == {}
     bands = Some(draws={"a": [1.0, 2.0]})
     assert in_hand(resampling=Some(bands=bands)).draws["a"].tolist() == [1.0, 2.0]
 
 
-def test_a_prediction_treats_a_log_as_that_of_the_fit(monkeypatch):
+def test_prediction_uses_the_treatment_of_the_fit(monkeypatch):
     called = []
     monkeypatch.setattr("bristle.prediction.predict", lambda *a, **k: called.append((a, k)))
     in_hand().predict("log")
@@ -60,7 +60,7 @@ def test_a_prediction_treats_a_log_as_that_of_the_fit(monkeypatch):
     assert isinstance(called[0][1]["decimation"], int)
 
 
-def test_the_table_for_a_drive_has_twenty_entries_unless_asked_otherwise(monkeypatch):
+def test_drive_table_has_twenty_rows_by_default(monkeypatch):
     monkeypatch.setattr("bristle.prediction.drive_table", lambda best, entries: entries)
     assert (in_hand().drive_table(), in_hand().drive_table(7)) == (20, 7)
 
@@ -75,41 +75,41 @@ def test_a_data_frame_has_a_row_for_each_parameter():
     assert model.to_dataframe().loc["a", "low"] is None or np.isnan(model.to_dataframe().loc["a", "low"])
 
 
-def test_a_diagnostic_in_the_hand_is_the_sentence():
+def test_text_of_a_diagnostic_is_its_sentence():
     (diagnostic,) = in_hand().diagnostics
-    assert diagnostic.message.startswith("the law has no slope")
+    assert diagnostic.message.startswith("the law chatters")
     assert str(diagnostic) == diagnostic.message
 
 
-def test_a_saved_model_lists_the_models_ranked_behind():
+def test_saved_model_lists_the_next_models():
     summary = {"models": [{"name": "a"}, {"name": "b"}, {"name": "c"}], "provenance": {"log": "a.csv"}}
     loaded = Loaded(None, {}, None, summary, "page")
-    assert loaded._words() == ("a.csv", ["ranked behind it: b, c"])
+    assert loaded._words() == ("a.csv", ["next in rank: b, c"])
     assert Loaded(None, {}, None, {"models": [{"name": "a"}]}, "")._words() == ("", [])
     assert loaded.to_dict() == summary
     assert loaded.to_dict() is not summary
 
 
 @pytest.mark.parametrize("missing", ["plant", "traces", "parameters"])
-def test_a_folder_without_a_plant_or_traces_holds_no_identification(tmp_path, monkeypatch, missing):
+def test_folder_without_plant_or_traces_is_refused(tmp_path, monkeypatch, missing):
     summary = {} if missing == "parameters" else {"parameters": {}}
     (tmp_path / "summary.json").write_text(json.dumps(summary))
     plant, traces = None if missing == "plant" else "p", {} if missing == "traces" else {"time": 1}
     monkeypatch.setattr(model_in_hand, "read_model", lambda *a, **k: (plant, "f", {"bands": None}))
     monkeypatch.setattr(model_in_hand, "read_arrays", lambda *a: traces)
-    with pytest.raises(InputError, match="holds no identification"):
+    with pytest.raises(InputError, match="contains no identification"):
         load(tmp_path)
 
 
-def test_a_summary_without_the_numbers_of_a_fit_is_refused(tmp_path, monkeypatch):
+def test_summary_without_the_numbers_of_a_fit_is_refused(tmp_path, monkeypatch):
     (tmp_path / "summary.json").write_text('{"parameters": {}}')
     monkeypatch.setattr(model_in_hand, "read_model", lambda *a, **k: ("p", "f", {"bands": None}))
     monkeypatch.setattr(model_in_hand, "read_arrays", lambda *a: {"time": 1})
-    with pytest.raises(InputError, match="does not say what it should"):
+    with pytest.raises(InputError, match="has missing or invalid entries"):
         load(tmp_path)
 
 
-def test_a_folder_is_loaded_with_the_axis_and_the_page_that_lie_there(tmp_path, monkeypatch):
+def test_folder_is_loaded_with_its_axis_and_page(tmp_path, monkeypatch):
     (tmp_path / "summary.json").write_text('{"parameters": {}, "treatment": {"cutoff": 60.0}}')
     seen = []
     monkeypatch.setattr(model_in_hand, "read_model", lambda *a, allow_code: seen.append(allow_code) or ("p", "f", {"bands": None}))

@@ -1,4 +1,4 @@
-"""Tables of an identified model: each number to the digits that are known of it, in a unit that is read well."""
+"""Tables of an identified model: significant digits and readable units."""
 
 import math
 from types import SimpleNamespace as Some
@@ -36,12 +36,12 @@ def fit(*estimates, **changes):
 
 
 def row_of(*estimates, **changes):
-    """The first row of the table, by its heads."""
+    """The first row of the table, by column head."""
     table = parameter_table(fit(*estimates, **changes))
     return dict(zip(table.heads, table.rows[0], strict=True))
 
 
-def test_a_parameter_is_reported_to_two_digits_of_the_standard_error():
+def test_parameter_has_two_digits_of_its_standard_error():
     assert row_of(estimate()) == {
         "Parameter": "F_C",
         "Meaning": "sliding",
@@ -54,19 +54,19 @@ def test_a_parameter_is_reported_to_two_digits_of_the_standard_error():
     }
 
 
-def test_numbers_of_a_parameter_share_a_multiple_of_their_unit():
+def test_numbers_of_a_parameter_share_a_scaled_unit():
     row = row_of(estimate("v_S", 2e-3, "m/s"))
     assert [row[key] for key in ("Value", "Standard error", "95 % interval", "Unit")] == ["2.000", "± 0.020", "1.960 to 2.040", "mm/s"]
 
 
-def test_standard_errors_are_reported_where_nothing_better_is_known():
+def test_standard_errors_are_reported_without_intervals():
     assert "Standard error" in row_of(estimate())
     row = row_of(estimate(), resampling=Some())
     assert ("Standard error" in row, "Standard error [%]" in row, row["Value"]) == (False, False, "8.00")
     assert "Standard error" not in row_of(estimate(std=math.inf, relative_std_percent=math.inf))
 
 
-def test_an_interval_without_width_is_reported_to_a_thousandth_of_a_percent():
+def test_interval_without_width_has_a_thousandth_of_a_percent():
     row = row_of(estimate(std=None, relative_std_percent=None, interval=(8.0, 8.0), interval_percent=0.0))
     assert (row["Value"], row["95 % interval"], row["95 % interval [%]"]) == ("8.000", "8.000000, to the last digit", "< 0.001 %"[:7])
     row = row_of(estimate(std=None, relative_std_percent=None, interval=(8.0 - 1e-9, 8.0 + 1e-9), interval_percent=1e-8))
@@ -84,14 +84,14 @@ def test_an_interval_without_width_is_reported_to_a_thousandth_of_a_percent():
         ((-4.0, -1e-3), "mN", "−4000 to 0"),
     ],
 )
-def test_a_value_far_within_an_interval_that_holds_zero_is_reported_in_the_unit_of_the_interval(ends, unit, interval):
+def test_small_value_has_the_unit_of_its_interval(ends, unit, interval):
     row = row_of(estimate(value=1e-3, std=None, relative_std_percent=None, interval=ends, interval_percent=3e5))
     assert (row["Unit"], row["95 % interval"]) == (unit, interval)
     assert row["95 % interval [%]"] == "> 1000"
 
 
 @pytest.mark.parametrize("low", [-3.0, -0.1])
-def test_a_value_below_a_tenth_of_an_interval_around_zero_takes_the_unit(low):
+def test_value_below_a_tenth_of_its_interval_has_the_unit_of_the_interval(low):
     assert row_of(estimate(value=0.5, std=None, interval=(low, 4.0)))["Unit"] == "mN"
     assert row_of(estimate(value=0.3, std=None, interval=(low, 4.0)))["Unit"] == "N"
     assert row_of(estimate(value=0.3, std=None, interval=(0.0, 4.0)))["Unit"] == "mN"
@@ -101,26 +101,26 @@ def test_a_value_below_a_tenth_of_an_interval_around_zero_takes_the_unit(low):
     ("percent", "text"),
     [(None, "–"), (math.inf, "–"), (1000.0, "1000"), (1001.0, "> 1000"), (1e-3, "0.0010"), (9e-4, "< 0.001"), (3.14, "3.1")],
 )
-def test_half_of_an_interval_has_no_digits_where_nobody_reads_them(percent, text):
+def test_very_large_and_small_half_widths_have_no_digits(percent, text):
     assert model_tables._half(percent) == text
 
 
-def test_a_parameter_held_at_infinity_is_left_out():
+def test_infinite_constant_parameter_is_left_out():
     endless = estimate("v_S", math.inf, "m/s", status="held")
     table = parameter_table(fit(estimate(), endless, estimate("M", status="held"), estimate("F_v", status="at_edge")))
-    assert [(row[0], row[-1]) for row in table.rows] == [("F_C", ""), ("M", "held"), ("F_v", "at the edge of its range")]
+    assert [(row[0], row[-1]) for row in table.rows] == [("F_C", ""), ("M", "held constant"), ("F_v", "at the edge of its range")]
     assert table.caption == "Parameters of coulomb"
 
 
-def test_remarks_of_a_parameter_stand_in_a_row():
+def test_remarks_of_a_parameter_are_joined():
     row = row_of(estimate(), effective=("F_C",), doubted=("F_C",), with_constant=("M",))
-    assert row["Remark"] == "effective; doubted: see the warnings"
-    assert row_of(estimate(), with_constant=("F_C",))["Remark"] == "holds with the offset as it is held"
+    assert row["Remark"] == "effective; doubtful: see the warnings"
+    assert row_of(estimate(), with_constant=("F_C",))["Remark"] == "valid only with the given offset"
     assert row_of(estimate(is_rough=True), effective=("F_C",))["Remark"] == "roughly; effective"
     assert row_of(estimate(status="unidentifiable"), effective=("F_C",))["Remark"] == "not identified"
 
 
-def test_a_product_of_parameters_is_a_row_behind_them():
+def test_products_of_parameters_are_the_last_rows():
     table = parameter_table(fit(estimate(), combinations=(estimate("a b", 3.0, "1"),)))
     assert [(row[0], row[table.heads.index("Unit")]) for row in table.rows] == [("F_C", "N"), ("a b", "–")]
 
@@ -128,7 +128,7 @@ def test_a_product_of_parameters_is_a_row_behind_them():
 VOLTS = {"position": Column("x", "mm", "m", 1.0), "effort": Column("u", "V", "V", 35.0)}
 
 
-def test_a_parameter_is_reported_in_the_units_of_the_drive():
+def test_parameter_is_also_in_units_of_the_drive():
     axis = Axis(columns=VOLTS)
     assert drive_values(fit(estimate(), estimate("F_v", math.inf, "N*s/m"), estimate("none")), axis) == {
         "F_C": {"V": pytest.approx(8.0 / 35.0)}
@@ -147,7 +147,7 @@ def test_a_parameter_is_reported_in_the_units_of_the_drive():
         ("kg*m^2 at the motor", "5 kg·m² (motor)"),
     ],
 )
-def test_units_of_a_drive_are_reported_in_short(name, text):
+def test_units_of_a_drive_are_abbreviated(name, text):
     assert model_tables._in_unit(5.0, name) == text
 
 
@@ -183,7 +183,7 @@ def test_without_held_out_blocks_the_table_of_models_names_the_error_of_the_fit_
 STEPS = [(-0.1, -9.0), (-0.0, -8.0), (0.0, 8.0), (0.1, 9.0)]
 
 
-def test_the_table_for_a_drive_has_an_entry_for_either_side_of_rest():
+def test_drive_table_has_a_row_for_each_side_of_rest():
     table = drive_rows(STEPS, "translational")
     assert table.heads == ["Entry", "Velocity [mm/s]", "Friction force [N]"]
     assert table.rows == [["1", "−100.00", "−9.000"], ["2", "−0", "−8.000"], ["3", "+0", "8.000"], ["4", "100.00", "9.000"]]
@@ -194,12 +194,12 @@ def test_the_table_for_a_drive_has_an_entry_for_either_side_of_rest():
     assert [row[in_volts.heads.index("[V]")] for row in in_volts.rows] == ["−0.2571", "−0.2286", "0.2286", "0.2571"]
 
 
-def test_the_table_for_a_drive_is_copied_in_si():
+def test_drive_table_for_copying_is_in_si():
     assert as_csv(STEPS[2:], "translational") == "velocity [m/s],effort [N]\n0,8\n0.1,9"
     assert as_csv([(1 / 3, 2 / 3)], "rotational") == "velocity [rad/s],effort [N*m]\n0.333333,0.666667"
 
 
-def test_thresholds_that_were_changed_stand_beside_their_defaults():
+def test_changed_thresholds_are_listed_with_their_defaults():
     assert changed_settings(Settings()) is None
     table = changed_settings(Settings.of({"usable_error": 12.5}))
     ((name, value, default, *_),) = table.rows
@@ -207,7 +207,7 @@ def test_thresholds_that_were_changed_stand_beside_their_defaults():
     assert float(default) == Settings().usable_error
 
 
-def test_a_certificate_is_reported_with_the_use_that_matters():
+def test_certificate_is_reported_with_its_uses():
     handed = {
         "well_posed": Some(passed=True, value=None, threshold=None, unit="1", advice="fine"),
         "drift": Some(passed=False, value=2e-6, threshold=1e-9, unit="m", advice="take another"),

@@ -1,4 +1,4 @@
-"""Names as people choose them, and as files bring them along, in every kind of report: they stay text."""
+"""Names from users and files stay text in every kind of report."""
 
 import re
 from dataclasses import replace
@@ -32,7 +32,7 @@ FORBIDDEN = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\ud800-\udfff\ufffe\
 
 
 def assert_harmless(text):
-    """What a person wrote is nothing but text, and all that the page holds is allowed there."""
+    """User text stays text, and the page has only allowed tags."""
     page = Page(text)
     assert page.unbalanced == []
     assert {tag for tag, _ in page.tags} & {"script", "img", "b", "a", "iframe", "object", "link"} == set()
@@ -93,18 +93,18 @@ REPORTS = {
 }
 
 
-def test_no_template_lets_anything_through():
+def test_every_template_escapes_text():
     folder = Path(page.__file__).with_name("templates")
     for item in folder.iterdir():
         assert re.search(r"\|\s*safe|autoescape|Markup", item.read_text(encoding="utf-8")) is None, item.name
 
 
 @pytest.mark.parametrize("names", [("A", "a"), ("x y", "x_y"), (LONG, "b"), ("轴" * 80, "b")])
-def test_logs_of_variants_that_make_no_names_of_files_are_numbered(names):
+def test_logs_with_unsuitable_file_names_are_numbered(names):
     assert list(log_names(names).values()) == ["log_1.csv", "log_2.csv"]
 
 
 @pytest.mark.fast_cases(2)
 @pytest.mark.parametrize("kind", REPORTS)
-def test_names_stay_text(kind, stage):
+def test_hostile_variant_names_stay_text(kind, stage):
     assert_harmless(REPORTS[kind](stage))

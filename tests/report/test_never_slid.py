@@ -1,4 +1,4 @@
-"""A log that never slides shows no level of friction: none is called identified, none is handed to a drive."""
+"""A log without sliding gives no level of friction to a drive."""
 
 import numpy as np
 import pytest
@@ -27,7 +27,7 @@ RATED = {
 
 
 def pulled(step=1e-9, reach=5e-6, level=8.0):
-    """Return a log of springs that slip one after the other, bent to half of what the last one takes."""
+    """Return a log of springs that slip in turn, deflected to half of the last slip."""
     t = DT * np.arange(4000)
     x = 1.8e-6 * np.sin(2.0 * np.pi * 0.7 * t) + 0.8e-6 * np.sin(2.0 * np.pi * 2.3 * t)
     limits, force = np.linspace(0.07, 1.0, 14) * reach, np.empty(t.size)
@@ -49,7 +49,7 @@ def result(log):
     return br.identify(log, "preisach_contact", draws=0, blocks=0)
 
 
-def test_a_level_beyond_the_effort_of_the_log_is_not_identified(log, result):
+def test_level_above_the_effort_of_the_log_is_not_identified(log, result):
     level = result.best.parameters["f_p"]
     assert level.value > 1.2 * np.max(np.abs(log.effort.values))
     assert level.status == "unidentifiable"
@@ -58,10 +58,10 @@ def test_a_level_beyond_the_effort_of_the_log_is_not_identified(log, result):
     assert "f_p" in message.numbers["names"]
 
 
-def test_no_level_and_no_table_is_handed_out(result, tmp_path):
+def test_log_without_sliding_gives_no_level_and_no_table(result, tmp_path):
     assert level_values(result.best) is None
     assert drive_table(result.best) == []
-    typed = dict(answers(result, None, None))["What to type in"]
+    typed = dict(answers(result, None, None))["Values to enter"]
     assert any("never slides" in line for line in typed)
     assert not any("F+" in line for line in typed)
     result.save(tmp_path / "out")
@@ -70,7 +70,7 @@ def test_no_level_and_no_table_is_handed_out(result, tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("target", "points"), [("table", 20), ("table", 3), ("tf5200", 20)])
-def test_what_is_written_for_a_drive_carries_the_warning(result, tmp_path, target, points, monkeypatch):
+def test_drive_files_have_the_warning(result, tmp_path, target, points, monkeypatch):
     monkeypatch.setattr("bristle.exports.writing.effect_of_files", lambda *_, **__: None)  # it runs the model uncompiled
     result.save(tmp_path / "out")
     plant, friction, info = read_model(tmp_path / "out" / "model.toml")
@@ -84,22 +84,22 @@ def test_what_is_written_for_a_drive_carries_the_warning(result, tmp_path, targe
 
 
 @pytest.mark.slow
-def test_a_level_within_the_effort_is_warned_of_too(result):
-    entry = {"std": 0.1, "status": "identified", "note": "the log is of pre-sliding alone"}
+def test_level_within_the_effort_has_the_warning(result):
+    entry = {"std": 0.1, "status": "identified", "note": "the log contains only pre-sliding"}
     friction = result.best.friction
     message = files_for("table", Request(friction, "x", 1e-3, Source({}, {"f_p": entry}), speed=0.1)).notes
     plain = files_for("table", Request(friction, "x", 1e-3, Source({}, {"f_p": {"status": "held"}}), speed=0.1)).notes
     assert len(message) == len(plain) + 1
 
 
-def test_friction_that_builds_up_is_named_before_friction_of_the_place(log):
+def test_pre_sliding_is_named_before_position_dependence(log):
     fit = br.identify(log, "coulomb_viscous", draws=0, blocks=0).best
     named = [diagnostic for diagnostic in fit.diagnostics if diagnostic.code.startswith("missing_")]
     assert [diagnostic.code for diagnostic in named] == ["missing_presliding"]
     assert named[0].numbers["model"] == "preisach_contact"
 
 
-def test_nobody_is_sent_to_what_was_compared(log):
+def test_compared_models_are_not_suggested(log):
     fits = br.identify(log, "coulomb_viscous,preisach_contact", draws=0, blocks=0).fits
     static = next(fit for fit in fits if fit.name == "coulomb_viscous")
     named = with_structure(static, None, DEFAULT, compared=["preisach_contact"]).diagnostics[0].numbers

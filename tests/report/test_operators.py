@@ -1,4 +1,4 @@
-"""The reports of hysteresis operators: a verdict by the error on what was not fitted, and tables of operators and their numbers."""
+"""The reports of hysteresis operators: verdict by held-out error, tables of operators and parameters."""
 
 from types import SimpleNamespace as Some
 
@@ -25,11 +25,11 @@ from bristle.report.table import percent_text
         (1.0, 25.0, True, "no", 2),
     ],
 )
-def test_an_operator_is_judged_by_the_held_out_error(error, held_out, fitted, level, reasons):
+def test_verdict_of_an_operator_uses_the_held_out_error(error, held_out, fitted, level, reasons):
     ruling = operator_ruling(error, held_out, fitted=fitted)
     assert (ruling.level, len(ruling.reasons)) == (level, reasons)
-    told = "on these curves" if held_out is None else "on what it was not fitted to"
-    assert ruling.reasons[0] == f"it misses {percent_text(error if held_out is None else held_out)} of full scale {told}"
+    told = "on these curves" if held_out is None else "on held-out curves"
+    assert ruling.reasons[0] == f"the error is {percent_text(error if held_out is None else held_out)} of full scale {told}"
 
 
 def fit(name, rank, error, rmse, held_out=None, notes=()):
@@ -53,7 +53,7 @@ FITS = (fit("preisach", 1, 1.5, 2e-3, 3.25, ("", "first", "second", "third")), f
 
 def test_operators_are_compared_on_held_out_curves():
     table = comparison_of_operators(Some(recorded=RECORDED, fits=FITS))
-    assert table.heads == ["Operator", "Rank", "Error on what was not fitted [% of full scale]", "Fitted [% of full scale]", "Fitted [mN]"]
+    assert table.heads == ["Operator", "Rank", "Held-out error [% of full scale]", "Fitted [% of full scale]", "Fitted [mN]"]
     assert table.rows == [
         ["preisach", "1", "3.25 ± 0.50", "1.50", "2.00"],
         ["duhem", "2", "–", "4.00", "5.00"],
@@ -61,39 +61,39 @@ def test_operators_are_compared_on_held_out_curves():
     ]
 
 
-def test_the_first_page_of_an_operator_lists_the_others():
+def test_first_page_of_an_operator_lists_the_other_operators():
     front = report._front(FITS[0].prediction, "axis: preisach", RECORDED, FITS)
     lines = [[line.replace("\u00a0", " ") for line in lines] for _, lines in front.answers]
     assert lines == [
-        ["off by 2 mN of 500 mN, root mean square", "error on the last curve that it was not fitted to: 3.25 %"],
-        ["the model file, model.toml, as it is written"],
-        ["beside it: 4.00 % by duhem", "beside it: 6.00 % by c"],
+        ["error 2 mN of 500 mN, root mean square", "held-out error 3.25 %, over the last curve"],
+        ["the model file, model.toml"],
+        ["for comparison: 4.00 % by duhem", "for comparison: 6.00 % by c"],
         ["2 curves, each begins: demagnetised", "first", "second"],
-        ["predict curves that it has not seen: `bristle predict model.toml CURVES --axis axis.toml`"],
+        ["predict further curves: `bristle predict model.toml CURVES --axis axis.toml`"],
     ]
     assert front.ruling.level == "with_care"
     assert front.facts.endswith("2 curves")
 
 
-def test_the_first_page_of_a_prediction_has_no_others():
+def test_first_page_of_a_prediction_has_no_other_operators():
     single = Some(**vars(RECORDED) | {"curves": RECORDED.curves[:1]})
     front = report._front(FITS[0].prediction, "axis", single, ())
     lines = [lines for _, lines in front.answers]
     assert [lines[1], lines[2], lines[4]] == [
-        ["nothing new: the model file as it is"],
+        ["no new values: use the same model file"],
         ["no other operator was compared"],
-        ["where it misses: record more curves there, and identify again"],
+        ["record more curves in regions of large error, and identify again"],
     ]
     assert lines[3] == ["1 curve, each begins: demagnetised"]
     assert front.ruling.level == "usable"
     assert len(lines[0]) == 1
 
 
-def test_an_operator_is_reported_in_numbers_with_the_constant_output():
+def test_summary_of_an_operator_has_the_constant_output():
     congruency = Some(alike=0.1, anywhere=0.2)
     identification = Some(best=FITS[0], fits=FITS, recorded=RECORDED, congruency=congruency, unfinished="")
     summary = operator_summary(identification, provenance={"a": "b"})
-    assert summary["parameters"]["offset"] == {"value": 2.0, "unit": "N", "description": "constant output beside it"}
+    assert summary["parameters"]["offset"] == {"value": 2.0, "unit": "N", "description": "constant output added to the operator"}
     assert summary["parameters"]["f_p"]["value"] == 150.0
     assert summary["log"] == {"curves": 2, "samples": 7, "start": "demagnetised", "full_scale": 0.5, "notes": ("read",)}
     assert [model["rank"] for model in summary["models"]] == [1, 2, 3]
@@ -102,7 +102,7 @@ def test_an_operator_is_reported_in_numbers_with_the_constant_output():
     assert operator_summary(Some(**vars(identification) | {"unfinished": "stopped"}), provenance={})["unfinished"] == "stopped"
 
 
-def test_the_page_of_an_operator_has_the_numbers_and_the_data(monkeypatch):
+def test_page_of_an_operator_has_parameters_and_data(monkeypatch):
     seen = {}
     monkeypatch.setattr(report, "report_page", lambda kind, facts, front, sections, **options: seen.update(facts, sections=sections) or "")
     prediction = Some(**vars(FITS[0].prediction) | {"outputs": (1, 2)})
@@ -120,7 +120,7 @@ def test_the_page_of_an_operator_has_the_numbers_and_the_data(monkeypatch):
 
 
 @pytest.mark.parametrize(("count", "heading"), [(1, ""), (2, "Operators compared")])
-def test_operators_are_compared_where_there_are_two(monkeypatch, count, heading):
+def test_several_operators_are_compared(monkeypatch, count, heading):
     seen = {}
     monkeypatch.setattr(report, "report_page", lambda kind, facts, front, sections, **options: seen.update(facts, sections=sections) or "")
     prediction = Some(**vars(FITS[0].prediction) | {"outputs": (1, 2)})

@@ -1,4 +1,4 @@
-"""``report(path, figures=[...])``: figures of a person's own from Python."""
+"""``report(path, figures=[...])``: figures of the user from Python."""
 
 from pathlib import Path
 
@@ -27,7 +27,7 @@ def figure(draw, **parts):
     return ReportFigure(name="mine", draw=draw, **parts)
 
 
-def test_a_file_and_a_figure_of_the_session_stand_on_the_report(identified, tmp_path):
+def test_figures_of_the_user_are_on_the_report(identified, tmp_path):
     mine = figure(lambda identification: style.panels(2.0)[0])
     page = identified.report(tmp_path / "a.html", figures=[EXAMPLE, mine]).read_text(encoding="utf-8")
     assert page.index('id="figure-own-residual-over-position"') < page.index('id="figure-own-mine"')
@@ -35,7 +35,7 @@ def test_a_file_and_a_figure_of_the_session_stand_on_the_report(identified, tmp_
     assert 'id="further"' not in without
 
 
-def test_one_that_fails_is_warned_of_and_the_report_is_there(identified, tmp_path):
+def test_failing_figure_gives_a_warning_and_the_report_is_written(identified, tmp_path):
     mine = figure(lambda identification: identification.nothing)
     with pytest.warns(InputWarning, match="mine: the figure mine is not drawn: AttributeError"):
         page = identified.report(tmp_path / "a.html", figures=[mine]).read_text(encoding="utf-8")
@@ -43,7 +43,7 @@ def test_one_that_fails_is_warned_of_and_the_report_is_there(identified, tmp_pat
     assert 'id="figure-residuals"' in page
 
 
-def test_what_it_never_has_is_refused(identified, tmp_path):
+def test_figure_with_unavailable_facts_is_refused(identified, tmp_path):
     with pytest.raises(InputError, match="results that the report of identify lacks"):
         identified.report(tmp_path / "a.html", figures=[figure(lambda motion: None, takes="motion")])
     assert not (tmp_path / "a.html").exists()

@@ -1,4 +1,4 @@
-"""The skeleton of a report: figures in their places, empty sections left out, faults that cost nothing else."""
+"""The skeleton of a report: figures in place, no empty sections, and faults without further loss."""
 
 import datetime
 import warnings
@@ -16,19 +16,19 @@ from bristle.report.table import Table
 ONE, TWO = (Picture(f"figure-{name}", Markup("<svg/>"), name) for name in ("one", "two"))
 
 
-def test_the_line_under_the_heading_begins_with_the_date():
+def test_line_under_the_heading_begins_with_the_date():
     assert about("log a.csv", "", "model b") == f"{datetime.date.today().isoformat()} · log a.csv · model b"
 
 
-def test_five_questions_have_their_lines_that_are_not_empty():
+def test_five_questions_have_their_non_empty_lines():
     answers = answered(["a", ""], ["b"], [""], ["c"], ["d"], third="And so")
     assert answers[0] == ("Is it good?", ["a"])
-    assert [question for question, _ in answers][1:] == ["What to type in", "And so", "Can it be trusted?", "What next"]
+    assert [question for question, _ in answers][1:] == ["Values to enter", "And so", "Can it be trusted?", "Next steps"]
     assert answers[2][1] == []
-    assert answered([], [], [], [], [])[2][0] == "What it gains, and costs"
+    assert answered([], [], [], [], [])[2][0] == "Gain and cost"
 
 
-def test_figures_stand_in_their_place_else_at_the_end():
+def test_figures_are_in_place_or_at_the_end():
     pictures = {"a": [ONE, TWO], "b": []}
     assert _filled(Section("a", "A", ["text"]), pictures).blocks == ["text", ONE, TWO]
     assert _filled(Section("a", "A", [Figures("a"), "text"]), pictures).blocks == [ONE, TWO, "text"]
@@ -47,7 +47,7 @@ def rendered(sections, **options):
     return page.report_page("log", {}, page.Front("heading", "facts"), sections, **known | options)
 
 
-def test_a_section_without_blocks_is_no_section_and_a_banner_comes_first():
+def test_empty_sections_are_left_out_and_the_banner_is_first():
     text = rendered([Section("kept", "Kept", ["words"]), Section("gone", "Gone", [None])], banner="Unfinished.")
     assert "Kept" in text
     assert "Gone" not in text
@@ -71,14 +71,14 @@ def broken(log):
         (custom(broken, ("log", "design")), {}, "this report has no log and no design"),
     ],
 )
-def test_a_figure_of_a_users_own_that_fails_is_a_remark(figure, facts, words):
+def test_failing_figure_of_the_user_is_a_remark(figure, facts, words):
     with pytest.warns(InputWarning, match=words):
         (remark,) = page._own_blocks(figure, facts)
     assert "<h3>Mine</h3><p>" in remark
     assert "not drawn" in remark
 
 
-def test_a_figure_of_a_users_own_stands_under_the_title_and_is_published():
+def test_figure_of_the_user_is_under_its_title_and_published():
     with page.plates() as collected:
         title, drawing = page._own_blocks(custom(lambda log: style.panels(2.0)[0]), {"log": 1})
     assert title == "<h3>Mine</h3>"
@@ -88,7 +88,7 @@ def test_a_figure_of_a_users_own_stands_under_the_title_and_is_published():
     assert page._plates.get() is None
 
 
-def test_a_fault_of_a_figure_costs_that_figure_alone(monkeypatch):
+def test_fault_in_a_figure_leaves_the_other_figures(monkeypatch):
     figure = custom(broken)
     place = Some(section="front", name="fit.BROKEN", is_taken=lambda facts: True, figure=figure)
     skipped = Some(section="front", name="x", is_taken=lambda facts: False)
@@ -106,16 +106,16 @@ def test_a_fault_of_a_figure_costs_that_figure_alone(monkeypatch):
 @pytest.mark.parametrize(
     ("text", "shown"), [("5 N*m and 3 kg*m^2", "5 N·m and 3 kg·m²"), ("at 2 m/s", "at 2 m/s"), ("N*m alone", "N*m alone"), ("3 uN", "3 µN")]
 )
-def test_units_behind_numbers_are_set_for_reading(text, shown):
+def test_units_after_numbers_are_typeset(text, shown):
     assert typeset_sentence(text) == shown
 
 
-def test_commands_are_code_and_markup_stays():
+def test_commands_are_code_and_markup_is_unchanged():
     assert worded("see `a_b` and `c`") == "see <code>a_b</code> and <code>c</code>"
     assert worded(Markup("<b>x</b>")) == "<b>x</b>"
 
 
-def test_long_names_may_go_on_in_the_next_line():
+def test_long_names_can_break():
     breakable = page._environment().filters["breakable"]
     assert breakable("short_name x") == "short_name x"
     assert breakable("twelve_words") == "twelve_words"

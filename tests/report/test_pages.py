@@ -1,4 +1,4 @@
-"""Each report is one well-formed file that asks for nothing, escapes everything and names its units."""
+"""Each report is a well-formed, self-contained file that escapes text and names its units."""
 
 import re
 from dataclasses import replace
@@ -41,7 +41,7 @@ def text(request, workbench):
 
 
 @pytest.mark.slow
-def test_tags_close_in_order_and_no_identifier_comes_twice(text):
+def test_tags_are_balanced_and_identifiers_unique(text):
     page = Page(text)
     assert page.unbalanced == []
     ids = [attrs["id"] for _, attrs in page.tags if "id" in attrs]
@@ -50,14 +50,14 @@ def test_tags_close_in_order_and_no_identifier_comes_twice(text):
 
 
 @pytest.mark.fast_cases(1)
-def test_nothing_is_asked_from_outside(text):
+def test_page_loads_without_external_resources(text):
     assert not re.search(r"https?:|//[a-z]|\bsrc\s*=|@import|url\((?!#)|<script|<link|<iframe", text)
     policy = next(attrs["content"] for attrs in Page(text).named("meta") if "http-equiv" in attrs)
     assert policy.startswith("default-src 'none'")
 
 
 @pytest.mark.fast_cases(1)
-def test_people_who_cannot_see_it_can_follow_it(text):
+def test_page_is_accessible(text):
     page = Page(text)
     assert page.named("html")[0]["lang"] == "en"
     assert next(tag for tag, _ in page.tags if re.fullmatch(r"h\d", tag)) == "h1"
@@ -69,26 +69,26 @@ def test_people_who_cannot_see_it_can_follow_it(text):
 
 
 @pytest.mark.fast_cases(1)
-def test_it_says_how_to_repeat_it_and_what_it_is_made_from(text):
+def test_page_has_command_and_provenance(text):
     words = Page(text).words
     assert "bristle do it" in words
     assert "0.1.0" in words
 
 
 @pytest.mark.slow
-def test_no_number_is_left_unspoken(text):
+def test_every_number_has_a_unit_or_a_name(text):
     assert not re.search(r"\b(nan|None|inf|Infinity)\b|\{\{|\{%", Page(text).words)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", PAGES)
-def test_the_same_results_give_the_same_bytes(name, stage):
+def test_same_results_give_the_same_bytes(name, stage):
     assert PAGES[name](stage) == PAGES[name](stage)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", PAGES)
-def test_the_kind_of_axis_decides_the_units(name, workbenches):
+def test_kind_of_axis_decides_the_units(name, workbenches):
     words = {kind: Page(PAGES[name](bench)).words for kind, bench in workbenches.items()}
     assert not re.search(r"\brad\b|N·m|Torque", words["translational"])
     assert not re.search(r"\[[kmµ]?N\]|\d [kmµ]?N\b(?!·m)|m/s|Force", words["rotational"])
@@ -126,14 +126,14 @@ def test_hostile_names_stay_text(name, stage):
     assert page.words.count("alert") >= 4
 
 
-def test_the_banner_comes_before_anything_else(stage):
+def test_banner_is_first(stage):
     words = Page(simulation_page(stage, banner="This is a simulated axis.")).words
     assert words.index("This is a simulated axis.") < words.index("stage: simulated", 20)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("left_out", [("prediction",), ("simulation",), ("table",), ("prediction", "simulation", "table")])
-def test_a_report_does_without_what_there_is_not(left_out, stage):
+def test_report_without_optional_results_is_complete(left_out, stage):
     page = Page(identification_page(stage, **dict.fromkeys(left_out)))
     assert page.unbalanced == []
     ids = {attrs["id"] for tag in ("figure", "h2") for attrs in page.named(tag) if "id" in attrs}
@@ -142,7 +142,7 @@ def test_a_report_does_without_what_there_is_not(left_out, stage):
 
 
 @pytest.mark.slow
-def test_a_report_of_one_model_compares_none(stage):
+def test_report_of_a_single_model_has_no_comparison(stage):
     alone = replace(stage.identified, fits=stage.identified.fits[:1])
     page = Page(identification_page(stage, identification=alone))
     assert "models" not in {attrs.get("id") for attrs in page.named("h2")}

@@ -1,4 +1,4 @@
-"""The report of a prediction: how far off the model is, whether the model holds, and what to do then."""
+"""The report of a prediction: error, verdict and next step."""
 
 from types import SimpleNamespace as Some
 
@@ -34,7 +34,7 @@ def plain(lines):
     return [line.replace("\u00a0", " ") for line in lines]
 
 
-def test_errors_are_reported_with_their_units():
+def test_prediction_errors_have_units():
     assert metrics_in_words(predicted(inside_percent=94.4)) == [
         ("Effort error", "3.46 %"),
         ("Measured effort inside the 95 % band", "94.4 %"),
@@ -48,7 +48,7 @@ def test_errors_are_reported_with_their_units():
     assert metrics_in_words(predicted(metrics={})) == []
 
 
-def test_a_share_of_the_stroke_says_nothing_in_a_closed_loop():
+def test_closed_loop_has_no_position_error_in_percent():
     rows = dict(metrics_in_words(predicted("closed-loop", metrics=FORCES | LENGTHS | {"position_unit": "rad"})))
     assert "Position error" not in rows
     assert rows["Effort error"] == "3.46 %"
@@ -58,36 +58,36 @@ def test_a_share_of_the_stroke_says_nothing_in_a_closed_loop():
 @pytest.mark.parametrize(
     ("changes", "level", "reasons"),
     [
-        ({}, "usable", ["it misses 3.46 % of the effort of this log"]),
-        ({"metrics": LENGTHS}, "usable", ["it misses 2.50 % of the position of this log"]),
-        ({"metrics": FORCES | LENGTHS}, "usable", ["it misses 3.46 % of the effort of this log"]),
+        ({}, "usable", ["the error is 3.46 % of the effort of this log"]),
+        ({"metrics": LENGTHS}, "usable", ["the error is 2.50 % of the position of this log"]),
+        ({"metrics": FORCES | LENGTHS}, "usable", ["the error is 3.46 % of the effort of this log"]),
         ({"metrics": {"force_error_percent": np.nan}}, "with_care", []),
         ({"metrics": {"force_error_percent": None}}, "with_care", []),
-        ({"metrics": {"force_error_percent": 35.0}}, "with_care", ["it misses 35.0 % of the effort of this log"]),
-        ({"metrics": {"force_error_percent": 90.0}}, "no", ["it misses 90.0 % of the effort of this log"]),
-        ({"inside_percent": 80.0}, "usable", ["it misses 3.46 % of the effort of this log"]),
+        ({"metrics": {"force_error_percent": 35.0}}, "with_care", ["the error is 35.0 % of the effort of this log"]),
+        ({"metrics": {"force_error_percent": 90.0}}, "no", ["the error is 90.0 % of the effort of this log"]),
+        ({"inside_percent": 80.0}, "usable", ["the error is 3.46 % of the effort of this log"]),
         (
             {"inside_percent": 79.0, "position_inside_percent": 95.0},
             "with_care",
-            ["it misses 3.46 % of the effort of this log", "no more than 79.0 % of the effort lie in the band that should hold 95 %"],
+            ["the error is 3.46 % of the effort of this log", "only 79.0 % of the effort is inside the 95 % band"],
         ),
     ],
 )
-def test_a_model_holds_as_far_as_the_errors_and_bands_do(changes, level, reasons):
+def test_verdict_follows_errors_and_bands(changes, level, reasons):
     ruling = prediction_ruling(predicted(**changes))
     assert (ruling.level, plain(ruling.reasons)) == (level, reasons)
 
 
-def test_a_model_on_the_log_of_the_fit_and_a_missed_tolerance_take_care():
+def test_log_of_the_fit_and_missed_tolerance_ask_for_care():
     same_log = prediction_ruling(predicted(), own_log=True)
-    assert (same_log.level, same_log.reasons[1]) == ("with_care", "it was fitted to this very log, which says nothing of another one")
+    assert (same_log.level, same_log.reasons[1]) == ("with_care", "the model was fitted to this log, so this is no test on other logs")
     missed = prediction_ruling(predicted(status=Status.TOLERANCE_MISSED))
     assert (missed.level, missed.reasons[1:]) == ("with_care", (Status.TOLERANCE_MISSED.sentence,))
     wild = prediction_ruling(predicted(status=Status.NOT_FINITE, diagnostics=(Diagnostic("short_stretch", "", "warning", {"samples": 3}),)))
-    assert wild == ("no", "It does not run", (Status.NOT_FINITE.sentence, "a stretch was left out"))
+    assert wild == ("no", "It does not run", (Status.NOT_FINITE.sentence, "a short stretch was left out"))
 
 
-def test_warnings_take_care_errors_forbid_and_notes_do_not_count():
+def test_warnings_ask_for_care_errors_forbid_notes_do_not_count():
     doubt = [Diagnostic("short_stretch", "", severity, {"samples": 3}) for severity in ("note", "warning", "error")]
     rulings = [prediction_ruling(predicted(diagnostics=(item, item))) for item in doubt]
     assert [ruling.level for ruling in rulings] == ["usable", "with_care", "no"]
@@ -99,31 +99,31 @@ def lines_of(prediction, **options):
     return front, [plain(lines) for _, lines in front.answers]
 
 
-def test_the_first_page_has_the_effort_left_to_the_controller():
+def test_first_page_has_the_remaining_effort_of_the_controller():
     front, lines = lines_of(predicted(inside_percent=94.4))
     assert lines == [
-        ["effort off by 250 mN, root mean square"],
-        ["nothing new: what the report of the identification says stands"],
-        [MODES["inverse"], "fed forward along this motion, it would leave 250 mN of 3.54 N to the controller, root mean square"],
-        ["in its band of 95 %: 94.4 % of the effort"],
-        ["feed it forward, record the machine without and with it, then `bristle compare`"],
+        ["effort error 250 mN, root mean square"],
+        ["no new values: use those of the identification report"],
+        [MODES["inverse"], "with this feedforward the controller would supply 250 mN instead of 3.54 N, root mean square"],
+        ["94.4 % of the effort is inside its 95 % band"],
+        ["use it as feedforward, record the machine without and with it, then `bristle compare`"],
     ]
     assert plain([front.facts])[0].endswith("log a.csv, 4 s · model lugre · inverse mode")
-    assert front.answers[2][0] == "What was predicted"
+    assert front.answers[2][0] == "Mode of the prediction"
 
 
-def test_the_first_page_tells_the_largest_error_of_a_position():
+def test_first_page_has_the_largest_position_error():
     _, lines = lines_of(predicted("open-loop", metrics=LENGTHS, position_predicted=np.array([1e-6, 5e-6]), effort=None))
-    assert lines[0] == ["position off by 0.400 µm, root mean square, 2 µm at most"]
+    assert lines[0] == ["position error 0.400 µm, root mean square, 2 µm at most"]
     assert lines[2] == [MODES["open-loop"]]
-    assert lines[3] == ["the model does not say how sure it is: it has no band"]
-    assert lines_of(predicted(metrics=LENGTHS))[1][0] == ["position off by 0.400 µm, root mean square"]
-    assert lines_of(predicted(metrics={}))[1][0] == ["nothing was predicted that could be held against the log"]
+    assert lines[3] == ["the model has no uncertainty band"]
+    assert lines_of(predicted(metrics=LENGTHS))[1][0] == ["position error 0.400 µm, root mean square"]
+    assert lines_of(predicted(metrics={}))[1][0] == ["the log has no signal to compare with the prediction"]
     assert len(lines_of(predicted("closed-loop"))[1][2]) == 1
     assert len(lines_of(predicted(effort=None))[1][2]) == 1
 
 
-def test_the_first_page_names_the_next_step():
+def test_first_page_names_the_next_step():
     doubts = tuple(
         Diagnostic(code, "", "warning", {"samples": 3, "percent": 120.0, "signal": "effort"})
         for code in ("short_stretch", "worse_than_none")
@@ -133,11 +133,11 @@ def test_the_first_page_names_the_next_step():
         "predict in another mode, or check model, units and signs",
         "identify this log together with the first: `bristle identify FIRST THIS --axis axis.toml`",
     ]
-    assert lines_of(predicted(), own_log=True)[1][4] == ["predict another log of this axis, of another motion"]
-    assert lines_of(predicted(metrics={"force_error_percent": 90.0}))[1][1] == ["nothing from this model"]
+    assert lines_of(predicted(), own_log=True)[1][4] == ["predict another log of this axis, with another motion"]
+    assert lines_of(predicted(metrics={"force_error_percent": 90.0}))[1][1] == ["no values from this model"]
 
 
-def test_a_prediction_is_reported_in_numbers():
+def test_summary_of_a_prediction_has_its_numbers():
     data = prediction_as_data(predicted(inside_percent=94.4, position_inside_percent=80.0, status=Status.NOT_FINITE))
     assert (data["mode"], data["inside_band_percent"], data["position_inside_band_percent"]) == ("inverse", 94.4, 80.0)
     assert (data["completed"], data["status"]) == (False, Status.NOT_FINITE.sentence)

@@ -1,4 +1,4 @@
-"""What an experiment identifies before it is simulated, with the fits left out: what is kept, read, excited and written."""
+"""Models of an experiment file before its simulation, without the fits: kept, read, excited and written."""
 
 from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
@@ -20,7 +20,7 @@ from bristle.report.prepared import Prepared, prepare
 
 @dataclass(frozen=True)
 class Plan:
-    """What is to be identified, as an experiment file tells it."""
+    """The entry of a model to identify in an experiment file."""
 
     name: str
     folder: Path
@@ -37,13 +37,13 @@ class Plan:
 
 
 def written(tmp_path, monkeypatch, *plans):
-    """An experiment file that plans to identify these."""
+    """An experiment file with these models to identify."""
     (tmp_path / "experiment.toml").write_text("schema = 1\n", encoding="utf-8")
     monkeypatch.setattr(prepared, "planned_in", lambda data, source, sources: {plan.name: plan for plan in plans})
     return tmp_path / "experiment.toml"
 
 
-def test_models_that_are_there_already_are_not_fitted_again_and_all_are_told_in_order(tmp_path, monkeypatch):
+def test_present_models_are_not_fitted_again_and_keep_the_order(tmp_path, monkeypatch):
     plans = [Plan("first", tmp_path / "1"), Plan("second", tmp_path / "2", is_current=True), Plan("third", tmp_path / "3")]
     file, fitted, reports = written(tmp_path, monkeypatch, *plans), [], []
 
@@ -66,7 +66,7 @@ def test_models_that_are_there_already_are_not_fitted_again_and_all_are_told_in_
 
 
 def identified_of(tmp_path, monkeypatch, plan):
-    """What a plan leads to, beside the fit: what was asked for, and what was written."""
+    """The results of a plan without the fit: the requests and the files."""
     asked, files = {}, {}
     outcome = SimpleNamespace(provenance={"log": "sum"})
 
@@ -94,7 +94,7 @@ def identified_of(tmp_path, monkeypatch, plan):
     return best, asked, files
 
 
-def test_logs_are_read_with_their_axis_and_results_lie_in_the_folder(tmp_path, monkeypatch):
+def test_logs_are_read_with_their_axis_and_results_are_saved(tmp_path, monkeypatch):
     plan = Plan("axis_x", tmp_path / "identified" / "axis_x", logs=("a.csv", "b.csv"), axis="axis.toml", options={"model": "lugre"})
     best, asked, files = identified_of(tmp_path, monkeypatch, plan)
     assert best == "best"
@@ -109,7 +109,7 @@ def test_logs_are_read_with_their_axis_and_results_lie_in_the_folder(tmp_path, m
     assert (asked["axis"], asked["options"]) == (None, {"draws": 50})
 
 
-def test_of_a_rig_that_is_excited_it_is_told_which_and_with_what_friction(tmp_path, monkeypatch):
+def test_provenance_names_the_excited_rig_and_its_friction(tmp_path, monkeypatch):
     excited = loop(name="learning")
     monkeypatch.setattr(prepared, "_excited", lambda variant, axis: (["log of the run"], "axis of the run"))
     plan = Plan("axis_x", tmp_path / "identified" / "axis_x", excited=excited)
@@ -121,7 +121,7 @@ def test_of_a_rig_that_is_excited_it_is_told_which_and_with_what_friction(tmp_pa
     assert len(provenance) == 3
 
 
-def test_a_run_of_a_loop_is_the_log_that_its_drive_would_record():
+def test_run_of_a_loop_is_the_log_of_its_drive():
     with interpreted():
         (log,), axis = prepared._excited(loop(120, sensor=sensors.encoder(resolution=1e-4)), None)
     assert (axis.kind, axis.resolution) == ("translational", 1e-4)
@@ -134,9 +134,9 @@ def test_a_run_of_a_loop_is_the_log_that_its_drive_would_record():
         assert prepared._excited(loop(120), known)[1] is known
 
 
-def test_a_loop_that_is_lost_identifies_no_model():
+def test_diverged_loop_identifies_no_model():
     fast = controllers.cascade(k_p=10.0, k_v=1e8)
     wild = loop(200, controller=fast, run=Run(duration=2.0, sample_time=1e-2, substeps=1))
-    refused = pytest.raises(InputError, match=r"compare\.loop: does not run to its end.*Mend its loop")
+    refused = pytest.raises(InputError, match=r"compare\.loop: does not run to its end.*Correct its loop")
     with interpreted(), np.errstate(all="ignore"), refused:
         prepared._excited(wild, None)

@@ -1,4 +1,4 @@
-"""An experiment that identifies its compensator: fitted once, kept, and never met by another rig than its own."""
+"""An experiment that identifies its compensator: fitted once, kept, and fitted again for a changed rig."""
 
 import re
 import shutil
@@ -75,7 +75,7 @@ def prepared(tmp_path_factory):
 
 @pytest.fixture
 def copied(prepared, tmp_path):
-    """A rig whose compensator was identified."""
+    """A rig with an identified compensator."""
     shutil.copytree(prepared[0].parent, tmp_path / "copied")
     return tmp_path / "copied" / "rig.toml"
 
@@ -84,7 +84,7 @@ def compensator(path):
     return next(v for v in br.read_experiment(path).variants if v.name == "identified").feedforward.friction
 
 
-def test_the_rig_is_excited_and_its_friction_fed_forward(prepared):
+def test_rig_is_excited_and_its_friction_is_used_as_feedforward(prepared):
     path, (model,) = prepared
     assert model.best.friction == compensator(path)
     assert pytest.approx(20.0, rel=0.02) == compensator(path).F_C
@@ -93,13 +93,13 @@ def test_the_rig_is_excited_and_its_friction_fed_forward(prepared):
     assert (model.folder / "report.html").exists()
 
 
-def test_the_log_is_what_the_encoder_reads_in_that_run(prepared):
+def test_log_has_the_encoder_readings_of_the_run(prepared):
     log = prepared[1][0].best.traces
     assert log.time[-1] == pytest.approx(6.0, abs=0.5)
     assert np.max(np.abs(log.velocity)) == pytest.approx(2 * np.pi * 0.7 * 8e-3, rel=0.15)
 
 
-def test_what_is_there_is_kept(copied):
+def test_present_results_are_kept(copied):
     folder = copied.parent / "rig_identified" / "axis_x"
     before = (folder / "model.toml").stat().st_mtime_ns
     assert br.prepare(copied)[0].best is None
@@ -115,7 +115,7 @@ def test_what_is_there_is_kept(copied):
         ('model = "coulomb_viscous"\n\n[compare', 'model = "coulomb_viscous"\ncutoff = "90 Hz"\n\n[compare'),
     ],
 )
-def test_a_changed_rig_never_meets_a_stale_fit(copied, seen, instead):
+def test_changed_rig_is_fitted_again(copied, seen, instead):
     assert seen in RIG
     copied.write_text(RIG.replace(seen, instead))
     with pytest.raises(InputError, match="something else than what the file says now"):
@@ -125,7 +125,7 @@ def test_a_changed_rig_never_meets_a_stale_fit(copied, seen, instead):
     assert pytest.approx(now, rel=0.02) == compensator(copied).F_C
 
 
-def test_a_digest_that_was_written_by_hand_is_not_believed(copied):
+def test_edited_digest_is_ignored(copied):
     folder = copied.parent / "rig_identified" / "axis_x"
     note = folder / "depends_on.json"
     note.write_text(note.read_text() + " ")
@@ -133,7 +133,7 @@ def test_a_digest_that_was_written_by_hand_is_not_believed(copied):
         br.read_experiment(copied)
 
 
-def test_what_is_interrupted_is_not_kept(rig, monkeypatch):
+def test_interrupted_fit_is_not_saved(rig, monkeypatch):
     import bristle.report.identified as identified
 
     whole = identified.identify
@@ -143,7 +143,7 @@ def test_what_is_interrupted_is_not_kept(rig, monkeypatch):
     assert list((rig.parent / "rig_identified").iterdir()) == []
 
 
-def test_what_is_judged_may_change_without_another_fit(copied):
+def test_changed_evaluation_needs_no_new_fit(copied):
     copied.write_text(
         RIG.replace(
             "[compare.identified.controller.feedforward]",
@@ -153,7 +153,7 @@ def test_what_is_judged_may_change_without_another_fit(copied):
     assert br.prepare(copied)[0].best is None
 
 
-def test_a_model_that_a_person_changed_is_neither_taken_nor_replaced(copied):
+def test_edited_model_is_neither_used_nor_replaced(copied):
     model = copied.parent / "rig_identified" / "axis_x" / "model.toml"
     custom = model.read_text().replace("F_C =", "F_C = 1.0 #")
     model.write_text(custom)
@@ -166,7 +166,7 @@ def test_a_model_that_a_person_changed_is_neither_taken_nor_replaced(copied):
     assert model.read_text() == custom
 
 
-def test_a_log_is_fitted_and_another_one_again(rig, tmp_path):
+def test_changed_log_is_fitted_again(rig, tmp_path):
     rng = np.random.default_rng(1)
 
     def record(level):
@@ -200,21 +200,21 @@ def test_a_log_is_fitted_and_another_one_again(rig, tmp_path):
         ('identified = "axis_x"', 'identified = "axis_x"', "identify.axis_x: is not identified.*bristle run"),
     ],
 )
-def test_what_does_not_fit_is_refused_by_its_key(rig, seen, instead, said):
+def test_unsuitable_entry_is_refused_by_its_key(rig, seen, instead, said):
     rig.write_text(RIG.replace(seen, instead))
     with pytest.raises(InputError, match=said):
         br.read_experiment(rig)
     assert not (rig.parent / "rig_identified").exists()
 
 
-def test_commands_prepare_what_they_need(rig, tmp_path, capsys):
+def test_commands_prepare_their_models(rig, tmp_path, capsys):
     assert main(["run", str(rig), "--out", str(tmp_path / "results")]) == 0
     assert "axis_x: identified (coulomb_viscous" in capsys.readouterr().err
     assert main(["run", str(rig)]) == 0
     assert "axis_x: as identified before" in capsys.readouterr().err
 
 
-def test_a_study_takes_what_was_identified(copied, tmp_path):
+def test_study_uses_identified_models(copied, tmp_path):
     from bristle.study import read_study_file
 
     study = tmp_path / "study.toml"

@@ -1,4 +1,4 @@
-"""The report on paper, as a browser prints it."""
+"""The printed report of a browser."""
 
 import re
 import shutil
@@ -12,7 +12,7 @@ MOST_PAGES = 6  # of the identification of a loop, with its folds as they are
 
 @pytest.mark.slow
 @pytest.mark.skipif(shutil.which("chromium") is None, reason="needs chromium")
-def test_a_report_of_a_loop_prints_on_six_pages(stage, tmp_path):
+def test_report_of_a_loop_prints_on_six_pages(stage, tmp_path):
     (tmp_path / "report.html").write_text(identification_page(stage), encoding="utf-8")
     subprocess.run(
         [

@@ -1,4 +1,4 @@
-"""What repeats a result: a call with the names of its logs, its models and what was asked for."""
+"""The call that repeats a result, with the names of its logs and models, and its options."""
 
 from types import SimpleNamespace as Some
 
@@ -31,21 +31,21 @@ def log(name="", source="<columns>"):
         ([log(source="<>")], "lugre", [None], {"draws": 1000}, "bristle.identify('log', 'lugre')"),
     ],
 )
-def test_the_call_of_an_identification_has_the_unusual_options(logs, model, axes, options, call):
+def test_call_of_an_identification_has_the_non_default_options(logs, model, axes, options, call):
     parameters = signature(fitted)
     usual = parameters.parameters["draws"].default
     options = {name: usual if value == 1000 else value for name, value in options.items()}
     assert _call(logs, model, axes, options, parameters) == call
 
 
-def test_models_are_called_by_their_names():
+def test_models_have_their_names_in_the_call():
     assert _model_name(("a", Some(name="b"), ["c"])) == "a,b,c"
     assert _model_name(3) == "3"
 
 
 @pytest.fixture
 def sides(monkeypatch):
-    """Comparisons of logs that nobody reads."""
+    """Comparisons of logs that are not read."""
     fields = dict.fromkeys(Comparison.__dataclass_fields__)
     seen = []
     monkeypatch.setattr(compared, "sides_compared", lambda *arguments: seen.append(arguments) or Some(**fields))
@@ -54,7 +54,7 @@ def sides(monkeypatch):
     return seen
 
 
-def test_the_call_of_a_comparison_has_both_sides(sides):
+def test_call_of_a_comparison_has_both_sides(sides):
     first, second, third = log("a.csv"), log("b.csv"), log(source="<c.csv>")
     whole = compared_as([first, second], third, axis=Some(name="stage"), window=0.1)
     assert whole.call == "bristle.compare(['a.csv', 'b.csv'], 'c.csv', axis=axis, window=0.1)"
@@ -68,12 +68,12 @@ def test_the_call_of_a_comparison_has_both_sides(sides):
     assert (named_call.call, named_call.axis_name, named_call.read, named_call.figures) == ("mine", "press", {"axis": 1}, (1,))
 
 
-def test_a_side_without_a_log_is_refused(sides):
+def test_side_without_a_log_is_refused(sides):
     with pytest.raises(InputError, match="after: names no log"):
         compared_as([log()], [])
 
 
-def test_a_log_that_cannot_be_read_is_reported_by_the_side(sides, monkeypatch):
+def test_unreadable_log_names_its_side(sides, monkeypatch):
     def fails(log, axis):
         raise InputError("is wrong", path=log)
 
@@ -83,7 +83,7 @@ def test_a_log_that_cannot_be_read_is_reported_by_the_side(sides, monkeypatch):
             compared_as([path], [path])
 
 
-def test_a_file_of_an_axis_is_written_once(monkeypatch):
+def test_axis_file_is_written_once(monkeypatch):
     texts = {"a": b"one", "b": b"one", "c": b"two", "d": None}
     monkeypatch.setattr("bristle.report.identified.axis_text", lambda axis, log: texts[axis])
     identification = Some(log=1, further_logs=(2, 3, 4), axes=("a", "b", "c", "d"))

@@ -1,4 +1,4 @@
-"""Names of the files of a result, figures among them with their captions, and logs of what was simulated."""
+"""File names of a result, its figures with captions, and logs of simulated variants."""
 
 from types import SimpleNamespace as Some
 
@@ -12,13 +12,13 @@ from bristle.report.page import FaultWarning, Plate
 from bristle.report.results import _is_written, captions, figure_files, log_names, write_logs
 
 
-def test_a_log_by_itself_is_called_so_and_others_by_their_variant():
+def test_log_of_a_single_variant_is_log_csv():
     assert log_names(["any thing"]) == {"any thing": "log.csv"}
     assert log_names(["as recorded", "b.2-c"]) == {"as recorded": "log_as_recorded.csv", "b.2-c": "log_b.2-c.csv"}
 
 
 @pytest.mark.parametrize(("letters", "numbered"), [(200, False), (201, True)])
-def test_names_longer_than_a_file_takes_are_numbered(letters, numbered):
+def test_names_too_long_for_a_file_are_numbered(letters, numbered):
     assert (log_names(["x" * letters, "b"])["b"] == "log_2.csv") is numbered
 
 
@@ -37,7 +37,7 @@ def plate(name="one", own=False, panels=1):
     return Plate(name, figure, "a figure", "See  5 N*m.", own)
 
 
-def test_numbers_of_several_panels_are_files_of_their_own():
+def test_each_panel_has_a_separate_csv_file():
     folder = Folder()
     assert _is_written(folder, plate(), ["csv", "svg"])
     assert list(folder) == ["figures/one.csv", "figures/one.svg"]
@@ -47,7 +47,7 @@ def test_numbers_of_several_panels_are_files_of_their_own():
 
 
 @pytest.mark.parametrize(("own", "category"), [(True, InputWarning), (False, FaultWarning)])
-def test_a_figure_that_cannot_be_written_is_reported(own, category, monkeypatch):
+def test_unwritable_figure_gives_a_warning(own, category, monkeypatch):
     def fails(*_):
         raise ValueError("a fault")
 
@@ -57,7 +57,7 @@ def test_a_figure_that_cannot_be_written_is_reported(own, category, monkeypatch)
     assert caught[0].category is category
 
 
-def test_a_full_disk_is_no_fault_of_a_figure():
+def test_full_disk_is_an_error():
     def fails(*_):
         raise OSError
 
@@ -65,14 +65,14 @@ def test_a_full_disk_is_no_fault_of_a_figure():
         _is_written(Some(write=fails), plate(), ["csv"])
 
 
-def test_captions_stand_below_the_names_of_their_files():
+def test_captions_are_listed_by_file_name():
     assert captions([plate(), plate("two")]) == "one\n  See 5 N·m.\n\ntwo\n  See 5 N·m.\n"
 
 
 @pytest.mark.parametrize(
     ("formats", "with_captions"), [(["csv"], False), (["svg"], True), (["csv", "svg", "svg"], True), ([], False), (None, False)]
 )
-def test_captions_are_written_where_figures_are(formats, with_captions):
+def test_captions_are_written_with_figures(formats, with_captions):
     folder = Folder()
     with figure_files(folder, formats):
         page._plates.get().append(plate())
@@ -92,7 +92,7 @@ def test_figures_need_a_folder():
 
 
 @pytest.mark.parametrize("is_open", [True, False])
-def test_the_log_of_a_variant_is_the_record_of_the_drive(is_open, monkeypatch):
+def test_log_of_a_variant_is_the_record_of_its_drive(is_open, monkeypatch):
     written = {}
     monkeypatch.setattr(results, "write_log", lambda name, axis, signals: written.update({name: (axis, signals)}))
     outcome = Some(time=1, measured=2, command=3, reference=4, is_open=is_open)

@@ -1,4 +1,4 @@
-"""What the report of a simulation tells."""
+"""The report of a simulation."""
 
 import math
 from dataclasses import replace
@@ -17,7 +17,7 @@ from bristle.report.simulation import ON_THE_MACHINE, simulation_ruling, simulat
 from bristle.simulation.result import Statistics
 
 
-def test_the_table_of_variants_holds_their_numbers(workbench):
+def test_table_of_variants_has_their_numbers(workbench):
     table = variant_table(workbench.looped)
     unit = table.heads[1].split("[")[1].rstrip("]")
     si = {"translational": "m", "rotational": "rad"}[workbench.axis.kind]
@@ -26,7 +26,7 @@ def test_the_table_of_variants_holds_their_numbers(workbench):
         assert convert(f"{row[1]} {unit}", si) == pytest.approx(variant.following_error.peak_to_peak, rel=0.01)
 
 
-def test_a_loop_that_diverged_says_so_in_words(stage):
+def test_diverged_loop_has_a_remark(stage):
     failed = replace(stage.looped.variants["compensated"], status=Status.NOT_FINITE)
     result = replace(stage.looped, variants={**stage.looped.variants, "compensated": failed})
     row = variant_table(result).rows[-1]
@@ -35,7 +35,7 @@ def test_a_loop_that_diverged_says_so_in_words(stage):
     assert f"compensated: {Status.NOT_FINITE.sentence}" in Page(simulation_page(stage, result=result)).words
 
 
-def test_a_page_remains_where_every_loop_diverged(stage):
+def test_page_exists_if_every_loop_diverged(stage):
     failed = {name: replace(item, status=Status.NOT_FINITE) for name, item in stage.looped.variants.items()}
     page = Page(simulation_page(stage, result=replace(stage.looped, variants=failed)))
     assert page.unbalanced == []
@@ -50,7 +50,7 @@ def test_every_part_of_the_loop_is_named(stage):
 
 
 class Loop(Some):
-    """One that is told from others by itself, whatever numbers they share."""
+    """A stand-in that compares by identity."""
 
     __eq__, __hash__ = object.__eq__, object.__hash__
 
@@ -84,54 +84,54 @@ def lines_of(result, warnings=()):
     return front, [[line.replace("\u00a0", " ") for line in lines] for _, lines in front.answers]
 
 
-def test_the_first_page_of_a_run_holds_the_best_loop_against_the_base():
+def test_first_page_compares_the_best_loop_with_the_base():
     front, lines = lines_of(simulated(ran("base", 8e-6), ran("best", 2e-6, runs=3, spread=1e-7, effort=3.0), refused=["wild"]))
     assert lines == [
         ["following error 2 µm peak to peak, 0.500 µm root mean square (best)", "at its worst reversal: 2 µm instead of 8 µm"],
         ["variant best, of the file", "law cascade: "],
-        ["effort 3 N root mean square, 6 N at its peak; that of base 2 N root mean square, 4 N at its peak"],
-        ["This is a simulation: confirm it on the machine.", "3 runs with other noise: ± 0.100 µm"],
-        [ON_THE_MACHINE, "what the loop still errs by: `bristle design EXPERIMENT.toml`"],
+        ["effort 3 N root mean square, 6 N at its peak (base: 2 N root mean square, 4 N at its peak)"],
+        ["This is a simulation: confirm it on the machine.", "3 runs with different noise: ± 0.100 µm"],
+        [ON_THE_MACHINE, "find the causes of the remaining error: `bristle design EXPERIMENT.toml`"],
     ]
     assert front.facts.endswith("simulated, 3 variants · mean of 3 runs")
     assert front.heading == "bench: simulated"
 
 
-def test_the_first_page_of_a_loop_by_itself_compares_nothing():
+def test_first_page_of_a_single_loop_has_no_comparison():
     front, lines = lines_of(simulated(ran("base", 8e-6), limit=4.0))
     assert front.facts.endswith("simulated, 1 variant")
     assert lines[0][1] == "at its worst reversal: 8 µm"
-    assert lines[1][0] == "variant base, as it is"
+    assert lines[1][0] == "variant base, unchanged"
     assert lines[2] == ["effort 2 N root mean square, 4 N at its peak", "the drive is at its limit"]
-    assert lines[4] == ["what limits this loop, and gains for it: `bristle design EXPERIMENT.toml`"]
+    assert lines[4] == ["find the limits of this loop, and better gains: `bristle design EXPERIMENT.toml`"]
     assert len(lines_of(simulated(ran("base", 8e-6), limit=4.1))[1][2]) == 1
     assert len(lines_of(simulated(ran("base", 8e-6, runs=2)))[1][3]) == 1
 
 
-def test_the_first_page_of_open_loops_tells_where_they_went():
+def test_first_page_of_open_loops_has_their_motion():
     front, lines = lines_of(simulated(ran("a", 8e-3, is_open=True), ran("b", 1.0, status=Status.NOT_FINITE, is_open=True), effort=1))
     assert lines == [
         ["moves by 8 mm (a)"],
-        ["nothing: no loop was compared with another"],
+        ["no values: the experiment compares no loops"],
         ["effort 2 N root mean square, 4 N at its peak (a)"],
-        ["it is a simulation: what the models leave out, it leaves out"],
+        ["this is a simulation: it lacks every effect that the models lack"],
         ["compare the motion with a log of the same effort"],
     ]
     assert front.ruling.words == "No loop: the effort is given"
     _, lines = lines_of(simulated(ran("a", status=Status.NOT_FINITE)))
-    assert lines[0] == ["nothing completed against which an error could be measured"]
-    assert lines[2] == ["nothing completed"]
-    assert lines[4] == ["mend what the verdict names"]
+    assert lines[0] == ["no open loop ran to its end"]
+    assert lines[2] == ["no variant completed"]
+    assert lines[4] == ["correct the cause in the verdict"]
 
 
 @pytest.mark.parametrize(
     ("loops", "options", "warnings", "level", "words", "reasons"),
     [
-        ([ran("a")], {}, (), "usable", "It runs: one loop, nothing to compare with", 0),
-        ([ran("a")], {"refused": ["b"]}, (), "with_care", "It runs: one loop, nothing to compare with", 1),
-        ([ran("a")], {}, ("b: unstable",), "with_care", "It runs: one loop, nothing to compare with", 1),
-        ([ran("a")], {"refused": ["b"]}, ("b: unstable",), "with_care", "It runs: one loop, nothing to compare with", 1),
-        ([ran("base", status=Status.NOT_FINITE), ran("a")], {}, (), "with_care", "Nothing to compare with", 1),
+        ([ran("a")], {}, (), "usable", "It runs, but a single loop has no comparison", 0),
+        ([ran("a")], {"refused": ["b"]}, (), "with_care", "It runs, but a single loop has no comparison", 1),
+        ([ran("a")], {}, ("b: unstable",), "with_care", "It runs, but a single loop has no comparison", 1),
+        ([ran("a")], {"refused": ["b"]}, ("b: unstable",), "with_care", "It runs, but a single loop has no comparison", 1),
+        ([ran("base", status=Status.NOT_FINITE), ran("a")], {}, (), "with_care", "No loop for comparison", 1),
         ([ran("base", 2e-6), ran("a", 8e-6)], {}, (), "no", "Another loop does not help", 1),
         ([ran("base", 8e-6), ran("a", 2e-6)], {}, (), "usable", "Another loop helps", 1),
         ([ran("base", 8e-6), ran("a", 7.9e-6)], {}, (), "with_care", "Another loop hardly helps", 1),
@@ -139,12 +139,12 @@ def test_the_first_page_of_open_loops_tells_where_they_went():
         ([ran("a", is_open=True)], {"effort": 1}, (), "usable", "No loop: the effort is given", 0),
     ],
 )
-def test_a_run_is_judged_by_the_completed_loops(loops, options, warnings, level, words, reasons):
+def test_verdict_of_a_run_uses_the_completed_loops(loops, options, warnings, level, words, reasons):
     ruling = simulation_ruling(simulated(*loops, **options), warnings)
     assert (ruling.level, ruling.words, len(ruling.reasons)) == (level, words, reasons)
 
 
-def test_the_swing_is_that_after_the_settling_time():
+def test_swing_excludes_the_settling_time():
     result = simulated(ran("base", 8e-6))
     assert report._swing(result, result.variants["base"]) == pytest.approx(8e-6)
     short = result.variants["base"]
@@ -152,7 +152,7 @@ def test_the_swing_is_that_after_the_settling_time():
     assert report._swing(result, short) is None
 
 
-def test_a_run_is_reported_in_numbers():
+def test_summary_of_a_run_has_its_numbers():
     loops = [ran("a", runs=3), ran("b", runs=2, status=Status.NOT_FINITE)]
     for loop in loops:
         loop.as_dict = dict
@@ -167,7 +167,7 @@ def test_a_run_is_reported_in_numbers():
 
 
 @pytest.mark.parametrize("is_open", [True, False])
-def test_the_page_of_a_run_lists_the_simulated_parts(monkeypatch, is_open):
+def test_page_of_a_run_lists_the_simulated_parts(monkeypatch, is_open):
     seen = {}
     monkeypatch.setattr(report, "report_page", lambda kind, facts, front, sections, **options: seen.update(facts, sections=sections) or "")
     for name in ("variant_table", "run_table", "parts_table", "direction_table"):

@@ -1,4 +1,4 @@
-"""The reports of a study and of a fleet: made-up runs, whose numbers are known, come to these sentences and tables."""
+"""The reports of a study and of a fleet, from made-up runs with known numbers."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ SAID |= {"sobol_indices": False, "grid": {"friction.F_C": [1.0, 2.0]}, "causes":
 
 
 def runs(**changes):
-    """Eight runs of ten: 1 to 6 mm, and two that failed."""
+    """Eight runs of ten: 1 to 6 mm, and two failures."""
     columns = {
         "run": np.arange(8),
         "status": np.array(["ok"] * 6 + ["refused", "raised"]),
@@ -40,26 +40,26 @@ def goes_with(summary, *entries):
     return summary | {"rank_correlations": [{"metric": "motion.rms"} | dict(zip(names, entry, strict=True)) for entry in entries]}
 
 
-def test_a_study_counts_the_runs_by_how_they_ended(reported):
+def test_study_counts_runs_by_status(reported):
     assert (reported["runs"], reported["done"], reported["statuses"]) == (10, 8, {"ok": 6, "raised": 1, "refused": 1})
     assert reported["failures"] == [{"run": 6, "status": "refused", "reason": "F_C < 0"}, {"run": 7, "status": "raised", "reason": "boom"}]
     assert study_sentences(reported)[:2] == [
-        "8 of 10 runs are there: the same command goes on.",
-        "2 of 8 runs did not end well: 1 raised, 1 refused.",
+        "8 of 10 runs are complete: repeat the same command to continue.",
+        "2 of 8 runs failed: 1 raised, 1 refused.",
     ]
 
 
-def test_of_many_failures_the_first_are_reported():
+def test_first_of_many_failures_are_listed():
     many = Runs(SAID, {name: np.repeat(column, 20)[-30:] for name, column in runs().columns.items()})
     assert len(study_summary(many, command="", provenance={})["failures"]) == 20
 
 
-def test_the_worst_runs_are_reported_with_the_command_that_repeats(reported):
+def test_worst_runs_have_the_command_to_repeat_them(reported):
     assert [(entry["run"], entry["motion.rms"]) for entry in reported["worst"]] == [(5, 6e-3), (4, 5e-3)]
     assert reported["worst"][0]["command"] == "bristle study a.toml --run 5 --out run_5"
 
 
-def test_a_metric_is_reported_of_all_runs_and_of_each_point_of_the_grid(reported):
+def test_metric_is_reported_for_all_runs_and_each_point(reported):
     entry = reported["metrics"]["motion.rms"]
     assert (entry["count"], entry["mean"], entry["median"], entry["low"], entry["high"]) == pytest.approx(
         (6, 3.5e-3, 3.5e-3, 1.25e-3, 5.75e-3)
@@ -72,40 +72,40 @@ def test_a_metric_is_reported_of_all_runs_and_of_each_point_of_the_grid(reported
 
 
 @pytest.mark.parametrize(("indices", "known"), [(False, True), (True, False)])
-def test_an_interval_is_reported_of_independent_runs_alone(indices, known, monkeypatch):
+def test_intervals_need_independent_runs(indices, known, monkeypatch):
     monkeypatch.setattr("bristle.study.influence.sobol_indices", lambda runs: [])
     summary = study_summary(runs(grid={}, sobol_indices=indices), command="", provenance={})
     assert "points" not in summary["metrics"]["motion.rms"]
     assert bool(np.all(np.isfinite(summary["metrics"]["motion.rms"]["mean_interval"]))) is known
 
 
-def test_a_metric_is_reported_in_a_sentence_with_the_strongest_cause(reported):
+def test_sentence_of_a_metric_names_the_strongest_cause(reported):
     assert study_sentences(reported)[2:] == ["Position, rms: median 3.5 mm, 90 % of the runs from 1.25 mm to 5.75 mm."]
     entries = [("plant.M", -0.6, (-0.8, -0.3)), ("x", 0.4, (-0.1, 0.7)), ("friction.F_C", 0.9, (0.8, 0.95))]
     # What the grid sets was not drawn.
-    assert study_sentences(goes_with(reported, *entries))[3:] == ["Of what was drawn it falls most with plant.M (rank correlation −0.60)."]
+    assert study_sentences(goes_with(reported, *entries))[3:] == ["It falls most with plant.M (rank correlation −0.60)."]
     assert "rises most with x (rank correlation +0.70)" in study_sentences(goes_with(reported, *entries, ("x", 0.7, (0.1, 0.9))))[3]
 
 
-def test_a_study_of_which_every_run_failed_says_so(reported):
+def test_study_of_failed_runs_has_a_sentence(reported):
     lines = study_sentences(reported | {"done": 2, "runs": 2, "statuses": {"refused": 2}, "metrics": {}})
-    assert lines == ["2 of 2 runs did not end well: 2 refused."]
+    assert lines == ["2 of 2 runs failed: 2 refused."]
 
 
 @pytest.mark.parametrize("interval", [(-0.1, 0.4), (0.0, 0.4), (-0.4, 0.0)])
-def test_a_cause_whose_interval_holds_zero_is_left_out(reported, interval):
+def test_cause_with_zero_in_its_interval_is_left_out(reported, interval):
     lines = study_sentences(goes_with(reported, ("plant.M", 0.2, interval)))
-    assert lines[-1] == "It goes with nothing that was drawn, as far as these runs tell."
+    assert lines[-1] == "These runs show no correlation with any drawn cause."
 
 
-def test_a_whole_study_that_ended_well_says_no_more_than_the_numbers(reported):
+def test_complete_study_has_no_sentence_on_failures(reported):
     whole = reported | {"runs": 8, "statuses": {"ok": 8}}
     assert study_sentences(whole) == study_sentences(reported)[2:]
     without = reported["metrics"]["motion.rms"] | {"count": 0}
     assert study_sentences(whole | {"metrics": {"motion.rms": without}}) == []
 
 
-def test_a_distribution_is_a_table_in_the_same_unit_to_two_digits_of_the_scatter(reported):
+def test_table_of_a_distribution_has_two_digits_of_the_scatter(reported):
     (table,) = spread_tables(reported)
     assert table.caption == "Position, rms in mm (motion.rms)"
     assert table.heads == ["At", "Runs", "Mean", "its 95 % interval", "Std", "5 %", "Median", "95 %", "its 95 % interval"]
@@ -116,7 +116,7 @@ def test_a_distribution_is_a_table_in_the_same_unit_to_two_digits_of_the_scatter
     ]
 
 
-def test_numbers_without_scatter_are_reported_to_a_tenth_of_themselves(reported):
+def test_numbers_without_scatter_have_a_tenth_of_their_value(reported):
     entry = reported["metrics"]["motion.rms"] | {"std": 0.0, "mean": 3.5e-3, "points": []}
     (table,) = spread_tables({"metrics": {"motion.rms": entry}})
     assert table.rows[0][table.heads.index("Mean")] == "3.50"
@@ -126,14 +126,14 @@ def test_numbers_without_scatter_are_reported_to_a_tenth_of_themselves(reported)
     assert "Std" not in table.heads
 
 
-def test_a_metric_without_numbers_has_an_empty_row(reported):
+def test_metric_without_numbers_has_an_empty_row(reported):
     entry = reported["metrics"]["motion.rms"] | {"count": 0}
     (table,) = spread_tables({"metrics": {"motion.rms": entry | {"unit": "1"}}})
     assert table.caption == "Position, rms (motion.rms)"
     assert table.rows[0] == ["all", "0", *[""] * (len(table.heads) - 2)]
 
 
-def test_causes_stand_in_order_of_strength_and_indices_with_their_intervals(reported):
+def test_causes_are_sorted_by_strength_with_intervals(reported):
     entries = [("plant.M", -0.6, (-0.8, -0.3)), ("x", 0.4, (-0.1, 0.7)), ("friction.F_C", 0.9, (0.8, 0.95))]
     index = {"metric": "motion.rms", "cause": "x", "first": 0.123, "first_interval": (0.1, 0.2)}
     index |= {"total": 0.5, "total_interval": (-0.4, 0.6)}
@@ -149,7 +149,7 @@ def test_causes_stand_in_order_of_strength_and_indices_with_their_intervals(repo
 
 
 def page_of(item, summary, monkeypatch, **facts):
-    """The words of the page of a study, and what its figures take."""
+    """The words of the page of a study, and the facts of its figures."""
     seen = {}
 
     def report_page(kind, facts, front, sections, **options):
@@ -163,7 +163,7 @@ def page_of(item, summary, monkeypatch, **facts):
     return seen
 
 
-def test_the_figure_of_a_study_has_a_line_for_each_of_few_points(reported, monkeypatch):
+def test_figure_has_a_line_for_each_of_few_points(reported, monkeypatch):
     seen = page_of(runs(), reported, monkeypatch)
     words, unit, groups = seen["spread"]["motion.rms"]
     assert (words, unit, list(groups)) == ("Position, rms", "m", ["friction.F_C 1 N", "friction.F_C 2 N"])
@@ -181,7 +181,7 @@ def test_the_figure_of_a_study_has_a_line_for_each_of_few_points(reported, monke
 
 
 @pytest.mark.parametrize(("points", "together"), [(0, True), (5, False), (6, True)])
-def test_the_figure_of_a_study_pools_many_points(reported, monkeypatch, points, together):
+def test_figure_pools_many_points(reported, monkeypatch, points, together):
     grid = {"friction.F_C": [float(k) for k in range(points)]} if points else {}
     seen = page_of(runs(grid=grid), reported | {"worst": [], "failures": []}, monkeypatch)
     assert (list(seen["spread"]["motion.rms"][2]) == ["all runs"]) is together
@@ -190,7 +190,7 @@ def test_the_figure_of_a_study_pools_many_points(reported, monkeypatch, points, 
 
 
 def fleet(values=(5.0, 5.1, 4.9, 5.0, 5.05, 9.0, np.nan), half=0.2):
-    """Logs with the level of friction of each; one of them stands apart, the last one failed."""
+    """Logs with their levels of friction: one outlier, and a failure at the end."""
     level = np.array(values)
     count = level.size
     columns = {
@@ -215,21 +215,21 @@ def fleet(values=(5.0, 5.1, 4.9, 5.0, 5.05, 9.0, np.nan), half=0.2):
 PARAMETERS = (("friction.F_C", "N", "friction"), ("plant.M", "kg", "mass"))
 
 
-def test_a_fleet_is_reported_in_sentences():
+def test_fleet_has_its_sentences():
     summary = fleet_summary(fleet(), provenance={})
     assert fleet_sentences(summary) == [
-        "7 of 9 logs are there: the same command goes on.",
+        "7 of 9 logs are complete: repeat the same command to continue.",
         "6 of 7 logs were fitted, 1 failed.",
         "Fits with warnings: clipped in 2, one_speed in 1.",
-        "Error on what was held out: median 3.5 %, largest 6 %.",
-        "Logs that stand apart from the others: 1 of b in friction.F_C.",
+        "Held-out error: median 3.5 %, largest 6 %.",
+        "Outliers among the logs: 1 of b in friction.F_C.",
     ]
     assert summary["failures"] == [{"run": 6, "folder": "b", "log": "6.csv", "status": "refused", "reason": "no effort"}]
     sound = summary | {"logs": 7, "failures": [], "warnings": {"clipped": 0}, "held_out_error": {"median": None, "largest": None}}
     assert fleet_sentences(sound | {"parameters": {}}) == ["7 of 7 logs were fitted."]
 
 
-def test_a_parameter_of_a_fleet_has_the_quantiles_and_the_half_width_of_a_log():
+def test_parameter_of_a_fleet_has_quantiles_and_half_width():
     summary = fleet_summary(fleet(), provenance={})
     level, mass = summary["parameters"]["friction.F_C"], summary["parameters"]["plant.M"]
     assert [level[key] for key in ("count", "low", "median", "high", "half_width")] == pytest.approx([6, 4.925, 5.025, 8.025, 0.2])
@@ -241,12 +241,12 @@ def test_a_parameter_of_a_fleet_has_the_quantiles_and_the_half_width_of_a_log():
 
 
 @pytest.mark.parametrize(("count", "far"), [(4, []), (5, [0])])
-def test_no_log_stands_apart_among_fewer_than_five(count, far):
+def test_fewer_than_five_logs_have_no_outliers(count, far):
     columns = fleet((9.0, 5.0, 5.1, 4.9, 5.0)[:count]).columns
     assert apart(columns, "friction.F_C").tolist() == far
 
 
-def test_the_log_that_stands_farthest_apart_comes_first():
+def test_farthest_outlier_comes_first():
     columns = fleet((5.0, 5.1, 4.9, 5.0, 5.05, 9.0, 1.0, 30.0)).columns
     assert apart(columns, "friction.F_C").tolist() == [7, 6, 5]
     wide = fleet((5.0, 5.1, 4.9, 5.0, 5.05, 9.0, 1.0, 30.0), half=10.0).columns  # within three and a half deviations of its own
@@ -254,12 +254,12 @@ def test_the_log_that_stands_farthest_apart_comes_first():
 
 
 @pytest.mark.parametrize(("value", "far"), [(5.0 + 3.4 * 1.4826 * 0.1, 0), (5.0 + 3.6 * 1.4826 * 0.1, 1), (5.0 - 3.6 * 1.4826 * 0.1, 1)])
-def test_a_log_stands_apart_beyond_three_and_a_half_robust_deviations(value, far):
+def test_outlier_is_beyond_three_and_a_half_robust_deviations(value, far):
     levels = (4.8, 4.9, 4.9, 5.0, 5.0, 5.1, 5.1, 5.2, value)  # the median of their distances from 5 is 0.1
     assert apart(fleet(levels, half=0.0).columns, "friction.F_C").size == far
 
 
-def test_a_fleet_has_a_row_for_each_log_and_says_where_some_are_left_out(monkeypatch):
+def test_fleet_has_a_row_for_each_log_and_states_omissions(monkeypatch):
     summary = fleet_summary(fleet(), provenance={})
     table = report._logs_table(fleet(), summary, ["friction.F_C"])
     assert table.heads == ["Number", "Folder", "Log", "Held-out error", "friction.F_C [N]", "Warnings"]
@@ -274,7 +274,7 @@ def test_a_fleet_has_a_row_for_each_log_and_says_where_some_are_left_out(monkeyp
     assert report._logs_table(open_, summary, ["friction.F_C"]).rows[0][4] == "5.00"
 
 
-def test_failed_logs_are_reported_with_their_reasons_as_many_as_are_read():
+def test_failed_logs_have_reasons_and_a_limited_list():
     summary = fleet_summary(fleet(), provenance={})
     assert report.failed_logs_table(summary)[::2] == ("Logs that failed", [("b", "6.csv", "no effort")])
     assert report.failed_logs_table(summary | {"failures": []}) is None
@@ -284,13 +284,13 @@ def test_failed_logs_are_reported_with_their_reasons_as_many_as_are_read():
 
 
 @pytest.mark.usefixtures("undrawn")
-def test_the_page_of_a_fleet_names_the_logs_that_stand_apart():
+def test_page_of_a_fleet_names_the_outliers():
     words = Page(report.fleet_report(fleet(), fleet_summary(fleet(), provenance={}), command="x")).words
     assert "7 of 9 logs · coulomb · translational" in words
     assert "friction.F_C b 5.csv 9 N 5.03 N" in words
     assert "Every log" in words
 
 
-def test_a_statistic_leaves_out_infinities():
+def test_statistic_ignores_infinities():
     assert report._of_finite(np.max, np.array([np.nan, np.inf])) is None
     assert report._of_finite(np.max, np.array([np.nan, 2.0, -3.0])) == 2.0

@@ -1,4 +1,4 @@
-"""An identification in numbers: levels in each unit of the drive, and what the draws say beside the intervals."""
+"""The summary of an identification: levels in each unit of the drive, and numbers of the draws."""
 
 from types import SimpleNamespace as Some
 
@@ -26,7 +26,7 @@ def fit(**changes):
     return Some(**known | changes)
 
 
-def test_levels_are_reported_in_si_and_in_each_unit_of_the_drive(monkeypatch):
+def test_levels_are_in_si_and_units_of_the_drive(monkeypatch):
     requested = []
     monkeypatch.setattr(report, "level_values", lambda fit: levels())
     monkeypatch.setattr(report, "reversal_distance", lambda friction, speed: requested.append((friction, speed)) or 4e-6)
@@ -41,13 +41,13 @@ def test_levels_are_reported_in_si_and_in_each_unit_of_the_drive(monkeypatch):
     assert _levels(fit(), None) is None
 
 
-def test_an_estimate_is_reported_with_the_reason():
+def test_estimate_has_its_reason():
     names = ("value", "unit", "std", "relative_std_percent", "robust_std", "interval_percent", "interval", "status")
     item = Some(name="a", description="level", reason=None, **{name: name for name in names})
     assert _described([item]) == {"a": {name: name for name in names} | {"note": "", "description": "level"}}
 
 
-def test_numbers_of_the_draws_stand_beside_the_intervals():
+def test_summary_has_the_numbers_of_the_draws():
     assert _resampling(fit(resampling=None)) is None
     bands = {name: float(place) for place, name in enumerate(("noise", "unexplained", "lasting", "inflation"))}
     bands |= {"left_in_closed_loop": 5.0, "left_in_open_loop": 6.0, "count": 20}

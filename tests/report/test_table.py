@@ -9,18 +9,18 @@ from hypothesis import strategies as st
 from bristle.report.table import Quantity, Table, fixed, interval_text, length_text, percent_text, short_text, span_text, stiffness_text
 
 
-def test_a_column_in_which_nothing_is_said_is_left_out():
+def test_empty_column_is_left_out():
     table = Table("t", ["a", "b", "c"], [["1", "", "x"], ["2", "", ""]]).without_empty_columns()
     assert (table.heads, table.rows) == (["a", "c"], [["1", "x"], ["2", ""]])
 
 
-def test_a_column_of_numbers_is_told_from_one_of_words():
+def test_column_of_numbers_is_distinguished_from_words():
     table = Table("t", ["a", "b", "c"], [["−1.5", "–", "3 mm"], ["± 0.2", "∞", "4"]])
     assert [table.is_number(column) for column in range(3)] == [True, True, False]
 
 
 @given(values=st.lists(st.floats(-1e3, 1e3).filter(lambda v: abs(v) > 1e-9), min_size=1, max_size=8))
-def test_all_cells_of_a_column_have_the_same_decimals(values):
+def test_cells_of_a_column_have_the_same_decimals(values):
     column = Quantity.of("m", values)
     cells = [column.cell(value) for value in values]
     assert len({len(cell.partition(".")[2]) for cell in cells}) == 1
@@ -30,17 +30,17 @@ def test_all_cells_of_a_column_have_the_same_decimals(values):
 
 
 @pytest.mark.parametrize(("digits", "cell"), [(2, "3.1"), (3, "3.14"), (4, "3.142"), (5, "3.1416")])
-def test_the_largest_number_of_a_column_has_as_many_digits_as_asked_for(digits, cell):
+def test_largest_number_of_a_column_has_the_requested_digits(digits, cell):
     column = Quantity.of("m", [3.14159e-3, 1e-4, math.inf], digits)
     assert (column.head("Way"), column.cell(3.14159e-3)) == ("Way [mm]", cell)
 
 
-def test_a_column_of_nothing_is_in_the_unit_itself():
+def test_column_of_zeros_has_the_plain_unit():
     column = Quantity.of("m", [])
     assert (column.scale.unit, column.step, column.cell(0.0)) == ("m", 0.0, "0")
 
 
-def test_rows_by_their_heads_make_a_table():
+def test_rows_by_head_make_a_table():
     assert Table.of("t", [{"a": "1", "b": "2"}, {"a": "3", "b": "4"}]) == ("t", ["a", "b"], [["1", "2"], ["3", "4"]])
     assert Table.of("t", []) == ("t", [], [])
     assert not Table("t", ["a"], []).is_number(0)
@@ -49,11 +49,11 @@ def test_rows_by_their_heads_make_a_table():
 @pytest.mark.parametrize(
     ("text", "is_number"), [("1.5e−7", True), ("± 3 ± 0.1", True), ("−∞", True), ("1,5", False), ("", False), ("3 N", False)]
 )
-def test_a_number_is_distinguished_from_a_word(text, is_number):
+def test_number_is_distinguished_from_a_word(text, is_number):
     assert Table("t", ["a"], [[text]]).is_number(0) is is_number
 
 
-def test_dashes_alone_say_nothing():
+def test_column_of_dashes_is_left_out():
     assert Table("t", ["a", "b"], [["1", "–"], ["2", ""]]).without_empty_columns() == ("t", ["a"], [["1"], ["2"]])
 
 
@@ -67,7 +67,7 @@ def test_dashes_alone_say_nothing():
         (2.5e-3, "rotational", "2.5 mrad"),
     ],
 )
-def test_lengths_are_reported_in_no_smaller_unit_than_the_micrometre(value, kind, text):
+def test_smallest_unit_of_lengths_is_the_micrometre(value, kind, text):
     assert length_text(value, kind).replace("\u00a0", " ") == text
 
 

@@ -1,4 +1,4 @@
-"""What an identification gives to be typed into a drive, in the units that the drive has."""
+"""Values of an identification for a drive, in units of the drive."""
 
 from types import SimpleNamespace as Some
 
@@ -25,7 +25,7 @@ def fit(status="identified", *diagnostics, mass=None, kind="translational"):
 
 @pytest.fixture
 def typed(monkeypatch):
-    """What is to be typed in, of levels and a distance of our own."""
+    """The values to enter, for given levels and distance."""
 
     def lines(outcome=None, axis=None, distance=0.0, item=None, **changes):
         fastest = []
@@ -38,29 +38,29 @@ def typed(monkeypatch):
     return lines
 
 
-def test_levels_are_reported_by_direction_with_the_viscous_part(typed):
+def test_levels_are_by_direction_with_the_viscous_part(typed):
     assert typed("usual") == [
         "mass 12 kg",
-        "F+ 8 N, F− 9 N, viscous 30 N·s/m: never above the steady friction, up to 500 mN below it",
-        "or the table for the drive, below",
+        "F+ 8 N, F− 9 N, viscous 30 N·s/m: at most 500 mN below the steady friction, never above it",
+        "or use the table for the drive, below",
     ]
     assert (
         "F− 9 N, constant 2 N, viscous forward 30 N·s/m, viscous backward 40 N·s/m:"
         in typed("usual", constant=2.0, viscous_backward=40.0)[1]
     )
-    assert typed("usual", forward=None, viscous_forward=None, viscous_backward=0.0)[1].startswith("F− 9 N: never above")
+    assert typed("usual", forward=None, viscous_forward=None, viscous_backward=0.0)[1].startswith("F− 9 N: at most")
     assert typed("usual", item=fit(kind="rotational"))[0] == "inertia 12 kg·m²"
 
 
-def test_a_mass_that_is_open_is_not_reported(typed):
+def test_unidentified_mass_is_not_reported(typed):
     assert typed("usual", item=fit(mass="unidentifiable"))[0] == "mass: not identified"
 
 
-def test_the_distance_over_which_friction_turns_is_reported_where_positive(typed):
-    assert typed("usual", distance=4e-6)[2] == "after a reversal 95 % of the friction turns within 4 µm"
+def test_positive_distance_of_a_reversal_is_reported(typed):
+    assert typed("usual", distance=4e-6)[2] == "after a reversal, 95 % of the friction builds up within 4 µm"
 
 
-def test_levels_are_reported_in_the_units_of_the_drive(typed):
+def test_levels_are_also_in_units_of_the_drive(typed):
     columns = {"position": Column("x", "mm", "m", 1.0), "effort": Column("u", "V", "V", 35.0)}
     lines = typed("usual", Axis(columns=columns))
     assert lines[2] == f"in V: F+ {8.0 / 35.0:.3f}, F− {9.0 / 35.0:.3f}"
@@ -69,22 +69,22 @@ def test_levels_are_reported_in_the_units_of_the_drive(typed):
 @pytest.mark.parametrize(
     ("item", "words"),
     [
-        (fit("unidentifiable"), "nothing: no parameter was identified"),
+        (fit("unidentifiable"), "no values: no parameter was identified"),
         (
             fit("identified", Diagnostic("never_slides")),
-            "nothing: the log never slides, so that no level of friction was seen; record motion that slides",
+            "no values: the log never slides, so it shows no level of friction. Record sliding motion",
         ),
-        (fit(), "nothing: a plant on a spring does not move on steadily"),
+        (fit(), "no values: a plant on a spring has no constant-velocity motion"),
     ],
 )
-def test_an_empty_answer_has_the_reason(typed, item, words):
+def test_empty_answer_has_a_reason(typed, item, words):
     assert typed(None, item=item) == [words]
 
 
 @pytest.mark.parametrize(("deviation", "words"), [(8.9e-6, "follow the model"), (9.1e-6, "deviate from the model by 9.1 µN at most")])
-def test_straight_lines_of_a_table_follow_the_model_but_for_rounding(deviation, words, monkeypatch):
+def test_straight_lines_follow_the_model_within_rounding(deviation, words, monkeypatch):
     monkeypatch.setattr(report, "largest_deviation", lambda fit, table: deviation)
     lead, block = _for_the_drive(fit(), [(-0.1, -9.0), (0.1, 8.0)], None)
-    assert f"straight lines {words}." in lead
+    assert f"Straight\nlines between the rows {words}." in lead
     assert block.content.rows[0][0] == "1"
     assert block.further == ("The same in SI units, to be copied:", "velocity [m/s],effort [N]\n-0.1,-9\n0.1,8")

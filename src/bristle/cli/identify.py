@@ -250,7 +250,7 @@ def identification_parts(
     parts += [whole_sentence(diagnostic) for diagnostic in best.diagnostics if diagnostic.code == "delay_found"]
     parts += [comparison_table(identification, details=False)] if len(identification.fits) > 1 else []
     parts += [table] if (table := break_away_table(identification)) is not None else []
-    parts.append(f"The model {'; '.join(misfit(best))}.")
+    parts += [f"{text[0].upper()}{text[1:]}." for text in misfit(best)]
     parts += about_loop(gain_of(simulation) if simulation else None, following, best.plant.kind)
     parts += [f"Note: {note}" for note in identification.notes]
     return [*parts, *(f"Warning: {warning}." for warning in warnings_of(best))]

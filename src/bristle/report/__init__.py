@@ -1,1 +1,1 @@
-"""Reports: one self-contained HTML file each, which asks for nothing from outside and prints on A4."""
+"""Reports, each a self-contained HTML file that works offline and prints on A4."""

@@ -121,7 +121,7 @@ def _gain(simulation: SimulationResult | None, following: Following | None) -> l
     if simulation is None:
         return [Line("Gain", "not simulated: the axis file has no controller, or the log has no reference")]
     if following is not None and following.contradiction is not None:
-        return [Line("Gain", "not predicted: the simulated loop does not follow as the log does")]
+        return [Line("Gain", "not predicted: the simulated loop does not match the log")]
     gain = gain_of(simulation)
     if gain is None or not gain.steps:
         return [Line("Gain", "not predicted: a simulated loop is unstable")]
@@ -153,6 +153,6 @@ def _gravity(diagnostic: Diagnostic, fit: Fit) -> tuple[bool, int, bool]:
 
 
 def _named(diagnostic: Diagnostic) -> str:
-    """Return the meaning of a warning, in capitals or behind its parameter."""
+    """Return the meaning of a warning, in capitals or after its parameter."""
     means = SENTENCES[diagnostic.code].means
     return f"{diagnostic.parameter}: {means}" if diagnostic.parameter else f"{means[:1].upper()}{means[1:]}"

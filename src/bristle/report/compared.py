@@ -1,4 +1,4 @@
-"""`compare`: two logs of one axis, from before and after a change, as a result that is looked at, told and kept."""
+"""`compare`: two logs of one axis, before and after a change, as a result with table, report and files."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Compared(Result, Comparison):
-    """Two logs of one axis, held against each other.
+    """The comparison of two logs of one axis.
 
     Parameters
     ----------
     axis_name : str
-        What people call the axis.
+        Name of the axis.
     call : str
-        What repeats it.
+        The call that repeats the comparison.
     read : mapping
-        What was read beside the logs, by what it is.
+        Further files by their role.
     figures : tuple of ReportFigure
-        A person's own, for the report.
+        Figures of the user for the report.
     """
 
     command: ClassVar[str] = "compare"
@@ -42,14 +42,14 @@ class Compared(Result, Comparison):
 
     @cached_property
     def summary(self) -> dict[str, Any]:
-        """The numbers, as ``summary.json`` holds them."""
+        """The numbers of ``summary.json``."""
         from bristle.report.comparison import comparison_summary
 
         return comparison_summary(self, name=self.axis_name, provenance=self.provenance)
 
     @cached_property
     def page(self) -> str:
-        """The report, one HTML page."""
+        """The report, an HTML page."""
         from bristle.report.comparison import comparison_report
 
         return comparison_report(self, name=self.axis_name, command=self.call, provenance=self.provenance, figures=self.figures)
@@ -61,7 +61,7 @@ class Compared(Result, Comparison):
 
     @property
     def sentences(self) -> list[str]:
-        """Whether it helped, then each quantity with its numbers."""
+        """The verdict, then each quantity with its numbers."""
         return self.summary["sentences"]
 
     def to_dataframe(self) -> Any:
@@ -103,20 +103,20 @@ class Compared(Result, Comparison):
         return Card(f"{self.axis_name}: {self.sentences[0]}", HEADS, tuple(change_rows(self)), tuple(remarks_of(self)))
 
 
-@guarded(window=optional(amount(Variable("time", "time behind a reversal", min=0.0), exclusive=True)))
+@guarded(window=optional(amount(Variable("time", "time after a reversal", min=0.0), exclusive=True)))
 def compare(before: Any, after: Any, *, axis: Any = None, window: Amount | None = None) -> Compared:
-    """Compare two logs of one axis, from before and after a change, to see whether it helped on the machine.
+    """Compare two logs of one axis, before and after a change, to measure the effect of the change.
 
     Parameters
     ----------
     before, after : Log, path-like, or table of columns; or list of these
-        The log from before the change and that from after it, or several of each: the file, or columns ``time``,
-        ``position``, and ``reference`` or ``effort`` or both, in SI.
+        The log before the change and the log after it, or several of each: a file, or columns ``time``, ``position``, and
+        ``reference`` or ``effort`` or both, in SI.
     axis : Axis or path-like, or list of either, optional
-        One for all logs, or one for each, those before first.
+        One axis for all logs, or an axis for each log, the logs before the change first.
     window : float or str, optional
-        Time behind a reversal in which the peak of the following error is looked for [s]; a tenth of the median time
-        between two reversals by default.
+        Window after a reversal for the peak of the following error [s]; by default a tenth of the median time between two
+        reversals.
 
     Returns
     -------
@@ -126,7 +126,7 @@ def compare(before: Any, after: Any, *, axis: Any = None, window: Amount | None 
     Raises
     ------
     InputError
-        If a log or the axis does not serve, both sides are the same log, or they share no motion.
+        If a log or the axis is unsuitable, both sides are the same log, or they share no motion.
 
     Examples
     --------
@@ -156,18 +156,18 @@ def compared_as(
     read: Mapping[str, Any] | None = None,
     figures: Sequence[ReportFigure] = (),
 ) -> Compared:
-    """Return what `compare` does, told in words of one's own."""
+    """Return the result of `compare`, with a given call and names."""
     sides = {path: list(side) if isinstance(side, (list, tuple)) else [side] for path, side in (("before", before), ("after", after))}
     for path, side in sides.items():
         if not side:
-            raise InputError("names no log", path=path, mend="Give at least one")
+            raise InputError("names no log", path=path, mend="Give at least one log")
     named_logs = [(path, log) for path, side in sides.items() for log in side]
     axes = axes_for(axis if isinstance(axis, (list, tuple)) else [axis], len(named_logs))
     pairs = [_read(log, own_axis, path) for (path, log), own_axis in zip(named_logs, axes, strict=True)]
     count = len(sides["before"])
     comparison = sides_compared(pairs[:count], pairs[count:], window)
     first, described = pairs[0]
-    # The call that repeats it, for who has the same logs and axis.
+    # The call that repeats the comparison with the same logs and axis.
     names = [log.origin.name or log.source.name.strip("<>") or path for (path, _), (log, _) in zip(named_logs, pairs, strict=True)]
     words = [repr(side[0] if len(side) == 1 else side) for side in (names[:count], names[count:])]
     words += ["axis=axis"] * any(own is not None for _, own in pairs) + [f"window={window!r}"] * (window is not None)
@@ -181,7 +181,7 @@ def compared_as(
 
 
 def _read(log: Any, axis: Any, path: str) -> tuple[Log, Axis | None]:
-    """Return a log and its axis; what is neither a log nor its file is refused by the name of its argument."""
+    """Return a log and its axis; errors name the argument."""
     try:
         return log_and_axis(log, axis)
     except InputError as error:

@@ -1,4 +1,4 @@
-"""The report of two logs of one axis: whether it helped on the machine, by how much, and how sure that is."""
+"""The report of two logs of one axis: the effect of a change on the machine, with its uncertainty."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ RMS = "following_error.rms"
 WORDS = {
     RMS: "Following error, root mean square",
     "following_error.peak": "Following error, largest in a cycle",
-    "reversals.forward_to_backward": "Following error behind a reversal, forward to backward",
-    "reversals.backward_to_forward": "Following error behind a reversal, backward to forward",
+    "reversals.forward_to_backward": "Following error after a reversal, forward to backward",
+    "reversals.backward_to_forward": "Following error after a reversal, backward to forward",
     "effort.rms": "Effort, root mean square",
     "effort.peak": "Effort, largest in a cycle",
     "friction.level": "Friction level",
@@ -31,7 +31,7 @@ HEADS = ("Quantity", "Before", "After", "Change", "95 % interval", "Verdict")
 
 
 class Wording(NamedTuple):
-    """What is said of a change of the following error, by its verdict."""
+    """The texts on a change of the following error, for each verdict."""
 
     level: str
     words: str
@@ -41,21 +41,23 @@ class Wording(NamedTuple):
 
     @property
     def sentence(self) -> str:
-        """The same in a sentence."""
-        return f"{'Whether it helped these logs cannot tell' if self.is_open else self.words}: {self.reason}."
+        """The verdict in a sentence."""
+        return f"{'These logs do not show whether it helped' if self.is_open else self.words}: {self.reason}."
 
 
-KEEP = "keep the change; what the axis still errs by: `bristle identify AFTER --axis axis.toml`"
-BACK = "take the change back, then `bristle identify BEFORE --axis axis.toml`"
-ZERO = "the interval of the following error's change holds zero"
+KEEP = "keep the change, and find the remaining causes: `bristle identify AFTER --axis axis.toml`"
+BACK = "undo the change, then `bristle identify BEFORE --axis axis.toml`"
+ZERO = "the interval of its change contains zero"
 VERDICTS = {
     "lower": Wording("usable", "It helped", "the following error is lower", KEEP),
     "hardly": Wording("with_care", "It hardly helped", f"the following error is lower, by less than {100.0 * NO_CHANGE:g} %", KEEP),
     "higher": Wording("no", "It did not help", "the following error is higher", BACK),
-    "no_change": Wording("with_care", "No change told", ZERO, "record more cycles of each side, several times", is_open=True),
-    "unknown": Wording("with_care", "Not told", "one cycle gives no interval", "record ten cycles or more of each side", is_open=True),
+    "no_change": Wording("with_care", "No clear change", ZERO, "record more cycles of each side, several times", is_open=True),
+    "unknown": Wording(
+        "with_care", "Effect unknown", "a single cycle gives no interval", "record ten cycles or more of each side", is_open=True
+    ),
 }
-CELLS = {"no_change": "no change told", "unknown": "no interval"}
+CELLS = {"no_change": "no clear change", "unknown": "no interval"}
 
 
 def _wording(change: Change) -> Wording:
@@ -64,7 +66,7 @@ def _wording(change: Change) -> Wording:
 
 
 def comparison_report(compared: Comparison, *, name: str, **options: Any) -> str:
-    """Return the report of two logs as one HTML page; options as of `report_page`."""
+    """Return the report of two logs as an HTML page; options as of `report_page`."""
     sides = {"before": compared.logs_before, "after": compared.logs_after}
     warnings = [message(diagnostic) for diagnostic in compared.diagnostics if diagnostic.severity != "note"]
     notes = [note for logs in sides.values() for log in logs for note in log.notes]
@@ -73,8 +75,8 @@ def comparison_report(compared: Comparison, *, name: str, **options: Any) -> str
     rows = [_row(with_unit(at, unit_of("length/time", compared.kind)), change) for at, change in compared.friction_curve]
     friction = Table("Friction at the same speeds", ("Speed", *HEADS[1:]), rows) if rows else None
     sections = [
-        Section("changes", "Each change", [change_table(compared)]),
-        Section("basis", "What this rests on", basis),
+        Section("changes", "Changes", [change_table(compared)]),
+        Section("basis", "Basis and warnings", basis),
         Section("courses", "Where they differ", [Figures("courses"), friction], folded=True),
         Section("log", "The logs", [*logs, Block("items", notes)], folded=True),
     ]
@@ -85,24 +87,24 @@ def comparison_report(compared: Comparison, *, name: str, **options: Any) -> str
 
 
 def comparison_sentences(compared: Comparison) -> list[str]:
-    """Return whether it helped, then each quantity with its numbers."""
+    """Return the verdict, then each quantity with its numbers."""
     rms = compared.changes.get(RMS)
     wording = _wording(rms) if rms else None
-    lines = [wording.sentence if wording else "Whether the axis follows better nobody can tell without a reference."]
+    lines = [wording.sentence if wording else "Without a reference, the effect on the following error is unknown."]
     for change in compared.changes.values():
         word, (before, after) = WORDS[change.name], (with_unit(side, change.unit) for side in (change.before, change.after))
         interval = _with_interval(change)
         if change.verdict == "unknown":
-            lines.append(f"{word}: {before} before, {after} after; nothing tells how sure that is.")
+            lines.append(f"{word}: {before} before, {after} after, with unknown uncertainty.")
         elif change.verdict == "no_change":
-            lines.append(f"{word}: no change that these logs can tell, {before} before and {after} after{interval}.")
+            lines.append(f"{word}: no clear change, {before} before and {after} after{interval}.")
         else:
             lines.append(f"{word}: {change.verdict}, {after} instead of {before}{interval}.")
     return lines
 
 
 def _signed(value: float, change: Change) -> str:
-    """Return a number of percent with its sign, to the digits that the interval allows but for those that nobody reads."""
+    """Return a percentage with its sign and the digits that its interval allows, at most to 0.1 %."""
     ends = change.interval_percent
     text = number(value, None if ends is None else max(0.5 * (ends[1] - ends[0]), 0.1), digits=2)  # percent to two digits
     return text if text.startswith(("−", "–")) or not text.strip("0.") else f"+{text}"
@@ -113,12 +115,12 @@ def _with_interval(change: Change) -> str:
 
 
 def percent_of(change: Change) -> str:
-    """Return a change in percent of before."""
+    """Return a change in percent of the value before."""
     return f"{_signed(change.change_percent, change)} %"
 
 
 def interval_of(change: Change) -> str:
-    """Return the ends of its 95 % interval."""
+    """Return the ends of the 95 % interval of a change."""
     ends = change.interval_percent
     return "–" if ends is None else f"{_signed(ends[0], change)} to {_signed(ends[1], change)} %"
 
@@ -139,15 +141,15 @@ def change_table(compared: Comparison) -> Table:
 
 
 def remarks_of(compared: Comparison) -> list[str]:
-    """Return what was compared, and what may mislead, in sentences; the latter begin with ``warning:``."""
+    """Return warnings, which begin with ``warning:``, and the basis of the comparison, in sentences."""
     doubts = [f"{doubt.severity}: {message(doubt)}" for doubt in compared.diagnostics if doubt.severity != "note"]
     notes = [message(note) for note in compared.diagnostics if note.severity == "note"]
     shared = compared.shared
     motions = "one motion" if shared.motions == 1 else f"{shared.motions} motions"
-    drawn = "each with its counterpart" if shared.paired else "each side by itself"
-    window = f"; a reversal reaches {with_unit(compared.window, 's')}" if compared.window and compared.turns else ""
+    drawn = "in pairs" if shared.paired else "separately for each side"
+    window = f". The window after a reversal is {with_unit(compared.window, 's')}" if compared.window and compared.turns else ""
     pieces = f"{shared.cycles_before} {_pieces(compared)} before and {shared.cycles_after} after"
-    return [*doubts, f"compared: {pieces}, of {motions}, drawn anew {drawn}{window}", *notes]
+    return [*doubts, f"compared: {pieces}, of {motions}, resampled {drawn}{window}", *notes]
 
 
 def _pieces(compared: Comparison) -> str:
@@ -155,11 +157,11 @@ def _pieces(compared: Comparison) -> str:
 
 
 def comparison_ruling(compared: Comparison) -> Ruling:
-    """Return whether it helped on the machine, and why."""
+    """Return the verdict on the change, with its reasons."""
     doubts = [SENTENCES[diagnostic.code].means for diagnostic in compared.diagnostics if diagnostic.severity != "note"]
     change = compared.changes.get(RMS)
     if change is None:
-        return Ruling("with_care", "Not told", tuple(dict.fromkeys(["no reference tells a following error", *doubts])))
+        return Ruling("with_care", "Effect unknown", tuple(dict.fromkeys(["without a reference, the following error is unknown", *doubts])))
     wording, word = _wording(change), WORDS[RMS]
     instead = f"{_text(change, change.after)} instead of {_text(change, change.before)}{_with_interval(change)}"
     reasons = [f"{word[0].lower()}{word[1:]}: {instead}"]
@@ -175,29 +177,29 @@ def _text(change: Change, value: float) -> str:
 def _front(compared: Comparison, name: str, files: Mapping[str, str]) -> Front:
     change, shared = compared.changes.get(RMS), compared.shared
     wording, is_single = _wording(change) if change else None, min(len(compared.logs_before), len(compared.logs_after)) == 1
-    typed = "nothing: these logs tell neither way"
+    typed = "no values: these logs show no clear change"
     if change is not None and wording is not None and not wording.is_open:
-        typed = f"nothing new: what stood there {'after' if change.verdict == 'lower' else 'before'} the change"
-    partly = f"alike in both: {percent_text(shared.before_percent)} of the motion before, {percent_text(shared.after_percent)} after"
+        typed = f"no new values: keep those {'after' if change.verdict == 'lower' else 'before'} the change"
+    partly = f"motion common to both: {percent_text(shared.before_percent)} before, {percent_text(shared.after_percent)} after"
     answers = answered(
         _lines(compared, ("following_error", "reversals"), "no following error: the logs have no reference"),
         [typed],
         _lines(compared, ("effort", "friction"), "no effort in these logs"),
         [
-            f"{shared.cycles_before} {_pieces(compared)} before, {shared.cycles_after} after; intervals from their scatter",
+            f"{shared.cycles_before} {_pieces(compared)} before, {shared.cycles_after} after. Their scatter gives the intervals",
             partly if min(shared.before_percent, shared.after_percent) < 99.0 else "",
-            "what differs from one recording to the next, as temperature does, is in no interval" if is_single else "",
+            "intervals lack the scatter between recordings, such as that of temperature" if is_single else "",
         ],
-        [wording.advice, "to be surer, further logs of each side: `--before`, `--after`" if is_single else ""]
+        [wording.advice, "add further logs of each side for more certainty: `--before`, `--after`" if is_single else ""]
         if wording
-        else ["record the reference too, and name its column in the axis file"],
+        else ["also record the reference, and name its column in the axis file"],
     )
     facts = about(*(f"{side}: {file}" for side, file in files.items() if file))
     return Front(f"{name}: before and after", facts, comparison_ruling(compared), answers, "basis")
 
 
 def _lines(compared: Comparison, groups: tuple[str, ...], otherwise: str) -> list[str]:
-    """Return the changes of these groups, but for the one that stands in the verdict."""
+    """Return the changes of these groups, without the change in the verdict."""
     changes = [change for name, change in compared.changes.items() if name.partition(".")[0] in groups]
     lines = []
     for change in changes:

@@ -1,4 +1,4 @@
-"""The gain of compensation, and the best variant of a loop: every wording of how much less a loop errs than another."""
+"""The gain of compensation and the best variant of a loop, in sentences."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ if TYPE_CHECKING:
     from bristle.simulation import SimulationResult, Statistics, VariantResult
 
 BASE = "base"
-NO_CHANGE = 0.05  # relative change below which nothing is claimed
-NAMES_MAX = 4  # names of variants that are listed
-MANY = 10.0  # times less: told as a factor
+NO_CHANGE = 0.05  # smaller relative changes count as no change
+NAMES_MAX = 4  # variants in a list of names
+MANY = 10.0  # larger ratios are written as factors
 
 
 class Errors(NamedTuple):
-    """The following error of one variant after its settling time, and what of it is lag."""
+    """The following error of one variant after its settling time, and the lag in it."""
 
     name: str
     peak_to_peak: float
@@ -34,7 +34,7 @@ class Errors(NamedTuple):
 
 
 class Gain(NamedTuple):
-    """The loop step by step: as it is where that differs, without friction fed forward, and with it."""
+    """The loop step by step: the first loop if it differs, the loop without friction feedforward, and the loop with it."""
 
     steps: tuple[Errors, ...]
     kind: Kind
@@ -43,17 +43,17 @@ class Gain(NamedTuple):
     velocity_fed: bool = False
 
     def sentences(self) -> list[str]:
-        """Return what compensation does to the following error, in words."""
+        """Return the effect of compensation on the following error, in sentences."""
         if not self.steps:
-            return ["A simulated loop left the finite numbers, so nothing can be said of the compensation."]
+            return ["A simulated loop diverged, so the gain of compensation is unknown."]
         peaks, words = [step.peak_to_peak for step in self.steps], [self._words(step.peak_to_peak) for step in self.steps]
         lines = [self._about_friction()]
         if len(peaks) > 2:
             lines.append(
-                f"The first loop, {self.steps[0].name}, has {words[0]}: with all that is fed forward "
-                f"it becomes {words[-1]}{_times(peaks[0], peaks[-1])}."
+                f"With all feedforward, the following error goes from {words[0]} ({self.steps[0].name}) to {words[-1]}"
+                f"{_times(peaks[0], peaks[-1])}."
             )
-        # Most of the mean square of the error is in proportion to the velocity.
+        # Most of the mean square of the error is proportional to velocity.
         return [*lines, *([self._about_lag()] if self.steps[-1].lag_share >= 0.5 else []), self.caveat]
 
     def _about_friction(self) -> str:
@@ -62,29 +62,30 @@ class Gain(NamedTuple):
         change = f"the following error from {old} to {new} peak to peak"
         if not self.alone:
             return (
-                f"In simulation, the following error goes from {old} to {new} peak to peak. The two differ in more than the friction "
-                "fed forward: add a variant that differs in that alone to see what it gains."
+                f"In simulation, the following error goes from {old} to {new} peak to peak. The two variants differ in more than friction "
+                "feedforward. Add a variant that differs only in friction feedforward to see its gain."
             )
         if after > (1.0 + NO_CHANGE) * before:
-            return f"In simulation, feeding the friction forward raises {change}: do not use this compensation as it is."
+            return f"In simulation, friction feedforward raises {change}. Do not use this compensation."
         if after > (1.0 - NO_CHANGE) * before:
-            return f"In simulation, feeding the friction forward hardly changes the following error: {old}, then {new}."
-        return f"In simulation, feeding the friction forward lowers {change}{_times(before, after)}."
+            return f"In simulation, friction feedforward hardly changes the following error: {old}, then {new}."
+        return f"In simulation, friction feedforward lowers {change}{_times(before, after)}."
 
     def _about_lag(self) -> str:
         before, compensated = self.steps[-2:]
         scale = scale_of(unit_of("length", self.kind), before.beyond_lag)
         old, new = (short_text(error.beyond_lag * scale.factor) for error in (before, compensated))
-        # Which of the two it is cannot be told from the error: either rises with the velocity.
+        # The error does not distinguish the two causes: both are proportional to velocity.
         cause = (
-            "viscous friction that is not fed forward, or the rest of the lag of the position loop. Velocity is fed "
-            "forward already: look at the viscous friction of the compensator, F_v"
+            "viscous friction without feedforward, or the remaining lag of the position loop. Velocity feedforward is already on: "
+            "check the viscous friction of the compensator, F_v"
             if self.velocity_fed
-            else "the lag of the position loop, which velocity fed forward removes, or viscous friction that is not fed forward"
+            else "the lag of the position loop, which velocity feedforward removes, or viscous friction without feedforward"
         )
         return (
-            f"{100.0 * compensated.lag_share:.3g} % of the mean square of what is left is in proportion to the velocity, a lag of "
-            f"{with_unit(compensated.lag, 's')}: {cause}. Beyond this lag the error goes from {old} to {new} {scale.unit} peak to peak."
+            f"{100.0 * compensated.lag_share:.3g} % of the mean square of the remaining error is proportional to velocity, a lag of "
+            f"{with_unit(compensated.lag, 's')}. Likely cause: {cause}. Without this lag the error goes from {old} to {new} {scale.unit} "
+            "peak to peak."
         )
 
     def _words(self, length: float) -> str:
@@ -92,7 +93,7 @@ class Gain(NamedTuple):
 
 
 class Standing(NamedTuple):
-    """The loop as it stands, and the variant that errs least."""
+    """The present loop, and the variant with the smallest error."""
 
     base: VariantResult
     best: VariantResult
@@ -100,9 +101,9 @@ class Standing(NamedTuple):
 
     @property
     def instead(self) -> str:
-        """The error of the best variant instead of that of the loop as it stands, and how much less that is.
+        """The error of the best variant instead of that of the present loop, with the reduction.
 
-        By a factor where percent would all be 99 and some.
+        The reduction is in percent, or a factor if percent would always read 99.
         """
         new, old = (f"{length_text(_peak(loop), loop.kind)} ({loop.name})" for loop in (self.best, self.base))
         less, ratio = "hardly less", _peak(self.base) / _peak(self.best) if _peak(self.best) else math.inf
@@ -117,35 +118,35 @@ class Standing(NamedTuple):
 
 
 def about_loop(gain: Gain | None, following: Following | None, kind: Kind) -> list[str]:
-    """Return how the axis followed its reference, how it does in simulation, and what compensation gains there.
+    """Return the measured and simulated following error, and the gain of compensation in simulation.
 
-    Where the simulation does not follow as the log does, no gain is told.
+    The gain is left out if the simulation does not match the log.
     """
     gained = [] if gain is None else gain.sentences()
     if following is None:
         return gained
     if following.contradiction is not None:
-        return [f"No gain is promised: {message(following.contradiction)}."]
+        return [f"bristle predicts no gain: {message(following.contradiction)}."]
     unit = unit_of("length", kind)
-    beside = "" if following.simulated is None else f"; the simulated loop has {_error_text_of(following.simulated, unit)}"
-    return [f"In the log, the following error is {_error_text_of(following.measured, unit)}{beside}.", *gained]
+    simulated = [] if following.simulated is None else [f"In simulation, it is {_error_text_of(following.simulated, unit)}."]
+    return [" ".join([f"In the log, the following error is {_error_text_of(following.measured, unit)}.", *simulated]), *gained]
 
 
 def gain_lines(simulation: SimulationResult | None, following: Following | None, kind: Kind) -> list[str]:
-    """Return the same for a first page: the errors in the log and in simulation, and the effort."""
+    """Return the gain for the first page: following error in the log and in simulation, and effort."""
     if following is None:
-        return ["not simulated: that takes a log with a reference, and a controller in the axis file"]
+        return ["not simulated: record the reference, and describe the controller in the axis file"]
     lines = [f"following error, peak to peak: {length_text(following.measured.peak_to_peak, kind)} in the log"]
     if following.contradiction is not None:
-        return [*lines, f"no gain is promised: {message(following.contradiction)}"]
+        return [*lines, f"bristle predicts no gain: {message(following.contradiction)}"]
     if following.simulated is not None and following.compensated is not None:
         before, after = (length_text(error.peak_to_peak, kind) for error in (following.simulated, following.compensated))
-        lines.append(f"simulated: {before} as recorded, {after} compensated")
+        lines.append(f"in simulation: {before} as recorded, {after} with compensation")
     names = [] if simulation is None else [variant.name for variant in simulation.experiment.variants]
     efforts = [simulation.variants[name].effort for name in (*names[:1], *names[-1:])] if simulation is not None else []
     if efforts and all(np.all(np.isfinite(effort)) for effort in efforts):
         before, after = (fixed(float(np.sqrt(np.mean(effort**2))), unit_of("force", kind)) for effort in efforts)
-        lines.append(f"effort, root mean square: {before} as recorded, {after} compensated")
+        lines.append(f"effort, root mean square: {before} as recorded, {after} with compensation")
     return lines
 
 
@@ -158,10 +159,10 @@ def _times(before: float, after: float) -> str:
 
 
 def pair_of(experiment: Experiment, compensated: Variant | None = None) -> tuple[Variant, Variant] | None:
-    """Return a variant with friction fed forward, the first by default, and before it the one that lacks just that.
+    """Return a variant without and a variant with friction feedforward that otherwise agree.
 
-    Where no variant differs in that alone, the first one without friction fed forward; None where there is none of
-    either.
+    The second is the first variant with friction feedforward by default. If no variant differs only in feedforward, the
+    first is the first variant without it. None if either kind is missing.
     """
     plain = [variant for variant in experiment.variants if variant.feedforward.friction is None]
     compensated = compensated or next((variant for variant in experiment.variants if variant.feedforward.friction is not None), None)
@@ -171,12 +172,12 @@ def pair_of(experiment: Experiment, compensated: Variant | None = None) -> tuple
 
 
 def _is_pair(before: Variant, after: Variant) -> bool:
-    """Return whether two variants differ in the friction fed forward alone."""
+    """Return whether two variants differ only in friction feedforward."""
     return before.feedforward.mass == after.feedforward.mass and before.controller == after.controller
 
 
 def pair_in(simulation: SimulationResult) -> tuple[Variant, Variant] | None:
-    """Return the pair of the variant with friction fed forward that errs least."""
+    """Return the pair of the variant with friction feedforward and the smallest error."""
     fed = [variant for variant in simulation.experiment.variants if variant.feedforward.friction is not None]
     completed = [variant for variant in fed if simulation.variants[variant.name].status is not Status.NOT_FINITE]
     return pair_of(simulation.experiment, min(completed, key=lambda variant: _peak(simulation.variants[variant.name]), default=None))
@@ -188,12 +189,12 @@ def variant_of(simulation: SimulationResult, name: str) -> Variant:
 
 
 def gain_of(simulation: SimulationResult) -> Gain | None:
-    """Return what compensation gains; None where the variants do not show it."""
+    """Return the gain of compensation; None if the variants do not show it."""
     experiment, pair = simulation.experiment, pair_in(simulation)
     if pair is None:
         return None
     (before, after), first = pair, experiment.variants[0]
-    # What another law gains, but for what it feeds forward, is no gain of what is fed forward.
+    # A gain of another law is no gain of feedforward.
     laws = [{name: repr(value) for name, value in variant.controller.values.items() if name != "k_ff"} for variant in (first, before)]
     is_one = first.controller.name == before.controller.name and laws[0] == laws[1]
     chosen = pair if first in pair or not is_one else (first, *pair)
@@ -203,13 +204,13 @@ def gain_of(simulation: SimulationResult) -> Gain | None:
     caveat = "This is a simulation: confirm the gain on the machine."
     if after.disturbance is not None:
         caveat = (
-            "The simulated axis is disturbed by what the model does not explain of the log, so the compensation is not "
-            "judged by its own model alone. It is a simulation all the same: confirm the gain on the machine."
+            "The simulated axis includes the unexplained force of the log, so this test does not rely on the model alone. It is still a "
+            "simulation: confirm the gain on the machine."
         )
     elif after.friction == after.feedforward.friction:
         caveat = (
-            "The simulated axis has exactly the friction that is fed forward: take this gain as the most to be hoped "
-            "for, and confirm it on the machine."
+            "The simulated axis has exactly the friction of the feedforward. Treat this gain as an upper limit, and confirm it on the "
+            "machine."
         )
     return Gain(steps, experiment.kind, caveat, _is_pair(before, after), after.controller.values.get("k_ff", 0.0) > 0.0)
 
@@ -226,9 +227,9 @@ def _errors(variant: Variant, result: VariantResult) -> Errors:
 
 
 def standing(result: SimulationResult) -> Standing | None:
-    """Return the loop as it stands and the best one along the same reference; None where that loop did not complete.
+    """Return the present loop and the best loop with the same reference; None if the present loop did not complete.
 
-    It is the variant of that name, else the first.
+    The present loop is the variant called ``base``, or else the first variant.
     """
     named = BASE in result.variants or BASE in result.refused
     base = result.variants.get(BASE if named else next(iter(result.experiment.variants)).name) if result.variants else None
@@ -241,18 +242,18 @@ def standing(result: SimulationResult) -> Standing | None:
 
 
 def closing_sentences(result: SimulationResult) -> list[str]:
-    """Return what to take from the variants of an experiment: what compensation gains, and which variant is best."""
+    """Return the conclusions of an experiment: the gain of compensation, and the best variant."""
     gain, rank = gain_of(result), standing(result)
     gained, best = [] if gain is None else gain.sentences(), []
     if rank is not None and rank.best is not rank.base:
-        best = [f"{rank.best.name} errs least: {rank.instead}."]
+        best = [f"The best variant is {rank.best.name}: {rank.instead}."]
     elif rank is not None and len(result.variants) > 1:
-        best = [f"No variant errs less than {rank.base.name}: {length_text(_peak(rank.base), rank.base.kind)} peak to peak."]
+        best = [f"No variant is better than {rank.base.name}: {length_text(_peak(rank.base), rank.base.kind)} peak to peak."]
     return [*gained[:-1], *best, *gained[-1:]]
 
 
 def names_text(names: Sequence[object], most: int = NAMES_MAX) -> str:
-    """Return names in a list, as many as are read, and how many more there are."""
+    """Return a short list of names, and the number of further names."""
     return ", ".join(map(str, names[:most])) + (f" and {len(names) - most} more" if len(names) > most else "")
 
 
@@ -261,6 +262,6 @@ def _peak(variant: VariantResult) -> float:
 
 
 def is_alike(best: VariantResult, variant: VariantResult) -> bool:
-    """Return whether two variants are not told apart: by as much as nobody minds, or as their runs scatter."""
+    """Return whether the difference of two variants is negligible, or within the scatter of their runs."""
     spreads = [float(loop.spread["following_error"]["peak_to_peak"]) if loop.spread else 0.0 for loop in (best, variant)]
     return _peak(variant) - _peak(best) <= max(NO_CHANGE * _peak(variant), sum(spreads))

@@ -1,4 +1,4 @@
-"""The report of a loop that is designed: whether to keep it, its margins and errors, which gains to type in, and what they take."""
+"""The report of a loop design: verdict, margins, errors, proposed gains and their cost."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def margin_table(design: Design) -> Table:
-    """Return poles and margins of each loop; variants that are one loop share its rows."""
+    """Return poles and margins of each loop; variants with the same loop share its rows."""
     heads = ("Motions", "Friction", "Largest pole", "Phase margin [°]", "Gain margin", "Delay margin [samples]", "Crossover [Hz]")
     loops: dict[tuple[tuple[str, ...], ...], list[str]] = {}
     for assessment in design.assessments:
@@ -40,10 +40,10 @@ def _cell(value: float | None) -> str:
 
 
 def delay_table(design: Design) -> Table:
-    """Return where the delay of a loop comes from."""
+    """Return the parts of the delay of a loop."""
     delays = design.delays
     words = {
-        "hold": "effort held over a sample: half of it",
+        "hold": "zero-order hold: half a sample",
         "computation": "computation",
         "drive": "current control of the drive",
         "velocity": "estimate of the velocity",
@@ -57,18 +57,18 @@ def _lengths(design: Design, values: list[float]) -> Quantity:
 
 
 def budget_table(design: Design) -> Table | None:
-    """Return the error budget; None for a loop that was not simulated."""
+    """Return the error budget; None if the loop was not simulated."""
     if (budget := design.budget) is None:
         return None
     errors = [error for entry in budget.entries for error in (entry.alone.peak_to_peak, entry.without.peak_to_peak)]
     length = _lengths(design, [budget.all_causes.peak_to_peak, *errors])
-    heads = ("Cause", length.head("This cause alone"), length.head("All but this cause"), "What it is")
+    heads = ("Cause", length.head("This cause alone"), length.head("All but this cause"), "Description")
     rows = [
         (entry.cause, length.cell(entry.alone.peak_to_peak), length.cell(entry.without.peak_to_peak), entry.description)
         for entry in budget.entries
     ]
     is_nothing = budget.no_cause.peak_to_peak <= NO_CHANGE * budget.all_causes.peak_to_peak
-    left = "left by the law itself and its sampling, such as a velocity that is late where the desired one is not"
+    left = "error of the law and its sampling, such as a delayed velocity"
     rows += [
         ("all of them", length.cell(budget.all_causes.peak_to_peak), "–", ""),
         ("none of them", length.cell(budget.no_cause.peak_to_peak), "–", "" if is_nothing else left),
@@ -77,7 +77,7 @@ def budget_table(design: Design) -> Table | None:
 
 
 def proposal_table(design: Design) -> Table:
-    """Return the loop as it is and as proposed: margins, stiffness, what a count does, simulated error."""
+    """Return the present and the proposed loops: margins, stiffness, effort of a count, simulated error."""
     kind, proposals = design.experiment.kind, design.proposals
     length = _lengths(design, [proposal.following_error.peak_to_peak for proposal in proposals if proposal.following_error])
     effort = Quantity.of(unit_of("force", kind), [proposal.effort_rms for proposal in proposals if proposal.effort_rms])
@@ -97,16 +97,16 @@ def proposal_table(design: Design) -> Table:
         }
         for proposal in proposals
     ]
-    return Table.of("The loop as it is, and what is proposed", rows)
+    return Table.of("The present loop and the proposed loops", rows)
 
 
 def loop_name(name: str, design: Design) -> str:
-    """Return what a loop is called: as in the experiment where it is that of the variant that was designed."""
+    """Return the name of a loop: for the present loop the name in the experiment."""
     return design.variant.name if name == design.proposals[0].name else name
 
 
 def circle_table(design: Design) -> Table:
-    """Return how round the circles are."""
+    """Return the circularity of each loop."""
     circles = design.circles
     length = _lengths(design, [circle.peak_to_peak for circle in circles])
     rows = [
@@ -117,37 +117,37 @@ def circle_table(design: Design) -> Table:
     return Table.of("The circle", rows)
 
 
-GAINS = """“Tuned” is the same law with the gains that keep a phase margin of 40° and a factor of two on the gain, for small
-motions and large ones; “with an observer” a proportional-derivative law with a disturbance observer and the same margins.
-Both feed forward along the desired motion. Neither knows how the friction of the real axis will differ from the model."""
-MARGINS = """The loop as it is sampled: effort held over a sample, computation delay, lag of the drive, velocity as the law
-estimates it. Poles decide whether it is stable, margins how far it is from not being so. Small motions are those inside a
-boundary layer or dead band of the law, large ones those far outside it. Stuck friction is a spring, sliding friction the
-slope of its curve at the largest speed of the reference."""
+GAINS = """“Tuned” is the same law, with gains for a phase margin of 40° and a gain margin of two, for small and large motions.
+“With an observer” is a proportional-derivative law with a disturbance observer and the same margins. Both use feedforward along
+the desired motion. Both assume that the real axis has the friction of the model."""
+MARGINS = """The sampled loop includes the zero-order hold, computation delay, lag of the drive, and the velocity estimate of the
+law. Poles determine its stability, margins the distance to instability. Small motions are inside a boundary layer or dead band
+of the law, large motions far outside it. Stuck friction acts as a spring. Sliding friction acts as the slope of its curve at the
+largest speed of the reference."""
 
 
 def design_report(design: Design, **options: Any) -> str:
-    """Return the report of a loop that is designed as one HTML page; options as of `report_page`."""
+    """Return the report of a loop design as an HTML page; options as in `report_page`."""
     budget = budget_table(design)
     laws = [
         block
         for proposal in design.proposals[1:]
         for block in (Markup("<p>{}:</p>").format(proposal.name), Block("code", controller_text(proposal.variant)))
     ]
-    errs = ["Simulated with one cause at a time, and with all but one.", budget] if budget is not None else []
+    errs = ["Each cause is simulated alone, and the loop is simulated without each cause.", budget] if budget is not None else []
     circles: list[object] = []
     if design.circles:
         circle, kind = design.circles[0], design.experiment.kind
         radius, feed = with_unit(circle.radius, unit_of("length", kind)), with_unit(circle.feed, unit_of("length/time", kind))
         circles = [
-            f"Two axes like this one run a circle of {radius} at {feed}; the second of two revolutions. A glitch is the "
-            "swing of the deviation within 30° of the place where an axis reverses.",
+            f"Two such axes run a circle of {radius} at {feed}, and the second of two revolutions is shown. A glitch is the "
+            "swing of the deviation within 30° of the reversal of an axis.",
             circle_table(design),
         ]
     sections = [
         Section("gains", "Gains", [GAINS, proposal_table(design), *laws]),
-        Section("budget", "What it errs by", errs),
-        Section("summary", "In words", design_sentences(design), folded=True),
+        Section("budget", "Causes of the error", errs),
+        Section("summary", "Summary", design_sentences(design), folded=True),
         Section("margins", "Poles and margins", [MARGINS, margin_table(design), Figures("margins"), delay_table(design)], folded=True),
         Section("circle", "A circle", circles, folded=True),
     ]
@@ -164,13 +164,13 @@ def design_report(design: Design, **options: Any) -> str:
 
 
 def design_sentences(design: Design) -> list[str]:
-    """Return what matters most of a design, in words."""
+    """Return the main results of a design, in sentences."""
     delay, kind, late = design.delays.total, design.experiment.kind, design.late
     lines = [f"{design.variant.name}: {message(design.assessment.finding)}."]
     lines += [whole_sentence(doubt) for doubt in design.assessment.doubts]
     lines.append(
-        f"The loop has {with_unit(delay, 's')} of delay. As a rule of thumb that allows the sum of its two "
-        f"bandwidths, such as λ + K_1, {number(0.5 / delay, digits=2)} 1/s."
+        f"The loop has {with_unit(delay, 's')} of delay. As a rule of thumb, the sum of its two bandwidths, such as λ + K_1, may be up "
+        f"to {number(0.5 / delay, digits=2)} 1/s."
     )
     if late is not None:
         (least, most), phase = (1e3 * lag for lag in design.unstated_lags), late.least_phase
@@ -178,49 +178,49 @@ def design_sentences(design: Design) -> list[str]:
         if late.is_stable and phase is not None:
             own = f"has a phase margin of {short_text(phase)}° with {most:g} ms"
         lines.append(
-            f"How late is the current loop? No file states its lag, and it is not zero. The gains proposed keep their "
-            f"margins from {least:g} to {most:g} ms; {design.variant.name} {own}. Write the lag of the drive into the axis "
-            'file, such as lag = "0.4 ms" under [effort], or current_lag under [run].'
+            f"The lag of the current loop is unknown. The proposed gains keep their margins for lags from {least:g} to {most:g} ms. "
+            f"{design.variant.name} {own}. Write the lag of the drive into the axis file, such as "
+            'lag = "0.4 ms" under [effort], or current_lag under [run].'
         )
     if _counts_much(design):
         count = design.proposals[0].count_effort
         effort, friction = (with_unit(force, unit_of("force", kind)) for force in (count, design.friction))
         lines.append(
-            f"One count of the encoder calls up {effort}, {number(count / design.friction, digits=2)} times the friction ({friction}): "
-            "much of the effort is noise. A finer encoder, a lower cut-off of the velocity or less gain lowers it."
+            f"Much of the effort is noise: one encoder count causes {effort}, {number(count / design.friction, digits=2)} times the "
+            f"friction ({friction}). Use a finer encoder, a lower cut-off of the velocity, or less gain."
         )
     if design.budget is not None and design.budget.entries:
         entries, error = design.budget.entries, design.budget.all_causes.peak_to_peak
         first, largest = entries[0], max(entries, key=lambda entry: entry.alone.peak_to_peak)
         without, alone = (length_text(peak, kind) for peak in (first.without.peak_to_peak, largest.alone.peak_to_peak))
         about_causes = (
-            "To take a single cause away makes that no smaller: causes cancel each other, or several make the same error. Alone, "
-            f"{largest.cause} makes the most of all, {alone}."
+            "Removing a single cause does not reduce it, because causes cancel or several causes make the same error. The largest single "
+            f"cause is {largest.cause}, alone {alone}."
         )
         if first.without.peak_to_peak < (1.0 - NO_CHANGE) * error:
-            about_causes = f"No cause weighs more than this one, {first.cause}: without it, that is {without}."
-        lines.append(f"It errs by {length_text(error, kind)} peak to peak. {about_causes}")
+            about_causes = f"The main cause is {first.cause}: without it, the error is {without}."
+        lines.append(f"The following error is {length_text(error, kind)} peak to peak. {about_causes}")
     choice = _choice(design)
     return [*lines, *([f"{choice[0].upper()}{choice[1:]}."] if design.best is not None else [])]
 
 
 def _counts_much(design: Design) -> bool:
-    """Return whether a single count of the encoder calls up an effort like that of friction."""
-    return design.friction > 0.0 and design.proposals[0].count_effort > 0.5 * design.friction  # An effort that is worth a word
+    """Return whether one encoder count causes an effort of the size of friction."""
+    return design.friction > 0.0 and design.proposals[0].count_effort > 0.5 * design.friction  # smallest effort for a remark
 
 
 def _choice(design: Design) -> str:
-    """Return the loop to run and its following error, against that of the present one."""
+    """Return the recommended loop and its following error, compared with the present loop."""
     chosen, present, kind = design.chosen, design.proposals[0], design.experiment.kind
     if chosen is present:
-        return "no proposed loop has a following error smaller by a fifth"
+        return "no proposed loop reduces the following error by a fifth"
     instead = "" if present.following_error is None else f" instead of {length_text(present.peak_to_peak, kind)}"
     error = length_text(chosen.peak_to_peak, kind)
-    return f"the loop {chosen.name} has a following error of {error}{instead}, with margins kept"
+    return f"the loop {chosen.name} has a following error of {error}{instead}, and keeps the margins"
 
 
 def design_ruling(design: Design) -> Ruling:
-    """Return whether to keep a loop, and why."""
+    """Return the verdict on a loop, with its reasons."""
     chosen, present, doubts = design.chosen, design.proposals[0], tuple(message(doubt) for doubt in design.assessment.doubts)
     if not design.is_stable:
         return Ruling("no", "Do not run it", (message(design.assessment.finding), *doubts))
@@ -232,34 +232,34 @@ def design_ruling(design: Design) -> Ruling:
 
 
 def _margin_text(phase: float | None) -> str:
-    return "it has no crossover, and so no phase margin" if phase is None else f"phase margin {short_text(phase)}°"
+    return "no crossover, so no phase margin" if phase is None else f"phase margin {short_text(phase)}°"
 
 
 def _front(design: Design) -> Front:
     kind, budget, chosen, present = design.experiment.kind, design.budget, design.chosen, design.proposals[0]
     is_present = chosen is present
-    quality = [f"stable as it is, {_margin_text(present.assessment.least_phase)}" if design.is_stable else "not stable as it is"]
+    quality = [f"stable, {_margin_text(present.assessment.least_phase)}" if design.is_stable else "the present loop is unstable"]
     if budget is not None and budget.entries:
         first = budget.entries[0]
         quality += [
             f"following error {length_text(budget.all_causes.peak_to_peak, kind)} peak to peak, simulated",
-            f"mostly by {first.cause} ({first.description}): without it {length_text(first.without.peak_to_peak, kind)}",
+            f"main cause {first.cause} ({first.description}): without it {length_text(first.without.peak_to_peak, kind)}",
         ]
     runs = 0 if budget is None else budget.runs
     simulated = f"errors are simulated, {'one run' if runs == 1 else f'{runs} runs'} each, with the friction of the file"
-    title = f"{design.variant.name}, as it is" if is_present else f"{chosen.name}, in its place"
+    title = f"{design.variant.name}, unchanged" if is_present else f"{chosen.name}, as replacement"
     answers = answered(
         quality,
         [f"loop {title}", *law_lines(chosen.variant)],
         _cost(design),
         [
-            "margins of the loop as it is sampled, with its delays: no resonance but those of the plant in the file",
+            "margins of the sampled loop with its delays, and only the resonances of the plant in the file",
             "" if budget is None else simulated,
         ],
         [
-            "" if is_present else "write these gains (below, to be copied) into the experiment file, then `bristle run` it",
-            "a finer encoder or a lower cut-off of the velocity: much of the effort is noise" if _counts_much(design) else "",
-            "on the machine, record before and after, then `bristle compare`",
+            "" if is_present else "copy these gains (below) into the experiment file, then use `bristle run`",
+            "use a finer encoder or a lower cut-off of the velocity: much of the effort is noise" if _counts_much(design) else "",
+            "record the machine before and after, then `bristle compare`",
         ],
     )
     facts = about(f"variant {design.variant.name}", f"law {design.variant.controller.name}")
@@ -267,13 +267,13 @@ def _front(design: Design) -> Front:
 
 
 def _cost(design: Design) -> list[str]:
-    """Return error, effort and margin of the loop that is chosen, instead of those of the present one where that is another."""
+    """Return error, effort and margin of the chosen loop, compared with the present loop if it differs."""
     kind, chosen, present = design.experiment.kind, design.chosen, design.proposals[0]
     is_change = chosen is not present
     lines, force = [], unit_of("force", kind)
     if chosen.following_error is not None and present.following_error is not None and is_change:
         lines.append(f"following error {length_text(chosen.peak_to_peak, kind)} instead of {length_text(present.peak_to_peak, kind)}")
-    words = {"effort_rms": "effort, root mean square", "count_effort": "effort that one count of the encoder calls up"}
+    words = {"effort_rms": "effort, root mean square", "count_effort": "effort of one encoder count"}
     for name, word in words.items():
         new, old = getattr(chosen, name), getattr(present, name)
         if new is not None:

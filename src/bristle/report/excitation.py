@@ -1,4 +1,4 @@
-"""The report of a motion to run: whether to run it, what it is made of and keeps to, what its log would tell."""
+"""The report of a motion to run: verdict, pieces, limits, and the parameters that its log would determine."""
 
 import math
 import shlex
@@ -17,11 +17,11 @@ from bristle.report.results import write_report
 from bristle.report.table import Table, fixed, length_text, span_text
 
 FILES = {"motion": "motion.csv", "moves": "moves.csv", "program": "motion.nc", "axis": "axis.toml"}
-"""What the files of a motion are called, by what they are."""
+"""Names of the files of a motion, by their content."""
 
 
 class DesignedMotion(NamedTuple):
-    """A motion to run on an axis, and what was read for it."""
+    """A motion to run on an axis, with its axis file and model file."""
 
     excitation: Excitation
     axis_file: Content
@@ -40,16 +40,16 @@ class DesignedMotion(NamedTuple):
         model = rehearsal.identification.best.name if rehearsal else self.excitation.prior.friction.name
         presliding = any(piece.purpose == "presliding" for piece in self.excitation.motion.pieces)
         if presliding and model != "maxwell_slip":
-            # Loops inside loops tell whether the contact remembers more than one force.
+            # Nested loops show whether the contact has non-local memory.
             model += ",maxwell_slip"
         return shlex.join(["bristle", "identify", "LOG", "--axis", axis, "--model", model, "--out", "results"])
 
     def summary(self, files: dict[str, str], identify: str) -> dict[str, Any]:
-        """Return the motion in numbers, with the names of its files and the command that comes next."""
+        """Return the motion in numbers, with the names of its files and the next command."""
         return excitation_summary(self.excitation, files=files, identify=identify, provenance=self.provenance)
 
     def write(self, folder: Results, identify: str) -> None:
-        """Write the motion, its moves and its report into a folder of results, with the command that comes next."""
+        """Write the motion, its moves and its report into a folder of results, with the next command."""
         page = excitation_report(self.excitation, command=self.command, identify=identify, provenance=self.provenance)
         self.excitation.write(folder / FILES["motion"])
         for name, text in zip(("moves", "program"), self.excitation.moves, strict=True):
@@ -64,30 +64,30 @@ def designed_motion(axis_file: Content, *, command: str, model_file: Content | N
 
 
 def excitation_report(excitation: Excitation, *, identify: str, **options: Any) -> str:
-    """Return the report of a motion as one HTML page; `identify` is the command for its log, options as of `report_page`."""
+    """Return the report of a motion as an HTML page; `identify` is the command for its log, options as of `report_page`."""
     rehearsal = excitation.rehearsal
     limits = [
         (word.capitalize(), with_unit(value, unit) + ("" if limit is None else f" of {with_unit(limit, unit)} allowed"))
         for word, value, limit, unit in _limits(excitation)
     ]
     if rehearsal is not None:
-        limits.append(("Effort, as believed", with_unit(rehearsal.peak_effort, unit_of("force", excitation.motion.kind))))
+        limits.append(("Effort, assumed model", with_unit(rehearsal.peak_effort, unit_of("force", excitation.motion.kind))))
     motion = [
-        Block("facts", excitation.purposes, ("What each part tells",)),
+        Block("facts", excitation.purposes, ("Purpose of each part",)),
         piece_table(excitation),
-        Block("facts", limits, ("What it takes of the axis",)),
+        Block("facts", limits, ("Demands on the axis",)),
     ]
     sections = [
         Section("motion", "The motion", motion),
-        Section("outlook", "What it would tell", [None if rehearsal is None else outlook_table(excitation)]),
-        Section("assumptions", "What was left out or assumed", [Block("items", excitation.notes)]),
+        Section("outlook", "Expected results", [None if rehearsal is None else outlook_table(excitation)]),
+        Section("assumptions", "Omissions and assumptions", [Block("items", excitation.notes)]),
     ]
     facts = {"motion": excitation.motion, "expected": None if rehearsal is None else rehearsal.friction}
     return report_page("excitation", facts, _front(excitation, identify), sections, **options)
 
 
 def piece_table(excitation: Excitation) -> Table:
-    """Return what a motion is made of, alike pieces in one row."""
+    """Return the pieces of a motion, with equal pieces in one row."""
     kind, rows = excitation.motion.kind, []
     placed = zip(excitation.motion.begins, excitation.motion.pieces, strict=True)
     for (purpose, name), group in groupby(placed, key=lambda entry: (entry[1].purpose, entry[1].name)):
@@ -100,7 +100,7 @@ def piece_table(excitation: Excitation) -> Table:
 
 
 def outlook_table(excitation: Excitation) -> Table:
-    """Return what would be identified from the log of a motion, beside what was put in."""
+    """Return the parameters identified in the rehearsal, with their true values."""
     assert excitation.rehearsal is not None
     rows = []
     for estimate in _sought(excitation):
@@ -118,7 +118,7 @@ def outlook_table(excitation: Excitation) -> Table:
                 "Remark": "beyond its interval" if _misses(estimate, put_in) else STATUS_WORDS.get(estimate.status, estimate.status),
             }
         )
-    return Table.of(f"What the log would tell, by {excitation.rehearsal.identification.best.name}", rows).without_empty_columns()
+    return Table.of(f"Expected results, by {excitation.rehearsal.identification.best.name}", rows).without_empty_columns()
 
 
 def _error(estimate: Estimate, put_in: float | None) -> float | None:
@@ -127,27 +127,27 @@ def _error(estimate: Estimate, put_in: float | None) -> float | None:
 
 
 def _misses(estimate: Estimate, put_in: float | None) -> bool:
-    """Return whether a parameter that counts as identified lies further from what was put in than its interval."""
+    """Return whether an identified parameter misses its true value by more than its interval."""
     error, half = _error(estimate, put_in), estimate.interval_percent
     # Errors up to 2 % do not matter.
     return estimate.status == "identified" and error is not None and half is not None and abs(error) > half + 2.0
 
 
 def _sought(excitation: Excitation) -> list[Estimate]:
-    """Return what the rehearsal sought."""
+    """Return the parameters that the rehearsal fitted."""
     estimates = [] if excitation.rehearsal is None else excitation.rehearsal.identification.best.estimates
     return [estimate for estimate in estimates if estimate.status != "held"]
 
 
 def _sure(excitation: Excitation, *, sure: bool = True) -> list[Estimate]:
-    """Return the parameters that would be identified within their own size, or those that would not."""
+    """Return the identified parameters with intervals smaller than their values, or the others."""
     truth = {} if excitation.rehearsal is None else excitation.rehearsal.truth
     identified = [estimate for estimate in _sought(excitation) if estimate.status == "identified" and truth.get(estimate.name) != 0.0]
     return [estimate for estimate in identified if ((estimate.interval_percent or 0.0) < 100.0) == sure]
 
 
 def _limits(excitation: Excitation) -> list[tuple[str, float, float | None, str]]:
-    """Return what a motion takes of an axis: a word, the value, its limit where there is one, and the unit."""
+    """Return the demands of a motion on an axis: word, value, limit or None, and unit."""
     motion, limits, kind = excitation.motion, excitation.limits, excitation.motion.kind
     return [
         ("travel", float(motion.position.max() - motion.position.min()), limits.travel, unit_of("length", kind)),
@@ -157,7 +157,7 @@ def _limits(excitation: Excitation) -> list[tuple[str, float, float | None, str]
 
 
 def excitation_summary(excitation: Excitation, *, files: Mapping[str, str], identify: str, provenance: Mapping[str, str]) -> dict[str, Any]:
-    """Return a motion and its outlook in numbers; `files` are what was written, `identify` is the next command."""
+    """Return a motion and its expected results in numbers, with its `files` and the next command `identify`."""
     kind, motion, rehearsal = excitation.motion.kind, excitation.motion, excitation.rehearsal
     travel, velocity, acceleration = (value for _, value, _, _ in _limits(excitation))
     data: dict[str, Any] = {
@@ -201,23 +201,23 @@ def excitation_summary(excitation: Excitation, *, files: Mapping[str, str], iden
 
 
 def excitation_ruling(excitation: Excitation) -> Ruling:
-    """Return whether to run a motion, and why."""
+    """Return the verdict on a motion, with its reasons."""
     rehearsal, limit, presliding = excitation.rehearsal, excitation.axis.effort_limit, excitation.limits.presliding
     if rehearsal is None:
-        return Ruling("with_care", "Run it, with care", ("it was not rehearsed",))
+        return Ruling("with_care", "Run it, with care", ("the motion was not rehearsed",))
     sought = _sought(excitation)
     groups = (
-        ("its log would not identify {}", [estimate for estimate in sought if estimate.status in ("unidentifiable", "at_edge")]),
-        ("it would hardly tell {}: intervals as wide as the values", _sure(excitation, sure=False)),
+        ("this motion would not determine {}", [estimate for estimate in sought if estimate.status in ("unidentifiable", "at_edge")]),
+        ("this motion would hardly determine {}: intervals as wide as the values", _sure(excitation, sure=False)),
         (
-            "it would give {} beyond the interval",
+            "this motion would give biased values, outside the interval: {}",
             [estimate for estimate in sought if _misses(estimate, rehearsal.truth.get(estimate.name))],
         ),
     )
     reasons = [text.format(", ".join(estimate.name for estimate in estimates)) for text, estimates in groups if estimates]
     if presliding is not None and rehearsal.lag > presliding:
         lag = length_text(rehearsal.lag, excitation.motion.kind)
-        reasons.append(f"the controller follows the loops before sliding no closer than {lag}: raise its gains for this motion")
+        reasons.append(f"raise the gains for this motion: the controller follows the pre-sliding loops only within {lag}")
     if limit is not None and rehearsal.peak_effort > limit:
         return Ruling("no", "Do not run it", ("the effort reaches the limit of the drive", *reasons))
     return Ruling("with_care", "Run it, with care", tuple(reasons)) if reasons else Ruling("usable", "Run it")
@@ -233,20 +233,20 @@ def _front(excitation: Excitation, identify: str) -> Front:
     takes = [
         f"{word} {fixed(value, of)}{f' of {fixed(most, of)} allowed' if most else ''}" for word, value, most, of in _limits(excitation)
     ]
-    trust = ["nothing was rehearsed"]
+    trust = ["the motion was not rehearsed"]
     if rehearsal is not None:
         allowed = "" if limit is None else f" of {fixed(limit, unit)}"
-        takes.append(f"effort up to {fixed(rehearsal.peak_effort, unit)}{allowed}, as believed")
-        loop = "in the loop of its controller" if rehearsal.loop else "along the motion: no stable loop is known"
-        assumed = f"{believed} {'value was' if believed == 1 else 'values were'} assumed, below" if believed else ""
+        takes.append(f"effort up to {fixed(rehearsal.peak_effort, unit)}{allowed}, by the assumed model")
+        loop = "in the loop of its controller" if rehearsal.loop else "along the motion, without a stable loop"
+        assumed = f"{believed} assumed {'value' if believed == 1 else 'values'}, listed below" if believed else ""
         trust = [f"one rehearsal, {loop}, with the encoder of the axis and 5 % of scatter", assumed]
     answers = answered(
-        ["its log would identify, with 95 % intervals:", widths] if sure else ["nothing that its log would surely identify"],
+        ["its log would determine, with 95 % intervals:", widths] if sure else ["its log would determine no parameter reliably"],
         ["set points: `motion.csv`", "or a list of moves: `moves.csv`", "or a program for an NC: `motion.nc`"],
         [f"{motion.duration:.3g} s of the axis", *takes],
         trust,
-        [f"run it, log what the axis file names, then `{identify}`"],
+        [f"run it, record the channels of the axis file, then `{identify}`"],
     )
     heading, facts = f"{excitation.axis.name}: a motion to run", about(f"{motion.duration:.3g} s", "for the controller of the axis")
-    without = "In the rehearsal its log identifies everything."
+    without = "In the rehearsal its log determines every parameter."
     return Front(heading, facts, excitation_ruling(excitation), answers, "assumptions", without)

@@ -1,4 +1,4 @@
-"""`export`: a model file as files for a target, with its effect and its provenance, for the command line and the lab."""
+"""`export`: files of a model for a target, with effect and provenance, for the command line and the lab."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class ExportedModel(NamedTuple):
-    """Files of an export, what is in them, and where it comes from."""
+    """Files of an export with their content and provenance."""
 
     target: str
     product: Product
@@ -25,7 +25,7 @@ class ExportedModel(NamedTuple):
 
     @property
     def summary(self) -> dict[str, Any]:
-        """What was written, as ``summary.json`` holds it."""
+        """The contents of ``summary.json``."""
         effect = None if self.product.effect is None else self.product.effect.as_data()
         notes = [*self.product.notes, *self.beside]
         about = {"target": self.target, "model": self.name, "files": list(self.product.files)}
@@ -55,7 +55,7 @@ def export_model_file(
     accept_harm: bool = False,
     allow_code: bool = False,
 ) -> ExportedModel:
-    """Return a friction model or an operator, from its file, as files for another world."""
+    """Return the files of a friction model or an operator for a target."""
     from bristle.exports import Source, files_from_text, target_named
     from bristle.files import read_axis
     from bristle.logs import read_log
@@ -93,7 +93,7 @@ def export_model_file(
 
 
 def _read(file: Content, *, allow_code: bool) -> tuple[Model | None, Model, dict[str, Any]]:
-    """Return plant, friction model or operator, and what a model file knows of them."""
+    """Return plant, friction model or operator, and further facts of a model file."""
     from bristle.files import holds_operator, read_model, read_operator
     from bristle.hysteresis import with_constant
     from bristle.testing import admit
@@ -107,7 +107,7 @@ def _read(file: Content, *, allow_code: bool) -> tuple[Model | None, Model, dict
 
 
 def _loop_beside(file: Path, model: Model, axis: Axis | None) -> tuple[Variant | None, tuple[str, ...]]:
-    """Return the loop of the experiment that an identification left beside a model file, and why it cannot be read."""
+    """Return the loop of the experiment file in the folder of a model file, and the reason if it is unreadable."""
     from bristle.files import read_experiment
 
     if axis is None or axis.controller is None or not file.is_file():
@@ -115,5 +115,5 @@ def _loop_beside(file: Path, model: Model, axis: Axis | None) -> tuple[Variant |
     try:
         variants = read_experiment(file).variants
     except InputError as error:
-        return None, (f"the loop of {file.name} is not simulated: {error}",)
+        return None, (f"bristle did not simulate the loop of {file.name}: {error}",)
     return next((variant for variant in variants if variant.feedforward.friction == model), None), ()

@@ -1,4 +1,4 @@
-"""The report of an identification: verdict, parameters, table for the drive, figures, and what was assumed."""
+"""The report of an identification: verdict, parameters, table for the drive, figures and assumptions."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ if TYPE_CHECKING:
 
 NO_BREAK = "\u00a0"
 PAIRS_SHOWN = 20
-BY_POSITION = """The model was fitted to the position. Below, the effort along the measured motion, which was where the search began:
-the position is differentiated twice for it, and its noise with it."""
-FIT_FOR_USE = """A feedforward along the desired motion needs a model that is well posed, and no more: it replays a motion that is
-known. The last column tells where the others matter."""
-DRIVE_TABLE = """Steady friction at constant velocity, offset included and inertia not, in the direction of motion. At standstill it
-has an entry for either side. Between the entries, straight lines {}."""
+BY_POSITION = """The model was fitted to the position. The figures below show the effort along the measured motion, where the search
+started. The second derivative of the position amplifies its noise."""
+FIT_FOR_USE = """A feedforward along the desired motion only needs a well-posed model, because it replays a known motion. The last
+column lists the uses that need the other certificates."""
+DRIVE_TABLE = """Friction at constant speed, with offset and without inertia. Zero speed has two rows, one per direction. Straight
+lines between the rows {}."""
 
 
 def identification_report(
@@ -56,12 +56,12 @@ def identification_report(
     living: Living | None = None,
     **options: Any,
 ) -> str:
-    """Return the report of an identification as one HTML page; options as of `report_page`."""
+    """Return the report of an identification as an HTML page; options as of `report_page`."""
     fit, kind, log = identification.best, identification.best.plant.kind, identification.log
     gain = None if simulation is None else gain_of(simulation)
     contradicted = following is not None and following.contradiction is not None
     if simulation is not None and contradicted:
-        # What the loop would gain is not told where the log contradicts it.
+        # The report leaves out the gain of a loop that the log contradicts.
         recorded = tuple(variant for variant in simulation.experiment.variants if variant.name == AS_RECORDED)
         results = {variant.name: simulation.variants[variant.name] for variant in recorded}
         simulation = replace(simulation, experiment=replace(simulation.experiment, variants=recorded), variants=results)
@@ -89,13 +89,13 @@ def identification_report(
     elif contradicted:
         heading = "as recorded, measured and simulated"
     notes = [] if prediction is None else [f"{prediction.mode} prediction: {note}" for note in notes_of(prediction)]
-    thresholds = "All thresholds of what is said and doubted, with their values, stand in `summary.json` under `settings`."
+    thresholds = "`summary.json` lists all thresholds of these checks under `settings`."
     assumptions = [Block("items", [*assumptions_of(fit), *notes]), changed_settings(identification.settings), thresholds]
     warned = [*warnings_of(fit), *([message(following.contradiction)] if following is not None and following.contradiction else [])]
-    doubts = [Block("items", warned, ("warnings",)) if warned else "Nothing that the model asks for is left open."]
+    doubts = [Block("items", warned, ("warnings",)) if warned else "This log determines every parameter."]
     if measurements := next_measurements(fit):
         motions = [Markup("<strong>{}</strong>: {}").format(worded(names), worded(motion)) for names, motion in measurements]
-        doubts += ["What to measure next:", Block("items", motions)]
+        doubts += ["Measure next:", Block("items", motions)]
     by_position = [Figures("position"), BY_POSITION] if fit.position_rmse is not None else []
     certified = [FIT_FOR_USE, certificate_table(fit.name, certificates)] if certificates else []
     treated = treatment_facts(identification.treatment, kind) + scatter_facts(fit)
@@ -103,38 +103,38 @@ def identification_report(
         passage_table([segment.as_data() for segment in facts["passages"]], kind),
         break_away_table(identification),
         Figures("log"),
-        Block("facts", log_facts(log, identification.further_logs) + treated, ("What was read, and how it was treated",)),
+        Block("facts", log_facts(log, identification.further_logs) + treated, ("The log and its treatment",)),
         Block("items", identification.notes),
     ]
     sections = [
         Section("drive", "Table for the drive", _for_the_drive(fit, table, axis) if table else []),
         Section("parameters", "Parameters", [Block("table", parameter_table(fit, axis), ("long",)), living]),
-        Section("doubts", "What this log does not tell", doubts),
+        Section("doubts", "Limits of this log", doubts),
         Section("following", f"Following error {heading}", loop),
-        Section("fit", "How well the model fits", [*by_position, Figures("fit"), _correlations(fit)], folded=True),
+        Section("fit", "Fit of the model", [*by_position, Figures("fit"), _correlations(fit)], folded=True),
         Section("models", "Models compared", [comparison_table(identification)] if identification.fits[1:] else [], folded=True),
-        Section("certificates", "Is the model fit to be used?", certified, folded=True),
-        Section("assumptions", "What was assumed", assumptions, folded=True),
+        Section("certificates", "Certificates", certified, folded=True),
+        Section("assumptions", "Assumptions", assumptions, folded=True),
         Section("log", "The log", read, folded=True),
     ]
     ruling = judged(fit, identification.settings, following)
-    # What another reason names already is left out.
+    # Reasons with the same parameters are merged.
     names = [reason.partition(": ")[2] for reason in ruling.reasons]
     reasons = tuple(reason for place, reason in enumerate(ruling.reasons) if not names[place] or names[place] not in names[:place])
     about_log = about(f"log {log_name}, {fixed(log.duration, 's')}", f"model {fit.name}")
     five = answers(identification, simulation, following, axis, usable=ruling.level != "measure_again")
-    without = "Nothing in this log speaks against it."
+    without = "bristle found no problem in this log."
     front = Front(f"{axis_name}: identified friction", about_log, ruling._replace(reasons=reasons), five, "doubts", without)
     return report_page("identification", facts, front, sections, living=living, **options)
 
 
 def _correlations(fit: Fit) -> Table:
-    """Return the pairs of parameters whose estimates are correlated most, the strongest first."""
+    """Return the pairs of parameters with the strongest correlation, strongest first."""
     pairs = [(float(fit.correlation[i][j]), i, j) for i, j in combinations(range(len(fit.correlation_names)), 2)]
-    # A correlation that rounds to zero, or is not defined, says nothing of a pair.
+    # A correlation that rounds to zero or is undefined is left out.
     strongest = sorted((pair for pair in pairs if abs(pair[0]) >= 0.005), key=lambda pair: -abs(pair[0]))[:PAIRS_SHOWN]
     rows = [(fit.correlation_names[i], fit.correlation_names[j], f"{value:+.2f}".replace("-", "−")) for value, i, j in strongest]
-    caption = "Correlation of the estimates, strongest first: near ± 1 the log knows a combination of two better than either"
+    caption = "Correlation of the estimates, strongest first. Near ± 1 the two parameters are confounded"
     return Table(caption, ("Parameter", "With", "Correlation"), rows)
 
 
@@ -156,11 +156,11 @@ def answers(
     *,
     usable: bool = True,
 ) -> list[tuple[str, list[str]]]:
-    """Return the five questions of a person who has an axis, each with its answer in a few lines."""
+    """Return the five questions about an axis, each with a short answer."""
     fit, kind = identification.best, identification.best.plant.kind
     return answered(
         misfit(fit),
-        _typed_in(fit, axis) if usable else ["nothing yet: measure again first"],
+        _typed_in(fit, axis) if usable else ["no values yet: measure again first"],
         gain_lines(simulation, following, kind),
         _trust(fit),
         _next(fit, usable=usable),
@@ -170,11 +170,11 @@ def answers(
 def _typed_in(fit: Fit, axis: Axis | None) -> list[str]:
     kind, levels, unit = fit.plant.kind, level_values(fit), unit_of("force", fit.plant.kind)
     if not any(estimate.status in ("identified", "held") for estimate in fit.estimates if estimate.value):
-        return ["nothing: no parameter was identified"]
+        return ["no values: no parameter was identified"]
     if levels is None and fit.never_slid:
-        return ["nothing: the log never slides, so that no level of friction was seen; record motion that slides"]
+        return ["no values: the log never slides, so it shows no level of friction. Record sliding motion"]
     if levels is None:
-        return ["nothing: a plant on a spring does not move on steadily"]
+        return ["no values: a plant on a spring has no constant-velocity motion"]
     units, is_open = drive_units(axis, kind), fit.inertia is not None and fit.inertia.status == "unidentifiable"
     mass = ": not identified" if is_open else f" {fixed(levels.inertia, unit_of('mass', kind))}"
     named = {"F+": levels.forward, "F\u2212": levels.backward, "constant": levels.constant or None}
@@ -188,17 +188,17 @@ def _typed_in(fit: Fit, axis: Axis | None) -> list[str]:
     for drive_unit in units.efforts:
         values = (f"{name}{NO_BREAK}{short_text(drive_unit.of(value))}" for name, value in named.items())
         in_units.append(f"in {typeset(drive_unit.name)}: {', '.join(values)}")
-    # Over which distance friction turns, where it does not turn at once.
+    # The distance over which friction reverses.
     distance = reversal_distance(fit.friction, float(np.max(np.abs(fit.traces.velocity))))
     motor = [drive_unit for drive_unit in units.lengths if "motor" in drive_unit.name]
     at_motor = "".join(f" ({number(drive_unit.of(distance), digits=2)} {drive_unit.name})" for drive_unit in motor)
-    turned = [f"after a reversal 95 % of the friction turns within {length_text(distance, kind)}{at_motor}"] if distance else []
+    turned = [f"after a reversal, 95 % of the friction builds up within {length_text(distance, kind)}{at_motor}"] if distance else []
     return [
         f"{'inertia' if kind == 'rotational' else 'mass'}{mass}",
-        f"{', '.join(words)}: never above the steady friction, up to {fixed(levels.deviation, unit)} below it",
+        f"{', '.join(words)}: at most {fixed(levels.deviation, unit)} below the steady friction, never above it",
         *in_units,
         *turned,
-        "or the table for the drive, below",
+        "or use the table for the drive, below",
     ]
 
 
@@ -212,7 +212,7 @@ def _trust(fit: Fit) -> list[str]:
         f"{name} {'–' if half is None else f'± {number(half, digits=2)} %' if half < 100.0 else '≈ 0'}" for name, half in halves.items()
     ]
     widths = names_text(precise, 2 * NAMES_MAX) + (", below" if len(identified) > 2 * NAMES_MAX else "")
-    effective = f"they are effective: {why_effective(fit)}" if fit.effective else ""
+    effective = f"effective values, valid for similar motions: {why_effective(fit)}" if fit.effective else ""
     return [f"{len(identified)} of {len(sought)} parameters identified; 95 % intervals:", widths, effective]
 
 
@@ -220,13 +220,13 @@ def _next(fit: Fit, *, usable: bool) -> list[str]:
     grave = (SENTENCES[doubt.code].advice for doubt in fit.diagnostics if doubt.severity == "error")
     lines = [advice for advice in dict.fromkeys(grave) if advice != "nothing"]
     models = [str(doubt.numbers["model"]) for doubt in fit.diagnostics if doubt.numbers.get("model")]
-    lines += [f"fit what this model lacks: `--model {','.join(dict.fromkeys(models))}`"] if models else []
+    lines += [f"try a model with the missing force: `--model {','.join(dict.fromkeys(models))}`"] if models else []
     by_motion: dict[str, list[str]] = {}
     for names, motion in next_measurements(fit):
         sentence, _, command = motion.partition(WRITTEN_BY)
-        by_motion.setdefault(f"{command}, which writes the motion" if command else sentence, []).append(names)
+        by_motion.setdefault(f"generate a motion with {command}" if command else sentence, []).append(names)
     lines += [f"for {', '.join(names)}: {motion}" for motion, names in by_motion.items()]
     otherwise = "record the axis again, in both directions and at several speeds"
     if usable:
-        otherwise = "try it on the machine, record again, and let `bristle compare` tell what it gained"
+        otherwise = "try it on the machine, record again, and measure the gain with `bristle compare`"
     return lines or [otherwise]

@@ -1,4 +1,4 @@
-"""`identify`: from a log, or the columns of one, to a model that is looked at, predicts, and is kept, with what follows from it."""
+"""`identify`: from a log or its columns to an identified model, with its table, loop, report and files."""
 
 from __future__ import annotations
 
@@ -36,16 +36,16 @@ EXPERIMENT = "experiment.toml"  # name of the experiment file that an identifica
 
 @dataclass(frozen=True, eq=False)
 class Identified(Identification, ModelInHand, Result):
-    """Models identified from a log, best first; what stands on it is that of the best one.
+    """Models identified from a log, best first; attributes belong to the best model.
 
     Parameters
     ----------
     axes : tuple of Axis or None
-        What was known of the axis of each log.
+        The axis of each log.
     code : tuple of Origin
-        Files of those models that are a user's own.
+        Files of the user's models.
     call : str
-        What repeats it.
+        The call that repeats the identification.
     """
 
     command: ClassVar[str] = "identify"
@@ -55,7 +55,7 @@ class Identified(Identification, ModelInHand, Result):
 
     @property
     def axis(self) -> Axis | None:
-        """What was known of the axis of the first log."""
+        """The axis of the first log."""
         return self.axes[0]
 
     @cached_property
@@ -74,9 +74,9 @@ class Identified(Identification, ModelInHand, Result):
         loop: Loop | None = None,
         figures: Sequence[ReportFigure] = (),
     ) -> Outcome:
-        """Return what follows from the models, with words of one's own, and with `files` that were read beside the logs.
+        """Return the results of the models, with given names, and with further `files` in the provenance.
 
-        A `loop` is what was simulated elsewhere, as on an axis that is itself simulated.
+        A `loop` is the result of an earlier simulation, such as that of a simulated axis.
         """
         from bristle.certificates import check
 
@@ -106,7 +106,7 @@ class Identified(Identification, ModelInHand, Result):
         )
 
     def _loop(self) -> Experiment | None:
-        """Return the loop of the log with the best model: the one that is simulated, written down, run and designed."""
+        """Return the loop of the log with the best model, for simulation, experiment file and design."""
         from bristle.prediction import TREATED, loop_of
 
         if self.best.position_rmse is not None:  # fitted to the position: there was no loop
@@ -115,8 +115,8 @@ class Identified(Identification, ModelInHand, Result):
         return loop_of(self.plant, self.model, self.log, self.axis or Axis(), lag=self.best.lag, **treatment)
 
     def _in_the_loop(self, experiment: Experiment | None, progress: Progress | None) -> Loop:
-        """Return the loop with and without compensation, the log as predicted, and how it followed; None without a loop."""
-        # What was fitted to the position is told by the position, and that takes no loop.
+        """Return the loop with and without compensation, the predicted log, and the following error; None without a loop."""
+        # A fit to the position is judged by the position, without a loop.
         from bristle.prediction import following_of, predict
         from bristle.simulation import simulate
 
@@ -135,7 +135,7 @@ class Identified(Identification, ModelInHand, Result):
         return (replace(self.outcome, figures=figures) if figures else self.outcome).page
 
     def write(self, folder: Results) -> None:
-        """Write all of it into a folder of results that is open."""
+        """Write all results into an open folder."""
         self.outcome.write(folder)
 
     def _recorded(self, log: Any) -> tuple[list[Log], list[Axis | None], Mapping[str, float]]:
@@ -144,15 +144,15 @@ class Identified(Identification, ModelInHand, Result):
     def _words(self) -> tuple[str, list[str]]:
         logs = ", ".join(log.origin.name for log in (self.log, *self.further_logs) if log.origin.name)
         behind = [f"{fit.name} ({fit.error_percent:.3g} %)" for fit in self.fits[1:]]
-        return logs, [f"ranked behind it: {', '.join(behind)}"] * bool(behind) + [self.unfinished] * bool(self.unfinished)
+        return logs, [f"next in rank: {', '.join(behind)}"] * bool(behind) + [self.unfinished] * bool(self.unfinished)
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """An identification and what follows from it.
+    """An identification with its results.
 
-    The `table` for a drive is of velocities and efforts, `uncertified` says why there are no certificates, the `banner`
-    what a reader must know before anything else, and `looped` is the loop of the log with the best model.
+    The `table` for a drive has velocities and efforts, `uncertified` is the reason for missing certificates, `banner` is
+    the text at the top of the report, and `looped` is the loop of the log with the best model.
     """
 
     identification: Identified
@@ -170,20 +170,20 @@ class Outcome:
     looped: Experiment | None
 
     def _facts(self) -> dict[str, Any]:
-        """Return what summary and report tell alike."""
+        """Return the facts that summary and report share."""
         names = ("table", "simulation", "prediction", "provenance", "certificates", "following")
         return {name: getattr(self, name) for name in names} | {"axis": self.identification.axis}
 
     @cached_property
     def summary(self) -> dict[str, Any]:
-        """The numbers, as ``summary.json`` holds them."""
+        """The numbers of ``summary.json``."""
         from bristle.report.summary import identification_summary
 
         return identification_summary(self.identification, **self._facts())
 
     @cached_property
     def page(self) -> str:
-        """The report, one HTML page, whose parameters can be moved where a page can compute the model."""
+        """The report, an HTML page, with movable parameters if the page can compute the model."""
         from bristle.lab.living import living_part
         from bristle.report.identification import identification_report
 
@@ -192,7 +192,7 @@ class Outcome:
         return identification_report(self.identification, figures=self.figures, living=living, **words, **self._facts())
 
     def following_experiment(self, folder: Path) -> NextExperiment:
-        """Return the experiment file that lies in a folder beside the model: the next step."""
+        """Return the experiment file for the folder of the model: the next step."""
         from bristle.files import NextExperiment
 
         log, axis = self.identification.log, self.identification.axis or Axis(kind=self.identification.log.kind)
@@ -202,13 +202,13 @@ class Outcome:
 
     @cached_property
     def _axis_texts(self) -> tuple[bytes, ...]:
-        """The axis files as used, each once, that of the first log first."""
+        """The axis files as used, without duplicates, in the order of the logs."""
         logs = (self.identification.log, *self.identification.further_logs)
         texts = [axis_text(axis, log) for axis, log in zip(self.identification.axes, logs, strict=True)]
         return tuple(dict.fromkeys(text for text in texts if text is not None))
 
     def write(self, folder: Results, **further: Any) -> None:
-        """Write all of it into a folder of results, with further entries of the summary."""
+        """Write all results into a folder, with further entries in the summary."""
         from bristle.files import LOOP, codes_of, write_arrays, write_model
         from bristle.report.messages import note_of
         from bristle.report.model_tables import as_csv
@@ -219,7 +219,7 @@ class Outcome:
         for code in codes_of(best.friction.component):
             folder.write(code.source.name, code.data)
         notes = {estimate.name: note_of(estimate) for estimate in best.estimates}
-        # What was told by a log that never slides alone.
+        # Notes for parameters that come only from a log without sliding.
         sticking = next((diagnostic for diagnostic in best.diagnostics if diagnostic.code == "never_slides"), None)
         names = sticking.numbers.get("names", ()) if sticking is not None else ()
         explained = {estimate.name for estimate in best.estimates if estimate.reason is not None}
@@ -252,7 +252,7 @@ class Outcome:
 
 
 def _in_hand(fitted: Callable[P, Identification]) -> Callable[P, Identified]:
-    """Return an identification whose result is looked at, predicts and is kept; arguments and words are the same."""
+    """Return the wrapped identification that returns `Identified`; arguments and documentation are the same."""
     parameters = signature(fitted)
 
     @wraps(fitted)
@@ -279,7 +279,7 @@ identify = _in_hand(models_fitted)
 
 
 def _call(logs: Sequence[Log], model: Any, axes: Sequence[Axis | None], options: Mapping[str, Any], parameters: Signature) -> str:
-    """Return the call that repeats an identification, for who has the same log and axis."""
+    """Return the call that repeats an identification with the same log and axis."""
     names = [log.origin.name or log.source.name.strip("<>") or "log" for log in logs]
     words = [repr(names[0]) if len(names) == 1 else repr(names), repr(_model_name(model))]
     words += ["axis=axis"] if any(axes) else []

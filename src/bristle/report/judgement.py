@@ -1,4 +1,4 @@
-"""Whether an identified model can be used, and why, in the word that a person looks for; and what to measure next."""
+"""The verdict on an identified model with its reasons, and the next measurements."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from bristle.prediction import Following
 
 LEVELS = {"usable": "Usable", "with_care": "Use with care", "measure_again": "Measure again"}  # the words of each level
-# Codes that doubt a record, or the model on it, rather than a single parameter; the gravest first.
+# Codes that concern a log or its model, not a single parameter; most severe first.
 DOUBTS = (
     "structure",
     "stages_differ",
@@ -44,25 +44,24 @@ DOUBTS = (
     "never_slides",
     "below_resolution",
 )
-WRITTEN_BY = " Written by: "  # between the motion that is needed and the command for it
+WRITTEN_BY = " Generate it with: "  # between the motion and its command
 
-# The motion that is needed, and the purposes of `bristle excite --for` that give it.
+# The required motion, and the purposes of `bristle excite --for` that generate it.
 ADVICE = {
-    "sliding": ("Move in both directions, at least ten reversals, each with a stretch of steady motion after it.", "stribeck"),
-    "speed": ("Move at several steady speeds between a tenth and all of the working speed, in both directions.", "stribeck"),
+    "sliding": ("Move in both directions, with at least ten reversals. Add a constant-velocity segment after each reversal.", "stribeck"),
+    "speed": ("Move at several constant speeds, from a tenth of the working speed up to all of it, in both directions.", "stribeck"),
     "stribeck": (
-        "Move slowly and steadily, in both directions: at least five speeds below the one at which friction is least, "
-        "down to where the axis begins to stick.",
+        "Move slowly at constant speed, in both directions. Use at least five speeds below that of the least friction, "
+        "down to the speed at which the axis sticks.",
         "stribeck",
     ),
     "presliding": (
-        "Reverse gently and often, at amplitudes of the break-away distance and below (slow triangles of a few "
-        "encoder counts to some ten times that), sampled so that a reversal lasts at least fifty samples.",
+        "Reverse gently and often, at amplitudes up to the break-away distance, in slow triangles of a few to some ten encoder "
+        "counts. Sample at least fifty times per reversal.",
         "presliding,break-away,damping",
     ),
     "displacement": (
-        "Move at several amplitudes, up to the largest that matters and through the resonance if there is one, so that "
-        "the force yields or hardens visibly.",
+        "Move at several amplitudes, up to the working stroke and through any resonance, until the force visibly yields or hardens.",
         "",
     ),
     "acceleration": ("Accelerate harder, or weigh the moving mass and give it in the axis file.", "stribeck"),
@@ -70,31 +69,31 @@ ADVICE = {
 
 
 def misfit(fit: Fit) -> list[str]:
-    """Return how far off a fit is: on what it was fitted to, and on what it was not."""
+    """Return the model error of a fit and its held-out error."""
     kind = fit.plant.kind
     if fit.position_rmse is not None:
-        quality = f"misses the position of the log by {length_text(fit.position_rmse, kind)}"
+        quality = f"model error {length_text(fit.position_rmse, kind)} of the position"
     elif fit.loop_rmse is not None:
-        quality = f"misses the effort of the loop by {fixed(fit.loop_rmse, unit_of('force', kind))}"
+        quality = f"model error {fixed(fit.loop_rmse, unit_of('force', kind))} of the effort in the loop"
     else:
-        quality = f"misses {percent_text(fit.force_error_percent)} of the effort of the log, "
-        quality += f"{percent_text(fit.friction_alone_error_percent)} of what friction takes"
-    held_out = "nothing was held out"
+        quality = f"model error {percent_text(fit.force_error_percent)} of the effort, "
+        quality += f"{percent_text(fit.friction_alone_error_percent)} of the friction"
+    held_out = "no held-out stretches"
     if fit.held_out is not None:
-        held_out = f"on {fit.held_out.of} that it was not fitted to: {percent_text(fit.held_out.mean_percent)}"
-        # Ratio of held-out to fitted error from which the page says so.
+        held_out = f"held-out error {percent_text(fit.held_out.mean_percent)}, over {fit.held_out.of}"
+        # Smallest ratio of held-out to fitted error for a remark.
         if fit.held_out.mean_percent > 1.25 * fit.error_percent:
-            held_out += ", clearly larger: too free a model for this log, or friction that changed"
+            held_out += ". This is clearly larger: the model is too free for this log, or friction changed"
     return [quality, held_out]
 
 
 def judged(fit: Fit, settings: Settings, following: Following | None = None) -> Ruling:
-    """Return whether a fit is usable, to be used with care, or no reason to type anything into a drive.
+    """Return the verdict on a fit: usable, use with care, or measure again.
 
-    It takes another record where the log contradicts itself, no level of friction is identified, or the model misses most
-    of what friction takes. It takes care where anything is doubted that the force along a motion like this one stands on.
+    Measure again if the log contradicts itself, no level of friction is identified, or the model error is most of the
+    friction. Use with care if a doubt affects the force along similar motions.
     """
-    misses = f"the model misses {_error(fit):.3g} % of what friction takes"
+    misses = f"the model error is {_error(fit):.3g} % of the friction"
     grave = [SENTENCES[doubt.code].means for doubt in fit.diagnostics if doubt.severity == "error"]
     sought = [estimate for estimate in fit.estimates if estimate.status != "held"]
     unknown = [estimate for estimate in sought if estimate.status != "identified"]
@@ -111,23 +110,23 @@ def judged(fit: Fit, settings: Settings, following: Following | None = None) -> 
     little = [estimate.name for estimate in unknown if not estimate.matters]
     rough = [estimate.name for estimate in sought if estimate.is_rough]
     doubts += [f"not identified: {', '.join(matter)}"] if matter else []
-    doubts += [f"identified roughly: {', '.join(rough)}"] if rough else []
+    doubts += [f"roughly identified: {', '.join(rough)}"] if rough else []
     doubts += [misses] if settings.usable_error < _error(fit) <= settings.useless_error else []
     if following is not None and following.contradiction is not None:
         doubts.append(SENTENCES[following.contradiction.code].means)
     level = "measure_again" if grave else "with_care" if doubts else "usable"
-    remarks = [f"not identified, and of little effect on the force: {', '.join(little)}"] if little else []
+    remarks = [f"not identified, but with little effect on the force: {', '.join(little)}"] if little else []
     return Ruling(level, LEVELS[level], (*dict.fromkeys(grave), *doubts, *remarks))
 
 
 def _error(fit: Fit) -> float:
-    """Return how much the model misses, of what friction takes where it was fitted to the effort, noise apart [%]."""
+    """Return the model error without noise, relative to friction if the model was fitted to the effort [%]."""
     simulated = fit.position_rmse is not None or fit.loop_rmse is not None
     return fit.error_percent if simulated else fit.missed_percent
 
 
 def next_measurements(fit: Fit) -> list[tuple[str, str]]:
-    """Return which motion to record so that a log determines the parameters that this one did not."""
+    """Return the motions to record for the parameters that this log did not determine."""
     variables = fit.plant.component.variables | fit.friction.component.variables
     open_: dict[str, list[str]] = {}
     for estimate in fit.estimates:

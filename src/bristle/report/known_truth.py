@@ -1,4 +1,4 @@
-"""What a log can and cannot determine, told parameter by parameter."""
+"""The parameters that a log determines, by simulated logs with known truth."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from bristle.identification import Determined
 from bristle.logs import Log, read_log
 from bristle.report.table import Table
 
-NOTE = "The simulated axis is exactly as the model says: what the model does not explain of the recorded log comes on top of these errors."
+NOTE = "The simulated axis follows the model exactly. The unexplained force of the recorded log adds to these errors."
 KEYS = ("truth", "unit", "description", "relative_to", "median_error_percent", "spread_percent", "within_percent")
 KEYS += ("identified", "intervals", "hold", "verdict")
 VERDICTS = {
@@ -26,16 +26,16 @@ VERDICTS = {
 
 @dataclass(frozen=True, eq=False)
 class KnownTruth(WithCard):
-    """What simulated logs with known truth say of the log of an identification.
+    """The parameters that the log of an identification determines, by simulated logs with known truth.
 
     Parameters
     ----------
     model : str
         Name of the friction model.
     parameters : dict of str to Determined
-        Every parameter that was identified, by name.
+        Every fitted parameter, by name.
     draws : int
-        How many logs were simulated.
+        Number of simulated logs.
     """
 
     model: str
@@ -44,7 +44,7 @@ class KnownTruth(WithCard):
 
     @property
     def sentence(self) -> str:
-        """Which parameters the log determines."""
+        """The verdict: the parameters that the log determines."""
         parts = list[str]()
         for verdict, (phrase, lacking) in VERDICTS.items():
             names = [parameter.name for parameter in self.parameters.values() if parameter.verdict == verdict]
@@ -61,12 +61,12 @@ class KnownTruth(WithCard):
                 "True value": with_unit(parameter.truth, parameter.unit, digits=4),
                 "Median error [%]": _percent(parameter.median_error_percent),
                 "Spread [%]": _percent(parameter.spread_percent),
-                "Intervals that hold": f"{parameter.hold} of {parameter.intervals}" if parameter.intervals else "–",
+                "Correct intervals": f"{parameter.hold} of {parameter.intervals}" if parameter.intervals else "–",
                 "Verdict": _words(parameter),
             }
             for parameter in self.parameters.values()
         ]
-        return Table.of(f"What this log can and cannot determine: {self.model}, {self.draws} simulated logs", rows)
+        return Table.of(f"Parameters that this log determines: {self.model}, {self.draws} simulated logs", rows)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the numbers as plain data, in SI of the axis, as ``bristle check --json`` prints them."""
@@ -91,19 +91,19 @@ def _words(parameter: Determined) -> str:
     if parameter.truth == 0.0 and not of:
         return "not determined: the true value is 0"
     if parameter.within_percent is None or parameter.is_rare:
-        within = "" if parameter.within_percent is None else f", there {within}"
+        within = "" if parameter.within_percent is None else f", then {within}"
         return f"not determined: identified in {parameter.identified} of {parameter.logs} logs{within}"
     return f"not determined: error up to {_percent(parameter.within_percent)} %{of}"
 
 
 def logs_of(folder: Path, provenance: Mapping[str, str], log: Any = None) -> tuple[list[Log], list[Axis | None]]:
-    """Return the logs of the results in a folder, each with its axis; a log with another content is refused."""
+    """Return the logs of the results in a folder, each with its axis; a changed log raises an error."""
     named = list(log) if isinstance(log, (list, tuple)) else [] if log is None else [log]
     axes = [read_axis(file) for file in sorted(folder.glob("axis*.toml"), key=lambda file: (len(file.name), file.name))]
     keys = [key for key in provenance if re.fullmatch(r"log(_\d+)?", key)]
     if named and len(named) != len(keys):
-        message = "are another number of logs than were identified together"
-        raise InputError(message, path="log", value=len(named), allowed=str(len(keys)), mend="Name each of them once")
+        message = "differ in number from the identified logs"
+        raise InputError(message, path="log", value=len(named), allowed=str(len(keys)), mend="Name each log once")
     described, logs = axes_for(axes, len(keys)), list[Log]()
     for key, axis, path in zip(keys, described, named or [None] * len(keys), strict=True):
         file = path if path is not None else _beside(folder, provenance[key])
@@ -114,21 +114,21 @@ def logs_of(folder: Path, provenance: Mapping[str, str], log: Any = None) -> tup
                 path=str(read.source),
                 value=f"SHA-256 {read.origin.checksum[:12]}…",
                 allowed=f"{checksum[:12]}…",
-                mend=f"Name {provenance[key]} as it was identified (--log), or identify this one",
+                mend=f"Name the identified {provenance[key]} (--log), or identify this log",
             )
         logs.append(read)
     return logs, described
 
 
 def _beside(folder: Path, name: str) -> Path:
-    """Return a log of a name that lies beside a folder of results, in it, or in the current folder."""
+    """Return a log by name from the parent of a folder of results, the folder, or the current folder."""
     for place in (folder.absolute().parent, folder, Path()):
         if name and (place / name.partition("::")[0]).is_file():
             return place / name
     raise InputError(
-        "the log of these results is not there" if name else "holds no file name of its log, which was identified from memory",
+        "the log of these results is missing" if name else "has no file name of its log, which was identified from memory",
         path=str(folder),
         value=name,
-        allowed="beside the folder, in it, or in the current folder",
+        allowed="the parent folder, the folder, or the current folder",
         mend="Name the log: --log PATH",
     )

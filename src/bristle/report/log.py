@@ -1,4 +1,4 @@
-"""The report of a log: whether it can be identified, which experiments it contains, what is wrong with it; and its facts elsewhere."""
+"""The report of a log: verdict, its experiments and its problems; also its facts for other reports."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ TREATMENT = {
     "smoothing": ("Filter of the effort beyond that of the position, identified", "{:.3g} s"),
     "position_smoothing": ("Filter of the position, identified", "{:.3g} s"),
     "slow": ("Cut-off of the acceleration", "{:.3g} Hz"),
-    "lag": ("Lag of the drive behind its controller, identified", "{:.3g} s"),
+    "lag": ("Lag of the drive, identified", "{:.3g} s"),
     "rest_percent": ("Samples at rest, left out", "{:.3g} %"),
 }
 
 
 KINDS = {
     "constant_velocity": "slides at constant velocity",
-    "loops": "loops before sliding",
+    "loops": "pre-sliding loops",
     "break_away": "break-away from rest",
     "chirp": "oscillation of changing frequency",
     "oscillation": "oscillation of one frequency",
@@ -49,10 +49,10 @@ KINDS = {
 
 
 class Inspected(Inspection):
-    """What is in a log, and its report."""
+    """The contents of a log, and its report."""
 
     def write(self, folder: Results, command: str) -> None:
-        """Write the numbers, and the report of a log that can be used, into a folder of results."""
+        """Write the numbers, and the report of a usable log, into a folder of results."""
         if self.log is None:
             folder.write(SUMMARY, as_json(self.summary))
             return
@@ -68,12 +68,12 @@ class Inspected(Inspection):
 
 
 def inspect_log(log: Readable, axis: Axis | None = None, *, size_limit: int = SIZE_LIMIT) -> Inspected:
-    """Return what is in a log; without an axis, the axis file that its columns speak of."""
+    """Return the contents of a log; without an axis also a proposed axis file."""
     inspected = Inspected.of(log, axis, size_limit=size_limit)
     data, proposal = inspected.summary, inspected.proposal
     diagnostics = [Diagnostic(**entry, kind=data["kind"]) for entry in data["diagnostics"]]
     if proposal is not None and {"columns.position.unit", "columns.velocity.unit"} & set(proposal.missing):
-        # Of a size that nobody knows nothing can be said.
+        # Without a unit the size is unknown.
         diagnostics = [
             diagnostic for diagnostic in diagnostics if not (diagnostic.code == "unit_suspect" and "speed" in diagnostic.numbers)
         ]
@@ -85,28 +85,28 @@ def inspect_log(log: Readable, axis: Axis | None = None, *, size_limit: int = SI
 
 
 def log_report(log: Log, segments: Sequence[Passage], *, name: str, diagnostics: Sequence[Mapping[str, Any]] = (), **options: Any) -> str:
-    """Return the report of a log as one HTML page; options as of `report_page`."""
+    """Return the report of a log as an HTML page; options as of `report_page`."""
     remarks = Block("items", [diagnostic["message"] for diagnostic in diagnostics])
     sections = [
-        Section("check", "What to mend or to know", [remarks]),
-        Section("passages", "What it contains", [passage_table([segment.as_data() for segment in segments], log.kind)]),
-        Section("log", "The log", [Block("facts", log_facts(log), ("What was read",)), Block("items", log.notes)]),
+        Section("check", "Problems and remarks", [remarks]),
+        Section("passages", "Contents", [passage_table([segment.as_data() for segment in segments], log.kind)]),
+        Section("log", "The log", [Block("facts", log_facts(log), ("Recorded channels",)), Block("items", log.notes)]),
     ]
     facts = {"log": log, "passages": segments, "log_name": log.source.name.strip("<>")}
     return report_page("log", facts, _front(log, segments, diagnostics, name), sections, **options)
 
 
 def log_ruling(log: Log, diagnostics: Sequence[Mapping[str, Any]]) -> Ruling:
-    """Return whether a log can be identified, and why."""
+    """Return the verdict on a log, with its reasons."""
     grave, doubts = (
         [SENTENCES[diagnostic["code"]].means for diagnostic in diagnostics if diagnostic["severity"] == severity]
         for severity in ("error", "warning")
     )
     if log.effort is None:
-        grave.insert(0, "it has no effort, and friction is an effort")
+        grave.insert(0, "the log has no effort, so friction is unknown")
     reasons = tuple(dict.fromkeys([*grave, *doubts]))
     if grave:
-        return Ruling("no", "Mend it first", reasons)
+        return Ruling("no", "Correct it first", reasons)
     return Ruling("with_care", "Use with care", reasons) if doubts else Ruling("usable", "It can be identified")
 
 
@@ -123,25 +123,25 @@ def _front(log: Log, segments: Sequence[Passage], diagnostics: Sequence[Mapping[
         if (channel := getattr(log, signal)) is not None:
             text = fixed(float(np.ptp(channel.values)), unit_of(quantity, log.kind))
             spans.append(f"{signal} spans {text} (column {channel.column})")
-    fit = f"fit models to it: `bristle identify {source} --axis axis.toml --out results`"
+    fit = f"fit models: `bristle identify {source} --axis axis.toml --out results`"
     answers = answered(
-        [f"{KINDS[kind]}: {fixed(time, 's')}" for kind, time in longest_first] or ["it does not move"],
-        lines or ["nothing is to be mended in the axis file"],
+        [f"{KINDS[kind]}: {fixed(time, 's')}" for kind, time in longest_first] or ["the axis does not move"],
+        lines or ["the axis file needs no corrections"],
         spans,
         [
             f"{len(log)} samples in {count} {'stretch' if count == 1 else 'stretches'}",
             f"a sample every {fixed(log.sample_time, 's')} ({number(1.0 / log.sample_time)} Hz)",
-            "with a reference: the following error is told" if log.reference is not None else "without a reference",
+            "with a reference, so the following error is known" if log.reference is not None else "without a reference",
         ],
-        [fit if ruling.level != "no" else "mend it, then look at it again: `bristle log`"],
-        third="How far, and how hard",
+        [fit if ruling.level != "no" else "correct it, then check it again: `bristle log`"],
+        third="Range and effort",
     )
     facts = about(f"log {source}, {fixed(len(log) * log.sample_time, 's')}")
-    return Front(f"{name}: a log", facts, ruling, answers, "check", "Nothing in it speaks against it.")
+    return Front(f"{name}: a log", facts, ruling, answers, "check", "bristle found no problem in this log.")
 
 
 def log_facts(log: Log, further: Sequence[Log] = ()) -> list[tuple[str, str]]:
-    """Return what there is to know of a log, and the names of those that were used beside it."""
+    """Return the facts of a log, and the names of further logs."""
     count = log.time.values.size
     facts = [
         ("File", log.origin.name),
@@ -160,7 +160,7 @@ def log_facts(log: Log, further: Sequence[Log] = ()) -> list[tuple[str, str]]:
 
 
 def treatment_facts(treatment: Mapping[str, float], kind: Kind) -> list[tuple[str, str]]:
-    """Return how a log was treated before the identification."""
+    """Return the treatment of a log before the identification."""
     facts = [(word, pattern.format(treatment[key])) for key, (word, pattern) in TREATMENT.items() if key in treatment]
     if "velocity_max" in treatment:
         facts.append(("Largest speed of the rows", with_unit(treatment["velocity_max"], unit_of("length/time", kind))))
@@ -168,7 +168,7 @@ def treatment_facts(treatment: Mapping[str, float], kind: Kind) -> list[tuple[st
 
 
 def scatter_facts(fit: Fit) -> list[tuple[str, str]]:
-    """Return how repeatable the friction of a log is, and what else keeps a fit from being exact."""
+    """Return the scatter of friction, the noise, and the unexplained residual."""
     resampling, kind = fit.resampling, fit.plant.kind
     if resampling is None:
         return []
@@ -179,11 +179,11 @@ def scatter_facts(fit: Fit) -> list[tuple[str, str]]:
     if scatter.value > 0.0:
         text = f"{value} %, 95 % interval {low} to {high} %, {resampling.half_cycles} half-cycles"
         facts.append(("Scatter of friction from reversal to reversal", text))
-    return [*facts, ("Residual that noise, encoder and scatter do not explain", f"{left}, root mean square")]
+    return [*facts, ("Residual without noise, encoder steps and scatter", f"{left}, root mean square")]
 
 
 def passage_table(segments: Sequence[Mapping[str, Any]], kind: Kind) -> Table:
-    """Return what a log contains, one row for each kind of passage."""
+    """Return the passages of a log, one row for each kind."""
     rows = []
     for name, words in KINDS.items():
         of_kind = [segment for segment in segments if segment["kind"] == name]
@@ -197,18 +197,18 @@ def passage_table(segments: Sequence[Mapping[str, Any]], kind: Kind) -> Table:
                 turns = [end for segment in of_kind for end in segment["frequencies"]]
                 if name == "loops":
                     depth, levels = (max(segment[key] for segment in of_kind) for key in ("depth", "levels"))
-                    nested = f"nested {depth} deep" if depth > 2 else "none inside another"
+                    nested = f"nested {depth} deep" if depth > 2 else "not nested"
                     remark = f"{levels} {'amplitude' if levels == 1 else 'amplitudes'}, {nested}"
                 elif name in ("chirp", "oscillation") and turns:
                     remark = span_text(turns, "Hz")
                 spans = amplitudes, speeds, remark
             rows.append((words, *counts, *spans))
     heads = ("Passages", "Count", "Legs", "Together [s]", "First at [s]", "Amplitude", "Speed", "Remark")
-    return Table("What the motion of the log is", heads, rows).without_empty_columns()
+    return Table("Motion of the log", heads, rows).without_empty_columns()
 
 
 def break_away_table(identification: Identification) -> Table | None:
-    """Return break-away by rate, with its 95 % intervals; None where the log shows none."""
+    """Return break-away by rate, with its 95 % intervals; None if the log has no break-away."""
     break_aways, kind = identification.break_aways, identification.best.plant.kind
     if not break_aways:
         return None
@@ -226,7 +226,7 @@ def break_away_table(identification: Identification) -> Table | None:
         }
         for break_away in break_aways
     ]
-    return Table.of("Break-away from rest, after a motion the other way, as measured", rows)
+    return Table.of("Measured break-away from rest, after a motion in the other direction", rows)
 
 
 def _between(quantity: Quantity, interval: tuple[float, float] | None) -> str:

@@ -1,4 +1,4 @@
-"""Loops in tables and lines: errors and efforts of variants, what they are made of, their gains, what speaks against them."""
+"""Tables and sentences of loops: errors and efforts of variants, their parts, gains and warnings."""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -17,13 +17,13 @@ from bristle.report.sentences import SENTENCES
 from bristle.report.table import MICROMETRE, Quantity, Table, fixed
 from bristle.simulation import SimulationResult, Statistics, VariantResult
 
-MOTOR = {"N*s/m": "N*m*s/rad", "N/m": "N*m/rad", "N/(m*s)": "N*m/(rad*s)"}  # by its unit on a carriage, the unit of a gain at the motor
+MOTOR = {"N*s/m": "N*m*s/rad", "N/m": "N*m/rad", "N/(m*s)": "N*m/(rad*s)"}  # unit of a gain at the motor, by its unit on a carriage
 
 
 def variant_table(result: SimulationResult, measured: Statistics | None = None) -> Table:
-    """Return the errors and efforts of the variants of a loop, side by side; of open loops where they went.
+    """Return the errors and efforts of the variants of a loop; for open loops their motions.
 
-    Above them stands what was measured, where that is given.
+    The first row has the measured error if it is given.
     """
     is_open = bool(result.variants) and all(variant.is_open for variant in result.variants.values())
     completed, kind = _completed(result), result.experiment.kind
@@ -70,7 +70,7 @@ def _completed(result: SimulationResult) -> list[VariantResult]:
 
 
 def _error_column(result: SimulationResult) -> Quantity:
-    """Return the column for following errors, by the smallest of them."""
+    """Return the column for following errors, scaled to the smallest error."""
     smallest = min((variant.following_error.peak_to_peak for variant in _completed(result)), default=0.0)
     scale = scale_of(unit_of("length", result.experiment.kind), max(smallest, MICROMETRE))
     return Quantity(scale, 0.1 * smallest * scale.factor)
@@ -96,16 +96,16 @@ def component_table(title: str, models: Iterable[tuple[str, Model | None]]) -> T
 
 
 def parts_table(variant: Variant) -> Table:
-    """Return the parameters of the parts of a variant: of an open loop without a controller."""
+    """Return the parameters of the parts of a variant; an open loop has no controller."""
     models: list[tuple[str, Model | None]] = [("Plant", variant.plant), ("Friction", variant.friction), ("Sensor", variant.sensor)]
     if variant.effort is None:
         models.insert(2, ("Controller", variant.controller))
-        models += [("Reference", variant.reference), ("Friction fed forward", variant.feedforward.friction)]
+        models += [("Reference", variant.reference), ("Friction feedforward", variant.feedforward.friction)]
     return component_table(f"The parts of {variant.name}", models)
 
 
 def run_table(variants: Sequence[Variant]) -> Table:
-    """Return how each variant was run."""
+    """Return the run settings of each variant."""
     rows = []
     for variant in variants:
         run, kind = variant.run, variant.plant.kind
@@ -115,20 +115,20 @@ def run_table(variants: Sequence[Variant]) -> Table:
                 "Duration": with_unit(run.duration, "s", 4),
                 "Left out at the start": with_unit(run.settle, "s", 4),
                 "Sample time": with_unit(run.sample_time, "s", 4),
-                "Steps in a sample": f"as {with_unit(run.tolerance, unit_of('length', kind))} of position ask for"
+                "Steps in a sample": f"adaptive, to {with_unit(run.tolerance, unit_of('length', kind))} of position"
                 if run.tolerance
                 else str(run.substeps),
                 "Delay [samples]": str(run.delay),
                 "Largest effort": with_unit(run.effort_limit, unit_of("force", kind), 4),
-                "Mass fed forward": with_unit(variant.feedforward.mass, unit_of("mass", kind), 4),
-                "Factor on the friction fed forward": f"{variant.feedforward.gain:g}",
+                "Mass feedforward": with_unit(variant.feedforward.mass, unit_of("mass", kind), 4),
+                "Factor on friction feedforward": f"{variant.feedforward.gain:g}",
             }
         )
-    return Table.of("How it was simulated", rows)
+    return Table.of("Run settings", rows)
 
 
 def law_lines(variant: Variant) -> list[str]:
-    """Return the gains of a loop, at its motor too where that is known, and what is fed forward."""
+    """Return the gains of a loop, also at its motor if known, and its feedforward."""
     fed, law, gains = variant.feedforward, variant.controller, []
     for name, value in law.values.items():
         if isinstance(value, (int, float)) and not isinstance(value, bool) and 0.0 < abs(value) < math.inf:
@@ -139,14 +139,14 @@ def law_lines(variant: Variant) -> list[str]:
     lines = [f"law {law.name}: {', '.join(gains)}"]
     if fed.friction is not None:
         share = "" if fed.gain == 1.0 else f" × {fed.gain:g}"
-        lines.append(f"friction fed forward: {fed.friction.name}{share}, along the {fed.along} motion")
+        lines.append(f"friction feedforward: {fed.friction.name}{share}, along the {fed.along} motion")
     if fed.mass > 0.0:
-        lines.append(f"acceleration × {fixed(fed.mass, unit_of('mass', variant.plant.kind))} fed forward")
+        lines.append(f"inertia feedforward: acceleration × {fixed(fed.mass, unit_of('mass', variant.plant.kind))}")
     return lines
 
 
 def controller_text(variant: Variant) -> str:
-    """Return control law and inertia fed forward of a loop as the tables of an experiment file that describe them."""
+    """Return control law and inertia feedforward of a loop as tables of an experiment file."""
     controller, mass = variant.controller, variant.feedforward.mass
     table: dict[str, Any] = {"model": controller.name}
     for name, value in controller.values.items():
@@ -161,30 +161,30 @@ def controller_text(variant: Variant) -> str:
 
 
 def _at_the_motor(value: float, unit: str, variant: Variant) -> str:
-    """Return a gain as the drive of a motor behind a screw has it; nothing where there is no screw."""
+    """Return a gain at the motor of a screw; empty without a screw."""
     arm = None if variant.axis is None else variant.axis.arm
     return f"{value * arm * arm:.4g} {MOTOR[unit]} at the motor" if arm and unit in MOTOR else ""
 
 
 def about_loops(judged: Mapping[str, Assessment], further: Mapping[str, Diagnostic]) -> list[Diagnostic]:
-    """Return what to know of loops, those that are unstable or have small margins: ``variants`` are their names."""
+    """Return the diagnostics of loops that are unstable or have small margins, with their names in ``variants``."""
     by_message: dict[str, tuple[Diagnostic, list[str]]] = {}
     for name, assessment in judged.items():
         for doubt in assessment.doubts if assessment.is_stable else (assessment.finding,):
-            # Two that read alike are told as one.
+            # Equal messages are merged.
             by_message.setdefault(message(doubt), (doubt, []))[1].append(name)
     complete = [*by_message.values(), *((diagnostic, [name]) for name, diagnostic in further.items())]
     return [replace(diagnostic, numbers={**diagnostic.numbers, "variants": tuple(names)}) for diagnostic, names in complete]
 
 
 def loop_warnings(diagnostics: Sequence[Diagnostic]) -> list[str]:
-    """Return the same in sentences, the names of the variants before each."""
+    """Return diagnostics of loops as sentences, each after the names of its variants."""
     heads = (f"{', '.join(map(str, _names(about)))}: {'warning: ' if about.severity == 'warning' else ''}" for about in diagnostics)
     return [f"{head}{message(diagnostic)}" for head, diagnostic in zip(heads, diagnostics, strict=True)]
 
 
 def loop_doubts(diagnostics: Sequence[Diagnostic]) -> list[str]:
-    """Return the same in short: what is grave as it stands, what is warned of by what it means."""
+    """Return diagnostics of loops in short: errors as sentences, warnings by their meaning."""
     doubts = [diagnostic for diagnostic in diagnostics if diagnostic.severity == "warning"]
     grave = loop_warnings([diagnostic for diagnostic in diagnostics if diagnostic.severity == "error"])
     return grave + [f"{SENTENCES[doubt.code].means}: {names_text(_names(doubt))}" for doubt in doubts]

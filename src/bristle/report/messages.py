@@ -1,4 +1,4 @@
-"""What diagnostics say: one sentence for each code, with the numbers of the diagnostic in units that read well."""
+"""Sentences of diagnostics, one for each code, with their numbers in readable units."""
 
 from __future__ import annotations
 
@@ -18,33 +18,33 @@ if TYPE_CHECKING:
 
 _HEADS = {
     ("parameter", "warning"): "{parameter} cannot be identified: ",
-    ("parameter", "note"): "{parameter} is held at {value:unit}: ",
+    ("parameter", "note"): "{parameter} is held constant at {value:unit}: ",
     ("edge", "warning"): "{parameter} has no standard error: ",
 }
 
 
 def message(diagnostic: Diagnostic) -> str:
-    """Return a diagnostic as one sentence.
+    """Return a diagnostic as a sentence.
 
     Examples
     --------
     >>> message(Diagnostic("low_speed", "F_v", numbers={"speed": 628e-6}))
     'F_v cannot be identified: the log never exceeds 628 µm/s'
     >>> message(Diagnostic("held_known", "M", "note", {"value": 12.0, "unit": "kg"}))
-    'M is held at 12 kg: given as known'
+    'M is held constant at 12 kg: given as known'
     """
     head = _HEADS.get((SENTENCES[diagnostic.code].about, diagnostic.severity), "")
     return _formatted(head, diagnostic) + clause(diagnostic)
 
 
 def whole_sentence(diagnostic: Diagnostic) -> str:
-    """Return the same with a capital and a full stop."""
+    """Return a diagnostic as a sentence, with a capital and a full stop."""
     text = message(diagnostic)
     return f"{text[0].upper()}{text[1:]}."
 
 
 def clause(diagnostic: Diagnostic) -> str:
-    """Return the same without the parameter and what became of it: what stands beside the parameter in a table.
+    """Return a diagnostic without its parameter, for a table with one row for each parameter.
 
     Examples
     --------
@@ -55,30 +55,30 @@ def clause(diagnostic: Diagnostic) -> str:
 
 
 def note_of(estimate: Estimate) -> str:
-    """Return why a parameter is held, at an edge or unidentifiable; nothing where it is identified."""
+    """Return why a parameter is held constant, at an edge or unidentifiable; empty if it is identified."""
     return "" if estimate.reason is None else clause(estimate.reason)
 
 
 def why_effective(fit: Fit) -> str:
-    """Return why parameters are effective, in a few words: the model lacks a force, or the effort of the log does."""
+    """Return the reason for effective parameters: the model lacks a force, or the recorded effort is doubtful."""
     recorded = next((code for code in fit.lacking if code != "structure"), "")
     reasons = [SENTENCES[recorded].means] if recorded else []
     return " and ".join(reasons + (["the model lacks a force"] if "structure" in fit.lacking or not recorded else []))
 
 
 def warnings_of(fit: Fit) -> tuple[str, ...]:
-    """Return what may mislead in a fit, in sentences; errors, which explain others, first."""
+    """Return the warnings and errors of a fit as sentences, errors first."""
     errors_first = sorted(fit.diagnostics, key=lambda diagnostic: diagnostic.severity != "error")
     return tuple(message(diagnostic) for diagnostic in errors_first if diagnostic.severity != "note")
 
 
 def assumptions_of(fit: Fit) -> tuple[str, ...]:
-    """Return what a fit rests on, in sentences."""
+    """Return the assumptions of a fit as sentences."""
     return tuple(message(diagnostic) for diagnostic in fit.diagnostics if diagnostic.severity == "note")
 
 
 def notes_of(prediction: Prediction) -> tuple[str, ...]:
-    """Return what is to be known of a prediction, in sentences; one that may mislead begins with ``warning:``."""
+    """Return the remarks on a prediction as sentences; warnings begin with ``warning:``."""
     return tuple(
         message(diagnostic) if diagnostic.severity == "note" else f"{diagnostic.severity}: {message(diagnostic)}"
         for diagnostic in prediction.diagnostics
@@ -86,17 +86,17 @@ def notes_of(prediction: Prediction) -> tuple[str, ...]:
 
 
 def as_data(diagnostics: Iterable[Diagnostic]) -> list[dict[str, Any]]:
-    """Return diagnostics as they stand in JSON: ``code``, ``parameter``, ``severity``, ``numbers``, ``message``."""
+    """Return diagnostics for JSON: ``code``, ``parameter``, ``severity``, ``numbers``, ``message``."""
     return [diagnostic.as_data() | {"message": message(diagnostic)} for diagnostic in diagnostics]
 
 
 def picked(item: object, *names: str) -> dict[str, Any]:
-    """Return some attributes of an object as they stand in JSON, by name."""
+    """Return some attributes of an object by name, for JSON."""
     return {name: getattr(item, name) for name in names}
 
 
 def fields_of(code: str) -> dict[str, str]:
-    """Return the numbers that the sentence of a code needs, each with its format: a quantity, or one of `format`."""
+    """Return the numbers in the sentence of a code, each with its format: a quantity, or a format of `_Words`."""
     fields: dict[str, str] = {}
     for text in SENTENCES[code].texts:
         fields |= {name.split("[")[0]: spec or "" for _, name, spec, _ in Formatter().parse(text) if name}
@@ -113,18 +113,18 @@ def _formatted(template: str, diagnostic: Diagnostic) -> str:
 
 
 class _Words(Formatter):
-    """Formats numbers by what they are."""
+    """Formats numbers by their quantity."""
 
-    # Behind the colon stands a generalised quantity (`length/time`), `unit` for the unit that the numbers name,
-    # `lead` for a travel as an axis file has it, `list` or `and` for names, `whole numbers`, `samples` for a
-    # count in words, `2 digits`, or what Python knows. `!m` is the magnitude.
+    # The format is a generalised quantity (`length/time`), `unit` for the unit among the numbers, `lead` for a travel
+    # as in an axis file, `list` or `and` for names, `whole numbers`, `samples` for a count in words, `2 digits`, or a
+    # format of Python. `!m` is the magnitude.
 
     def __init__(self, kind: Kind, unit: str) -> None:
         self.kind: Kind = kind
         self.unit = unit
 
     def convert_field(self, value: Any, conversion: str | None) -> Any:
-        """Return the magnitude of a number where that is asked for."""
+        """Return the magnitude of a number for the conversion `!m`."""
         return abs(value) if conversion == "m" else super().convert_field(value, conversion)  # pyright: ignore[reportArgumentType]
 
     def format_field(self, value: Any, format_spec: str) -> str:

@@ -1,4 +1,4 @@
-"""What an identified model lets a person do, and `load`: a folder of results as the model that it holds."""
+"""The methods of an identified model, and `load`: the model of a folder of results."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class DiagnosticWithMessage(Diagnostic):
 
     @property
     def message(self) -> str:
-        """The sentence, with the numbers in units that read well."""
+        """The sentence, with its numbers in readable units."""
         from bristle.report.messages import message
 
         return message(self)
@@ -44,9 +44,9 @@ class DiagnosticWithMessage(Diagnostic):
 
 
 class ModelInHand(WithCard):
-    """An identified model: its parameters, how sure they are, what it predicts."""
+    """An identified model: parameters, uncertainty and predictions."""
 
-    best: Any  # a Fit, and an Axis or None: fields of one that is loaded, properties of one that is identified
+    best: Any  # a Fit, and an Axis or None: fields of `Loaded`, properties of `Identified`
     axis: Any
     treatment: Mapping[str, float]
 
@@ -57,7 +57,7 @@ class ModelInHand(WithCard):
 
     @property
     def plant(self) -> Model:
-        """What the friction acts on, with its values."""
+        """The plant with its values."""
         return self.best.plant
 
     @property
@@ -67,21 +67,21 @@ class ModelInHand(WithCard):
 
     @property
     def diagnostics(self) -> tuple[DiagnosticWithMessage, ...]:
-        """What may mislead, and what the model rests on; each has its sentence in ``message``."""
+        """Warnings and assumptions of the model, each with its sentence in ``message``."""
         return tuple(DiagnosticWithMessage(**vars(diagnostic)) for diagnostic in self.best.diagnostics)
 
     @property
     def covariance_names(self) -> tuple[str, ...]:
-        """Names of the parameters that were identified, in the order of the covariance; found before the fit last."""
+        """Names of the identified parameters in the order of the covariance; parameters from before the fit are last."""
         together = self.best.correlation_names
         stds = self._stds()
         return (*(name for name in together if name in stds), *(name for name in stds if name not in together))
 
     @property
     def covariance(self) -> np.ndarray:
-        """Covariance of the parameters that were identified [products of their units], shape (parameter, parameter).
+        """Covariance of the identified parameters [products of their units], shape (parameter, parameter).
 
-        An inertia that was found before the fit counts as independent of the others; `draws` have it as it is.
+        An inertia from before the fit counts as independent of the others; `draws` include its true correlation.
         """
         stds, together = self._stds(), self.best.correlation_names
         places = [index for index, name in enumerate(together) if name in stds]
@@ -92,7 +92,7 @@ class ModelInHand(WithCard):
         return correlation * np.outer(std, std)
 
     def _stds(self) -> dict[str, float]:
-        """Return the standard errors of what was identified; products of parameters count as parameters."""
+        """Return the standard errors of the identified parameters; products of parameters count as parameters."""
         return {
             estimate.name: estimate.std
             for estimate in self.best.estimates
@@ -101,14 +101,14 @@ class ModelInHand(WithCard):
 
     @property
     def draws(self) -> dict[str, np.ndarray]:
-        """Parameters that the log allows, as simulated logs tell, one entry a log; empty where there were none."""
+        """Parameters of the replicates, one entry for each simulated log; empty without replicates."""
         resampling = self.best.resampling
         return {} if resampling is None else {name: np.asarray(values) for name, values in resampling.bands.draws.items()}
 
     def predict(
         self, log: Log | str | PathLike[str] | Any, mode: str = "inverse", *, axis: Axis | str | PathLike[str] | None = None
     ) -> Prediction:
-        """Predict a log, treated as the log of the identification was, with a 95 % band where there is one."""
+        """Predict a log with the treatment of the identification, and with its 95 % band if the model has bands."""
         from bristle.files import TREATMENT
         from bristle.prediction import predict
 
@@ -119,15 +119,15 @@ class ModelInHand(WithCard):
         return predict(self.plant, self.model, log, self.axis if axis is None else axis, mode, bands=bands, **options)
 
     def drive_table(self, entries: int = 20) -> list[tuple[float, float]]:
-        """Return velocity and steady friction for the compensation of a drive, at most `entries` of them."""
+        """Return velocity and steady friction for the compensation of a drive, with at most `entries` rows."""
         from bristle.prediction import drive_table
 
         return drive_table(self.best, entries)
 
     def known_truth(self, log: Any = None, *, draws: int = 10, progress: Progress | None = None) -> KnownTruth:
-        """Return which parameters the log determines: simulated logs of this axis, whose truth is known, are identified again.
+        """Return the parameters that the log determines, by identifying simulated logs of this axis again.
 
-        The log of loaded results is looked for beside their folder, in it and in the current folder, where it is not named.
+        For loaded results without a named log, bristle searches the parent folder, the folder and the current folder.
         """
         from bristle.identification import Determined
         from bristle.report.known_truth import KnownTruth
@@ -141,20 +141,20 @@ class ModelInHand(WithCard):
         """Return the logs of the identification, their axes and the thresholds."""
 
     def plot(self) -> Figure:
-        """Return measured and predicted effort over time, whole and where they differ most, as a figure of matplotlib."""
+        """Return measured and predicted effort over time, whole and at the largest difference, as a figure of matplotlib."""
         from bristle.figures.fit import effort_over_time
 
         return effort_over_time(self.best)
 
     def widget(self) -> Widget:
-        """Return the model to be touched in a notebook, each identified interval under its slider."""
+        """Return an interactive model for a notebook, with the identified interval under each slider."""
         from bristle.lab import Widget
         from bristle.lab.living import uncertainty_of
 
         return Widget(self.model, uncertainty=uncertainty_of(self.best), fastest=float(self.treatment.get("velocity_max", 0.0)))
 
     def to_dataframe(self) -> Any:
-        """Return the parameters as a data frame of pandas, one row a parameter."""
+        """Return the parameters as a data frame of pandas, one row for each parameter."""
         pandas = library("pandas", "to_dataframe()")
         rows = {
             name: {
@@ -184,28 +184,28 @@ class ModelInHand(WithCard):
         return Card(title, heads, rows, (*remarks, *(f"warning: {warning}" for warning in warnings_of(self.best))))
 
     def _words(self) -> tuple[str, list[str]]:
-        """Return from which logs, and what else there is to know."""
+        """Return the names of the logs, and remarks."""
         return "", []
 
 
 @dataclass(frozen=True, eq=False)
 class Loaded(ModelInHand):
-    """The best model of an identification, as it was saved.
+    """The best model of a saved identification.
 
     Parameters
     ----------
     best : Fit
-        The model and what is known of it.
+        The model with its uncertainty.
     treatment : mapping of str to float
-        How the log was treated, as in `Identified`.
+        The treatment of the log, as in `Identified`.
     axis : Axis or None
-        What was known of the axis.
+        The axis of the identification.
     summary : mapping
-        What ``summary.json`` holds, of all models.
+        The contents of ``summary.json``, for all models.
     page : str
         The report.
     folder : Path
-        Where it was saved.
+        The folder of the saved results.
     """
 
     best: Fit
@@ -216,16 +216,16 @@ class Loaded(ModelInHand):
     folder: Path = Path()
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the numbers as plain data, as ``summary.json`` holds them."""
+        """Return the numbers of ``summary.json`` as plain data."""
         return dict(self.summary)
 
     def report(self, path: str | PathLike[str]) -> Path:
-        """Write the report as it was saved; return the file.
+        """Write the saved report; return the file.
 
         Parameters
         ----------
         path : path-like
-            The file; one that is there is replaced.
+            The file; an existing file is replaced.
         """
         return write_whole(path, self.page)
 
@@ -236,28 +236,28 @@ class Loaded(ModelInHand):
 
     def _words(self) -> tuple[str, list[str]]:
         behind = ", ".join(model["name"] for model in self.summary["models"][1:])
-        return self.summary.get("provenance", {}).get("log") or "", [f"ranked behind it: {behind}"] * bool(behind)
+        return self.summary.get("provenance", {}).get("log") or "", [f"next in rank: {behind}"] * bool(behind)
 
 
 def load(folder: str | PathLike[str], *, allow_code: bool = False) -> Loaded:
-    """Return what ``save``, or ``bristle identify --out``, wrote into a folder.
+    """Load the results of ``save`` or ``bristle identify --out`` from a folder.
 
     Parameters
     ----------
     folder : path-like
         The folder.
     allow_code : bool
-        Whether a model of a person's own, in a file beside the model file, may run without having been allowed before.
+        Whether user code in the folder may run without earlier permission.
 
     Returns
     -------
     Loaded
-        The model with the numbers that it was saved with.
+        The model with its saved numbers.
 
     Raises
     ------
     InputError
-        If a file is missing, or does not say what it should.
+        If a file is missing or invalid.
     """
     place = Path(folder)
     try:
@@ -267,11 +267,11 @@ def load(folder: str | PathLike[str], *, allow_code: bool = False) -> Loaded:
     plant, friction, info = read_model(place / "model.toml", allow_code=allow_code)
     traces = read_arrays(place, "traces")
     if plant is None or not traces or "parameters" not in summary:
-        raise InputError("holds no identification", path=str(place), mend="Name a folder that `save` wrote")
+        raise InputError("contains no identification", path=str(place), mend="Name a folder written by `save`")
     try:
         fit = fit_of(plant, friction, summary, traces, read_arrays(place, "draws"), info["bands"])
     except (KeyError, TypeError) as error:
-        raise InputError(f"does not say what it should: {error!r}", path=str(place / SUMMARY)) from None
+        raise InputError(f"has missing or invalid entries: {error!r}", path=str(place / SUMMARY)) from None
     axis, page = place / "axis.toml", place / REPORT
     return Loaded(
         fit,

@@ -1,4 +1,4 @@
-"""Tables of an identified model: its parameters, the models beside it, the friction for the drive."""
+"""Tables of an identified model: its parameters, the compared models, the friction for the drive."""
 
 from __future__ import annotations
 
@@ -15,34 +15,34 @@ if TYPE_CHECKING:
     from bristle.core import Axis
     from bristle.identification import Estimate, Fit, Identification, Settings
 
-STATUS_WORDS = {"identified": "", "held": "held", "at_edge": "at the edge of its range", "unidentifiable": "not identified"}
-MOST_PERCENT, LEAST_PERCENT = 1000.0, 1e-3  # of a value, that half of an interval is told as
+STATUS_WORDS = {"identified": "", "held": "held constant", "at_edge": "at the edge of its range", "unidentifiable": "not identified"}
+MOST_PERCENT, LEAST_PERCENT = 1000.0, 1e-3  # of a value, the limits for a half-width in percent
 RANKED = "Models, smallest held-out error first. Chosen: the fewest parameters within one standard error of the smallest"
 RANKED_BY_FIT = "Models compared: the error of the fit decides, because the log has no held-out blocks"
-DOUBTED, WITH_CONSTANT = "doubted: see the warnings", "holds with the offset as it is held"
+DOUBTED, WITH_CONSTANT = "doubtful: see the warnings", "valid only with the given offset"
 
 
-# What a certificate is asked for; a feedforward along the desired motion needs a well-posed model, no more.
+# The uses that need a certificate; a feedforward along the desired motion only needs a well-posed model.
 USES = {
     "well_posed": "every use",
-    "passive": "a simulation that must not gain energy, friction fed forward along the measured motion",
+    "passive": "a simulation that must not gain energy, friction feedforward along the measured motion",
     "drift": "a simulation of an axis that holds a load",
     "closure": "a simulation of small motions inside large ones",
-    "dissipation": "a simulation that must not gain energy, friction fed forward along the measured motion",
+    "dissipation": "a simulation that must not gain energy, friction feedforward along the measured motion",
 }
 
 
 def parameter_table(fit: Fit, axis: Axis | None = None) -> Table:
-    """Return the parameters of a fit with their uncertainty, in the units of the drive of an axis too.
+    """Return the parameters of a fit with their uncertainty, in SI and in the units of the drive.
 
-    Standard errors of least squares are told where nothing better is known.
+    Standard errors of least squares appear only if the fit has no intervals.
     """
     plain = fit.resampling is None
     values = drive_values(fit, axis)
     rows = [
         _parameter_row(estimate, values.get(estimate.name, {}), plain=plain, remark=_remark(fit, estimate))
         for estimate in (*fit.estimates, *fit.combinations)
-        # Held at infinity is a term that the model does without.
+        # An infinite value switches a term of the model off.
         if estimate.status != "held" or not math.isinf(estimate.value)
     ]
     return Table.of(f"Parameters of {fit.name}", rows).without_empty_columns()
@@ -52,10 +52,10 @@ def _parameter_row(estimate: Estimate, in_units: Mapping[str, float], *, plain: 
     std, size, ends = estimate.std, abs(estimate.value), estimate.interval
     std = std if plain and std is not None and math.isfinite(std) else None
     if ends is not None and ends[0] < 0.0 < ends[1] and size < 0.1 * max(-ends[0], ends[1]):
-        size = max(-ends[0], ends[1])  # of an interval that holds zero far within
+        size = max(-ends[0], ends[1])  # for an interval with zero well inside
     scale = scale_of(estimate.unit, size or std or 0.0)
     scaled, half = None if std is None else std * scale.factor, _half(estimate.interval_percent)
-    # As many digits as are known; by the interval, where no standard error is told.
+    # The digits follow the standard error, or else the interval.
     precision, interval = scaled, "–"
     if ends is not None:
         low, high = (scale.factor * end for end in ends)
@@ -78,7 +78,7 @@ def _parameter_row(estimate: Estimate, in_units: Mapping[str, float], *, plain: 
 
 
 def _remark(fit: Fit, estimate: Estimate) -> str:
-    """Return what is to be known of a parameter before its numbers are used."""
+    """Return the remark on a parameter."""
     if estimate.status != "identified":
         return STATUS_WORDS.get(estimate.status, estimate.status)
     rough = (estimate.name,) if estimate.is_rough else ()
@@ -87,7 +87,7 @@ def _remark(fit: Fit, estimate: Estimate) -> str:
 
 
 def _in_unit(value: float, name: str) -> str:
-    """Return a value in a unit of the drive, in short: percent are those of rated, and turns those of the motor."""
+    """Return a value in a unit of the drive, in short: percent of rated, turns of the motor."""
     unit, at, _ = name.partition(" at the motor")
     if at:
         return f"{with_unit(value, unit, digits=4)} (motor)"
@@ -96,7 +96,7 @@ def _in_unit(value: float, name: str) -> str:
 
 
 def _half(percent: float | None) -> str:
-    """Return half of an interval in percent: of more than ten times the value, and of nearly nothing, no digits."""
+    """Return the half-width of an interval in percent; very large and very small half-widths have no digits."""
     if percent is not None and math.isfinite(percent):
         if percent > MOST_PERCENT:
             return f"> {MOST_PERCENT:.0f}"
@@ -138,7 +138,7 @@ def comparison_table(identification: Identification, *, details: bool = True) ->
 
 
 def drive_rows(table: Sequence[tuple[float, float]], kind: Kind, axis: Axis | None = None) -> Table:
-    """Return the drive table in units that read well, and in those of the drive of an axis and of its log."""
+    """Return the drive table in readable units, and in the units of the drive and of its log."""
     speed = Quantity.of(unit_of("length/time", kind), (v for v, _ in table), digits=5)
     effort = Quantity.of(unit_of("force", kind), (force for _, force in table), digits=4)
     further, word = drive_units(axis, kind), "Friction torque" if kind == "rotational" else "Friction force"
@@ -156,7 +156,7 @@ def drive_rows(table: Sequence[tuple[float, float]], kind: Kind, axis: Axis | No
 
 
 def _side(v: float) -> str:
-    """Return which side of rest a velocity of zero is on; nothing for any other."""
+    """Return the side of a zero velocity; empty for other velocities."""
     if v == 0.0:
         return "−0" if math.copysign(1.0, v) < 0.0 else "+0"
     return ""
@@ -169,7 +169,7 @@ def as_csv(table: Sequence[tuple[float, float]], kind: Kind) -> str:
 
 
 def drive_values(fit: Fit, axis: Axis | None) -> dict[str, dict[str, float]]:
-    """Return for each parameter that has other units than SI its value in each of them, by name."""
+    """Return the value of each parameter in its units other than SI, by name."""
     variables, values = fit.plant.component.variables | fit.friction.component.variables, {}
     of_drive = drive_units(axis, fit.plant.kind)
     for estimate in fit.estimates:
@@ -180,7 +180,7 @@ def drive_values(fit: Fit, axis: Axis | None) -> dict[str, dict[str, float]]:
 
 
 def changed_settings(settings: Settings) -> Table | None:
-    """Return those thresholds that differ from the default; None where there is none."""
+    """Return the thresholds that differ from the default; None if all are defaults."""
     rows = [
         {
             "Name": threshold.name,
@@ -192,20 +192,20 @@ def changed_settings(settings: Settings) -> Table | None:
         for threshold in settings.described()
         if threshold.name in settings.changed
     ]
-    return Table.of("Thresholds that were changed", rows) if rows else None
+    return Table.of("Changed thresholds", rows) if rows else None
 
 
 def certificate_table(name: str, certificates: Mapping[str, Certificate]) -> Table:
-    """Return whether a model is fit to be used, question by question, and what would make it so."""
+    """Return the certificates of a model, with verdict and advice."""
     rows = [
         {
             "Certificate": key,
             "Verdict": {True: "passed", False: "FAILED", None: "does not apply"}[certificate.passed],
             "Found": "" if certificate.value is None else with_unit(certificate.value, certificate.unit),
             "Limit": "" if certificate.threshold is None else with_unit(certificate.threshold, certificate.unit),
-            "What it means, what to do": certificate.advice,
+            "Meaning and advice": certificate.advice,
             "Matters for": USES[key],
         }
         for key, certificate in certificates.items()
     ]
-    return Table.of(f"Is it fit to be used: {name}", rows)
+    return Table.of(f"Certificates of {name}", rows)

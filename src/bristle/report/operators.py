@@ -1,4 +1,4 @@
-"""The reports of hysteresis operators: what was fitted to recorded curves, and what an operator says of others."""
+"""The reports of hysteresis operators: their identification, and the prediction of further curves."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def operator_summary(identification: OperatorIdentification, *, provenance: Mapping[str, str]) -> dict[str, Any]:
-    """Return the identification of an operator in numbers: the best one on top, all of them under ``models``."""
+    """Return the identification of operators in numbers: the best operator on top, all operators under ``models``."""
     best, kind = identification.best, identification.recorded.kind
     return {
         "model": best.name,
@@ -40,7 +40,7 @@ def operator_summary(identification: OperatorIdentification, *, provenance: Mapp
 def operator_prediction_summary(
     prediction: OperatorPrediction, operator: Model, recorded: Curves, *, provenance: Mapping[str, str]
 ) -> dict[str, Any]:
-    """Return in numbers what an operator says of recorded curves."""
+    """Return the prediction of recorded curves by an operator in numbers."""
     metrics = {"error_percent": prediction.error_percent, "rmse": prediction.rmse}
     return {
         "model": operator.name,
@@ -54,7 +54,7 @@ def operator_prediction_summary(
 
 
 def operator_report(identification: OperatorIdentification, **options: Any) -> str:
-    """Return the report of the identification of an operator as one HTML page; options as of `operator_prediction_report`."""
+    """Return the report of the identification of an operator as an HTML page; options as of `operator_prediction_report`."""
     best, fits = identification.best, identification.fits
     compared = comparison_of_operators(identification) if len(fits) > 1 else None
     title = f"{best.name} identified"
@@ -62,9 +62,9 @@ def operator_report(identification: OperatorIdentification, **options: Any) -> s
 
 
 def operator_prediction_report(prediction: OperatorPrediction, operator: Model, recorded: Curves, **options: Any) -> str:
-    """Return the report of recorded curves, predicted by an operator, as one HTML page.
+    """Return the report of recorded curves, predicted by an operator, as an HTML page.
 
-    Options are the `name` of the axis, and `command`, `provenance` and `banner` of every report.
+    Options are the `name` of the axis, and `command`, `provenance` and `banner` as in every report.
     """
     return _page(prediction, operator, recorded, (), f"prediction by {operator.name}", None, (), **options)
 
@@ -91,7 +91,7 @@ def _page(
     parameters = []
     for parameter, variable in operator.component.variables.items():
         value = operator.values[parameter]
-        # Of a list, how many numbers it has.
+        # For a list, its length.
         is_list = hasattr(value, "__len__") and not isinstance(value, str)
         text = f"{len(value)} numbers, in the model file" if is_list else value
         text = text if isinstance(text, str) else with_unit(float(value), variable.unit(operator.kind))
@@ -99,7 +99,7 @@ def _page(
     sections = [
         Section("operators", "Operators compared" if compared else "", [compared, Block("items", notes)]),
         Section("model", "The operator", [Table(operator.name, ("Parameter", "Value", "Meaning"), parameters)]),
-        Section("log", "The data", [Block("facts", read, ("What was read",))], folded=True),
+        Section("log", "The data", [Block("facts", read, ("Recorded curves",))], folded=True),
     ]
     front = _front(prediction, f"{name}: {title}", recorded, fits)
     facts = {"recorded": recorded, "outputs": prediction.outputs, "log_name": recorded.source.name.strip("<>")}
@@ -107,41 +107,42 @@ def _page(
 
 
 def operator_ruling(error: float, held_out: float | None, *, fitted: bool) -> Ruling:
-    """Return whether an operator is usable, and why."""
+    """Return the verdict on an operator, with its reasons."""
     decisive = error if held_out is None else held_out
-    place = "on what it was not fitted to" if held_out is not None else "on these curves"
-    reasons = [f"it misses {percent_text(decisive)} of full scale {place}"]
+    place = "on held-out curves" if held_out is not None else "on these curves"
+    reasons = [f"the error is {percent_text(decisive)} of full scale {place}"]
     if fitted and held_out is None:
-        reasons.append("nothing was held out: its error says nothing of other curves")
+        reasons.append("without held-out curves, the error on other curves is unknown")
     # Too many parameters: the error outside the fit is much larger.
     if held_out is not None and held_out > 2.0 * error:
-        reasons.append(f"on the curves that it was fitted to it misses no more than {percent_text(error)}")
-    # Beyond 20 % of full scale it is of no use.
+        reasons.append(f"the error on the fitted curves is only {percent_text(error)}")
+    # An operator with an error above 20 % of full scale is not usable.
     if decisive > 20.0:
         return Ruling("no", "Not usable", tuple(reasons))
-    care = decisive > 5.0 or len(reasons) > 1  # up to 5 % of full scale an operator is usable
+    care = decisive > 5.0 or len(reasons) > 1  # limit for a usable operator
     return Ruling("with_care" if care else "usable", "Use with care" if care else "Usable", tuple(reasons))
 
 
 def _front(prediction: OperatorPrediction, heading: str, recorded: Curves, fits: Sequence[OperatorFit]) -> Front:
-    """Return the first page of an operator, identified or held against other curves; `fits` are best first."""
+    """Return the first page of an operator, identified or compared with further curves; `fits` are best first."""
     held_out, unit = fits[0].held_out if fits else None, unit_of("force", recorded.kind)
     curves = f"{len(recorded.curves)} {'curve' if len(recorded.curves) == 1 else 'curves'}"
-    then = "predict curves that it has not seen: `bristle predict model.toml CURVES --axis axis.toml`"
+    then = "predict further curves: `bristle predict model.toml CURVES --axis axis.toml`"
     answers = answered(
         [
-            f"off by {fixed(prediction.rmse, unit)} of {fixed(recorded.full_scale, unit)}, root mean square",
-            f"error on {held_out.of} that it was not fitted to: {percent_text(held_out.mean_percent)}" if held_out is not None else "",
+            f"error {fixed(prediction.rmse, unit)} of {fixed(recorded.full_scale, unit)}, root mean square",
+            f"held-out error {percent_text(held_out.mean_percent)}, over {held_out.of}" if held_out is not None else "",
         ],
-        ["the model file, model.toml, as it is written" if fits else "nothing new: the model file as it is"],
+        ["the model file, model.toml" if fits else "no new values: use the same model file"],
         [
-            f"beside it: {percent_text(fit.prediction.error_percent if fit.held_out is None else fit.held_out.mean_percent)} by {fit.name}"
+            f"for comparison: {percent_text(fit.prediction.error_percent if fit.held_out is None else fit.held_out.mean_percent)} by "
+            f"{fit.name}"
             for fit in fits[1:4]
         ]
         or ["no other operator was compared"],
         [f"{curves}, each begins: {recorded.start}", *(list(filter(None, fits[0].notes))[:2] if fits else ())],
-        [then if fits else "where it misses: record more curves there, and identify again"],
-        third="How others do",
+        [then if fits else "record more curves in regions of large error, and identify again"],
+        third="Other operators",
     )
     ruling = operator_ruling(prediction.error_percent, held_out and held_out.mean_percent, fitted=bool(fits))
     return Front(heading, about(curves), ruling, answers, "model")
@@ -154,8 +155,7 @@ def comparison_of_operators(identification: OperatorIdentification) -> Table:
         {
             "Operator": fit.name,
             "Rank": str(fit.rank),
-            "Error on what was not fitted [% of full scale]": f"{short_text(fit.held_out.mean_percent)} ± "
-            f"{number(fit.held_out.std_percent, digits=2)}"
+            "Held-out error [% of full scale]": f"{short_text(fit.held_out.mean_percent)} ± {number(fit.held_out.std_percent, digits=2)}"
             if fit.held_out
             else "–",
             "Fitted [% of full scale]": short_text(fit.prediction.error_percent),
@@ -167,13 +167,13 @@ def comparison_of_operators(identification: OperatorIdentification) -> Table:
 
 
 def _parameters(operator: Model, offset: float) -> dict[str, Any]:
-    """Return the parameters that are single numbers; tables stand in the model file."""
+    """Return the scalar parameters; tables are only in the model file."""
     values = {
         name: {"value": value, "unit": variable.unit(operator.kind), "description": variable.description}
         for name, variable in operator.component.variables.items()
         if not hasattr(value := operator.values[name], "__len__") or isinstance(value, str)
     }
-    level = {"value": offset, "unit": unit_of("force", operator.kind), "description": "constant output beside it"}
+    level = {"value": offset, "unit": unit_of("force", operator.kind), "description": "constant output added to the operator"}
     return values if "offset" in values else values | {"offset": level}
 
 

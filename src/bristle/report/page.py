@@ -1,6 +1,6 @@
-"""The skeleton of every report: one self-contained HTML page with a first page, sections of blocks, and figures.
+"""The skeleton of every report: a self-contained HTML page with a first screen, sections and figures.
 
-A kind of report hands in its facts, its first page and its sections; figures come from `bristle.figures.on_reports`. Text is escaped.
+Each kind of report supplies facts, a first page and sections. Figures come from `bristle.figures.on_reports`. Text is escaped.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ if TYPE_CHECKING:
     from bristle.figures.report_figure import Facts, ReportFigure
     from bristle.lab.living import Living
 
-# What a person who answers for an axis asks of each report.
-QUESTIONS = ("Is it good?", "What to type in", "What it gains, and costs", "Can it be trusted?", "What next")
-SHORT, LONGEST = 12, 40  # letters of a name that is never broken, and of one that takes one line
+# The questions that the first page of each report answers.
+QUESTIONS = ("Is it good?", "Values to enter", "Gain and cost", "Can it be trusted?", "Next steps")
+SHORT, LONGEST = 12, 40  # letters of a name without line breaks, and of a name that fits a line
 
 
 class Ruling(NamedTuple):
@@ -39,12 +39,12 @@ class Ruling(NamedTuple):
     reasons: tuple[str, ...] = ()
 
     def as_data(self) -> dict[str, Any]:
-        """Return it as it stands in JSON."""
+        """Return the verdict for JSON."""
         return self._asdict()
 
 
 class Picture(NamedTuple):
-    """A figure of a page: its identifier, the drawing, a caption that says what to see, and the log that it is of."""
+    """A figure of a page: identifier, drawing, caption and log."""
 
     id: str
     svg: Markup
@@ -54,9 +54,9 @@ class Picture(NamedTuple):
 
 
 class Plate(NamedTuple):
-    """A figure of a page as it is published by itself: its name for a file, the drawing, what it is and its caption.
+    """A figure as a separate file: file name, drawing, alternative text and caption.
 
-    What draws one of a user's `own` may still fail as it is saved.
+    Saving a figure of the user (`own`) may raise an error.
     """
 
     name: str
@@ -79,7 +79,7 @@ class Front(NamedTuple):
 
 
 class Block(NamedTuple):
-    """A block of a section: a macro of the templates, and what it shows; nothing to show is left out."""
+    """A block of a section: a macro of the templates and its content; empty blocks are left out."""
 
     macro: str
     content: Any
@@ -87,13 +87,13 @@ class Block(NamedTuple):
 
 
 class Figures(NamedTuple):
-    """The place for the figures of a section of `bristle.figures.on_reports`, where it is not the end of the one of that name."""
+    """A place for the figures of a section of `bristle.figures.on_reports`; the default place is the end of that section."""
 
     section: str
 
 
 class Section(NamedTuple):
-    """A section of a page, by the name that `bristle.figures.on_reports` knows it by; one without blocks is left out.
+    """A section of a page, with its name in `bristle.figures.on_reports`; empty sections are left out.
 
     Its blocks are paragraphs of text, markup, `Table`, `Block`, `Picture`, `Figures` and `Living`; None is left out.
     """
@@ -109,7 +109,7 @@ _plates: ContextVar[list[Plate] | None] = ContextVar("plates", default=None)
 
 @contextmanager
 def plates() -> Iterator[list[Plate]]:
-    """Give a list that every figure drawn for a page in this block is added to."""
+    """Collect every figure drawn for a page in this block in a list."""
     collected: list[Plate] = []
     before = _plates.set(collected)
     try:
@@ -119,12 +119,12 @@ def plates() -> Iterator[list[Plate]]:
 
 
 def about(*facts: str) -> str:
-    """Return the line under the heading: the date, and what else is to be known first."""
+    """Return the line under the heading: the date and further facts."""
     return " · ".join((datetime.date.today().isoformat(), *filter(None, facts)))
 
 
 def answered(*answers: Iterable[str], third: str = QUESTIONS[2]) -> list[tuple[str, list[str]]]:
-    """Return the five questions, each with its lines that are not empty; the third one may have other words."""
+    """Return the five questions, each with its non-empty lines; the third question may have another text."""
     questions = (*QUESTIONS[:2], third, *QUESTIONS[3:])
     return [(question, list(filter(None, lines))) for question, lines in zip(questions, answers, strict=True)]
 
@@ -154,7 +154,7 @@ def report_page(
     figures: Sequence[ReportFigure] = (),
     living: Living | None = None,
 ) -> str:
-    """Return the page of a kind of report, with its figures and a user's own among its sections."""
+    """Return the page of a kind of report, with its figures and those of the user."""
     pictures, remarks = _pictures(kind, facts)
     filled = [_filled(section, pictures) for section in sections]
     own = [*remarks, *(block for figure in figures for block in _own_blocks(figure, facts))]
@@ -178,7 +178,7 @@ def render(template: str, *, provenance: Mapping[str, str], command: str, banner
 
 
 def _pictures(kind: str, facts: Facts) -> tuple[dict[str, list[Picture]], list[Markup]]:
-    """Return the figures of a kind of report, by section, in the order of the page; and a remark on each that cannot be drawn."""
+    """Return the figures of a kind of report by section, and a remark on each figure that failed."""
     from bristle.figures.on_reports import REPORTS
 
     pictures: dict[str, list[Picture]] = {place.section: [] for place in REPORTS[kind]}
@@ -195,13 +195,13 @@ def _pictures(kind: str, facts: Facts) -> tuple[dict[str, list[Picture]], list[M
             pictures[place.section].append(drawing._replace(log=log))
         except Exception as error:  # noqa: BLE001  (a fault of a figure costs no results)
             remark = f"the figure {place.name} is not drawn: {type(error).__name__}: {told_by(error)}".rstrip(": ")
-            warnings.warn(FaultWarning(f"{remark}. The results are whole without it", error), stacklevel=2)
+            warnings.warn(FaultWarning(f"{remark}. The other results are complete", error), stacklevel=2)
             remarks.append(Markup("<p>{}.</p>").format(remark))
     return pictures, remarks
 
 
 def _filled(section: Section, pictures: Mapping[str, Sequence[Picture]]) -> Section:
-    """Return a section with its figures in their places, else at its end, and without what is empty."""
+    """Return a section with its figures in place, by default at its end, and without empty blocks."""
     filled = (block for block in section.blocks if block and (not isinstance(block, Block) or block.content))
     blocks = [block for block in filled if not isinstance(block, Table) or block.rows]
     if not any(isinstance(block, Figures) for block in blocks):
@@ -211,7 +211,7 @@ def _filled(section: Section, pictures: Mapping[str, Sequence[Picture]]) -> Sect
 
 
 def _own_blocks(figure: ReportFigure, facts: Facts) -> list[Any]:
-    """Return a figure of a user's own under its title; what fails is told by a warning and on the page, and costs nothing else."""
+    """Return a figure of the user under its title; a failure gives a warning and a remark on the page."""
     from bristle.figures.own import draw_own
 
     place = ""
@@ -222,11 +222,11 @@ def _own_blocks(figure: ReportFigure, facts: Facts) -> list[Any]:
             name, texts = f"own-{figure.name.replace('_', '-')}", (str(figure.alternative), str(figure.caption))
             drawing = picture(name, lambda: draw_own(figure, facts), *texts, file=figure.name, own=True)
             return [Markup("<h3>{}</h3>").format(figure.title), drawing]
-    # What a user's code may raise has no common type, and exit() in it is no reason to lose the results.
+    # Code of the user may raise any exception or call exit(); the results must survive.
     except (Exception, SystemExit) as error:  # noqa: BLE001
         reason, place = f"{type(error).__name__}: {told_by(error)}".rstrip(": "), place_in_own_code(error)
     remark = f"{place or figure.name}: the figure {figure.name} is not drawn: {reason}"
-    warnings.warn(f"{remark}. The results are whole without it", InputWarning, stacklevel=2)
+    warnings.warn(f"{remark}. The other results are complete", InputWarning, stacklevel=2)
     return [Markup("<h3>{}</h3><p>{}.</p>").format(figure.title, remark)]
 
 
@@ -241,12 +241,12 @@ def _environment() -> jinja2.Environment:
     )
 
     def breakable(text: str) -> Markup:
-        # Long names, such as those of tests, may go on in the next line behind an underscore.
+        # Long names, such as those of tests, may break after an underscore.
         words = (escape(word).replace("_", Markup("_<wbr>")) if len(word) > SHORT else word for word in text.split(" "))
         return Markup(" ").join(words)
 
     environment.filters |= {"typeset": typeset_sentence, "worded": worded, "breakable": breakable}
-    # Names that would stretch a table: they are broken anywhere instead.
+    # Names that would stretch a table may break anywhere.
     environment.tests |= {
         "long": lambda text: len(text) > LONGEST,
         "unbroken": lambda text: any(len(word) > LONGEST for word in text.split()),
@@ -256,7 +256,7 @@ def _environment() -> jinja2.Environment:
 
 
 class FaultWarning(InputWarning):
-    """A fault of bristle costs a part of the results; the command line reports the error at its end."""
+    """A fault of bristle that loses a part of the results; the command line reports the error at its end."""
 
     def __init__(self, message: str, error: BaseException) -> None:
         super().__init__(message)
@@ -264,7 +264,7 @@ class FaultWarning(InputWarning):
 
 
 def worded(text: str) -> Markup:
-    """Return a sentence as a page shows it: units and symbols set, what is to be typed as code; markup stays as it is.
+    """Return a sentence for a page: units and symbols typeset, text in backticks as code; markup is unchanged.
 
     Examples
     --------
@@ -280,5 +280,5 @@ def worded(text: str) -> Markup:
 
 
 def typeset_sentence(text: str) -> str:
-    """Return a sentence with the units behind its numbers set for reading."""
+    """Return a sentence with typeset units after its numbers."""
     return re.sub(r"(?<=\d )[A-Za-z]+(?:[A-Za-z*/^0-9]|\.(?=\d)|\([A-Za-z*^0-9.]+\))*", lambda match: typeset(match[0]), text)

@@ -1,4 +1,4 @@
-"""The report of a prediction: a model run on a log, whether it holds there, and how far off it is."""
+"""The report of a prediction: the verdict on a model on another log, and its errors."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -20,13 +20,13 @@ from bristle.simulation import MODES, Prediction
 def prediction_report(
     prediction: Prediction, *, plant: Model, friction: Model, log: Log, axis_name: str, own_log: bool = False, **options: Any
 ) -> str:
-    """Return the report of a prediction as one HTML page; options as of `report_page`."""
+    """Return the report of a prediction as an HTML page; options as of `report_page`."""
     notes = (*notes_of(prediction), *log.notes)
-    errors = Block("facts", metrics_in_words(prediction), ("Errors are root mean square; in percent, of what was measured",))
+    errors = Block("facts", metrics_in_words(prediction), ("Root mean square errors. Percentages are relative to the measured signal",))
     sections = [
-        Section("metrics", "How far off it is", [errors, Block("items", notes)]),
+        Section("metrics", "Errors", [errors, Block("items", notes)]),
         Section("model", "The model", [component_table("The model", [("Plant", plant), ("Friction", friction)])], folded=True),
-        Section("log", "The log", [Block("facts", log_facts(log), ("What was read",))], folded=True),
+        Section("log", "The log", [Block("facts", log_facts(log), ("Recorded channels",))], folded=True),
     ]
     front = _front(prediction, friction, log, axis_name, own_log=own_log)
     facts = {"prediction": prediction, "kind": log.kind, "log": log}
@@ -34,10 +34,10 @@ def prediction_report(
 
 
 def metrics_in_words(prediction: Prediction) -> list[tuple[str, str]]:
-    """Return the errors of a prediction, each with its name, set for reading."""
+    """Return the errors of a prediction by name, as text."""
     rows, metrics = [], prediction.metrics
     for key, word in (("force_error_percent", "Effort error"), ("position_error_percent", "Position error")):
-        # Of a position that follows a reference a share of the stroke means nothing.
+        # In closed loop the position follows the reference, so its error in percent means little.
         of_stroke = prediction.mode == "closed-loop" and key == "position_error_percent"
         if isinstance(value := metrics.get(key), (int, float)) and not of_stroke:
             rows.append((word, f"{short_text(float(value))} %"))
@@ -54,14 +54,14 @@ def metrics_in_words(prediction: Prediction) -> list[tuple[str, str]]:
 def prediction_summary(
     prediction: Prediction, *, friction: Model, notes: Sequence[str], provenance: Mapping[str, str], own_log: bool = False
 ) -> dict[str, Any]:
-    """Return a prediction in numbers; `notes` are those of the log, `own_log` where the model was fitted to it."""
+    """Return a prediction in numbers; `notes` belong to the log, `own_log` marks the log of the fit."""
     verdict = prediction_ruling(prediction, own_log=own_log).as_data()
     head = {"model": friction.name, "kind": friction.kind, "verdict": verdict}
     return head | prediction_as_data(prediction) | {"log_notes": notes, "provenance": provenance}
 
 
 def prediction_as_data(prediction: Prediction) -> dict[str, Any]:
-    """Return the numbers of a prediction alone."""
+    """Return only the numbers of a prediction."""
     return {
         "mode": prediction.mode,
         "metrics": dict(prediction.metrics),
@@ -75,15 +75,15 @@ def prediction_as_data(prediction: Prediction) -> dict[str, Any]:
 
 
 def _bands(prediction: Prediction) -> dict[str, float]:
-    """Return the share of each signal that lies in its band of 95 %, where it has one [%]."""
+    """Return the share of each signal with a 95 % band that is inside its band [%]."""
     shares = {"effort": prediction.inside_percent, "position": prediction.position_inside_percent}
     return {name: share for name, share in shares.items() if share is not None}
 
 
 def prediction_ruling(prediction: Prediction, *, own_log: bool = False) -> Ruling:
-    """Return whether a model holds on a log, and why.
+    """Return the verdict on a model on a log, with its reasons.
 
-    The effort decides, where it is predicted: of a position nearly everything is told by the reference.
+    The predicted effort decides, because the position mostly follows the reference.
     """
     doubted = [diagnostic for diagnostic in prediction.diagnostics if diagnostic.severity != "note"]
     doubts = list(dict.fromkeys(SENTENCES[diagnostic.code].means for diagnostic in doubted))
@@ -93,51 +93,49 @@ def prediction_ruling(prediction: Prediction, *, own_log: bool = False) -> Rulin
     errors = {signal: prediction.metrics.get(key) for signal, key in signals.items()}
     finite = {signal: float(value) for signal, value in errors.items() if isinstance(value, (int, float)) and np.isfinite(value)}
     signal, error = next(iter(finite.items()), ("log", 0.0))
-    care = ["it was fitted to this very log, which says nothing of another one"] if own_log else []
+    care = ["the model was fitted to this log, so this is no test on other logs"] if own_log else []
     # Fewer than 80 %: the band is too narrow.
     care += [
-        f"no more than {percent_text(share)} of the {name} lie in the band that should hold 95 %"
-        for name, share in _bands(prediction).items()
-        if share < 80.0
+        f"only {percent_text(share)} of the {name} is inside the 95 % band" for name, share in _bands(prediction).items() if share < 80.0
     ]
     care += [] if prediction.status is Status.OK else [prediction.status.sentence]
-    reasons = ([f"it misses {percent_text(error)} of the {signal} of this log"] if finite else []) + care + doubts
+    reasons = ([f"the error is {percent_text(error)} of the {signal} of this log"] if finite else []) + care + doubts
     if error > Settings().useless_error or any(diagnostic.severity == "error" for diagnostic in doubted):
-        return Ruling("no", "The model does not hold", tuple(reasons))
+        return Ruling("no", "The model is not valid here", tuple(reasons))
     if care or doubts or not finite or error > Settings().usable_error:
-        return Ruling("with_care", "The model holds, with care", tuple(reasons))
-    return Ruling("usable", "The model holds", tuple(reasons))
+        return Ruling("with_care", "The model is valid, with care", tuple(reasons))
+    return Ruling("usable", "The model is valid", tuple(reasons))
 
 
 def _front(prediction: Prediction, friction: Model, log: Log, name: str, *, own_log: bool) -> Front:
     ruling, kind = prediction_ruling(prediction, own_log=own_log), log.kind
-    bands = [f"in its band of 95 %: {percent_text(share)} of the {name}" for name, share in _bands(prediction).items()]
+    bands = [f"{percent_text(share)} of the {name} is inside its 95 % band" for name, share in _bands(prediction).items()]
     force, length = (prediction.metrics.get(f"{key}_rmse") for key in ("force", "position"))
     quality, left = [], ""
     if isinstance(force, (int, float)):
-        quality.append(f"effort off by {fixed(float(force), unit_of('force', kind))}, root mean square")
+        quality.append(f"effort error {fixed(float(force), unit_of('force', kind))}, root mean square")
         if prediction.mode == "inverse" and prediction.effort is not None:
             effort_rms = float(np.sqrt(np.mean(np.square(prediction.effort))))
             rest, effort = (fixed(value, unit_of("force", kind)) for value in (float(force), effort_rms))
-            left = f"fed forward along this motion, it would leave {rest} of {effort} to the controller, root mean square"
+            left = f"with this feedforward the controller would supply {rest} instead of {effort}, root mean square"
     if isinstance(length, (int, float)):
         at_most = ""
         if prediction.position_predicted is not None:
             at_most = f", {length_text(float(np.max(np.abs(prediction.position - prediction.position_predicted))), kind)} at most"
-        quality.append(f"position off by {length_text(float(length), kind)}, root mean square{at_most}")
+        quality.append(f"position error {length_text(float(length), kind)}, root mean square{at_most}")
     advice = [SENTENCES[diagnostic.code].advice for diagnostic in prediction.diagnostics if diagnostic.severity != "note"]
     then = "identify this log together with the first: `bristle identify FIRST THIS --axis axis.toml`"
     if own_log:
-        then = "predict another log of this axis, of another motion"
+        then = "predict another log of this axis, with another motion"
     elif ruling.level == "usable":
-        then = "feed it forward, record the machine without and with it, then `bristle compare`"
+        then = "use it as feedforward, record the machine without and with it, then `bristle compare`"
     answers = answered(
-        quality or ["nothing was predicted that could be held against the log"],
-        ["nothing from this model" if ruling.level == "no" else "nothing new: what the report of the identification says stands"],
+        quality or ["the log has no signal to compare with the prediction"],
+        ["no values from this model" if ruling.level == "no" else "no new values: use those of the identification report"],
         [MODES.get(prediction.mode, prediction.mode), left],
-        bands or ["the model does not say how sure it is: it has no band"],
+        bands or ["the model has no uncertainty band"],
         [*(line for line in dict.fromkeys(advice) if line != "nothing"), then],
-        third="What was predicted",
+        third="Mode of the prediction",
     )
     facts = about(f"log {log.source.name.strip('<>')}, {fixed(log.duration, 's')}", f"model {friction.name}", f"{prediction.mode} mode")
-    return Front(f"{name}: does the model hold?", facts, ruling, answers, "metrics")
+    return Front(f"{name}: is the model valid?", facts, ruling, answers, "metrics")

@@ -1,4 +1,4 @@
-"""`prepare`: what an experiment file identifies, from its logs or by exciting its rig, before it is simulated."""
+"""`prepare`: identify the models of an experiment file from its logs or its simulated rig, before the simulation."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ class Prepared:
     Parameters
     ----------
     name : str
-        What its tables call it.
+        Name in the experiment file.
     folder : Path
-        Where its results lie, a report among them.
+        Folder of its results, with a report.
     best : Fit or None
-        What was fitted; None where it was there already, from the same log or rig.
+        The fit; None if results of the same log or rig were already present.
     """
 
     name: str
@@ -38,32 +38,32 @@ class Prepared:
 def prepare(
     experiment: Readable, *, allow_code: bool = False, size_limit: int | str = SIZE_LIMIT, progress: Progress | None = None
 ) -> tuple[Prepared, ...]:
-    """Identify what an experiment file has under ``[identify.NAME]``, as far as it is not there already.
+    """Identify the models under ``[identify.NAME]`` in an experiment file, unless their results are present.
 
-    A model is kept until something changes that it depends on: a log or the axis file, or where the rig itself is
-    excited any value of that loop; the options; or the version of bristle.
+    bristle identifies a model again if a log, the axis file, the options or the version of bristle change. For a model of
+    the simulated rig, any value of its loop counts too.
 
     Parameters
     ----------
     experiment : path-like
         An experiment file.
     allow_code : bool
-        Whether components of a person's own, in files that it names, may run without having been allowed before.
+        Whether user code in files that it names may run without earlier permission.
     size_limit : int or str
-        Largest log that it names [byte], or text such as ``"2 GB"``.
+        Largest size of a log [byte], or text such as ``"2 GB"``.
     progress : callable, optional
-        Called with the share of the work done and what is being done.
+        Called with the completed share of the work and the current task.
 
     Returns
     -------
     tuple of Prepared
-        In the order of the file; empty where it identifies nothing.
+        In the order of the file; empty if it has no models to identify.
 
     Raises
     ------
     InputError
-        With file, key, value and what is allowed there; if a log or the rig does not serve, or the folder
-        ``<file>_identified`` cannot be written.
+        With file, key, value and allowed values, if a log or the rig is unsuitable, or the folder
+        ``<file>_identified`` is not writable.
     """
     data, source, _ = read_toml(experiment, path="experiment", what="an experiment file")
     sources = Sources(source.parent, allow_code, size_of(size_limit))
@@ -106,14 +106,14 @@ def _identified(plan: Planned, source: Path, size_limit: int, progress: Progress
 
 
 def _excited(variant: Variant, axis: Axis | None) -> tuple[list[Log], Axis]:
-    """Return what the drive of a loop would record in a run of it, and what is known of the axis."""
+    """Return the log that the drive of a loop would record, and its axis."""
     from bristle.logs import Log
     from bristle.simulation import simulate
 
     kind = variant.plant.kind
     outcome = simulate(Experiment(variant.name, kind, (variant,))).variants[variant.name]
     if outcome.status is not Status.OK:
-        raise InputError("does not run to its end", path=f"compare.{variant.name}", value=outcome.status.sentence, mend="Mend its loop")
+        raise InputError("does not run to its end", path=f"compare.{variant.name}", value=outcome.status.sentence, mend="Correct its loop")
     signals = (outcome.time, outcome.measured, outcome.command, *(() if outcome.is_open else (outcome.reference,)))
     axis = axis or Axis(kind=kind, resolution=variant.sensor.values.get("resolution"))
     return [Log.from_columns(dict(zip(SIGNALS, signals, strict=False)), axis=axis)], axis

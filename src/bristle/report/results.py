@@ -1,4 +1,4 @@
-"""A result that is shown as a card, told in a report, and kept in a folder: numbers, report, signals, and figures with their captions."""
+"""A result with card, report and folder: numbers, signals, and figures with their captions."""
 
 from __future__ import annotations
 
@@ -24,38 +24,38 @@ REPORT = "report.html"
 
 
 def write_report(folder: Any, report: str, summary: Mapping[str, Any]) -> None:
-    """Write a report and the numbers that it rests on into a folder of results."""
+    """Write a report and its numbers into a folder of results."""
     folder.write(REPORT, report)
     folder.write(SUMMARY, as_json(summary))
 
 
 class Result(WithCard):
-    """A result that is told and kept."""
+    """A result with a report and a folder."""
 
     command: ClassVar[str]
-    """The command whose report it has."""
+    """The command of its report."""
 
     @abstractmethod
     def _summary(self) -> dict[str, Any]:
-        """Return the numbers, as ``summary.json`` holds them."""
+        """Return the numbers of ``summary.json``."""
 
     @abstractmethod
     def _page(self, figures: tuple[ReportFigure, ...]) -> str:
-        """Return the report, with these figures of a person's own behind all else; without any, as it is kept."""
+        """Return the report, with these figures of the user at its end."""
 
     def write(self, folder: Results) -> None:
-        """Write all of it into a folder of results that is open."""
+        """Write the result into an open folder."""
         write_report(folder, self._page(()), self._summary())
 
     def report(self, path: str | PathLike[str], *, figures: Sequence[ReportFigure | str | PathLike[str]] = ()) -> Path:
-        """Write the report, one HTML file that needs nothing else.
+        """Write the report, one self-contained HTML file.
 
         Parameters
         ----------
         path : path-like
-            The file; one that is there is replaced.
+            The file; an existing file is replaced.
         figures : sequence of ReportFigure or path-like
-            Your own, or the files that define them, which are executed: they stand behind all else.
+            Your figures for the end of the report, or the files that define them. bristle executes these files.
 
         Returns
         -------
@@ -70,16 +70,16 @@ class Result(WithCard):
         return write_whole(path, self._page(named))
 
     def save(self, folder: str | PathLike[str], *, force: bool = False) -> Path:
-        """Write everything into a folder, that of an identification for `bristle.load`.
+        """Write the result into a folder; `bristle.load` reads the folder of an identification.
 
         Parameters
         ----------
         folder : path-like
-            A new folder: ``summary.json`` and ``report.html``. Of an identification also ``model.toml``, ``axis.toml``
-            as used, ``drive_table.csv``, ``friction_curve.csv``, and as Parquet, or NPZ without pyarrow, ``draws`` (the
-            parameters as that the log allows, one row a simulated log) and ``traces`` (measured and predicted effort).
+            A new folder for ``summary.json`` and ``report.html``. An identification adds ``model.toml``, ``axis.toml`` as
+            used, ``drive_table.csv`` and ``friction_curve.csv``. It also adds, as Parquet or as NPZ without pyarrow, ``draws``
+            (the parameters, one row for each simulated log) and ``traces`` (measured and predicted effort).
         force : bool
-            Whether results that are there already are replaced.
+            Whether to replace existing results.
 
         Returns
         -------
@@ -89,42 +89,41 @@ class Result(WithCard):
         Raises
         ------
         InputError
-            If it is there already, or cannot be written.
+            If the folder exists already, or is not writable.
         """
         with results_folder(folder, force=force) as results:
             self.write(results)
         return Path(folder)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the numbers as plain data, as ``summary.json`` holds them.
+        """Return the numbers of ``summary.json`` as plain data.
 
         Returns
         -------
         dict
-            Of text, numbers and lists. Of an identification with a controller, the loop is simulated for it, once.
+            Text, numbers and lists. For an identification with a controller, the first call simulates the loop.
         """
         return plain(self._summary())
 
 
 def log_names(variants: Sequence[str]) -> dict[str, str]:
-    """Return the name of the log of each variant, by variant: ``log.csv`` of one alone.
+    """Return the file name of the log of each variant: ``log.csv`` for a single variant.
 
-    Where names of variants make no names of files, too long or alike without case, they are numbered.
+    Names that are too long, or equal without case, are replaced with numbers.
     """
     if len(variants) == 1:
         return {variants[0]: "log.csv"}
     labels = [re.sub(r"[^\w.-]", "_", name) for name in variants]
-    # Some systems tell no capital letters from small ones.
-    # File systems take names of 255 bytes.
+    # Some file systems ignore case, and names have at most 255 bytes.
     if len({label.casefold() for label in labels}) < len(labels) or max(len(label.encode()) for label in labels) > 200:
         labels = [str(number) for number in range(1, len(labels) + 1)]
     return {name: f"log_{label}.csv" for name, label in zip(variants, labels, strict=True)}
 
 
 def write_logs(folder: Results, result: SimulationResult) -> dict[str, str]:
-    """Write what the drive of each variant would record; return the files by variant.
+    """Write the log that the drive of each variant would record; return the files by variant.
 
-    The position is what the encoder reads, the effort what the controller commands, both at the instant of a sample.
+    The position is the encoder reading, the effort the command of the controller, both at the instant of a sample.
     """
     names = log_names(tuple(result.variants))
     for variant in result.experiment.variants:
@@ -145,7 +144,7 @@ NUMBERS = "csv"
 
 @contextmanager
 def figure_files(folder: Any, formats: Iterable[str] | None) -> Iterator[None]:
-    """Write each figure that is drawn for a report in this block into a folder of results; as csv the numbers that it draws."""
+    """Write each figure of a report drawn in this block into a folder of results; csv files have its numbers."""
     endings = tuple(dict.fromkeys(str(ending) for ending in formats or ()))
     if folder is None and endings:
         raise InputError("needs a folder to write into", path="--format", mend="Add --out DIR")
@@ -159,7 +158,7 @@ def figure_files(folder: Any, formats: Iterable[str] | None) -> Iterator[None]:
 
 
 def _is_written(folder: Any, plate: Plate, endings: Sequence[str]) -> bool:
-    """Write a figure as files; return whether that was done, which an error in its code may prevent."""
+    """Write a figure as files; return False if its code raises an error."""
     from bristle.figures import as_csv, figure_file, numbers_of
 
     try:
@@ -173,7 +172,7 @@ def _is_written(folder: Any, plate: Plate, endings: Sequence[str]) -> bool:
             folder.write(f"{FOLDER}/{plate.name}.{ending}", figure_file(plate.figure, ending, plate.alternative))
     except OSError:
         raise  # no room on the disk, and no fault of the figure
-    except (Exception, SystemExit) as error:  # noqa: BLE001  (what a user's code may raise has no common type)
+    except (Exception, SystemExit) as error:  # noqa: BLE001  (code of the user may raise any exception)
         reason = f"{type(error).__name__}: {told_by(error)}".rstrip(": ")
         remark = f"{place_in_own_code(error) or plate.name}: the figure {plate.name} is not written as a file: {reason}"
         warnings.warn(InputWarning(remark) if plate.own else FaultWarning(remark, error), stacklevel=2)
@@ -182,5 +181,5 @@ def _is_written(folder: Any, plate: Plate, endings: Sequence[str]) -> bool:
 
 
 def captions(collected: Sequence[Plate]) -> str:
-    """Return the figures by the names of their files, each with its caption below it."""
+    """Return the file names of the figures, each with its caption."""
     return "\n".join(f"{plate.name}\n  {typeset_sentence(' '.join(plate.caption.split()))}\n" for plate in collected)

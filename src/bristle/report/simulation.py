@@ -1,4 +1,4 @@
-"""The report of a simulated experiment: its variants side by side, whether compensation helps there, and what it takes."""
+"""The report of a simulated experiment: its variants, the gain of compensation, and its cost."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -12,13 +12,13 @@ from bristle.report.page import Front, Ruling, Section, about, answered, report_
 from bristle.report.table import fixed, length_text
 from bristle.simulation import SimulationResult, VariantResult, swing_at_worst_reversal
 
-ON_THE_MACHINE = "record the machine without and with it, then `bristle compare before.csv after.csv --axis axis.toml`"
+ON_THE_MACHINE = "record the machine without and with compensation, then `bristle compare before.csv after.csv --axis axis.toml`"
 
 
 def simulation_report(
     result: SimulationResult, *, warnings: Sequence[str] = (), doubts: Sequence[str] | None = None, **options: Any
 ) -> str:
-    """Return the report of a simulated experiment as one HTML page; options as of `report_page`."""
+    """Return the report of a simulated experiment as an HTML page; options as of `report_page`."""
     variants, is_open = result.experiment.variants, _is_open(result)
     facts: dict[str, Any] = {
         "simulation": result,
@@ -28,20 +28,20 @@ def simulation_report(
     }
     rank = None if is_open else standing(result)
     if rank is not None:
-        # Close up stand the two that differ in the friction fed forward alone: the lag of a loop would flatten both.
+        # The close-up shows two variants that differ only in friction feedforward: the lag of a loop would flatten both.
         pair, best = pair_in(result), rank.best.name
         near = (pair[0].name, best) if pair is not None and pair[1].name == best else (rank.base.name, best)
         facts["at_reversal"] = list(dict.fromkeys((rank.base.name, *near))), list(dict.fromkeys(near))
     if is_open:
-        basis = ["An open loop: no controller acts, the effort is given and held from sample to sample."]
+        basis = ["An open loop: without a controller, the given effort is constant over each sample."]
         basis += [f"Effort of {variant.name}: {variant.effort.description}." for variant in variants if variant.effort is not None]
     else:
-        basis = ["Following error is the reference less the encoder reading; true error is the reference less the position itself."]
+        basis = ["The following error is reference minus encoder reading. The true error is reference minus true position."]
     sections = [
         Section("variants", "Motions and efforts" if is_open else "Errors and efforts", [variant_table(result)]),
-        Section("summary", "In words", [*(f"{warning}." for warning in warnings), *closing_sentences(result)], folded=True),
+        Section("summary", "Summary", [*(f"{warning}." for warning in warnings), *closing_sentences(result)], folded=True),
         Section("directions", "Forward and backward", [None if is_open else direction_table(result)], folded=True),
-        Section("assumptions", "What was simulated", [*basis, run_table(variants), *map(parts_table, variants)], folded=True),
+        Section("assumptions", "Simulated variants", [*basis, run_table(variants), *map(parts_table, variants)], folded=True),
     ]
     front = _front(result, warnings if doubts is None else doubts)
     return report_page("simulation", facts, front, sections, **options)
@@ -50,7 +50,7 @@ def simulation_report(
 def simulation_summary(
     result: SimulationResult, *, files: Mapping[str, str], provenance: Mapping[str, str], diagnostics: Sequence[Diagnostic] = ()
 ) -> dict[str, Any]:
-    """Return a simulated experiment in numbers, in SI of the axis; `files` are its logs, `diagnostics` of its loops."""
+    """Return a simulated experiment in numbers, in SI of the axis, with its log `files` and the `diagnostics` of its loops."""
     kind = result.experiment.kind
     return {
         "name": result.experiment.name,
@@ -74,21 +74,21 @@ def variants_as_data(result: SimulationResult) -> dict[str, Any]:
 
 
 def _is_open(result: SimulationResult) -> bool:
-    """Return whether no variant has a loop."""
+    """Return whether all variants are open loops."""
     return all(variant.effort is not None for variant in result.experiment.variants)
 
 
 def focus_of(result: SimulationResult) -> tuple[str, ...]:
-    """Return the variants that are compared first: those that differ in the friction fed forward alone."""
+    """Return the variants to compare first, which differ only in friction feedforward."""
     return tuple(variant.name for variant in pair_in(result) or ())
 
 
 def simulation_ruling(result: SimulationResult, warnings: Sequence[str] = ()) -> Ruling:
-    """Return whether the variants of an experiment are worth having, and why."""
+    """Return the verdict on the variants of an experiment, with its reasons."""
     completed = [variant for variant in result.variants.values() if variant.status is not Status.NOT_FINITE]
     failed = [f"{name}: {reason}" for name, reason in result.refused.items()]
     failed += [f"{name}: {variant.status.sentence}" for name, variant in result.variants.items() if variant not in completed]
-    # What is refused was warned of in the same words.
+    # A refused variant has the same text among the warnings.
     doubts = tuple(dict.fromkeys([*warnings, *failed]))
     if not completed:
         return Ruling("no", "It does not run", doubts)
@@ -97,14 +97,14 @@ def simulation_ruling(result: SimulationResult, warnings: Sequence[str] = ()) ->
         return Ruling(level, "No loop: the effort is given", doubts)
     rank = standing(result)
     if rank is None:
-        return Ruling("with_care", "Nothing to compare with", doubts)
+        return Ruling("with_care", "No loop for comparison", doubts)
     if len(completed) == 1:
-        return Ruling(level, "It runs: one loop, nothing to compare with", doubts)
+        return Ruling(level, "It runs, but a single loop has no comparison", doubts)
     if rank.best is rank.base:
         subject = "Compensation" if gain_of(result) is not None else "Another loop"
-        return Ruling("no", f"{subject} does not help", (f"no variant errs less than {rank.base.name}", *doubts))
+        return Ruling("no", f"{subject} does not help", (f"no variant is better than {rank.base.name}", *doubts))
     fed, plain = (variant_of(result, variant.name).feedforward.friction for variant in (rank.best, rank.base))
-    # The friction fed forward helps by itself, and not the other law alone that stands beside it.
+    # Friction feedforward must help without the change of the law.
     pair = pair_of(result.experiment, variant_of(result, rank.best.name))
     other = None if pair is None else result.variants.get(pair[0].name)
     by_itself = other is None or other.status is Status.NOT_FINITE or not is_alike(rank.best, other)
@@ -125,11 +125,11 @@ def _front(result: SimulationResult, warnings: Sequence[str]) -> Front:
         completed = [variant for variant in result.variants.values() if variant.status is not Status.NOT_FINITE]
         went = [f"moves by {length_text(loop.motion.peak_to_peak, kind)} ({loop.name})" for loop in completed if loop.is_open]
         answers = answered(
-            went or ["nothing completed against which an error could be measured"],
-            ["nothing: no loop was compared with another"],
-            [f"effort {_effort(variant)} ({variant.name})" for variant in completed] or ["nothing completed"],
-            ["it is a simulation: what the models leave out, it leaves out"],
-            ["mend what the verdict names" if not completed else "compare the motion with a log of the same effort"],
+            went or ["no open loop ran to its end"],
+            ["no values: the experiment compares no loops"],
+            [f"effort {_effort(variant)} ({variant.name})" for variant in completed] or ["no variant completed"],
+            ["this is a simulation: it lacks every effect that the models lack"],
+            ["correct the cause in the verdict" if not completed else "compare the motion with a log of the same effort"],
         )
     return Front(f"{result.experiment.name}: simulated", facts, simulation_ruling(result, warnings), answers, "variants")
 
@@ -142,7 +142,7 @@ def _loop_answers(result: SimulationResult, rank: Standing) -> list[tuple[str, l
     cost = ""
     if gain is not None and len(gain.steps) > 1 and gain.alone:
         before, after = gain.steps[-2:]
-        cost = f"friction fed forward alone: from {length_text(before.peak_to_peak, kind)} ({before.name}) to "
+        cost = f"friction feedforward alone: from {length_text(before.peak_to_peak, kind)} ({before.name}) to "
         cost += length_text(after.peak_to_peak, kind)
     limit = variant.run.effort_limit
     return answered(
@@ -151,24 +151,24 @@ def _loop_answers(result: SimulationResult, rank: Standing) -> list[tuple[str, l
             f"{length_text(best.following_error.rms, kind)} root mean square ({best.name})",
             new and f"at its worst reversal: {new}" + ("" if is_base else f" instead of {old}"),
         ],
-        [f"variant {best.name}, {'as it is' if is_base else 'of the file'}", *law_lines(variant)],
+        [f"variant {best.name}, {'unchanged' if is_base else 'of the file'}", *law_lines(variant)],
         [
             cost,
-            f"effort {_effort(best)}" + ("" if is_base else f"; that of {rank.base.name} {_effort(rank.base)}"),
+            f"effort {_effort(best)}" + ("" if is_base else f" ({rank.base.name}: {_effort(rank.base)})"),
             "the drive is at its limit" if math.isfinite(limit) and best.effort_peak >= limit else "",
         ],
         [
             gain.caveat if gain is not None else "This is a simulation: confirm it on the machine.",
-            f"{best.runs} runs with other noise: ± {length_text(float(spread), kind)}" if best.runs > 1 and spread else "",
+            f"{best.runs} runs with different noise: ± {length_text(float(spread), kind)}" if best.runs > 1 and spread else "",
         ],
-        ["what limits this loop, and gains for it: `bristle design EXPERIMENT.toml`"]
+        ["find the limits of this loop, and better gains: `bristle design EXPERIMENT.toml`"]
         if is_base
-        else [ON_THE_MACHINE, "what the loop still errs by: `bristle design EXPERIMENT.toml`"],
+        else [ON_THE_MACHINE, "find the causes of the remaining error: `bristle design EXPERIMENT.toml`"],
     )
 
 
 def _swing(result: SimulationResult, variant: VariantResult) -> float | None:
-    """Return how far the following error swings at its worst reversal, after the settling time."""
+    """Return the swing of the following error at its worst reversal, after the settling time."""
     run = variant_of(result, variant.name).run
     judged = slice(round(run.settle / run.sample_time), None)
     reference = variant.reference[judged]

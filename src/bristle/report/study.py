@@ -1,4 +1,4 @@
-"""The report of a study: how its numbers are distributed, which cause matters, which runs are worst; and that of a fleet, log by log."""
+"""The report of a study: distributions, influential causes and worst runs; and the report of a fleet, log by log."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def study_summary(runs: Runs, *, command: str, provenance: Mapping[str, str], wo
     status, reasons = columns["status"], columns["reason"]
     at = {int(run): place for place, run in enumerate(columns["run"])}
     failed = [place for place in range(runs.count) if status[place] != OK]
-    # Runs of one draw at several points are not independent, nor are those that Sobol indices need.
+    # Runs of one draw at several points, and runs for Sobol indices, are not independent.
     independent = not described["grid"] and not described["sobol_indices"]
     names, counts = np.unique(status, return_counts=True)
     points = [({"at": point, "name": _named(point, runs)}, chosen) for point, chosen in _points_of_grid(runs)]
@@ -66,13 +66,13 @@ def study_summary(runs: Runs, *, command: str, provenance: Mapping[str, str], wo
 
 
 def _named(point: Mapping[str, Any], runs: Runs) -> str:
-    """Return a point of the grid as a person says it."""
+    """Return a point of the grid as text."""
     units = {key: runs.described["columns"][key]["unit"] for key in point}
     return ", ".join(f"{key} {value if isinstance(value, str) else with_unit(value, units[key] or '1')}" for key, value in point.items())
 
 
 def _points_of_grid(runs: Runs) -> list[tuple[dict[str, Any], np.ndarray]]:
-    """Return each point of the grid, with which runs are made there."""
+    """Return each point of the grid, with a mask of its runs."""
     grid = runs.described["grid"]
     points = list(product(*grid.values()))
     place = runs.columns["run"].astype(int) % len(points)
@@ -80,14 +80,14 @@ def _points_of_grid(runs: Runs) -> list[tuple[dict[str, Any], np.ndarray]]:
 
 
 def study_sentences(summary: Mapping[str, Any]) -> list[str]:
-    """Return what a study comes to, in sentences."""
+    """Return the results of a study in sentences."""
     failed = summary["done"] - summary["statuses"].get(OK, 0)
     lines = []
     if summary["done"] < summary["runs"]:
-        lines.append(f"{summary['done']} of {summary['runs']} runs are there: the same command goes on.")
+        lines.append(f"{summary['done']} of {summary['runs']} runs are complete: repeat the same command to continue.")
     if failed:
         kinds = ", ".join(f"{count} {name}" for name, count in summary["statuses"].items() if name != OK)
-        lines.append(f"{failed} of {summary['done']} runs did not end well: {kinds}.")
+        lines.append(f"{failed} of {summary['done']} runs failed: {kinds}.")
     for name, entry in summary["metrics"].items():
         if entry["count"]:
             low, median, high = (with_unit(entry[key], entry["unit"]) for key in ("low", "median", "high"))
@@ -97,16 +97,16 @@ def study_sentences(summary: Mapping[str, Any]) -> list[str]:
 
 
 def _strongest(metric: str, summary: Mapping[str, Any]) -> list[str]:
-    """Return the cause that was drawn with which a metric goes most."""
+    """Return the drawn cause with the strongest correlation to a metric."""
     at = {key for entry in summary["metrics"][metric].get("points", ()) for key in entry["at"]}
     entries = [entry for entry in summary["rank_correlations"] if entry["metric"] == metric and entry["cause"] not in at]
     if not entries:
         return []
     first = max(entries, key=lambda entry: abs(entry["value"]))
     if first["interval"][0] <= 0.0 <= first["interval"][1]:
-        return ["It goes with nothing that was drawn, as far as these runs tell."]
+        return ["These runs show no correlation with any drawn cause."]
     way = "rises" if first["value"] > 0.0 else "falls"
-    return [f"Of what was drawn it {way} most with {first['cause']} (rank correlation {_signed(first['value'])})."]
+    return [f"It {way} most with {first['cause']} (rank correlation {_signed(first['value'])})."]
 
 
 def _capital(text: str) -> str:
@@ -118,7 +118,7 @@ def _signed(value: float) -> str:
 
 
 def spread_tables(summary: Mapping[str, Any]) -> list[Table]:
-    """Return how each metric is distributed, a table for each, with a row for each point of the grid."""
+    """Return the distribution of each metric as a table, with a row for each point of the grid."""
     heads, tables = ("At", "Runs", "Mean", "its 95 % interval", "Std", "5 %", "Median", "95 %", "its 95 % interval"), []
     for name, entry in summary["metrics"].items():
         points = entry.get("points", ())
@@ -160,20 +160,20 @@ def _cells(entry: Mapping[str, Any], column: Quantity) -> tuple[str, ...]:
 
 
 def study_report(runs: Runs, summary: Mapping[str, Any], *, command: str, figures: Sequence[ReportFigure] = ()) -> str:
-    """Return the report of a study as one HTML page."""
+    """Return the report of a study as an HTML page."""
     described, metric = runs.described, next(iter(summary["metrics"]))
     failures = [(str(entry["run"]), entry["status"], entry["reason"]) for entry in summary["failures"]]
-    failed = Table("Runs that did not end well (the first of them)", ("Run", "Status", "Reason"), failures) if failures else None
+    failed = Table("Failed runs (the first of them)", ("Run", "Status", "Reason"), failures) if failures else None
     worst: Table | None = None
     if summary["worst"]:
         unit, shown = summary["metrics"][metric]["unit"], summary["worst"]
         again = [(str(entry["run"]), with_unit(entry[metric], unit), entry["command"]) for entry in shown]
-        worst = Table(f"The worst runs: those with the largest {metric}", ("Run", metric, "Again, with its signals"), again)
+        worst = Table(f"The worst runs: those with the largest {metric}", ("Run", metric, "Command to repeat it"), again)
     columns = [(name, about["role"], about["unit"] or "–") for name, about in described["columns"].items()]
     sections = [
         Section("", "", study_sentences(summary)),
-        Section("spread", "What comes out", [Figures("spread"), *spread_tables(summary)]),
-        Section("influence", "Which cause matters", _influence_tables(summary)),
+        Section("spread", "Distributions", [Figures("spread"), *spread_tables(summary)]),
+        Section("influence", "Influence of each cause", _influence_tables(summary)),
         Section("worst", "The worst runs", [worst, failed]),
         Section("files", "The files", [Table("Columns of the files in runs/", ("Column", "Role", "Unit"), columns)], folded=True),
     ]
@@ -195,7 +195,7 @@ def study_report(runs: Runs, summary: Mapping[str, Any], *, command: str, figure
 
 
 def _influence_tables(summary: Mapping[str, Any]) -> list[Table]:
-    """Return Sobol indices and rank correlations, where there are any."""
+    """Return the tables of Sobol indices and rank correlations."""
     shares = [
         {
             "Metric": entry["metric"],
@@ -214,7 +214,7 @@ def _influence_tables(summary: Mapping[str, Any]) -> list[Table]:
         for entry in strongest_first
         if entry["metric"] == name
     ]
-    tables = {"Sobol indices: shares of the variance": shares, "How strongly each cause goes with each metric": ranks}
+    tables = {"Sobol indices: shares of the variance": shares, "Rank correlation of each cause with each metric": ranks}
     return [Table.of(caption, rows) for caption, rows in tables.items() if rows]
 
 
@@ -223,7 +223,7 @@ def _range(ends: Sequence[float]) -> str:
 
 
 LOGS_SHOWN = 200
-APART = 3.5  # robust standard deviations, its own interval counted in
+APART = 3.5  # robust standard deviations, including the interval of the log
 
 
 def fleet_summary(runs: Runs, *, provenance: Mapping[str, str]) -> dict[str, Any]:
@@ -260,7 +260,7 @@ def _of_finite(statistic: Callable[[np.ndarray], float], values: np.ndarray) -> 
 
 
 def identified(columns: Mapping[str, np.ndarray], name: str) -> np.ndarray:
-    """Return which logs tell a parameter, shape (log,)."""
+    """Return the mask of logs that identify a parameter, shape (log,)."""
     return np.isfinite(columns[name]) & (columns[f"{name}.status"] == "identified")
 
 
@@ -282,13 +282,13 @@ def _spread(columns: Mapping[str, np.ndarray], name: str, about: Mapping[str, st
 
 
 def apart(columns: Mapping[str, np.ndarray], name: str) -> np.ndarray:
-    """Return which logs stand apart from the others in a parameter, the farthest first.
+    """Return the logs that are outliers in a parameter, the farthest first.
 
-    Their distance from the median is more than `APART` times what the median absolute deviation of all logs and their
-    own interval allow (Iglewicz and Hoaglin 1993).
+    Their distance from the median is more than `APART` robust standard deviations, from the median absolute deviation of
+    all logs and the interval of the log (Iglewicz and Hoaglin 1993).
     """
     tells = np.flatnonzero(identified(columns, name))
-    # Of fewer logs no log stands apart.
+    # Fewer logs have no outliers.
     if tells.size < 5:
         return tells[:0]
     values = columns[name][tells]
@@ -300,10 +300,10 @@ def apart(columns: Mapping[str, np.ndarray], name: str) -> np.ndarray:
 
 
 def fleet_sentences(summary: Mapping[str, Any]) -> list[str]:
-    """Return what a fleet comes to, in sentences."""
+    """Return the results of a fleet in sentences."""
     lines = []
     if summary["done"] < summary["logs"]:
-        lines.append(f"{summary['done']} of {summary['logs']} logs are there: the same command goes on.")
+        lines.append(f"{summary['done']} of {summary['logs']} logs are complete: repeat the same command to continue.")
     failed = len(summary["failures"])
     good = summary["done"] - failed
     lines.append(f"{good} of {summary['done']} logs were fitted" + (f", {failed} failed." if failed else "."))
@@ -313,16 +313,16 @@ def fleet_sentences(summary: Mapping[str, Any]) -> list[str]:
         lines.append(f"Fits with warnings: {words}.")
     error = summary["held_out_error"]
     if error["median"] is not None:
-        lines.append(f"Error on what was held out: median {100.0 * error['median']:.3g} %, largest {100.0 * error['largest']:.3g} %.")
+        lines.append(f"Held-out error: median {100.0 * error['median']:.3g} %, largest {100.0 * error['largest']:.3g} %.")
     counts_apart = Counter((entry["folder"], name) for name, about in summary["parameters"].items() for entry in about["apart"])
     if counts_apart:
         words = ", ".join(f"{count} of {folder} in {name}" for (folder, name), count in counts_apart.most_common())
-        lines.append(f"Logs that stand apart from the others: {words}.")
+        lines.append(f"Outliers among the logs: {words}.")
     return lines
 
 
 def parameters_table(summary: Mapping[str, Any]) -> Table:
-    """Return how each parameter is distributed over the logs."""
+    """Return the distribution of each parameter over the logs."""
     rows = []
     for name, entry in summary["parameters"].items():
         if not entry["count"]:
@@ -331,7 +331,7 @@ def parameters_table(summary: Mapping[str, Any]) -> Table:
         column = Quantity.of(entry["unit"], [entry["median"]])
         cells = [column.cell(entry[key]) if entry[key] is not None else "" for key in ("low", "median", "high", "half_width")]
         rows.append((name, str(entry["count"]), column.scale.unit, *cells))
-    heads = ("Parameter", "Logs that tell it", "Unit", "5 %", "Median", "95 %", "± of one log")
+    heads = ("Parameter", "Identified in logs", "Unit", "5 %", "Median", "95 %", "± of one log")
     return Table("The parameters over the logs", heads, rows).without_empty_columns()
 
 
@@ -345,7 +345,7 @@ def failed_logs_table(summary: Mapping[str, Any]) -> Table | None:
 
 
 def fleet_report(runs: Runs, summary: Mapping[str, Any], *, command: str) -> str:
-    """Return the report of a fleet as one HTML page."""
+    """Return the report of a fleet as an HTML page."""
     names = [name for name, entry in summary["parameters"].items() if entry["count"]][:12]
     rows = [
         (name, entry["folder"], entry["log"], *(with_unit(value, about["unit"] or "1") for value in (entry["value"], about["median"])))
@@ -353,11 +353,11 @@ def fleet_report(runs: Runs, summary: Mapping[str, Any], *, command: str) -> str
         for entry in about["apart"][:WORST_SHOWN]
     ]
     heads = ("Parameter", "Folder", "Log", "Here", "Median of all")
-    logs_apart = Table("Logs that stand apart from the others", heads, rows) if rows else None
+    logs_apart = Table("Outliers among the logs", heads, rows) if rows else None
     sections = [
         Section("", "", fleet_sentences(summary)),
         Section("parameters", "The parameters", [Figures("parameters"), parameters_table(summary)]),
-        Section("apart", "Logs to look at", [failed_logs_table(summary), logs_apart]),
+        Section("apart", "Logs to check", [failed_logs_table(summary), logs_apart]),
         Section("logs", "Every log", [_logs_table(runs, summary, names)], folded=True),
     ]
     facts = {"fleet": runs, "names": names or None, "apart": {name: apart(runs.columns, name) for name in names}}
@@ -367,7 +367,7 @@ def fleet_report(runs: Runs, summary: Mapping[str, Any], *, command: str) -> str
 
 
 def _logs_table(runs: Runs, summary: Mapping[str, Any], names: Sequence[str]) -> Table:
-    """Return each log with these parameters, half of their intervals, and the codes of its warnings."""
+    """Return each log with these parameters, their half-widths, and the codes of its warnings."""
     columns = runs.columns
     scales = {name: Quantity.of(summary["parameters"][name]["unit"], [summary["parameters"][name]["median"]]) for name in names}
     heads = ("Number", "Folder", "Log", "Held-out error", *(scales[name].head(name) for name in names), "Warnings")

@@ -1,4 +1,4 @@
-"""An identification in numbers, as plain data: what is printed as JSON and written to ``summary.json``."""
+"""An identification as plain data, for JSON output and ``summary.json``."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def identification_summary(
 
 
 def _levels(fit: Fit, axis: Axis | None) -> dict[str, Any] | None:
-    """Return the levels for a drive in SI, and in each unit that the drive may want."""
+    """Return the levels for a drive in SI and in each unit of the drive."""
     levels, units = level_values(fit), drive_units(axis, fit.plant.kind)
     if levels is None:
         return None
@@ -107,7 +107,7 @@ def _levels(fit: Fit, axis: Axis | None) -> dict[str, Any] | None:
 
 
 def _parameters(fit: Fit, axis: Axis | None) -> dict[str, Any]:
-    """Return the parameters, in the units of the drive too."""
+    """Return the parameters, also in the units of the drive."""
     values = drive_values(fit, axis)
     return {name: estimate | {"in_drive_units": values.get(name, {})} for name, estimate in _described(fit.estimates).items()}
 
@@ -120,7 +120,7 @@ def _described(estimates: Sequence[Estimate]) -> dict[str, Any]:
 
 
 def _resampling(fit: Fit) -> dict[str, Any] | None:
-    """Return what fits to simulated logs say beside the intervals of the parameters, in SI."""
+    """Return further results of the fits to simulated logs, in SI."""
     resampling = fit.resampling
     if resampling is None:
         return None

@@ -1,4 +1,4 @@
-"""The sentences of all diagnostics, by their codes, with what each means and what to do."""
+"""The sentences of all diagnostics by code, each with its meaning and advice."""
 
 from bristle.report.sentences.checks import CHECKS, COMPARISONS
 from bristle.report.sentences.fits import FITS, PREDICTIONS

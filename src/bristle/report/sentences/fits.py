@@ -1,4 +1,4 @@
-"""What there is to know of a fit as a whole and what it rests on, and of a prediction."""
+"""Sentences about a fit as a whole, its assumptions, and a prediction."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -6,115 +6,116 @@ from typing import Any
 from bristle.report.sentences.sentence import Sentence, says, where
 
 _INTERVALS = (
-    "95 % intervals from {{draws}} fits to logs simulated with the model: {causes}, friction that scatters by "
-    "{{scatter_percent:2 digits}} % over {{half_cycles}} half-cycles; {left} of the residual (root mean square) is "
-    "none of these, and comes back block by block with a sign drawn by chance"
+    "the 95 % intervals come from {{draws}} fits to simulated logs. These logs contain {causes} and friction that scatters by "
+    "{{scatter_percent:2 digits}} % over {{half_cycles}} half-cycles. The rest of the residual, {left} (root mean square), is added block "
+    "by block with random sign"
 )
 
 
 def _lead(numbers: Mapping[str, Any]) -> int:
-    """Return 0 where the effort lags, 1 where it leads, 2 where it leads by half a sample."""
+    """Return 0 if the effort lags, 1 if it leads, 2 if it leads by half a sample."""
     if numbers["delay"] >= 0.0:
         return 0
     return 2 if -0.6 <= numbers["samples"] <= -0.4 else 1
 
 
 def _filtered(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
-    """Return what is said of a filter: of rows that are fewer for it, of one that is slower, of a fit, of a prediction."""
+    """Return the text about a filter: fewer rows, a slower filter, a fit, or a prediction."""
     if "percent" in numbers or "wanted" in numbers:
         return texts[0 if "percent" in numbers else 1]
     place = 2 if "dropped" in numbers else 4
     return texts[place if numbers["decimation"] == 1 else place + 1]
 
 
-_FILTERED = "position, effort and friction filtered at {cutoff:g} Hz without phase, {dropped} samples dropped at each edge, "
-_TAKEN_OUT = (
-    ". That was taken out; inertia, damping and stiffness before sliding are as unsure. Record accelerations that "
+_FILTERED = (
+    "bristle filtered position, effort and friction at {cutoff:g} Hz without phase. It dropped {dropped} samples at each edge, and kept "
+)
+_REMOVED = (
+    ". bristle removed that delay, but inertia, damping and pre-sliding stiffness are just as uncertain. Record accelerations that "
     "change fast, or write `delay` under [timing] of the axis file"
 )
 
 FITS: dict[str, Sentence] = {
     # Pairs of parameters, noise, residual.
     "correlated": says(
-        "{other} and {parameter} can hardly be told apart in this log (correlation {correlation:.3f})",
-        "two parameters trade places",
-        "give one of them, or excite them apart",
+        "{other} and {parameter} are confounded in this log (correlation {correlation:.3f})",
+        "two parameters are confounded",
+        "give a value for one of them, or excite them separately",
     ),
     "weight_guessed": says(
-        "{levels:list} hold beside an offset of {weight:force}, which is a guess: friction that differs by direction "
-        "and a weight look alike. Write the weight as `offset` under [plant] of the axis file",
-        "friction by direction holds beside a guessed weight only",
+        "{levels:list} are valid only with an offset of {weight:force}, which is a guess. A weight and friction that differs by direction "
+        "are confounded. Write the weight as `offset` under [plant] of the axis file",
+        "friction by direction depends on a guessed weight",
         "write `offset` under [plant] of the axis file",
     ),
     "level_as_seen": says(
-        "{names:and} is what friction comes to at the speeds of this log, up to {speed:length/time}: whether it falls "
-        "or rises beyond them, the log does not show",
-        "a level of friction is told at slow speeds only",
-        "slide at several speeds, as fast as the axis works",
+        "{names:and} is the friction at the speeds of this log, up to {speed:length/time}. The log does not show friction at higher speeds",
+        "a level of friction is known at slow speeds only",
+        "slide at several speeds, up to the working speed",
     ),
     "noisy_acceleration": says(
-        "{parameter} is too small by about {percent:.2g} %: so much of the acceleration is noise of the position; lower the cut-off to "
+        "{parameter} is too small by about {percent:.2g} %, the share of position noise in the acceleration. Lower the cut-off to "
         "{cutoff:.0f} Hz",
-        "noise of the position makes the inertia too small",
-        "lower the cut-off to the one told",
+        "noise of the position biases the inertia to a smaller value",
+        "lower the cut-off to the suggested frequency",
     ),
     "unexplained": says(
-        "the model leaves {percent:.0f} % of the effort unexplained: check units, signs, the delay between the channels and the mass in "
-        "the axis file, and whether gravity of a link, cogging or a spring acts on the axis (`[plant]` and `[[cogging]]`)",
-        "the model explains little",
-        "check units, signs, delay, mass, and what else acts on the axis",
+        "the model does not explain {percent:.0f} % of the effort. Check units, signs, the delay between the channels and the mass in the "
+        "axis file. Check also for gravity of a link, cogging or a spring (`[plant]` and `[[cogging]]`)",
+        "the model explains little of the effort",
+        "check units, signs, delay and mass. Check for further forces on the axis",
     ),
     "rising_friction": Sentence(
         (
-            "friction rises from {first:force} to {level:force} over the first {speed:length/time}: no Stribeck effect, whose force falls",
-            "friction rises from {first:force} to {level:force} over the first {speed:length/time}, moving {direction}: no Stribeck "
-            "effect, whose force falls",
+            "friction rises from {first:force} to {level:force} over the first {speed:length/time}. The log shows no Stribeck effect",
+            "friction rises from {first:force} to {level:force} over the first {speed:length/time}, moving {direction}. The log shows no "
+            "Stribeck effect",
         ),
         "friction rises with speed before it levels off",
-        "take the curve for what it is",
+        "use the measured curve",
         choose=lambda texts, numbers: texts[bool(numbers["direction"])],
     ),
     "widened": says(
-        "intervals of {names:list} are made {times:.2g} times as wide: which delay or filter the log passed is in "
-        "doubt, and where friction turns that matters more than noise does",
-        "a doubt about the treatment of a log, which replicates do not know of, is in its intervals",
-        "state the delay under [timing] of the axis file, or mend what is named",
+        "bristle widened the intervals of {names:list} by a factor of {times:.2g}. The delay or filter of the log is uncertain, and "
+        "near reversals this matters more than noise",
+        "intervals include an uncertain delay or filter, which replicates lack",
+        "state the delay under [timing] of the axis file, or correct the named cause",
     ),
-    # What was held out.
+    # The held-out stretches.
     "motion_repeats": says(
-        "the motion repeats itself every {every:time}: what is held out of it is the motion that was fitted, so that its error tells how "
-        "well the axis repeats itself. Predict a log of another motion, of several amplitudes, to see what a model is worth",
-        "the motion repeats itself, and what is held out of it is no other motion",
-        "record another motion of several amplitudes too, and predict its log",
+        "the log repeats one motion every {every:time}, so the held-out error shows repeatability only. Test the model on a different "
+        "motion with several amplitudes",
+        "the held-out stretches have the same motion as the fitted stretches",
+        "also record another motion of several amplitudes, and predict its log",
     ),
     "too_short": says(
-        "the log is too short for a part of it to be held out: all errors are those of what was fitted",
-        "nothing was held out",
+        "the log is too short for held-out stretches. All errors are those of the fitted stretches",
+        "the log has no held-out stretches",
         "record a longer log",
     ),
     "unfinished": says(
-        "unfinished: the search was interrupted, and this is the best that it had found; run it again to the end",
-        "a person interrupted the search",
+        "unfinished: the search was interrupted, and this is its best result so far. Run it again to the end",
+        "the search was interrupted",
         "run it again",
     ),
-    # What a fit rests on.
+    # The assumptions of a fit.
     "output_error_open": says(
-        "the parameters make the position that the effort causes the measured one, unfiltered; what is said of the "
-        "effort holds along the measured motion, differentiated twice, and serves as the start only",
+        "the parameters fit the simulated position to the measured position, unfiltered. Statements about the effort use the measured "
+        "motion, differentiated twice. That earlier fit only started the search",
         "the position was fitted",
     ),
     "output_error_closed": says(
-        "the parameters make the effort that the controller asks for in the simulated loop the measured one, unfiltered, from the "
-        "reference and the known inputs; what is said of rows of the effort holds along the measured motion and serves as the start only",
+        "the parameters fit the controller effort of the simulated loop to the measured effort, unfiltered. The loop follows the reference "
+        "and the known inputs. Statements about rows of the effort use the measured motion. That earlier fit only started the search",
         "the effort of the simulated loop was fitted",
     ),
     "prediction_error": Sentence(
         (
-            "an observer of {bandwidth:.3g} Hz predicts the next position {times:.2g} times as badly as in logs that the identified axis "
-            "made: the model does not explain all of the motion, and the parameters are those of inverse dynamics",
-            "the contact parameters are the mean of observers of several bandwidths that predict the next position, weighted by "
-            "precision; the most precise observer, of {bandwidth:.3g} Hz, predicts it to {error:length} rms",
-            "the parameters are those of inverse dynamics, for no observer predicted the position: {why}",
+            "the model does not explain all of the motion, so the parameters are those of inverse dynamics. An observer of {bandwidth:.3g} "
+            "Hz predicts the next position {times:.2g} times worse than in simulated logs of the identified axis",
+            "the contact parameters are the mean of several observers, weighted by precision. Each observer has another bandwidth and "
+            "predicts the next position. The most precise observer, of {bandwidth:.3g} Hz, predicts it to {error:length} rms",
+            "the parameters are those of inverse dynamics, because no observer was usable: {why}",
         ),
         "prediction errors of the position were fitted",
         "compare other models",
@@ -122,110 +123,108 @@ FITS: dict[str, Sentence] = {
     ),
     "filtered": Sentence(
         (
-            "in as many rows as usual, noise of the position would have made the inertia take {percent:.0f} % of what "
-            "friction takes; one row for {decimation} samples has hardly any of it",
-            "the log is sampled too slowly for the filter of the identification, {wanted:g} Hz: {cutoff:.3g} Hz in its place",
+            "bristle kept one row for {decimation} samples, to suppress noise of the position. With the usual number of rows, that noise "
+            "would have appeared as an inertia force of {percent:.0f} % of friction",
+            "the log is sampled too slowly for the usual filter of {wanted:g} Hz. bristle filtered it at {cutoff:.3g} Hz",
             _FILTERED + "a row for each sample",
             _FILTERED + "one row for {decimation} samples",
-            "effort and motion are filtered at {cutoff:g} Hz",
-            "effort and motion are filtered at {cutoff:g} Hz, and one row is kept for {decimation} samples",
+            "bristle filtered effort and motion at {cutoff:g} Hz",
+            "bristle filtered effort and motion at {cutoff:g} Hz, and kept one row for {decimation} samples",
         ),
-        "how the log was filtered, and how many rows of it were kept",
+        "the filter of the log and the number of rows kept",
         "nothing",
         choose=_filtered,
     ),
     "delay_found": Sentence(
         (
-            "the effort lags the position by {delay:time} ({samples:.2f} samples; 95 % interval ±{half_width:time}), "
-            "found in this log together with the inertia, and taken out",
-            "the effort runs ahead of the position by {delay!m:time} ({samples!m:.2f} samples; 95 % interval "
-            "±{half_width:time}), found in this log together with the inertia, and taken out",
-            "the effort runs ahead of the position by {delay!m:time} ({samples!m:.2f} samples, as where a controller holds its output; 95 "
-            "% interval ±{half_width:time}), found in this log together with the inertia, and taken out",
+            "the effort lags the position by {delay:time} ({samples:.2f} samples; 95 % interval ±{half_width:time}). "
+            "bristle estimated this delay together with the inertia, and removed it",
+            "the effort leads the position by {delay!m:time} ({samples!m:.2f} samples; 95 % interval "
+            "±{half_width:time}). bristle estimated this lead together with the inertia, and removed it",
+            "the effort leads the position by {delay!m:time} ({samples!m:.2f} samples, typical of the zero-order hold of a controller; 95 "
+            "% interval ±{half_width:time}). bristle estimated this lead together with the inertia, and removed it",
         ),
-        "a delay between the channels was found and taken out",
+        "bristle removed a delay between the channels",
         "nothing",
         choose=lambda texts, numbers: texts[_lead(numbers)],
     ),
     "delay_unknown": says(
-        "this log hardly shows by how much the effort lags the position. A delay that is not taken out biases the inertia, and damping "
-        "and stiffness before sliding more. Record accelerations that change fast, or write `delay` under [timing] of the axis file",
-        "the delay between the channels is not known",
+        "this log hardly determines the delay of the effort. An uncorrected delay biases the inertia, and damping "
+        "and pre-sliding stiffness even more. Record accelerations that change fast, or write `delay` under [timing] of the axis file",
+        "the delay between the channels is unknown",
         "record accelerations that change fast, or write `delay` under [timing]",
     ),
     "delay_rough": Sentence(
         (
-            "this log shows only roughly that the effort lags the position by {delay:time} ({samples:.1f} samples; "
-            "95 % interval ±{half_width:time})" + _TAKEN_OUT,
-            "this log shows only roughly that the effort runs ahead of the position by {delay!m:time} ({samples!m:.1f} "
-            "samples; 95 % interval ±{half_width:time})" + _TAKEN_OUT,
+            "the effort lags the position by roughly {delay:time} ({samples:.1f} samples; 95 % interval ±{half_width:time})" + _REMOVED,
+            "the effort leads the position by roughly {delay!m:time} ({samples!m:.1f} samples; 95 % interval ±{half_width:time})"
+            + _REMOVED,
         ),
-        "the delay between the channels is known roughly, and taken out",
+        "the delay between the channels is only roughly known, and bristle removed it",
         "record accelerations that change fast, or write `delay` under [timing]",
         choose=lambda texts, numbers: texts[numbers["delay"] < 0.0],
     ),
     "delay_or_filter": Sentence(
         (
-            "whether the {delay:time} between effort and position are a delay or a filter in one of the channels, this "
-            "log does not tell; they were taken out as a delay",
-            ". {names:and} depend on it. Record accelerations that change fast, or switch filters off in the drive",
+            "the {delay:time} between effort and position may be a delay or a filter in a channel. bristle removed them as a delay",
+            ". {names:and} depend on this choice. Record accelerations that change fast, or switch off filters in the drive",
         ),
         "a delay may be a filter",
-        "record accelerations that change fast, or switch filters off in the drive",
+        "record accelerations that change fast, or switch off filters in the drive",
         choose=lambda texts, numbers: texts[0] + (texts[1] if numbers["names"] else ""),
     ),
     "filter_suspect": Sentence(
         (
-            "effort passed a filter of {lag:time} more than position did; it was taken out. Better switch it off in "
-            "the drive, and record again",
-            "position passed a filter of {lag:time} more than effort did, and it was taken out; a mass that hangs on something elastic "
-            "looks alike. Switch the filter off in the drive and record again, or look for a resonance",
-            "the recorded effort is a command, which the drive follows with a lag of {lag:time}, or position passed a "
-            "filter like that, and friction is told from the effort as it acted; a mass that hangs on something "
-            "elastic looks alike. Record what acted, or look for a resonance",
+            "the effort passed a filter with {lag:time} more lag than the position. bristle removed this lag. Better switch off the filter "
+            "in the drive, and record again",
+            "the position passed a filter with {lag:time} more lag than the effort. bristle removed this lag. An elastically coupled mass "
+            "has the same effect. Switch off the filter in the drive and record again, or look for a resonance",
+            "the recorded effort is probably a command, and the drive follows it with a lag of {lag:time}. A filter of the position or an "
+            "elastically coupled mass has the same effect. bristle used the lagged effort for friction. Record the acting effort, or look "
+            "for a resonance",
         ),
-        "a channel was filtered, a command was recorded, or part of the mass is elastic",
-        "switch the filter off in the drive and record again, record what acted, or look for a resonance",
+        "a channel was filtered, a command was recorded, or part of the mass is coupled elastically",
+        "switch off the filter in the drive and record again, record the acting effort, or look for a resonance",
         choose=lambda texts, numbers: texts[("effort", "position", "command").index(numbers["channel"])],
         also=("channel", "half_width"),
     ),
     "stages_differ": says(
-        "{parameter} is {value:mass} in the fit of all rows and {first:mass} where only slow accelerations and fast "
-        "motion count: the log has something that neither delay nor noise explains",
+        "two estimates of {parameter} disagree: {value:mass} from all rows, {first:mass} from slow accelerations and fast motion. "
+        "Neither delay nor noise explains the difference",
         "two estimates of the inertia disagree",
-        "look for what else differs: gear, load, friction over position",
+        "look for other causes: gear, load, friction over position",
     ),
     "rests": Sentence(
         (
-            "{percent:.3g} % of the samples are at rest and left out: there friction balances whatever effort there is",
-            "the axis moves so slowly that motion cannot be told from rest in encoder steps of {resolution:length}; all "
-            "samples are fitted, those at rest too",
+            "bristle left out {percent:.3g} % of the samples, because the axis was at rest. At rest, friction balances any effort",
+            "the axis moves too slowly to distinguish motion from rest with encoder steps of {resolution:length}. bristle fitted all "
+            "samples, including rests",
         ),
-        "samples at rest were not fitted, or could not be told from motion",
-        'write `rests = "keep"` under [identification] where they tell friction; record faster motion, or with a finer encoder',
+        "samples at rest were left out, or motion and rest are indistinguishable",
+        'write `rests = "keep"` under [identification] if rests contain information on friction. Record faster motion, or use a finer '
+        "encoder",
         choose=where("percent"),
     ),
     "standard_errors": says(
-        "standard errors take the residuals for independent; intervals rest on those that hold for residuals "
-        "correlated over time, where these are larger",
-        "which standard errors are told",
+        "standard errors assume independent residuals. Intervals allow for residuals correlated over time, if that widens them",
+        "the assumption of the standard errors",
     ),
     "element_shape": says(
-        "errors and intervals are those for elements of this shape: their shares do not vary in them",
-        "the shape of the elements is taken for known",
+        "errors and intervals assume this shape of the elements: the shares of the elements are fixed",
+        "the shape of the elements is assumed known",
     ),
     "intervals": Sentence(
         (
-            _INTERVALS.format(causes="noise of {noise:force}, encoder steps of {resolution:length}", left="{unexplained:force}"),
+            _INTERVALS.format(causes="noise of {noise:force}, encoder steps of {resolution:length},", left="{unexplained:force}"),
             _INTERVALS.format(causes="encoder steps of {resolution:length} in the loop", left="{unexplained:force}"),
         ),
-        "how the 95 % intervals were found",
+        "the origin of the 95 % intervals",
         "nothing",
         choose=lambda texts, numbers: texts[int("loop" in numbers)],
     ),
     "intervals_motion": says(
-        _INTERVALS.format(causes="encoder steps of {resolution:length} behind the motion", left="{unexplained:length}"),
-        "the same, of a fit to the position",
+        _INTERVALS.format(causes="encoder steps of {resolution:length} after the motion", left="{unexplained:length}"),
+        "the origin of the 95 % intervals of a fit to the position",
     ),
 }
 
@@ -233,35 +232,36 @@ FITS: dict[str, Sentence] = {
 PREDICTIONS: dict[str, Sentence] = {
     "worse_than_none": Sentence(
         (
-            "a position of zero would be nearer to the log than what the model predicts ({percent:2 digits} % off): an open loop "
-            "runs away where nothing holds the axis; predict in inverse or closed-loop mode",
-            "an effort of zero would be nearer to the log than what the model predicts ({percent:2 digits} % off): check "
-            "that the model is of this axis, and units and signs in the axis file",
+            "the prediction is worse than a constant position of zero: its error is {percent:2 digits} %. An open loop runs away, because "
+            "no controller keeps the axis in place. Predict in inverse or closed-loop mode",
+            "the prediction is worse than a constant effort of zero: its error is {percent:2 digits} %. Check that the model belongs to "
+            "this axis. Check units and signs in the axis file",
         ),
-        "what is predicted is worse than nothing",
+        "the prediction is worse than a constant zero",
         "predict in another mode, or check model, units and signs",
         choose=lambda texts, numbers: texts[("position", "effort").index(numbers["signal"])],
         also=("signal",),
     ),
     "beyond_speed": says(
-        "the log moves at up to {speed:length/time}, the model was fitted to no more than {fitted_speed:length/time}: "
-        "beyond, its friction is an extrapolation",
-        "the log is much faster than the one that was fitted",
+        "above {fitted_speed:length/time} the friction of the model is an extrapolation. This log reaches {speed:length/time}, beyond the "
+        "fitted log",
+        "the log is much faster than the fitted log",
         "fit the model to faster motion",
     ),
     "presliding_distance": says(
-        "friction turns over a pre-sliding distance of {distance:length} (axis file)",
+        "friction reverses over a pre-sliding distance of {distance:length} (axis file)",
         "a static model was simulated with the pre-sliding distance of the axis file",
     ),
-    "short_stretch": says("a stretch of {samples} samples is too short to be predicted, and was left out", "a stretch was left out"),
+    "short_stretch": says("bristle left out a stretch of {samples} samples, too short for a prediction", "a short stretch was left out"),
     "start_of_contact": Sentence(
         (
-            "the contact began at {percents:percents} of the way from its middle to slip (below 0: backward), found from the first samples",
-            "the log is one period of a motion that has run in: it is run from rest until it repeats itself",
-            "the log is {periods:g} equal periods of a motion that has run in: it is run from rest until it repeats itself",
+            "the contact began at {percents:percents} of the distance from its middle to slip (negative: backward), estimated from the "
+            "first samples",
+            "the log is one period of a periodic motion: bristle simulates it from rest until it repeats",
+            "the log is {periods:g} equal periods of a periodic motion: bristle simulates it from rest until it repeats",
             "the motion begins at rest",
         ),
-        "how the motion begins: where the contact stood, at rest, or run in until it repeats itself",
+        "the start of the motion: a deflected contact, rest, or a periodic motion",
         "nothing",
         choose=lambda texts, numbers: texts[
             1 if numbers.get("periods") == 1 else 2 if "periods" in numbers else 0 if "percents" in numbers else 3

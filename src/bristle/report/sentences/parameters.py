@@ -1,4 +1,4 @@
-"""Why a log does not determine a parameter, why one lies at an edge or is held, and which force a model lacks."""
+"""Reasons why a parameter is not identifiable, at an edge of its range or held constant, and forces that a model lacks."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -6,12 +6,12 @@ from typing import Any
 from bristle.core import with_unit
 from bristle.report.sentences.sentence import Sentence, cause, held, says, where
 
-_SPEEDS = "move at several steady speeds between a tenth and all of the working speed"
+_SPEEDS = "move at several constant speeds, from a tenth of the working speed up to all of it"
 _FINER = "record the position more finely, or leave the stiffness of the contact out of the model"
 
 
 def _sliding(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
-    """Return what is said of a fall that does not show: by the speeds at which the axis slides steadily, as they are told."""
+    """Return the text about a missing Stribeck fall, by the range of the constant speeds."""
     if "slowest" not in numbers:
         return texts[2]
     slowest, fastest = (with_unit(numbers[name], "m/s") for name in ("slowest", "fastest"))
@@ -19,10 +19,10 @@ def _sliding(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
 
 
 def _crossed(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
-    """Return what is said of reversals: by whether a period of the filter is over before the zone is."""
-    none, lone, several, single, few, many, filtered = texts
+    """Return the text about reversals: by their number, and by the filter period against the pre-sliding zone."""
+    missing, lone, several, single, few, many, filtered = texts
     if "zone" not in numbers:
-        return {0: none, 1: lone}.get(numbers.get("reversals", 0), several)
+        return {0: missing, 1: lone}.get(numbers.get("reversals", 0), several)
     if numbers["samples"] >= numbers["filter_samples"]:
         return filtered
     return single if numbers["reversals"] == 1 else few if numbers["reversals"] <= 20 else many
@@ -33,160 +33,162 @@ PARAMETERS: dict[str, Sentence] = {
     "low_acceleration": cause(
         "the motion hardly accelerates",
         "accelerate harder, or give the mass or inertia in the axis file",
-        "the acceleration never exceeds {acceleration:length/time^2}; give the mass or inertia in the axis file",
+        "the acceleration never exceeds {acceleration:length/time^2}. Give the mass or inertia in the axis file",
     ),
-    "few_speeds": cause("there is one speed only", _SPEEDS, "the log moves at one speed only, {speed:length/time}"),
+    "few_speeds": cause("the log has a single speed", _SPEEDS, "the log moves at one speed only, {speed:length/time}"),
     "low_speed": cause("the speeds are too low", _SPEEDS, "the log never exceeds {speed:length/time}"),
     "no_fall": cause(
-        "the fall of friction with speed does not show",
-        "move slowly and steadily, at least at five speeds below the one at which friction is least",
-        "the log does not show the force fall with speed ({slow_samples} of {samples} samples are slower than "
-        "{speed:length/time}, and it slides steadily at {slowest:length/time} to {fastest:length/time})",
-        "the log does not show the force fall with speed ({slow_samples} of {samples} samples are slower than "
-        "{speed:length/time}, and it slides steadily at {slowest:length/time})",
-        "the log does not show the force fall with speed ({slow_samples} of {samples} samples are slower than "
-        "{speed:length/time}, and none of its motion is a slide at constant velocity)",
+        "the log does not show friction that falls with speed",
+        "move slowly at constant speed, with at least five speeds below that of the least friction",
+        "the log does not show friction that falls with speed. Only {slow_samples} of {samples} samples are slower than "
+        "{speed:length/time}, and its constant speeds are {slowest:length/time} to {fastest:length/time}",
+        "the log does not show friction that falls with speed. Only {slow_samples} of {samples} samples are slower than "
+        "{speed:length/time}, and its only constant speed is {slowest:length/time}",
+        "the log does not show friction that falls with speed. Only {slow_samples} of {samples} samples are slower than "
+        "{speed:length/time}, and it has no constant-velocity segment",
         choose=_sliding,
     ),
     "few_reversals": cause(
-        "there are few reversals, or they are through the pre-sliding zone before the filter sees it",
-        "reverse gently and often, at amplitudes of the break-away distance and below",
+        "the log has few reversals, or they cross the pre-sliding zone faster than the filter",
+        "reverse gently and often, at amplitudes up to the break-away distance",
         "the log has no reversal",
         "the log has only {reversals} reversal",
         "the log has only {reversals} reversals",
-        "the log has only {reversals} reversal, each crosses the pre-sliding zone of {zone:length} in {samples:.0f} "
-        "samples, where a period of the filter takes {filter_samples:.0f}",
-        "the log has only {reversals} reversals, each crosses the pre-sliding zone of {zone:length} in {samples:.0f} "
-        "samples, where a period of the filter takes {filter_samples:.0f}",
-        "each of {reversals} reversals crosses the pre-sliding zone of {zone:length} in {samples:.0f} samples, where a "
+        "the log has only {reversals} reversal. It crosses the pre-sliding zone of {zone:length} in {samples:.0f} "
+        "samples, but a period of the filter takes {filter_samples:.0f}",
+        "the log has only {reversals} reversals. Each crosses the pre-sliding zone of {zone:length} in {samples:.0f} "
+        "samples, but a period of the filter takes {filter_samples:.0f}",
+        "each of {reversals} reversals crosses the pre-sliding zone of {zone:length} in {samples:.0f} samples, but a "
         "period of the filter takes {filter_samples:.0f}",
-        "its reversals ({reversals}) cross the pre-sliding zone of {zone:length} in {samples:.0f} samples, which the "
-        "filter lets pass ({filter_samples:.0f} a period), and yet show less there than the model misses",
+        "the effect on its {reversals} reversals is smaller than the model error. They cross the pre-sliding zone of {zone:length} in "
+        "{samples:.0f} samples, slow enough for the filter ({filter_samples:.0f} a period)",
         choose=_crossed,
     ),
     "coarse_position": cause(
-        "the pre-sliding zone is a few steps of the encoder, or no larger than the noise of the position",
+        "the pre-sliding zone is only a few encoder steps, or as small as the noise of the position",
         _FINER,
         "the pre-sliding zone of {zone:length} is less than {deviations:.0f} times the noise of the position "
-        "({noise:length} standard deviation), which turns friction alike",
+        "({noise:length} standard deviation). Such noise also reverses friction",
         "the pre-sliding zone of {zone:length} is less than {counts:.0f} steps of the recorded position ({resolution:length} each)",
         choose=where("noise"),
     ),
     "coarse_elements": cause(
-        "elements that slip within a few steps of the encoder make up part of the stiffness",
+        "a part of the stiffness is in elements that slip within a few encoder steps",
         _FINER,
-        "{percent:.0f} % of it are elements that slip within {counts:.0f} steps of the recorded position ({resolution:length} each), "
-        "where they stand for what the encoder leaves out: stiffness and virgin curve up to there may be that much too large",
+        "stiffness and virgin curve may be up to {percent:.0f} % too large below {counts:.0f} steps of the recorded position "
+        "({resolution:length} each). Elements that slip within these steps make up that share, and the encoder does not resolve them",
     ),
     "few_strokes": cause(
-        "there is too little sliding in both directions, or the force stays straight over the stroke",
-        "move in both directions, at least ten reversals, at several amplitudes up to the largest that matters",
-        "the log holds {reversals} reversals over a stroke of {stroke:length}",
-        "over a stroke of {stroke:length} the log does not show the force bend",
+        "the log has too little sliding in both directions, or a straight force over the stroke",
+        "move in both directions, with at least ten reversals, at several amplitudes up to the working stroke",
+        "the log has only {reversals} reversals over a stroke of {stroke:length}",
+        "the force is straight over the stroke of the log, {stroke:length}",
         choose=where("reversals"),
     ),
     "small_effect": cause(
         "the parameter hardly changes the effort",
         "leave it out, or excite it more",
-        "its effect on the effort is smaller than what the model misses",
+        "its effect on the effort is smaller than the model error",
     ),
     "beyond_effort": cause(
-        "the best force is one that the log never reached",
-        "let the axis stick, break away and slide, or leave it out",
-        "the best value is far beyond the most that friction took of the effort in this log, {effort:force}",
+        "the best value is a force that the log never reached",
+        "let the axis stick, break away and slide, or leave the parameter out",
+        "the best value is far beyond the largest friction in this log, {effort:force}",
     ),
     "redundant": held(
-        "only {products:and} show in the force, whatever {parameter} is",
-        "no log can tell it: the force depends on products with it only",
-        "read the products, under `combinations`",
+        "the force depends only on {products:and}, for any {parameter}",
+        "no log can identify it: the force depends only on products with it",
+        "use the products, under `combinations`",
     ),
     # A parameter at the end of its range.
     "edge_no_fall": Sentence(
-        ("the best value is the smallest that is allowed, {value:unit}: in this log friction does not fall with speed",),
-        "a break-away force is no larger than sliding friction",
-        "take a model without the Stribeck effect",
+        ("in this log friction does not fall with speed. The best value is the smallest allowed value, {value:unit}",),
+        "the break-away force is no larger than sliding friction",
+        "use a model without the Stribeck effect",
         "edge",
     ),
     "no_friction": Sentence(
         (
-            "no force opposes the motion: the best value is {value:unit}. Likely causes, the commonest first: gravity or a bias that is "
-            'held (offset = "identify" under [plant] identifies it), a reversed sign of the effort, a mass that is stated too large',
+            "no force opposes the motion: the best value is {value:unit}. Likely causes, most common first: a wrong offset for gravity "
+            '(write offset = "identify" under [plant]), a reversed sign of the effort, too large a mass in the axis file',
         ),
         "the log shows no friction that opposes the motion",
-        "identify the offset, else mend the sign of the effort or the mass in the axis file",
+        "identify the offset. If that does not help, correct the sign of the effort or the mass in the axis file",
         "edge",
     ),
     "edge_of_model": Sentence(
-        ("the best value is the {edge} that is allowed, {value:unit}; {cause}",),
-        "the best value is the smallest or largest that the model allows",
+        ("the best value is the {edge} allowed value, {value:unit}: {cause}",),
+        "the best value is the smallest or largest allowed value of the model",
         "see `cause`, a code of this table",
         "edge",
     ),
     "edge_of_search": Sentence(
-        ("the search ran to the {edge} value that this log could show, {value:unit}: {cause}",),
-        "the best value lies where the log shows nothing any more",
+        ("the search ended at the {edge} value that this log could show, {value:unit}: {cause}",),
+        "the best value is outside the range that the log can show",
         "see `cause`, a code of this table",
         "edge",
     ),
-    # A parameter that is held.
-    "held_known": held("given as known", "given by a person"),
-    "held_default": held("a shape that is kept at its default", "a shape that nobody asked for", "identify it with --free"),
-    "held_plant_damping": held("it cannot be told from the damping c of the plant", "viscous friction is that of the plant"),
+    # A parameter that is held constant.
+    "held_known": held("given as known", "given by the user"),
+    "held_default": held(
+        "the default value of a shape parameter", "a shape parameter that is fitted only on request", "identify it with --free"
+    ),
+    "held_plant_damping": held("confounded with the damping c of the plant", "the damping of the plant includes viscous friction"),
     "held_levels": held(
-        "it cannot be told from the difference between {levels[0]} and {levels[1]}",
-        "the offset is the difference of friction by direction",
-        "write `offset` under [plant] of the axis file where it is known",
+        "confounded with the difference between {levels[0]} and {levels[1]}",
+        "the offset is confounded with friction that differs by direction",
+        "write `offset` under [plant] of the axis file if it is known",
     ),
     "held_constant": held(
-        "half of what the effort of both directions differs by, as of a weight: {levels:list} cannot be told from it, "
-        "and without it one of them would be negative",
+        "half of the difference in effort between the directions, probably a weight. {levels:list} are confounded with it, and at an "
+        "offset of zero one of these levels would be negative",
         "a constant force is larger than friction",
-        "write `offset` under [plant] of the axis file where it is known",
+        "write `offset` under [plant] of the axis file if it is known",
     ),
     "held_one_direction": held(
-        "it cannot be told from {level}: the log moves {direction} only",
-        "in one direction, offset and friction are one",
+        "confounded with {level}, because the log moves {direction} only",
+        "in one direction, offset and friction are confounded",
         "move in both directions",
     ),
     "held_one_speed": held(
-        "the log moves at one speed only: it cannot be told from elements that slip at once",
-        "at one speed, viscous friction is a constant that turns with the motion",
+        "confounded with elements that slip at once, because the log has a single speed",
+        "at a single speed, viscous friction is confounded with Coulomb friction",
         _SPEEDS,
     ),
-    "held_middle": held("the middle of the range of the log", "where the position of a slot is counted from"),
-    "held_half_range": held("half of the range of the log", "the length that the position of a slot is counted in"),
-    "held_pitch": held("the lead of the axis file, or else the period of what simple friction leaves", "the pitch of the screw"),
+    "held_middle": held("the middle of the position range of the log", "the origin of the position in a slot"),
+    "held_half_range": held("half of the position range of the log", "the unit of the position in a slot"),
+    "held_pitch": held("the lead of the axis file, or the period of the residual of simple friction", "the pitch of the screw"),
 }
 
 
-_CURVE = "friction over the speed has another curve than the model: {force:force}, {percent:.2g} % of friction"
+_CURVE = "the curve of friction over speed differs from that of the model: {force:force}, {percent:.2g} % of friction"
 
-_COMPARED = "`{compared}`, which was compared, is no better"
+_COMPARED = "`{compared}` was also compared, and is no better"
 
 _RIPPLE = (
-    "the force ripples over the position, with a period of {period:length} and an amplitude of {amplitude:force}, "
-    "{percent:.2g} % of friction (root mean square)"
+    "the force has a ripple over position, {percent:.2g} % of friction (root mean square). Its period is {period:length}, its amplitude "
+    "{amplitude:force}"
 )
 
 
 def _ripple(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
-    """Return what is said of a ripple, by the directions that it pulls in."""
-    plain, known, turning, alike, lead, beside, following, compared = texts
+    """Return the text about a ripple, by its directions."""
+    plain, known, turning, cogging, lead, or_model, following, compared = texts
     after = compared if numbers["compared"] else ""
     if numbers.get("pulls") == "turning":
         return turning + (following if numbers["model"] else after)
     if numbers.get("harmonics"):
-        own = alike + (lead if numbers["turner"] == "motor" else "")
-        return own + (beside if numbers["model"] else after)
+        own = cogging + (lead if numbers["turner"] == "motor" else "")
+        return own + (or_model if numbers["model"] else after)
     return plain + (following if numbers["model"] else after or known)
 
 
 def _missing(text: str, by_model: str, without: str, means: str) -> Sentence:
-    """Return what is said of a force that a model lacks: which one has it, or that there is none."""
+    """Return the sentence about a force that a model lacks, with the next model to try or without."""
     return Sentence(
-        (f"{text}. Next: {by_model}", f"{text}. {_COMPARED}", f"{text}; {without}"),
+        (f"{text}. Next: {by_model}", f"{text}. {_COMPARED}", f"{text}. {without}"),
         means,
-        "try the model that is named",
+        "try the suggested model",
         choose=where("model", "compared"),
         also=("share_percent",),
     )
@@ -195,110 +197,109 @@ def _missing(text: str, by_model: str, without: str, means: str) -> Sentence:
 STRUCTURE: dict[str, Sentence] = {
     "structure": Sentence(
         (
-            "the structure of the model does not hold: {missing:force} (root mean square, {percent:.2g} % of friction) "
-            "of what it leaves over is no chance, but comes back on half-cycles that it was not fitted to, where noise "
-            "and scatter leave {chance:force}. What it depends on is told next",
-            ". Parameters are effective: {names:list} hold for this model along such a motion, and are not those of "
-            "the axis; intervals are widened by what is missing",
-            "the model leaves a small force: {missing:force} (root mean square, {percent:.2g} % of friction) comes "
-            "back on half-cycles that it was not fitted to, where noise and scatter leave {chance:force}. That is too "
-            "little to matter in use. What it depends on is told next",
+            "the model lacks a force. {missing:force} of the residual (root mean square, {percent:.2g} % of friction) repeats on held-out "
+            "half-cycles. It is physics, not noise: noise and scatter explain only {chance:force}. The likely causes follow",
+            ". {names:list} are effective: valid for this model and similar motions, but biased for the axis. Their intervals are wider "
+            "because of this force",
+            "the model lacks a force, too small to matter in use. {missing:force} of the residual (root mean square, {percent:.2g} % "
+            "of friction) repeats on held-out half-cycles. Noise and scatter explain only {chance:force}. The likely causes follow",
         ),
-        "forces are missing in the model, by cause",
-        "try the model that is named, and take parameters and intervals for effective until then",
+        "the model lacks forces, listed by cause",
+        "try the suggested model. Until then, treat parameters and intervals as effective",
         choose=lambda texts, numbers: texts[2 if numbers["small"] else 0] + (texts[1] if numbers["names"] else ""),
         also=("causes", "small"),
     ),
     "missing_speed": Sentence(
         (
-            _CURVE + "; no model of bristle has another one",
+            _CURVE + ". No model of bristle has a better curve",
             _CURVE + ". Next: `{model}`",
-            _CURVE + ". Next: `{model}`, of which the exponent may be identified as well (`--free delta_S`)",
+            _CURVE + ". Next: `{model}`, also with its exponent identified (`--free delta_S`)",
             _CURVE + ". " + _COMPARED,
         ),
-        "friction over the speed has another curve",
-        "try the model that is named",
+        "the curve of friction over speed differs from that of the model",
+        "try the suggested model",
         choose=lambda texts, numbers: texts[3 if numbers["compared"] else ("", "lugre", "stribeck_free").index(numbers["model"])],
         also=("share_percent",),
     ),
     "missing_direction": _missing(
-        "friction differs between the directions: {force:force}, {percent:.2g} % of it",
+        "friction differs between the directions: {force:force}, {percent:.2g} % of friction",
         "`{model}`",
-        "this model has a set of parameters for each already: look at load and cables",
+        "This model already has separate parameters for each direction: check load and cables",
         "friction differs between the directions",
     ),
     "missing_lag": _missing(
-        "friction lags behind the speed: {force:force} over the acceleration, {percent:.2g} % of friction",
-        "`{model}`, whose sliding force follows the curve with a lag",
-        "this model lags by itself: look for a filter of a channel",
-        "friction lags behind the speed",
+        "friction lags the speed: {force:force} over the acceleration, {percent:.2g} % of friction",
+        "`{model}`, with a lag of the sliding force",
+        "This model already has a lag: look for a filter of a channel",
+        "friction lags the speed",
     ),
     "missing_play": Sentence(
         (
-            "the drive has play: what the model leaves over is {ratio:.2g} times as large where the force on the load changes its side as "
-            "elsewhere amid motion: {force:force}, {percent:.2g} % of friction. So knocks a drive from one flank to the other; no model of "
-            "bristle has play: record the position behind it too, and look for it in coupling and screw",
+            "the drive has play: {force:force}, {percent:.2g} % of friction. Where the force on the load changes its sign, the residual is "
+            "{ratio:.2g} times larger than elsewhere in motion. No model of bristle has play. Check coupling and screw, and also record "
+            "the position of the load",
         ),
         "the drive has play",
-        "look for play in coupling and screw, and record the position behind it too",
+        "check coupling and screw, and also record the position of the load",
         also=("share_percent",),
     ),
     "missing_presliding": _missing(
-        "friction lags behind where the motion turns: it builds up over a distance after each reversal, which this model does not "
-        "have: {force:force}, {percent:.2g} % of friction. An elastic drive looks alike, and is told once the model has such a distance",
+        "friction builds up over a distance after each reversal, which this model lacks: {force:force}, {percent:.2g} % of friction. An "
+        "elastic drive has the same effect. A model with pre-sliding distinguishes the two",
         "`{model}`",
-        "no model of bristle has another way of building up",
+        "No other model of bristle builds up friction differently",
         "friction builds up over a distance after a reversal",
     ),
     "missing_position": _missing(
-        "friction changes along the axis: {force:force}, {percent:.2g} % of it",
+        "friction changes along the axis: {force:force}, {percent:.2g} % of friction",
         "`{model}`",
-        "this model changes along the axis already, up to the square of the position",
+        "This model already changes along the axis, up to the square of the position",
         "friction changes along the axis",
     ),
     "missing_ripple": Sentence(
         (
-            _RIPPLE + ", as cogging or a screw does",
-            "; this model has one period already: look for a second one in motor, screw and belt",
-            _RIPPLE + ", and changes its sign with the motion, as friction does that changes with the turns of a screw",
-            _RIPPLE + ", alike in both directions, as cogging does. Next: write `[[cogging]]` with "
+            _RIPPLE + ". Cogging or a screw is the likely cause",
+            ". This model already has one period: look for a second period in motor, screw and belt",
+            _RIPPLE + ". It changes its sign with the motion, like friction that varies with the turns of a screw",
+            _RIPPLE + ". It is the same in both directions, like cogging. Next: write `[[cogging]]` with "
             '`turn = "{turner}"` and `harmonics = [{harmonics:whole numbers}]` into the axis file',
             ', and `lead = "{travel:lead}"` under `[transmission]`',
-            "; or `{model}`",
+            ", or try `{model}`",
             ". Next: `{model}`",
             ". " + _COMPARED,
         ),
-        "the force ripples over the position",
-        "write the cogging that is named into the axis file, or try the model that is named",
+        "the force has a ripple over position",
+        "write the suggested cogging into the axis file, or try the suggested model",
         choose=_ripple,
         also=("share_percent", "pulls"),
     ),
     "elastic_load": Sentence(
         (
-            "the load is coupled elastically: antiresonance near {antiresonance:.2g} Hz, {force:force}, {percent:.2g} % of friction. No "
-            "model of bristle has two masses: keep the loop and the motion slower than that, or record the position of the load",
+            "the load is coupled elastically, with an antiresonance near {antiresonance:.2g} Hz: {force:force}, {percent:.2g} % of "
+            "friction. No model of bristle has two masses. Keep the loop and the motion slower than that, or record the position of the "
+            "load",
         ),
         "the load is coupled elastically",
         "keep loop and motion slower than the antiresonance, or record the position of the load",
         also=("share_percent",),
     ),
     "missing_gravity": says(
-        "the effort goes with the sine and cosine of the angle, as the gravity of a link does: up to "
-        "{amplitude:force}, of which the model misses {force:force} (root mean square), {percent:.2g} % of friction. "
+        "gravity of a link acts on the axis: the effort varies with the sine and cosine of the angle, up to {amplitude:force}. The model "
+        "does not explain {force:force} of it (root mean square), {percent:.2g} % of friction. "
         'Next: write `gravity = "link"` under `[plant]` of the axis file',
-        "gravity turns with the angle, and the plant has none",
+        "gravity varies with the angle, and the plant lacks it",
         'write `gravity = "link"` under `[plant]` of the axis file',
     ),
     "missing_channel": _missing(
-        "friction changes with the recorded {channel}: {force:force}, {percent:.2g} % of it",
+        "friction changes with the recorded {channel}: {force:force}, {percent:.2g} % of friction",
         "`{model}`",
-        "this model either changes with it already, or has nothing that could",
+        "This model already changes with the {channel}, or cannot do so",
         "friction changes with the load, the temperature or a further channel of the log",
     ),
     "missing_transmitted": _missing(
-        "friction rises with the effort that passes on to the load, as in a gear: {force:force}, {percent:.2g} % of it",
+        "friction rises with the effort transmitted to the load, as in a gear: {force:force}, {percent:.2g} % of friction",
         "`{model}`",
-        "this model either rises with it already, or has no level of its own that could",
-        "friction rises with the effort that passes on to the load",
+        "This model already depends on that effort, or cannot do so",
+        "friction rises with the effort transmitted to the load",
     ),
 }
