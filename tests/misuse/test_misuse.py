@@ -356,7 +356,7 @@ def entry_points() -> dict[str, Callable[[Any], Any]]:
 @pytest.mark.parametrize("name", entry_points())
 @pytest.mark.filterwarnings("ignore:invalid value:RuntimeWarning", "ignore:overflow:RuntimeWarning")
 def test_a_model_that_gives_no_number_is_named(name, beyond):
-    with engine.interpreted(), pytest.raises(InputError, match=r"(model|friction): broken gives no finite number"):
+    with engine.interpreted(), pytest.raises(InputError, match=r"(model|friction): the output of broken is not finite"):
         entry_points()[name](BROKEN(F_C=8.0, v_most=1e-3, beyond=beyond))
 
 
