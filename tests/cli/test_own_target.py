@@ -42,7 +42,7 @@ def test_a_target_that_stops_leaves_nothing_and_tells_its_line(bristle, place):
         ("name='mine'", "name='c'", "an invalid name; found 'c'"),
         ("name='mine'", "name='My drive'", "an invalid name"),
         ("description='something'", "description=' '", "its target has no description"),
-        ("write=write", "write=None", "writes nothing"),
+        ("write=write", "write=None", "its target has no function write"),
     ],
 )
 def test_a_file_that_is_no_target_is_refused_before_anything_is_read(bristle, place, old, new, said):

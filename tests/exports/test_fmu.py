@@ -272,7 +272,7 @@ def test_without_a_compiler_the_fmu_has_only_its_source_and_a_note(tmp_path, mon
     monkeypatch.setattr(fmu, "compiler", lambda: None)
     result = br.export(example("coulomb_3"), "fmu3", tmp_path / "out")
     assert any("contains its source only" in note for note in result.notes)
-    assert any("no mass" in note for note in result.notes)
+    assert any("the mass is unknown" in note for note in result.notes)
     assert result.files == ("axis_x.fmu",)
     with zipfile.ZipFile(tmp_path / "out" / "axis_x.fmu") as archive:
         names = set(archive.namelist())

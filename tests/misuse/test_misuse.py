@@ -385,9 +385,9 @@ def test_a_simulation_that_meets_no_number_says_so_in_its_status(run):
 def test_parameters_for_which_a_law_overflows_are_told():
     huge, inverse = friction.viscous(F_v=1e100), hysteresis.inverse_of(hysteresis.preisach(s=1.0, f_p=1.0))
     for match, run in (
-        ("model: viscous", lambda: br.response(huge, [0.0, 1e250], 1.0)),
+        ("model: the output of viscous", lambda: br.response(huge, [0.0, 1e250], 1.0)),
         ("v: is not finite", lambda: br.response(huge, [0.0, 1e300], 1e-10)),
-        ("model: inverse_preisach", lambda: br.response(inverse, [0.5, 1e9])),
+        ("model: the output of inverse_preisach", lambda: br.response(inverse, [0.5, 1e9])),
     ):
         with engine.interpreted(), pytest.raises(InputError, match=match):
             run()
