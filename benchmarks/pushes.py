@@ -127,7 +127,7 @@ def pushes() -> Iterator[Share]:
 def _bristle(folder: Path, *arguments: str) -> dict[str, Any] | None:
     """Return what a command prints as JSON; None where it refuses."""
     ran = subprocess.run([BRISTLE, *arguments, "--json"], cwd=folder, capture_output=True, text=True, check=False)
-    if ran.returncode == 2 and "makes an error larger" in ran.stderr:
+    if ran.returncode == 2 and "makes the error larger" in ran.stderr:
         return None
     if ran.returncode:
         raise RuntimeError(ran.stderr)

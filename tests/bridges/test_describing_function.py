@@ -19,7 +19,7 @@ def described(friction, frequency=3.0, amplitudes=AMPLITUDES):
     return ct.describing_function(DescribingFunction(friction, frequency), amplitudes)
 
 
-def test_coulomb_friction_is_a_relay_a_quarter_of_a_cycle_ahead():
+def test_coulomb_friction_is_a_relay_with_a_quarter_cycle_lead():
     np.testing.assert_allclose(described(br.friction.coulomb(F_C=7.0)), 4j * 7.0 / (np.pi * AMPLITUDES), rtol=1e-9)
 
 
@@ -29,7 +29,7 @@ def test_viscous_friction_grows_with_the_frequency():
         np.testing.assert_allclose(result, 2j * np.pi * frequency * 3.0, rtol=1e-5)
 
 
-def test_an_element_that_slips_is_the_bilinear_hysteresis_of_caughey():
+def test_a_slipping_element_agrees_with_caugheys_bilinear_hysteresis():
     # T. K. Caughey, "Sinusoidal excitation of a system with bilinear hysteresis", J. Appl. Mech. 27, 1960.
     stiffness, limit = 5e6, 10.0
     element = br.friction.maxwell_slip(F_C=limit, k_i=[stiffness], nu_i=[1.0])
@@ -42,7 +42,7 @@ def test_an_element_that_slips_is_the_bilinear_hysteresis_of_caughey():
     assert np.count_nonzero(reach > AMPLITUDES) >= 3
 
 
-def test_the_loop_of_dahl_is_that_of_its_quadrature():
+def test_the_loop_of_dahl_agrees_with_its_quadrature():
     level, stiffness = 12.0, 8e6
     result = described(br.friction.dahl(F_C=level, sigma_0=stiffness))
     for amplitude, value in zip(AMPLITUDES, result, strict=True):
@@ -61,14 +61,14 @@ def test_the_loop_of_dahl_is_that_of_its_quadrature():
 
 
 @pytest.mark.parametrize("name", ["maxwell_slip", "preisach_lugre", "lugre"])
-def test_what_python_control_computes_by_itself_is_the_same(name):
+def test_the_harmonic_computed_by_python_control_agrees(name):
     friction = example_of(br.friction.MODELS[name])
     for amplitude in (5e-7, 2e-5):
         custom = ct.describing_function(DescribingFunction(friction, 2.0), amplitude, num_points=2000, try_method=False)
         assert custom[0] == pytest.approx(described(friction, 2.0, amplitude), rel=1e-2)
 
 
-def test_an_amplitude_in_micrometres_is_the_same_function():
+def test_an_amplitude_in_micrometres_gives_the_same_function():
     dahl = example_of(br.friction.dahl)
     fine = DescribingFunction(dahl, "3 Hz", "um").describing_function(2.5)
     assert fine == pytest.approx(1e-6 * described(dahl, amplitudes=2.5e-6), rel=1e-12)
@@ -110,7 +110,7 @@ def hum_of(friction, law):
     "friction",
     [br.friction.lugre(F_C=20.0, F_S=26.0, v_S=5e-3, sigma_0=1e7, sigma_1=1e3, sigma_2=200.0), br.friction.dahl(F_C=20.0, sigma_0=1e7)],
 )
-def test_a_loop_that_hums_at_rest_does_so_as_predicted(friction):
+def test_a_limit_cycle_at_rest_agrees_with_the_prediction(friction):
     law, frequency = late_law(), 150.0
     assert closed(law).poles().real.max() < 0.0
     for _ in range(3):
@@ -127,7 +127,7 @@ def test_a_loop_that_hums_at_rest_does_so_as_predicted(friction):
 
 
 @pytest.mark.slow
-def test_hunting_is_no_sine_and_no_describing_function_predicts_it():
+def test_the_describing_function_does_not_predict_hunting():
     friction = br.friction.lugre(F_C=20.0, F_S=28.0, v_S=2e-3, sigma_0=1e7, sigma_1=1e3, sigma_2=200.0)
     omega, dt = 2.0 * np.pi * 5.0, 5e-4
     law = MASS * (2.0 * omega**2 + omega**3 / s + 2.5 * omega * s / (1.0 + 1e-3 * s))
@@ -151,7 +151,7 @@ def test_hunting_is_no_sine_and_no_describing_function_predicts_it():
 # --- what is refused ----------------------------------------------------------------------------------------------
 
 
-def test_what_has_no_describing_function_is_refused():
+def test_models_without_a_describing_function_are_refused():
     with pytest.raises(InputError, match=r"A: must be positive; found 0\.0, allowed > 0 um"):
         DescribingFunction(example_of(br.friction.dahl), 1.0, "um").describing_function(0.0)
     with pytest.raises(InputError, match="frequency: must be positive"):
@@ -160,7 +160,7 @@ def test_what_has_no_describing_function_is_refused():
         DescribingFunction(example_of(br.friction.dahl), 1.0, "ms")
 
 
-def test_without_python_control_it_says_what_to_type(monkeypatch):
+def test_without_python_control_the_error_names_the_install_command(monkeypatch):
     monkeypatch.setitem(sys.modules, "control", None)
     monkeypatch.delitem(sys.modules, "bristle.bridges.system")
     with pytest.raises(MissingExtraError, match=r'pip install "bristle\[control\]"'):

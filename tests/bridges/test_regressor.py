@@ -38,7 +38,7 @@ def moving(position):
     return np.abs(np.gradient(position, DT)) > 0.02
 
 
-def test_it_identifies_what_identify_does(log, fitted):
+def test_the_regressor_gives_the_result_of_identify(log, fitted):
     X, y = log
     same = br.identify({"time": X[:, 0], "position": X[:, 1], "effort": y}, "coulomb_viscous", cutoff=60.0, draws=0)
     assert fitted.identified_.parameters == same.parameters
@@ -46,7 +46,7 @@ def test_it_identifies_what_identify_does(log, fitted):
     assert fitted.n_features_in_ == 2
 
 
-def test_it_predicts_the_effort_of_every_row(log, fitted):
+def test_the_regressor_predicts_the_effort_of_every_row(log, fitted):
     X, y = log
     predicted = fitted.predict(X)
     assert predicted.shape == y.shape
@@ -57,7 +57,7 @@ def test_it_predicts_the_effort_of_every_row(log, fitted):
     assert fitted.score(X, y) > 0.98
 
 
-def test_the_weight_of_a_row_counts_in_its_score(log, fitted):
+def test_the_weight_of_a_row_counts_in_the_score(log, fitted):
     X, y = log
     spoilt = y.copy()
     spoilt[4000:4100] += 500.0
@@ -66,7 +66,7 @@ def test_the_weight_of_a_row_counts_in_its_score(log, fitted):
     assert fitted.score(X, spoilt) < 0.9 < 0.98 < fitted.score(X, spoilt, sample_weight=weight)
 
 
-def test_an_effort_that_lags_is_predicted_as_late(log):
+def test_a_delayed_effort_is_predicted_with_its_delay(log):
     X, y = log
     late = np.concatenate((np.full(50, y[0]), y[:-50]))
     regressor = FrictionRegressor(cutoff=60.0, axis=br.Axis(delay=0.05)).fit(X, late)
@@ -75,7 +75,7 @@ def test_an_effort_that_lags_is_predicted_as_late(log):
 
 
 @pytest.mark.slow
-def test_a_position_behind_a_filter_predicts_the_effort_that_acted():
+def test_a_filtered_position_predicts_the_true_effort():
     recorded = late(position_lag=6e-3)
     X, y = np.column_stack((recorded.time.values, recorded.position.values)), recorded.effort.values
     regressor = FrictionRegressor().fit(X, y)
@@ -85,18 +85,18 @@ def test_a_position_behind_a_filter_predicts_the_effort_that_acted():
     assert np.sqrt(np.mean(error**2)) < 1.2
 
 
-def test_rows_left_out_part_a_log(log, fitted):
+def test_missing_rows_split_a_log(log, fitted):
     X, y = log
     kept = np.concatenate((np.arange(3000), np.arange(5000, 9000)))
     regressor = FrictionRegressor(cutoff=60.0).fit(X[kept], y[kept])
     assert len(regressor.identified_.log.segments) == 2
     apart = regressor.predict(X[kept])
     assert apart[200:2800] == pytest.approx(regressor.predict(X)[200:2800], abs=1e-6)
-    with pytest.raises(InputError, match=r"\d+ rows lie in stretches that are too short.*row 3000, 4 s"):
+    with pytest.raises(InputError, match=r"\d+ rows are in segments that are too short.*row 3000, 4 s"):
         fitted.predict(X[np.concatenate((np.arange(3000), np.arange(4000, 4050)))])
 
 
-def test_a_table_with_names_is_taken_by_its_names(log, fitted):
+def test_named_columns_are_used_by_name(log, fitted):
     pandas = pytest.importorskip("pandas")
     X, y = log
     frame = pandas.DataFrame({"position": X[:, 1], "time": X[:, 0]})
@@ -107,7 +107,7 @@ def test_a_table_with_names_is_taken_by_its_names(log, fitted):
         named.predict(frame.rename(columns={"time": "t"}))
 
 
-def test_columns_of_a_table_may_have_a_velocity_and_stand_in_any_order():
+def test_columns_of_a_table_may_include_a_velocity_in_any_order():
     columns = _columns_of({"velocity": [1.0, 1.0], "position": [2.0, 3.0], "time": [0.0, 1.0], "more": [9.0, 9.0]})
     assert {name: values.tolist() for name, values in columns.items()} == {
         "time": [0.0, 1.0],
@@ -121,11 +121,11 @@ def test_a_velocity_is_a_third_column(log):
     regressor = FrictionRegressor(cutoff=60.0).fit(np.column_stack((X, np.gradient(X[:, 1], DT))), y)
     assert regressor.n_features_in_ == 3
     assert regressor.identified_.log.velocity is not None
-    with pytest.raises(InputError, match="X: has another number of columns than in fit; found 2, allowed 3"):
+    with pytest.raises(InputError, match="X: has a different number of columns than in fit; found 2, allowed 3"):
         regressor.predict(X)
 
 
-def test_the_best_of_several_models_predicts_and_the_kind_of_axis_is_kept(log):
+def test_the_best_of_several_models_predicts_with_the_kind_of_axis(log):
     X, y = log
     axis = br.Axis(kind="rotational")
     regressor = FrictionRegressor("viscous,coulomb_viscous", axis=axis, cutoff=60.0).fit(X, y)
@@ -137,22 +137,22 @@ def test_the_best_of_several_models_predicts_and_the_kind_of_axis_is_kept(log):
 @pytest.mark.parametrize(
     ("X", "y", "words"),
     [
-        (np.zeros((500, 4)), np.zeros(500), "X: must have the columns time and position"),
+        (np.zeros((500, 4)), np.zeros(500), "X: must have the columns time, position and, optionally, velocity"),
         (
             np.column_stack((DT * np.arange(500), np.zeros(500))),
             np.zeros(400),
-            "y: has another number of rows than X; found 400, allowed 500",
+            "y: has a different number of rows than X; found 400, allowed 500",
         ),
         (np.column_stack((DT * np.arange(500), np.zeros(500))), np.zeros((500, 1)), "^y: must be a 1-D array"),
         (np.zeros(500), np.zeros(500), "X: must be a 2-D array"),
     ],
 )
-def test_what_is_no_log_is_refused(X, y, words):
+def test_invalid_logs_are_refused(X, y, words):
     with pytest.raises(InputError, match=words):
         FrictionRegressor().fit(X, y)
 
 
-def test_it_says_what_was_not_done_and_what_it_does_not_know(log):
+def test_missing_fit_and_unknown_parameters_are_reported(log):
     with pytest.raises(NotFittedError, match=r"not fitted yet\. Call 'fit'"):
         FrictionRegressor().predict(log[0])
     with pytest.raises(ValueError, match="Invalid parameter 'modle'"):
@@ -160,11 +160,11 @@ def test_it_says_what_was_not_done_and_what_it_does_not_know(log):
     assert repr(FrictionRegressor("lugre", cutoff=60.0)) == "FrictionRegressor(cutoff=60.0, model='lugre')"
 
 
-def test_it_travels(log, fitted):
+def test_the_regressor_can_be_pickled(log, fitted):
     np.testing.assert_array_equal(pickle.loads(pickle.dumps(fitted)).predict(log[0]), fitted.predict(log[0]))
 
 
-def test_without_scikit_learn_it_says_what_to_install():
+def test_without_scikit_learn_the_error_names_the_install_command():
     code = "import sys; sys.modules['sklearn'] = None\nfrom bristle.bridges import FrictionRegressor"
     ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert "MissingExtraError: an estimator of scikit-learn needs an optional dependency" in ran.stderr
@@ -175,7 +175,7 @@ def test_without_scikit_learn_it_says_what_to_install():
 
 
 @pytest.mark.slow
-def test_scikit_learn_clones_it_and_puts_it_into_pipelines_folds_and_searches(log):
+def test_the_regressor_works_in_pipelines_folds_and_searches(log):
     from sklearn.base import clone, is_regressor
     from sklearn.model_selection import GridSearchCV, KFold, TimeSeriesSplit, cross_val_score
     from sklearn.pipeline import make_pipeline
@@ -220,7 +220,7 @@ CHECKS = (
 
 
 @pytest.mark.parametrize("name", CHECKS)
-def test_it_passes_the_checks_of_scikit_learn(name):
+def test_the_regressor_passes_the_checks_of_scikit_learn(name):
     getattr(estimator_checks, f"check_{name}")("FrictionRegressor", FrictionRegressor())
 
 

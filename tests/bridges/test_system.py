@@ -30,7 +30,7 @@ def run(system, t, u, **options):
 
 
 @pytest.mark.parametrize("name", SAMPLED)
-def test_a_sampled_axis_is_that_of_the_engine_to_the_bit(name):
+def test_a_sampled_axis_is_identical_to_the_engine(name):
     friction = example_of(br.friction.MODELS[name])
     t = DT * np.arange(400)
     trace = br.engine.run_open_loop(PLANT, friction, effort_over(t), DT, steps=2)
@@ -40,7 +40,7 @@ def test_a_sampled_axis_is_that_of_the_engine_to_the_bit(name):
     assert np.ptp(result.outputs[0]) > 1e-6
 
 
-def test_the_axis_of_a_simulated_loop_is_the_same_in_python_control_to_the_bit():
+def test_the_axis_of_a_simulated_loop_is_identical_in_python_control():
     t = DT * np.arange(600)
     friction = example_of(br.friction.preisach_lugre)
     law = br.controllers.cascade(k_p=60.0, k_v=6700.0)
@@ -56,7 +56,7 @@ def test_the_axis_of_a_simulated_loop_is_the_same_in_python_control_to_the_bit()
 
 
 @pytest.mark.parametrize("name", SAMPLED)
-def test_a_sampled_contact_is_that_of_response_to_the_bit(name):
+def test_a_sampled_contact_is_identical_to_response(name):
     friction = example_of(br.friction.MODELS[name])
     x = 3e-6 * np.sin(np.linspace(0.0, 20.0, 500)) * np.linspace(1.0, 0.3, 500)
     system = to_control(friction, dt=DT)
@@ -65,7 +65,7 @@ def test_a_sampled_contact_is_that_of_response_to_the_bit(name):
 
 
 @pytest.mark.parametrize("name", ["maxwell_slip", "preisach_lugre"])
-def test_calls_out_of_order_leave_no_trace(name):
+def test_calls_in_any_order_give_the_same_results(name):
     friction = example_of(br.friction.MODELS[name])
     system = to_control(friction, PLANT, dt=DT)
     t = DT * np.arange(60)
@@ -83,7 +83,7 @@ def test_calls_out_of_order_leave_no_trace(name):
     "name",
     [*(name for name in ODES if name not in INTEGRATED_LATER), *(pytest.param(name, marks=pytest.mark.slow) for name in INTEGRATED_LATER)],
 )
-def test_a_differential_equation_is_integrated_to_what_the_engine_finds(name):
+def test_an_integrated_differential_equation_agrees_with_the_engine(name):
     friction = example_of(br.friction.MODELS[name])
     t = 1e-3 * np.arange(60)
     trace = br.engine.run_open_loop(PLANT, friction, effort_over(t), 1e-3, steps=2000, hold="linear")
@@ -95,7 +95,7 @@ def test_a_differential_equation_is_integrated_to_what_the_engine_finds(name):
     np.testing.assert_allclose(result.outputs[1], trace.velocity, atol=1e-4 * np.ptp(trace.velocity), rtol=0.0)
 
 
-def test_friction_of_its_own_goes_into_a_mechanism_of_ones_own():
+def test_friction_can_be_connected_to_a_user_mechanism():
     lugre = example_of(br.friction.lugre)
     mass = ct.nlsys(
         lambda t, x, u, params: [x[1], (u[0] - u[1]) / 28.0],
@@ -138,25 +138,25 @@ def test_signals_have_names_and_units():
 @pytest.mark.parametrize(
     ("name", "reason"),
     [
-        ("coulomb", "jumps at rest"),
-        ("stribeck", "jumps at rest"),
-        ("maxwell_slip", "remembers in jumps"),
-        ("preisach_lugre", "remembers in jumps"),
+        ("coulomb", "has a jump at rest"),
+        ("stribeck", "has a jump at rest"),
+        ("maxwell_slip", "changes its memory in jumps"),
+        ("preisach_lugre", "changes its memory in jumps"),
         ("reformed_dahl", "has no `rate`"),
         ("gap_slider", "has no `rate`"),
     ],
 )
 @pytest.mark.parametrize("plant", [PLANT, None])
-def test_what_is_no_differential_equation_is_refused_by_name(name, reason, plant):
+def test_models_without_a_differential_equation_are_refused_by_name(name, reason, plant):
     with pytest.raises(InputError, match=rf"friction: {reason}.*found '{name}'.*Give dt"):
         to_control(example_of(br.friction.MODELS[name]), plant)
 
 
-def test_what_does_not_fit_is_refused():
+def test_invalid_arguments_are_refused():
     lugre = example_of(br.friction.lugre)
-    with pytest.raises(InputError, match="plant: is of another kind"):
+    with pytest.raises(InputError, match="plant: is for a different kind"):
         to_control(lugre, br.plants.inertia(M="1 kg*m^2"))
-    with pytest.raises(InputError, match="steps: are those in a sample"):
+    with pytest.raises(InputError, match="steps: needs a sampled axis"):
         to_control(lugre, PLANT, steps=2)
     with pytest.raises(InputError, match="dt: must be positive"):
         to_control(lugre, PLANT, dt=0.0)
@@ -165,14 +165,14 @@ def test_what_does_not_fit_is_refused():
         to_control(br.friction.viscous(kind="rotational", F_v=1e-3), screw, dt=DT)
 
 
-def test_a_memory_that_is_full_is_told():
+def test_a_full_memory_is_reported():
     tight = br.friction.MODELS["preisach_lugre"](**br.friction.preisach_lugre.example, capacity=4)
     x = 2e-6 * np.cos(np.linspace(0.0, 40.0, 400)) * np.linspace(1.0, 0.1, 400)
     with pytest.warns(InputWarning, match="Raise capacity"):
         run(to_control(tight, dt=DT), DT * np.arange(x.size - 1), np.diff(x) / DT)
 
 
-def test_without_python_control_it_says_what_to_type(monkeypatch):
+def test_without_python_control_the_error_names_the_install_command(monkeypatch):
     monkeypatch.setitem(sys.modules, "control", None)
     monkeypatch.delitem(sys.modules, "bristle.bridges.system")
     with pytest.raises(MissingExtraError, match=r'pip install "bristle\[control\]"'):

@@ -253,7 +253,7 @@ MODELS = [
     *(
         Bad(
             f"own model with an unknown name, {arguments[0]}",
-            ("own.py", "no_such_name", "is not known", "bristle check"),
+            ("own.py", "no_such_name", "is not defined", "bristle check"),
             arguments,
             lambda: (swap("own.py", "return p.F_0 *", "return no_such_name *")(), with_own_model()),
         )

@@ -22,7 +22,7 @@ def test_a_target_of_ones_own_is_used_as_those_of_bristle(bristle, place):
     assert message.code == 0
     assert "Note: the drive takes 16 entries" in message.out
     assert bristle(*line, "--out", "out").code == 2  # it is there already
-    assert bristle(*line, "--tunable", "--out", "third").err.count("acme: has no parameters that may be changed") == 1
+    assert bristle(*line, "--tunable", "--out", "third").err.count("acme: does not support parameters that change") == 1
     assert not Path("third").exists()
 
 
@@ -39,10 +39,10 @@ def test_a_target_that_stops_leaves_nothing_and_tells_its_line(bristle, place):
     ("old", "new", "said"),
     [
         ("TARGET =", "TARGETS =", "defines no target of the export"),
-        ("name='mine'", "name='c'", "a name that it cannot have; found 'c'"),
-        ("name='mine'", "name='My drive'", "a name that it cannot have"),
-        ("description='something'", "description=' '", "does not say what its target is"),
-        ("write=write", "write=None", "writes nothing"),
+        ("name='mine'", "name='c'", "an invalid name; found 'c'"),
+        ("name='mine'", "name='My drive'", "an invalid name"),
+        ("description='something'", "description=' '", "its target has no description"),
+        ("write=write", "write=None", "its target has no function write"),
     ],
 )
 def test_a_file_that_is_no_target_is_refused_before_anything_is_read(bristle, place, old, new, said):

@@ -125,7 +125,7 @@ def test_a_step_of_effort_is_met_at_its_instant():
     assert trace.steps < 60
 
 
-def test_rejected_steps_leave_the_memory_alone():
+def test_rejected_steps_do_not_change_the_memory():
     plant, effort = case("break-away")
     model = SCREW["preisach_lugre"]
     rough = run_adaptive(plant, model, effort, DT, tolerance=1e-3)
@@ -136,7 +136,7 @@ def test_rejected_steps_leave_the_memory_alone():
 
 
 @pytest.mark.slow
-def test_a_finer_tolerance_shows_growth_that_the_local_error_does_not_show():
+def test_a_finer_tolerance_reveals_growth_of_errors():
     # The equations of the source paper on a spring: steady sliding is unstable, and so errors grow.
     model = friction.preisach_lugre(kernel="dahl_masing", s=SPAN, f_p=156.0, transition="paper", **SLIDING)
     plant, effort = pulled_inertia(M=M, k=20.0, v_e=200.0), np.zeros(1250)
@@ -150,7 +150,7 @@ def test_a_finer_tolerance_shows_growth_that_the_local_error_does_not_show():
 
 
 @pytest.mark.parametrize("name", with_fast("coulomb", "lugre", "gms", "preisach_contact"))
-def test_plain_python_gives_the_same_bits(name):
+def test_plain_python_is_identical(name):
     model = example_of(friction.find(name))
     t = 1e-3 * np.arange(20)
     effort = 40.0 * np.sin(240.0 * t)  # to and fro
@@ -170,19 +170,19 @@ def test_presliding_distance_is_that_of_the_contact():
     assert presliding_distance(friction.coulomb(F_C=1.0)) == np.inf
 
 
-def test_what_does_not_fit_is_refused():
+def test_invalid_arguments_are_refused():
     u = np.zeros(3)
     with pytest.raises(InputError, match="tolerance"):
         run_adaptive(STICK_SLIP, LUGRE, u, 0.01, tolerance=0.0)
 
 
-def test_a_run_that_leaves_the_finite_numbers_says_so():
+def test_a_diverged_run_has_a_status():
     trace = run_adaptive(inertia(M=1e-9), LUGRE, np.full(50, 1e300), 10.0, tolerance=1e-3)
     assert trace.status == Status.NOT_FINITE
     assert trace.position.size < 50
 
 
-def test_a_tolerance_below_rounding_ends_and_says_so():
+def test_a_tolerance_below_rounding_ends_the_run_with_a_status():
     trace = run_adaptive(STICK_SLIP, LUGRE, np.zeros(50), 0.01, tolerance=1e-19, x=10.0, v=1.0)
     assert trace.status == Status.TOLERANCE_MISSED
 
@@ -196,7 +196,7 @@ def test_a_tolerance_below_rounding_ends_and_says_so():
         ([4.0], "linear", [0.0, 0.5], [4.0], [4.0]),
     ],
 )
-def test_samples_of_an_effort_on_one_line_make_one_stretch(effort, hold, knots, starts, ends):
+def test_collinear_samples_of_an_effort_form_one_stretch(effort, hold, knots, starts, ends):
     course = _stretches(np.array(effort), held(np.array(effort), hold), 0.5)
     assert [part.tolist() for part in course] == [knots, starts, ends]
 
@@ -230,7 +230,7 @@ def stubbed(monkeypatch, model=DRY, reached=11, report=(7.0, 2.0, 0.0, 0.0), **o
         (4, (7.0, 2.0, 1001.0, 0.0), Status.TOLERANCE_MISSED, 4),
     ],
 )
-def test_the_worst_that_happened_is_the_status_of_a_run(monkeypatch, reached, report, status, size):
+def test_the_status_of_a_run_is_its_worst_event(monkeypatch, reached, report, status, size):
     trace, _ = stubbed(monkeypatch, reached=reached, report=report)
     assert (trace.status, trace.steps, trace.rejected) == (status, 7, 2)
     assert (trace.position.tolist(), trace.velocity.tolist()) == (list(range(size)), [-k for k in range(size)])
@@ -238,12 +238,12 @@ def test_the_worst_that_happened_is_the_status_of_a_run(monkeypatch, reached, re
     assert trace.time == pytest.approx(0.2 * np.arange(size))
 
 
-def test_a_tolerance_that_rounding_exceeds_is_missed(monkeypatch):
+def test_a_tolerance_below_rounding_is_missed(monkeypatch):
     # The position goes to 10 m.
     assert [stubbed(monkeypatch, tolerance=tolerance)[0].status for tolerance in (1.7e-13, 1.5e-13)] == [Status.OK, Status.TOLERANCE_MISSED]
 
 
-def test_less_than_the_tolerance_is_allowed_over_the_whole_run_and_part_of_a_contact_in_a_step(monkeypatch):
+def test_limits_are_shares_of_the_tolerance_and_of_the_presliding_distance(monkeypatch):
     _, (vectors, course, limits, has_own_memory) = stubbed(monkeypatch, x=0.5, v=-2.0)
     assert vectors.plant_state.tolist() == [0.5, -2.0]
     assert has_own_memory

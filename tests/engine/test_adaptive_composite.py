@@ -84,13 +84,13 @@ def test_under_noise_two_tolerances_agree(kernel, transition):
     assert np.max(np.abs(rough.position - fine.position)) <= 1e-2
 
 
-def test_in_fast_sliding_the_deflection_does_not_turn_at_every_rounding():
+def test_rounding_does_not_reverse_the_deflection_in_fast_sliding():
     trace = run_adaptive(plants.inertia(M=J), friction.preisach_lugre(**CONTACT), np.full(501, EFFORT), 1e-3, tolerance=0.1)
     assert trace.velocity[500] == pytest.approx(SETTLED, abs=1.0)
     assert trace.steps < 400
 
 
-def test_what_each_direction_has_of_its_own_and_the_offset_count():
+def test_direction_dependent_parameters_and_offset_take_effect():
     component = friction.find("preisach_lugre+asymmetry")
     directional = {
         f"{name}_{side}": share * CONTACT[name] for name in ("F_C", "F_S", "sigma_2") for side, share in (("pos", 1.0), ("neg", 0.8))
@@ -110,7 +110,7 @@ def test_a_full_memory_is_reported():
     assert trace.status == Status.MEMORY_OVERFLOW
 
 
-def test_plain_python_gives_the_same_bits_across_events():
+def test_plain_python_is_identical_across_events():
     model = example_of(friction.preisach_lugre)
     t = 1e-3 * np.arange(60)
     effort = 40.0 * np.sin(150.0 * t) + 5.0 * np.sin(611.0 * t)

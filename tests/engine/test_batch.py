@@ -29,7 +29,7 @@ def mechanisms(name, count):
 
 
 @pytest.mark.parametrize("name", with_fast("coulomb", "lugre", "gms", "preisach_lugre"))
-def test_every_model_in_a_batch_gives_the_bits_of_a_serial_run(name):
+def test_every_model_in_a_batch_is_identical_to_a_serial_run(name):
     models, effort = mechanisms(name, 37)
     plant = inertia(M=2.0)
     options = {"steps": 3, "hold": "linear", "v": 0.01}
@@ -44,7 +44,7 @@ def test_every_model_in_a_batch_gives_the_bits_of_a_serial_run(name):
         assert np.array_equal(getattr(batch, field)[:2], getattr(plain, field)), field
 
 
-def test_the_number_of_threads_changes_nothing():
+def test_the_number_of_threads_does_not_change_results():
     models, effort = mechanisms("lugre", 100)
     item, two = (run_batch(inertia(M=2.0), models, effort, 1e-4, threads=threads) for threads in (1, 2))
     for field in FIELDS:
@@ -68,7 +68,7 @@ def lanes(monkeypatch):
 @pytest.mark.parametrize(
     "name", [name if name in ("coulomb", "lugre") else pytest.param(name, marks=pytest.mark.slow) for name in WITHOUT_MEMORY]
 )
-def test_the_implicit_step_in_lanes_gives_the_bits_of_a_serial_run(name, lanes):
+def test_the_implicit_step_in_lanes_is_identical_to_a_serial_run(name, lanes):
     models, effort = mechanisms(name, 37)
     effort[:, 20:] *= -3.0  # turns most of them around
     effort[7] = 0.0  # rests
@@ -92,7 +92,7 @@ def test_the_implicit_step_in_lanes_gives_the_bits_of_a_serial_run(name, lanes):
 
 
 @pytest.mark.parametrize(("name", "dt"), [("coulomb", 1e-4), ("lugre", 1e-4), ("lugre", 1e-2)])
-def test_lanes_near_rest_give_the_bits_of_one_by_one(name, dt):
+def test_lanes_near_rest_are_identical_to_serial_runs(name, dt):
     models, _ = mechanisms(name, 1024)
     generator = np.random.default_rng(8)
     effort, v = generator.normal(0.0, 20.0, (1024, 12)), generator.normal(0.0, 1e-3, 1024)
@@ -101,7 +101,7 @@ def test_lanes_near_rest_give_the_bits_of_one_by_one(name, dt):
         assert np.array_equal(*(getattr(batch, field) for batch in both)), field
 
 
-def test_lanes_that_leave_the_finite_numbers_end_as_serial_runs_do(lanes):
+def test_diverging_lanes_end_like_serial_runs(lanes):
     models, effort = mechanisms("lugre", 34)
     effort[4] = 1e300
     batch = run_batch(inertia(M=1e-6), models, effort, 1e-2)
@@ -114,7 +114,7 @@ def test_lanes_that_leave_the_finite_numbers_end_as_serial_runs_do(lanes):
 
 
 @pytest.mark.parametrize(("factors", "alike"), [((1.0, 1.0), True), ((1.0, 1.1), False), ((1.1, 1.1), False)])
-def test_lanes_take_both_directions_for_one_only_where_they_are_in_every_lane(factors, alike):
+def test_lanes_merge_directions_only_if_they_are_equal_in_every_lane(factors, alike):
     base = example_of(friction.find("lugre+asymmetry"))
     both = base.with_values(**{name: base.values[f"{name[:-4]}_pos"] for name in base.values if name.endswith("_neg")})
     models = [both.with_values(F_C_neg=factor * both.values["F_C_neg"]) for factor in factors]
@@ -125,7 +125,7 @@ def test_lanes_take_both_directions_for_one_only_where_they_are_in_every_lane(fa
     assert twins == ({count + place: place for place in range(count)} if alike else {})
 
 
-def test_what_is_one_for_all_is_shared():
+def test_a_common_model_or_effort_is_shared():
     models, effort = mechanisms("lugre", 3)
     plants = [inertia(M=m) for m in (1.0, 2.0, 4.0)]
     batch = run_batch(plants, models[0], effort[0], 1e-4, x=[0.0, 1.0, 2.0])
@@ -136,7 +136,7 @@ def test_what_is_one_for_all_is_shared():
     assert np.array_equal(batch.time, alone.time)
 
 
-def test_one_that_leaves_the_finite_numbers_says_so_and_harms_no_other():
+def test_a_diverged_trajectory_has_a_status_and_does_not_affect_others():
     models, effort = mechanisms("lugre", 34)
     effort[4] = 1e300
     batch = run_batch(inertia(M=1e-6), models, effort, 1e-2)
@@ -145,7 +145,7 @@ def test_one_that_leaves_the_finite_numbers_says_so_and_harms_no_other():
     assert np.array_equal(batch.position[5][: alone.position.size], alone.position)
 
 
-def test_bad_batches_are_refused_with_the_place():
+def test_bad_batches_are_refused_with_their_path():
     models, effort = mechanisms("lugre", 3)
     with pytest.raises(InputError, match="2 velocities"):
         run_batch(inertia(M=1.0), models, effort, 1e-4, v=[0.0, 1.0])

@@ -74,7 +74,7 @@ def probe(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_second_process_compiles_nothing(probe):
+def test_a_second_process_does_not_compile(probe):
     first, compiled = probe()
     again, compiled_again = probe()
     assert compiled == 1
@@ -83,7 +83,7 @@ def test_a_second_process_compiles_nothing(probe):
 
 
 @pytest.mark.slow
-def test_settings_that_the_compiler_cannot_begin_with_are_told(tmp_path):
+def test_invalid_settings_of_the_compiler_are_reported(tmp_path):
     ended = subprocess.run(
         [sys.executable, "-c", "from bristle.cli.main import main; raise SystemExit(main(['paper', '--figure', '3']))"],
         env=os.environ | {"NUMBA_NUM_THREADS": "0", "BRISTLE_CACHE_DIR": str(tmp_path)},
@@ -98,7 +98,7 @@ def test_settings_that_the_compiler_cannot_begin_with_are_told(tmp_path):
 
 
 @pytest.mark.slow
-def test_an_edited_source_of_ours_never_returns_an_old_number(probe, tmp_path):
+def test_an_edited_source_of_bristle_never_returns_an_old_number(probe, tmp_path):
     before, _ = probe()
     copy = tmp_path / "copy" / "bristle"
     shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
@@ -131,7 +131,7 @@ def test_an_edited_file_of_a_user_never_returns_an_old_number(probe, tmp_path):
 
 
 @pytest.mark.slow
-def test_a_constant_that_a_user_imports_is_seen_too(probe, tmp_path):
+def test_a_changed_constant_in_a_user_import_is_detected(probe, tmp_path):
     helper = tmp_path / "levels.py"
     model = tmp_path / "my_model.py"
     model.write_text(USER.format(helper="levels", factor="LEVEL"))
@@ -142,7 +142,7 @@ def test_a_constant_that_a_user_imports_is_seen_too(probe, tmp_path):
 
 
 @pytest.mark.slow
-def test_a_users_model_that_is_gone_harms_no_later_process(probe, tmp_path):
+def test_a_deleted_user_model_does_not_affect_later_processes(probe, tmp_path):
     (tmp_path / "levels.py").write_text("LEVEL = 1.0\n")
     model = tmp_path / "my_model.py"
     model.write_text(USER.format(helper="levels", factor="3.0"))
@@ -214,7 +214,7 @@ def test_the_same_code_has_the_same_fingerprint():
         ("inner(x) + LEVEL", "inner(LEVEL) + x"),
     ],
 )
-def test_whatever_the_compiler_freezes_changes_the_fingerprint(old, new):
+def test_every_value_frozen_by_the_compiler_changes_the_fingerprint(old, new):
     assert old in BASE
     assert fingerprint_of(BASE) != fingerprint_of(BASE.replace(old, new))
 
@@ -245,7 +245,7 @@ def driver(run: Run, gain: float) -> float:
         ("entry: Callable[[Pair, float]", "entry: Callable[[Pair, int]"),
     ],
 )
-def test_what_a_driver_takes_is_part_of_its_key(old, new):
+def test_arguments_of_a_driver_are_part_of_its_key(old, new):
     keys = []
     for text in (SIGNATURES, SIGNATURES.replace(old, new)):
         scope = {"__name__": "probe"}
@@ -270,7 +270,7 @@ print(product.fndesc.uid)
 
 
 @pytest.mark.slow
-def test_no_two_products_share_the_number_that_tells_their_symbols_apart(tmp_path):
+def test_all_products_have_different_symbol_numbers(tmp_path):
     # The compiler counts functions from 1 in each process. Products of several processes, loaded into one, then have
     # symbols of the same name, types and number, and the linker takes one for the other: wrong forces, silently.
     environment = os.environ | {"BRISTLE_CACHE_DIR": str(tmp_path)}

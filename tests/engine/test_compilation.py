@@ -10,14 +10,14 @@ from bristle.engine.compilation import _EntryCache, _forget_old, _is_own, cache_
 from bristle.engine.signature import flat
 
 
-def test_a_product_is_kept_under_its_name_its_signature_and_its_code():
+def test_a_product_is_stored_by_name_signature_and_code():
     names = {_EntryCache(*key)._file for key in (("a", "s", "c"), ("b", "s", "c"), ("a", "t", "c"), ("a", "s", "d"))}
     assert len(names) == 4
     assert _EntryCache("a/b", "s", "c")._file.startswith("a-b-")
     assert all(len(name) == len("a-") + 16 + len(".bin") for name in names)
 
 
-def test_what_nobody_has_used_for_a_month_is_removed_and_nothing_else(tmp_path):
+def test_only_products_unused_for_a_month_are_removed(tmp_path):
     now, day = time.time(), 86400.0
     kept = {"new-0123456789abcdef.bin": 29.0, "mine.txt": 99.0, "short-0123.bin": 99.0, "x-0123456789abcdef.bin.txt": 99.0}
     gone = {"old-0123456789abcdef.bin": 31.0, "left.partial": 31.0}
@@ -29,7 +29,7 @@ def test_what_nobody_has_used_for_a_month_is_removed_and_nothing_else(tmp_path):
 
 
 @pytest.mark.skipif(not hasattr(os, "getuid"), reason="no users here")
-def test_a_folder_that_others_can_write_into_is_closed(tmp_path):
+def test_a_folder_writable_by_others_is_rejected(tmp_path):
     tmp_path.chmod(0o777)
     assert _is_own(tmp_path) is True
     assert tmp_path.stat().st_mode & 0o777 == 0o700
@@ -43,7 +43,7 @@ def test_a_folder_that_others_can_write_into_is_closed(tmp_path):
     assert not _is_own(link)
 
 
-def test_the_cache_lies_where_it_is_told_or_nowhere(monkeypatch, tmp_path):
+def test_the_cache_uses_the_given_folder_or_is_off(monkeypatch, tmp_path):
     monkeypatch.setenv("BRISTLE_CACHE_DIR", str(tmp_path))
     folder = cache_folder.__wrapped__()
     assert folder.parent == tmp_path
@@ -57,7 +57,7 @@ def test_the_cache_lies_where_it_is_told_or_nowhere(monkeypatch, tmp_path):
 
 
 @pytest.mark.parametrize(("value", "plain"), [("1", True), ("0", False), ("", False)])
-def test_python_interprets_where_the_compiler_is_switched_off_or_in_a_block(monkeypatch, value, plain):
+def test_interpreted_mode_follows_the_environment_or_a_block(monkeypatch, value, plain):
     monkeypatch.setenv("NUMBA_DISABLE_JIT", value)
     assert is_interpreted() is plain
     with interpreted():
@@ -65,7 +65,7 @@ def test_python_interprets_where_the_compiler_is_switched_off_or_in_a_block(monk
     assert is_interpreted() is plain
 
 
-def test_an_entry_is_plain_in_a_block_and_a_driver_is_itself():
+def test_entries_and_drivers_are_plain_python_in_interpreted_mode():
     def made():
         return 3.0
 
@@ -74,11 +74,11 @@ def test_an_entry_is_plain_in_a_block_and_a_driver_is_itself():
         assert compilation.driver(made) is made
 
 
-def test_arguments_of_a_driver_lie_in_a_row():
+def test_arguments_of_a_driver_are_flat():
     assert flat([1, (2, (3, 4)), 5]) == [1, 2, 3, 4, 5]
 
 
-def test_an_entry_is_compiled_once_one_vector_at_a_time_unless_it_asks_for_more(monkeypatch):
+def test_an_entry_is_compiled_once_without_interleaving_by_default(monkeypatch):
     requested = []
     monkeypatch.setattr(
         compilation, "_compile", lambda name, function, kind, code, parts, interleaved: requested.append(interleaved) or function
@@ -98,7 +98,7 @@ def test_an_entry_is_compiled_once_one_vector_at_a_time_unless_it_asks_for_more(
     assert requested == [1, 4, 1]
 
 
-def test_what_is_compiled_of_two_codes_has_numbers_far_apart():
+def test_products_of_different_code_have_distant_symbol_numbers():
     from numba.core.bytecode import FunctionIdentity
 
     counting, first = FunctionIdentity._unique_ids, []

@@ -20,7 +20,7 @@ def in_plain_python():
         yield
 
 
-def test_a_contact_is_moved_in_equal_steps_at_a_speed():
+def test_a_contact_moves_in_equal_steps_at_a_speed():
     contact = Contact(LUGRE)
     force = contact.move(-4e-6, 2e-3, 4)
     # A micrometre at 2 mm/s takes half a millisecond.
@@ -31,21 +31,21 @@ def test_a_contact_is_moved_in_equal_steps_at_a_speed():
     assert contact.x == pytest.approx(-3e-6)
 
 
-def test_friction_sees_where_a_contact_is():
+def test_friction_depends_on_the_position_of_a_contact():
     contact = Contact(friction.find("viscous+position")(F_v=10.0, x_0=0.0, x_L=1.0, p_1=0.0, p_2=0.0, a_1=3.0, a_2=0.0))
     assert contact.move(0.4, 1.0, 2).tolist() == pytest.approx([10.3, 10.9])
     assert contact.force(0.0) == pytest.approx(1.2)
     assert contact.move(-0.4, 1.0).tolist() == pytest.approx([-10.0 + 0.6])
 
 
-def test_looking_at_the_force_moves_nothing():
+def test_reading_the_force_does_not_move_the_contact():
     contact = Contact(SLIDERS)
     contact.move(1e-6, 1e-3)
     assert contact.force(1e-3) == contact.force(1e-3) == pytest.approx(10.0)
     assert contact.move(1e-6, 1e-3)[0] == pytest.approx(15.0, rel=0.1)
 
 
-def test_a_copy_of_a_contact_goes_its_own_way():
+def test_a_copy_of_a_contact_is_independent():
     contact = Contact(SLIDERS)
     contact.move(1e-6, 1e-3)
     other = contact.copy()
@@ -64,14 +64,14 @@ def motion_of(count=300, dt=1e-3):
 
 
 @pytest.mark.parametrize("place", [-1.0, -0.77, 0.0, 0.3, 1.0])
-def test_where_a_contact_stood_at_first_is_found_from_its_force(place):
+def test_the_initial_place_of_a_contact_is_found_from_its_force(place):
     motion = motion_of()
     measured = force_along(SLIDER, motion["v"], 1e-3, motion["x"], state=state_at(SLIDER, place))
     assert place_of(SLIDER, motion, 1e-3, measured) == pytest.approx(place, abs=2e-3)
 
 
 @pytest.mark.parametrize("place", [-0.93, -0.317, 0.041, 0.7])
-def test_between_the_places_that_were_tried_the_parabola_through_the_best_tells_where_a_contact_stood(monkeypatch, place):
+def test_a_parabola_interpolates_the_initial_place_between_trials(monkeypatch, place):
     motion, tried = motion_of(), []
     monkeypatch.setattr(contact, "state_at", lambda friction, at: tried.append(at) or at)
     monkeypatch.setattr(contact, "along", lambda friction, dt, state, **motion: np.full(motion["v"].size, 7.0 * state))
@@ -80,7 +80,7 @@ def test_between_the_places_that_were_tried_the_parabola_through_the_best_tells_
     assert len(tried) < 40
 
 
-def test_where_a_contact_stood_is_found_in_noise_from_what_is_not_forgotten():
+def test_the_initial_place_is_found_in_noise():
     motion = motion_of(3000)
     measured = force_along(SLIDER, motion["v"], 1e-3, motion["x"], state=state_at(SLIDER, 0.4))
     measured += 0.2 * np.random.default_rng(3).standard_normal(3000)
@@ -88,7 +88,7 @@ def test_where_a_contact_stood_is_found_in_noise_from_what_is_not_forgotten():
     assert place_of(SLIDER, motion, 1e-3, measured) == pytest.approx(0.4, abs=0.05)
 
 
-def test_a_contact_that_forgets_at_once_stood_in_the_middle():
+def test_a_contact_without_memory_of_its_start_has_the_middle_place():
     flat = SLIDER.with_values(give=1e-12, gap=1e-12)
     v = np.full(300, 1.0)
     assert place_of(flat, {"v": v, "x": 1e-3 * np.cumsum(v)}, 1e-3, np.full(300, 20.0)) == 0.0
@@ -105,23 +105,23 @@ def test_the_force_of_a_contact_of_any_stiffness_settles(sigma_0):
     assert steady_force(friction.dahl(F_C=20.0, sigma_0=sigma_0), 1e-5) == pytest.approx(20.0)
 
 
-def test_the_force_of_a_static_map_is_there_at_once():
+def test_the_force_of_a_static_map_settles_at_once():
     assert steady_force(friction.coulomb_viscous(F_C=20.0, F_v=5.0), -2.0) == -30.0
 
 
-def test_friction_that_varies_along_the_axis_settles_as_in_the_middle():
+def test_position_dependent_friction_settles_to_its_value_in_the_middle():
     model = friction.find("coulomb+position")(F_C=20.0, x_0=0.1, x_L=0.1, p_1=0.5, p_2=0.1, a_1=3.0, a_2=1.0)
     assert steady_force(model, 1.0) == pytest.approx(20.0)
 
 
 @pytest.mark.parametrize(("way", "gap", "steps"), [(1.0, 4e-6, 12), (-1.0, 4e-6, 12), (1.0, 0.0, 8)])
-def test_a_start_is_forgotten_once_both_extremes_have_slipped(way, gap, steps):
+def test_the_start_has_no_influence_after_both_extremes_slipped(way, gap, steps):
     # From end to end the spring deflects by the gap and twice by what gives, here in steps of a micrometre.
     v = np.full(400, way * 1e-3)
     assert _forgotten(SLIDER.with_values(gap=gap), {"v": v, "x": 1e-3 * np.cumsum(v)}, 1e-3) == steps
 
 
-def test_a_start_that_shows_to_the_end_is_never_forgotten():
+def test_a_start_may_influence_the_whole_log():
     v = np.full(5, 1e-3)
     assert _forgotten(SLIDER, {"v": v, "x": 1e-3 * np.cumsum(v)}, 1e-3) == 5
     # Beyond the samples that are looked at first.

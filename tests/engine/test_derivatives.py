@@ -79,7 +79,7 @@ def agrees(derivatives, expected, tolerance=1e-8):
 
 
 @pytest.mark.parametrize(("name", "slots"), CASES, ids=NAMES)
-def test_derivatives_to_all_parameters_are_those_of_complex_steps(name, slots):
+def test_parameter_derivatives_agree_with_complex_steps(name, slots):
     (_, derivatives), (_, expected) = both(name, slots)
     assert np.isfinite(derivatives).all()
     assert np.abs(expected).max() > 0.0
@@ -87,7 +87,7 @@ def test_derivatives_to_all_parameters_are_those_of_complex_steps(name, slots):
 
 
 @pytest.mark.parametrize(("name", "slots"), CASES, ids=NAMES)
-def test_the_force_beside_derivatives_has_the_bits_of_the_force_alone(name, slots):
+def test_the_force_with_derivatives_is_identical_to_the_force_alone(name, slots):
     (force, _), (complex_force, _) = both(name, slots)
     v = nasty()
     with interpreted():
@@ -96,7 +96,7 @@ def test_the_force_beside_derivatives_has_the_bits_of_the_force_alone(name, slot
 
 
 @pytest.mark.parametrize("name", ["lugre", "maxwell_slip", "preisach_lugre"])
-def test_compiled_derivatives_are_those_of_plain_python(name):
+def test_compiled_derivatives_agree_with_plain_python(name):
     model, v = model_of(name), nasty()
     x = np.cumsum(v) * DT
     (force, expected), _ = both(name, ())
@@ -116,7 +116,7 @@ def test_compiled_derivatives_are_those_of_plain_python(name):
         ("leuven", "n"),
     ],
 )
-def test_derivatives_do_not_jump_where_a_power_takes_a_shortcut(name, field):
+def test_derivatives_are_continuous_at_shortcuts_of_a_power(name, field):
     model, v = model_of(name, is_off=False), nasty()
     near = model.parameters._replace(**{field: getattr(model.parameters, field) * (1.0 + 1e-9)})
     _, derivatives = in_python(model, directions_of(model), v)
@@ -143,7 +143,7 @@ def without_rest(v, least):
 
 
 @pytest.mark.parametrize("name", CONTINUED + BRANCHING)
-def test_derivatives_to_the_motion_are_those_of_complex_steps(name):
+def test_motion_derivatives_agree_with_complex_steps(name):
     # At rest a relaxation is clamped so that no number is divided by 0: the complex step is that of the clamp.
     model, v = model_of(name, SLOTS), nasty(2, 85) if name in BRANCHING else without_rest(nasty(2, 85), 1e-6)
     tangents, moved = moving(model, v)
@@ -156,7 +156,7 @@ def test_derivatives_to_the_motion_are_those_of_complex_steps(name):
 
 
 @pytest.mark.parametrize("name", CONTINUED)
-def test_derivatives_to_the_motion_at_rest_are_those_beside_it_on_the_side_of_the_sign(name):
+def test_motion_derivatives_at_rest_are_the_one_sided_limits(name):
     model, v = model_of(name, SLOTS), nasty(2, 85)
     tangents, moved = moving(model, v)
     _, derivatives = in_python(model, tangents, v, motion_tangents=moved)
@@ -166,7 +166,7 @@ def test_derivatives_to_the_motion_at_rest_are_those_beside_it_on_the_side_of_th
 
 @pytest.mark.parametrize("name", ["dahl", "lugre", "bouc_wen", "reformed_dahl", "elastoplastic", "gap_slider"])
 @pytest.mark.parametrize("slots", [(), SLOTS])
-def test_derivatives_to_the_state_before_are_those_of_complex_steps(name, slots):
+def test_initial_state_derivatives_agree_with_complex_steps(name, slots):
     model, v = model_of(name, slots), nasty(4, 85) * 1e-3
     state = model.component.initial_state(model.parameters)
     size = pack(state).size
@@ -178,7 +178,7 @@ def test_derivatives_to_the_state_before_are_those_of_complex_steps(name, slots)
     agrees(derivatives, expected)
 
 
-def test_a_state_that_is_given_is_where_the_motion_begins():
+def test_the_motion_begins_in_the_given_state():
     model, v = model_of("lugre"), nasty()
     state = model.component.State(*(2e-6 for _ in model.component.State._fields))
     force, derivatives = in_python(model, directions_of(model), v, state=state)
@@ -215,7 +215,7 @@ def test_derivatives_add_up_over_directions():
 
 
 @pytest.mark.parametrize(("name", "slots"), [("lugre", ()), ("maxwell_stribeck", SLOTS), ("preisach_lugre", ()), ("gms", SLOTS)])
-def test_a_motion_goes_on_from_the_state_and_the_memory_of_its_first_half_with_their_tangents(name, slots):
+def test_a_motion_continues_with_state_memory_and_tangents_of_its_first_half(name, slots):
     model, v = model_of(name, slots), nasty()
     directions = directions_of(model)[:, :DIRECTIONS]
     _, expected = in_python(model, directions, v)
@@ -229,7 +229,7 @@ def test_a_motion_goes_on_from_the_state_and_the_memory_of_its_first_half_with_t
     assert np.concatenate(derivatives).tobytes() == expected.tobytes()
 
 
-def test_compiled_derivatives_with_and_without_those_of_the_motion_stand_beside_each_other():
+def test_compiled_derivatives_with_and_without_motion_coexist():
     model, v = model_of("viscous"), nasty()
     x, still, moved = np.cumsum(v) * DT, np.zeros((1, 1)), (np.ones((v.size, 1)), np.ones((v.size, 1)))
     _, resting = force_with_derivatives(model, still, v, DT, x)
@@ -238,14 +238,14 @@ def test_compiled_derivatives_with_and_without_those_of_the_motion_stand_beside_
     assert moving_along.tolist() == np.full((v.size, 1), pack(model.parameters)[0]).tolist()
 
 
-def test_a_memory_that_was_full_is_told_of():
+def test_a_full_memory_is_reported():
     model = MODELS["preisach_contact"](**{**MODELS["preisach_contact"].example, "capacity": 4})
     v = np.geomspace(1.0, 1e-3, 40) * np.resize([1.0, -1.0], 40) * 0.05
     with pytest.warns(InputWarning, match="memory of turning points was full"):
         in_python(model, directions_of(model), v)
 
 
-def test_positions_and_velocities_are_as_many():
+def test_positions_and_velocities_must_have_equal_lengths():
     model, v = model_of("lugre"), nasty()
     with pytest.raises(InputError, match="wrong length"):
         force_with_derivatives(model, directions_of(model), v, DT, np.zeros(v.size - 1))
@@ -253,7 +253,7 @@ def test_positions_and_velocities_are_as_many():
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "slots"), CASES, ids=NAMES)
-def test_a_long_motion_has_finite_derivatives_and_the_bits_of_the_force(name, slots):
+def test_a_long_motion_has_finite_derivatives_and_an_identical_force(name, slots):
     model = model_of(name, slots, is_off=False)
     v = np.concatenate([nasty(seed, 1000) for seed in range(100)])
     x = np.cumsum(v) * DT

@@ -26,7 +26,7 @@ def rows(history, count):
     return history.reshape(drivers.ROWS, count)
 
 
-def test_an_open_loop_records_what_was_before_each_step_and_the_friction_of_the_step():
+def test_an_open_loop_records_the_state_before_and_the_friction_of_each_step():
     vectors, history = vectors_of(), np.zeros(drivers.ROWS * 3)
     done = drivers.open_loop(
         Driven(substeps, vectors, vectors.plant_state), np.array([1.0, 2.0, 3.0]), np.array([4.0, 5.0, 6.0]), 0.5, 7, history
@@ -40,7 +40,7 @@ def test_an_open_loop_records_what_was_before_each_step_and_the_friction_of_the_
     assert vectors.out[FAILED_SO_FAR] == 3.0
 
 
-def test_load_and_motor_have_rows_of_their_own():
+def test_load_and_motor_have_separate_rows():
     history = np.zeros(drivers.ROWS * 2)
     drivers.record(history, 2, 1, [1.0, 2.0], [3.0, 4.0])
     result = rows(history, 2)
@@ -52,7 +52,7 @@ def test_load_and_motor_have_rows_of_their_own():
 @pytest.mark.parametrize(
     ("lost", "dt", "reached"), [(1e101, 1.0, 2), (1e101, 0.0, 2), (-1e101, 0.0, 2), (math.nan, 1.0, 2), (1e90, 1e11, 2), (1e99, 1.0, 4)]
 )
-def test_a_run_ends_behind_the_sample_at_which_the_numbers_are_lost(lost, dt, reached):
+def test_a_diverged_run_ends_after_its_last_finite_sample(lost, dt, reached):
     effort = np.array([1.0, lost, 0.0, 0.0])
     vectors = vectors_of()
     assert drivers.open_loop(Driven(substeps, vectors, vectors.plant_state), effort, effort, dt, 1, np.zeros(drivers.ROWS * 4)) == reached
@@ -93,14 +93,14 @@ def looped(delay, before=-1.0):
 @pytest.mark.parametrize(
     ("delay", "applied"), [(0, [10.0, 20.0, 30.0, 40.0]), (1, [-1.0, 10.0, 20.0, 30.0]), (3, [-1.0, -1.0, -1.0, 10.0])]
 )
-def test_a_command_acts_after_its_delay_and_until_then_the_effort_before(delay, applied):
+def test_a_command_acts_after_its_delay_and_the_effort_before_until_then(delay, applied):
     result = looped(delay)
     assert (result.done, result.failures) == (4, 4.0)
     assert result.rows[drivers.COMMAND].tolist() == [10.0, 20.0, 30.0, 40.0]
     assert result.rows[drivers.EFFORT].tolist() == applied
 
 
-def test_a_controller_is_told_the_reference_what_is_measured_and_what_is_fed_forward():
+def test_a_controller_receives_reference_measurement_and_feedforward():
     result = looped(0)
     # The plant has moved by half of 10, and of 20 less the disturbance, and of 30.
     assert result.rows[drivers.POSITION].tolist() == [0.0, 5.0, 14.5, 29.5]
@@ -110,13 +110,13 @@ def test_a_controller_is_told_the_reference_what_is_measured_and_what_is_fed_for
     assert result.asked[3][:4] == (3.0, 7.0, 11.0, 15.0 + 4029.75)
 
 
-def test_a_disturbance_pushes_against_the_effort_unseen():
+def test_a_disturbance_acts_against_the_effort_and_is_not_measured():
     result = looped(0)
     assert result.rows[drivers.VELOCITY].tolist() == [0.0, 10.0, 19.0, 30.0]
     assert result.rows[drivers.FRICTION].tolist() == [30000.0 + 101.0 * pushed for pushed in (10.0, 19.0, 30.0, 40.0)]
 
 
-def test_a_loop_ends_behind_the_sample_at_which_the_numbers_are_lost():
+def test_a_diverged_loop_ends_after_its_last_finite_sample():
     assert looped(1, before=1e101).done == 1
 
 
@@ -128,7 +128,7 @@ def test_a_sensor_reads_every_position():
 
 
 @pytest.mark.parametrize("columns", [1, 3])
-def test_each_mechanism_is_driven_by_its_own_column_of_efforts_or_by_the_only_one(columns):
+def test_each_mechanism_has_its_column_of_efforts_or_a_common_column(columns):
     vectors = vectors_of(3)
     start = np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]])[:, :columns].ravel()
     records = Records(*np.full((3, 6), -9.0), 3)
@@ -140,6 +140,6 @@ def test_each_mechanism_is_driven_by_its_own_column_of_efforts_or_by_the_only_on
     assert vectors.out.reshape(3, -1)[:, FAILED_SO_FAR].tolist() == [0.0, 2.0, 2.0]
 
 
-def test_the_vectors_of_a_mechanism_are_its_part_of_all():
+def test_the_vectors_of_a_mechanism_are_its_share_of_all_vectors():
     vectors = MechanismVectors(*(10.0 * k + np.arange(6.0) for k in range(6)))
     assert [part.tolist() for part in drivers.of_one(vectors, 1, 3)] == [[10.0 * k + 2.0, 10.0 * k + 3.0] for k in range(6)]

@@ -42,7 +42,7 @@ def test_the_force_of_a_step_is_found_to_a_billionth(v):
         assert friction == pytest.approx(driven + F_C - inert * w, rel=1e-9)
 
 
-def test_a_body_that_friction_brings_to_rest_does_not_turn_around():
+def test_a_body_stopped_by_friction_does_not_reverse():
     # At rest after two to five whole steps, which rounding puts just before or just behind the end of one.
     generator, M, dt = np.random.default_rng(0), 1.0, 0.1
     F_C, steps = generator.uniform(0.5, 2.0, 400), generator.integers(2, 6, 400)
@@ -54,7 +54,7 @@ def test_a_body_that_friction_brings_to_rest_does_not_turn_around():
 
 
 @pytest.mark.parametrize("steps", [1, 3, 8])
-def test_an_effort_that_runs_straight_between_samples_gives_the_momentum_under_it(steps):
+def test_a_linear_effort_gives_the_momentum_of_its_integral(steps):
     effort, dt = np.random.default_rng(1).normal(0.0, 5.0, 30), 0.01
     trace = run_open_loop(inertia(M=2.0), friction.viscous(F_v=30.0), effort, dt, steps=steps, hold="linear")
     values = np.cumsum(0.5 * dt * (effort[1:] + effort[:-1]))
@@ -62,7 +62,7 @@ def test_an_effort_that_runs_straight_between_samples_gives_the_momentum_under_i
     assert 2.0 * trace.velocity[1:] == pytest.approx(values - taken, abs=1e-12)
 
 
-def test_a_body_at_rest_stays_where_it_is_to_the_bit():
+def test_a_body_at_rest_does_not_move_by_one_bit():
     effort = np.random.default_rng(2).uniform(-1.0, 1.0, 200)
     trace = run_open_loop(inertia(M=0.3), friction.coulomb(F_C=1.0), effort, 1e-3, steps=3, x=0.1)
     assert np.all(trace.velocity == 0.0)
@@ -74,17 +74,17 @@ def test_a_body_at_rest_stays_where_it_is_to_the_bit():
     ("v", "residual", "v_last", "residual_last", "slope"),
     [(2.0, 0.5, 1.0, -1.0, 1.5), (2.0, 0.5, 1.0, 0.6, 1.0), (2.0, 0.5, 2.0, -1.0, 7.0), (2.0, 0.5, 1.0, 0.0, 7.0)],
 )
-def test_a_slope_is_that_of_the_secant_where_that_rises(v, residual, v_last, residual_last, slope):
+def test_the_slope_is_that_of_a_rising_secant(v, residual, v_last, residual_last, slope):
     assert slope_from(7.0, v, residual, v_last, residual_last) == slope
 
 
 @pytest.mark.parametrize(("low", "high", "guess"), [(0.0, 3.0, 1.75), (-math.inf, 3.0, 1.75), (1.9, math.inf, 1.0), (1.9, 3.0, None)])
-def test_the_next_guess_is_the_secant_the_middle_of_a_bracket_or_further_on(low, high, guess):
+def test_the_next_guess_is_the_secant_the_middle_or_an_extrapolation(low, high, guess):
     result = next_guess(Bracket(low, -1.0, high, 1.0, 0.0), 2.0, 0.5, 2.0)
     assert result == guess if guess is not None else low < result < high
 
 
-def test_a_residual_is_small_beside_the_force_the_velocity_or_what_is_allowed():
+def test_a_residual_is_small_relative_to_force_velocity_or_tolerance():
     assert is_solved(1.9e-9, 2.0, 0.0, -1.0, 0.0)
     assert not is_solved(2.1e-9, 2.0, 0.0, -1.0, 0.0)
     assert is_solved(-1.9e-11, 0.0, -2.0, -1.0, 0.0)
@@ -92,7 +92,7 @@ def test_a_residual_is_small_beside_the_force_the_velocity_or_what_is_allowed():
     assert is_solved(0.3, 0.0, 0.0, -1.0, 0.3)
 
 
-def test_a_bracket_is_narrow_where_rounding_leaves_no_number_between():
+def test_a_bracket_is_narrow_when_no_number_lies_between_its_ends():
     assert is_narrow(1.0, 1.0 + 3e-16, 1.0)
     assert not is_narrow(1.0, 1.0 + 6e-16, 1.0)
 
@@ -119,7 +119,7 @@ def test_a_solve_gives_up_after_a_hundred_evaluations():
 
 
 @pytest.mark.parametrize(("residual_last", "slope"), [(0.498, 2e-3), (0.4995, 1.0), (0.5, 1.0)])
-def test_a_secant_that_hardly_rises_is_no_slope(residual_last, slope):
+def test_a_nearly_flat_secant_is_not_used_as_a_slope(residual_last, slope):
     assert slope_from(7.0, 2.0, 0.5, 1.0, residual_last) == pytest.approx(slope)
 
 
@@ -140,7 +140,7 @@ Body = STAGE.component.State
 
 @pytest.mark.parametrize("way", [1.0, -1.0])
 @pytest.mark.parametrize(("film", "effort", "time"), [(DryFilm(4.0, 0.0), 0.0, 1.0), (DryFilm(4.0, 3.0), 1.0, 2.0 / 3.0)])
-def test_a_body_stops_where_its_momentum_is_spent(way, film, effort, time):
+def test_a_body_stops_when_its_momentum_is_zero(way, film, effort, time):
     ASKED.clear()
     outcome = stopping_time(Body(0.3, way * 2.0), (), (), way * effort, 3.0, STAGE.parameters, film)
     # M v = (F - u) t, with the friction at the mean velocity v / 2.
@@ -150,13 +150,13 @@ def test_a_body_stops_where_its_momentum_is_spent(way, film, effort, time):
 
 
 @pytest.mark.parametrize("F_C", [1.3, 3.7])
-def test_the_time_of_a_stop_is_found_as_soon_as_no_number_is_left_between(F_C):
+def test_the_search_for_a_stop_ends_at_rounding(F_C):
     ASKED.clear()
     stopping_time(Body(0.0, 0.7), (), (), 0.1, 3.0, STAGE.parameters, DryFilm(F_C, 0.3))
     assert len(ASKED) < 20
 
 
-def test_a_force_at_rest_is_an_interval_where_both_sides_differ():
+def test_a_force_at_rest_is_an_interval_if_both_limits_differ():
     for film, is_interval in (
         (DryFilm(4.0, 0.0), True),
         (DryFilm(4.0, 90.0), True),
@@ -177,7 +177,7 @@ def test_a_force_at_rest_is_an_interval_where_both_sides_differ():
         (-6.0, 0.1 - 0.32, -0.8, (4.0 * 1.0 - 4.0 * 4.0) / 5.0, -0.4),  # it turns around
     ],
 )
-def test_a_step_in_which_a_body_stops_is_that_to_the_stop_and_that_from_it(way, effort, x, v, force, v_mean):
+def test_a_step_with_a_stop_is_split_at_the_stop(way, effort, x, v, force, v_mean):
     film = DryFilm(4.0, 0.0)
     gone = stop_and_go_on(Body(0.0, way * 1.0), (), (), way * effort, 1.0, STAGE.parameters, film, 1.0)
     assert (gone.plant_state.x, gone.plant_state.v) == pytest.approx((way * x, way * v), abs=1e-12)

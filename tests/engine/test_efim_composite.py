@@ -47,7 +47,7 @@ def positions(case, transition, h, times):
     ("transition", "case"),
     [pytest.param(transition, case, marks=pytest.mark.slow if case == LONGEST else ()) for transition in TRANSITIONS for case in CASES],
 )
-def test_second_order_and_one_part_in_a_million(case, transition):
+def test_the_scheme_has_second_order_and_an_error_below_one_in_a_million(case, transition):
     effort, end = CASES[case]
     times = np.linspace(0.0, end, round(end / 1e-4) + 1)
     exact = Composite(J=J, **CONTACT, rho=TRANSITIONS[transition], effort=effort).solve(times)
@@ -87,7 +87,7 @@ def runge_kutta(h, end):
 
 @pytest.mark.parametrize("kernel", ["dahl_masing", "tip_masing", "reformed_dahl_exact", "exp_masing"])
 @pytest.mark.parametrize("transition", ["paper", "leuven", "elastoplastic"])
-def test_sliding_at_high_speed_neither_rings_nor_fills_the_memory(kernel, transition):
+def test_sliding_at_high_speed_neither_oscillates_nor_fills_the_memory(kernel, transition):
     body, contact = plants.inertia(M=J), model(transition, kernel=kernel)
     runs = [run_open_loop(body, contact, np.full(count, EFFORT), 1e-3) for count in range(1, 502)]
     assert runs[-1].velocity[-1] == pytest.approx(SETTLED, rel=1e-4)

@@ -31,7 +31,7 @@ SHAPES = {
 }
 
 
-def test_no_two_results_share_a_place():
+def test_results_have_distinct_indices():
     names = ["FORCE", "FAILED", "SLOPE", "FAILED_SO_FAR", "ACCELERATION", "SLACK", "DRIVE_EFFORT", "DRIVE_LAG"]
     assert sorted(getattr(entry_points, name) for name in names) == list(range(entry_points.OUT_SIZE))
 
@@ -46,7 +46,7 @@ def test_a_compensator_along_a_desired_motion_shapes_its_force(name):
 
 
 @pytest.mark.parametrize("name", SHAPES)
-def test_a_compensator_along_the_measured_motion_shapes_its_force_alike(name):
+def test_a_compensator_along_the_measured_motion_shapes_its_force_equally(name):
     shape, expected = SHAPES[name]
     part, memory = Instance(COULOMB), np.array([*shape, 5.0, 0.0])
     entry = make_compensate(*part.structures)
@@ -55,13 +55,13 @@ def test_a_compensator_along_the_measured_motion_shapes_its_force_alike(name):
     assert memory[5:].tolist() == [5.0, effort[-1]]
 
 
-def test_a_compensator_along_the_measured_motion_takes_the_velocity_from_the_last_position():
+def test_a_compensator_computes_the_velocity_from_the_last_measured_position():
     part = Instance(friction.viscous(F_v=3.0))
     memory = np.array([1.0, 0.0, 0.0, math.inf, math.inf, 5.0, 0.0])
     assert make_compensate(*part.structures)(part.parameters, part.state, np.zeros(0), memory, 5.2, 0.0, 0.1) == pytest.approx(6.0)
 
 
-def test_a_compensator_leaves_its_state_behind():
+def test_a_compensator_updates_its_state():
     model = friction.lugre(F_C=20.0, F_S=20.0, v_S=1.0, sigma_0=1e6)
     shape, effort, nothing = np.array([1.0, 0.0, 0.0, math.inf, math.inf]), np.empty(2), np.zeros(2)
     along, measured = Instance(model), Instance(model)
@@ -72,11 +72,11 @@ def test_a_compensator_leaves_its_state_behind():
     assert measured.state_now.z == pytest.approx(1e-8, rel=1e-3)
 
 
-def test_where_nothing_compensates_nothing_is_fed_forward():
+def test_without_a_compensator_the_feedforward_is_zero():
     assert entry_points.compensate_nothing(None, None, None, None, 1.0, 2.0, 0.1) == 0.0
 
 
-def test_what_passes_on_to_the_load_reaches_a_compensator():
+def test_a_compensator_receives_the_transmitted_effort():
     model = friction.find("coulomb+transmitted")(F_C=20.0, c_T=0.1)
     part, effort = Instance(model), np.empty(2)
     plain, still = np.array([1.0, 0.0, 0.0, math.inf, math.inf]), np.zeros(2)
@@ -87,7 +87,7 @@ def test_what_passes_on_to_the_load_reaches_a_compensator():
     assert measured == pytest.approx(25.0)
 
 
-def test_a_friction_model_along_a_motion_leaves_its_state_behind():
+def test_a_friction_model_along_a_motion_updates_its_state():
     model = friction.lugre(F_C=20.0, F_S=20.0, v_S=1.0, sigma_0=1e6)
     part, force = Instance(model), np.empty(2)
     around = np.zeros(0).repeat(2) if not part.motion._field_defaults else np.repeat(list(part.motion._field_defaults.values()), 2)
@@ -99,7 +99,7 @@ def test_a_friction_model_along_a_motion_leaves_its_state_behind():
     assert part.state_now.z == pytest.approx(2e-8, rel=1e-3)
 
 
-def test_an_operator_along_an_input_leaves_its_state_behind():
+def test_an_operator_along_an_input_updates_its_state():
     part, output = Instance(hysteresis.stop(r=1.0)), np.empty(3)
     assert make_output_along(*part.structures)(part.parameters, part.state, np.zeros(0), np.array([0.5, 3.0, 2.5]), output) == 0.0
     assert output.tolist() == [0.5, 1.0, 0.5]
@@ -107,7 +107,7 @@ def test_an_operator_along_an_input_leaves_its_state_behind():
     assert output.tolist() == [0.5, 0.0, -1.0]
 
 
-def test_a_sensor_goes_on_with_its_noise_from_sample_to_sample():
+def test_a_sensor_continues_its_noise_from_sample_to_sample():
     part = Instance(sensors.encoder(noise=0.1, seed=3))
     entry = make_sense(*part.structures)
     readings = [entry(part.parameters, part.state, 7.0, 1e-3) for _ in range(200)]
@@ -116,7 +116,7 @@ def test_a_sensor_goes_on_with_its_noise_from_sample_to_sample():
     assert np.std(readings) == pytest.approx(0.1, rel=0.2)
 
 
-def test_a_controller_gives_its_command_and_keeps_its_integral():
+def test_a_controller_returns_its_command_and_updates_its_integral():
     part = Instance(controllers.cascade(k_p=2.0, k_v=3.0, k_i=4.0))
     entry = make_control(*part.structures)
     state = part.state.copy()
@@ -127,7 +127,7 @@ def test_a_controller_gives_its_command_and_keeps_its_integral():
     assert entry(part.parameters, part.state, 1.0, 0.0, 0.0, 7.0, 0.0, 0.5, 2.0, 0.1) <= 2.0
 
 
-def test_substeps_leave_what_they_found_in_their_places():
+def test_substeps_write_their_results_to_their_indices():
     plant, model = Instance(inertia(M=2.0)), Instance(friction.coulomb_viscous(F_C=2.0, F_v=3.0))
     out = np.zeros(entry_points.OUT_SIZE)
     plant.state[1] = 1.0

@@ -34,26 +34,26 @@ def test_friction_in_equations_sees_the_position():
     assert axis_equations(PLANT, model)(np.array([0.4, 2.0]), 0.0)[0] == pytest.approx(20.0 * 1.2 + 3.0 * 0.4)
 
 
-def test_a_film_is_a_differential_equation_though_no_rate_is_written_for_it():
+def test_a_viscous_film_is_a_differential_equation_without_a_rate():
     assert contact_equations(friction.viscous(F_v=10.0))(np.array([0.0]), -2.0) == (-20.0, pytest.approx([-2.0]))
 
 
 @pytest.mark.parametrize(
     ("model", "message"),
     [
-        (friction.coulomb(F_C=20.0), "jumps at rest and holds with any force in between"),
-        (friction.maxwell_slip(**friction.maxwell_slip.example), "remembers in jumps, where its motion turns or an element slips"),
-        (friction.reformed_dahl(**friction.reformed_dahl.example), "has no `rate`.*A smooth model of your own may have `rate"),
+        (friction.coulomb(F_C=20.0), "has a jump at rest, where it sticks with any force in between"),
+        (friction.maxwell_slip(**friction.maxwell_slip.example), "changes its memory in jumps, at reversals or when an element slips"),
+        (friction.reformed_dahl(**friction.reformed_dahl.example), "has no `rate`.*A smooth model of your own can define `rate"),
     ],
 )
-def test_friction_that_is_no_differential_equation_is_refused_with_the_reason(model, message):
+def test_friction_that_is_not_a_differential_equation_is_refused_with_the_reason(model, message):
     with pytest.raises(InputError, match=rf"friction: {message}"):
         contact_equations(model)
     with pytest.raises(InputError, match=r'Give dt, such as dt="0.5 ms"'):
         axis_equations(PLANT, model)
 
 
-def test_a_plant_that_is_no_differential_equation_is_refused():
+def test_a_plant_that_is_not_a_differential_equation_is_refused():
     screw = plants.ball_screw(J=1e-4, M=28.0, k=1e8, d=1e3, lead="10 mm")
     with pytest.raises(InputError, match=r"plant: has no rate.*found 'ball_screw'"):
         axis_equations(screw, friction.viscous(kind="rotational", F_v=1e-3))
@@ -105,7 +105,7 @@ def test_states_have_names_and_units_in_the_order_of_the_vector(model, plant, dt
     assert rest.tolist() == [0.0] * len(system.outputs)
 
 
-def test_a_virgin_contact_stands_behind_the_plant_or_the_position():
+def test_the_state_of_a_virgin_contact_follows_the_plant_or_the_position():
     model = friction.preisach_lugre(**friction.preisach_lugre.example)
     contact = [*model.component.initial_state(model.parameters), *model.component.new_memory(model.parameters)]
     for plant, before, after in ((None, 1, 0), (PLANT, 2, 2)):
@@ -116,7 +116,7 @@ def test_a_virgin_contact_stands_behind_the_plant_or_the_position():
 
 @pytest.mark.parametrize(("plant", "dt"), [(None, 1e-3), (PLANT, None)])
 def test_steps_in_a_sample_need_a_sample_time_and_a_plant(plant, dt):
-    with pytest.raises(InputError, match="steps: are those in a sample of an axis"):
+    with pytest.raises(InputError, match="steps: needs a sampled axis"):
         system_of(DAHL, plant, dt, 2, None, asked_by="here")
 
 

@@ -35,7 +35,7 @@ def problem():
     return InverseDynamics(dataset, parameters)
 
 
-def test_the_derivative_is_that_of_the_fit_with_its_start_found_anew(problem):
+def test_the_derivative_agrees_with_a_fit_that_searches_its_start_again(problem):
     values = {name: (TRUTH | {"M": 2.0, "offset": 0.0})[name] for name in problem.parameters.free}
     complete = problem.parameters.complete(values)
     contacts = problem.dataset.contacts(problem.model(complete), problem.plant(complete))
@@ -55,7 +55,7 @@ def test_the_derivative_is_that_of_the_fit_with_its_start_found_anew(problem):
         assert left < 0.4 * np.linalg.norm(fixed - anew)
 
 
-def test_a_search_follows_the_start_too(problem):
+def test_the_search_also_updates_the_start(problem):
     search = context_of(problem.dataset, PriorKnowledge(plant=inertia)).search(problem)
     theta = search.space.theta(TRUTH | {"M": 2.0, "offset": 0.0})
     solution = search.descend(theta, limit=1)
@@ -65,7 +65,7 @@ def test_a_search_follows_the_start_too(problem):
         assert np.linalg.norm(result - anew) < 0.08 * np.linalg.norm(anew)
 
 
-def test_a_prediction_tells_where_the_contact_began(problem):
+def test_a_prediction_reports_the_initial_place_of_the_contact(problem):
     segment = problem.dataset.segments[0]
     log = Log(
         time=Channel(segment.time, "s", "t"),

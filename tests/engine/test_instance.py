@@ -12,7 +12,7 @@ RISEN = friction.find("lugre+load")(**LUGRE.values, k_L=0.5)
 PREISACH = friction.preisach_lugre(**friction.preisach_lugre.example, capacity=4)
 
 
-def test_a_component_is_known_by_its_functions_and_those_inside():
+def test_a_component_has_its_functions_and_those_of_inner_components():
     component = LUGRE.component
     functions = Instance(LUGRE).functions
     assert {component.trial, component.commit, component.rate} <= set(functions)
@@ -20,19 +20,19 @@ def test_a_component_is_known_by_its_functions_and_those_inside():
     assert Instance(RISEN).component.trial in Instance(RISEN).functions
 
 
-def test_a_component_is_called_by_its_parameters_and_those_inside():
+def test_the_name_of_a_component_contains_its_inner_components():
     assert Instance(LUGRE).key.endswith(".lugre.Parameters")
     assert Instance(RISEN).key.count("Parameters") >= 2
     assert Instance(RISEN).key != Instance(LUGRE).key
 
 
-def test_a_component_begins_virgin_or_in_a_state_that_is_its_own():
+def test_a_component_begins_virgin_or_in_a_given_state_of_its_type():
     part = Instance(LUGRE)
     assert (part.state.tolist(), part.parameters.tolist()[:4]) == ([0.0], [20.0, 28.0, 2e-3, 1e6])
     part.begin(None)
     part.begin(LUGRE.component.State(3e-6))
     assert part.state_now == (3e-6,)
-    with pytest.raises(InputError, match=r"state: is that of another model.*that of lugre"):
+    with pytest.raises(InputError, match=r"state: belongs to a different model.*that of lugre"):
         part.begin(PREISACH.component.initial_state(PREISACH.parameters))
     with pytest.raises(InputError, match="model: must be a model with parameters"):
         Instance(friction.lugre)
@@ -48,13 +48,13 @@ def test_a_memory_is_copied_and_has_the_size_of_its_model():
         memory_of(PREISACH, np.zeros(3))
 
 
-def test_pairs_that_were_forgotten_are_counted_and_told():
+def test_lost_pairs_of_turning_points_are_counted_and_reported():
     part = Instance(PREISACH)
     assert part.lost == 0
     warn_of_lost(part)
     part.begin(PREISACH.component.State(0.0, 0.0, 1.0, 2, 3))
     assert part.lost == 3
-    with pytest.warns(InputWarning, match="forgot its innermost pair 3 times.*Raise capacity, now 4"):
+    with pytest.warns(InputWarning, match="lost its innermost pair 3 times.*Raise capacity, now 4"):
         warn_of_lost(part)
     slotted = friction.find("preisach_lugre+asymmetry")
     inner = Instance(slotted(**slotted.example))

@@ -14,12 +14,12 @@ from bristle.plants import inertia
 FREE = Iterate(2.0, 1.0, 0.0, 0.0, -math.inf, math.inf, OPEN)
 
 
-def test_a_solve_begins_where_the_acceleration_leads_to_in_half_a_step():
+def test_a_solve_begins_at_the_velocity_after_half_a_step():
     assert first_guess(3.0, 4.0, 0.1) == pytest.approx(3.2)
     assert first_guess(0.0, 4.0, 0.1) == 0.0
 
 
-def test_an_iterate_goes_on_by_the_secant_and_closes_its_bracket():
+def test_an_iterate_follows_the_secant_and_closes_its_bracket():
     first = next_iterate(FREE, 0.5, solved=False)
     assert first == Iterate(1.5, 1.0, 2.0, 0.5, -math.inf, 2.0, OPEN)
     # From 2 to 1.5 the residual fell by 0.75: a slope of 1.5, and 0.25 / 1.5 ahead.
@@ -27,7 +27,7 @@ def test_an_iterate_goes_on_by_the_secant_and_closes_its_bracket():
     assert second == Iterate(pytest.approx(1.5 + 0.25 / 1.5), 1.5, 1.5, -0.25, 1.5, 2.0, OPEN)
 
 
-def test_a_lane_that_is_solved_stays_at_its_velocity():
+def test_a_solved_lane_keeps_its_velocity():
     done = next_iterate(FREE, 0.5, solved=True)
     assert done == FREE._replace(status=SOLVED)
     assert next_iterate(done, 0.5, solved=False) == done
@@ -44,12 +44,12 @@ def test_a_lane_that_is_solved_stays_at_its_velocity():
         (FREE._replace(low=2.0 * (1.0 - 2e-16)), 1e-17),  # has no room left
     ],
 )
-def test_a_lane_that_does_more_than_usual_steps_aside(iterate, residual):
+def test_an_exceptional_lane_is_marked_for_a_separate_step(iterate, residual):
     assert next_iterate(iterate, residual, solved=False) == iterate._replace(status=ASIDE)
     assert next_iterate(iterate._replace(status=ASIDE), 0.1, solved=True).status == ASIDE
 
 
-def test_parts_of_a_block_lie_one_behind_the_other():
+def test_parts_of_a_block_are_consecutive():
     rows = Rows(2, 3, 4, 5)
     sizes = [len(structure[1]) for structure in (SPAN, CARRIED, PORT, ITERATE)]
     assert (rows.body, rows.friction, rows.state, rows.body_next, rows.state_next, rows.span) == (2, 5, 9, 14, 17, 22)
@@ -64,7 +64,7 @@ def test_parts_of_a_block_lie_one_behind_the_other():
     )
 
 
-def test_in_lanes_friction_rises_with_what_passes_on_to_the_load_as_one_by_one():
+def test_load_dependent_friction_in_lanes_is_identical_to_serial_runs():
     model = friction.find("coulomb_viscous+transmitted")(F_C=20.0, F_v=30.0, c_T=0.2)
     effort = 60.0 + 20.0 * np.sin(np.linspace(0.0, 3.0, 5)) * np.linspace(0.5, 1.0, 32)[:, None]
     with interpreted():
@@ -75,7 +75,7 @@ def test_in_lanes_friction_rises_with_what_passes_on_to_the_load_as_one_by_one()
     assert lanes.friction[:, 0] == pytest.approx(35.0 / 1.2, rel=0.01)
 
 
-def test_lanes_are_evaluated_until_all_of_them_are_solved_and_no_longer(monkeypatch):
+def test_evaluation_ends_when_all_lanes_are_solved(monkeypatch):
     evaluated = []
 
     def counted(*arguments):

@@ -41,7 +41,7 @@ def linked(function, signature):
     return made
 
 
-def test_a_kernel_has_no_machine_code_of_its_own_and_the_entry_has_its_number(symbols):
+def test_a_kernel_has_no_separate_machine_code_and_the_entry_has_its_number(symbols):
     before = set(symbols)
     made = linked(entry, "float64(float64)")
     assert made(4.0) == 4.0**3 + 2.0 + 1.0
@@ -50,14 +50,14 @@ def test_a_kernel_has_no_machine_code_of_its_own_and_the_entry_has_its_number(sy
     assert not [name for name in new if "cube_and_root" in name and "NumbaEnv" not in name]
 
 
-def test_what_a_person_compiled_is_called_from_python_after_an_entry_took_it_in():
+def test_a_function_compiled_by_a_user_stays_callable_after_linking():
     linked(entry, "float64(float64)")
     assert cube(3.0) == 27.0
     calls_a_kernel = numba.njit(lambda x: cube_and_root(x) - 1.0)
     assert calls_a_kernel(4.0) == 65.0
 
 
-def test_the_compiler_is_as_it_was_after_a_fault_too():
+def test_the_compiler_is_restored_after_a_fault():
     codegen = cpu_target.target_context.codegen()
     before = codegen._library_class
     with pytest.raises(RuntimeError), linked_into(entry), linked_into(cube_and_root):

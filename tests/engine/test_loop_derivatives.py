@@ -58,7 +58,7 @@ def open_loops(model, count):
     "name",
     [*SMOOTH, "stribeck+transmitted", "coulomb_viscous+transmitted", *(pytest.param(name, marks=pytest.mark.slow) for name in OTHERS)],
 )
-def test_derivatives_of_an_open_loop_are_those_of_its_runs(name):
+def test_open_loop_derivatives_agree_with_differences_of_runs(name):
     with interpreted():
         base, *slots = name.split("+")
         slope, differences = open_loops(model_of(base, tuple(slots)), 300 if name == "dahl" else 500)
@@ -66,7 +66,7 @@ def test_derivatives_of_an_open_loop_are_those_of_its_runs(name):
     assert min(np.linalg.norm(slope - difference) for difference in differences) < 1e-4 * np.linalg.norm(slope)
 
 
-def test_where_a_body_under_coulomb_friction_stops_changes_as_its_formula_says():
+def test_the_stopping_distance_under_coulomb_friction_changes_as_in_its_formula():
     u, F, M, count = 20.0, 8.0, 2.0, 400
     effort = np.where(np.arange(1200) < count, u, 0.0)
     sensitive = Sensitive(plants.inertia(M=M), np.array([[1.0, 0.0]])), Sensitive(coulomb(F_C=F), np.array([[0.0, 1.0]]))
@@ -84,7 +84,7 @@ def test_where_a_body_under_coulomb_friction_stops_changes_as_its_formula_says()
     assert np.array_equal(slopes[-1], slopes[-100])  # it rests
 
 
-def test_what_leaves_the_finite_numbers_and_directions_beyond_those_at_once():
+def test_divergence_and_many_directions_are_handled():
     model, effort = viscous(F_v=4.0), np.full(50, 1e99)
     sensitive = Sensitive(PLANT, np.zeros((1, 1))), Sensitive(model, np.ones((1, 1)))
     position, slope = open_loop_with_derivatives(*sensitive, effort, effort, 10.0, 1)
@@ -134,13 +134,13 @@ def closed_loops(model, x=0.02, v=0.05, count=120):
 
 
 @pytest.mark.parametrize("name", ["stribeck", "lugre", "preisach_lugre"])
-def test_derivatives_of_a_closed_loop_are_those_of_its_runs(name):
+def test_closed_loop_derivatives_agree_with_differences_of_runs(name):
     with interpreted():
         slope, differences = closed_loops(model_of(name))
     assert min(np.linalg.norm(slope - difference) for difference in differences) < 1e-4 * np.linalg.norm(slope)
 
 
-def test_each_block_of_directions_begins_with_the_memory_that_was_given():
+def test_each_block_of_directions_begins_with_the_given_memory():
     model = model_of("preisach_lugre")
     state, memory = conditioned(model, 1e-3)
     before, tangent = memory.copy(), np.repeat(mixed(model)[:, None], DIRECTIONS + 1, axis=1)
@@ -152,7 +152,7 @@ def test_each_block_of_directions_begins_with_the_memory_that_was_given():
     assert np.array_equal(slopes[:, 0], slopes[:, -1])
 
 
-def test_compiled_they_are_those_of_plain_python():
+def test_compiled_loop_derivatives_agree_with_plain_python():
     model = lugre(F_C=8.0, F_S=10.0, v_S=0.02, sigma_0=1e5, sigma_1=100.0, sigma_2=20.0)
     for loops in (lambda: open_loops(model, 300), lambda: closed_loops(model, count=60)):
         compiled = loops()[0]

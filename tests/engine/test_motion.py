@@ -25,14 +25,14 @@ def lugre(**changes):
     return friction.lugre(**{"F_C": 20.0, "F_S": 20.0, "v_S": 1.0, "sigma_0": 1e6, "sigma_1": 0.0, "sigma_2": 0.0} | changes)
 
 
-def test_a_position_that_is_not_given_is_the_integral_of_the_velocity():
+def test_the_default_position_is_the_integral_of_the_velocity():
     model = friction.find("viscous+position")(F_v=10.0, x_0=0.0, x_L=1.0, p_1=0.0, p_2=0.0, a_1=3.0, a_2=0.0)
     # In the middles of the steps the position is 0.1, 0.2 and 0.1.
     assert force_along(model, [2.0, 0.0, -2.0], 0.1) == pytest.approx([20.3, 0.6, -19.7])
     assert force_along(model, [2.0, 0.0, -2.0], 0.1, [0.5, 0.5, 0.5]) == pytest.approx([21.2, 1.5, -18.2])
 
 
-def test_what_surrounds_a_contact_is_one_number_or_one_for_each_step():
+def test_surroundings_are_a_number_or_an_array_over_steps():
     model = friction.find("coulomb+load+temperature")(F_C=20.0, k_L=0.5, k_T=-0.01)
     v = [1.0, 1.0]
     assert force_along(model, v, 0.1, load=3.0) == pytest.approx([40.0, 40.0])
@@ -43,7 +43,7 @@ def test_what_surrounds_a_contact_is_one_number_or_one_for_each_step():
         force_along(model, v, 0.1, laod=2.0)
 
 
-def test_a_state_and_a_memory_are_what_was_before():
+def test_state_and_memory_set_the_start():
     model = lugre()
     assert force_along(model, [0.0], 1.0, state=model.component.State(5e-6)) == pytest.approx([5.0])
     sliders = friction.maxwell_slip(F_C=20.0, k_i=[6e6, 3e6], nu_i=[0.5, 0.5])
@@ -51,11 +51,11 @@ def test_a_state_and_a_memory_are_what_was_before():
     stretched = force_along(sliders, [0.0], 1.0, memory=memory)[0]
     assert stretched != 0.0
     assert memory.tolist() == [2.0, 3.0]
-    with pytest.raises(InputError, match="state: is that of another model"):
+    with pytest.raises(InputError, match="state: belongs to a different model"):
         force_along(model, [0.0], 1.0, state=(1.0, 2.0))
 
 
-def test_turns_have_parameters_of_their_own_and_what_surrounds_each():
+def test_turns_have_separate_parameters_and_surroundings():
     model = friction.find("coulomb+load")(F_C=20.0, k_L=1.0)
     rows = np.array([pack(model.with_values(F_C=level).parameters) for level in (20.0, 30.0, 40.0)])
     v = np.ones(6)
@@ -63,7 +63,7 @@ def test_turns_have_parameters_of_their_own_and_what_surrounds_each():
     assert result == pytest.approx([20.0, 40.0, 30.0, 60.0, 30.0, 80.0])
 
 
-def test_a_compensator_along_a_motion_sees_the_position_and_the_effort_passed_on():
+def test_a_compensator_along_a_motion_receives_position_and_transmitted_effort():
     model = friction.find("coulomb+transmitted")(F_C=20.0, c_T=0.1)
     v, x = np.array([1.0, 1.0]), np.array([0.1, 0.2])
     assert compensation_along(model, PLAIN, v, 0.1, x) == pytest.approx([20.0, 20.0])
@@ -74,7 +74,7 @@ def test_a_compensator_along_a_motion_sees_the_position_and_the_effort_passed_on
 
 
 @pytest.mark.parametrize("v", [1e-3, -0.2])
-def test_a_contact_that_has_slid_is_deflected_as_far_as_it_goes(v):
+def test_a_contact_after_sliding_has_its_full_deflection(v):
     state, memory = settled(lugre(), v)
     assert state.z == pytest.approx(math.copysign(20.0 / 1e6, v))
     assert memory.size == 0
@@ -86,7 +86,7 @@ def test_a_contact_of_any_stiffness_settles(sigma_0):
     assert settled(lugre(sigma_0=sigma_0), 1.0)[0].z == pytest.approx(20.0 / sigma_0)
 
 
-def test_a_sweep_that_decays_leaves_a_contact_at_rest_with_the_sweep_in_its_memory():
+def test_after_a_decaying_sweep_the_memory_contains_the_sweep():
     model = friction.preisach_contact(s=1e7, f_p=28.0)
     state, memory = conditioned(model, 1e-5)
     assert abs(force_along(model, [0.0], 1.0, state=state, memory=memory)[0]) < 0.5
@@ -96,7 +96,7 @@ def test_a_sweep_that_decays_leaves_a_contact_at_rest_with_the_sweep_in_its_memo
     assert turning[-1] == pytest.approx(1e-5, rel=0.05)
 
 
-def test_a_sweep_ends_where_it_began():
+def test_a_sweep_ends_at_its_start():
     _, memory = conditioned(friction.maxwell_slip(F_C=1.0, k_i=[1e-6], nu_i=[1.0]), 1e-5)
     assert memory[0] == pytest.approx(0.0, abs=1e-15)
     assert conditioned(friction.maxwell_slip(F_C=1.0, k_i=[1e6], nu_i=[1.0]), 0.0)[1].tolist() == [0.0]
@@ -114,32 +114,32 @@ def test_a_static_map_and_a_contact_without_force_have_no_presliding_distance():
     assert presliding_distance(friction.lugre(F_C=1.0, F_S=1.0, v_S=1.0, sigma_0=0.0, validate=False)) == math.inf
 
 
-def test_a_response_begins_at_the_first_sample_with_no_force():
+def test_a_response_begins_at_the_first_sample_without_a_force():
     model = friction.viscous(F_v=10.0)
     assert response(model, [1.0, 1.5, 1.0], 0.1).tolist() == pytest.approx([0.0, 50.0, -50.0])
 
 
-def test_an_operator_has_a_history_and_no_time_and_friction_the_other_way_round():
+def test_operators_take_a_history_and_friction_takes_a_time_step():
     stop = hysteresis.stop(r=1.0)
     assert response(stop, [0.5], history=[3.0]).tolist() == [-1.0]
     assert response(stop, [0.5]).tolist() == [0.5]
-    with pytest.raises(InputError, match=r"dt: a hysteresis operator knows no time; found 0.1.*Leave dt out"):
+    with pytest.raises(InputError, match=r"dt: does not apply to a hysteresis operator; found 0.1.*Omit dt"):
         response(stop, [0.5], 0.1)
-    with pytest.raises(InputError, match=r"history: belongs to hysteresis operators.*Put the motion before x"):
+    with pytest.raises(InputError, match=r"history: applies only to hysteresis operators.*Prepend the motion to x"):
         response(friction.coulomb(F_C=1.0), [0.0, 1.0], 0.1, history=[1.0])
     with pytest.raises(InputError, match="dt: is needed for a friction model"):
         response(friction.coulomb(F_C=1.0), [0.0, 1.0])
 
 
-def test_a_search_may_try_what_overflows_and_a_person_may_not():
+def test_overflow_is_allowed_in_a_search_but_not_for_a_user():
     model = friction.viscous(F_v=1e100)
     with np.errstate(over="ignore"):
         assert along(model, [1e300], 1.0)[0] == math.inf
-        with pytest.raises(InputError, match="viscous gives no finite number at sample 1 of a finite motion"):
+        with pytest.raises(InputError, match="the output of viscous is not finite at sample 1 of a finite motion"):
             force_along(model, [0.0, 1e300], 1.0)
 
 
-def test_surroundings_are_numbers_in_any_list_of_them():
+def test_surroundings_accept_any_sequence_of_numbers():
     model = friction.find("coulomb+load")(F_C=20.0, k_L=0.5)
     v = [1.0, 1.0]
     assert along(model, v, 0.1, load=[1.0, 3.0]).tolist() == pytest.approx([20.0, 40.0])

@@ -49,14 +49,14 @@ def recorded(model):
     return trace.position[::8].copy()
 
 
-def test_the_motion_of_the_same_models_is_predicted_to_the_last_digits():
+def test_the_observer_predicts_the_motion_of_the_same_models():
     position = recorded(MODELS["lugre"])
     error, _ = errors(still(PLANT), still(MODELS["lugre"]), position)
     assert np.ptp(position) > 1e-3
     assert np.max(np.abs(error)) < 1e-11
 
 
-def test_a_constant_force_that_the_models_lack_is_taken_by_the_observer():
+def test_the_observer_estimates_a_missing_constant_force():
     position = recorded(MODELS["lugre"])
     shifted = np.append(EFFORT, EFFORT[-1:])[None] + 5.0
     error, _ = errors(still(PLANT), still(MODELS["lugre"]), position, efforts=shifted)
@@ -64,7 +64,7 @@ def test_a_constant_force_that_the_models_lack_is_taken_by_the_observer():
     assert np.max(np.abs(error[600:])) < 0.02 * np.max(np.abs(error[:60]))
 
 
-def test_errors_of_a_free_body_die_out_with_three_equal_poles():
+def test_errors_of_a_free_body_decay_with_three_equal_poles():
     gains = gains_of(100.0, DT)
     system = np.array([[1.0, DT, 0.5 * DT**2], [0.0, 1.0, DT], [0.0, 0.0, 1.0]])
     # An impulse over the sample moves the position by half of what it moves the velocity times the sample time.
@@ -74,7 +74,7 @@ def test_errors_of_a_free_body_die_out_with_three_equal_poles():
 
 
 @pytest.mark.parametrize("name", ["lugre", *(pytest.param(name, marks=pytest.mark.slow) for name in MODELS if name != "lugre")])
-def test_derivatives_are_those_of_the_prediction_error(name):
+def test_observer_derivatives_agree_with_differences(name):
     model, position = MODELS[name], recorded(MODELS["lugre"])
     for parameter in [
         part
@@ -88,7 +88,7 @@ def test_derivatives_are_those_of_the_prediction_error(name):
         assert np.linalg.norm(slopes[:, 0] - difference) < 1e-3 * np.linalg.norm(difference), parameter
 
 
-def test_derivatives_by_the_mass_and_by_the_weight_of_an_effort_are_those_of_the_prediction_error():
+def test_derivatives_by_mass_and_effort_weight_agree_with_differences():
     model, position = MODELS["lugre"], recorded(MODELS["lugre"])
     columns, tangents = np.stack([np.append(EFFORT, 0.0), np.append(np.cos(20.0 * TIME), 0.0)]), np.array([[0.0, 0.0], [0.0, 1.0]])
     of_mass = np.hstack([slope_of(PLANT, "M"), np.zeros((1, 1))])

@@ -16,7 +16,7 @@ SCRIPT = Path(__file__).with_name("in_processes.py")
 
 @pytest.mark.slow
 @pytest.mark.parametrize("method", multiprocessing.get_all_start_methods())
-def test_the_bits_of_each_process_are_those_of_this_one(method, tmp_path):
+def test_results_are_identical_in_all_processes(method, tmp_path):
     file = tmp_path / "quadratic_drag.py"
     shutil.copyfile(ROOT / "examples" / "quadratic_drag.py", file)
     path = os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])

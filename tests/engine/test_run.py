@@ -47,7 +47,7 @@ LOOP = (inertia(M=1.0), friction.coulomb(F_C=1.0), controllers.cascade(k_p=1.0, 
         (lambda: run_closed_loop(*LOOP, np.full((4, 10), np.nan), 1e-3), "reference"),
     ],
 )
-def test_what_makes_no_sense_is_refused_by_name(call, words):
+def test_invalid_arguments_are_refused_by_name(call, words):
     with pytest.raises(InputError, match=words):
         call()
 
@@ -66,7 +66,7 @@ def test_values_that_are_not_validated_keep_kernels_within_their_arrays(shares):
     assert friction.maxwell_slip(F_C=1.0, k_i=[4e5, 1e5], nu_i=[0.5, 0.9], validate=False).values["nu_i"][1] == 0.9
 
 
-def test_models_are_equal_when_every_number_is():
+def test_models_are_equal_if_all_numbers_are_equal():
     again = friction.maxwell_slip(F_C=1.0, k_i=[4e5, 1e5], nu_i=[0.5, 0.5])
     other = friction.maxwell_slip(F_C=1.0, k_i=[4e5, 2e5], nu_i=[0.5, 0.5])
     turning = friction.maxwell_slip(kind="rotational", F_C=1.0, k_i=[4e5, 1e5], nu_i=[0.5, 0.5])
@@ -83,7 +83,7 @@ def test_a_given_memory_is_not_changed():
 
 
 @pytest.mark.parametrize("name", ["coulomb_viscous", "stribeck+asymmetry", "coulomb"])
-def test_a_map_with_presliding_is_a_model_like_others(name):
+def test_a_map_with_presliding_runs_like_other_models(name):
     component = friction.find(name)
     model = friction.with_presliding(component(**component.example, offset=0.5), 2e-6)
     assert model.values["presliding"] == 2e-6
@@ -104,7 +104,7 @@ def test_a_settled_model_stays_settled(name, v):
     assert np.ptp(force) <= 1e-9 * abs(force[0])
 
 
-def test_what_a_run_keeps_is_kept_in_rows_of_its_own():
+def test_signals_of_a_run_have_separate_rows():
     rows = ("POSITION", "VELOCITY", "MEASURED", "COMMAND", "EFFORT", "FRICTION", "MOTOR_POSITION", "MOTOR_VELOCITY", "FED")
     assert sorted(getattr(drivers, row) for row in rows) == list(range(drivers.ROWS))
 
@@ -112,7 +112,7 @@ def test_what_a_run_keeps_is_kept_in_rows_of_its_own():
 FREE = (inertia(M=2.0), friction.viscous(F_v=0.0))
 
 
-def test_a_run_of_which_nothing_is_said_begins_at_rest_at_the_origin():
+def test_by_default_a_run_begins_at_rest_at_the_origin():
     with interpreted():
         still, stepped = run_open_loop(*FREE, np.zeros(5), 0.1), run_open_loop(*FREE, [2.0, 0.0, 0.0], 0.1)
         linear = run_open_loop(*FREE, [2.0, 0.0, 0.0], 0.1, hold="linear")
@@ -124,7 +124,7 @@ def test_a_run_of_which_nothing_is_said_begins_at_rest_at_the_origin():
     assert linear.velocity == pytest.approx([0.0, 0.05, 0.05])
 
 
-def test_a_loop_has_no_delay_no_lag_and_no_limit_unless_it_is_told():
+def test_by_default_a_loop_has_no_delay_lag_or_limit():
     reference = np.zeros((4, 6))
     reference[3] = 1e9  # fed forward
     law = controllers.cascade(k_p=0.0, k_v=0.0)
@@ -150,7 +150,7 @@ def test_a_loop_has_no_delay_no_lag_and_no_limit_unless_it_is_told():
         ("limit", (0.0, np.inf), (-1e-9,)),
     ],
 )
-def test_numbers_of_a_loop_are_taken_at_their_ends_and_refused_beyond(name, ends, beyond):
+def test_limits_of_loop_arguments_are_inclusive(name, ends, beyond):
     with interpreted():
         for value in ends:
             assert run_closed_loop(*LOOP, np.zeros((4, 3)), 1e-3, **{name: value}).time.size == 3
@@ -159,7 +159,7 @@ def test_numbers_of_a_loop_are_taken_at_their_ends_and_refused_beyond(name, ends
             run_closed_loop(*LOOP, np.zeros((4, 3)), 1e-3, **{name: value})
 
 
-def test_a_sample_may_last_a_day_and_no_longer():
+def test_a_sample_may_last_at_most_a_day():
     with interpreted():
         assert run_open_loop(*FREE, np.zeros(2), 1e5).time.tolist() == [0.0, 1e5]
     for wrong in (1.001e5, 0.0, -1e-3):

@@ -84,7 +84,7 @@ def test_backlash_agrees_with_a_solver_of_differential_equations():
     assert errors[1] < 0.4 * errors[0] < 1e-4 * np.ptp(solved[2])
 
 
-def test_backlash_without_damping_makes_no_energy():
+def test_backlash_without_damping_conserves_energy():
     h, effort = 2e-5, np.zeros(10_000)
     effort[0] = 5.0
     trace = run_open_loop(screw(backlash=2e-5), FREE, effort, h)
@@ -93,7 +93,7 @@ def test_backlash_without_damping_makes_no_energy():
     assert np.max(np.diff(np.sign(trace.motor_velocity[1:] - trace.velocity[1:]))) > 0.0
 
 
-def test_each_side_sticks_for_itself():
+def test_each_side_sticks_independently():
     h = 1e-4
     effort = np.concatenate((np.full(200, 0.03), np.full(400, 0.0)))
     trace = run_open_loop(screw(d=2e3), MOTOR, effort, h, table=TABLE)
@@ -106,7 +106,7 @@ def test_each_side_sticks_for_itself():
     assert np.all(trace.motor_velocity[-100:] == 0.0)
 
 
-def test_a_table_that_stops_stays_where_it_is():
+def test_a_stopped_table_does_not_move():
     h = 1e-4
     effort = np.concatenate((np.full(300, 0.15), np.zeros(1500)))
     trace = run_open_loop(screw(d=2e3), MOTOR, effort, h, table=TABLE)
@@ -118,7 +118,7 @@ def test_a_table_that_stops_stays_where_it_is():
 
 
 @pytest.mark.slow
-def test_memory_of_both_sides_runs_the_same_in_plain_python():
+def test_memory_of_both_sides_is_identical_in_plain_python():
     motor = friction.maxwell_slip(kind="rotational", F_C=0.02, k_i=[20.0, 5.0], nu_i=[0.5, 0.5])
     table = friction.gms(F_C=20.0, F_S=28.0, v_S=2e-3, C=2e3, k_i=[6e6, 3e6], nu_i=[0.5, 0.5], sigma_2=800.0)
     effort = 0.06 * np.sin(np.arange(150) * 0.1)
@@ -148,15 +148,15 @@ def test_the_sensor_reads_either_side():
     assert np.max(np.abs(seen["motor"].measured - seen["motor"].position)) > 1e-5 / ARM
 
 
-def test_what_does_not_fit_is_refused():
+def test_invalid_arguments_are_refused():
     effort = np.zeros(5)
     with pytest.raises(InputError, match="no table behind a screw"):
         run_open_loop(inertia(M=1.0), friction.coulomb(F_C=1.0), effort, 1e-3, table=TABLE)
     with pytest.raises(InputError, match="must be translational"):
         run_open_loop(screw(), MOTOR, effort, 1e-3, table=MOTOR)
-    with pytest.raises(InputError, match="knows one mass"):
+    with pytest.raises(InputError, match="simulates one mass only"):
         run_batch(screw(), MOTOR, effort, 1e-3)
-    with pytest.raises(InputError, match="knows one mass"):
+    with pytest.raises(InputError, match="simulates one mass only"):
         run_adaptive(screw(), MOTOR, effort, 1e-3, tolerance=1e-6)
 
 
@@ -176,5 +176,5 @@ def test_a_screw_pulls_by_its_stretch_beyond_the_gap(twist, turned, force):
     assert screw_force(twist, turned, 0.5, between) == pytest.approx(force)
 
 
-def test_a_screw_without_a_gap_pulls_with_its_stiffness_in_no_time():
+def test_a_screw_without_a_gap_acts_as_a_spring_at_once():
     assert screw_force(0.3, 0.0, 0.0, Pulled(None, k=10.0, d=2.0, gap=0.0, arm=1.0, v_m=0.0, twist=0.3)) == pytest.approx(3.0)

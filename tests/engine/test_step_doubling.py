@@ -45,7 +45,7 @@ class Move(NamedTuple):
     """None."""
 
 
-def test_a_solve_begins_where_the_last_ones_point_to():
+def test_a_solve_begins_at_the_extrapolation_of_the_last_solves():
     evaluations = []
 
     def trial(state, memory, motion, dt, p):
@@ -60,7 +60,7 @@ def test_a_solve_begins_where_the_last_ones_point_to():
     assert len(evaluations) <= 2.28 * 3 * (trace.steps + trace.rejected)
 
 
-def test_far_away_no_error_is_asked_for_that_is_less_than_rounding():
+def test_the_error_limit_is_never_below_rounding_of_the_position():
     model = friction.lugre(F_C=1.0, F_S=1.5, v_S=0.1, sigma_0=1e3, sigma_1=30.0, sigma_2=0.4)
     effort = 2.0 + np.sin(0.03 * np.arange(100))
     options = {"tolerance": 1e-7, "v": 1.0}
@@ -71,7 +71,7 @@ def test_far_away_no_error_is_asked_for_that_is_less_than_rounding():
 
 
 @pytest.mark.parametrize("time", [1e-3, 1.0, 1e3])
-def test_break_away_is_found_whatever_the_time_that_it_takes(time):
+def test_break_away_is_found_after_any_time(time):
     # The spring pulls with F_S after 0.7 of that time.
     F_S, k = 2.0, 100.0
     plant = pulled_inertia(M=1e-3 * time**2, k=k, v_e=F_S / k / (0.7 * time))
@@ -97,12 +97,12 @@ def test_break_away_is_found_whatever_the_time_that_it_takes(time):
         (float("nan"), 1.0, 2.0, 0.2),
     ],
 )
-def test_a_step_grows_and_shrinks_by_its_error_and_the_last_one_within_bounds(error, last, order, factor):
+def test_the_step_length_follows_this_and_the_last_error_within_bounds(error, last, order, factor):
     assert length_factor(error, last, order) == pytest.approx(factor)
 
 
 @pytest.mark.parametrize("part", [0.0, 0.25, 0.5, 1.0])
-def test_samples_inside_a_step_lie_on_the_cubic_through_its_ends(part):
+def test_samples_inside_a_step_follow_the_cubic_through_its_ends(part):
     def x(t):
         return 1.0 + 2.0 * t + 3.0 * t**2 - t**3
 
@@ -124,11 +124,11 @@ def test_samples_inside_a_step_lie_on_the_cubic_through_its_ends(part):
         (-1.0, -0.125, 0.0, 9.0 / 256.0),
     ],
 )
-def test_a_cubic_leads_astray_where_the_body_stops_inside(v_0, x_1, v_1, distance):
+def test_a_cubic_deviates_if_the_body_stops_inside(v_0, x_1, v_1, distance):
     assert astray(1.0, 5.0, v_0, 5.0 + x_1, v_1) == pytest.approx(distance)
 
 
-def test_a_cubic_over_a_stop_is_no_farther_astray_than_the_longer_the_step():
+def test_the_deviation_of_a_cubic_over_a_stop_grows_with_the_step():
     # The same way to the stop over twice the time: twice as far.
     assert astray(2.0, 5.0, 1.0, 5.25, 0.0) == pytest.approx(2.0 * 9.0 / 256.0)
 
@@ -161,17 +161,17 @@ def test_samples_of_both_halves_have_position_velocity_and_the_impulse_of_fricti
         ((0.0, 0.0), (1.0, 1.0), (2.0, 1.0), 0.9, False),
     ],
 )
-def test_a_contact_is_carried_along_where_each_half_goes_far_and_none_turns(before, middle, after, far, along):
+def test_a_contact_slides_if_both_halves_are_long_without_a_reversal(before, middle, after, far, along):
     assert slides(before, *middle, after, far) is along
 
 
-def test_an_extrapolation_cancels_an_error_that_a_double_step_has_four_times():
+def test_an_extrapolation_cancels_a_second_order_error():
     fine = np.array([3.0 + 0.01, -2.0 - 0.5])
     extrapolate(fine, np.array([3.0 + 0.04, -2.0 - 2.0]))
     assert fine == pytest.approx([3.0, -2.0])
 
 
-def test_what_a_mechanism_was_before_a_step_is_kept_with_its_memory():
+def test_the_mechanism_before_a_step_is_stored_with_its_memory():
     now, before = (MechanismVectors(*(np.full(2, value + k) for k in range(6))) for value in (0.0, 10.0))
     remember(now, before)
     assert [part[0] for part in before] == [10.0, 1.0, 12.0, 3.0, 4.0, 15.0]
@@ -181,12 +181,12 @@ COULOMB, STAGE = friction.coulomb(F_C=20.0), inertia(M=2.0)
 
 
 @pytest.mark.parametrize(("effort", "left"), [(0.0, 20.0), (12.0, 8.0), (-12.0, 8.0), (25.0, -5.0), (-25.0, -5.0)])
-def test_the_reserve_of_a_body_at_rest_is_what_the_effort_leaves_of_friction(effort, left):
+def test_the_reserve_of_a_body_at_rest_is_friction_minus_effort(effort, left):
     at_rest, p = STAGE.component.State(0.0, 0.0), COULOMB.parameters
     assert reserve(at_rest, COULOMB.component.initial_state(p), (), effort, 1e-3, STAGE.parameters, p) == pytest.approx(left)
 
 
-def test_nothing_rests_on_a_film():
+def test_a_body_on_a_viscous_film_cannot_rest():
     film, at_rest = friction.viscous(F_v=3.0), STAGE.component.State(0.0, 0.0)
     assert reserve(at_rest, film.component.initial_state(film.parameters), (), 5.0, 1e-3, STAGE.parameters, film.parameters) == float("inf")
 
@@ -233,7 +233,7 @@ def course_of(*efforts, knots):
     return Course(np.array(knots), np.array(efforts[::2]), np.array(efforts[1::2]))
 
 
-def test_exact_steps_grow_to_the_longest_and_give_every_sample():
+def test_exact_steps_grow_to_the_limit_and_give_every_sample():
     body, times = Driven(thrown), np.linspace(0.0, 10.0, 41)
     course = course_of(2.0, 2.0, -1.0, -1.0, knots=[0.0, 4.0, 10.0])
     reached, samples = body.run(course, Limits(1e-6, 1e-3, 1.5, 1e-9, 1e-3, 1e9, 1e-6), times)
@@ -253,7 +253,7 @@ def test_exact_steps_grow_to_the_longest_and_give_every_sample():
     assert body.vectors[0].memory[0] == 2.0 * accepted
 
 
-def test_an_effort_runs_straight_through_the_halves_of_a_step():
+def test_an_effort_is_linear_over_both_halves_of_a_step():
     body = Driven(thrown)
     body.run(course_of(1.0, 5.0, knots=[0.0, 2.0]), Limits(1e-9, 1e9, 9.0, 0.5, 0.5, 1e9, 1e9), np.zeros(0))
     whole, first, second = body.asked[:3]
@@ -262,7 +262,7 @@ def test_an_effort_runs_straight_through_the_halves_of_a_step():
     assert second == pytest.approx((1.5, 2.0, 0.25))
 
 
-def test_each_solve_is_told_the_acceleration_straight_on_in_time_from_the_last_ones():
+def test_each_solve_starts_from_the_extrapolated_acceleration():
     told = []
 
     class Told(Driven):
@@ -284,7 +284,7 @@ def bent(x, v, effort, effort_end, dt):
     return x + v * dt + 0.01 * dt**3, v
 
 
-def test_a_step_that_errs_is_rejected_and_leaves_no_trace():
+def test_an_inexact_step_is_rejected_without_effect():
     body = Driven(bent)
     # Over 1 s both results differ by 0.0075; 1e-3 is allowed a second.
     body.run(course_of(0.0, 0.0, knots=[0.0, 4.0]), Limits(1e-3, 1e9, 9.0, 1e-6, 1.0, 1e9, 1e9), np.zeros(0))
@@ -297,7 +297,7 @@ def test_a_step_that_errs_is_rejected_and_leaves_no_trace():
     assert max(0.0075 * h**2 / 1e-3 for h in lengths) <= 1.0
 
 
-def test_the_error_allowed_in_a_step_is_bounded_too():
+def test_the_allowed_error_of_a_step_is_bounded():
     body = Driven(bent)
     body.run(course_of(0.0, 0.0, knots=[0.0, 4.0]), Limits(1.0, 1e-3, 9.0, 1e-6, 1.0, 1e9, 1e9), np.zeros(0))
     assert body.asked[3][2] == pytest.approx(0.9 * 7.5**-0.35)
@@ -316,7 +316,7 @@ def test_too_many_steps_that_miss_the_tolerance_end_a_run():
     assert (reached, body.report[0], body.report[2]) == (1, 1001.0, 1001.0)
 
 
-def test_a_run_that_is_lost_ends_there():
+def test_a_diverged_run_ends_at_once():
     body = Driven(lambda x, v, effort, effort_end, dt: (x, v + 1e101 * dt))
     reached, _ = body.run(
         course_of(0.0, 0.0, knots=[0.0, 1e3]), Limits(1e200, 1e200, 1.0, 1.0, 1.0, 1e300, 1e200), np.array([0.0, 0.5, 500.0])
@@ -329,7 +329,7 @@ def held_to_three(x, v, effort, effort_end, dt):
     return (x + v * dt + 0.5 * dt * dt, v + dt) if effort >= 3.0 - 1e-9 else (x, 0.0)
 
 
-def test_a_step_from_rest_ends_where_the_body_breaks_away():
+def test_a_step_from_rest_ends_at_break_away():
     def rest_time(vectors, effort, effort_end, dt, steps):
         return min(dt, max(3.0 - effort, 0.0)) if effort_end > effort else dt
 
@@ -341,7 +341,7 @@ def test_a_step_from_rest_ends_where_the_body_breaks_away():
 
 
 @pytest.mark.parametrize(("effort", "left"), [(0.0, 20.0), (12.0, 8.0), (-12.0, 8.0), (25.0, -5.0)])
-def test_the_reserve_is_that_at_rest_however_friction_rises_from_there(effort, left):
+def test_the_reserve_depends_only_on_friction_at_rest(effort, left):
     model, at_rest = friction.coulomb_viscous(F_C=20.0, F_v=900.0), STAGE.component.State(0.7, 0.0)
     p = model.parameters
     assert reserve(at_rest, model.component.initial_state(p), (), effort, 1e-3, STAGE.parameters, p) == pytest.approx(left)
@@ -353,7 +353,7 @@ def gliding(x, v, effort, effort_end, dt):
 
 
 @pytest.mark.parametrize("way", [1.0, -1.0])
-def test_far_into_sliding_errors_of_both_results_are_taken_from_position_and_middle(way):
+def test_extrapolation_in_sliding_corrects_position_and_middle(way):
     body, times = Driven(lambda x, v, *about: (x + way * (gliding(0.0, v, *about)[0]), v)), np.linspace(0.0, 4.0, 33)
     body.vectors[0].plant_state[:] = 3.0, way
     _, samples = body.run(course_of(0.0, 0.0, knots=[0.0, 4.0]), Limits(1e-2, 1e9, 9.0, 1e-6, 1.0, 0.0, 1e9), times)
@@ -363,7 +363,7 @@ def test_far_into_sliding_errors_of_both_results_are_taken_from_position_and_mid
     assert body.report[1] == 0.0
 
 
-def test_far_into_sliding_errors_are_taken_from_the_velocity_too():
+def test_extrapolation_in_sliding_corrects_the_velocity():
     body, times = Driven(lambda x, v, effort, effort_end, dt: (x + dt, v + 0.01 * dt**3)), np.linspace(0.0, 4.0, 33)
     body.vectors[0].plant_state[1] = 1.0
     _, samples = body.run(course_of(0.0, 0.0, knots=[0.0, 4.0]), Limits(1e-2, 1e9, 1.0, 1e-6, 1.0, 0.0, 1e9), times)

@@ -26,7 +26,7 @@ def in_threads(*works):
         thread.join()
 
 
-def test_blocks_that_overlap_leave_nothing_behind():
+def test_overlapping_blocks_restore_the_mode():
     inside, left = Barrier(2, timeout=30.0), Barrier(2, timeout=30.0)
     seen = []
 
@@ -49,7 +49,7 @@ def test_blocks_that_overlap_leave_nothing_behind():
     assert not is_interpreted()
 
 
-def test_a_block_is_none_of_the_business_of_other_threads():
+def test_a_block_does_not_affect_other_threads():
     seen = []
     with interpreted():
         in_threads(lambda: seen.append(is_interpreted()))
@@ -57,7 +57,7 @@ def test_a_block_is_none_of_the_business_of_other_threads():
     assert seen == [False]
 
 
-def test_an_inner_block_ends_before_the_outer_one_and_both_with_an_error():
+def test_nested_blocks_end_in_order_even_with_an_error():
     seen = []
 
     def fail():
@@ -72,7 +72,7 @@ def test_an_inner_block_ends_before_the_outer_one_and_both_with_an_error():
     assert (*seen, is_interpreted()) == (True, False)
 
 
-def test_threads_that_work_for_a_block_are_in_it():
+def test_worker_threads_inherit_the_block():
     with Abreast(2) as pool:
         with interpreted():
             inside = pool.map(lambda _: is_interpreted(), range(20))
@@ -92,14 +92,14 @@ def no_compiler(monkeypatch):
     monkeypatch.setattr(compilation, "_compile", compiled)
 
 
-def test_runs_that_go_abreast_are_interpreted_where_their_caller_is(no_compiler):
+def test_parallel_runs_inherit_the_mode_of_their_caller(no_compiler):
     variant = loop(run=Run(0.02, 1e-3, settle=0.0))
     several = Experiment("small", "translational", (replace(variant, run=replace(variant.run, seeds=3)),))
     with interpreted():
         assert br.simulate(several).variants["fed"].runs == 3
 
 
-def test_so_is_what_a_search_looks_at_abreast(no_compiler):
+def test_parallel_searches_inherit_the_mode_of_their_caller(no_compiler):
     def cost(x):
         assert is_interpreted()
         return float(np.sum(x * x))
@@ -143,7 +143,7 @@ print(json.dumps([len(compilation._compiled), numbers(), FunctionIdentity._uniqu
 
 
 @pytest.mark.slow
-def test_entries_that_threads_ask_for_at_once_are_those_that_one_asks_for_in_turn():
+def test_concurrent_requests_for_entries_give_the_same_entries():
     environment = os.environ | {"BRISTLE_CACHE_DIR": ""}
     environment.pop("NUMBA_DISABLE_JIT", None)
     result = []
@@ -156,7 +156,7 @@ def test_entries_that_threads_ask_for_at_once_are_those_that_one_asks_for_in_tur
     assert (count, len(numbers), as_before) == (2, 2, True)
 
 
-def test_a_model_gives_the_bits_of_one_thread_in_several():
+def test_a_model_in_several_threads_is_identical_to_one_thread():
     several = Experiment("small", "translational", (loop(run=Run(0.05, 1e-3, settle=0.0, seeds=4)),))
     result = []
     in_threads(*[lambda: result.append(bits_of(br.simulate(several)))] * 4)

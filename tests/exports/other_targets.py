@@ -104,7 +104,7 @@ def answer(target: Target, model: Model, folder: Path) -> str:
         ran = subprocess.run([*target.run, str(program)], capture_output=True, text=True, timeout=SECONDS, check=False)
     except subprocess.TimeoutExpired:
         return f"no answer in {SECONDS} s"
-    return "" if ran.returncode == 0 and "the same bits" in ran.stdout else (ran.stdout + ran.stderr)[-400:] or "silent"
+    return "" if ran.returncode == 0 and "identical to bristle" in ran.stdout else (ran.stdout + ran.stderr)[-400:] or "silent"
 
 
 def examples() -> dict[str, Model]:

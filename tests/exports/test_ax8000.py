@@ -37,21 +37,21 @@ def objects(model, axis=None):
     return {index: (float(value), unit) for index, value, unit, _ in lines}, product
 
 
-def test_a_model_that_turns_at_once_has_a_level_and_a_slope_and_no_spring():
+def test_a_model_without_presliding_has_level_and_slope_but_no_spring():
     values, product = objects(RISING)
     assert values == {"0x3144:02": (pytest.approx(8.0), "N"), "0x3144:03": (pytest.approx(30.0, rel=1e-6), "N*s/m")}
     assert any("0x3144:01 is not written" in note for note in product.notes)
 
 
-def test_a_spring_turns_95_per_cent_over_the_distance_of_the_model():
+def test_the_spring_turns_95_per_cent_over_the_presliding_distance():
     values, product = objects(SOFT)
     # Of a bristle that slips exponentially 5 % of the change are left after ln 20 of F_C over its stiffness.
     distance = np.log(20.0) * 8.0 / 4e5
     assert values["0x3144:01"] == (pytest.approx(0.95 * 2.0 * 8.0 / distance, rel=0.1), "N/m")
-    assert any("turns 95 %" in note for note in product.notes)
+    assert any("lets 95 % of the friction turn" in note for note in product.notes)
 
 
-def test_behind_a_gear_the_objects_are_torques_of_the_motor():
+def test_with_a_gear_the_objects_are_motor_torques():
     for model in (RISING, SOFT):
         plain, at_motor = objects(model)[0], objects(model, SCREW)[0]
         for index, power in (("0x3144:02", 1), ("0x3144:03", 2), ("0x3144:01", 2)):
@@ -60,7 +60,7 @@ def test_behind_a_gear_the_objects_are_torques_of_the_motor():
     assert [objects(SOFT, SCREW)[0][f"0x3144:0{k}"][1] for k in (1, 2, 3)] == ["N*m/rad", "N*m", "N*m*s/rad"]
 
 
-def test_of_two_directions_the_objects_are_the_mean_and_the_difference_is_told():
+def test_objects_are_the_mean_of_both_directions_and_notes_state_the_difference():
     pushing = br.friction.with_slots(br.friction.coulomb_viscous, ["asymmetry"])(
         F_C_pos=9.0, F_C_neg=5.0, F_v_pos=3.0, F_v_neg=1.0, offset=2.0
     )
@@ -68,14 +68,14 @@ def test_of_two_directions_the_objects_are_the_mean_and_the_difference_is_told()
     assert values["0x3144:02"][0] == pytest.approx(7.0)
     assert values["0x3144:03"][0] == pytest.approx(2.0, rel=1e-6)
     text = " ".join(product.notes)
-    assert "each is off by 2 N" in text
-    assert "the constant force, 2 N, is not in it" in text
+    assert "wrong by 2 N in each" in text
+    assert "do not contain the constant force of 2 N" in text
     assert "constant force" not in " ".join(objects(RISING)[1].notes)
-    assert "each is off" not in " ".join(objects(RISING)[1].notes)
+    assert "wrong by" not in " ".join(objects(RISING)[1].notes)
 
 
 @pytest.mark.parametrize("axis", [None, SCREW])
-def test_a_drive_turns_the_spring_between_both_levels(axis):
+def test_the_drive_turns_the_spring_between_both_levels(axis):
     request = request_for(SOFT, axis)
     drive = reads(write(request).files, request)
     dt, spring = 1e-3, 0.95 * 16.0 / (np.log(20.0) * 8.0 / 4e5)
@@ -95,7 +95,7 @@ def test_without_a_spring_a_drive_follows_the_last_direction():
     assert drive(x, dt) == pytest.approx([0.0, 0.0, 11.0, 11.0, 8.0, -11.0], rel=1e-6)
 
 
-def test_a_line_below_the_curve_that_begins_below_nothing_has_no_level(monkeypatch):
+def test_a_line_with_negative_intercept_has_no_level(monkeypatch):
     levels = LevelValues(0.0, 0.0, -0.5, -0.3, -2.0, -4.0, 0.0, 0.0)
     monkeypatch.setattr(ax8000, "levels_and_curves", lambda request: (levels_and_curves(request)[0], levels))
     values, _ = objects(SOFT)

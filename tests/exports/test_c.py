@@ -52,14 +52,14 @@ COMPARED = (
 
 # The contract of each model compares its C too.
 @pytest.mark.parametrize("model", COMPARED)
-def test_each_force_has_the_bits_of_bristle(native, models, model):
+def test_forces_are_identical_to_bristle(native, models, model):
     x = walk(20_000)
     forces = br.response(models[model], x, DT, rest="held")
     assert np.ptp(forces) > 0.0
     assert differing(native.forces(model, x, DT), forces) == 0
 
 
-def test_the_kernels_as_they_stand_give_them_too(native, models):
+def test_uncompiled_kernels_give_identical_forces(native, models):
     x = walk(600, seed=3)
     with interpreted():
         forces = br.response(models["sided_preisach_lugre"], x, DT)
@@ -85,14 +85,14 @@ def built(folder, main, *flags, compiler=COMPILER):
 @pytest.mark.fast_cases(2)
 @pytest.mark.parametrize("compiler", [COMPILER, "clang"])
 @pytest.mark.parametrize("name", ["preisach_lugre", "gms"])
-def test_the_self_test_knows_the_bits_and_the_example_runs(written, name, compiler):
+def test_the_self_test_passes_and_the_example_runs(written, name, compiler):
     watched = "-fsanitize=undefined"
     if compiler is None or not builds(compiler):
         pytest.skip(f"needs {compiler or 'a C compiler'}")
     watching = (watched,) if builds(compiler, watched) else ()  # some compilers come without the library of it
     ran = built(written / name, "axis_x_selftest.c", *watching, compiler=compiler)
     assert ran.returncode == 0, ran.stdout
-    assert "the same bits" in ran.stdout
+    assert "identical to bristle" in ran.stdout
     assert ran.stderr == ""
     example_ran = built(written / name, "example_main.c")
     assert example_ran.returncode == 0
@@ -127,7 +127,7 @@ int main(void)
 """
 
 
-def test_a_parameter_that_leaves_its_range_is_refused_and_the_force_held(written):
+def test_a_parameter_outside_its_range_is_refused_and_the_force_repeated(written):
     (written / "gms" / "beyond.c").write_text(BEYOND)
     assert built(written / "gms", "beyond.c").stdout == "4 1\n"
 
@@ -135,18 +135,18 @@ def test_a_parameter_that_leaves_its_range_is_refused_and_the_force_held(written
 @pytest.mark.parametrize(
     ("seen", "instead", "said"),
     [
-        (r"0\.9, ", "0.9000000000000001, ", "other bits"),
-        (r"axis->state\.lost = after\.lost;", "axis->state.lost = after.lost + 1;", "goes on"),
+        (r"0\.9, ", "0.9000000000000001, ", "results differ"),
+        (r"axis->state\.lost = after\.lost;", "axis->state.lost = after.lost + 1;", "continues differently"),
         (r"\|\| got\(bytes \+ last\) != digest\(bytes, last\)", "|| last == 0U", "damaged bytes"),
-        (r"!\(velocity - velocity == 0.0\) \|\| ", "", "held off"),
+        (r"!\(velocity - velocity == 0.0\) \|\| ", "", "not a number is accepted"),
     ],
 )
-def test_the_self_test_sees_faults(written, tmp_path, seen, instead, said):
+def test_the_self_test_detects_faults(written, tmp_path, seen, instead, said):
     folder = tmp_path / "wrong"
     shutil.copytree(written / "preisach_lugre", folder)
     text = (folder / "axis_x.c").read_text()
     wrong = re.sub(seen, instead, text)
-    if said == "goes on":
+    if said == "continues differently":
         wrong = wrong.replace("axis->begun = (int32_t)(marks & 1U);", "axis->begun = 0;")
     assert wrong != text
     (folder / "axis_x.c").write_text(wrong)
@@ -173,7 +173,7 @@ int main(void)
 """
 
 
-def test_parameters_may_be_changed_at_run_time(written):
+def test_parameters_change_at_run_time(written):
     (written / "gms" / "changed.c").write_text(CHANGED)
     ran = built(written / "gms", "changed.c")
     model = example("gms", ("asymmetry",)).with_values(k_i=[6e6, 2e6, 1e6], F_S_neg=26.5)
@@ -200,7 +200,7 @@ int main(void)
 """
 
 
-def test_what_is_no_number_holds_the_last_force_and_sets_a_flag(written):
+def test_a_position_that_is_not_a_number_repeats_the_force_and_sets_a_flag(written):
     (written / "preisach_lugre" / "held.c").write_text(HELD)
     rows = [line.split() for line in built(written / "preisach_lugre", "held.c").stdout.splitlines()]
     forces, flags = [float(row[0]) for row in rows], [int(row[1]) for row in rows]
@@ -210,19 +210,19 @@ def test_what_is_no_number_holds_the_last_force_and_sets_a_flag(written):
     assert forces == [0.0, expected[1], expected[1], expected[1], expected[2], expected[2]]
 
 
-def test_nothing_of_a_library_but_the_square_root(written):
+def test_the_square_root_is_the_only_library_function(written):
     subprocess.run([COMPILER, "-O2", *FLAGS, "-c", "axis_x.c", "-o", "axis_x.o"], cwd=written / "preisach_lugre", check=True)
     listed = subprocess.run(["nm", "-u", "axis_x.o"], cwd=written / "preisach_lugre", capture_output=True, text=True, check=True).stdout
     assert set(listed.split()) - {"U"} <= {"sqrt", "memcpy", "memset", "__stack_chk_fail"}
 
 
-def test_kernels_are_absorbed_as_they_are_here(written):
+def test_kernels_are_inlined_as_in_python(written):
     text = (written / "preisach_lugre" / "axis_x.c").read_text()
     assert "\nABSORBED double mathematics_decay(" in text
     assert "\nstatic inline Stroke deflection_in_parts(" in text
 
 
-def test_the_header_says_what_is_known_of_each_parameter(tmp_path):
+def test_the_header_describes_each_parameter(tmp_path):
     model = br.friction.lugre(F_C="34 mN*m", F_S="40 mN*m", v_S="0.5 rad/s", sigma_0="100 N*m/rad")
     result = br.export(model, "c", tmp_path / "axis", name="knee", step="1 ms")
     assert result.files[:3] == ("knee.h", "knee.c", "knee_selftest.c")
@@ -283,7 +283,7 @@ int main(void)
 
 
 @pytest.mark.skipif(not builds(str(COMPILER), WATCHED), reason="needs a compiler with its sanitizers")
-def test_no_bytes_lead_out_of_the_memory(written):
+def test_no_saved_bytes_cause_access_outside_the_memory(written):
     (written / "preisach_lugre" / "forged.c").write_text(FORGED)
     ran = built(written / "preisach_lugre", "forged.c", WATCHED, "-fno-sanitize-recover")
     assert ran.returncode == 0, ran.stderr[:2000]
@@ -294,18 +294,18 @@ def test_no_bytes_lead_out_of_the_memory(written):
     ("options", "word"),
     [
         ({"to": "cobol"}, "no such target"),
-        ({"name": "int"}, "name of a function"),
-        ({"name": "Axis 1"}, "name of a function"),
+        ({"name": "int"}, "cannot name a function"),
+        ({"name": "Axis 1"}, "cannot name a function"),
         ({"step": 0.0}, "step"),
     ],
 )
-def test_what_cannot_be_exported_is_refused(options, word, tmp_path):
+def test_unexportable_models_are_refused(options, word, tmp_path):
     with pytest.raises(br.core.InputError, match=word):
         br.export(example("coulomb"), out=tmp_path / "out", **{"to": "c"} | options)
     assert not (tmp_path / "out").exists()
 
 
-def test_nothing_is_compiled_and_no_compiler_loaded(tmp_path):
+def test_an_export_neither_compiles_nor_loads_a_compiler(tmp_path):
     code = (
         "import sys, bristle as br\nbr.export(br.friction.coulomb(F_C=2.0), 'c', sys.argv[1])\nassert 'numba' not in sys.modules, 'numba'\n"
     )
@@ -320,7 +320,7 @@ def singles(tmp_path_factory):
 
 
 @pytest.mark.parametrize("name", ["lugre", "maxwell_stribeck", "preisach_lugre"])
-def test_single_precision_is_as_near_as_it_can_be(singles, name):
+def test_single_precision_error_is_near_its_rounding(singles, name):
     models, native = singles
     x = np.cumsum(np.repeat([1e-7, -2e-6, 3e-5, -3e-5], 100) * np.tile([1.0, 0.5, -1.25, 0.75], 100))
     with interpreted():
@@ -329,7 +329,7 @@ def test_single_precision_is_as_near_as_it_can_be(singles, name):
     assert 0.0 < off < 2e-5
 
 
-def test_the_self_test_of_single_precision_tells_how_far_it_is_off(tmp_path):
+def test_the_single_precision_self_test_prints_its_deviation(tmp_path):
     result = br.export(example("gms", ("asymmetry",)), "c", tmp_path / "gms", float32=True)
     assert any("single precision" in note for note in result.notes)
     ran = built(tmp_path / "gms", "axis_x_selftest.c")
@@ -355,7 +355,7 @@ int main(void)
 """
 
 
-def test_load_and_temperature_come_in_where_friction_depends_on_them(tmp_path):
+def test_load_and_temperature_are_inputs_if_friction_depends_on_them(tmp_path):
     model = example("lugre", ("load", "temperature"))
     br.export(model, "c", tmp_path / "out")
     (tmp_path / "out" / "at.c").write_text(AT)

@@ -117,7 +117,7 @@ def in_st(*statements, parameters=(), result: t.Type = REAL, scalar="LREAL"):
         (t.Make(NOTHING, []), "(Inner){0}", None),
     ],
 )
-def test_brackets_stand_where_the_order_differs(expression, c, st):
+def test_brackets_appear_where_precedence_requires_them(expression, c, st):
     assert in_c(t.Return(expression)) == f"return {c};"
     assert st is None or in_st(t.Return(expression), result=expression.type) == f"axis_value := {st or c};"
 
@@ -135,7 +135,7 @@ def test_a_choice_is_an_expression_in_c_and_a_statement_in_structured_text():
 
 
 @pytest.mark.parametrize(("operator", "asked"), [("and", "aside_1"), ("or", "NOT aside_1")])
-def test_truths_that_may_trap_are_computed_as_far_as_needed(operator, asked):
+def test_conditions_that_may_trap_are_short_circuited(operator, asked):
     assert in_st(t.Return(t.Logic(TRUTH, operator, [P, DIVIDED, Q])), result=TRUTH) == (
         f"aside_1 := open; IF {asked} THEN aside_1 := alpha / beta < gamma; "
         f"IF {asked} THEN aside_1 := closed; END_IF; END_IF; axis_value := aside_1;"
@@ -144,7 +144,7 @@ def test_truths_that_may_trap_are_computed_as_far_as_needed(operator, asked):
     assert first == f"axis_value := (alpha / beta < gamma) {operator.upper()} open;"
 
 
-def test_a_tuple_is_written_in_place_unless_made_of_itself():
+def test_a_tuple_is_written_in_place_unless_it_reads_itself():
     swapped = t.Make(PAIR, [t.Field(REAL, PARTS, "second"), t.Field(REAL, PARTS, "first")])
     assert in_c(t.Return(t.Field(REAL, swapped, "first"))) == "return (Pair){parts.second, parts.first}.first;"
     assert in_st(t.Assign(PARTS, t.Make(PAIR, [A, B]))) == "parts.first := alpha; parts.second := beta;"
@@ -205,24 +205,24 @@ STEP = t.Assign(A, B)
         ),
     ],
 )
-def test_statements_stand_in_their_blocks(statement, c, st):
+def test_statements_are_printed_in_their_blocks(statement, c, st):
     assert in_c(statement, parameters=[A, B, C, P, Q]).startswith(c)
     # An argument that takes another value is copied first.
     assert in_st(statement, parameters=[B, P, Q]) == st
 
 
-def test_an_argument_that_takes_another_value_is_copied_in_structured_text():
+def test_an_assigned_argument_is_copied_in_structured_text():
     assert in_st(STEP, t.Return(A), parameters=[A, B]) == "alpha := alpha_given; alpha := beta; axis_value := alpha;"
     called = function_of(STEP, parameters=[A, B], name="inner")
     assert in_st(t.Return(t.Call(REAL, called, [C, ONE]))) == "axis_value := axis_inner(alpha_given := gamma, beta := 1.0);"
     assert in_st(t.Return(None), result=VOID) == "axis_value := TRUE;"
 
 
-def test_places_beside_wide_numbers_are_narrow_and_shifts_are_known():
+def test_indices_stay_32_bit_with_wide_integers_and_shifts_are_constant():
     wide = binary("//", binary(">>", N, THREE), K)
     assert in_st(t.Return(t.Index(REAL, MEMORY, wide))).startswith("axis_value := memory[LINT_TO_DINT(axis_floor_divided(first := ")
     assert in_st(t.Return(t.Index(REAL, MEMORY, THREE)), t.Return(wide)).startswith("axis_value := memory[3];")
-    with pytest.raises(NotExportableError, match="a shift by what is not known here"):
+    with pytest.raises(NotExportableError, match="a shift by a variable number is not exportable"):
         in_st(t.Return(binary(">>", N, K)))
 
 
@@ -241,7 +241,7 @@ def test_places_beside_wide_numbers_are_narrow_and_shifts_are_known():
         ([t.If(P, [t.Assign(PARTS, PARTS)], [])], "Pair parts = {0}; if"),
     ],
 )
-def test_a_variable_is_declared_with_its_first_value_where_all_else_comes_behind(statements, text):
+def test_a_variable_is_declared_with_its_first_value_if_that_precedes_all_uses(statements, text):
     assert in_c(*statements, parameters=[P, B]).startswith(text)
 
 
@@ -249,11 +249,11 @@ def test_a_variable_is_declared_with_its_first_value_where_all_else_comes_behind
     ("value", "double", "single"),
     [(-2.0, "-2.0", "-2.0f"), (math.inf, "(double)INFINITY", "(float)INFINITY"), (-math.inf, "-(double)INFINITY", "-(float)INFINITY")],
 )
-def test_a_number_is_written_to_the_bit(value, double, single):
+def test_a_number_is_written_exactly(value, double, single):
     assert (number(value), number(value, "float"), number(math.nan)) == (double, single, "(double)NAN")
 
 
-def test_a_unit_is_structures_and_functions_with_descriptions():
+def test_a_unit_has_structures_and_functions_with_descriptions():
     table = t.Variable(t.Array(2), "table")
     plain, described = function_of(t.Return(ONE), name="g"), function_of(t.Return(PARTS), parameters=[PARTS, table, MEMORY], result=PAIR)
     described.description = "Return `parts`."
@@ -277,7 +277,7 @@ def test_a_unit_is_structures_and_functions_with_descriptions():
     assert (pou.kind, pou.returns, {variable.section for variable in pou.variables}) == ("FUNCTION", "BOOL", {"VAR_IN_OUT"})
 
 
-def test_names_of_c_differ_and_are_no_words_of_the_language():
+def test_names_in_c_are_distinct_and_not_keywords():
     twin, of_user = (
         type("Pair", (tuple,), {"_fields": (), "__module__": name}) for name in ("bristle.friction.slip_law", "bristle_user_2")
     )
@@ -302,11 +302,11 @@ def test_names_of_c_differ_and_are_no_words_of_the_language():
         (less(t.Convert(REAL, N), A), False),
     ],
 )
-def test_an_expression_that_may_trap_or_needs_a_statement_is_not_safe(expression, safe):
+def test_expressions_that_may_trap_or_need_a_statement_are_unsafe(expression, safe):
     assert is_safe(expression) is safe
 
 
-def test_a_limit_from_below_is_just_below_zero_and_numbers_cross_to_single_precision():
+def test_minus_zero_is_just_below_zero_and_numbers_convert_to_single_precision():
     double, single = st_code.Printer(t.Unit([]), "axis"), st_code.Printer(t.Unit([]), "axis", scalar="REAL")
     assert double.real(0.0) == "0.0"
     assert -1e-30 < math.prod(float(part) for part in double.real(-0.0).strip("()").split(" * ")) < 0.0

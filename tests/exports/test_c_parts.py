@@ -22,7 +22,7 @@ def printer(scalar="double"):
     return Printer(Unit([]), scalar, [KIND])
 
 
-def test_helpers_are_written_where_called_and_bits_where_needed():
+def test_only_used_helpers_and_bit_unions_are_written():
     assert helpers_text(["min"], "double", "int32_t") == (
         "static inline double least(double a, double b)\n{\n    return b < a ? b : a;\n}\n"
     )
@@ -45,14 +45,14 @@ def test_masks_and_shifts_follow_from_the_format():
         assert set(re.findall(r"(?:<<=|>>) (\d+)U", text)) == {str(info.nmant)}
 
 
-def test_parameters_that_stay_are_a_constant_with_arrays_of_their_own():
+def test_fixed_parameters_are_a_constant_with_separate_arrays():
     text = constant_text("parameters", SLIP.parameters, KIND, printer())
     assert "static const double fixed_nu_i[2] = {\n    0.25, 0.75\n};" in text
     assert re.search(r"static const Parameters parameters = \{4\.0, .*fixed_nu_i, .*\};\n$", text)
     assert parameters_text(SLIP.parameters, KIND, printer(), "axis_x", None) == text
 
 
-def test_seven_numbers_take_two_lines_and_an_empty_array_a_single_place():
+def test_seven_numbers_take_two_lines_and_an_empty_array_one_element():
     assert array_text("table", np.arange(7.0), printer("float")) == (
         "static const float table[7] = {\n    0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f,\n    6.0f\n};"
     )
@@ -60,7 +60,7 @@ def test_seven_numbers_take_two_lines_and_an_empty_array_a_single_place():
     assert (literal(2.0, INTEGER, "double"), literal(2, REAL, "float"), literal(True, INTEGER, "float")) == ("2", "2.0f", "1")
 
 
-def test_parameters_that_may_be_changed_are_checked_by_their_ranges():
+def test_variable_parameters_are_checked_against_their_ranges():
     offset = br.friction.with_slots(br.friction.coulomb, [])(F_C=1.0, offset=-0.5)
     tuned = tunable_of(offset)
     text = parameters_text(
@@ -76,7 +76,7 @@ def test_parameters_that_may_be_changed_are_checked_by_their_ranges():
 
 
 @pytest.mark.parametrize(("scalar", "widened", "narrowed"), [("double", "", ""), ("float", "(double)", "(float)")])
-def test_saved_numbers_have_eight_bytes_each_behind_layout_and_marks(scalar, widened, narrowed):
+def test_saved_numbers_have_eight_bytes_after_layout_and_marks(scalar, widened, narrowed):
     fields = [("z", REAL, "", 0.0), ("depth", INTEGER, "", 0)]
     facts = saved_facts(printer(scalar), ("position", "force"), fields, 20, "layout")
     # The layout, position, force, marks, z, depth, twenty numbers and the checksum.

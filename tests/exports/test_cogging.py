@@ -35,14 +35,14 @@ def test_amplitude_and_phase_are_those_of_cosine_and_sine():
     np.testing.assert_allclose(reads(product.files, request)(x, 1e-3), expected, atol=1e-4)
 
 
-def test_what_is_left_out_is_told_with_the_sum_of_its_amplitudes():
+def test_omitted_harmonics_are_reported_with_their_total_amplitude():
     orders = list(range(1, 12))
     request = request_for(orders, **{f"motor_{order}_{part}": 0.1 * order for order in orders for part in ("cos", "sin")})
     product = write(request)
     assert [order for order, *_ in rows_of(product)] == [11, 10, 9, 8, 7, 6, 5, 4, 3]
-    assert f"9 harmonics at most: 2, 1 times a turn are left out, {0.3 * 2.0**0.5:.2g} N*m in all" in product.notes
+    assert f"limit of 9 harmonics: orders 2, 1 omitted, {0.3 * 2.0**0.5:.2g} N*m in total" in product.notes
     assert not any("at most" in note for note in write(request_for([1, 2], motor_1_cos=1.0, motor_2_cos=1.0)).notes)
 
 
-def test_without_a_plant_nothing_is_read_back():
+def test_without_a_plant_no_drive_is_read_back():
     assert reads({}, Request(FRICTION, "axis_x", 1e-3)) is None

@@ -108,16 +108,16 @@ def expected(name):
 
 
 @pytest.mark.parametrize(("name", "numbers"), [("coulomb", 4 + 1), ("lugre", 4 + 1 + 7)])
-def test_a_lane_has_eight_bytes_for_each_number_of_its_head_its_state_and_its_parameters(name, numbers):
+def test_a_lane_has_eight_bytes_per_number_of_head_state_and_parameters(name, numbers):
     product = write(Request(example_of(MODELS[name]), "axis_x", DT))
     size = int(re.search(r"static_assert\(sizeof\(\w+\) == (\d+)", product.files["axis_x.cu"])[1])
     assert size == 8 * numbers
-    assert product.notes == ("compile with --fmad=false: contracted products and sums give other bits",)
+    assert product.notes == ("compile with --fmad=false: fused multiply-add changes the last bits",)
 
 
 @pytest.mark.skipif(COMPILER is None, reason="needs a C++ compiler")
 @pytest.mark.parametrize("name", COMPARED)
-def test_every_lane_has_the_bits_of_bristle_with_its_own_values(written, tmp_path, name):
+def test_every_lane_is_identical_to_bristle_with_separate_values(written, tmp_path, name):
     x, values, forces = expected(name)
     computed, pointer = np.empty_like(x), ctypes.POINTER(ctypes.c_double)
     handed = [array.ctypes.data_as(pointer) for array in (x, values, computed)]
@@ -127,7 +127,7 @@ def test_every_lane_has_the_bits_of_bristle_with_its_own_values(written, tmp_pat
 
 
 @pytest.mark.parametrize("name", ["lugre", "preisach_lugre", "op_preisach"])
-def test_nvrtc_takes_it_and_rounds_after_every_operation(written, name):
+def test_nvrtc_compiles_it_and_rounds_every_operation(written, name):
     ptx = ptx_of(written(name))
     used = set(re.findall(r"\b(add|sub|mul|div|sqrt|fma|mad)\.([a-z.]*f(?:64|32))\b", ptx))
     assert {how for _, how in used} == {"rn.f64"}
@@ -135,12 +135,12 @@ def test_nvrtc_takes_it_and_rounds_after_every_operation(written, name):
     assert f".entry {name}_start_lanes" in ptx
 
 
-def test_contraction_would_be_seen(written):
+def test_fused_multiply_add_is_detected(written):
     assert "fma.rn.f64" in ptx_of(written("lugre"), "--fmad=true", "--std=c++17")
 
 
 @pytest.mark.parametrize("name", COMPARED)
-def test_a_graphics_processor_gives_the_same_bits(written, name):
+def test_a_graphics_processor_gives_identical_forces(written, name):
     text = written(name)
     device = Device(text)
     x, values, forces = expected(name)

@@ -52,10 +52,10 @@ def test_a_lane_is_as_large_as_its_structure(model):
 
 def test_a_lane_of_lugre_has_twelve_numbers():
     _, readme, _ = texts(LUGRE)
-    assert "axis: 96 bytes" in readme
+    assert "one axis with 96 bytes" in readme
 
 
-def test_rows_of_values_are_the_parameters_in_their_order_and_each_number_of_a_list():
+def test_rows_of_values_are_the_parameters_in_order_with_each_array_element():
     _, readme, _ = texts(LUGRE)
     assert f"double values[{len(NAMES)}][lanes]" in readme
     assert ", ".join(f"`{name}`" for name in NAMES) in readme
@@ -65,7 +65,7 @@ def test_rows_of_values_are_the_parameters_in_their_order_and_each_number_of_a_l
     assert "force[samples][lanes]" not in readme
 
 
-def test_functions_are_those_of_the_device_and_structures_are_made_by_their_names():
+def test_functions_are_device_functions_and_structures_are_constructed_by_name():
     source, _, _ = texts(LUGRE)
     assert "__device__ double axis_x_force(" in source
     assert "static __device__ inline double lugre_stribeck_force(" in source
@@ -74,22 +74,22 @@ def test_functions_are_those_of_the_device_and_structures_are_made_by_their_name
     assert re.search(r"^static __device__ const \w+", source, re.MULTILINE) or "static const" not in source
 
 
-def test_the_same_text_is_written_whether_values_were_asked_to_be_tunable_or_not():
+def test_the_option_tunable_does_not_change_the_text():
     first, second = texts(LUGRE)[0], texts(LUGRE, tunable=True)[0]
     assert first == second
 
 
-def test_of_parameters_that_cannot_be_changed_every_lane_has_those_of_the_model(monkeypatch):
+def test_constant_parameters_are_shared_by_all_lanes(monkeypatch):
     _, _, notes = texts(LUGRE)
     assert len(notes) == 1
     assert "--fmad=false" in notes[0]
 
     def refuses(model, fixed=()):
-        raise InputError("makes something else of them", path="model")
+        raise InputError("converts a parameter to another value", path="model")
 
     monkeypatch.setattr(cuda, "tunable_of", refuses)
     source, readme, notes = texts(LUGRE)
-    assert notes[1] == "every lane has the parameters of the model"
+    assert notes[1] == "all lanes share the parameters of the model"
     assert "values[" not in readme
-    assert "axis: 40 bytes" in readme
+    assert "one axis with 40 bytes" in readme
     assert "_set_lanes" not in source

@@ -27,13 +27,13 @@ LUGRE = br.friction.lugre(F_C=22.0, F_S=29.0, v_S=3e-3, sigma_0=2e6, sigma_1=1e3
 PLAY = br.hysteresis.play(r=1.0)
 
 
-def test_text_of_files_is_ascii_in_one_line_and_ends_no_comment():
+def test_plain_text_is_ascii_in_one_line_and_cannot_end_a_comment():
     assert plain("5 µm · s² − 1 – 2") == "5 um * s^2 - 1 - 2"
     assert plain("a */ b /* c") == "a * / b / * c"
     assert plain("größe\n  in two lines") == "gr??e in two lines"
 
 
-def test_a_meaning_has_its_unit_and_where_asked_its_range():
+def test_a_meaning_has_its_unit_and_optionally_its_range():
     force = Variable("force", "a force", min=0.0)
     assert meaning_of(force, "translational") == "a force [N]"
     assert meaning_of(force, "rotational") == "a force [N*m]"
@@ -58,7 +58,7 @@ def test_a_table_has_value_unit_range_and_meaning_of_each_parameter():
     assert any(line.split()[:3] == ["offset", "-1.5", "N"] for line in text.splitlines())
 
 
-def test_a_table_has_intervals_where_some_are_known():
+def test_a_table_has_intervals_if_any_are_known():
     source = Source(uncertainty={"F_C": {"interval": (21.5, 22.5)}, "F_S": {"status": "unidentifiable"}})
     head, first, second, *_ = rows_of(LUGRE, source)
     assert head == ["value", "unit", "allowed", "95 % interval"]
@@ -66,14 +66,14 @@ def test_a_table_has_intervals_where_some_are_known():
     assert second[4] == "unidentifiable"
 
 
-def test_of_many_numbers_the_first_eight_are_told():
+def test_a_table_shows_the_first_eight_numbers_of_an_array():
     few = br.friction.maxwell_slip(F_C=4.0, nu_i=np.full(8, 0.125), k_i=np.full(8, 1e5))
     many = br.friction.maxwell_slip(F_C=4.0, nu_i=np.full(10, 0.1), k_i=np.full(10, 1e5))
     assert "in all" not in parameter_table(few, Source())
     assert "100000, 100000, 100000, 100000, 100000, 100000, 100000, 100000, ... (10 in all)" in parameter_table(many, Source())
 
 
-def test_a_range_of_two_ends_has_both_and_that_of_a_choice_is_fixed():
+def test_a_bounded_range_shows_both_ends_and_a_choice_is_fixed():
     rows = {row[0]: row for row in rows_of(br.sensors.encoder(resolution=1e-6))}
     for name, variable in br.sensors.encoder.variables.items():
         if np.isfinite(variable.min) and np.isfinite(variable.max):
@@ -90,7 +90,7 @@ def test_facts_of_a_model_and_of_an_operator_have_their_units():
     assert (facts["single"], facts["tunable"], facts["rate"]) == (True, False, "1000")
 
 
-def test_units_of_a_drive_have_names_that_c_can_have():
+def test_units_of_a_drive_have_valid_names_in_c():
     units = CommandUnits(DriveUnit("mm", 1e-3), DriveUnit("% of rated", 0.5), (DriveUnit("mN*m", 1e-3), DriveUnit("A/V", 2.0)))
     facts = command_facts(units, "rotational")
     assert facts["position"] == {"unit": "mm", "si": "0.001"}
@@ -100,7 +100,7 @@ def test_units_of_a_drive_have_names_that_c_can_have():
     assert command_facts(None, "rotational") is None
 
 
-def test_rights_stand_first_but_behind_the_declaration_of_xml():
+def test_the_licence_head_comes_first_except_after_an_xml_declaration():
     files = with_rights({"a.c": "code\n", "a.xml": "<?xml?>\n<a/>\n", "a.st": "x"}, Source(model_hash="ab" * 32))
     lines = files["a.c"].splitlines()
     assert lines[0] == "/* SPDX-License-Identifier: BSD-3-Clause */"
@@ -112,24 +112,24 @@ def test_rights_stand_first_but_behind_the_declaration_of_xml():
     assert "Hash" not in with_rights({"a.c": ""}, Source())["a.c"]
 
 
-def test_a_version_ends_with_the_first_letters_of_the_hash():
+def test_a_version_ends_with_the_first_digits_of_the_hash():
     assert model_version(Source()) == version()
     assert model_version(Source(model_hash="0123456789abcdef")) == f"{version()}+0123456789ab"
     assert len(hash_of_model(LUGRE)) == hashlib.sha256().digest_size * 2
     assert hash_of_model(LUGRE) != hash_of_model(LUGRE.with_values(sigma_2=41.0))
 
 
-def test_a_source_tells_its_remarks_first():
+def test_a_source_lists_its_remarks_first():
     source = Source({"command": "bristle export", "log": "a.csv"}, remarks=("see below",))
     assert source.lines == ["see below", "command: bristle export", "log: a.csv"]
 
 
-def test_a_depth_takes_as_many_values_as_the_memory_has_pairs():
+def test_a_depth_has_as_many_values_as_the_memory_has_pairs():
     assert [capacity_of("depth", size) for size in (20, 21, 0)] == [10, 10, 2**31]
     assert capacity_of("count", 20) == 2**31
 
 
-def test_a_subject_gives_forces_and_outputs_as_its_model_does():
+def test_a_subject_gives_the_forces_and_outputs_of_its_model():
     x = 1e-5 * np.sin(np.linspace(0.0, 9.0, 200))
     np.testing.assert_array_equal(subject_of(LUGRE).forces(x, 1e-3)[1:], br.response(LUGRE, x, 1e-3)[1:])
     assert forces_of(LUGRE, x, 1e-3)[0] == 0.0

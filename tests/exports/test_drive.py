@@ -42,7 +42,7 @@ def test_the_table_is_the_steady_friction_in_the_units_of_the_log(model, tmp_pat
     assert np.all(np.diff(table[:, 0]) >= 0.0)
     for velocity, effort in table[table[:, 0] != 0.0]:
         assert effort * 0.005 == pytest.approx(steady_force(model, velocity * ONE_DEGREE), rel=1e-6)
-    largest = float(re.search(r"by ([\d.e-]+) % at most", " ".join(result.notes))[1])
+    largest = float(re.search(r"by at most ([\d.e-]+) %", " ".join(result.notes))[1])
     speeds = np.linspace(0.01, 20.0, 300)
     forward = table[np.signbit(table[:, 0]) == 0]
     between = np.interp(speeds, forward[:, 0] * ONE_DEGREE, forward[:, 1] * 0.005)
@@ -50,7 +50,7 @@ def test_the_table_is_the_steady_friction_in_the_units_of_the_log(model, tmp_pat
     assert off <= 1.3 * largest + 1e-6
 
 
-def test_in_si_where_no_axis_is_given(model, tmp_path):
+def test_without_an_axis_units_are_si(model, tmp_path):
     exported(model, tmp_path, "table")
     assert "\nvelocity [rad/s],effort [N*m]\n" in (tmp_path / "table" / "axis_x.csv").read_text()
 
@@ -77,11 +77,11 @@ def test_the_list_of_the_cnc_reads_back(model, tmp_path):
     text = " ".join(result.notes)
     assert "memory is lost" in text
     wrong = 0.5 * (0.15 - 0.12) / 0.005
-    assert float(re.search(r"off by up to ([\d.]+) %", text)[1]) == pytest.approx(wrong, rel=0.02)
+    assert float(re.search(r"wrong by up to ([\d.]+) %", text)[1]) == pytest.approx(wrong, rel=0.02)
     assert all(note in path.read_text() for note in result.notes)
 
 
-def test_an_entry_of_the_list_is_left_out_where_both_neighbours_equal_it_and_only_there():
+def test_an_entry_is_omitted_only_if_it_equals_both_neighbours():
     entries = np.column_stack([1e-3 * np.arange(6), [10.0, 10.0, 10.0, 20.0, 20.0, 30.0]])
     kept = merged(Side(entries, entries), DriveUnit("0.1 % of rated", 1.0), "translational").entries
     assert kept[:, 0].tolist() == entries[[0, 2, 3, 4, 5], 0].tolist()
@@ -99,22 +99,22 @@ def test_the_distance_of_a_reversal_is_that_of_the_contact(tmp_path):
     assert distances[1] / distances[0] == pytest.approx(100.0, rel=0.1)
 
 
-def test_coulomb_loses_nothing_of_memory(tmp_path):
+def test_coulomb_friction_loses_no_memory(tmp_path):
     notes = br.export(br.friction.coulomb(F_C=2.0), "table", tmp_path / "out", speed=0.1).notes
     assert not any("memory" in note for note in notes)
 
 
-def test_the_speed_must_be_known(model, tmp_path):
+def test_a_table_requires_a_speed(model, tmp_path):
     with pytest.raises(br.core.InputError, match="speed"):
         br.export(model, "table", tmp_path / "out")
-    with pytest.raises(br.core.InputError, match="changed at run time"):
+    with pytest.raises(br.core.InputError, match="change at run time"):
         br.export(model, "table", tmp_path / "out", speed=1.0, tunable=True)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("points", [4, 20, 100])
 @pytest.mark.parametrize("v_S", [2e-3, 0.0873])
-def test_the_deviation_that_is_told_holds_between_the_points_too(points, v_S):
+def test_the_stated_deviation_also_bounds_errors_between_points(points, v_S):
     model = br.friction.lugre(F_C=65.0, F_S=85.0, v_S=v_S, sigma_0=1.5e5, sigma_1=150.0, sigma_2=4.0)
     side = side_of(model, 1.0, 4.0, points)
     speeds = np.union1d(np.geomspace(1e-5, 4.0, 1500), np.linspace(1e-5, 4.0, 1500))
@@ -125,7 +125,7 @@ def test_the_deviation_that_is_told_holds_between_the_points_too(points, v_S):
 
 
 @pytest.mark.parametrize("against", [(), ("position",), ("effort",), ("position", "effort")])
-def test_a_table_is_read_back_whichever_way_the_columns_of_the_log_run(against):
+def test_a_table_is_read_back_for_any_signs_of_the_columns(against):
     columns = {
         name: {"column": name[0], "unit": unit} | ({"sign": -1} if name in against else {})
         for name, unit in (("time", "s"), ("position", "deg"), ("effort", "N*m"))
@@ -136,7 +136,7 @@ def test_a_table_is_read_back_whichever_way_the_columns_of_the_log_run(against):
     product = write(request)
     x = np.array([0.0, 1e-3, 2e-3, 1e-3, 1e-3])
     assert reads(product.files, request)(x, 1e-3) == pytest.approx([0.05 + 0.05, 0.35, 0.35, -0.15, -0.15])
-    reported = any("runs against its position column" in note for note in product.notes)
+    reported = any("has the opposite sign of its position column" in note for note in product.notes)
     assert reported == (len(against) == 1)
     rows = [line.split(",") for line in product.files["axis_x.csv"].splitlines() if not line.startswith("#")][1:]
     velocities = [float(velocity) for velocity, _ in rows]
@@ -162,5 +162,5 @@ def test_a_direction_has_two_to_a_thousand_entries(points):
 
 @pytest.mark.parametrize("speed", [0.0, -1.0, np.inf])
 def test_a_table_ends_at_a_speed_above_zero(speed):
-    with pytest.raises(br.core.InputError, match="how fast the axis moves"):
+    with pytest.raises(br.core.InputError, match="the largest speed of the axis"):
         side_of(br.friction.coulomb(F_C=2.0), 1.0, speed, 4)

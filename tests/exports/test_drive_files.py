@@ -62,18 +62,18 @@ def test_three_values_give_the_friction_back_in_each_unit(tmp_path):
         assert values[name, "% of rated"] == pytest.approx(100.0 * force * torque / 2.0, rel=1e-8)
     assert values["inertia", "kg"] == 40.0
     assert values["inertia", "kg*m^2 at the motor"] == pytest.approx(40.0 * torque**2, rel=1e-8)
-    (text,) = [note for note in result.notes if "never above the steady friction" in note]
-    assert float(re.search(r"the levels alone ([\d.]+) N", text)[1]) == pytest.approx(20.0)
+    (text,) = [note for note in result.notes if "below the steady friction and never above it" in note]
+    assert float(re.search(r"without viscous friction ([\d.]+) N", text)[1]) == pytest.approx(20.0)
 
 
-def test_without_a_plant_there_is_no_inertia_and_that_is_told(tmp_path):
+def test_without_a_plant_a_note_says_that_the_inertia_is_unknown(tmp_path):
     result = br.export(STRIBECK, "table", tmp_path / "out", points=3, speed=0.2)
     assert not any(name == "inertia" for name, _ in values_in(tmp_path / "out"))
-    assert any("inertia is not known" in note for note in result.notes)
+    assert any("inertia is unknown" in note for note in result.notes)
 
 
 @pytest.mark.parametrize(("points", "rows"), [(4, 4), (5, 4), (20, 20)])
-def test_points_are_those_of_the_whole_table(tmp_path, points, rows):
+def test_points_count_both_directions(tmp_path, points, rows):
     br.export(STRIBECK, "table", tmp_path / "out", points=points, speed=0.2)
     assert len(numbers_in(tmp_path / "out" / "axis_x.csv")[1]) == rows
 
@@ -90,30 +90,35 @@ def test_a_second_file_is_in_the_units_of_the_drive(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("axis", "words"), [(br.read_axis(LINEAR), "no rated effort: efforts are in A"), (None, "SI of the axis"), (br.read_axis(SCREW), "")]
+    ("axis", "words"),
+    [
+        (br.read_axis(LINEAR), "no rated effort: efforts are in A"),
+        (None, "no axis file: the units are SI at the axis"),
+        (br.read_axis(SCREW), ""),
+    ],
 )
-def test_a_rated_effort_that_is_missing_is_told(tmp_path, axis, words):
+def test_a_missing_rated_effort_is_reported(tmp_path, axis, words):
     notes = " ".join(br.export(STRIBECK, "table", tmp_path / "out", speed=0.2, axis=axis).notes)
     assert words in notes
     assert words or "rated effort" not in notes
 
 
 @pytest.mark.parametrize("axis", [br.read_axis(LINEAR), None])
-def test_whole_numbers_of_rated_need_the_rated_effort(tmp_path, axis):
-    with pytest.raises(br.core.InputError, match=r"rated effort is not known.*rated = "):
+def test_a_list_of_integers_requires_the_rated_effort(tmp_path, axis):
+    with pytest.raises(br.core.InputError, match=r"needs the rated effort.*rated = "):
         br.export(STRIBECK, "tf5200", tmp_path / "out", speed=0.2, axis=axis)
     assert not (tmp_path / "out").exists()
 
 
-def test_currents_are_per_mille_of_rated_wherever_that_is_known(tmp_path):
+def test_currents_are_per_mille_of_rated_for_any_source_of_the_rated_effort(tmp_path):
     result = br.export(STRIBECK, "tf5200", tmp_path / "out", speed=0.2, points=2, axis=br.read_axis(SCREW))
     values = listed(tmp_path / "out" / "axis_x.txt")
     force = 0.5 * (steady_force(STRIBECK, 0.2) - steady_force(STRIBECK, -0.2))
     assert values["table[1].out"] == pytest.approx(1000.0 * force * 0.01 / (4.0 * np.pi) / 2.0, abs=0.5)
-    assert any(re.search(r"the constant force, 2\.5 N, is not in it", note) for note in result.notes)
+    assert any(re.search(r"does not contain the constant force of 2\.5 N", note) for note in result.notes)
 
 
-def test_entries_that_rounding_makes_equal_are_one_and_a_delay_out_of_range_is_told(tmp_path):
+def test_entries_equal_after_rounding_merge_and_a_delay_out_of_range_is_reported(tmp_path):
     flat = br.friction.lugre(F_C=90.0, F_S=91.0, v_S=0.02, sigma_0=1e6)  # falls by less than half a per mille of rated
     result = br.export(flat, "tf5200", tmp_path / "out", speed=0.2, points=20, axis=br.read_axis(SCREW))
     values = listed(tmp_path / "out" / "axis_x.txt")
@@ -122,7 +127,7 @@ def test_entries_that_rounding_makes_equal_are_one_and_a_delay_out_of_range_is_t
     assert values["table[0].out"] == values["table[1].out"] > 0
     assert "table[2].in" not in values
     assert values["position_delay"] == 10
-    assert any(note.startswith("position_delay is 10, where its range ends") for note in result.notes)
+    assert any(note.startswith("position_delay is 10, its largest value") for note in result.notes)
     soon = br.export(STRIBECK, "tf5200", tmp_path / "soon", speed=0.2, axis=br.read_axis(SCREW))
     assert not any("position_delay" in note for note in soon.notes)
 
@@ -133,7 +138,7 @@ def machine_data(path):
 
 
 @pytest.mark.parametrize("kind", ["translational", "rotational"])
-def test_the_pulse_of_a_sinumerik_commands_what_friction_turns_by(tmp_path, kind):
+def test_the_pulse_of_a_sinumerik_commands_the_change_of_friction(tmp_path, kind):
     if kind == "translational":
         model, axis, si = STRIBECK, br.read_axis(LINEAR | LOOP), ("mm/min", 1e-3 / 60.0)
     else:
@@ -156,7 +161,7 @@ def test_the_pulse_of_a_sinumerik_commands_what_friction_turns_by(tmp_path, kind
         assert effort == pytest.approx(turns_by, rel=1e-3)
 
 
-def test_a_sinumerik_is_told_what_is_documented_and_no_more(tmp_path):
+def test_sinumerik_files_contain_only_documented_machine_data(tmp_path):
     result = br.export(STRIBECK, "sinumerik", tmp_path / "out", speed=0.2, axis=br.read_axis(LINEAR | LOOP))
     text = (tmp_path / "out" / "axis_x.txt").read_text()
     data = machine_data(tmp_path / "out" / "axis_x.txt")
@@ -165,12 +170,12 @@ def test_a_sinumerik_is_told_what_is_documented_and_no_more(tmp_path):
         "FRICT_COMP_ENABLE": ("MD32500", 1.0),
         "FRICT_COMP_ADAPT_ENABLE": ("MD32510", 0.0),
     }
-    assert "START VALUES, to be tuned by the circularity test" in text
+    assert "START VALUES: tune them with the circularity test" in text
     assert "6FC5397-1BP40-3BA1" in text
     assert any("start values" in note for note in result.notes)
 
 
-def test_without_an_integral_no_time_is_written(tmp_path):
+def test_without_an_integral_no_time_constant_is_written(tmp_path):
     loop = {"controller": {"model": "cascade", "k_p": "30 1/s", "k_v": "4 N*s/mm"}}
     br.export(STRIBECK, "sinumerik", tmp_path / "out", speed=0.2, axis=br.read_axis(LINEAR | loop))
     assert "FRICT_COMP_TIME" not in machine_data(tmp_path / "out" / "axis_x.txt")
@@ -192,7 +197,7 @@ def plant_with(orders):
     return component(kind="rotational", M=1e-3, motor_turn=2.0 * np.pi, **values)
 
 
-def test_the_file_of_cogging_gives_the_effort_of_each_place_back(tmp_path):
+def test_the_cogging_file_reproduces_the_effort_at_each_position(tmp_path):
     plant, friction = plant_with([6, 12, 36]), br.friction.coulomb(kind="rotational", F_C=0.1)
     br.export(friction, "cogging", tmp_path / "out", plant=plant, axis=br.read_axis(AXIS))
     heads, rows = numbers_in(tmp_path / "out" / "axis_x.csv")
@@ -208,18 +213,18 @@ def test_the_file_of_cogging_gives_the_effort_of_each_place_back(tmp_path):
     assert all(0.0 <= float(row[2]) < 360.0 for row in rows)
 
 
-def test_nine_harmonics_are_kept_and_the_rest_is_told(tmp_path):
+def test_nine_harmonics_are_written_and_the_rest_is_reported(tmp_path):
     orders = list(range(6, 72, 6))
     plant, friction = plant_with(orders), br.friction.coulomb(kind="rotational", F_C=0.1)
     result = br.export(friction, "cogging", tmp_path / "out", plant=plant)
     kept = [int(row[0]) for row in numbers_in(tmp_path / "out" / "axis_x.csv")[1]]
     assert len(kept) == 9
-    left = re.search(r"at most: ([\d, ]+) times", " ".join(result.notes))[1]
+    left = re.search(r"orders ([\d, ]+) omitted", " ".join(result.notes))[1]
     assert sorted([*kept, *(int(order) for order in left.split(", "))]) == orders
 
 
 @pytest.mark.parametrize("plant", [None, br.plants.inertia(M=1.0)])
-def test_cogging_that_was_not_identified_is_refused_by_name(tmp_path, plant):
+def test_missing_cogging_is_refused_by_name(tmp_path, plant):
     with pytest.raises(br.core.InputError, match=r"cogging: was not identified"):
         br.export(STRIBECK, "cogging", tmp_path / "out", plant=plant)
 
@@ -229,7 +234,7 @@ MOTION = sines(duration=4.0)
 
 def error_told(result):
     message = next(note for note in result.notes if "largest error" in note)
-    return [float(number) for number in re.search(r"([\d.e+-]+) \S+; ([\d.e+-]+) \S+ root mean", message).groups()], message
+    return [float(number) for number in re.search(r"([\d.e+-]+) \S+, rms ([\d.e+-]+)", message).groups()], message
 
 
 def log_along(model):
@@ -251,7 +256,7 @@ def test_the_largest_error_of_a_table_on_a_log_is_that_of_its_lines(tmp_path):
     assert "on its own log" not in message
 
 
-def test_what_memory_costs_a_table_is_the_jump_that_it_makes(tmp_path):
+def test_the_memory_loss_of_a_table_is_its_jump(tmp_path):
     soft = br.friction.lugre(F_C=8.0, F_S=8.0, v_S=4e-3, sigma_0=1e5)
     result = br.export(soft, "tf5200", tmp_path / "out", speed=0.15, axis=FINE, log=log_along(soft))
     (largest, rms), _ = error_told(result)
@@ -262,7 +267,7 @@ def test_what_memory_costs_a_table_is_the_jump_that_it_makes(tmp_path):
     assert smaller < 0.7 * rms
 
 
-def test_levels_err_on_a_log_by_what_the_curve_differs_from_them(tmp_path):
+def test_the_error_of_levels_on_a_log_is_their_distance_from_the_curve(tmp_path):
     viscous = br.friction.find("coulomb_viscous")(F_C=8.0, F_v=30.0, offset=1.5)
     fastest = float(np.max(np.abs(MOTION.velocity)))
     result = br.export(viscous, "table", tmp_path / "out", speed=fastest, points=3, log=log_along(viscous))
@@ -279,7 +284,7 @@ def test_levels_err_on_a_log_by_what_the_curve_differs_from_them(tmp_path):
     assert largest == pytest.approx(np.max(short), rel=0.05)
 
 
-def test_the_constant_force_is_no_error_of_a_symmetric_table(tmp_path):
+def test_the_constant_force_does_not_count_as_an_error_of_a_symmetric_table(tmp_path):
     heavy = br.friction.find("coulomb")(F_C=8.0, offset=40.0)
     result = br.export(heavy, "tf5200", tmp_path / "out", speed=0.15, axis=FINE, log=log_along(heavy))
     (largest, _), _ = error_told(result)
@@ -288,6 +293,6 @@ def test_the_constant_force_is_no_error_of_a_symmetric_table(tmp_path):
 
 
 @pytest.mark.parametrize("target", ["c", "mjcf", "sinumerik"])
-def test_a_log_is_for_tables(tmp_path, target):
-    with pytest.raises(br.core.InputError, match="no table"):
+def test_only_tables_accept_a_log(tmp_path, target):
+    with pytest.raises(br.core.InputError, match="is not a table"):
         br.export(br.friction.coulomb(F_C=1.0), target, tmp_path / "out", log=log_along(STRIBECK))

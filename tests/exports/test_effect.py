@@ -72,7 +72,7 @@ def written():
     return result
 
 
-def test_eight_targets_and_more_state_their_effect(written):
+def test_at_least_eight_targets_state_their_effect(written):
     stating = [name for name, product in written.items() if product.effect is not None]
     assert len(stating) >= 8
     for name in stating:
@@ -83,14 +83,14 @@ def test_eight_targets_and_more_state_their_effect(written):
 
 
 @pytest.mark.parametrize(("name", "end"), [("c", ".h"), ("st", ".st"), ("table", "_drive.csv"), ("tf5200", ".txt"), ("ax8000", ".csv")])
-def test_the_file_itself_states_effect_and_preview(written, name, end):
+def test_the_file_states_effect_and_preview(written, name, end):
     text, (head, *_) = text_of(written[name], end), written[name].effect.lines()
     plain = " ".join(re.sub(r"(?m)^\s*(#|;|\(\*|/?\*)", " ", text).split())
     assert head in plain
     assert "feed the desired motion 1 sample of 1 ms ahead" in plain
 
 
-def test_a_model_with_memory_helps_where_a_table_does_not(written):
+def test_a_model_with_memory_helps_on_moves_that_a_table_worsens(written):
     shortest = {name: product.effect.along[0] for name, product in written.items() if product.effect}
     assert shortest["c"].with_it < 0.2 * shortest["c"].without
     assert shortest["table"].with_it > 3.0 * shortest["c"].with_it
@@ -99,7 +99,7 @@ def test_a_model_with_memory_helps_where_a_table_does_not(written):
     assert len({each.without for each in longest.values()}) == 1
 
 
-def test_below_the_distance_that_helps_the_file_says_switch_off(written):
+def test_the_file_states_the_distance_below_which_to_switch_off(written):
     effect = written["table"].effect
     assert effect.along[0].is_worse
     assert not effect.along[3].is_worse
@@ -110,17 +110,17 @@ def test_below_the_distance_that_helps_the_file_says_switch_off(written):
     assert effect.along[0].distance < effect.least_distance <= effect.along[3].distance
 
 
-def test_what_makes_long_moves_worse_is_refused_and_can_be_accepted():
+def test_an_export_that_worsens_long_moves_is_refused_unless_accepted():
     wrong = loop_for(export_request())
     loop = replace(wrong, friction=LUGRE.with_values(F_C=10.0, F_S=12.0))  # the axis has a quarter of that friction
-    with pytest.raises(br.core.InputError, match=r"makes an error larger: following error.*--accept-harm"):
+    with pytest.raises(br.core.InputError, match=r"makes the error larger: following error.*--accept-harm"):
         files_for("table", export_request(loop=loop))
     product = files_for("table", export_request(loop=loop), accept_harm=True)
     assert product.effect.is_harmful
     assert product.effect.as_data()["harmful"] is True
 
 
-def test_without_a_controller_there_are_no_micrometres_but_a_residual_force():
+def test_without_a_controller_the_effect_is_a_residual_force():
     axis = axis_from({key: value for key, value in SCREW.items() if key != "controller"})
     product = files_for("table", export_request(axis=axis))
     assert not product.effect.in_loop
@@ -133,7 +133,7 @@ def test_without_a_controller_there_are_no_micrometres_but_a_residual_force():
     assert files_for("c", export_request(axis=axis)).effect is None
 
 
-def test_a_static_model_says_that_its_distance_is_assumed():
+def test_a_static_model_reports_an_assumed_distance():
     assert any("10.0 um assumed" in note for note in files_for("c", export_request(STRIBECK), accept_harm=True).notes)
     message = axis_from(SCREW | {"plant": {"presliding": "30 um"}})
     product = files_for("c", export_request(STRIBECK, axis=message), accept_harm=True)
@@ -142,7 +142,7 @@ def test_a_static_model_says_that_its_distance_is_assumed():
 
 
 @pytest.mark.parametrize(("lag", "delay"), [(0.0, 0), (2e-3, 0), (1.4e-3, 2)])
-def test_the_preview_is_one_sample_and_delay_and_lag(lag, delay):
+def test_the_lead_is_one_sample_plus_delay_and_lag(lag, delay):
     loop = loop_for(export_request())
     loop = replace(loop, run=replace(loop.run, current_lag=lag, delay=delay))
     ahead = 1 + delay + round(lag / DT)
@@ -158,7 +158,7 @@ def test_the_preview_is_one_sample_and_delay_and_lag(lag, delay):
     assert values["reversal_lookahead"] == min(ahead, 4)
 
 
-def test_feeding_ahead_by_the_stated_samples_is_the_best_of_all():
+def test_the_stated_lead_has_the_smallest_error():
     loop = loop_for(export_request())
     loop = replace(loop, run=replace(loop.run, delay=2))
     request = replace(export_request(loop=loop), rest="held")
@@ -175,7 +175,7 @@ def test_feeding_ahead_by_the_stated_samples_is_the_best_of_all():
 
 @pytest.mark.parametrize("turned", [False, True])
 @pytest.mark.parametrize(("name", "points"), [("table", 20), ("table", 3), ("tf5200", 20)])
-def test_what_is_read_back_is_the_friction_along_the_axis(name, points, turned):
+def test_the_force_read_back_is_the_friction_along_the_axis(name, points, turned):
     """The file alone, in its own units and signs, gives the steady friction of the model to the digits it has."""
     columns = SCREW["columns"] | {"position": {"column": "q", "unit": "mm", "sign": -1}}
     axis = axis_from(SCREW | {"columns": columns}) if turned else AXIS
@@ -191,7 +191,7 @@ def test_what_is_read_back_is_the_friction_along_the_axis(name, points, turned):
         assert abs(force) <= abs(exact) * (1.001 if points == 3 else 1.02)
 
 
-def test_a_wrong_unit_in_a_file_is_seen(written):
+def test_a_wrong_unit_in_a_file_is_detected(written):
     request = replace(export_request(), rest="held", points=20)
     target = TARGETS["table"]
     files = target.write(request).files
@@ -229,11 +229,11 @@ def test_c_and_structured_text_command_in_the_units_of_the_drive(tmp_path):
 
 
 def test_a_value_beyond_single_precision_is_refused():
-    with pytest.raises(br.core.InputError, match=r"sigma_0: is larger than any number of single precision.*float32"):
+    with pytest.raises(br.core.InputError, match=r"sigma_0: is too large for single precision.*float32"):
         files_for("c", export_request(LUGRE.with_values(sigma_0=1e39), single=True))
 
 
-def test_the_command_line_states_it_and_writes_it(tmp_path, capsys):
+def test_the_command_line_prints_and_writes_the_effect(tmp_path, capsys):
     from bristle.files.model import write_model
 
     folder = tmp_path / "found"
@@ -261,7 +261,7 @@ def effect_along(*along, kind="translational", distance=1e-5, assumed=False, in_
     return Effect(along, kind, distance, assumed, in_loop, 1)
 
 
-def test_worse_is_more_than_a_twentieth_and_better_than_no_compensation_more_than_that_too():
+def test_errors_within_five_per_cent_count_as_equal():
     assert [moved(1e-5, 1.0, size).is_worse for size in (0.5, 1.0, 1.04, 1.06, np.inf, np.nan)] == [False, False, False, True, True, True]
     assert [moved(1e-5, 1.0, size).is_no_better for size in (0.5, 0.94, 0.96, 1.0, np.nan)] == [False, False, True, True, True]
     # A gain of less than half counts where a tenth more friction leaves the most of it.
@@ -270,7 +270,7 @@ def test_worse_is_more_than_a_twentieth_and_better_than_no_compensation_more_tha
     assert moved(1e-5, 4.0, 1.0).ratio == 0.25
 
 
-def test_an_export_is_harmful_where_long_moves_or_the_motion_of_the_log_become_worse():
+def test_an_export_is_harmful_if_long_moves_or_the_log_motion_become_worse():
     better, worse = moved(1e-5, 1.0, 0.2), moved(9e-5, 1.0, 2.0)
     assert not effect_along(better, worse).is_harmful
     assert effect_along(better, moved(1e-4, 1.0, 2.0)).is_harmful
@@ -283,7 +283,7 @@ def test_the_ratio_of_an_effect_is_the_geometric_mean():
     assert effect_along(moved(1e-5, 1.0, np.inf)).ratio == np.inf
 
 
-def test_below_the_least_distance_a_compensation_is_switched_off():
+def test_the_least_distance_is_the_limit_for_switching_off():
     short, long, longer = moved(1e-5, 1.0, 1.5), moved(3e-4, 1.0, 0.4), moved(3e-3, 1.0, 0.1)
     effect = effect_along(short, long, longer)
     assert effect.least_distance == 3e-4
@@ -297,8 +297,8 @@ def test_below_the_least_distance_a_compensation_is_switched_off():
     assert none.lines()[0].endswith(": worse than no compensation")
     assert effect_along(moved(1e-5, 1.0, 1.0)).lines()[0].endswith(": no better than no compensation")
     text = "\n".join(effect_along(short, long, assumed=True).lines())
-    assert "switch off below 300 um, or 30 times the pre-sliding distance where that exceeds 10.0 um" in text
-    assert "the pre-sliding distance is not known: 10.0 um assumed" in text
+    assert "switch off below 300 um, or below 30 times the pre-sliding distance if that exceeds 10.0 um" in text
+    assert "the pre-sliding distance is unknown, 10.0 um assumed" in text
 
 
 def test_sizes_have_the_unit_of_the_axis_and_shares_are_in_per_cent():
@@ -306,7 +306,7 @@ def test_sizes_have_the_unit_of_the_axis_and_shares_are_in_per_cent():
     assert turning.lines()[0].startswith("following error, peak to peak, simulated: 10.0 urad -> diverges at 200 urad")
     force = effect_along(moved(2e-4, 50.0, 10.0), in_loop=False)
     assert force.lines()[0] == "residual friction force, simulated: 50.0 % -> 10.0 % at 200 um"
-    assert "no controller is known" in force.lines()[-1]
+    assert "the controller is unknown" in force.lines()[-1]
     assert force.as_data()["unit"] == "%"
     data = turning.as_data()
     assert (data["unit"], data["quantity"], data["harmful"], data["least_distance"]) == ("rad", "following_error", True, None)
@@ -323,17 +323,17 @@ def test_sizes_have_the_unit_of_the_axis_and_shares_are_in_per_cent():
     ]
 
 
-def test_what_a_tenth_more_than_acts_does_is_told_of_the_move_that_suffers_most():
+def test_overcompensation_is_reported_for_the_worst_move():
     mild = moved(1e-5, 1.0, 0.2, too_much=0.4)
     lines = effect_along(mild, moved(2e-5, 1.0, 0.3, too_much=0.9)).lines()
-    assert "where friction is a tenth less than what is fed: 1000 mm -> 900 mm at 20.0 um" in lines
+    assert "with a tenth too much friction fed forward: 1000 mm -> 900 mm at 20.0 um" in lines
     lines = effect_along(mild, moved(2e-5, 1.0, 0.3, too_much=1.2), Along("log", 0.0, 0.5, 0.1, not_ahead=0.3)).lines()
-    assert any(line.endswith("at 20.0 um: worse than no compensation, so feed 90 % of it") for line in lines)
-    assert "along the motion of the log: 500 mm -> 100 mm, 300 mm where it is not fed ahead" in lines
+    assert any(line.endswith("at 20.0 um: worse than without compensation, so feed 90 % of the friction") for line in lines)
+    assert "along the motion of the log: 500 mm -> 100 mm, 300 mm if the motion is not fed ahead" in lines
     assert not any("not fed ahead" in line for line in effect_along(mild, Along("log", 0.0, 0.5, 0.1)).lines())
 
 
-def test_the_distance_of_a_turn_is_that_of_the_model_or_of_the_axis_or_an_assumption():
+def test_the_turning_distance_comes_from_the_model_the_axis_or_an_assumption():
     known = axis_from(SCREW | {"plant": {"presliding": "30 um"}})
     distance, assumed = turning_distance(LUGRE, known, 0.1)
     assert not assumed
@@ -348,7 +348,7 @@ def test_sliding_friction_is_the_mean_of_both_directions():
     assert sliding_level(heavy, 0.1) == pytest.approx(7.0)
 
 
-def test_a_loop_to_compare_with_has_no_friction_fed_forward_and_the_limits_of_the_axis():
+def test_the_reference_loop_has_no_friction_feedforward_and_the_limits_of_the_axis():
     loop = loop_for(export_request())
     assert loop.feedforward.friction is None
     assert loop.run.effort_limit == pytest.approx(2000.0)
@@ -361,7 +361,7 @@ def test_a_loop_to_compare_with_has_no_friction_fed_forward_and_the_limits_of_th
 
 
 @pytest.mark.parametrize(("ahead", "own"), [(3, [(3, 1.0), (0, 1.0)]), (0, [(0, 1.0)])])
-def test_along_its_own_motion_a_loop_is_run_without_feedforward_with_it_and_with_it_not_ahead(ahead, own):
+def test_the_log_motion_runs_without_with_and_with_late_feedforward(ahead, own):
     there = br.references.recorded(position=1e-3 * np.sin(0.02 * np.arange(300)), sample_time=DT)
     loop = loop_for(export_request())
     loop = replace(loop, reference=there, run=replace(loop.run, duration=0.3))
@@ -380,7 +380,7 @@ def test_along_its_own_motion_a_loop_is_run_without_feedforward_with_it_and_with
     assert last.without > 0.0
 
 
-def test_a_law_is_compared_with_a_loop_in_which_no_friction_and_no_offset_is_fed(monkeypatch):
+def test_the_reference_loop_of_a_law_feeds_neither_friction_nor_offset(monkeypatch):
     fed = Feedforward(mass=MASS, friction=LUGRE, offset=3.0)
     there = br.references.recorded(position=1e-3 * np.sin(0.02 * np.arange(300)), sample_time=DT)
     loop = loop_for(export_request())

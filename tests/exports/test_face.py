@@ -25,7 +25,7 @@ def requested(monkeypatch):
     return seen
 
 
-def test_an_export_without_options_is_a_fixed_model_of_half_a_millisecond_that_may_do_no_harm(requested, tmp_path):
+def test_default_options_are_fixed_parameters_half_a_millisecond_and_no_harm(requested, tmp_path):
     result = br.export(COULOMB, "c", tmp_path / "out")
     ((target, request, accept_harm),) = requested
     assert (target, request.model, request.name, request.dt) == ("c", COULOMB, "axis_x", 5e-4)
@@ -47,7 +47,7 @@ def test_an_export_without_options_is_a_fixed_model_of_half_a_millisecond_that_m
 
 
 @pytest.mark.parametrize(("points", "taken"), [(1, False), (2, True), (1000, True), (1001, False)])
-def test_a_table_may_be_asked_for_with_two_to_a_thousand_entries(requested, tmp_path, points, taken):
+def test_the_option_points_allows_two_to_a_thousand_entries(requested, tmp_path, points, taken):
     if taken:
         br.export(COULOMB, "table", tmp_path / "out", points=points)
         assert requested[0][1].points == points
@@ -56,7 +56,7 @@ def test_a_table_may_be_asked_for_with_two_to_a_thousand_entries(requested, tmp_
             br.export(COULOMB, "table", tmp_path / "out", points=points)
 
 
-def test_typed_options_and_missing_options_make_the_request_of_an_export(requested):
+def test_text_and_missing_options_become_a_request(requested):
     options: dict[str, Any] = {"name": None, "step": None, "rest": None, "accept_harm": False}
     face.files_from_text(TARGETS["c"], COULOMB, Source(), **options)
     face.files_from_text(TARGETS["c"], COULOMB, Source(), **options | {"step": "2 ms", "name": "mine", "rest": "held", "accept_harm": True})

@@ -69,7 +69,7 @@ def test_an_importer_finds_no_problem(fmus, name, mass):
 @needs_compiler
 @needs_fmpy
 @pytest.mark.parametrize("name", NAMES)
-def test_friction_along_a_velocity_has_the_bits_of_bristle(opened, name):
+def test_friction_along_a_velocity_is_identical_to_bristle(opened, name):
     v, model = velocities(), example(name)
     x = np.cumsum(v) * STEP
     load = {"load": 1.0 + 0.5 * np.sin(np.arange(COUNT) * 0.1)} if "load" in model.name else {}
@@ -104,7 +104,7 @@ def test_a_mass_under_an_effort_moves_as_in_bristle(opened, name):
 @needs_compiler
 @needs_ecos
 @pytest.mark.parametrize("name", NAMES)
-def test_a_second_importer_sees_the_same_bits(ecos, fmus, name):
+def test_a_second_importer_computes_identical_results(ecos, fmus, name):
     u = efforts(200)
     with ecos.EcosSimulationStructure() as structure:
         structure.add_model("axis", fmus / name / "axis_x_mass.fmu")
@@ -125,7 +125,7 @@ def test_a_second_importer_sees_the_same_bits(ecos, fmus, name):
 
 @needs_compiler
 @needs_fmpy
-def test_a_plant_whose_parameters_are_constant_moves_alike_and_says_so(opened, fmus, monkeypatch):
+def test_a_plant_with_constant_parameters_moves_equally_and_is_reported(opened, fmus, monkeypatch):
     monkeypatch.setattr(fmu, "zig", list)
     values = {"M": 2.0, "g_sin": 1.0, "motor_turn": 0.01, "motor_2_cos": 3.0, "motor_2_sin": 0.2}
     plant = with_terms(br.plants.inertia, gravity=True, cogging={"motor": [2]})(**values)
@@ -162,7 +162,7 @@ def test_long_and_odd_communication_steps_are_internal_steps(opened):
 @needs_fmpy
 @pytest.mark.parametrize("mass", [False, True])
 @pytest.mark.parametrize("name", ["preisach_lugre_2", "preisach_lugre_3"])
-def test_a_saved_state_goes_on_with_the_same_bits_and_a_damaged_one_is_refused(opened, name, mass):
+def test_a_saved_state_continues_identically_and_damaged_bytes_are_refused(opened, name, mass):
     inputs = [{"effort": value} for value in efforts()] if mass else [{"v": value, "x": 0.0} for value in velocities()]
     generator = np.random.default_rng(20260)
     at = int(generator.integers(300, COUNT - 300))
@@ -214,7 +214,7 @@ def digest(content):
 
 @needs_compiler
 @needs_fmpy
-def test_a_depth_beyond_the_memory_is_refused_even_with_a_right_digest(opened):
+def test_a_depth_beyond_the_memory_is_refused_even_with_a_correct_checksum(opened):
     unit = opened("preisach_lugre_2").start()
     unit.step(0.0, STEP, v=1e-3)
     saved = bytearray(bytes(unit.unit.serializeFMUstate(unit.unit.getFMUstate())))
@@ -232,7 +232,7 @@ def test_a_depth_beyond_the_memory_is_refused_even_with_a_right_digest(opened):
 
 @needs_compiler
 @needs_fmpy
-def test_parameters_are_tunable_and_their_ranges_are_kept(opened):
+def test_parameters_are_tunable_within_their_ranges(opened):
     v = velocities(400)
     unit, forces = opened("gms_2").start(), []
     for k in range(400):
@@ -255,7 +255,7 @@ def test_parameters_are_tunable_and_their_ranges_are_kept(opened):
 
 @needs_compiler
 @needs_fmpy
-def test_changed_parameters_before_the_start_give_the_model_with_these(opened):
+def test_parameters_set_before_the_start_give_the_changed_model(opened):
     v = velocities(400)
     unit, forces = opened("lugre_2").start(sigma_0=2e6, F_C=11.0), []
     for k in range(400):
@@ -267,12 +267,12 @@ def test_changed_parameters_before_the_start_give_the_model_with_these(opened):
     assert differing(np.array(forces), expected) == 0
 
 
-def test_without_a_compiler_the_source_is_written_and_said_so(tmp_path, monkeypatch):
+def test_without_a_compiler_the_fmu_has_only_its_source_and_a_note(tmp_path, monkeypatch):
     monkeypatch.setattr(fmu, "zig", list)
     monkeypatch.setattr(fmu, "compiler", lambda: None)
     result = br.export(example("coulomb_3"), "fmu3", tmp_path / "out")
-    assert any("holds its source only" in note for note in result.notes)
-    assert any("no mass" in note for note in result.notes)
+    assert any("contains its source only" in note for note in result.notes)
+    assert any("the mass is unknown" in note for note in result.notes)
     assert result.files == ("axis_x.fmu",)
     with zipfile.ZipFile(tmp_path / "out" / "axis_x.fmu") as archive:
         names = set(archive.namelist())
@@ -285,7 +285,7 @@ def test_without_a_compiler_the_source_is_written_and_said_so(tmp_path, monkeypa
 
 
 @needs_compiler
-def test_the_source_gives_no_warning_and_the_archive_is_always_the_same(fmus, tmp_path, monkeypatch):
+def test_the_source_compiles_without_warnings_and_the_archive_is_reproducible(fmus, tmp_path, monkeypatch):
     import subprocess
 
     monkeypatch.setattr(fmu, "zig", list)
@@ -302,7 +302,7 @@ def test_the_source_gives_no_warning_and_the_archive_is_always_the_same(fmus, tm
 
 
 @pytest.mark.parametrize("fmi", [2, 3])
-def test_it_says_what_it_is_and_whose_it_is(tmp_path, monkeypatch, fmi):
+def test_the_description_states_title_author_and_licence(tmp_path, monkeypatch, fmi):
     monkeypatch.setattr(fmu, "zig", list)
     monkeypatch.setattr(fmu, "compiler", lambda: None)
     model = example("lugre_2")
@@ -338,7 +338,7 @@ def test_the_command_takes_the_mass_from_the_model_file(tmp_path, monkeypatch, c
     write_model(tmp_path / "model.toml", PLANT, example("coulomb_3"))
     out = tmp_path / "out"
     assert main(["export", str(tmp_path / "model.toml"), "--to", "fmu3", "--step", "0.2ms", "--out", str(out)]) == 0
-    assert "holds its source only" in capsys.readouterr().out
+    assert "contains its source only" in capsys.readouterr().out
     with zipfile.ZipFile(out / "axis_x_mass.fmu") as archive:
         described = ElementTree.fromstring(archive.read("modelDescription.xml"))
     assert described.find("CoSimulation").attrib["fixedInternalStepSize"] == "0.0002"

@@ -78,7 +78,7 @@ def test_a_description_names_each_variable_with_unit_range_and_start(fmi):
 
 
 @pytest.mark.parametrize("fmi", [2, 3])
-def test_a_force_depends_on_what_varies_and_rates_on_inputs_too(fmi):
+def test_the_force_depends_on_states_and_rates_also_on_inputs(fmi):
     content = content_of(subject_of(LUGRE), MASS, Source())
     root = ElementTree.fromstring(description_text(content, Setting("axis_x", Source(), 1e-4, fmi), "token"))
     names = [item.attrib["name"] for item in root.find("ModelVariables")]
@@ -98,35 +98,35 @@ def test_a_force_depends_on_what_varies_and_rates_on_inputs_too(fmi):
     assert on == {"x": {"x"}, "v": {"v"}, "force": {"x", "v", "z"}}
 
 
-def test_a_model_of_steps_alone_is_for_co_simulation_and_says_why():
+def test_a_model_without_continuous_time_supports_co_simulation_only_with_reason():
     content = content_of(subject_of(br.friction.coulomb(F_C=2.0)), None, Source())
     assert content.exchange is None
     (guidance, reason) = content.notes
     assert "exchange force and velocity in very short steps" in guidance
-    assert reason == ("co-simulation alone: the force of coulomb jumps where the motion reverses, and sticking is no differential equation")
+    assert reason == ("co-simulation alone: the force of coulomb jumps at reversals, and sticking is not a differential equation")
     root = ElementTree.fromstring(description_text(content, Setting("axis_x", Source(), 1e-4, 2), "token"))
     assert root.find("ModelExchange") is None
     assert "tolerance" not in root.find("DefaultExperiment").attrib
     assert why_not(LUGRE) == why_not(LUGRE, MASS) == ""
     screw = br.plants.ball_screw
     moved = br.testing.example_of(screw)
-    assert why_not(LUGRE, moved) == ("" if screw.rate else f"{moved.name} has kernels for steps, and none for continuous time")
+    assert why_not(LUGRE, moved) == ("" if screw.rate else f"{moved.name} has kernels for time steps only, not for continuous time")
 
 
-def test_outputs_are_finite_and_parameters_have_their_own_ranges():
+def test_outputs_are_finite_and_parameters_have_their_ranges():
     assert Port("x", INPUT, Variable("length", "x"), 0.0).range == (-LARGEST, LARGEST)
     assert Port("x", OUTPUT, Variable("length", "x", min=-1.0, max=2.0), 0.0).range == (-1.0, 2.0)
     for role in (PARAMETER, CONSTANT, MARGIN):
         assert Port("x", role, Variable("length", "x"), 0.0).range == (-math.inf, math.inf)
 
 
-def test_each_number_of_an_array_is_a_variable_and_what_is_no_number_none():
+def test_each_array_element_is_a_variable_and_choices_are_not():
     variables = {"k": Variable("force/length", "stiffness"), "n": Variable("1", "number")}
     ports = parameter_ports(variables, {"k": np.array([1.0, 2.0]), "n": math.nan}, PARAMETER, Source())
     assert [(port.name, port.value) for port in ports] == [("k[1]", 1.0), ("k[2]", 2.0)]
 
 
-def test_what_an_importer_integrates_comes_last_with_its_rates_and_margins():
+def test_states_rates_and_margins_come_last():
     builder = Builder()
     core = core_of(subject_of(GMS), MASS, builder)
     ports = ports_of(core, Source(), exchange_of(core, builder) if not why_not(GMS, MASS) else None)
@@ -140,7 +140,7 @@ def test_what_an_importer_integrates_comes_last_with_its_rates_and_margins():
         assert all(ports.listed[place].variable.nominal > 0.0 for place in ports.states)
 
 
-def test_sizes_of_what_varies_are_those_at_which_friction_turns():
+def test_nominal_values_are_the_scales_of_presliding():
     builder = Builder()
     core = core_of(subject_of(LUGRE), MASS, builder)
     varying = exchange_of(core, builder).varying
@@ -153,7 +153,7 @@ def test_sizes_of_what_varies_are_those_at_which_friction_turns():
     assert varying["z"].nominal == length
 
 
-def test_a_step_on_a_mass_lasts_on_body_contact_and_solver():
+def test_the_state_of_a_step_on_a_mass_is_body_contact_and_solver():
     alone, moved = core(), core(plant=MASS)
     assert alone.begin.size == 1
     assert moved.begin.size == 2 + 1 + SOLVER
@@ -165,7 +165,7 @@ def test_a_step_on_a_mass_lasts_on_body_contact_and_solver():
     assert len(deep.most) == deep.begin.size
 
 
-def test_fields_of_a_tuple_are_loaded_and_stored_at_their_places():
+def test_fields_of_a_tuple_are_loaded_and_stored_at_their_indices():
     kind = struct_type(br.friction.lugre.initial_state(LUGRE.parameters))
     assert loaded(kind, 3) == "lasting[3]"
     assert stored(kind, "after", 3, "held") == "    held[3] = after.z"
@@ -187,7 +187,7 @@ def test_states_are_local_to_an_fmu_without_a_mass():
     assert [port.name for port in content.ports.listed[:4]] == ["time", "v", "x", "force"]
 
 
-def test_the_step_of_a_law_keeps_all_that_lasts_and_gives_its_effort_back():
+def test_the_step_of_a_law_stores_its_state_and_returns_its_effort():
     feedforward = Feedforward(friction=LUGRE)
     law = law_of(variant(feedforward), tunable=True)
     content = content_of_law(law, "axis_x", Source())
@@ -216,7 +216,7 @@ def test_the_step_of_a_law_keeps_all_that_lasts_and_gives_its_effort_back():
         ("rotational", {"s": "s1", "rad": "rad1", "rad/s": "rad1 s-1", "N*m": "kg1 m2 s-2", "N*m*s/rad": "kg1 m2 rad-1 s-1"}),
     ],
 )
-def test_units_are_told_in_base_units(kind, units):
+def test_units_are_described_in_base_units(kind, units):
     model = br.friction.lugre(kind=kind, F_C=22.0, F_S=29.0, v_S=3e-3, sigma_0=2e6, sigma_1=1e3)
     content = content_of(subject_of(model), br.plants.inertia(kind=kind, M=2.5), Source())
     root = ElementTree.fromstring(description_text(content, Setting("axis_x", Source(), 1e-4, 3), "token"))

@@ -68,7 +68,7 @@ def state_events(result, events, name):
 
 
 @pytest.mark.parametrize(("turns", "speed", "wiped", "opened_gates"), [(LOOPS, 2e-3, 3, 1), (LOOPS, 1e-9, 3, 0), (SLIDING, 2e-3, 3, 3)])
-def test_along_a_velocity_loops_close_and_each_is_wiped_out_once(fmus, turns, speed, wiped, opened_gates):
+def test_loops_along_a_velocity_close_and_each_is_wiped_out_once(fmus, turns, speed, wiped, opened_gates):
     times, v = along(turns, speed)
     path = fmus / "preisach_lugre_3" / "axis_x.fmu"
     result, events = integrated(path, stays(times, v=v, x=0.0 * v), 1e-8, ["force", "margin", "z"])
@@ -84,7 +84,7 @@ def test_along_a_velocity_loops_close_and_each_is_wiped_out_once(fmus, turns, sp
 
 
 @pytest.mark.parametrize("name", EXCHANGED)
-def test_a_mass_is_as_exact_as_the_tolerance_asks_for(fmus, name):
+def test_a_mass_meets_the_tolerance(fmus, name):
     levels = np.array([0.0, 15.0, -5.0, 32.0, 0.0, -35.0, 10.0])
     dt = 0.01
     exact = run_open_loop(PLANT, example(name), levels, dt, steps=FINE)
@@ -99,7 +99,7 @@ def test_a_mass_is_as_exact_as_the_tolerance_asks_for(fmus, name):
 
 
 @pytest.mark.parametrize("name", EXCHANGED)
-def test_a_body_at_rest_rings_down_and_then_there_are_no_events(fmus, name):
+def test_a_resting_body_decays_and_then_has_no_events(fmus, name):
     for tolerance in (1e-4, 1e-6, 1e-8):
         path = fmus / name / "axis_x_mass.fmu"
         result, events = integrated(path, stays(np.array([0.0, 2.0]), effort=np.array([10.0])), tolerance, ["v"])
@@ -108,7 +108,7 @@ def test_a_body_at_rest_rings_down_and_then_there_are_no_events(fmus, name):
         assert abs(result["v"][-1]) < 1e-15
 
 
-def test_a_contact_that_is_held_has_no_events(fmus):
+def test_a_resting_contact_has_no_events(fmus):
     times, v = np.array([0.0, 1.0, 1.001, 2.0]), np.array([0.0, 1e-3, 0.0])
     result, events = integrated(fmus / "lugre_2" / "axis_x.fmu", stays(times, v=v, x=0.0 * v), 1e-8, ["z", "reversal"])
     assert events.size == 2  # the input jumps twice
@@ -157,7 +157,7 @@ def walked(unit, states, first, last):
 
 
 @pytest.mark.parametrize("name", EXCHANGED)
-def test_a_saved_state_is_integrated_on_with_the_same_bits(opened, name):
+def test_a_saved_state_continues_identically_in_integration(opened, name):
     unit = opened(name, mass=True, exchanged=True).start(v=0.02)
     begin(unit)
     states, _ = walked(unit, np.array([0.0, 0.02, 0.0]), 0, 1500)
@@ -174,7 +174,7 @@ def test_a_saved_state_is_integrated_on_with_the_same_bits(opened, name):
         stepped.restore(saved)
 
 
-def test_an_event_is_told_a_little_late_so_that_it_is_over_for_certain(opened):
+def test_an_event_is_signalled_slightly_late_so_that_it_is_certainly_over(opened):
     unit = opened("preisach_lugre_3", exchanged=True).start(v=1e-4)
     begin(unit)
     put(unit, 3e-6)
@@ -193,7 +193,7 @@ def test_an_event_is_told_a_little_late_so_that_it_is_over_for_certain(opened):
 
 
 @pytest.mark.parametrize("name", EXCHANGED)
-def test_what_varies_can_be_seen_in_co_simulation_too(opened, name):
+def test_states_are_visible_in_co_simulation(opened, name):
     unit = opened(name, mass=True).start(v=0.02)
     for k in range(40):
         unit.step(k * 1e-3, 1e-3, effort=25.0)
@@ -220,7 +220,7 @@ SPRUNG = br.plants.oscillator(M=2.0, k=1e4, c=3.0)
         ("lugre", ("load",), PLANT, 3),
     ],
 )
-def test_every_model_in_continuous_time_is_as_exact_as_asked_for(tmp_path, monkeypatch, name, slots, plant, fmi):
+def test_every_model_in_continuous_time_meets_the_tolerance(tmp_path, monkeypatch, name, slots, plant, fmi):
     from fmpy.validation import validate_fmu
 
     monkeypatch.setattr(fmu, "zig", list)
@@ -238,7 +238,7 @@ def test_every_model_in_continuous_time_is_as_exact_as_asked_for(tmp_path, monke
         assert events.size <= 300
 
 
-def test_models_without_continuous_time_are_for_co_simulation_alone_and_say_why(tmp_path, monkeypatch):
+def test_models_without_continuous_time_support_co_simulation_only_with_reason(tmp_path, monkeypatch):
     monkeypatch.setattr(fmu, "compiler", lambda: None)
     monkeypatch.setattr(fmu, "zig", list)
     result = br.export(example("coulomb_3"), "fmu2", tmp_path / "out", plant=PLANT)
@@ -251,7 +251,7 @@ def test_models_without_continuous_time_are_for_co_simulation_alone_and_say_why(
     assert not any("alone" in note for note in result.notes)
 
 
-def test_the_guide_names_every_model_on_its_side():
+def test_the_guide_lists_every_model_in_its_group():
     guide = (Path(__file__).parents[2] / "docs" / "how-to" / "export.md").read_text(encoding="utf-8")
     section = guide[guide.index("### Model exchange") :]
     section = section[: section.index("\n## ")]

@@ -51,7 +51,7 @@ class Importer:
 
 
 @pytest.mark.parametrize(("z", "v"), [(0.0, 1e-3), (1e-6, 2e-3), (-3e-6, -1e-3)])
-def test_a_model_of_rates_alone_gives_its_force_and_its_rates(z, v):
+def test_a_model_with_rates_only_gives_force_and_rates(z, v):
     importer = Importer(BOUC_WEN)
     assert importer.exchange.held == ()
     component, p = BOUC_WEN.component, BOUC_WEN.parameters
@@ -62,7 +62,7 @@ def test_a_model_of_rates_alone_gives_its_force_and_its_rates(z, v):
     assert np.isnan(importer["slope"][1:]).all()  # no event is looked for
 
 
-def test_a_mass_moves_with_its_velocity_and_is_braked_by_its_friction():
+def test_a_mass_moves_with_its_velocity_and_friction_brakes_it():
     importer = Importer(BOUC_WEN, MASS)
     assert list(importer.exchange.varying)[:2] == ["x", "v"]
     importer["varying"][:] = [0.3, 2e-3, 1e-6]
@@ -73,7 +73,7 @@ def test_a_mass_moves_with_its_velocity_and_is_braked_by_its_friction():
     assert importer["slope"][:3].tolist() == [2e-3, pytest.approx((7.0 - force) / 2.5), rates[0]]
 
 
-def test_what_lasts_of_a_mass_is_what_varies_at_first_and_at_an_event():
+def test_the_states_of_a_mass_are_copied_at_the_start_and_at_events():
     importer = Importer(BOUC_WEN, MASS)
     importer["lasting"][:3] = [0.3, 2e-3, 1e-6]
     importer.call("begun")
@@ -92,7 +92,7 @@ def test_a_piece_begins_in_the_direction_of_the_motion_with_its_contact(v):
     assert (side, contact, importer["varying"].tolist()) == (math.copysign(1.0, v), 1e-6, [1e-6])
 
 
-def test_past_a_reversal_a_piece_goes_on_and_its_indicator_falls_below_zero():
+def test_after_a_reversal_a_piece_continues_and_its_indicator_is_negative():
     importer = Importer(LUGRE)
     importer.call("begun", v=1e-3, x=0.0)
     importer["varying"][0] = 1e-6  # far from the event
@@ -120,7 +120,7 @@ def test_within_a_window_around_an_event_only_a_fast_motion_reverses():
     assert lifted == pytest.approx([1e3 * distance, 0.5e3 * distance, 0.0, 0.0], abs=1e-9)
 
 
-def test_margins_lie_a_little_beyond_their_events():
+def test_margins_have_a_small_offset_beyond_their_events():
     importer = Importer(NESTED)
     importer.call("begun", v=1e-3, x=0.0)
     component = NESTED.component
@@ -131,7 +131,7 @@ def test_margins_lie_a_little_beyond_their_events():
     assert 0.0 < BEYOND < 1e-6
 
 
-def test_whole_numbers_that_are_held_take_one_value_more_than_turns_have_room():
+def test_constant_whole_numbers_have_one_value_more_than_storable_turns():
     importer = Importer(NESTED)
     fields = [name for name, _ in zip(importer.exchange.flowing.source.__globals__["Piece"]._fields, importer.exchange.held, strict=False)]
     counts = {name: most for name, most in zip(fields, importer.exchange.held, strict=False) if most}
@@ -140,7 +140,7 @@ def test_whole_numbers_that_are_held_take_one_value_more_than_turns_have_room():
     assert importer.exchange.held[-1] == 0
 
 
-def test_an_event_commits_what_the_contact_has_come_to():
+def test_an_event_commits_the_present_state_of_the_contact():
     importer = Importer(NESTED)
     importer.call("begun", v=1e-3, x=0.0)
     importer["varying"][0] = 2e-6
@@ -155,7 +155,7 @@ def test_an_event_commits_what_the_contact_has_come_to():
 
 
 @pytest.mark.parametrize("model", [LUGRE, NESTED], ids=lambda model: model.name)
-def test_sizes_that_matter_are_half_the_largest_force_and_the_energy_that_it_takes(model):
+def test_nominal_values_follow_from_half_the_largest_force_and_its_energy(model):
     varying = Importer(model, MASS).exchange.varying
     length, speed, largest = varying["x"].nominal, varying["v"].nominal, model.values["F_S"]
     force = br.response(model, np.linspace(0.0, 100.0 * length, 10_001), 1e6)  # slowly

@@ -121,7 +121,7 @@ def test_an_importer_finds_no_problem(fmus, name):
 
 
 @pytest.mark.parametrize("name", LAWS)
-def test_each_effort_has_the_bits_of_the_law_in_c(in_c, opened, name):
+def test_efforts_are_identical_to_the_law_in_c(in_c, opened, name):
     controller, fed, _ = LAWS[name]
     rows = inputs_of(controller, fed)
     result = stepped(opened(name), rows)
@@ -129,7 +129,7 @@ def test_each_effort_has_the_bits_of_the_law_in_c(in_c, opened, name):
     assert differing(result, replayed(in_c, name, rows, 0)) == 0
 
 
-def test_changed_parameters_are_those_of_the_law_in_c(in_c, opened):
+def test_changed_parameters_act_as_in_the_law_in_c(in_c, opened):
     rows = inputs_of(*TUNED)
     unit = opened("cascade_toothed")
     unit.set(**CHANGED[TUNED][0])
@@ -142,7 +142,7 @@ def test_changed_parameters_are_those_of_the_law_in_c(in_c, opened):
 
 
 @pytest.mark.parametrize("name", ["sliding_mode_all", "cascade_toothed"])
-def test_its_state_goes_on_and_a_damaged_one_is_refused(opened, name):
+def test_a_saved_state_continues_and_damaged_bytes_are_refused(opened, name):
     rows = inputs_of(*LAWS[name][:2])
     unit, other = opened(name), opened(name)
     virgin = unit.saved()
@@ -158,7 +158,7 @@ def test_its_state_goes_on_and_a_damaged_one_is_refused(opened, name):
             unit.restore(saved[:place] + bytes([saved[place] ^ 4]) + saved[place + 1 :])
 
 
-def test_its_source_gives_no_warning(fmus, tmp_path):
+def test_the_source_compiles_without_warnings(fmus, tmp_path):
     for name in LAWS:
         with zipfile.ZipFile(fmus / f"{name}.fmu") as archive:
             archive.extractall(tmp_path / name)
@@ -167,7 +167,7 @@ def test_its_source_gives_no_warning(fmus, tmp_path):
         assert ran.returncode == 0, ran.stderr[:2000]
 
 
-def test_it_tells_its_inputs_and_how_it_is_stepped(fmus):
+def test_the_description_lists_inputs_and_the_order_of_steps(fmus):
     with zipfile.ZipFile(fmus / "cascade_toothed.fmu") as archive:
         described = ElementTree.fromstring(archive.read("modelDescription.xml"))
     variables = {each.get("name"): each for each in described.find("ModelVariables")}
@@ -186,7 +186,7 @@ def test_it_tells_its_inputs_and_how_it_is_stepped(fmus):
     assert described.find("ModelExchange") is None
 
 
-def test_what_an_fmu_does_not_hold_of_a_law_is_refused_as_of_a_model(tmp_path):
+def test_unsupported_options_are_refused_for_laws_as_for_models(tmp_path):
     with pytest.raises(br.core.InputError, match="single precision"):
         br.export(variant_of("cascade", "nothing"), "fmu3", tmp_path / "out", float32=True)
     assert not (tmp_path / "out").exists()

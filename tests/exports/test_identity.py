@@ -40,7 +40,7 @@ def test_the_licence_is_that_of_the_package():
     assert licence_text() == (ROOT / "LICENSE").read_text(encoding="ascii")
 
 
-def test_each_file_of_each_target_has_the_hash_of_its_model_whatever_the_options(tmp_path):
+def test_all_files_have_the_hash_of_their_model_for_all_options(tmp_path):
     model = br.friction.lugre(**LUGRE)
     cases = {
         "c": {},
@@ -58,7 +58,7 @@ def test_each_file_of_each_target_has_the_hash_of_its_model_whatever_the_options
         assert count >= (1 if name == "wasm" else 2)
 
 
-def test_functions_keep_their_names_and_models_their_hash_wherever_kernels_stand():
+def test_moving_kernels_between_files_changes_neither_names_nor_hashes():
     model = example_of(with_slots(MODELS["stribeck"], ("position", "load", "asymmetry")))
     names = [function.name for function in subject_of(with_rest(model, "held")).unit.functions]
     assert names[0] == "surroundings_motion_on_side"
@@ -70,21 +70,21 @@ def test_functions_keep_their_names_and_models_their_hash_wherever_kernels_stand
     assert digests == {"lugre": "0681e09f87ac", "stribeck": "2c9b5ee8b03c", "gms": "91dd668345f8"}
 
 
-def test_the_rule_at_rest_is_no_part_of_a_model(tmp_path):
+def test_the_rule_at_rest_does_not_change_the_hash(tmp_path):
     model = br.friction.coulomb(F_C=3.0)
     for rest in ("held", "middle"):
         br.export(model, "c", tmp_path / rest, rest=rest)
     assert hashes(tmp_path / "held")[0] == hashes(tmp_path / "middle")[0] == {hash_of_model(model)}
 
 
-def test_one_bit_of_one_number_or_another_kind_of_axis_is_another_model():
+def test_one_bit_of_a_number_or_the_kind_of_axis_changes_the_hash():
     model = br.friction.lugre(**LUGRE)
     rest = [model.with_values(F_S=29.000000000000004), br.friction.lugre(kind="rotational", **LUGRE)]
     assert len({hash_of_model(each) for each in (model, *rest)}) == 3
     assert hash_of_model(model.with_values(F_S=29.0)) == hash_of_model(model)
 
 
-def test_every_model_and_operator_has_its_own():
+def test_every_model_and_operator_has_a_different_hash():
     models = [example_of(with_slots(MODELS[name], slots)) for name in MODELS for slots in ((), ("asymmetry",))]
     models += [example_of(operator) for operator in OPERATORS.values()]
     result = [hash_of_model(model) for model in models]
@@ -92,7 +92,7 @@ def test_every_model_and_operator_has_its_own():
     assert len(set(result)) == len(result)
 
 
-def test_it_follows_what_kernels_do_and_not_how_they_are_written(tmp_path):
+def test_the_hash_depends_on_the_computation_not_on_the_text_of_kernels(tmp_path):
     changed = {
         "commented": TRIAL.replace("    total = 0\n", "    # the sum\n\n    total = 0  # of all\n"),
         "constant": TRIAL.replace("0.01 * total", "0.02 * total"),
@@ -106,7 +106,7 @@ def test_it_follows_what_kernels_do_and_not_how_they_are_written(tmp_path):
     assert hash_of_model(model_of(HEAD.replace("LAYERS = 3", "LAYERS = 2") + TRIAL, tmp_path)) != plain
 
 
-def test_another_process_finds_the_same():
+def test_the_hash_is_equal_in_another_process():
     model = f"br.friction.lugre(**{LUGRE})"
     code = f"import bristle as br; from bristle.exports.described import hash_of_model; print(hash_of_model({model}))"
     ran = subprocess.run(
@@ -120,14 +120,14 @@ def test_another_process_finds_the_same():
 
 
 @pytest.mark.parametrize("to", ["c", "st"])
-def test_a_law_has_one_too_whatever_its_options(tmp_path, to):
+def test_a_law_has_a_hash_that_is_independent_of_options(tmp_path, to):
     variant = variant_of("cascade", "nothing")
     for name, options in {"plain": {}, "tuned": {"tunable": True}, "single": {"float32": True}}.items():
         br.export(variant, to, tmp_path / name, **options)
         assert hashes(tmp_path / name)[0] == {hash_of_law(law_of(variant))}
 
 
-def test_another_gain_another_compensator_and_another_delay_are_other_laws():
+def test_gain_compensator_and_delay_change_the_hash_of_a_law():
     variant = variant_of("cascade", "desired")
     rest = [
         variant_of("cascade", "nothing"),

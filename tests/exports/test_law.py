@@ -48,7 +48,7 @@ def test_inertia_is_fed_forward_as_the_mean_of_two_samples():
 
 
 @pytest.mark.parametrize("delay", [0, 2])
-def test_friction_along_the_desired_motion_is_fed_ahead_by_the_delay(delay):
+def test_friction_along_the_desired_motion_leads_by_the_delay(delay):
     law = law_of(variant(Feedforward(friction=COULOMB), delay=delay))
     assert law.samples_ahead == delay + 1
     x = np.array([0.0, 0.0, 0.0, 0.0, 1e-4, 2e-4, 1e-4, 0.0, -1e-4, -2e-4])
@@ -59,7 +59,7 @@ def test_friction_along_the_desired_motion_is_fed_ahead_by_the_delay(delay):
     assert efforts[moving] == pytest.approx(5.0 * ways[moving] + 0.5)
 
 
-def test_friction_along_the_measured_motion_needs_nothing_to_come():
+def test_friction_along_the_measured_motion_needs_no_samples_ahead():
     law = law_of(variant(Feedforward(friction=COULOMB, along="measured"), delay=2))
     assert law.inputs == ("position", "velocity", "acceleration", "measured")
     measured = np.array([0.0, 1e-4, 2e-4, 1e-4])
@@ -68,7 +68,7 @@ def test_friction_along_the_measured_motion_needs_nothing_to_come():
     assert efforts[1:] == pytest.approx([5.5, 5.5, -4.5])
 
 
-def test_gain_asymmetry_and_limit_shape_what_is_fed():
+def test_gain_asymmetry_and_limit_shape_the_feedforward():
     def fed(v, **shape):
         reported = samples(v)
         return (law_of(variant(Feedforward(friction=COULOMB, **shape))).efforts(reported) - law_of(variant()).efforts(reported))[-1]
@@ -87,7 +87,7 @@ def test_a_drive_limits_the_effort():
     assert law_of(variant()).efforts(far)[-1] > 100.0
 
 
-def test_the_place_is_that_between_two_samples():
+def test_gravity_and_cogging_act_at_the_middle_of_two_samples():
     fed, carried = loads_of(Feedforward(plant=LINK))
     assert fed is carried
     assert fed.place == Gravity(4.0, 1.0)
@@ -98,7 +98,7 @@ def test_the_place_is_that_between_two_samples():
     assert gravity == pytest.approx([4.0 * math.sin(0.3) + math.cos(0.3)])
 
 
-def test_what_passes_through_friction_is_what_is_fed_or_what_is_carried():
+def test_friction_transmits_the_feedforward_or_the_carried_plant():
     fed, carried = loads_of(Feedforward(mass=M, friction=RISEN))
     assert fed is carried
     fed, carried = loads_of(Feedforward(mass=M, friction=RISEN, carries=LINK))
@@ -108,18 +108,18 @@ def test_what_passes_through_friction_is_what_is_fed_or_what_is_carried():
     assert carried is fed
     assert loads_of(Feedforward(mass=M, friction=RISEN, carries=same), apart=True)[1].prefix == "carried_"
     assert loads_of(Feedforward(mass=M, friction=COULOMB, carries=LINK))[1].prefix == ""
-    with pytest.raises(InputError, match="carries more than inertia, gravity and cogging"):
+    with pytest.raises(InputError, match="transmits more than inertia, gravity and cogging"):
         loads_of(Feedforward(friction=RISEN, carries=br.testing.example_of(br.plants.oscillator)))
     assert Load("", 0.0, None).text("", "0") == "0.0"
 
 
-def test_a_compensator_with_a_past_begins_with_the_memory_of_a_sweep():
+def test_a_compensator_with_a_past_starts_with_the_memory_of_a_sweep():
     fresh, worn = (law_of(variant(Feedforward(friction=LUGRE, conditioning=size))) for size in (0.0, 1e-3))
     assert float(fresh.lasting.fed.state.z) == 0.0
     assert worn.lasting.fed.state == br.engine.conditioned(LUGRE, 1e-3)[0]
 
 
-def test_leaves_are_all_numbers_that_last_in_order():
+def test_leaves_are_all_numbers_of_the_state_in_order():
     law = law_of(variant(Feedforward(friction=LUGRE)))
     paths = [".".join(path) for path, _ in law.leaves]
     assert paths[-3:] == ["fed.state.z", "fed.place", "fed.effort"]
@@ -128,16 +128,16 @@ def test_leaves_are_all_numbers_that_last_in_order():
     assert law.dt == DT
 
 
-def test_what_is_no_law_is_refused():
+def test_variants_without_a_law_are_refused():
     for changes, words in (
         ({"effort": Effort(np.zeros(100))}, "drives an open loop"),
-        ({"learning": Learning(2, 1.0, 0.0, 20.0)}, "needs the whole motion"),
+        ({"learning": Learning(2, 1.0, 0.0, 20.0)}, "needs repetitions of the whole motion"),
     ):
         with pytest.raises(InputError, match=words):
             law_of(variant(**changes))
 
 
-def test_facts_of_a_law_name_what_is_fed_and_what_is_to_come():
+def test_facts_of_a_law_list_feedforward_and_samples_ahead():
     facts = law_facts(law_of(variant(Feedforward(mass=M, friction=COULOMB, gain=0.5), delay=2, limit=9.0)), "axis_x", Source())
     assert facts["fed"] == ["inertia along the desired motion: 2 kg", "friction along the desired motion by coulomb, gain 0.5"]
     assert (facts["ahead"], facts["delay"], facts["limit"], facts["rate"]) == (3, 2, "9", "1000")
@@ -152,13 +152,13 @@ def test_facts_of_a_law_name_what_is_fed_and_what_is_to_come():
     nothing = law_facts(law_of(variant()), "axis_x", Source())
     assert (nothing["fed"], nothing["limit"], nothing["along"], nothing["friction"]) == (["nothing"], "", "", "")
     risen = law_facts(law_of(variant(Feedforward(friction=RISEN, plant=LINK, carries=LINK))), "axis_x", Source())
-    assert risen["fed"][0].startswith("what inertia+gravity takes by its place")
+    assert risen["fed"][0].startswith("position-dependent effort of inertia+gravity")
     assert risen["fed"][-1].endswith("that of inertia+gravity")
     beside = law_facts(law_of(variant(Feedforward(mass=M, friction=RISEN))), "axis_x", Source())
-    assert beside["fed"][-1].endswith("that of what is fed forward beside it")
+    assert beside["fed"][-1].endswith("that of the rest of the feedforward")
 
 
-def test_the_self_test_reads_each_position_a_sample_late():
+def test_the_self_test_measures_each_position_one_sample_late():
     law = law_of(variant(Feedforward(mass=M, friction=COULOMB)))
     walk, reported, efforts = law_walk(law, 40)
     assert reported == 40 + law.samples_ahead + 1

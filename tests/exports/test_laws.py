@@ -163,7 +163,7 @@ def replayed(library, name, inputs, *further):
 
 @pytest.mark.fast_cases(len(FIRST))
 @pytest.mark.parametrize(("controller", "fed"), CASES)
-def test_a_log_is_replayed_to_the_bit(exported, controller, fed):
+def test_a_log_is_replayed_exactly(exported, controller, fed):
     inputs, efforts = record_of(controller, fed)
     assert len(efforts) == SAMPLES - 1
     assert np.ptp(efforts) > 20.0
@@ -186,7 +186,7 @@ def blocks(request, tmp_path_factory):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("controller", "fed"), CASES)
-def test_structured_text_replays_it_to_the_bit(blocks, controller, fed):
+def test_structured_text_replays_a_log_exactly(blocks, controller, fed):
     name, (inputs, efforts) = f"law_{controller}_{fed}", record_of(controller, fed)
     result, flags = blocks.replay(name, inputs)
     assert differing(result, efforts) == 0
@@ -194,7 +194,7 @@ def test_structured_text_replays_it_to_the_bit(blocks, controller, fed):
     assert blocks.selftest(name) == (True, True)
 
 
-def test_a_compensator_with_a_past_brings_it_into_structured_text(tmp_path):
+def test_structured_text_includes_the_past_of_a_compensator(tmp_path):
     pytest.importorskip("tree_sitter_iec61131_3_st", reason="needs the grammar of Structured Text for tree-sitter")
     from tests.exports.structured_text import StructuredText
 
@@ -206,7 +206,7 @@ def test_a_compensator_with_a_past_brings_it_into_structured_text(tmp_path):
 
 
 @pytest.mark.slow
-def test_structured_text_holds_the_last_effort(blocks):
+def test_structured_text_repeats_the_last_effort(blocks):
     inputs, efforts = record_of("cascade", "all")
     inputs, efforts = inputs[:6].copy(), efforts[:6]
     inputs[2, 3], inputs[4, -1] = np.nan, np.inf
@@ -227,17 +227,17 @@ def built(folder, main, *flags):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("fed", FED | CARRYING)
-def test_the_self_test_knows_the_bits_and_the_example_runs(exported, fed):
+def test_the_self_test_passes_and_the_example_runs(exported, fed):
     folder = exported[0] / f"cascade_{fed}"
     watching = ("-fsanitize=undefined",) if builds(COMPILER, "-fsanitize=undefined") else ()
     ran = built(folder, f"cascade_{fed}_selftest.c", *watching)
     assert ran.returncode == 0, ran.stdout
-    assert "the same bits" in ran.stdout
+    assert "identical to bristle" in ran.stdout
     assert ran.stderr == ""
     assert built(folder, "example_main.c").returncode == 0
 
 
-def test_what_is_no_number_is_left_out_and_the_last_effort_held(exported):
+def test_a_sample_that_is_not_a_number_is_skipped_and_the_effort_repeated(exported):
     inputs, _ = record_of("cascade", "desired")
     inputs = inputs[:50]
     wrong = inputs[20].copy()
@@ -250,7 +250,7 @@ def test_what_is_no_number_is_left_out_and_the_last_effort_held(exported):
             assert differing(efforts, np.insert(expected, 20, expected[19])) == 0
 
 
-def test_each_start_begins_anew(exported):
+def test_each_start_resets_the_law(exported):
     inputs, efforts = record_of("observer", "all")
     for _ in range(2):
         assert differing(replayed(exported[1], "observer_all", inputs[:200]), efforts[:200]) == 0
@@ -259,7 +259,7 @@ def test_each_start_begins_anew(exported):
 @pytest.mark.slow
 def test_a_variant_is_exported_from_python(tmp_path):
     variant = variant_of("sliding_mode", "all")
-    with pytest.raises(br.core.InputError, match=r"makes an error larger.*accept-harm"):
+    with pytest.raises(br.core.InputError, match=r"makes the error larger.*accept-harm"):
         br.export(variant, "c", tmp_path / "law", name="slide")
     result = br.export(variant, "c", tmp_path / "law", name="slide", accept_harm=True)
     assert result.files[:3] == ("slide.h", "slide.c", "slide_selftest.c")
@@ -273,24 +273,24 @@ def test_a_variant_is_exported_from_python(tmp_path):
 @pytest.mark.parametrize(
     ("changed", "words"),
     [
-        ({"learning": Learning(trials=3, k_e=1e5, k_d=0.0, cutoff=50.0)}, "again and again"),
+        ({"learning": Learning(trials=3, k_e=1e5, k_d=0.0, cutoff=50.0)}, "repetitions of the whole motion"),
         ({"feedforward": Feedforward(friction=RISEN, carries=br.plants.oscillator(M=M, c=1.0, k=9.0))}, "more than inertia"),
     ],
 )
-def test_what_is_more_than_a_law_is_refused(tmp_path, changed, words):
+def test_variants_beyond_a_law_are_refused(tmp_path, changed, words):
     with pytest.raises(br.core.InputError, match=words):
         br.export(replace(variant_of("cascade", "nothing"), **changed), "c", tmp_path / "law")
 
 
-def test_where_a_simulated_loop_begins_is_no_part_of_its_law(tmp_path):
+def test_the_start_of_a_simulated_loop_does_not_change_its_law(tmp_path):
     variant = variant_of("cascade", "nothing")
     for name, start in (("rest", None), ("moves", Start(position=1e-6, velocity=1e-3))):
         br.export(replace(variant, start=start), "c", tmp_path / name, name="law")
     assert (tmp_path / "rest" / "law.c").read_text() == (tmp_path / "moves" / "law.c").read_text()
 
 
-def test_a_target_without_a_law_says_so(tmp_path):
-    with pytest.raises(br.core.InputError, match="holds no control law"):
+def test_a_target_without_laws_refuses_a_law(tmp_path):
+    with pytest.raises(br.core.InputError, match="does not support control laws"):
         br.export(variant_of("cascade", "nothing"), "wasm", tmp_path / "law")
 
 
@@ -360,14 +360,14 @@ def otherwise(tmp_path_factory):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("controller", "fed"), CHANGED)
-def test_with_what_was_exported_the_bits_are_those_of_the_loop(otherwise, controller, fed):
+def test_exported_parameters_give_the_exact_efforts_of_the_loop(otherwise, controller, fed):
     inputs, efforts = record_of(controller, fed)
     assert differing(replayed(otherwise[1], f"{controller}_{fed}_double", inputs, 0), efforts) == 0
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("controller", "fed"), CHANGED)
-def test_with_a_changed_value_they_are_those_of_the_loop_that_has_it(otherwise, controller, fed):
+def test_a_changed_parameter_gives_the_exact_efforts_of_the_changed_loop(otherwise, controller, fed):
     inputs, efforts = recorded(changed_variant(controller, fed))
     result = replayed(otherwise[1], f"{controller}_{fed}_double", inputs, 1)
     assert differing(result, efforts) == 0
@@ -375,7 +375,7 @@ def test_with_a_changed_value_they_are_those_of_the_loop_that_has_it(otherwise, 
 
 
 @pytest.mark.parametrize(("controller", "fed"), CHANGED)
-def test_single_precision_is_off_by_no_more_than_is_told(otherwise, controller, fed):
+def test_the_deviation_of_single_precision_stays_within_the_stated_bound(otherwise, controller, fed):
     inputs, efforts = record_of(controller, fed)
     result = replayed(otherwise[1], f"{controller}_{fed}_single", inputs, 0)
     off = np.max(np.abs(result - efforts)) / np.max(np.abs(efforts))
@@ -383,7 +383,7 @@ def test_single_precision_is_off_by_no_more_than_is_told(otherwise, controller, 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("kind", "said"), [("double", "the same bits"), ("single", "in single precision")])
+@pytest.mark.parametrize(("kind", "said"), [("double", "identical to bristle"), ("single", "within single precision")])
 def test_both_pass_their_self_tests(otherwise, kind, said):
     name = f"cascade_toothed_{kind}"
     watching = ("-fsanitize=undefined",) if builds(COMPILER, "-fsanitize=undefined") else ()
@@ -394,7 +394,7 @@ def test_both_pass_their_self_tests(otherwise, kind, said):
     assert built(otherwise[0] / name, "example_main.c").returncode == 0
 
 
-def test_the_self_test_of_single_precision_sees_a_wrong_gain(otherwise, tmp_path):
+def test_the_single_precision_self_test_detects_a_wrong_gain(otherwise, tmp_path):
     name = "cascade_toothed_single"
     folder = tmp_path / name
     shutil.copytree(otherwise[0] / name, folder)
@@ -403,7 +403,7 @@ def test_the_self_test_of_single_precision_sees_a_wrong_gain(otherwise, tmp_path
     assert wrong != text
     (folder / f"{name}.c").write_text(wrong)
     ran = built(folder, f"{name}_selftest.c")
-    assert (ran.returncode, "farther off" in ran.stdout) == (1, True)
+    assert (ran.returncode, "exceeds the error of single precision" in ran.stdout) == (1, True)
 
 
 @pytest.fixture(scope="module")
@@ -429,7 +429,7 @@ def told_to(blocks, name, law, inputs, further):
 @pytest.mark.fast_cases(6)
 @pytest.mark.parametrize("precision", ["double", "single"])
 @pytest.mark.parametrize(("controller", "fed"), CHANGED)
-def test_structured_text_has_the_bits_of_c(otherwise, tuned_blocks, controller, fed, precision):
+def test_structured_text_is_identical_to_c(otherwise, tuned_blocks, controller, fed, precision):
     name, law = f"{controller}_{fed}_{precision}", law_of(variant_of(controller, fed), tunable=True)
     inputs, _ = record_of(controller, fed)
     for changed in (0, 1):
@@ -443,26 +443,26 @@ def test_structured_text_has_the_bits_of_c(otherwise, tuned_blocks, controller, 
 @pytest.mark.parametrize("to", ["c", "st"])
 @pytest.mark.parametrize("tunable", [False, True])
 @pytest.mark.parametrize(("given", "path"), [({"mass": 1e39}, "mass"), ({"friction": LUGRE.with_values(sigma_0=1e39)}, "sigma_0")])
-def test_what_is_fed_forward_beyond_single_precision_is_refused(tmp_path, to, tunable, given, path):
+def test_feedforward_beyond_single_precision_is_refused(tmp_path, to, tunable, given, path):
     variant = variant_of("cascade", "all")
     beyond = replace(variant, feedforward=replace(variant.feedforward, **given))
-    with pytest.raises(br.core.InputError, match=rf"{path}: is larger than any number of single precision"):
+    with pytest.raises(br.core.InputError, match=rf"{path}: is too large for single precision"):
         br.export(beyond, to, tmp_path / "out", float32=True, tunable=tunable, accept_harm=True)
     assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.slow
-def test_what_is_not_changed_with_a_parameter_is_told(tmp_path):
+def test_a_note_states_the_state_that_parameters_do_not_change(tmp_path):
     variant = variant_of("cascade", "desired")
     led = replace(variant, feedforward=replace(PAPER, conditioning=2e-6))
     notes = br.export(led, "c", tmp_path / "led", tunable=True, float32=True).notes
-    assert any("that of the exported parameters" in note for note in notes)
+    assert any("computed with the exported parameters" in note for note in notes)
     assert any("single precision" in note and "effort" in note for note in notes)
     fixed = br.export(led, "c", tmp_path / "fixed").notes
-    assert not any("that of the exported parameters" in note or "single precision" in note for note in fixed)
+    assert not any("computed with the exported parameters" in note or "single precision" in note for note in fixed)
 
 
-def test_a_controller_of_ones_own_begins_by_a_kernel(tmp_path):
+def test_a_user_controller_starts_by_a_kernel(tmp_path):
     cascade = LAWS["cascade"].component
 
     def start(measured, velocity, acceleration, dt, p):

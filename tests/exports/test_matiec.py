@@ -121,7 +121,7 @@ def motion(slots):
 
 @pytest.mark.parametrize("slots", [(), ("asymmetry",), ALL], ids=["plain", "sided", "varied"])
 @pytest.mark.parametrize("name", MODELS)
-def test_a_model_is_taken_and_gives_the_same_bits(tmp_path, name, slots):
+def test_matiec_compiles_a_model_with_identical_forces(tmp_path, name, slots):
     model = example_of(with_slots(MODELS[name], slots))
     x, around, rows = motion(slots)
     br.export(model, "st", tmp_path / "st", rest="held" if with_rest(model, "held") != model else None)
@@ -134,7 +134,7 @@ def test_a_model_is_taken_and_gives_the_same_bits(tmp_path, name, slots):
     assert differing(settled(result), np.concatenate([[0.0], expected])) == 0
 
 
-def test_a_model_of_one_element_has_the_bits_of_its_loops_of_one_pass(tmp_path):
+def test_a_model_of_one_element_with_single_pass_loops_is_identical(tmp_path):
     model = br.friction.maxwell_slip(F_C=20.0, k_i=[6e6], nu_i=[1.0])
     x, _, rows = motion(())
     br.export(model, "st", tmp_path / "st")
@@ -145,7 +145,7 @@ def test_a_model_of_one_element_has_the_bits_of_its_loops_of_one_pass(tmp_path):
 
 @pytest.mark.parametrize("slots", [(), ALL], ids=["plain", "varied"])
 @pytest.mark.parametrize("name", MODELS)
-def test_a_model_in_single_precision_has_the_bits_of_c(tmp_path, name, slots):
+def test_a_model_in_single_precision_is_identical_to_c(tmp_path, name, slots):
     model = example_of(with_slots(MODELS[name], slots))
     _, _, rows = motion(slots)
     br.export(model, "st", tmp_path / "st", float32=True)
@@ -159,7 +159,7 @@ def test_a_model_in_single_precision_has_the_bits_of_c(tmp_path, name, slots):
 
 
 @pytest.mark.parametrize(("controller", "fed", "single"), [(*case, False) for case in CASES] + [(*case, True) for case in SINGLE_LAWS])
-def test_a_law_gives_the_bits_of_the_law_in_c(tmp_path, controller, fed, single):
+def test_a_law_is_identical_to_the_law_in_c(tmp_path, controller, fed, single):
     law, rows = law_of(variant_of(controller, fed), single=single), inputs_of(controller, fed)
     result = run(compiled(st_law_files(law, "axis_x", Source())["axis_x.st"], tmp_path, "effort"), rows)
     for file, text in law_files(law, "axis_x", Source()).items():
@@ -171,6 +171,6 @@ def test_a_law_gives_the_bits_of_the_law_in_c(tmp_path, controller, fed, single)
 
 
 @pytest.mark.parametrize(("controller", "fed"), SINGLE_LAWS[:3])
-def test_a_law_whose_parameters_are_inputs_is_taken(tmp_path, controller, fed):
+def test_a_law_with_parameters_as_inputs_compiles(tmp_path, controller, fed):
     law = law_of(variant_of(controller, fed), tunable=True)
     compiled(st_law_files(law, "axis_x", Source())["axis_x.st"], tmp_path, "effort")

@@ -39,7 +39,7 @@ def test_dry_and_viscous_friction_belong_to_the_joint_and_an_offset_is_a_motor(t
 
 
 @pytest.mark.parametrize(("kind", "inertia", "axis"), [("translational", "1 1 1", "1 0 0"), ("rotational", "0.5 0.5 0.5", "0 0 1")])
-def test_what_moves_is_a_mass_that_slides_or_an_inertia_about_its_hinge(kind, inertia, axis):
+def test_the_body_is_a_sliding_mass_or_a_hinged_inertia(kind, inertia, axis):
     friction = br.friction.coulomb(kind=kind, F_C=0.2)
     root = ElementTree.fromstring(write(Request(friction, "axis_x", 1e-3, mass=0.5)).files["axis_x.xml"])
     body = root.find("worldbody/body")
@@ -51,7 +51,7 @@ def test_what_moves_is_a_mass_that_slides_or_an_inertia_about_its_hinge(kind, in
     assert root.find("actuator/dcmotor") is None
 
 
-def test_a_bristle_needs_steps_that_are_short_beside_its_period():
+def test_the_scene_states_the_time_constant_of_the_bristles():
     text = write(Request(LUGRE, "axis_x", 1e-3, mass=4.0)).files["axis_x.xml"]
     assert f"{(4.0 / 1e5) ** 0.5:.2g}" in text
     assert "--" not in text.partition("<!--")[2].partition("-->")[0]
@@ -60,18 +60,18 @@ def test_a_bristle_needs_steps_that_are_short_beside_its_period():
 @pytest.mark.parametrize(
     ("model", "words"),
     [
-        (br.friction.dahl(F_C=1.0, sigma_0=1e5), "no such friction"),
+        (br.friction.dahl(F_C=1.0, sigma_0=1e5), "lacks this friction model"),
         (br.friction.with_slots(br.friction.coulomb, ["asymmetry"])(F_C_pos=1.0, F_C_neg=2.0), "both directions"),
         (LUGRE.with_values(v_d=0.1), "does not fade"),
     ],
 )
-def test_what_mujoco_has_not_is_refused_by_name(model, words, tmp_path):
+def test_models_that_mujoco_lacks_are_refused_by_name(model, words, tmp_path):
     with pytest.raises(br.core.InputError, match=words):
         br.export(model, "mjcf", tmp_path / "out")
 
 
 @needs_mujoco
-def test_stick_slip_is_that_of_bristle_and_of_first_order(tmp_path):
+def test_stick_slip_converges_to_bristle_with_first_order(tmp_path):
     import mujoco
 
     br.export(LUGRE, "mjcf", tmp_path / "out")

@@ -108,14 +108,14 @@ def forces(model):
 
 @needs_compiler
 @pytest.mark.parametrize("tunable", [False, True])
-def test_its_c_compiles_and_has_the_bits(model, forces, tmp_path, tunable):
+def test_c_compiles_with_identical_forces(model, forces, tmp_path, tunable):
     native = Native({"axis_x": model}, tmp_path / "native", tunable=tunable)
     assert differing(native.forces("axis_x", forces[0], DT), forces[1]) == 0
 
 
 @needs_compiler
 @pytest.mark.parametrize("standard", ["c99", "gnu17"])
-def test_its_c_with_parameters_that_change_is_taken_by_compilers_of_c_and_of_cpp(model, tmp_path, standard):
+def test_tunable_c_compiles_as_c_and_as_cpp(model, tmp_path, standard):
     br.export(model, "c", tmp_path / "out", tunable=True, float32=True)
     line = [COMPILER, f"-std={standard}", "-O1", "-ffp-contract=off", *WARNINGS, "axis_x.c", "axis_x_selftest.c", "-lm"]
     made = subprocess.run(line, cwd=tmp_path / "out", capture_output=True, text=True, check=False)
@@ -129,7 +129,7 @@ def test_its_c_with_parameters_that_change_is_taken_by_compilers_of_c_and_of_cpp
 
 
 @needs_compiler
-def test_its_fmu_compiles_without_a_warning(model, tmp_path, monkeypatch):
+def test_the_fmu_compiles_without_a_warning(model, tmp_path, monkeypatch):
     monkeypatch.setattr(fmu, "zig", list)
     monkeypatch.setattr(fmu, "compiler", lambda: None)
     br.export(model, "fmu3", tmp_path / "out", plant=br.plants.inertia(M=2.0))
@@ -141,7 +141,7 @@ def test_its_fmu_compiles_without_a_warning(model, tmp_path, monkeypatch):
 
 
 @needs_compiler
-def test_its_structured_text_has_the_bits_with_each_parameter_an_input(model, forces, tmp_path):
+def test_structured_text_is_identical_with_each_parameter_as_an_input(model, forces, tmp_path):
     pytest.importorskip("tree_sitter_iec61131_3_st", reason="needs the grammar of Structured Text for tree-sitter")
     from tests.exports.structured_text import StructuredText
 
@@ -155,7 +155,7 @@ def test_its_structured_text_has_the_bits_with_each_parameter_an_input(model, fo
 
 
 @pytest.mark.skipif(shutil.which("node") is None, reason="needs node")
-def test_its_webassembly_has_the_bits_and_tells_its_parameters_apart(model, forces, tmp_path):
+def test_webassembly_is_identical_and_distinguishes_parameters(model, forces, tmp_path):
     from tests.exports.test_wasm import RUN, node
 
     x, expected = forces
@@ -184,7 +184,7 @@ def test_no_variable_has_the_name_of_a_macro_of_the_headers(tmp_path, standard):
     assert [name for name in macros if names.variable(name) == name] == []
 
 
-def test_names_of_friction_stay_as_they_are_and_two_names_stay_two():
+def test_names_of_friction_are_unchanged_and_different_names_stay_different():
     names = Names([], ["own_spread"])
     for name in ("F_C", "K_1", "M_1", "INTERCEPT", "v_S", "sigma_0", "dt", "M_pos"):
         assert names.variable(name) == name

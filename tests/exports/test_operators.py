@@ -18,14 +18,14 @@ def native(tmp_path_factory):
 
 @pytest.mark.fast_cases(14)
 @pytest.mark.parametrize("name", OPERATORS)
-def test_each_output_has_the_bits_of_bristle(native, name):
+def test_outputs_are_identical_to_bristle(native, name):
     u = sized(OPERATORS[name], walk(7, count=4000))
     outputs = br.response(OPERATORS[name], u)
     assert np.ptp(outputs) > 0.0
     assert differing(native.forces(name.replace(" ", "_"), u, 0.0), outputs) == 0
 
 
-def test_where_an_inverse_has_no_output_the_last_one_is_held(native):
+def test_an_inverse_without_an_output_repeats_the_last_output(native):
     operator = OPERATORS["inverse_preisach"]
     f_p = operator.values["f_p"]
     fixed = native.forces("inverse_preisach", [0.5 * f_p, 2.0 * f_p, 0.25 * f_p], 0.0)
@@ -48,14 +48,14 @@ def blocks(tmp_path_factory):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", OPERATORS)
-def test_structured_text_gives_the_same_bits(blocks, name):
+def test_structured_text_is_identical(blocks, name):
     u, block = sized(OPERATORS[name], walk(7, count=4000)), f"op_{name}".replace(" ", "_")
     assert differing(blocks.run(block, excitation=u)[0], br.response(OPERATORS[name], u)) == 0
     assert blocks.selftest(block) == (True, True)
 
 
 @pytest.mark.slow
-def test_where_an_inverse_has_no_output_structured_text_holds_it_too(blocks):
+def test_structured_text_repeats_the_last_output_of_an_inverse(blocks):
     operator = OPERATORS["inverse_preisach"]
     f_p = operator.values["f_p"]
     fixed, flags = blocks.run("op_inverse_preisach", excitation=[0.5 * f_p, 2.0 * f_p, 0.25 * f_p])
@@ -64,6 +64,6 @@ def test_where_an_inverse_has_no_output_structured_text_holds_it_too(blocks):
     assert flags.tolist() == [0, 2, 2]
 
 
-def test_other_targets_hold_no_operator(tmp_path):
-    with pytest.raises(br.core.InputError, match="holds no hysteresis operator"):
+def test_other_targets_refuse_operators(tmp_path):
+    with pytest.raises(br.core.InputError, match="does not support hysteresis operators"):
         br.export(OPERATORS["play"], "wasm", tmp_path / "out")

@@ -14,7 +14,7 @@ from bristle.testing import example_of
 
 @pytest.mark.parametrize("name", TARGETS)
 @pytest.mark.parametrize("model", ["plain lugre", "sided preisach_lugre"])
-def test_the_self_test_finds_the_same_bits(name, model, tmp_path):
+def test_the_self_test_finds_identical_outputs(name, model, tmp_path):
     target = TARGETS[name]
     if target.lacking:
         pytest.skip(f"needs {target.lacking}")
@@ -29,7 +29,7 @@ def test_the_self_test_finds_the_same_bits(name, model, tmp_path):
         ("Cortex-M4F", "preisach_lugre", 1200, 6000, 16000),
     ],
 )
-def test_a_step_takes_no_more_instructions_than_a_drive_has(core, model, mean, worst, code, tmp_path):
+def test_a_step_fits_the_instruction_budget_of_a_drive(core, model, mean, worst, code, tmp_path):
     if TARGETS[core].lacking:
         pytest.skip(f"needs {TARGETS[core].lacking}")
     result = counted(example_of(MODELS[model]), core, tmp_path / "out", steps=20_000)
@@ -39,7 +39,7 @@ def test_a_step_takes_no_more_instructions_than_a_drive_has(core, model, mean, w
     assert result.stack <= 1024
 
 
-def test_other_bits_are_told(monkeypatch, tmp_path):
+def test_different_bits_are_reported(monkeypatch, tmp_path):
     target = TARGETS["clang"]._replace(build=("cc",))
     if shutil.which("cc") is None:
         pytest.skip("needs a C compiler")

@@ -90,7 +90,7 @@ def model_of(text, folder):
 
 
 @pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")
-def test_all_that_a_kernel_may_gives_the_same_bits_in_c(tmp_path):
+def test_every_allowed_construct_is_identical_in_c(tmp_path):
     model = model_of(HEAD + TRIAL, tmp_path)
     x = walk(3000, seed=5)
     with interpreted():
@@ -102,7 +102,7 @@ def test_all_that_a_kernel_may_gives_the_same_bits_in_c(tmp_path):
 
 
 @pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")
-def test_its_kernels_are_told_apart_from_the_functions_of_the_export(tmp_path):
+def test_kernels_of_a_user_have_distinct_names(tmp_path):
     model = model_of((HEAD + TRIAL).replace("spread", "force"), tmp_path)
     x = walk(100, seed=5)
     with interpreted():
@@ -111,7 +111,7 @@ def test_its_kernels_are_told_apart_from_the_functions_of_the_export(tmp_path):
 
 
 @pytest.mark.skipif(shutil.which("node") is None, reason="needs node")
-def test_and_in_webassembly(tmp_path):
+def test_every_allowed_construct_is_identical_in_webassembly(tmp_path):
     from tests.exports.test_wasm import RUN, node
 
     model = model_of(HEAD + TRIAL.replace("k % LAYERS", "min(k, 2)").replace("state.turns % 2 == 1", "state.turns > 3"), tmp_path)
@@ -125,7 +125,7 @@ def test_and_in_webassembly(tmp_path):
 
 
 @pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")
-def test_and_in_structured_text(tmp_path):
+def test_every_allowed_construct_is_identical_in_structured_text(tmp_path):
     pytest.importorskip("tree_sitter_iec61131_3_st", reason="needs the grammar of Structured Text for tree-sitter")
     from tests.exports.structured_text import StructuredText
 
@@ -145,19 +145,19 @@ def test_and_in_structured_text(tmp_path):
     [
         ("exp(-k)", "math.exp(-k)", "math.exp may raise"),
         ("exp(-k)", "k ** 0.5", r"\*\* differs between targets"),
-        ("total = 0\n", "memory[0] = 1.0\n    total = 0\n", "memory is written in commit only"),
-        ("k = 0\n", "k = [0][0]\n", "List is outside the subset"),
-        ("LAYERS = 3", "LAYERS = [3]", "LAYERS is a global that can change"),
-        ("not state.wear > 3.0", "state.wear", "and, or join truths"),
-        ("if i > 4:", "if i > 4:\n            continue\n    if i > 4:\n        for i in range(2):", "counts a loop"),
-        ("return low, high", "if low < high:\n        return low, high", "on every way through it"),
+        ("total = 0\n", "memory[0] = 1.0\n    total = 0\n", "only commit may write to memory"),
+        ("k = 0\n", "k = [0][0]\n", "List is outside the exportable subset"),
+        ("LAYERS = 3", "LAYERS = [3]", "LAYERS is a mutable global"),
+        ("not state.wear > 3.0", "state.wear", "and, or need truths"),
+        ("if i > 4:", "if i > 4:\n            continue\n    if i > 4:\n        for i in range(2):", "is read outside its loop"),
+        ("return low, high", "if low < high:\n        return low, high", "on every path"),
         ("state.turns + turned", "state.wear", "is a number where a whole number is needed"),
-        ("p.times:", "p.wrong:", "a Parameters has no wrong"),
+        ("p.times:", "p.wrong:", "a Parameters has no field wrong"),
         ("spread(memory, dx, p)", "spread(memory, dx=dx, p=p)", "passed by position"),
         ("low, high = min(low", "low, high = spread(memory, dx, p)\n        low, high = min(low", "calls itself"),
     ],
 )
-def test_what_cannot_leave_is_refused(seen, instead, reason, tmp_path):
+def test_unexportable_kernels_are_refused(seen, instead, reason, tmp_path):
     text = HEAD + TRIAL
     assert seen in text
     if seen == "spread(memory, dx, p)":

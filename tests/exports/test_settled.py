@@ -70,7 +70,7 @@ def parts(function, kind):
     return [part for part in walk(function.body) if isinstance(part, kind)]
 
 
-def test_a_choice_that_is_known_is_made():
+def test_a_known_choice_is_folded():
     unit, left = left_of(with_a_parameter)
     assert parts(left, If) == []
     assert [part.operator for part in parts(left, Compare)] == [">"]  # of x alone
@@ -81,20 +81,20 @@ def test_a_choice_that_is_known_is_made():
     assert parts(squares, Call) == []  # neither exp nor log: its exponent is 2
 
 
-def test_numbers_stay_with_the_parameters():
+def test_real_numbers_are_not_folded():
     _, left = left_of(with_a_parameter)
     assert [part.value for part in parts(left, Constant) if part.type == REAL] == [0.0]  # nobody asks for the 2
     assert any(isinstance(part, Binary) and part.operator == "*" for part in walk(left.body))
 
 
-def test_single_precision_is_asked_as_it_will_answer():
+def test_comparisons_are_folded_in_the_precision_of_the_target():
     _, double = left_of(with_a_parameter)
     _, single = left_of(with_a_parameter, single=True)
     assert [part.name for part in parts(double, Variable)] != [part.name for part in parts(single, Variable)]
     assert len(parts(single, Call)) == 2  # 0.5 + 1e-9 is 0.5 there, and no more than it
 
 
-def test_a_function_is_written_for_what_it_is_called_with():
+def test_a_function_is_specialized_for_its_arguments():
     unit, left = left_of(both)
     names = [call.function.name for call in parts(left, Call)]
     assert names == ["mathematics_power", "mathematics_power_2", "mathematics_power"]
@@ -102,7 +102,7 @@ def test_a_function_is_written_for_what_it_is_called_with():
     assert len({function.name for function in unit.functions}) == len(unit.functions)
 
 
-def test_what_may_be_changed_is_not_known():
+def test_variable_parameters_are_not_folded():
     kind = type_of(P)
     _, left = left_of(with_a_parameter, {"p": fact_of(P, kind, [("level",), ("gain",)])})
     assert len(parts(left, If)) == 1
@@ -110,14 +110,14 @@ def test_what_may_be_changed_is_not_known():
     assert len(parts(nothing, If)) == 2
 
 
-def test_a_loop_keeps_what_it_counts():
+def test_a_loop_variable_is_not_folded():
     _, left = left_of(looped)
     assert len(parts(left, Compare)) == 1
     assert [part.value for part in parts(left, Constant) if part.type != REAL].count(2) == 2
 
 
 @pytest.mark.parametrize(("name", "share"), [("preisach_contact", 0.6), ("preisach_lugre", 0.76), ("lugre", 1.0)])
-def test_models_keep_what_they_need(name, share):
+def test_folded_models_give_the_same_results(name, share):
     model = example_of(br.friction.MODELS[name])
     subject = subject_of(model)
 
@@ -129,6 +129,6 @@ def test_models_keep_what_they_need(name, share):
     assert size(alone) <= size(tuned) <= size(subject)
 
 
-def test_arrays_and_truths():
+def test_truths_are_folded_and_arrays_are_not():
     assert fact_of(np.ones(3), Array(3)) is None
     assert fact_of(True, TRUTH) == 1

@@ -21,16 +21,16 @@ def length(text) -> int:
 
 
 @pytest.mark.parametrize("write", [law_files, st_law_files], ids=["c", "st"])
-def test_a_law_is_the_same_text_whether_what_its_parameters_decide_was_left_out_before_or_not(write):
+def test_folding_earlier_or_later_gives_the_same_law(write):
     assert write(LAW, "axis_x", Source()) == write(settled_law(LAW), "axis_x", Source())
 
 
 @pytest.mark.parametrize("write", [law_files, st_law_files], ids=["c", "st"])
-def test_a_law_whose_parameters_may_be_changed_takes_more_text(write):
+def test_a_law_with_variable_parameters_is_longer(write):
     assert length(write(TUNABLE, "axis_x", Source())) > length(write(LAW, "axis_x", Source()))
 
 
-def test_an_fmu_of_a_law_is_printed_alike_whether_what_its_parameters_decide_was_left_out_before_or_not():
+def test_folding_earlier_or_later_gives_the_same_fmu_of_a_law():
     texts = [printed(content_of_law(law, "axis_x", Source()).unit) for law in (TUNABLE, settled_law(TUNABLE))]
     assert texts[0] == texts[1]
 

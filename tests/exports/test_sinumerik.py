@@ -26,7 +26,7 @@ def data_of(product):
     return {name: value for _, name, value, *_ in lines}
 
 
-def test_the_pulse_is_what_friction_turns_by_over_the_gain():
+def test_the_pulse_is_the_change_of_friction_divided_by_the_gain():
     data = data_of(write(request_for(LOOP)))
     assert float(data["$MA_FRICT_COMP_CONST_MAX"]) == pytest.approx(16.0 / 4000.0 * 1e3 * 60.0, rel=1e-5)  # [mm/min]
     assert float(data["$MA_FRICT_COMP_TIME"]) == pytest.approx(0.02)
@@ -45,7 +45,7 @@ def test_a_pulse_with_the_time_of_the_integral_is_a_step_of_effort_at_each_rever
     assert late == pytest.approx(-16.0 * (2.0 - np.exp(-1.0)), rel=1e-3)
 
 
-def test_nothing_is_read_back_without_a_loop_or_a_time():
+def test_without_a_loop_or_a_time_constant_no_drive_is_read_back():
     request = request_for(LOOP)
     files = write(request).files
     assert reads(files, request_for({})) is None
@@ -56,6 +56,6 @@ def test_nothing_is_read_back_without_a_loop_or_a_time():
 
 
 @pytest.mark.parametrize("loop", [{}, {"model": "cascade", "k_p": "30 1/s", "k_v": "0 N*s/mm"}])
-def test_a_gain_of_the_velocity_loop_is_needed(loop):
+def test_the_gain_of_the_velocity_loop_is_required(loop):
     with pytest.raises(br.core.InputError, match="needs the gain of the velocity loop"):
         write(request_for(loop))

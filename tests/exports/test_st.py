@@ -57,7 +57,7 @@ def blocks(written, tmp_path_factory):
 
 @pytest.mark.fast_cases(7)
 @pytest.mark.parametrize("name", CHOSEN)
-def test_each_force_has_the_bits_of_bristle_and_nothing_traps(blocks, name):
+def test_forces_are_identical_to_bristle_without_traps(blocks, name):
     signals = {"load": 1.0, "temperature": 293.15} if name.startswith("varied") else {}
     force, flags = blocks.run(name, walk(20_000), DT, **signals)
     expected = br.response(example(name), walk(20_000), DT, rest="held")
@@ -67,11 +67,11 @@ def test_each_force_has_the_bits_of_bristle_and_nothing_traps(blocks, name):
 
 
 @pytest.mark.parametrize("name", CHOSEN)
-def test_the_self_test_comes_to_its_end_and_passes(blocks, name):
+def test_the_self_test_completes_and_passes(blocks, name):
     assert blocks.selftest(name) == (True, True)
 
 
-def test_a_controller_that_cuts_where_others_round_gives_the_same(written, tmp_path):
+def test_a_controller_that_truncates_on_conversion_gives_identical_forces(written, tmp_path):
     names = ("plain_dahl", "sided_maxwell_stribeck", "varied_preisach_lugre")
     cutting = StructuredText({name: written[name] for name in names}, tmp_path, rounded="trunc")
     for name in names:
@@ -82,7 +82,7 @@ def test_a_controller_that_cuts_where_others_round_gives_the_same(written, tmp_p
     ("seen", "instead"),
     [("sigma_1 := 1000.0;", "sigma_1 := 1000.0000000000001;"), ("F_C := 22.0;", "F_C := 22.000000000000004;"), (" + 0.0;", " + 1.0E-30;")],
 )
-def test_the_self_test_sees_the_last_place(written, tmp_path, seen, instead):
+def test_the_self_test_detects_an_error_in_the_last_digit(written, tmp_path, seen, instead):
     block, test = written["sided_lugre"]
     assert seen in block
     changed = StructuredText({"sided_lugre": [block.replace(seen, instead), test]}, tmp_path)
@@ -93,12 +93,12 @@ CONTRACTING = Path("/proc/cpuinfo")
 
 
 @pytest.mark.skipif(not CONTRACTING.exists() or " fma " not in CONTRACTING.read_text(), reason="needs a processor with x86 FMA")
-def test_the_self_test_sees_a_compiler_that_contracts(written, tmp_path):
+def test_the_self_test_detects_fused_multiply_add(written, tmp_path):
     contracted = StructuredText({"sided_lugre": written["sided_lugre"]}, tmp_path, flags=("-O2", "-ffp-contract=fast", "-mfma"))
     assert contracted.selftest("sided_lugre") == (True, False)
 
 
-def test_what_is_no_number_holds_the_last_force_and_sets_a_flag(blocks):
+def test_a_position_that_is_not_a_number_repeats_the_force_and_sets_a_flag(blocks):
     x = [0.0, 1e-5, np.nan, np.inf, -1e31, 2e-5, 3e-5, 3e-5, 3e-5, 0.0]
     dt = [1.0, 1e-3, 1e-3, 1e-3, 1e-3, 1e-3, 0.0, np.nan, 1e-3, 1e-3]
     force, flags = blocks.run("sided_lugre", x, dt, commands=[0, 0, 0, 0, 2, 2, 0, 0, 2, 1])
@@ -107,7 +107,7 @@ def test_what_is_no_number_holds_the_last_force_and_sets_a_flag(blocks):
     assert force.tolist() == [0.0, *[expected[1]] * 4, *[expected[2]] * 3, expected[3], 0.0]
 
 
-def test_a_position_of_minus_zero_is_zero(blocks):
+def test_a_position_of_minus_zero_counts_as_zero(blocks):
     force, _ = blocks.run("plain_coulomb", [0.0, -0.0, 1e-6, 1e-6], DT)
     assert force.tolist() == br.response(example("plain_coulomb"), [0.0, 0.0, 1e-6, 1e-6], DT, rest="held").tolist()
     assert force[1] == 0.0 < force[2] == force[3]
@@ -131,7 +131,7 @@ def declared(node):
 
 
 @pytest.mark.parametrize("name", CHOSEN)
-def test_no_name_is_a_word_of_the_language(written, name):
+def test_no_name_is_a_keyword(written, name):
     for text in written[name]:
         names = declared(parsed(text))
         assert len(names) > 10
@@ -145,22 +145,22 @@ def loops(text):
 
 
 @pytest.mark.parametrize("name", CHOSEN)
-def test_no_loop_that_counts_can_have_one_pass_which_matiec_skips(written, name):
+def test_no_counting_loop_can_have_a_single_pass(written, name):
     for text in written[name]:
         assert all(int(first) < int(last) for first, last in loops(text))
 
 
-def test_a_model_of_one_element_has_no_loop_that_counts(tmp_path):
+def test_a_model_of_one_element_has_no_counting_loop(tmp_path):
     model = br.friction.maxwell_slip(F_C=20.0, k_i=[6e6], nu_i=[1.0])
     assert loops(texts(model, tmp_path)[0]) == []
 
 
-def test_names_of_blocks_that_libraries_of_compilers_have_are_not_used():
+def test_names_of_library_blocks_are_avoided():
     assert {"integral", "derivative", "ramp", "hysteresis", "pid", "rtc", "sema", "lag1"} <= RESERVED
 
 
 @pytest.mark.parametrize("name", ["stribeck", "stribeck_free"])
-def test_each_function_has_an_input_as_the_grammar_of_some_compilers_asks(tmp_path, name):
+def test_each_function_has_at_least_one_input(tmp_path, name):
     # Where the exponent of the fall is 2, nothing is left of the power but a number.
     model = example_of(MODELS[name])
     text, _ = texts(model, tmp_path, "axis_x")
@@ -170,14 +170,14 @@ def test_each_function_has_an_input_as_the_grammar_of_some_compilers_asks(tmp_pa
 
 
 @pytest.mark.parametrize("value", [1.7976931348623157e308, -1.7976931348623157e308])
-def test_the_largest_number_stays_finite_where_a_compiler_folds_in_single_precision(value):
+def test_the_largest_number_stays_finite_in_single_precision_constant_folding(value):
     factors = [np.float32(part) for part in real_literal(value).strip("()").split(" * ")]
     product = np.prod([float(factor) for factor in factors])
     assert product == pytest.approx(value, rel=1e-7)
 
 
 @pytest.mark.parametrize("value", [0.1, -2.5e-7, 1e300, -1.7976e308, 2.2250738585072014e-308, 5e-324, 3e37])
-def test_a_literal_is_the_number_to_the_bit_and_none_of_its_parts_is_large(value):
+def test_a_literal_is_exact_and_has_no_large_factor(value):
     factors = [float(part) for part in real_literal(value).strip("()").split(" * ")]
     product = factors[0]
     for factor in factors[1:]:
@@ -247,18 +247,18 @@ def helpers(request, tmp_path_factory):
 
 
 @pytest.mark.parametrize("name", HELPERS)
-def test_what_stands_in_for_bits_is_exact_to_the_ends_of_the_range(name, helpers):
+def test_bit_helpers_are_exact_over_the_whole_range(name, helpers):
     expected, arguments, _ = HELPERS[name]
     result, _ = helpers.run(f"of_{name}", [float(argument) for argument in arguments])
     assert differing(result, np.array([float(expected(argument)) for argument in arguments])) == 0
 
 
-def test_what_is_rounded_first_stands_in_brackets(written):
+def test_operations_that_round_first_have_brackets(written):
     block = written["sided_lugre"][0]
     assert "(v_x * 1.4426950408889634 + 6755399441055744.0) - 6755399441055744.0" in block
 
 
-def test_the_sum_of_a_self_test_keeps_what_rounding_takes():
+def test_the_sum_of_a_self_test_includes_its_rounding_error():
     forces = walk(2000) * 1e6
     for place in (0, 700, 1999):
         changed = forces.copy()
@@ -301,7 +301,7 @@ def usual(text):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "kind"), OTHERWISE)
-def test_the_self_test_passes_with_what_was_exported(otherwise, name, kind):
+def test_the_self_test_passes_with_the_exported_parameters(otherwise, name, kind):
     assert otherwise[1].selftest(f"{kind}_{name}") == (True, True)
 
 
@@ -314,7 +314,7 @@ def test_the_self_test_passes_with_what_was_exported(otherwise, name, kind):
         ("varied_preisach_lugre", {"f_p": 36.0}, {"f_p": 36.0}),
     ],
 )
-def test_a_parameter_that_is_given_is_that_of_bristle(otherwise, name, inputs, values):
+def test_a_parameter_input_acts_as_in_bristle(otherwise, name, inputs, values):
     written, blocks, _ = otherwise
     x, defaults = walk(4000), usual(written[f"tuned_{name}"][0])
     assert set(inputs) <= set(defaults)
@@ -326,7 +326,7 @@ def test_a_parameter_that_is_given_is_that_of_bristle(otherwise, name, inputs, v
 
 
 @pytest.mark.parametrize(("kind", "beyond"), [("tuned", {"f_s_pos": 0.0}), ("both", {"f_c_neg": -1.0}), ("tuned", {"offset": 2e30})])
-def test_a_parameter_that_leaves_its_range_is_refused_and_the_force_held(otherwise, kind, beyond):
+def test_a_parameter_outside_its_range_is_refused_and_the_force_repeated(otherwise, kind, beyond):
     written, blocks, _ = otherwise
     name = f"{kind}_sided_lugre"
     force, flags = blocks.run(name, walk(50), DT, **usual(written[name][0]) | beyond)
@@ -335,7 +335,7 @@ def test_a_parameter_that_leaves_its_range_is_refused_and_the_force_held(otherwi
 
 
 @pytest.mark.parametrize("name", SINGLE)
-def test_single_precision_has_the_bits_of_single_precision_in_c(otherwise, name):
+def test_single_precision_is_identical_to_c(otherwise, name):
     _, blocks, native = otherwise
     signals = {"load": 1.0, "temperature": 293.15} if name.startswith("varied") else {}
     x = walk(20_000)
@@ -348,14 +348,14 @@ def test_single_precision_has_the_bits_of_single_precision_in_c(otherwise, name)
     assert off > 0.0 or name == "plain_coulomb"  # whose numbers have few digits
 
 
-def test_the_self_test_of_single_precision_sees_a_wrong_parameter(otherwise, tmp_path):
+def test_the_single_precision_self_test_detects_a_wrong_parameter(otherwise, tmp_path):
     block, test = otherwise[0]["single_sided_lugre"]
     assert "F_C := REAL#22.0;" in block
     changed = StructuredText({"single_sided_lugre": [block.replace("F_C := REAL#22.0;", "F_C := REAL#22.1;"), test]}, tmp_path)
     assert changed.selftest("single_sided_lugre") == (True, False)
 
 
-def test_in_single_precision_what_would_leave_its_range_is_refused(otherwise):
+def test_inputs_beyond_the_range_of_single_precision_are_refused(otherwise):
     x, dt = [0.0, 1e-5, 1e8, 2e-5, 2e-5], [1.0, 1e-3, 1e-2, 1e-7, 1e-3]
     force, flags = otherwise[1].run("single_sided_lugre", x, dt)
     assert flags.tolist() == [0, 0, 1, 1, 1]
@@ -371,7 +371,7 @@ SINGLE_HELPERS = {
 }
 
 
-def test_what_stands_in_for_bits_of_single_precision_is_exact(tmp_path):
+def test_bit_helpers_of_single_precision_are_exact(tmp_path):
     calls = {name: f"REAL_TO_LREAL({{0}}({of} := LREAL_TO_REAL(position)))" for name, (_, _, of) in SINGLE_HELPERS.items()}
     helpers = in_blocks(calls, tmp_path, "REAL")
     for name, (expected, arguments, _) in SINGLE_HELPERS.items():
@@ -466,7 +466,7 @@ def st_text(root):
     return "\n".join(lines)
 
 
-def test_the_xml_is_the_same_program(project):
+def test_the_xml_contains_the_same_program(project):
     st, root = project
     assert sorted(Translator(st_text(root)).out) == sorted(Translator(*st).out)
 
@@ -474,7 +474,7 @@ def test_the_xml_is_the_same_program(project):
 # --- what else it says and refuses ------------------------------------------------------------------------------------
 
 
-def test_the_head_says_what_is_known_and_ends_where_it_should(tmp_path):
+def test_the_head_describes_the_model_and_ends_correctly(tmp_path):
     model = br.friction.lugre(F_C="34 mN*m", F_S="40 mN*m", v_S="0.5 rad/s", sigma_0="100 N*m/rad")
     source = Source({"log": "knee (*) run *) 3"}, {"F_S": {"interval": (0.039, 0.041)}})
     st = texts(model, tmp_path, "knee", source=source)
@@ -483,15 +483,15 @@ def test_the_head_says_what_is_known_and_ends_where_it_should(tmp_path):
     assert "0.039 to 0.041" in head
     assert "N*m" in head
     assert "x [rad]" in head
-    assert "without dividing by it" in head
+    assert "without a division" in head
     assert Translator(*st).units["knee"].kind == "block"
     assert all(len(line) <= 130 for line in st[0].splitlines())
 
 
 @pytest.mark.parametrize(
-    ("options", "reason"), [*[({"name": name}, "name of a function block") for name in ("limit", "ax", "axis_", "axis__x")]]
+    ("options", "reason"), [*[({"name": name}, "cannot name a function block") for name in ("limit", "ax", "axis_", "axis__x")]]
 )
-def test_what_it_does_not_hold_is_refused(options, reason, tmp_path):
+def test_unsupported_options_are_refused(options, reason, tmp_path):
     with pytest.raises(br.core.InputError, match=reason):
         br.export(example("plain_coulomb"), "st", tmp_path / "out", **options)
 
@@ -540,7 +540,7 @@ END_PROGRAM
         ("force := 1.0 +;", "grammar refuses"),
     ],
 )
-def test_the_reader_refuses(body, reason):
+def test_the_reader_refuses_invalid_programs(body, reason):
     with pytest.raises(StandardError, match=reason):
         Translator(FUNCTION.format(body=body))
 
@@ -556,13 +556,13 @@ def test_the_reader_refuses(body, reason):
         ("count := count / count;", "divided by zero"),
     ],
 )
-def test_the_reader_stops_where_a_controller_does(body, reason, tmp_path):
+def test_the_reader_stops_at_traps_of_a_controller(body, reason, tmp_path):
     stopping = StructuredText({"axis_x": [FUNCTION.format(body=body)]}, tmp_path)
     with pytest.raises(StandardError, match=reason):
         stopping.run("axis_x", np.zeros(3))
 
 
-def test_the_reader_computes_as_the_standard_says(tmp_path):
+def test_the_reader_follows_the_standard(tmp_path):
     body = """
     count := 7 - 2 - 1;
     here.first := 10.0 - 4.0 - 3.0;

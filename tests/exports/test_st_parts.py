@@ -18,20 +18,20 @@ def product_of(text):
 
 
 @pytest.mark.parametrize("value", [1e300, -1e300, 2.2250738585072014e-308, 5e-324, 1.5, -0.1, 0.0, 1e37, 1e-37, 3e40])
-def test_a_literal_of_any_size_is_the_number_and_has_small_parts(value):
+def test_a_literal_of_any_magnitude_is_exact_with_small_factors(value):
     text = real_literal(value)
     assert product_of(text) == value
     assert all(float(part) == 0.0 or 1e-37 <= abs(float(part)) <= 1e37 for part in text.strip("()").split(" * "))
     assert ("*" in text) == (value != 0.0 and not 1e-37 <= abs(value) <= 1e37)
 
 
-def test_what_is_no_number_or_infinite_has_one_that_stands_for_it():
+def test_infinity_and_nan_have_substitute_numbers():
     assert float(real_literal(math.inf)) == 1e37
     assert float(real_literal(-math.inf)) == -1e37
     assert 1e37 < float(real_literal(math.nan)) < 1e38
 
 
-def test_a_literal_has_a_point_and_in_single_precision_its_type():
+def test_a_literal_has_a_decimal_point_and_in_single_precision_its_type():
     assert (real_literal(2.0), real_literal(1e20), real_literal(1.5e-7)) == ("2.0", "1.0E20", "1.5E-7")
     assert (real_literal(0.1, "REAL"), real_literal(-0.5, "REAL")) == ("REAL#0.1", "-REAL#0.5")
     assert np.float32(real_literal(1.0 / 3.0, "REAL").partition("#")[2]) == np.float32(1.0 / 3.0)
@@ -42,7 +42,7 @@ def test_a_literal_has_a_point_and_in_single_precision_its_type():
     )
 
 
-def test_names_are_used_once_whatever_their_capitals():
+def test_names_are_unique_regardless_of_case():
     names = Names(["Used"], prefix="axis_")
     first = names.of("key", "force")
     assert first == names.of("key", "other") == "axis_force"
@@ -56,8 +56,8 @@ def test_names_are_used_once_whatever_their_capitals():
 
 
 @pytest.mark.parametrize("name", ["if", "ab", "axis_", "a__b", "limit"])
-def test_a_block_has_a_name_that_every_compiler_takes(name):
-    with pytest.raises(InputError, match="cannot be the name of a function block"):
+def test_a_block_has_a_name_that_every_compiler_accepts(name):
+    with pytest.raises(InputError, match="cannot name a function block"):
         checked(name)
     checked("axis_x")
     checked("abc")

@@ -32,14 +32,14 @@ def test_each_number_of_an_array_is_an_input_that_counts_from_one():
 
 
 @pytest.mark.parametrize(("scalar", "farthest"), [("LREAL", "1.0E30"), ("REAL", "REAL#1.0E15")])
-def test_an_input_without_ends_is_compared_with_a_number_that_stays_finite(scalar, farthest):
+def test_an_unbounded_input_is_limited_to_finite_numbers(scalar, farthest):
     offset = br.friction.with_slots(br.friction.coulomb, [])(F_C=1.0, offset=0.5)
     of_force, of_offset = Tuned.of(tunable_of(offset), Names()).ranges(Printer(Unit([]), "axis", scalar=scalar))
     assert of_force.startswith("(F_C >= ")
     assert of_offset == f"(offset >= -{farthest}) AND (offset <= {farthest})"
 
 
-def test_a_structure_is_set_number_by_number_but_for_skipped_paths():
+def test_a_structure_is_set_number_by_number_except_skipped_paths():
     lines = list(set_lines("p", SLIP.parameters, struct_type(SLIP.parameters), printer(), skipped=[("F_C",)]))
     assert not any("F_C" in line for line in lines)
     assert [line for line in lines if "nu_i" in line] == ["p.nu_i[0] := 0.25;", "p.nu_i[1] := 0.75;"]
@@ -50,7 +50,7 @@ def test_a_structure_is_set_number_by_number_but_for_skipped_paths():
     assert any(line.count(".") > 1 and line.startswith("p.") and ":= 2.0;" in line for line in nested)
 
 
-def test_inputs_are_held_where_a_format_holds_the_squares():
+def test_inputs_are_limited_so_that_squares_stay_in_range():
     double, single = ({name: float(text or 0.0) for name, text in bounds(single=narrow, farthest=1e5).items()} for narrow in (False, True))
     assert double["farthest"] == double["beyond"] == single["beyond"] == 1e30
     assert (single["farthest"], double["fastest"]) == (1e5, 0.0)
@@ -60,7 +60,7 @@ def test_inputs_are_held_where_a_format_holds_the_squares():
     assert bounds(single=False)["fastest"] == ""
 
 
-def test_the_walk_of_a_program_is_that_of_the_self_test():
+def test_the_walk_of_a_program_equals_that_of_the_self_test():
     walk = Walk((1e-9, 1e-7), 1e-3)
     facts = walk_facts(walk, printer(), "count")
     lines = [line.strip() for line in facts["step"]]
@@ -82,7 +82,7 @@ def test_the_walk_of_a_program_is_that_of_the_self_test():
     assert (facts["dt"], facts["per_cycle"], lines[4]) == ("0.001", 20, "END_IF;")
 
 
-def test_a_sum_and_the_loss_of_rounding_are_the_exact_sum_together():
+def test_sum_and_rounding_error_add_up_to_the_exact_sum():
     numbers = [1e16, 1.0, -1e16, 3e-5, 0.1, -7.25e9]
     total, lost = total_of(numbers)
     assert total == sum(numbers)
@@ -102,12 +102,12 @@ def test_a_self_test_compares_the_sum_or_in_single_precision_some_numbers():
     names = {single: [variable.name for variable in Judged("axis", outputs, single).variables()] for single in (False, True)}
     assert set(names[True]) - set(names[False]) == {"worst", "expected"}
     assert set(names[False]) - set(names[True]) == {"total", "lost", "added"}
-    for single, gave in ((True, "within what single precision explains"), (False, "to the bit")):
+    for single, gave in ((True, "within the error of single precision"), (False, "bit by bit")):
         (passed,) = [variable for variable in Judged("axis", outputs, single).variables() if variable.name == "passed"]
         assert passed.meaning.endswith(gave)
 
 
-def test_types_in_use_stay_with_the_types_inside():
+def test_used_types_include_their_inner_types():
     array, inner = ArrayPart("numbers", 3, LREAL), Record("inner", (Variable("a", "numbers"),))
     outer, idle = Record("outer", (Variable("b", "inner"),)), Record("idle", (Variable("c", "numbers"),))
     pou = Pou("FUNCTION", "f", "BOOL", (Variable("x", "outer"),), ("f := TRUE;",), "what (* it does")

@@ -34,7 +34,7 @@ def target_file(folder, result=GOOD, before=""):
 # --- those of bristle -------------------------------------------------------------------------------------------
 
 
-def test_each_target_has_its_functions_in_a_module_that_is_loaded_when_it_is_called():
+def test_functions_of_a_target_are_loaded_on_first_call():
     listed = "import sys; from bristle.exports import TARGETS; print(*[n for n in sys.modules if n.startswith('bristle.exports.')])"
     loaded = subprocess.run([sys.executable, "-c", listed], capture_output=True, text=True, check=True).stdout.split()
     assert loaded == ["bristle.exports.targets"]
@@ -56,7 +56,7 @@ def test_each_target_meets_the_contract(name):
     assert [check for check in check_target(TARGETS[name]) if not check.passed] == []
 
 
-def test_what_a_target_is_not_able_to_do_is_refused_with_those_that_are(tmp_path):
+def test_an_unsupported_option_is_refused_with_the_targets_that_support_it(tmp_path):
     model = br.friction.coulomb(F_C=1.0)
     for options, able in (
         ({"tunable": True}, {name for name, target in TARGETS.items() if target.tunable}),
@@ -68,7 +68,7 @@ def test_what_a_target_is_not_able_to_do_is_refused_with_those_that_are(tmp_path
 
 
 @pytest.mark.parametrize("place", ["help", "server"])
-def test_every_target_is_told_where_targets_are_told(place, capsys):
+def test_every_target_is_in_the_guide_and_the_help(place, capsys):
     if place == "help":
         main(["export", "--help"])
         text = capsys.readouterr().out
@@ -122,15 +122,15 @@ def test_the_example_writes_the_friction_in_the_units_of_the_log(tmp_path):
     [
         ("{'a.txt': 'a'}", "returned no files"),
         ("Product({})", "wrote no file"),
-        ("Product({'../a.txt': 'a'})", "a name that it cannot have"),
-        ("Product({'/tmp/a.txt': 'a'})", "a name that it cannot have"),
-        ("Product({'summary.json': 'a'})", "a name that it cannot have"),
-        ("Product({'.bristle-results': 'a'})", "a name that it cannot have"),
+        ("Product({'../a.txt': 'a'})", "an invalid name"),
+        ("Product({'/tmp/a.txt': 'a'})", "an invalid name"),
+        ("Product({'summary.json': 'a'})", "an invalid name"),
+        ("Product({'.bristle-results': 'a'})", "an invalid name"),
         ("Product({'a.txt': 3.0})", "wrote no content for a.txt; found 'float', allowed text or bytes"),
-        ("Product({'a.txt': 'a'}, 'a note')", "has notes that are no text"),
+        ("Product({'a.txt': 'a'}, 'a note')", "has notes that are not text"),
     ],
 )
-def test_what_is_no_product_is_refused_and_nothing_is_written(tmp_path, result, said):
+def test_an_invalid_product_is_refused_without_writing_files(tmp_path, result, said):
     file = target_file(tmp_path, result)
     with pytest.raises(br.core.InputError, match=re.escape(said)):
         br.export(br.friction.coulomb(F_C=1.0), file, tmp_path / "out")
@@ -160,7 +160,7 @@ def test_what_is_no_product_is_refused_and_nothing_is_written(tmp_path, result, 
         ("Product({'a.txt': 'a'}, ('a note\\n of two lines',))", "", "notes in words", "a note is"),
     ],
 )
-def test_each_fault_is_told_by_its_demand(tmp_path, result, before, demand, said):
+def test_each_fault_is_reported_with_its_requirement(tmp_path, result, before, demand, said):
     failed = [item for item in check_target(load_target_file(target_file(tmp_path, result, before))) if not item.passed]
     assert [item.name for item in failed] == [demand]
     assert said in failed[0].detail
@@ -171,7 +171,7 @@ def test_each_fault_is_told_by_its_demand(tmp_path, result, before, demand, said
     ("old", "new"),
     [*(("effort.of(force):.6g", f"{factor} * effort.of(force):.6g") for factor in (-1, 50, 0.001)), ("velocity.of(v):.6g", "v:.6g")],
 )
-def test_a_reversed_sign_or_a_wrong_unit_is_seen(tmp_path, old, new):
+def test_a_reversed_sign_or_a_wrong_unit_is_detected(tmp_path, old, new):
     text = EXAMPLE.read_text(encoding="utf-8")
     assert old in text
     (tmp_path / "mine.py").write_text(text.replace(old, new), encoding="utf-8")
@@ -180,7 +180,7 @@ def test_a_reversed_sign_or_a_wrong_unit_is_seen(tmp_path, old, new):
 
 
 @pytest.mark.parametrize("factor", [-1.0, 0.01])
-def test_a_reversed_sign_or_a_wrong_unit_of_cogging_is_seen(factor):
+def test_a_reversed_sign_or_a_wrong_unit_of_cogging_is_detected(factor):
     target = TARGETS["cogging"]
 
     def reads(files, request):
@@ -190,7 +190,7 @@ def test_a_reversed_sign_or_a_wrong_unit_of_cogging_is_seen(factor):
     assert [check.name for check in check_target(replace(target, reads=reads)) if not check.passed] == ["lowers the error"]
 
 
-def test_a_cogging_file_of_an_axis_without_cogging_is_no_fault():
+def test_a_cogging_file_of_an_axis_without_cogging_is_valid():
     def write(request):
         try:
             return TARGETS["cogging"].write(request)
@@ -204,12 +204,12 @@ def test_a_cogging_file_of_an_axis_without_cogging_is_no_fault():
     assert [check.detail for check in check_target(target) if not check.passed] == []
 
 
-def test_what_acts_on_an_axis_tells_how(tmp_path):
-    with pytest.raises(br.core.InputError, match=r"here: acts on an axis .* its effect is not known\. Write reads=reads"):
+def test_a_target_that_acts_on_an_axis_requires_a_reader(tmp_path):
+    with pytest.raises(br.core.InputError, match=r"here: acts on an axis .* cannot compute the effect\. Write reads=reads"):
         Target(name="here", description="a file", write=lambda request: Product({"a": "b"}), pushes=True)
 
 
-def test_a_name_never_loads_a_file_where_names_are_asked_for(tmp_path):
+def test_a_name_of_a_target_never_loads_a_file(tmp_path):
     """The served lab passes on a name that came over the network."""
     from bristle.report.exported import export_model_file
 
@@ -218,7 +218,7 @@ def test_a_name_never_loads_a_file_where_names_are_asked_for(tmp_path):
         export_model_file(tmp_path / "model.toml", str(file), command="")
 
 
-def test_a_target_made_in_python_is_one(tmp_path):
+def test_a_target_can_be_defined_in_python(tmp_path):
     target = Target(name="here", description="a file", write=lambda request: Product({"a.bin": b"\x00\xff"}))
     with warnings.catch_warnings():
         warnings.simplefilter("error")

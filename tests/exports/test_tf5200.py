@@ -54,12 +54,12 @@ def test_the_list_of_a_rotary_axis_is_in_thousandths_of_a_degree_a_second():
 
 
 @pytest.mark.parametrize(("microns", "written", "is_noted"), [(0.4, 4, False), (1.0, 10, False), (1.2, 10, True)])
-def test_a_delay_over_a_distance_ends_at_ten_tenths_of_a_micrometre(monkeypatch, microns, written, is_noted):
+def test_a_delay_over_a_distance_is_limited_to_ten_tenths_of_a_micrometre(monkeypatch, microns, written, is_noted):
     requested = []
     monkeypatch.setattr(tf5200, "reversal_distance", lambda model, speed: requested.append(speed) or microns * 1e-6)
     product = write(request_for(br.friction.coulomb(F_C=8.0)))
     assert rows_of(product)["position_delay"] == written
-    reason = "position_delay is 10, where its range ends: friction takes 12 x 0.1 um to turn"
+    reason = "position_delay is 10, its largest value: friction needs 12 x 0.1 um to turn"
     assert (reason in product.notes) is is_noted
     assert requested == [pytest.approx(0.2)]
 
@@ -69,32 +69,32 @@ def test_the_current_leads_a_reversal_by_four_cycles_at_most(monkeypatch, ahead,
     monkeypatch.setattr(tf5200, "samples_ahead", lambda loop: ahead)
     product = write(request_for(br.friction.coulomb(F_C=8.0)))
     assert rows_of(product)["reversal_lookahead"] == written
-    assert f"leads a reversal; {ahead} are needed, and its range ends at 4." in str(product.files["axis_x.txt"])
+    assert f"leads a reversal; {ahead} needed, the largest value is 4." in str(product.files["axis_x.txt"])
 
 
 @pytest.mark.parametrize(("count", "is_refused"), [(20, False), (21, True)])
-def test_the_list_takes_twenty_entries(monkeypatch, count, is_refused):
+def test_the_list_has_at_most_twenty_entries(monkeypatch, count, is_refused):
     entries = np.column_stack([0.01 * np.arange(count), 1.0 + np.arange(count) % 2])
     monkeypatch.setattr(tf5200, "mean_side", lambda *passed: Side(entries, entries))
     request = request_for(br.friction.coulomb(F_C=8.0))
     if is_refused:
-        with pytest.raises(br.core.InputError, match="points: are more entries than the list takes; found 21, allowed 20 or fewer"):
+        with pytest.raises(br.core.InputError, match="points: exceeds the length of the list; found 21, allowed 20 entries or fewer"):
             write(request)
     else:
         assert rows_of(write(request))["table_entries"] == count
 
 
-def test_of_entries_that_rounding_puts_at_one_speed_the_first_stays():
+def test_the_first_of_several_entries_at_a_rounded_speed_is_kept():
     entries = np.array([[0.0, 5.0], [4e-7, 7.0], [1e-6, 9.0], [2e-6, 9.0]])
     kept = merged(Side(entries, entries), DriveUnit("0.1 % of rated", 1.0), "translational").entries
     assert kept.tolist() == entries[[0, 2, 3]].tolist()
 
 
-def test_half_the_jump_of_a_constant_force_is_no_error_of_either_direction():
+def test_the_constant_force_does_not_count_as_an_error_of_a_direction():
     lifting = br.friction.find("coulomb")(F_C=8.0, offset=4.0)
     product = write(request_for(lifting))
     assert [rows_of(product)[f"table[{i}].out"] for i in (0, 1)] == [40, 40]
-    assert any("the constant force, 4 N, is not in it" in note for note in product.notes)
+    assert any("does not contain the constant force of 4 N" in note for note in product.notes)
 
 
 LIST = {"table_entries": 2, "position_delay": 0, "reversal_lookahead": 0, "scaling_factor": 1000}
@@ -124,7 +124,7 @@ def test_the_current_fades_over_the_cycles_before_a_reversal():
     assert force_along(steps, reversal_lookahead=2) == pytest.approx([2.0, 2.0, 4.0 / 3.0, 2.0 / 3.0, -2.0, -2.0], abs=1e-3)
 
 
-def test_the_current_builds_up_over_the_distance_behind_a_reversal():
+def test_the_current_builds_up_over_the_distance_after_a_reversal():
     # 0.4 um behind the turn, in steps of 0.1 um; a reversal before that begins anew.
     steps = [-0.1] * 2 + [0.1] * 6
     built = force_along(steps, dt=10.0, position_delay=4)

@@ -13,7 +13,7 @@ LUGRE = br.friction.lugre(F_C=22.0, F_S=29.0, v_S=3e-3, sigma_0=2e6)
 SLIP = br.friction.maxwell_slip(F_C=4.0, nu_i=[0.25, 0.75], k_i=[1e5, 2e5])
 
 
-def test_real_numbers_may_be_changed_each_by_its_name_and_place():
+def test_real_numbers_are_variable_by_name_and_index():
     tuned = tunable_of(SLIP)
     numbers = [("F_C", None, 4.0), ("nu_i", 0, 0.25), ("nu_i", 1, 0.75), ("k_i", 0, 1e5), ("k_i", 1, 2e5), ("sigma_2", None, 0.0)]
     assert sorted(tuned.numbers(), key=str) == sorted(numbers, key=str)
@@ -21,7 +21,7 @@ def test_real_numbers_may_be_changed_each_by_its_name_and_place():
     assert set(tuned.places.values()) == {"F_C", "nu_i", "k_i", "sigma_2"}
 
 
-def test_a_number_is_compared_with_its_ends_or_with_the_largest():
+def test_a_number_is_limited_by_its_bounds_or_by_the_largest_number():
     bounds = {(name, place): compared for name, place, compared in bounds_of(tunable_of(SLIP))}
     assert bounds["F_C", None] == [(">=", SLIP.component.variables["F_C"].min)]
     share = SLIP.component.variables["nu_i"]
@@ -30,7 +30,7 @@ def test_a_number_is_compared_with_its_ends_or_with_the_largest():
     assert {name: compared for name, _, compared in bounds_of(tunable_of(offset))}["offset"] == [(">=", -math.inf), ("<=", math.inf)]
 
 
-def test_a_parameter_that_a_model_makes_something_else_of_stays():
+def test_a_parameter_that_a_model_converts_is_constant():
     from bristle.friction import MODELS
 
     refused = []
@@ -40,19 +40,19 @@ def test_a_parameter_that_a_model_makes_something_else_of_stays():
                 tunable_of(br.testing.example_of(MODELS[name]))
             except InputError as error:
                 refused.append(error.mend)
-    assert all(mend == "Leave --tunable out" for mend in refused)
+    assert all(mend == "Omit --tunable" for mend in refused)
 
 
-def test_what_single_precision_does_not_hold_is_refused_by_its_place():
+def test_a_value_beyond_single_precision_is_refused_by_its_path():
     refuse_beyond_single({"a": 1e38, "b": math.inf, "c": "text", "d": np.array([1.0, np.nan])})
     with pytest.raises(InputError) as reported:
         refuse_beyond_single({"a": LUGRE.parameters._replace(sigma_0=1e39)})
     assert (reported.value.path, reported.value.value) == ("a.sigma_0", 1e39)
-    with pytest.raises(InputError, match="k: is larger"):
+    with pytest.raises(InputError, match="k: is too large"):
         refuse_beyond_single({"k": np.array([1.0, -4e38])})
 
 
-def test_single_precision_is_compared_every_so_many_steps():
+def test_single_precision_is_compared_at_checkpoints():
     outputs = np.linspace(-3.0, 1.0, 101)
     near = checkpoints(outputs, single=True)
     assert [float(number) for number in near["checkpoints"]] == pytest.approx([-3.0, -2.0, -1.0, 0.0, 1.0])
@@ -61,7 +61,7 @@ def test_single_precision_is_compared_every_so_many_steps():
     assert single_note("force").endswith("the self-test allows 0.001 of the largest force")
 
 
-def test_numbers_of_single_precision_follow_from_the_format():
+def test_constants_of_single_precision_follow_from_the_format():
     single, info = {name: number for (name, _), number in CONSTANTS.items()}, np.finfo(np.float32)
     assert (single["NORMAL_MIN"], single["LARGEST"]) == (float(info.tiny), float(info.max))
     assert single["LOG_OF_MIN"] == pytest.approx(math.log(float(info.tiny)), rel=1e-12)

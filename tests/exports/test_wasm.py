@@ -103,7 +103,7 @@ class Quiet(SimpleHTTPRequestHandler):
 @needs_node
 @pytest.mark.slow
 @pytest.mark.skipif(shutil.which("chromium") is None, reason="needs chromium")
-def test_a_browser_computes_the_bits_of_node(exported, forces, tmp_path):
+def test_a_browser_is_identical_to_node(exported, forces, tmp_path):
     (exported / "page.html").write_text("<!doctype html><title>forces</title>")
     with served(exported) as address, browser(tmp_path / "profile") as tab:
         tab.open(f"{address}/page.html")
@@ -114,7 +114,7 @@ def test_a_browser_computes_the_bits_of_node(exported, forces, tmp_path):
 @pytest.mark.fast_cases(21)
 @needs_node
 @pytest.mark.parametrize("name", CHOSEN)
-def test_each_force_has_the_bits_of_bristle(forces, name):
+def test_forces_are_identical_to_bristle(forces, name):
     assert differing(forces[name], br.response(example(name), walk(20_000), DT)) == 0
 
 
@@ -140,7 +140,7 @@ console.log(JSON.stringify({ first, again, held, cleared, changed, beyond, k_i, 
 
 
 @needs_node
-def test_it_begins_anew_holds_and_takes_other_parameters(tmp_path):
+def test_it_resets_repeats_the_force_and_accepts_parameters(tmp_path):
     model = example("sided_gms")
     br.export(model, "wasm", tmp_path / "out")
     message = json.loads(node(tmp_path, AROUND))
@@ -219,7 +219,7 @@ def saved_by_c(model, folder, x):
 @pytest.mark.slow
 @needs_node
 @pytest.mark.parametrize("name", ["sided_coulomb", "sided_lugre", "sided_preisach_lugre", "varied_gms"])
-def test_a_saved_state_goes_on_and_what_is_damaged_is_refused(exported, tmp_path, name):
+def test_a_saved_state_continues_and_damaged_bytes_are_refused(exported, tmp_path, name):
     x = walk(3000, seed=9)
     x.tofile(tmp_path / "x.bin")
     br.export(example(name), "wasm", tmp_path / "out")
@@ -242,7 +242,7 @@ def test_a_saved_state_goes_on_and_what_is_damaged_is_refused(exported, tmp_path
 
 @pytest.mark.slow
 @needs_node
-def test_bytes_that_hold_what_a_contact_never_has_are_refused_even_with_a_right_checksum(tmp_path):
+def test_an_impossible_state_is_refused_even_with_a_correct_checksum(tmp_path):
     model = example("sided_preisach_lugre")
     br.export(model, "wasm", tmp_path / "out")
     walk(3000, seed=9).tofile(tmp_path / "x.bin")
@@ -285,13 +285,13 @@ console.log(JSON.stringify({ refused, same: JSON.stringify(before) === JSON.stri
 
 
 @needs_node
-def test_what_is_no_value_of_a_parameter_is_refused_and_changes_nothing(tmp_path):
+def test_an_invalid_parameter_is_refused_without_a_change(tmp_path):
     br.export(example("sided_gms"), "wasm", tmp_path / "out")
     message = json.loads(node(tmp_path, WRONG))
     assert message == {"refused": [True] * 9, "same": True}
 
 
-def test_counts_are_written_as_the_format_has_them():
+def test_counts_are_encoded_in_the_format():
     # The examples of the WebAssembly specification and of the format LEB128.
     assert leb(624485) == b"\xe5\x8e\x26"
     assert signed_leb(-123456) == b"\xc0\xbb\x78"
@@ -305,7 +305,7 @@ def test_a_model_is_a_few_kilobytes():
         assert len(module_of(subject, added=ALONE).binary) < most[1]
 
 
-def test_what_is_exported_runs_its_functions_where_they_are_called(tmp_path):
+def test_exported_functions_are_inlined(tmp_path):
     model = example("sided_lugre")
     br.export(model, "wasm", tmp_path / "out", name="axis_x")
     subject = subject_of(model)
@@ -313,6 +313,6 @@ def test_what_is_exported_runs_its_functions_where_they_are_called(tmp_path):
     assert written == module_of(subject, added=ALONE).binary != module_of(subject).binary
 
 
-def test_layers_that_share_a_kernel_leave_together():
+def test_layers_with_a_common_kernel_are_exported_together():
     model = example_of(with_slots(MODELS["lugre"], ["ripple", "position"]))
     assert len(module_of(subject_of(model)).binary) < 6_000

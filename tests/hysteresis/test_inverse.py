@@ -53,7 +53,7 @@ def test_every_exponent_has_its_inverse(exponent):
 def test_a_force_at_saturation_has_no_displacement():
     inverse = hysteresis.inverse_of(of("dahl_masing"))
     for force in (1.0, -1.5):
-        with pytest.raises(InputError, match="model: inverse_preisach gives no finite number at sample 1"):
+        with pytest.raises(InputError, match="model: the output of inverse_preisach is not finite at sample 1"):
             response(inverse, [0.5, force])
     with pytest.raises(InputError, match="must rise everywhere"):
         hysteresis.inverse_of(hysteresis.prandtl_ishlinskii(thresholds=[1.0], weights=[1.0]))

@@ -104,7 +104,7 @@ def test_every_output_has_its_sample(operator):
 
 def test_bad_input_is_refused_with_advice():
     operator = OPERATORS["preisach"]
-    with pytest.raises(InputError, match="knows no time"):
+    with pytest.raises(InputError, match="does not apply to a hysteresis operator"):
         response(operator, [0.0, 1.0], 1e-3)
     with pytest.raises(InputError, match="finite"):
         response(operator, [0.0, np.nan])
@@ -116,5 +116,5 @@ def test_bad_input_is_refused_with_advice():
         hysteresis.preisach(s=1.0, f_p=1.0, capacity=2)
     with pytest.raises(InputError, match="hysteresis operator"):
         output_along(friction.coulomb(F_C=1.0), [0.0])
-    with pytest.raises(InputError, match="belongs to hysteresis operators"):
+    with pytest.raises(InputError, match="applies only to hysteresis operators"):
         response(friction.coulomb(F_C=1.0), [0.0], 1.0, history=[1.0])

@@ -47,7 +47,7 @@ def test_overflow_is_counted_and_reported(capacity):
     sweep = hysteresis.conditioned(3.0, 60)
     with pytest.warns(InputWarning, match=rf"Raise capacity, now {capacity}"):
         response(small, sweep)
-    with pytest.warns(InputWarning, match="forgot its innermost pair"):
+    with pytest.warns(InputWarning, match="lost its innermost pair"):
         points, state = stored(small, sweep)
     assert state.lost == (60 - capacity + 1) // 2
     assert len(points) <= capacity

@@ -76,7 +76,7 @@ def test_a_constant_force_is_differentiated_by_differences(log, monkeypatch):
     own = own_model(constant_trial)
     problem = problem_of(Effort, log, AXIS, own, plants.inertia)
     monkeypatch.setattr(OutputError, "residual", lambda self, free: np.ones(3))
-    with pytest.warns(InputWarning, match="gives a force that nothing changes"):
+    with pytest.warns(InputWarning, match="returns a constant force"):
         assert problem.linearised({name: VALUES[name] for name in problem.parameters.free})[1] is None
 
 

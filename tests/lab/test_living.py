@@ -66,8 +66,8 @@ def test_of_a_simulation_that_the_log_contradicts_the_first_loop_is_shown():
         (simulated("a", COMPENSATED), measured(), "", True),
         (simulated("a", COMPENSATED), None, "", True),
         (simulated("a", COMPENSATED), measured("otherwise"), "the log contradicts the simulated loop", False),
-        (simulated("a"), measured(), "no loop was simulated, for which the axis file needs a controller", False),
-        (None, measured(), "no loop was simulated, for which the axis file needs a controller", False),
+        (simulated("a"), measured(), "no loop was simulated: the axis file has no controller", False),
+        (None, measured(), "no loop was simulated: the axis file has no controller", False),
     ],
 )
 def test_a_loop_moves_or_says_why_it_does_not(monkeypatch, simulation, following, reason, moves):

@@ -103,9 +103,9 @@ def test_friction_of_the_axis_that_is_another_one_comes_along():
     [
         ({"plant": br.plants.oscillator(M=2.0, c=1.0, k=1e3)}, "more than one mass"),
         ({"friction": br.friction.find("coulomb+transmitted")(F_C=5.0, c_T=0.2)}, "rises with the effort"),
-        ({"feedforward": Feedforward(friction=FRICTION, gain=0.5)}, "another force is fed forward"),
-        ({"feedforward": Feedforward(friction=FRICTION, along="measured")}, "another force is fed forward"),
-        ({"feedforward": Feedforward(friction=br.friction.coulomb(F_C=5.0))}, "another force is fed forward"),
+        ({"feedforward": Feedforward(friction=FRICTION, gain=0.5)}, "the feedforward contains more than this friction"),
+        ({"feedforward": Feedforward(friction=FRICTION, along="measured")}, "the feedforward contains more than this friction"),
+        ({"feedforward": Feedforward(friction=br.friction.coulomb(F_C=5.0))}, "the feedforward contains more than this friction"),
     ],
 )
 def test_what_a_page_cannot_compute_is_told(changes, words):

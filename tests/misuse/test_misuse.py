@@ -356,7 +356,7 @@ def entry_points() -> dict[str, Callable[[Any], Any]]:
 @pytest.mark.parametrize("name", entry_points())
 @pytest.mark.filterwarnings("ignore:invalid value:RuntimeWarning", "ignore:overflow:RuntimeWarning")
 def test_a_model_that_gives_no_number_is_named(name, beyond):
-    with engine.interpreted(), pytest.raises(InputError, match=r"(model|friction): broken gives no finite number"):
+    with engine.interpreted(), pytest.raises(InputError, match=r"(model|friction): the output of broken is not finite"):
         entry_points()[name](BROKEN(F_C=8.0, v_most=1e-3, beyond=beyond))
 
 
@@ -385,9 +385,9 @@ def test_a_simulation_that_meets_no_number_says_so_in_its_status(run):
 def test_parameters_for_which_a_law_overflows_are_told():
     huge, inverse = friction.viscous(F_v=1e100), hysteresis.inverse_of(hysteresis.preisach(s=1.0, f_p=1.0))
     for match, run in (
-        ("model: viscous", lambda: br.response(huge, [0.0, 1e250], 1.0)),
+        ("model: the output of viscous", lambda: br.response(huge, [0.0, 1e250], 1.0)),
         ("v: is not finite", lambda: br.response(huge, [0.0, 1e300], 1e-10)),
-        ("model: inverse_preisach", lambda: br.response(inverse, [0.5, 1e9])),
+        ("model: the output of inverse_preisach", lambda: br.response(inverse, [0.5, 1e9])),
     ):
         with engine.interpreted(), pytest.raises(InputError, match=match):
             run()

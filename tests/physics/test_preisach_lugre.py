@@ -131,5 +131,5 @@ def test_a_full_memory_is_reported():
     model = friction.leuven(**SLIDING, s=STIFFNESS, f_p=1.2 * F_S, n=8.0, capacity=4)
     turns = 6.0 * UM * (-0.8) ** np.arange(20)
     path = np.concatenate([[0.0], turns])
-    with pytest.warns(InputWarning, match="forgot its innermost pair"):
+    with pytest.warns(InputWarning, match="lost its innermost pair"):
         response(model, path, 1.0)

@@ -213,7 +213,7 @@ def test_loop_without_page_support_has_a_reason(stage):
         other = replace(stage.looped, experiment=replace(stage.looped.experiment, variants=variants))
         part = followed_described(model, other, None, every)
         assert part["loop"] is None
-        assert "than the friction alone" in part["reason"]
+        assert "more than this friction" in part["reason"]
         assert [trace["name"] for trace in part["traces"]] == ["as_recorded", "feedforward", "compensated"]
 
 

@@ -232,7 +232,7 @@ def python_and_tree(function, entry, x, n, p, of_entry):
 
 
 @pytest.mark.parametrize("function", KERNELS, ids=lambda function: function.__name__)
-def test_a_tree_computes_the_numbers_of_the_kernel(function):
+def test_a_tree_gives_the_results_of_the_kernel(function):
     entry = Builder().function(function, TYPES)
     for x in (-3.25, -1.0, -0.5, 0.0, 0.3, 1.0, 2.0, 2.75, 9.5):
         for n in range(7):
@@ -243,7 +243,7 @@ def test_a_tree_computes_the_numbers_of_the_kernel(function):
 
 @pytest.mark.parametrize("function", KERNELS, ids=lambda function: function.__name__)
 @pytest.mark.parametrize("p", [P, P._replace(kind=9, is_even=False)])
-def test_a_tree_with_settled_parameters_computes_the_numbers_of_the_kernel(function, p):
+def test_a_tree_with_folded_parameters_gives_the_results_of_the_kernel(function, p):
     builder = Builder()
     entry = builder.function(function, TYPES)
     _, (left,) = settled(builder.unit, [entry], {"p": fact_of(p, TYPES[3])})
@@ -254,7 +254,7 @@ def test_a_tree_with_settled_parameters_computes_the_numbers_of_the_kernel(funct
             assert outcome == expected
 
 
-def test_called_functions_stand_before_the_callers_with_descriptions():
+def test_called_functions_precede_their_callers_with_descriptions():
     builder = Builder()
     entry = builder.function(tuples, TYPES)
     names = [function.name for function in builder.unit.functions]
@@ -278,13 +278,13 @@ def test_called_functions_stand_before_the_callers_with_descriptions():
         ("b, x = x, 2.0", 0),
     ],
 )
-def test_values_are_held_where_another_value_reads_a_written_place(line, held):
+def test_values_are_copied_if_another_value_reads_a_written_element(line, held):
     scope = {"__name__": __name__}
     entry = Builder().function(defined("refused", f"{HEAD}a = 1.0\n    {line}\n    return x\n", scope), TYPES)
     assert sum(isinstance(s, tree.Assign) and s.variable.name.startswith("held") for s in entry.body) == held
 
 
-def test_a_constant_of_single_precision_is_put_in_by_name_and_value():
+def test_a_constant_of_single_precision_is_replaced_by_name_and_value():
     entry = Builder(constants={("SHARE", 0.25): 0.75, ("SHARE", 0.5): 9.0}).function(pair, [REAL, INTEGER])
     assert computed(entry, [1.0, 2]) == (1.75, 2)
 
@@ -298,45 +298,45 @@ def test_a_constant_of_single_precision_is_put_in_by_name_and_value():
         ("return ~n", "Invert of a whole number"),
         ("return x + p", "arithmetic with a Values"),
         ("return memory < x", "Lt of an array of 3 numbers and a number"),
-        ("return x and n > 2", "and, or join truths"),
-        ("return 0.0 < x * 2.0 < 1.0", "give what stands in the middle of two comparisons a name"),
+        ("return x and n > 2", "and, or need truths"),
+        ("return 0.0 < x * 2.0 < 1.0", "assign the middle of a chained comparison to a variable first"),
         ("return x is n", "Is of a number and a whole number"),
-        ("return memory[0:2]", "a part of an array is outside the subset"),
-        ("return memory[x]", "a place is a whole number"),
-        ("return pair(x, n)[n]", "must be a number written here"),
-        ("return pair(x, n)[2]", "must be a number written here"),
-        ("return pair(x, n)[-3]", "must be a number written here"),
-        ("return memory.shape", "an array of 3 numbers has no shape"),
+        ("return memory[0:2]", "slices of an array are outside the subset"),
+        ("return memory[x]", "an index needs an array and a whole number"),
+        ("return pair(x, n)[n]", "the index of a tuple must be a literal number"),
+        ("return pair(x, n)[2]", "the index of a tuple must be a literal number"),
+        ("return pair(x, n)[-3]", "the index of a tuple must be a literal number"),
+        ("return memory.shape", "an array of 3 numbers has no field shape"),
         ("return math.exp(x)", "math.exp may raise"),
-        ("return x.hex()", "a call of the method .hex"),
+        ("return x.hex()", "calls of the method .hex are outside the subset"),
         ("return abs(p)", "abs takes numbers"),
         ("return min(x)", "takes more than one number"),
         ("return sum(x, x)", "sum is not a kernel"),
         ("return print(x)", "print is not a kernel"),
-        ("return unknown + x", "unknown is not known"),
+        ("return unknown + x", "unknown is not defined"),
         ("return Part(x, x, x).low", "is a number where a whole number is needed"),
         ("return Part(x, n, x, x).low", "Part has 3 fields: low, turns, high"),
         ("return Part().low", "Part has 3 fields"),
         ("return p if x > 0.0 else x", "is a Values here and a number there"),
-        ("return 1.0 if p else x", "a Values is no truth"),
+        ("return 1.0 if p else x", "a Values is not a truth"),
         ("x", "has no effect"),
         ("for i in memory:\n        pass\n    return x", r"must run over range\(...\)"),
         ("for i in range(0, n, 2):\n        pass\n    return x", "a start and a stop, and no else"),
-        ("for i in range(x):\n        pass\n    return x", "a range runs over whole numbers"),
-        ("for i in range(n):\n        x += i\n    return i", "i counts a loop and is looked at outside of it"),
-        ("while n > 2:\n        n -= 1\n    else:\n        n = 0\n    return n", "a loop has no else on other targets"),
-        ("a = b = x\n    return a", "one value, one name"),
-        ("a, b, c = pair(x, n)\n    return a", "3 names for something else"),
-        ("p.gain = x\n    return x", "a value for Attribute"),
-        ("memory[x] = 1.0\n    return x", "their place is a whole number"),
-        ("p.table[0] = x\n    return x", "an array that it may only read"),
-        ("a = written(memory, x)\n    return x", "a takes what gives nothing"),
-        ("if x > 0.0:\n        return x", "does not return a value on every way through it"),
-        ("while n > 2:\n        return x", "does not return a value on every way through it"),
-        ("while True:\n        break\n    return_ = pair(x, n)[0]\n    if x > 0.0:\n        return x", "on every way through it"),
+        ("for i in range(x):\n        pass\n    return x", "the arguments of range must be whole numbers"),
+        ("for i in range(n):\n        x += i\n    return i", "the loop variable i is read outside its loop"),
+        ("while n > 2:\n        n -= 1\n    else:\n        n = 0\n    return n", "a loop must not have else"),
+        ("a = b = x\n    return a", "an assignment must have one target"),
+        ("a, b, c = pair(x, n)\n    return a", "3 names need a tuple of the same length"),
+        ("p.gain = x\n    return x", "cannot assign to Attribute"),
+        ("memory[x] = 1.0\n    return x", "an indexed assignment needs an array and a whole number"),
+        ("p.table[0] = x\n    return x", "writes to a read-only array"),
+        ("a = written(memory, x)\n    return x", "a is assigned a call without a result"),
+        ("if x > 0.0:\n        return x", "does not return a value on every path"),
+        ("while n > 2:\n        return x", "does not return a value on every path"),
+        ("while True:\n        break\n    return_ = pair(x, n)[0]\n    if x > 0.0:\n        return x", "on every path"),
         ("return pair(x)", "takes 2 arguments, not 1"),
-        ("assert x > 0.0\n    return x", "Assert is outside the subset"),
-        ("return [x]", "List is outside the subset"),
+        ("assert x > 0.0\n    return x", "Assert is outside the exportable subset"),
+        ("return [x]", "List is outside the exportable subset"),
         ("return refused(x, n, memory, p)", "calls itself"),
     ],
 )
@@ -351,7 +351,7 @@ def test_python_beyond_the_subset_is_refused_with_the_reason(lines, reason):
     "lines",
     ["while True:\n        n += 1\n        if n > 3:\n            return x", "if x > 0.0:\n        return x\n    else:\n        return -x"],
 )
-def test_a_function_may_end_in_a_loop_without_end_or_on_both_sides_of_a_choice(lines):
+def test_a_function_may_end_in_an_infinite_loop_or_in_both_branches(lines):
     entry = Builder().function(defined("refused", HEAD + lines + "\n", {"__name__": __name__}), TYPES)
     assert computed(replace(entry), [2.0, 1, np.zeros(3), P]) == 2.0
 
@@ -362,7 +362,7 @@ def length_of(state):
 
 
 @pytest.mark.parametrize(("size", "is_known"), [(0, True), (3, True), (-1, False)])
-def test_the_length_of_an_array_is_a_constant_where_it_is_known(size, is_known):
+def test_the_length_of_an_array_is_a_constant_if_known(size, is_known):
     (returned,) = Builder().function(length_of, [Array(size)]).body
     assert isinstance(returned.value, tree.Constant if is_known else tree.Intrinsic)
     assert not is_known or returned.value.value == size

@@ -203,7 +203,7 @@ def still_of(activity):
 
 @pytest.mark.parametrize("function", KERNELS, ids=lambda function: function.__name__)
 @pytest.mark.parametrize("moving", ["all", "x", "memory"])
-def test_a_derived_kernel_gives_value_and_tangent_of_the_complex_step(function, moving):
+def test_a_derived_kernel_agrees_with_the_complex_step(function, moving):
     of_p = activity_of(TYPES[4])
     activities = [moving != "memory", moving == "all", False, True, of_p if moving == "all" else still_of(of_p)]
     derivatives = Derivatives()
@@ -243,14 +243,14 @@ def derived_of(text, kinds, activities, **names):
     return derivatives, derivatives.of(Builder().function(kernel(defined("tried", text, scope)), kinds), activities)
 
 
-def test_what_hangs_on_no_tangent_is_not_derived():
+def test_values_without_tangents_are_not_derived():
     for text in ("def tried(x, n):\n    return x * x + n\n", "def tried(x, n):\n    return parts_of(x, n)\n"):
         derivatives, derived = derived_of(text, [REAL, INTEGER], [False, False])
         assert not derived.is_needed
         assert not [name for name in derivatives.scope if name.startswith("with_tangent")]
 
 
-def test_a_kernel_whose_result_stands_still_is_called_as_it_is():
+def test_a_kernel_with_a_constant_result_is_called_unchanged():
     derivatives, derived = derived_of(
         "def tried(x, n):\n    return rests(x, x, n, 0, 0)\n", [REAL, INTEGER], [True, False], rests=rests_of_two
     )
@@ -263,7 +263,7 @@ def rests_of_two(x, y, n, a, b):
     return math.floor(x + y) + n
 
 
-def test_only_the_fields_that_move_have_tangents():
+def test_only_active_fields_have_tangents():
     _, derived = derived_of("def tried(x, n):\n    return parts_of(x, n)\n", [REAL, INTEGER], [True, False])
     assert derived.result == ((True, False, True), True, False, False)
     _, derived = derived_of(
@@ -272,7 +272,7 @@ def test_only_the_fields_that_move_have_tangents():
     assert derived.result == (False, False, True)
 
 
-def test_a_kernel_is_derived_once_for_each_pattern_of_moving_arguments():
+def test_a_kernel_is_derived_once_for_each_pattern_of_active_arguments():
     derivatives, builder = Derivatives(), Builder()
     function = builder.function(arithmetic, TYPES)
     patterns = [
@@ -292,7 +292,7 @@ def test_two_activities_join_field_by_field():
     assert activity_of(Array(3)) is True
 
 
-def test_a_constant_that_is_no_number_keeps_its_value():
+def test_a_nan_constant_keeps_its_value():
     text = "def tried(x):\n    return min(x, math.inf) + max(x, -math.inf) + (math.nan if x > 2.0 else 1.0)\n"
     derivatives, derived = derived_of(text, [REAL], [True])
     value, tangent = derivatives.scope[derived.name](1.5, DX)
@@ -319,7 +319,7 @@ def test_tangents_compute_as_vectors_do():
     assert tangent_combined(2.0, DX, -3.0, DY).tolist() == [2.0 * x - 3.0 * y for x, y in zip(DX, DY, strict=True)]
 
 
-def test_a_tangent_is_kept_in_its_place_and_what_was_read_stays():
+def test_storing_a_tangent_does_not_change_a_tangent_read_before():
     tangents = np.arange(3.0 * DIRECTIONS)
     before = tangent_at(tangents, 1)
     keep_tangent(tangents, 1, DX)
@@ -364,7 +364,7 @@ def test_the_slope_of_a_relaxation_is_its_series(rate):
 
 @pytest.mark.parametrize("x", [1e-6, 0.3, 1.0, 2.0, 7.5])
 @pytest.mark.parametrize("n", [0.2, 0.5, 1.0, 1.3, 2.0, 3.0, 4.4])
-def test_the_slopes_of_a_power_are_differences_of_it_where_it_takes_a_shortcut_too(x, n):
+def test_slopes_of_a_power_agree_with_differences_also_in_its_shortcuts(x, n):
     value, step = mathematics.power(x, n), 1e-5
     to_base, to_exponent = SLOPES[mathematics.power](x, n, value)
     assert to_base == pytest.approx(((x * (1.0 + step)) ** n - (x * (1.0 - step)) ** n) / (2.0 * step * x), rel=1e-8)
@@ -376,17 +376,17 @@ def test_the_slopes_of_a_power_are_differences_of_it_where_it_takes_a_shortcut_t
 @pytest.mark.parametrize(
     ("x", "n", "slope"), [(0.0, 1.0, 1.0), (0.0, 2.0, 0.0), (0.0, 0.5, 0.0), (0.0, 0.0, 0.0), (-1.0, 1.0, 0.0), (-1.0, 2.0, 0.0)]
 )
-def test_the_slopes_of_a_power_of_zero_are_one_sided_and_of_a_negative_number_zero(x, n, slope):
+def test_slopes_of_a_power_are_one_sided_at_zero_and_zero_below(x, n, slope):
     assert SLOPES[mathematics.power](x, n, mathematics.power(x, n)) == (slope, 0.0)
 
 
 @pytest.mark.parametrize(("x", "n"), [(5e-324, 0.01), (NORMAL_MIN, 1e-3), (1e-300, 0.5), (1e300, 1.0), (1e200, 1.5)])
-def test_the_slopes_of_a_power_are_finite_where_they_overflow(x, n):
+def test_slopes_of_a_power_stay_finite_on_overflow(x, n):
     assert all(map(math.isfinite, SLOPES[mathematics.power](x, n, mathematics.power(x, n))))
 
 
 @pytest.mark.parametrize("x", [0.0, 1e-300, 0.25, 1.0, 3.0, 1e300])
-def test_the_slopes_of_root_and_mantissa_are_those_of_their_squares_and_powers(x):
+def test_slopes_of_root_and_mantissa_agree_with_their_inverse_functions(x):
     root = math.sqrt(x)
     assert 2.0 * root * SLOPES[math.sqrt](x, root) == pytest.approx(1.0 if x else 0.0, rel=1e-15)
     if x:
@@ -400,7 +400,7 @@ def scaled_anew(step, rate):
     return step * step
 
 
-def test_an_argument_that_takes_a_moving_value_has_a_tangent_inside():
+def test_an_argument_that_is_assigned_an_active_value_has_a_tangent():
     text = "def tried(x, n):\n    return scaled_anew(2.0, x)\n"
     derivatives, derived = derived_of(text, [REAL, INTEGER], [True, False], scaled_anew=scaled_anew)
     value, tangent = derivatives.scope[derived.name](3.0, 1, DX)
@@ -408,7 +408,7 @@ def test_an_argument_that_takes_a_moving_value_has_a_tangent_inside():
     assert tangent == pytest.approx(24.0 * DX)
 
 
-def test_variables_of_a_kernel_keep_their_names_beside_tangents():
+def test_variables_keep_their_names_in_derived_kernels():
     text = "def tried(x, n):\n    d_x = 5.0\n    t_1 = x * x\n    d_t_1 = t_1 * (x + d_x)\n    return d_t_1 + d_x + (t_1 + x) * t_1\n"
     derivatives, derived = derived_of(text, [REAL, INTEGER], [True, False])
     value, tangent = derivatives.scope[derived.name](2.0, 1, DX)

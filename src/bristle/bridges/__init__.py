@@ -1,4 +1,4 @@
-"""Bridges to the tools that people have already, python-control and scikit-learn: loaded when they are used."""
+"""Bridges to python-control and scikit-learn, imported on first use."""
 
 from typing import TYPE_CHECKING
 

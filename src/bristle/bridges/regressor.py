@@ -32,27 +32,27 @@ COLUMNS = ("time", "position", "velocity")
 class FrictionRegressor(RegressorMixin, BaseEstimator):
     """Friction and inertia of an axis as an estimator of scikit-learn: the effort from time and position.
 
-    `fit` is `bristle.identify`; each argument is that of the same name there, and is looked at when it fits.
+    `fit` calls `bristle.identify` with the arguments of the same names, which it checks only then.
 
     Parameters
     ----------
     model : str, FrictionModel, or list of either
-        Of several, the best is used.
+        From a list, the best model is used.
     axis : Axis or path-like, optional
-        What is known of the axis; its columns are not used, for `X` and `y` are in SI. ``Axis(kind="rotational")``
-        where the axis turns.
+        Data of the axis. Its columns are not used, because `X` and `y` are in SI. Use ``Axis(kind="rotational")`` for a
+        rotational axis.
     cutoff, decimation, blocks, offset, mass, free, draws, method, settings
-        As in `bristle.identify`, but that without `draws` no logs are simulated for intervals: that takes the most
-        time, and folds do not need it.
+        As in `bristle.identify`, except that without `draws` no logs are simulated for intervals. This simulation takes
+        the most time, and cross-validation does not need it.
 
     Attributes
     ----------
     identified_ : Identified
-        What `bristle.identify` returned: parameters, intervals, diagnostics, report.
+        Result of `bristle.identify`: parameters, intervals, diagnostics, report.
     n_features_in_ : int
         Number of columns of `X`.
     feature_names_in_ : ndarray of str
-        Their names, where `X` was a data frame.
+        Names of the columns, if `X` was a data frame.
 
     Examples
     --------
@@ -82,7 +82,7 @@ class FrictionRegressor(RegressorMixin, BaseEstimator):
         method: str | None = None,
         settings: Settings | Mapping[str, float] | None = None,
     ) -> None:
-        # scikit-learn clones by these very objects: they are kept as they are, and looked at by `fit`.
+        # scikit-learn compares these objects by identity when it clones: keep them unchanged until `fit`.
         self.model, self.axis = model, axis
         self.cutoff, self.decimation, self.blocks = cutoff, decimation, blocks
         self.offset, self.mass, self.free = offset, mass, free
@@ -94,8 +94,8 @@ class FrictionRegressor(RegressorMixin, BaseEstimator):
         Parameters
         ----------
         X : array_like, shape (sample, 2) or (sample, 3)
-            Time [s], position [m or rad], and velocity [m/s or rad/s] where there is one; or a table with columns of
-            these names. Rows are in order of time; where some are left out, as between folds, nothing goes across.
+            Time [s], position [m or rad] and, optionally, velocity [m/s or rad/s]; or a table with columns of these
+            names. Rows are in order of time. Gaps, as between folds, separate the log into segments.
         y : array_like, shape (sample,)
             Effort [N or N*m].
 
@@ -107,11 +107,11 @@ class FrictionRegressor(RegressorMixin, BaseEstimator):
         Raises
         ------
         InputError
-            If `X` and `y` make no log that serves, or an argument of the regressor does not.
+            If `X` and `y` are not a usable log, or an argument of the regressor is invalid.
         """
         columns, effort = _columns_of(X), array()(y, "y", None)
         if effort.size != columns["time"].size:
-            raise InputError("has another number of rows than X", path="y", value=effort.size, allowed=str(columns["time"].size))
+            raise InputError("has a different number of rows than X", path="y", value=effort.size, allowed=str(columns["time"].size))
         options: dict[str, Any] = self.get_params(deep=False) | {"axis": self._axis()}
         self.identified_: Identified = identify(columns | {"effort": effort}, **options)  # type: ignore[arg-type]
         self.n_features_in_ = len(columns)
@@ -120,12 +120,12 @@ class FrictionRegressor(RegressorMixin, BaseEstimator):
         return self
 
     def predict(self, X: Any) -> np.ndarray:
-        """Return the effort that the motion takes, by the best model, friction being virgin at each first row.
+        """Return the effort of the motion by the best model, with virgin friction at the first row of each segment.
 
         Parameters
         ----------
         X : array_like, shape (sample, 2) or (sample, 3)
-            As in `fit`. Of the position, what is slower than the cut-off counts: it is filtered forward and backward.
+            As in `fit`. The position is low-pass filtered forward and backward with the cut-off frequency.
 
         Returns
         -------
@@ -135,23 +135,25 @@ class FrictionRegressor(RegressorMixin, BaseEstimator):
         Raises
         ------
         InputError
-            If a stretch of `X` is too short for the filter, or stands still.
+            If a segment of `X` is too short for the filter, or has no motion.
         NotFittedError
-            If nothing was fitted; that of scikit-learn.
+            If `fit` was not called; an error of scikit-learn.
         """
         check_is_fitted(self)
         identified = self.identified_
         columns, axis = _columns_of(X), self._axis()
         if len(columns) != self.n_features_in_:
-            raise InputError("has another number of columns than in fit", path="X", value=len(columns), allowed=str(self.n_features_in_))
+            raise InputError(
+                "has a different number of columns than in fit", path="X", value=len(columns), allowed=str(self.n_features_in_)
+            )
         predicted = effort_of_motion(identified.plant, identified.model, columns, axis, identified.treatment)
         left_out = np.flatnonzero(np.isnan(predicted))
         if left_out.size:
             raise InputError(
-                f"{left_out.size} rows lie in stretches that are too short for the filter, or stand still",
+                f"{left_out.size} rows are in segments that are too short for the filter, or without motion",
                 path="X",
                 value=f"row {left_out[0]}, {columns['time'][left_out[0]]:g} s",
-                mend="Leave those rows out, or give longer stretches",
+                mend="Remove these rows, or give longer segments",
             )
         return predicted
 
@@ -162,7 +164,7 @@ class FrictionRegressor(RegressorMixin, BaseEstimator):
 
 
 def _columns_of(X: Any) -> dict[str, np.ndarray]:
-    """Return the columns of `X` by name, whose rows must not run backward in time."""
+    """Return the columns of `X` by name; refuse rows that run backward in time."""
     if is_table(X):
         names = [name for name in COLUMNS if name in list(X)]
         if names[:2] != list(COLUMNS[:2]):
@@ -174,7 +176,7 @@ def _columns_of(X: Any) -> dict[str, np.ndarray]:
         values = array(ndim=2, least=1)(X, "X", None)
         if values.shape[1] not in (2, 3):
             raise InputError(
-                "must have the columns time and position, and velocity where there is one",
+                "must have the columns time, position and, optionally, velocity",
                 path="X",
                 value=values.shape,
                 allowed="shape (sample, 2) or (sample, 3)",
@@ -187,6 +189,6 @@ def _columns_of(X: Any) -> dict[str, np.ndarray]:
             path="X",
             value=f"row {int(backward[0]) + 1}",
             allowed="rows in order of time",
-            mend="Sort X and y by the time; leave shuffle=False in splits",
+            mend="Sort X and y by time; keep shuffle=False in splits",
         )
     return columns

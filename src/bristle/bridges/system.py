@@ -1,14 +1,14 @@
-r"""An axis with its friction, or friction alone, as a system of python-control; and the describing functions of friction.
+r"""An axis with its friction, or friction alone, as a system of python-control, and describing functions of friction.
 
-A describing function is the first harmonic of the force over a position that moves as a sine,
+A describing function is the first harmonic of the force over a sinusoidal position,
 
 .. math::
     N(A, \omega) = \frac{1}{\pi A} \int_0^{2\pi} F\!\left(A \sin\theta\right)\,
         \left(\sin\theta + j\cos\theta\right) d\theta
 
-of the loop that has settled, at :math:`\theta = \omega t`. The real part is a stiffness, the imaginary part dissipates.
+of the settled loop, at :math:`\theta = \omega t`. The real part is a stiffness, the imaginary part dissipates.
 Coulomb friction has :math:`N = 4jF_C/(\pi A)`. A loop around friction oscillates by harmonic balance where
-:math:`H(j\omega)\,N(A, \omega) = -1`, with `H` from the friction force to the position that gives way to it.
+:math:`H(j\omega)\,N(A, \omega) = -1`, with `H` from the friction force to the position.
 """
 
 import numpy as np
@@ -23,14 +23,14 @@ except ImportError as error:
 
 
 class FrictionSystem(NonlinearIOSystem):
-    """A system of python-control that `to_control` made, which tells the unit of each of its signals.
+    """A system of python-control from `to_control`, with the units of its signals.
 
     Attributes
     ----------
     units : dict of str to str
         SI unit of each input, output and state.
     friction, plant : Model
-        What it was made of; `plant` is None for friction alone.
+        Models of the system; `plant` is None for friction alone.
     """
 
     units: dict[str, str]
@@ -38,7 +38,7 @@ class FrictionSystem(NonlinearIOSystem):
     plant: Model | None
 
     def __str__(self) -> str:
-        # python-control would print functions that tell nobody anything.
+        # python-control would print meaningless addresses of functions.
         signals = {"Inputs": self.input_labels, "Outputs": self.output_labels, "States": self.state_labels}
         units = self.units
         named = {head: [f"{name} [{units[name]}]" if name in units else name for name in names] for head, names in signals.items()}
@@ -53,41 +53,41 @@ def to_control(
 ) -> FrictionSystem:
     r"""Return an axis with its friction, or friction alone, as a nonlinear system of python-control.
 
-    With a plant: in goes the effort, out come position, velocity and friction force,
+    With a plant, the input is the effort, and the outputs are position, velocity and friction force,
 
     .. math:: M \ddot x = u - F(x, \dot x, z), \qquad \dot z = g(\dot x, z)
 
-    for an inertia. Without one: in goes a velocity, out comes the friction force.
+    for an inertia. Without a plant, the input is the velocity, and the output is the friction force.
 
     Parameters
     ----------
     friction : Model
         A friction model with parameters.
     plant : Model, optional
-        What it acts on, such as ``plants.inertia(M="28 kg")``, or the ``plant`` of an identification.
+        Plant with this friction, such as ``plants.inertia(M="28 kg")`` or the ``plant`` of an identification.
     dt : float or str, optional
-        Sample time [s]: a sampled system, for every model. Without it a differential equation, for a model that is one:
-        one with a ``rate`` (`dahl`, `bouc_wen`, `bouc_wen_classic`, `lugre`, `elastoplastic`), or a map without a jump
-        at rest (`viscous`).
+        Sample time [s] of a sampled system, for every model. Without it, the system is a differential equation. This
+        needs a model with a ``rate`` (`dahl`, `bouc_wen`, `bouc_wen_classic`, `lugre`, `elastoplastic`), or a map
+        without a jump at rest (`viscous`).
     steps : int
         Integration steps in a sample, with a plant.
     name : str, optional
-        What python-control calls it; the name of the model where not given.
+        Name in python-control; the name of the model by default.
 
     Returns
     -------
     FrictionSystem
-        A ``control.NonlinearIOSystem`` with named signals and their `units`. Its state is all that axis and friction
-        remember; zero is a virgin contact at rest, and what is another number there is counted from it. Its functions
-        keep nothing, so that they may be called in any order. Sampled, its values are those of `run_open_loop` and of
-        `force_along`, to the bit: position and velocity at the sample, the mean friction force until the next one.
-        Load and temperature are the nominal ones.
+        A ``control.NonlinearIOSystem`` with named signals and their `units`. Its state contains the whole state of axis
+        and friction, relative to a virgin contact at rest, which is zero. Its functions have no hidden state, so that
+        they can be called in any order. The outputs of a sampled system are identical to those of `run_open_loop` and
+        `force_along`: position and velocity at the sample, and the mean friction force until the next sample. Load and
+        temperature have their nominal values.
 
     Raises
     ------
     InputError
-        If the model is no differential equation and no `dt` is given, with the reason; if plant and friction are of
-        different kinds of axis; if the plant has a table behind a screw.
+        If no `dt` is given and the model is not a differential equation; if plant and friction have different kinds of
+        axis; if the plant has a table behind a screw.
     MissingExtraError
         If python-control is not installed.
 
@@ -117,24 +117,24 @@ FREQUENCY = amount(Variable("frequency", "frequency", min=0.0), exclusive=True)
 class DescribingFunction(DescribingFunctionNonlinearity):
     """The describing function of a friction model over the amplitude of its position, memory included.
 
-    What `control.describing_function`, `control.describing_function_response` and `control.describing_function_plot`
-    take as their nonlinearity.
+    It serves as the nonlinearity of `control.describing_function`, `control.describing_function_response` and
+    `control.describing_function_plot`.
 
     Parameters
     ----------
     friction : Model
-        A friction model with parameters. The mean of a force that differs by direction is not in a first harmonic.
+        A friction model with parameters. If its force differs by direction, the first harmonic omits the mean force.
     frequency : float or str
-        Of the motion [Hz], or text with a unit. Friction of which only the path counts, such as `coulomb`, `dahl` and
-        `maxwell_slip`, is the same at every one; for any other, give the frequency that the loop is found to have.
+        Frequency of the motion [Hz], or text with a unit. It has no influence on rate-independent friction, such as
+        `coulomb`, `dahl` and `maxwell_slip`. For other models, give the frequency of the predicted oscillation.
     unit : str, optional
-        Unit of the amplitude, such as ``"um"``; m or rad where not given. What python-control compares with fixed
-        tolerances should be near 1: for amplitudes of micrometres, give them so, and `H` in um/N.
+        Unit of the amplitude, such as ``"um"``; m or rad by default. python-control compares amplitudes with fixed
+        tolerances, so that they should be near 1: for micrometres, use ``"um"``, and `H` in um/N.
 
     Notes
     -----
-    The path runs straight between 2000 samples of a cycle, which leaves a relative error of some 1e-5. The motion
-    begins with a virgin contact, and goes on until the harmonic changes by less than 1e-6 of itself in a cycle.
+    The path is linear between 2000 samples of a cycle, with a relative error of about 1e-5. The motion begins with a
+    virgin contact, and continues until the harmonic changes by less than 1e-6 of its value in a cycle.
 
     Examples
     --------
@@ -181,9 +181,9 @@ class DescribingFunction(DescribingFunctionNonlinearity):
         amplitude, cycles = float(A) * self._scale, CYCLES
         if not 0.0 < amplitude < np.inf:
             raise InputError("must be positive", path="A", value=A, allowed=f"> 0 {self.unit}")
-        # Phases of one cycle, used again for each: to the bit the same path every time.
+        # The same phases for each cycle, so that all cycles have an identical path.
         phase = 2.0 * np.pi * np.arange(SAMPLES + 1) / SAMPLES
-        # Each force is the mean of a step: what it is multiplied with is integrated over that step.
+        # Each force is the mean of a step: integrate its factor over that step.
         weight = -np.diff(np.cos(phase)) + 1j * np.diff(np.sin(phase))
         while cycles <= MOST_CYCLES:
             path = amplitude * np.concatenate((np.tile(np.sin(phase[:-1]), cycles), [0.0]))
@@ -196,14 +196,14 @@ class DescribingFunction(DescribingFunctionNonlinearity):
             f"the loop of {self.friction.name} still changes after {MOST_CYCLES} cycles",
             path="A",
             value=A,
-            mend="Look at bristle.check(model): it may drift",
+            mend="Run bristle.check(model): the model may drift",
         )
 
     def __call__(self, A: float) -> float:
-        """Return the mean force [N or N*m] while the contact moves on to a position in a sample of a cycle.
+        """Return the mean force [N or N*m] while the contact moves to a position in one sample of a cycle.
 
-        It moves on from where the last call has left it: python-control calls so, sample by sample, where it computes
-        a harmonic itself (``try_method=False, num_points=2000``).
+        The motion continues from the last call: python-control calls this method sample by sample if it computes the
+        harmonic itself (``try_method=False, num_points=2000``).
         """
         force, self._state = self._step(self._state, (float(A) * self._scale - self._state[0]) / self._dt)
         return force

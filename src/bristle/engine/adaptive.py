@@ -1,4 +1,4 @@
-"""A plant with friction, integrated with steps of the length that a tolerance asks for."""
+"""A plant with friction, integrated with steps whose length follows from a tolerance."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -18,22 +18,22 @@ from bristle.engine.screwed import refuse_screw
 from bristle.engine.step_doubling import GIVE_UP, ROUNDING, Course, DoublingEntries, Limits, Samples, doubling, make_rest_time
 
 # Measured on stick-slip, pre-sliding and break-away: with this share of the tolerance allowed over the duration, the
-# global error stays below the tolerance. A contact must be resolved whatever the tolerance, or it breaks away at the
-# wrong time: hence the share of its pre-sliding distance allowed per step.
+# global error stays below the tolerance. A contact must be resolved for any tolerance, or it breaks away at the wrong
+# time: hence the limit on the share of its pre-sliding distance per step.
 SHARE_OF_TOLERANCE, SHARE_OF_PRESLIDING = 0.3, 0.02
-# A contact carried along for so many times its pre-sliding distance only follows.
+# After sliding over this many pre-sliding distances, a contact only follows the motion.
 FAR = 5.0
 SHORTEST_STEP, FIRST_STEP = 1e-13, 1e-6
 
 
 @dataclass(frozen=True, kw_only=True)
 class AdaptiveTrace(Trace):
-    """What an adaptive run leaves behind: a `Trace`, and the count of its steps.
+    """Result of an adaptive run: a `Trace`, and the numbers of steps.
 
     Parameters
     ----------
     steps, rejected : int
-        Steps that were accepted, and that were rejected.
+        Numbers of accepted and of rejected steps.
     """
 
     steps: int
@@ -60,27 +60,27 @@ def run_adaptive(
     state: Any = None,
     memory: Any = None,
 ) -> AdaptiveTrace:
-    """Drive a plant with friction by a recorded effort, with steps of the length that the tolerance asks for.
+    """Drive a plant with friction by a recorded effort, with steps whose length follows from a tolerance.
 
     Parameters
     ----------
     plant, friction : Model
         The mechanism.
     effort : array_like, shape (sample,)
-        Effort [N or N*m] at each sample. Steps end where it bends or jumps, and only there.
+        Effort [N or N*m] at each sample. Steps end at its corners and jumps.
     dt : float
         Time between samples [s]; steps may be longer.
     tolerance : float
-        Largest error of the position wanted over the whole run [m or rad]. Where a motion is unstable, its growth
-        multiplies errors: a second run with a tenth of the tolerance then differs.
+        Allowed error of the position over the whole run [m or rad]. The growth of an unstable motion multiplies errors:
+        a second run with a tenth of the tolerance shows it.
     hold : {"linear", "zero"}
-        Between samples the effort runs straight to the next one, or is held.
+        Effort between samples: linear to the next sample, or constant.
     max_step : float
         Longest step [s].
     x, v : float
         Position [m or rad] and velocity [m/s or rad/s] at the first sample.
     state, memory
-        Of the friction model at the first sample; virgin where not given.
+        Of the friction model at the first sample; virgin by default.
 
     Returns
     -------
@@ -165,7 +165,7 @@ def run_adaptive(
 
 
 def _stretches(start: np.ndarray, end: np.ndarray, dt: float) -> Course:
-    """Return knots [s], and efforts at the beginning and the end of each stretch: samples on one line make one."""
+    """Return knots [s], and efforts at both ends of each stretch; collinear samples form one stretch."""
     slope = end - start
     bends = np.flatnonzero((start[1:] != end[:-1]) | (slope[1:] != slope[:-1])) + 1
     first = np.concatenate(([0], bends))

@@ -21,15 +21,15 @@ from bristle.engine.lanes import InLanes, Rows, make_lanes
 from bristle.engine.loop import HOLDS, SAMPLE_TIME, held, substeps_entry
 from bristle.engine.screwed import refuse_screw
 
-WORTH_LANES = 10_000_000  # steps in all: lanes of an implicit step are compiled apart, which takes seconds
+WORTH_LANES = 10_000_000  # steps in total: compiling the lanes of an implicit step takes seconds
 
 
 @dataclass(frozen=True)
 class BatchTrace:
-    """What a batch leaves behind, in SI of the axis; arrays of shape (trajectory, sample).
+    """Result of a batch, in SI of the axis; arrays of shape (trajectory, sample).
 
-    ``position`` and ``velocity`` are those at the instant of a sample; ``friction`` is the mean friction force until
-    the next one. ``status`` has one entry for each trajectory; one that left the finite numbers is NaN from there.
+    ``position`` and ``velocity`` are instantaneous values at the sample; ``friction`` is the mean friction force until
+    the next sample. ``status`` has one entry per trajectory; a diverged trajectory is NaN from the first failure.
     """
 
     time: np.ndarray
@@ -64,12 +64,12 @@ def run_batch(
     threads: int | None = None,
     in_lanes: bool | None = None,
 ) -> BatchTrace:
-    """Drive many mechanisms by recorded efforts, each as `run_open_loop` would, to the bit.
+    """Drive many mechanisms by recorded efforts, with results identical to `run_open_loop`.
 
     Parameters
     ----------
     plant, friction : Model or sequence of Model
-        The mechanisms: one for all trajectories, or one for each, of the same component.
+        The mechanisms: a model for all trajectories, or one model per trajectory, of the same component.
     effort : array_like, shape (sample,) or (trajectory, sample)
         Effort [N or N*m] at each sample.
     dt : float
@@ -77,15 +77,15 @@ def run_batch(
     steps : int
         Integration steps between two samples.
     hold : {"zero", "linear"}
-        Between samples the effort is held, or runs straight to the next one.
+        Effort between samples: constant, or linear to the next sample.
     x, v : array_like, shape () or (trajectory,)
         Position [m or rad] and velocity [m/s or rad/s] at the first sample.
     threads : int, optional
-        Processor cores to use; all where not given.
+        Processor cores to use; all by default.
     in_lanes : bool, optional
-        Whether to run in lanes, several trajectories in one instruction, as 32 and more can where the friction model has
-        no memory; where not given, from ten million steps on. The numbers are the same; lanes are compiled once for
-        each kind of mechanism, and LuGre runs four times as fast in them.
+        Whether to run in lanes, with several trajectories in one instruction. This needs 32 trajectories or more and a
+        friction model without memory. Default: from ten million steps on. Results are the same. Lanes are compiled once
+        for each kind of mechanism, and run LuGre four times as fast.
 
     Returns
     -------
@@ -95,16 +95,16 @@ def run_batch(
     Raises
     ------
     InputError
-        If the numbers of models, efforts and starts disagree, or the models are not of one component.
+        If the numbers of models, efforts and starts disagree, or the models have different components.
     """
     batch, cores = _Batch(plant, friction, effort, x, v), threads or core_count()
     if in_lanes is None:
         in_lanes = batch.count * len(batch.effort) * steps >= WORTH_LANES
-    # What is tried twice keeps no memory, and lanes pay where they are full.
+    # A repeated trial needs a model without memory, and lanes pay off only when they are full.
     if in_lanes and batch.count >= LANES and not batch.memory.size:
         width, work = LANES, batch.in_lanes(dt, steps, hold)
     else:
-        # One by one a block is a share of the work, so that no core waits.
+        # Without lanes, a block is a share of the work, so that no core waits.
         width = max(min(LANES, -(-batch.count // cores)), 1)
         work = batch.one_by_one(dt, steps, hold, width)
     firsts = range(0, batch.count, width)
@@ -118,7 +118,7 @@ def run_batch(
 
 
 class _Batch:
-    """The mechanisms of a batch as vectors in a row, and their records."""
+    """The mechanisms of a batch as consecutive vectors, and their records."""
 
     def __init__(self, plant: Any, friction: Any, effort: Any, x: Any, v: Any) -> None:
         efforts, plants, frictions = np.atleast_2d(effort), plant, friction
@@ -133,7 +133,9 @@ class _Batch:
         sizes = set(numbers.values()) - {1}
         if len(sizes) > 1:
             listed = ", ".join(f"{number} {name}" for name, number in numbers.items())
-            raise InputError(f"cannot make one batch of {listed}", path="run_batch", mend="Give one of each, or one for each trajectory")
+            raise InputError(
+                f"cannot make one batch of {listed}", path="run_batch", mend="Give one model of each, or one for each trajectory"
+            )
         self.count = sizes.pop() if sizes else 1
         self.plant, self.plants = _parameters(plants, self.count, "plant")
         self.friction, self.frictions = _parameters(frictions, self.count, "friction")
@@ -141,13 +143,13 @@ class _Batch:
         self.body[:, 0], self.body[:, 1] = x, v
         self.state = np.tile(self.friction.state, (self.count, 1))
         self.memory = np.tile(self.friction.component.new_memory(self.friction.model.parameters), (self.count, 1))
-        # All trajectories of one sample lie side by side: what a block reads at a time.
+        # The trajectories of one sample are contiguous, because a block reads them together.
         self.effort = np.ascontiguousarray(efforts.T)
         self.position, self.velocity, self.force = (np.empty((self.count, 0)) for _ in range(3))
         self.out = np.zeros((self.count, OUT_SIZE))
 
     def one_by_one(self, dt: float, steps: int, hold: str, width: int) -> Callable[[int], Any]:
-        """Return what runs one block of so many, trajectory by trajectory."""
+        """Return the function that runs one block of `width` trajectories one after another."""
         vectors = (self.plants, self.body, self.frictions, self.state, self.memory, self.out)
         mechanisms = Mechanisms(substeps_entry(self.plant, self.friction), MechanismVectors(*(matrix.ravel() for matrix in vectors)))
         run, efforts = driver(open_loops), self._efforts(hold)
@@ -164,7 +166,7 @@ class _Batch:
         return Efforts(self.effort.ravel(), held(self.effort, hold).ravel(), self.effort.shape[1])
 
     def in_lanes(self, dt: float, steps: int, hold: str) -> Callable[[int], Any]:
-        """Return what runs one block, all its trajectories together."""
+        """Return the function that runs all trajectories of one block together."""
         widths = [matrix.shape[1] for matrix in (self.plants, self.body, self.frictions, self.state)]
         rows, structures = Rows(*widths), (*self.plant.structures, *self.friction.structures)
         constants = lane_constants(structures[2], self.frictions)
@@ -173,7 +175,7 @@ class _Batch:
             lambda: make_lanes(*structures, rows, constants),
             InLanes,
             self.plant.functions + self.friction.functions,
-            4,  # all vectors of a block at a time, where one holds eight numbers
+            4,  # all vectors of a block at a time, for vectors of eight numbers
         )
         matrices = np.empty((3, len(self.effort), self.count))
         self.position, self.velocity, self.force = matrices.transpose(0, 2, 1)
@@ -193,7 +195,7 @@ class _Batch:
         return work
 
     def trace(self, dt: float) -> BatchTrace:
-        """Return what the trajectories left behind."""
+        """Return the trace of all trajectories."""
         finite = np.all(np.isfinite(self.position) & np.isfinite(self.velocity) & np.isfinite(self.force), axis=1)
         inaccurate = self.out[:, FAILED_SO_FAR] > 0.0
         status = tuple(
@@ -204,10 +206,10 @@ class _Batch:
 
 
 def _parameters(models: Sequence[Model], count: int, path: str) -> tuple[Instance, np.ndarray]:
-    """Return the part that stands for all models, and their parameters, shape (trajectory, number)."""
+    """Return a representative of all models, and their parameters, shape (trajectory, number)."""
     first, component = Instance(models[0]), models[0].component
     if is_scalar(first.structures[0]) and all(model.component is component for model in models):
-        # One component and nothing but numbers: no need to look into each.
+        # One component and only numbers: no need to check each model.
         numbers = flattener(first.structures[0])
         rows = np.array([numbers(model.parameters) for model in models], dtype=float)
     else:
@@ -216,8 +218,10 @@ def _parameters(models: Sequence[Model], count: int, path: str) -> tuple[Instanc
 
 
 def _row(first: Instance, model: Model, path: str) -> np.ndarray:
-    """Return the parameters of a model as numbers; refuse one that does not fit the first."""
+    """Return the parameters of a model as numbers; refuse a model that does not match the first."""
     row = pack(model.parameters)
     if structure_of(model.parameters) != first.structures[0] or row.size != first.parameters.size:
-        raise InputError("is of another component or length than the first", path=path, value=model.name, mend="Run a batch for each")
+        raise InputError(
+            "has a different component or length than the first model", path=path, value=model.name, mend="Run a batch for each"
+        )
     return row

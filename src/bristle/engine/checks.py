@@ -1,4 +1,4 @@
-"""What every run of components is checked for: what comes in, and that what comes out is finite."""
+"""Checks of every run of components: valid arguments, and finite results."""
 
 import numpy as np
 
@@ -7,10 +7,10 @@ from bristle.core.edge import amount, instance, is_finite, model, optional, whol
 from bristle.core.errors import InputError
 from bristle.core.variable import Variable
 
-FRICTION, OPERATOR = model("friction"), model("hysteresis")  # take a friction model, or an operator, with parameters
-PERIOD = amount(Variable("time", "time step", min=0.0), exclusive=True)  # takes a time step [s]
+FRICTION, OPERATOR = model("friction"), model("hysteresis")  # accept a friction model, or an operator, with parameters
+PERIOD = amount(Variable("time", "time step", min=0.0), exclusive=True)  # accepts a time step [s]
 PLACE, SPEED = amount(Variable("length", "position")), amount(Variable("length/time", "velocity"))
-STEPS = whole(1, 10**6)  # takes a number of steps
+STEPS = whole(1, 10**6)  # accepts a number of steps
 STATE = optional(instance(tuple, "the state of the model", "Take it from the trace of another run"))
 
 
@@ -22,12 +22,12 @@ def check_run(count: int, **signals: np.ndarray) -> None:
 
 
 def finite(output: np.ndarray, model: Model, path: str = "model") -> np.ndarray:
-    """Return what a model put out along a motion that is known to be finite."""
+    """Return the output of a model along a finite motion; refuse an output that is not finite."""
     if not is_finite(output):
         place = int(np.argwhere(~np.isfinite(output))[0][-1])
         raise InputError(
-            f"{model.name} gives no finite number at sample {place} of a finite motion",
+            f"the output of {model.name} is not finite at sample {place} of a finite motion",
             path=path,
-            mend="Look at its parameters; of a model of your own at its trial, too",
+            mend="Check its parameters; for a model of your own, check its trial, too",
         )
     return output

@@ -1,9 +1,9 @@
-"""Compiling the entry points, and a disk cache that never returns an old number.
+"""Compilation of the entry points, and a disk cache without stale results.
 
-The compiler's own cache serves stale results when a called function in another file changes, and one user's model
-file can break every later process. This one cannot: a product is stored under a fingerprint of the code that was
-compiled and of everything that it refers to, beside the versions of Python and the compiler and the processor.
-Products hold vectors and tuples of them, no class of a component.
+The cache of the compiler returns stale results when a called function in another file changes, and a user's model file
+can break every later process. This cache stores a product under a fingerprint of the compiled code and everything that
+it refers to, together with the versions of Python and the compiler, and the processor. Products contain vectors and
+tuples of vectors, but no class of a component.
 """
 
 import contextlib
@@ -43,9 +43,9 @@ def is_interpreted() -> bool:
 
 @contextlib.contextmanager
 def interpreted() -> Iterator[None]:
-    """Run every entry as plain Python inside this block: the same functions, for study and for tests of parity.
+    """Run every entry as plain Python inside this block: the same functions, for study and for comparisons.
 
-    It holds for the thread or the task that is in the block, and for what works for it, and for no other.
+    This affects only the thread or task in the block and its workers.
     """
     before = _interpreted.set(True)
     try:
@@ -56,9 +56,9 @@ def interpreted() -> Iterator[None]:
 
 @lru_cache(maxsize=1)
 def cache_folder() -> Path | None:
-    """Return the folder of the cache, or None where none can be written.
+    """Return the folder of the cache, or None if no folder is writable.
 
-    ``BRISTLE_CACHE_DIR`` overrides the place; an empty value switches the cache off.
+    ``BRISTLE_CACHE_DIR`` overrides the folder; an empty value switches the cache off.
     """
     import platformdirs
 
@@ -79,7 +79,7 @@ def cache_folder() -> Path | None:
 
 
 def _is_own(folder: Path) -> bool:
-    """Return whether nobody else can write there: what lies in the cache is run."""
+    """Return whether no other user can write to the folder, because cached code is executed."""
     if not hasattr(os, "getuid"):
         return True
     status = folder.lstat()
@@ -91,7 +91,7 @@ def _is_own(folder: Path) -> bool:
 
 
 def _forget_old(folder: Path) -> None:
-    """Remove what nobody has used for a month, of what was written here and nothing else."""
+    """Remove products of this cache that were unused for a month."""
     limit = time.time() - 86400.0 * 30.0
     for file in folder.iterdir():
         with contextlib.suppress(OSError):
@@ -100,12 +100,12 @@ def _forget_old(folder: Path) -> None:
 
 
 def compiled(name: str, make: Callable[[], Callable[..., Any]], kind: Any, parts: tuple[Any, ...] = (), interleaved: int = 1) -> Any:
-    """Return an entry, ready to be called: compiled, loaded from the cache, or plain where Python interprets."""
+    """Return a callable entry: compiled, loaded from the cache, or plain Python in interpreted mode."""
     if is_interpreted():
         return make()
     key = (name, parts)
     if key not in _entries:
-        # Compiling changes what holds for the whole process, numbers and options: one entry at a time.
+        # Compiling changes counters and options of the whole process: one entry at a time.
         with COMPILING:
             if key not in _entries:
                 function = make()
@@ -115,7 +115,7 @@ def compiled(name: str, make: Callable[[], Callable[..., Any]], kind: Any, parts
 
 
 def driver(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a driver, ready to be called: what runs entries, and is the same for all components."""
+    """Return a callable driver, which runs entries and is the same for all components."""
     if is_interpreted():
         return function
     entry = compiled(function.__name__, lambda: function, function)
@@ -126,7 +126,7 @@ def _compile(name: str, function: Callable[..., Any], kind: Any, code: str, part
     numba = compiler()
     activate()
     signature = compiled_signature(kind)
-    # It has one caller, and is put into that before anything is compiled.
+    # It has one caller, and is inlined before compilation.
     body: Any = numba.njit(inline="always", error_model="numpy")(function)
     dispatcher: Any = numba.njit(**kernel_options(inline=False))(handed_over(function, kind, body))
     dispatcher._cache = _EntryCache(name, str(signature), f"{code} {interleaved}")
@@ -139,10 +139,10 @@ def _compile(name: str, function: Callable[..., Any], kind: Any, code: str, part
 
 
 class _Product:
-    """The one product of an entry, and where it lies.
+    """The product of an entry, with cached addresses.
 
-    Whoever is handed an entry asks for its addresses at each call, and the compiler looks them up, by signature and by
-    name, for longer than a short run takes.
+    Each call of a function with an entry as its argument asks for the addresses, and the lookup of the compiler, by
+    signature and name, takes longer than a short run.
     """
 
     def __init__(self, product: Any) -> None:
@@ -158,11 +158,11 @@ class _Product:
 
 @contextlib.contextmanager
 def _interleaving(count: int) -> Iterator[None]:
-    """Let loops over lanes that are compiled inside this block take `count` vectors at a time, operation by operation.
+    """Compile loops over lanes inside this block with `count` interleaved vectors.
 
-    One trajectory is one long chain of operations that wait for each other. Chain after chain, the processor sees too
-    little of the next to begin it early; interleaved, it works on all of them. The compiler knows this as an option of
-    the whole process only, so it is taken back at the end.
+    A trajectory is a long chain of dependent operations. With one chain after another, the processor cannot start the
+    next chain early enough; interleaved, it works on all of them. The compiler has this option only for the whole
+    process, so that it is reset at the end.
     """
     from llvmlite import binding
 
@@ -177,7 +177,7 @@ def _interleaving(count: int) -> Iterator[None]:
 
 @contextlib.contextmanager
 def _faults_of(parts: tuple[Any, ...]) -> Iterator[None]:
-    """Tell what does not compile as a fault of the person who wrote it, where a part is not bristle's own."""
+    """Raise a failed compilation of a user's part as an `InputError` with file and reason."""
     from numba.core.errors import NumbaError
 
     try:
@@ -187,7 +187,7 @@ def _faults_of(parts: tuple[Any, ...]) -> Iterator[None]:
         if not own:
             raise
         file, lines = own[0].__code__.co_filename, [line.strip() for line in str(error).splitlines()]
-        # The innermost reason follows the last of the headings that each level of calls adds.
+        # The innermost reason follows the last heading; each level of calls adds a heading.
         heads = [i for i, line in enumerate(lines[:-1]) if "Failed in nopython mode" in line]
         reason = lines[heads[-1] + 1] if heads else lines[0]
         place = re.search(rf'File "[^"]*{re.escape(os.path.basename(file))}", line \d+', str(error))
@@ -197,10 +197,10 @@ def _faults_of(parts: tuple[Any, ...]) -> Iterator[None]:
 
 @contextlib.contextmanager
 def _numbered_from(code: str) -> Iterator[None]:
-    """Give what is compiled inside this block numbers that belong to this code alone.
+    """Give functions that are compiled inside this block numbers that are unique to this code.
 
-    The compiler tells functions of the same name and types apart by a number that it counts in each process. Products
-    of two processes, loaded into a third, would share names, and the linker would take one for the other.
+    The compiler distinguishes functions of the same name and types by a counter of the process. Products of two
+    processes, loaded into a third, could have the same name, and the linker would confuse them.
     """
     from numba.core.bytecode import FunctionIdentity
 
@@ -213,7 +213,7 @@ def _numbered_from(code: str) -> Iterator[None]:
         counting._unique_ids = before
 
 
-# What turns kernels into machine code; a change here changes products too.
+# Modules that turn kernels into machine code; a change of these changes products, too.
 _MACHINERY = (
     type_of,
     signature_of,
@@ -229,7 +229,7 @@ _MACHINERY = (
 
 
 class _EntryCache:
-    """What the compiler asks of a cache: load and save one product, here one file each."""
+    """The interface of a cache for the compiler: load and save one product, one file each."""
 
     def __init__(self, name: str, signature: str, code: str) -> None:
         digest = hashlib.sha256(f"{name} {signature} {code}".encode()).hexdigest()[:16]
@@ -271,6 +271,6 @@ class _EntryCache:
             os.replace(temporary, folder / self._file)
             _forget_old(folder)
         except OSError:
-            # A full disk costs time in the next process, not this result.
+            # A full disk only costs time in the next process.
             with contextlib.suppress(OSError):
                 os.unlink(temporary)

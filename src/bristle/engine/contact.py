@@ -1,4 +1,4 @@
-"""A contact moved by hand: friction with its state and memory, a few steps at a time."""
+"""A contact that moves step by step: friction with its state and memory."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from bristle.friction import unvaried
 
 
 class Contact:
-    """A friction model that is moved along a prescribed path, and looked at in between.
+    """A friction model on a prescribed path, with access to its state in between.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ class Contact:
         return self._part.state.copy()
 
     def copy(self) -> Contact:
-        """Return a contact in the same state, which moves on its own from here."""
+        """Return an independent contact in the same state."""
         copied = copy.copy(self)
         copied._part = copy.copy(self._part)
         copied._part.state, copied._memory = self._part.state.copy(), self._memory.copy()
@@ -67,27 +67,27 @@ class Contact:
         return force
 
     def force(self, v: float) -> float:
-        """Return the friction force [N or N*m] at velocity `v` [m/s or rad/s] here and now; nothing moves."""
+        """Return the friction force [N or N*m] at velocity `v` [m/s or rad/s] in the present state, without a motion."""
         still = self.copy()
         return float(follow(still._part, still._memory, np.array([v]), np.array([self.x]), 0.0)[0])
 
 
 Signals = Mapping[str, np.ndarray]
-PLACES = 7  # tried at once, from one stop to the other, then between the two neighbours of the best
-FIRST = 1000  # samples that are looked at first
-THINNED = 500  # of them suffice to tell one place from another
+PLACES = 7  # trials at once, between the extremes, then between the neighbours of the best
+FIRST = 1000  # samples of the first comparison
+THINNED = 500  # samples that suffice to distinguish places
 MARGIN = 100  # samples without a difference that end the look-out
-ALIKE = 1e-9  # of the largest force: two runs that have become the same
+ALIKE = 1e-9  # of the largest force: two runs with a smaller difference count as equal
 
 
 def place_of(friction: Model, motion: Signals, dt: float, measured: np.ndarray) -> float:
-    """Return where a contact stood at first, from -1, about to slip backward, to 1, about to slip forward."""
+    """Return the initial place of a contact, from -1 (about to slip backward) to 1 (about to slip forward)."""
     count = _forgotten(friction, motion, dt)
     if not count:
         return 0.0
     stride = max(count // THINNED, 1)
     thinned = {name: values[stride - 1 : count : stride] for name, values in motion.items()}
-    # What happened in a step of several samples shows in the mean of its velocity.
+    # A step of several samples has the mean of their velocities.
     thinned["v"] = np.diff(thinned["x"], prepend=motion["x"][0] - dt * motion["v"][0]) / (stride * dt)
 
     def costs(places: np.ndarray) -> np.ndarray:
@@ -97,7 +97,7 @@ def place_of(friction: Model, motion: Signals, dt: float, measured: np.ndarray) 
     places = np.linspace(-1.0, 1.0, PLACES)
     cost = costs(places)
     for _ in range(3):
-        # As many places between the neighbours of the best one; the cost of these is known.
+        # More places between the neighbours of the best place, whose costs are known.
         best = int(np.argmin(cost))
         low, high = max(best - 1, 0), min(best + 1, PLACES - 1)
         places = np.linspace(places[low], places[high], PLACES)
@@ -107,7 +107,7 @@ def place_of(friction: Model, motion: Signals, dt: float, measured: np.ndarray) 
     best = int(np.argmin(cost))
     if not 0 < best < PLACES - 1:
         return float(places[best])
-    # Where a parabola through the best place and its neighbours is lowest.
+    # Minimum of a parabola through the best place and its neighbours.
     before, lowest, after = cost[best - 1 : best + 2].tolist()
     bend = before - 2.0 * lowest + after
     step = 0.5 * (before - after) / bend if bend > 0.0 else 0.0
@@ -115,7 +115,7 @@ def place_of(friction: Model, motion: Signals, dt: float, measured: np.ndarray) 
 
 
 def _forgotten(friction: Model, motion: Signals, dt: float) -> int:
-    """Return after how many samples no start shows any more: the two extremes have become the same."""
+    """Return the number of samples until the initial place has no influence: the runs of both extremes are equal."""
     count, length = 0, motion["v"].size
     for size in (*(FIRST * 4**k for k in range(12) if FIRST * 4**k < length), length):
         part = {name: values[:size] for name, values in motion.items()}
@@ -128,15 +128,15 @@ def _forgotten(friction: Model, motion: Signals, dt: float) -> int:
 
 
 def state_at(friction: Model, place: float) -> Any:
-    """Return the state of a contact at a place from -1, about to slip backward, to 1, about to slip forward."""
+    """Return the state of a contact at a place from -1 (about to slip backward) to 1 (about to slip forward)."""
     return friction.component.start(place, friction.parameters)
 
 
 def steady_force(model: Model, v: float) -> float:
-    """Return the force [N or N*m] that a friction model settles to at a constant velocity `v` [m/s or rad/s].
+    """Return the steady force [N or N*m] of a friction model at a constant velocity `v` [m/s or rad/s].
 
-    The model itself is run, over steps that grow until each goes further than a metre, and the force no longer changes;
-    one that varies along the axis as it is in the middle.
+    The model runs over growing steps, up to more than a metre, until the force no longer changes. Friction that varies
+    along the axis is evaluated in the middle.
     """
     component, p = model.component, unvaried(model).parameters
     state, memory = component.initial_state(p), component.new_memory(p)
@@ -150,6 +150,6 @@ def steady_force(model: Model, v: float) -> float:
         far = abs(v) * dt > 1.0
         if far and abs(force - before) <= 1e-12 * abs(force):
             break
-        # Much longer steps drown the stretch of a contact in rounding.
+        # In much longer steps, rounding would hide the deflection of a contact.
         before, dt = force, dt if far else 1.5 * dt
     return float(finite(np.array([force]), model)[0])

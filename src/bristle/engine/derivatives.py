@@ -1,12 +1,13 @@
-r"""Friction along a motion with its derivatives: the force of each step, and how it changes in any number of directions.
+r"""Friction along a motion with its derivatives: the force of each step, and its change in any number of directions.
 
 .. math:: \dot F_k = \frac{\partial F}{\partial s}\,\dot s_{k-1} + \frac{\partial F}{\partial p}\,\dot p, \qquad
    \dot s_k = \frac{\partial s}{\partial s}\,\dot s_{k-1} + \frac{\partial s}{\partial p}\,\dot p
 
-with the state :math:`s`, its memory included, and the parameters :math:`p`: sensitivities go along the motion in the same
-pass as the force, whose bits they do not change. They are those of the branches that are taken: at a velocity of zero that of
-its sign, or that of rest where a law has one, in which the contact does not move. Where two branches meet they are one-sided,
-and where a law has a form of its own for one value of an exponent it does not change with that. They are finite everywhere.
+with the state :math:`s` including its memory, and the parameters :math:`p`: sensitivities are computed in the same pass as
+the force, without changing any bit of it. They belong to the executed branches. At zero velocity, this is the branch of the
+sign, or the branch of rest if the law has one, in which the contact does not move. At a boundary between two branches,
+derivatives are one-sided. If a law has a special form for one value of an exponent, its derivative with respect to the
+exponent is zero there. All derivatives are finite.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -30,7 +31,7 @@ from bristle.translation.build import Builder
 from bristle.translation.derivative import Activity, Derivatives, activity_of, is_active, nowhere
 from bristle.translation.tree import INTEGER, REAL, Array, Struct, Type, struct_of
 
-# A friction model along a motion, each vector followed by its tangents: (state, memory, v, x, surroundings one after the other, dt,
+# A friction model along a motion, each vector followed by its tangents: (state, memory, v, x, consecutive surroundings, dt,
 # parameters, force).
 ForceWithTangents = Callable[[*(Vector,) * 10, float, *(Vector,) * 4], float]
 
@@ -38,7 +39,7 @@ UNMOVED: Mapping[str, np.ndarray] = {}
 
 
 class Argument(NamedTuple):
-    """An argument of a kernel: a structure that is packed, or a value of a type; whether it has tangents, or they are handed over."""
+    """An argument of a kernel: a packed structure, or a value of a type; whether it has tangents, or receives them."""
 
     name: str
     holds: Structure | Type
@@ -52,14 +53,14 @@ class Argument(NamedTuple):
 
     @property
     def activity(self) -> Activity:
-        """Which of its numbers have tangents."""
+        """Activity of its numbers: which have tangents."""
         return activity_of(self.type) if self.moves else nowhere(self.type)
 
 
 def with_tangents(
     derivatives: Derivatives, function: Callable[..., Any], arguments: Sequence[Argument], kept: str = ""
 ) -> Callable[..., Any]:
-    """Return the entry that runs a kernel with tangents, each behind what moves; its result is a number, or written back to `kept`."""
+    """Return the entry that runs a kernel with tangents, each after its argument; the result is a number, or is stored in `kept`."""
     activities = [argument.activity for argument in arguments]
     derived = derivatives.of(Builder().function(function, [argument.type for argument in arguments]), activities)
     parts: dict[str, Any] = {"with_tangents": derivatives.scope[derived.name], "tangent_at": tangent_at}
@@ -88,7 +89,7 @@ VECTOR, WRITTEN = Array(-1), Array(-1, writable=True)
 
 @cache
 def make_force_with_tangents(parameters: Structure, state: Structure, motion: Any, moves: bool, acts: bool) -> Callable[..., Any]:
-    """Return the entry that runs one friction model with tangents, those of its motion too where it `moves`; surroundings may `act`."""
+    """Return the entry of a friction model with tangents; `moves` adds those of the motion, `acts` those of the surroundings."""
     moved = motion_reader(motion)
 
     @kernel(portable=False)
@@ -112,7 +113,7 @@ def type_of_structure(structure: Structure) -> Struct:
 
 
 def _tangent_reader(structure: Structure) -> Callable[..., Any]:
-    """Return the kernel ``tangents(vector, all)`` of the reals of a NamedTuple that `unpacker` makes of the vector."""
+    """Return the kernel ``tangents(vector, all)`` for the real numbers of a NamedTuple that `unpacker` reads from the vector."""
     lines = ["at = 0"]
 
     def text_of(part: Any) -> str:
@@ -132,7 +133,7 @@ def _tangent_reader(structure: Structure) -> Callable[..., Any]:
 
 
 def _tangent_packer(structure: Structure) -> Callable[..., Any]:
-    """Return the kernel ``keep(tangent, all)`` that writes those of the reals of a NamedTuple of scalars."""
+    """Return the kernel ``keep(tangent, all)`` that stores the tangents of a NamedTuple of scalars."""
     lines = list[str]()
 
     def write(part: Any, at: int, of: str) -> None:
@@ -169,7 +170,7 @@ class TangentRun:
     def along(
         self, v: np.ndarray, dt: float, x: np.ndarray, around: Mapping[str, Any], out: np.ndarray, moved: Mapping[str, np.ndarray] = UNMOVED
     ) -> np.ndarray:
-        """Return the force of the next steps; its tangents go to `out`, shape (step, `DIRECTIONS`). `moved` are those of signals."""
+        """Return the force of the next steps; `out` receives its tangents, shape (step, `DIRECTIONS`). `moved` are tangents of signals."""
         part, (dp, ds), signals = self.part, self._tangents, _surroundings(self.part, v.size, around).ravel()
         d_v, d_x = (padded(moved.get(name), v.size * self.moves) for name in "vx")
         d_around = np.concatenate([padded(moved.get(name), v.size * self.acts) for name in part.motion._field_defaults])
@@ -191,7 +192,7 @@ def force_with_derivatives(
     motion_tangents: tuple[np.ndarray, np.ndarray] | None = None,
     around: Mapping[str, Any] | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the force of `force_along`, to the bit, and its derivatives; all tangents have shape (number, direction)."""
+    """Return the exact force of `force_along` and its derivatives; all tangents have shape (number, direction)."""
     v, x = vector(v, "v"), vector(x, "x")
     check_run(v.size, x=x)
 
@@ -209,13 +210,13 @@ def force_with_derivatives(
 
 
 def in_blocks(run: Callable[[int], tuple[np.ndarray, np.ndarray]], directions: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return a signal with its derivatives in all directions, from runs of so many of them as go at once."""
+    """Return a signal with its derivatives in all directions, from runs with a limited number of directions each."""
     signals, slopes = zip(*(run(first) for first in range(0, max(directions, 1), DIRECTIONS)), strict=True)
     return signals[0], np.hstack([part.reshape(-1, DIRECTIONS) for part in slopes])[:, :directions]
 
 
 def padded(columns: np.ndarray | None, count: int) -> np.ndarray:
-    """Return tangents of so many numbers in a row; 0 in directions that the columns, one each, do not have."""
+    """Return flat tangents of `count` numbers; 0 in directions without a column."""
     block = np.zeros((count, DIRECTIONS))
     if columns is not None:
         block[:, : columns.shape[1]] = columns

@@ -1,6 +1,6 @@
 """The drivers of plants with friction: by recorded efforts, and in the loop of a controller.
 
-What a driver runs it is given as tuples of an entry and of the vectors that this entry changes.
+The arguments of a driver are tuples of an entry and of the vectors that this entry changes.
 """
 
 from typing import NamedTuple
@@ -12,14 +12,14 @@ from bristle.engine.signature import Vector
 # Rows of the flat history of a run.
 POSITION, VELOCITY, MEASURED, COMMAND, EFFORT, FRICTION = 0, 1, 2, 3, 4, 5
 MOTOR_POSITION, MOTOR_VELOCITY, FED, ROWS = 6, 7, 8, 9
-# Beyond this magnitude of position plus velocity a simulation has left the numbers worth following.
+# Beyond this magnitude of position plus velocity a simulation counts as diverged.
 BOUND = 1e100
 
 
 class Driven(NamedTuple):
-    """A plant with friction. `load` begins with position and velocity of what the axis moves.
+    """A plant with friction. `load` begins with position and velocity of the load.
 
-    That is the state of the plant itself, where it is one mass.
+    For a plant with one mass this is the state of the plant.
     """
 
     substeps: Substeps
@@ -38,7 +38,7 @@ class Controller(NamedTuple):
 class Compensation(NamedTuple):
     """A friction model that is fed forward along the measured motion; `shape` is that of `Compensate`.
 
-    `transmitted` is the effort that the desired motion passes on to the load at each sample.
+    `transmitted` is the effort that the desired motion transmits to the load at each sample.
     """
 
     compensate: Compensate
@@ -50,7 +50,7 @@ class Compensation(NamedTuple):
 
 
 class Sensor(NamedTuple):
-    """A sensor; `reading` begins with the position that it reads."""
+    """A sensor; `reading` begins with the true position."""
 
     sense: Sense
     parameters: Vector
@@ -59,7 +59,7 @@ class Sensor(NamedTuple):
 
 
 class Signals(NamedTuple):
-    """What a loop is given: `reference` is flat, [position | velocity | acceleration | effort] of all samples."""
+    """Inputs of a loop; `reference` is flat, [position | velocity | acceleration | effort] of all samples."""
 
     reference: Vector
     injected: Vector
@@ -69,7 +69,7 @@ class Signals(NamedTuple):
 class Sampling(NamedTuple):
     """Sample time [s] and steps in it; the effort computed at sample k acts from sample ``k + delay`` on.
 
-    It is at most `limit` [N or N*m]; until the first one arrives `effort_before` acts.
+    It is at most `limit` [N or N*m]; `effort_before` acts until the first effort arrives.
     """
 
     dt: float
@@ -80,7 +80,7 @@ class Sampling(NamedTuple):
 
 
 class Efforts(NamedTuple):
-    """Efforts at each sample, and those that they run to: all mechanisms of one sample in a row, or one for all."""
+    """Efforts at each sample, and at its end: contiguous for all mechanisms of one sample, or common to all."""
 
     start: Vector
     end: Vector
@@ -88,7 +88,7 @@ class Efforts(NamedTuple):
 
 
 class Records(NamedTuple):
-    """Position, velocity and friction of all `mechanisms`: of one sample in a row in lanes, else of one mechanism."""
+    """Position, velocity and friction of all `mechanisms`: contiguous per sample for lanes, otherwise per mechanism."""
 
     x: Vector
     v: Vector
@@ -97,7 +97,7 @@ class Records(NamedTuple):
 
 
 class Mechanisms(NamedTuple):
-    """Several mechanisms of one kind: their vectors, those of all mechanisms in a row."""
+    """Several mechanisms of one kind, with consecutive vectors."""
 
     substeps: Substeps
     vectors: MechanismVectors
@@ -105,7 +105,7 @@ class Mechanisms(NamedTuple):
 
 @kernel
 def record(history, count, k, load, plant):
-    """Write where load and motor are at sample `k`."""
+    """Record position and velocity of load and motor at sample `k`."""
     history[POSITION * count + k], history[VELOCITY * count + k] = load[0], load[1]
     history[MOTOR_POSITION * count + k], history[MOTOR_VELOCITY * count + k] = plant[0], plant[1]
 
@@ -113,7 +113,7 @@ def record(history, count, k, load, plant):
 def open_loop(driven: Driven, effort: Vector, effort_end: Vector, dt: float, steps: int, history: Vector) -> int:
     """Drive a plant by a recorded effort; return the number of samples that stayed finite.
 
-    `history` is as in `closed_loop`, without what a controller measures and commands.
+    `history` is as in `closed_loop`, without measurement and command.
     """
     count, vectors = effort.size, driven.vectors
     plant, out = vectors.plant_state, vectors.out
@@ -129,7 +129,7 @@ def open_loop(driven: Driven, effort: Vector, effort_end: Vector, dt: float, ste
 
 
 def readings(sensor: Sensor, dt: float, measured: Vector) -> int:
-    """Write what a sensor reads at each sample, its `reading` being the position at all of them; return 0."""
+    """Write the reading of a sensor at each sample; `reading` is its state, `measured` holds the positions at first; return 0."""
     for k in range(measured.size):
         measured[k] = sensor.sense(sensor.parameters, sensor.state, sensor.reading[k], dt)
     return 0
@@ -183,9 +183,9 @@ def closed_loop(
 
 
 def open_loops(mechanisms: Mechanisms, first: int, last: int, efforts: Efforts, dt: float, steps: int, records: Records) -> int:
-    """Drive the mechanisms `first` to `last` one after the other; return 0.
+    """Drive the mechanisms `first` to `last` one after another; return 0.
 
-    What follows a sample at which a mechanism left the finite numbers is left as it was.
+    Records after the sample at which a mechanism diverged are not written.
     """
     x, v, force, count, columns = records.x, records.v, records.force, records.mechanisms, efforts.columns
     size = x.size // count
@@ -205,7 +205,7 @@ def open_loops(mechanisms: Mechanisms, first: int, last: int, efforts: Efforts, 
 
 @kernel
 def of_one(vectors, m, count):
-    """Return the vectors of mechanism `m` among those of `count` mechanisms in a row."""
+    """Return the vectors of mechanism `m` among the consecutive vectors of `count` mechanisms."""
     return MechanismVectors(
         share(vectors.plant, m, count),
         share(vectors.plant_state, m, count),

@@ -1,13 +1,13 @@
 r"""EFIM: the exponentially fitted implicit midpoint rule, with sticking. One scheme for every friction model.
 
 A plant offers its friction port as :math:`v_m = a + b\,F(v_m)` with :math:`b < 0`: the mean velocity of the step is
-affine in the mean force, and the model gives the exponentially fitted mean force at that velocity. The scalar
-equation is solved by a bracketed secant, to a residual in the force; memory is committed once, after that.
+affine in the mean force, and the model gives the exponentially fitted mean force at that velocity. A bracketed secant
+solves the scalar equation to a residual in the force; then the memory is committed once.
 
 Sticking: the two one-sided limits :math:`v_m = \pm 0` are tried as soon as the iterate would cross zero. If the
-residual changes sign between them the body rests, and the force is the reaction. The midpoint rule alone reverses the
-velocity of a body that stops inside a step (:math:`v_1 = 2 v_m - v_0`) and would ring for ever, so such a step is split
-where the body stops.
+residual changes sign between them, the body rests, and the force is the reaction. The midpoint rule alone reverses the
+velocity of a body that stops inside a step (:math:`v_1 = 2 v_m - v_0`) and would oscillate for ever. Therefore such a
+step is split at the instant of the stop.
 """
 
 from typing import Any, NamedTuple
@@ -18,13 +18,13 @@ from bristle.core.kernel import kernel
 from bristle.core.mathematics import Bracket, bracket_guess, bracket_update
 
 INFINITY = float("inf")
-# Of the solve: of the force, and of the velocity that it is a small part of.
+# Tolerances of the solve: of the force, and of the velocity.
 FORCE_TOLERANCE, VELOCITY_TOLERANCE = 1e-9, 1e-11
 ITERATIONS = 100
 
 
 class Start(NamedTuple):
-    """Where a solve begins, and what error of the mean velocity it may leave."""
+    """Start values of a solve, and its allowed error of the mean velocity."""
 
     guess: float
     slope: float
@@ -32,7 +32,7 @@ class Start(NamedTuple):
 
 
 class Solution(NamedTuple):
-    """Mean velocity and force of a step, what to commit, and how the solve went."""
+    """Mean velocity and force of a step, the move to commit, and the status of the solve."""
 
     v: float
     force: float
@@ -42,7 +42,7 @@ class Solution(NamedTuple):
 
 
 class Advance(NamedTuple):
-    """Where a step led to."""
+    """Result of a step."""
 
     plant_state: Any
     friction_state: Any
@@ -61,37 +61,37 @@ def evaluate(state, memory, v, x, transmitted, dt, p):
 
 @kernel(inline=False)
 def evaluate_apart(state, memory, v, x, transmitted, dt, p):
-    """Return what `evaluate` does: one copy of the model for all that is rarely done."""
+    """Return the result of `evaluate`, in a separate copy of the model for rare cases."""
     return evaluate(state, memory, v, x, transmitted, dt, p)
 
 
 @kernel
 def next_guess(bracket, v, residual, slope):
-    """Return where to evaluate next: the secant where it stays inside the bracket, else the bracket's own guess."""
+    """Return the next velocity to evaluate: the secant if it is inside the bracket, otherwise the guess of the bracket."""
     guess = v - residual / slope
     if bracket.low < guess < bracket.high:
         return guess
     if bracket.low > -INFINITY and bracket.high < INFINITY:
         return bracket_guess(bracket)
-    # Still open on the side of the guess: the slope was negative (falling friction), walk on.
+    # The bracket has no bound on the side of the guess: the slope was negative (falling friction), continue.
     return v - 2.0 * residual
 
 
 @kernel
 def is_solved(residual, force, a, b, slack):
-    """Return whether a residual of the velocity [m/s or rad/s] is small beside what the force makes of it."""
+    """Return whether a residual of the velocity [m/s or rad/s] is small relative to the effect of the force."""
     return abs(residual) <= FORCE_TOLERANCE * abs(b * force) + VELOCITY_TOLERANCE * abs(a) + slack
 
 
 @kernel
 def is_narrow(low, high, v):
-    """Return whether a bracket holds no more numbers than rounding leaves."""
+    """Return whether a bracket is as narrow as rounding allows."""
     return high - low <= 4e-16 * abs(v)
 
 
 @kernel
 def slope_from(slope, v, residual, v_last, residual_last):
-    """Return the slope of the residual between the last two velocities; 1 where it does not rise."""
+    """Return the slope of the residual between the last two velocities; 1 if it does not rise."""
     if residual_last != 0.0 and v != v_last:
         secant = (residual - residual_last) / (v - v_last)
         return secant if secant > 1e-3 else 1.0
@@ -100,11 +100,11 @@ def slope_from(slope, v, residual, v_last, residual_last):
 
 @kernel
 def solve(state, memory, x, effort, dt, p, a, b, start):
-    """Return the `Solution` of ``v = a + b * F(v)``; what of the `effort` friction leaves passes on to the load.
+    """Return the `Solution` of ``v = a + b * F(v)``; `effort` minus friction is transmitted to the load.
 
-    The guess [m/s or rad/s] and the slope (of the residual, at least 1 where friction rises with speed) are taken from
-    the last step: one or two evaluations suffice then. There is one call site of the model: three phases share it,
-    0 an ordinary iterate, 1 and 2 the limits +0 and -0.
+    The guess [m/s or rad/s] and the slope (of the residual, at least 1 if friction rises with speed) come from the last
+    step, so that one or two evaluations suffice. The model has one call site, shared by three phases: 0 is an ordinary
+    iterate, 1 and 2 are the limits +0 and -0.
     """
     bracket = Bracket(-INFINITY, 0.0, INFINITY, 0.0, 0.0)
     guess, slope = start.guess, max(start.slope, 1.0)
@@ -167,7 +167,7 @@ def stop_residual(time, plant_state, friction_state, memory, effort, q, p):
 
 @kernel(inline=False)
 def stopping_time(plant_state, friction_state, memory, effort, dt, q, p):
-    """Return after what part of the step [s] the velocity at the port reaches zero: mean velocity v/2 until then."""
+    """Return the time within the step [s] at which the velocity at the port reaches zero; the mean velocity until then is v/2."""
     half = 0.5 * plant_state.v
     sign = 1.0 if half > 0.0 else -1.0
     bracket = Bracket(0.0, -abs(half), dt, 0.0, 0.0)
@@ -185,7 +185,7 @@ def stopping_time(plant_state, friction_state, memory, effort, dt, q, p):
 
 @kernel(inline=False)
 def stop_and_go_on(plant_state, friction_state, memory, effort, dt, q, p, slope):
-    """Return the `Advance` of a step in which the body stops: it is split where the velocity reaches zero."""
+    """Return the `Advance` of a step in which the body stops, split at the instant of zero velocity."""
     first = stopping_time(plant_state, friction_state, memory, effort, dt, q, p)
     half = 0.5 * plant_state.v
     a, b = plant_port(plant_state, effort, first, q)
@@ -211,7 +211,7 @@ def stop_and_go_on(plant_state, friction_state, memory, effort, dt, q, p, slope)
 def advance(plant_state, friction_state, memory, effort, dt, q, p, start):
     """Return the `Advance` over one step of `dt` [s] under a constant `effort` [N or N*m].
 
-    `q` are the parameters of the plant, `p` those of the friction model; `start` is where the solve begins.
+    `q` are the parameters of the plant, `p` those of the friction model; `start` has the start values of the solve.
     """
     a, b = plant_port(plant_state, effort, dt, q)
     solution = solve(friction_state, memory, plant_state.x, effort, dt, p, a, b, start)

@@ -1,9 +1,9 @@
 """The entry points that run compiled: one component, or one plant with its friction.
 
-Every entry takes vectors and numbers only, or tuples of them, so its signature does not depend on the model. An entry
-that runs a component is made by a factory, once for each component: the closure holds how its vectors are laid out,
-and the dispatch by type does the rest. A driver (`bristle.engine.drivers`) receives entries as first-class functions:
-it is compiled once for everything, and the cost of compiling adds instead of multiplying.
+The arguments of every entry are vectors, numbers, or tuples of these, so that its signature does not depend on the
+model. A factory creates the entry of each component: the closure contains the layout of its vectors, and the dispatch by
+type selects the kernels. A driver (`bristle.engine.drivers`) receives entries as first-class functions. It is compiled
+once for all components, so that compile times add and do not multiply.
 """
 
 from collections.abc import Callable
@@ -17,15 +17,15 @@ from bristle.core.packing import Structure, motion_reader, packer, unpacker
 from bristle.engine.mechanism import Mechanism, mechanism
 from bristle.engine.signature import Vector
 
-# Where substeps leave what they found, in the vector `out`: mean friction force [N or N*m], solves that failed in them,
-# slope of the last solve per step [1/s] and mean acceleration (both read again by the next ones), solves that failed so
-# far, effort of the drive [N or N*m] (read again); and what they are told: the error of the mean velocity that a solve
-# may leave [m/s or rad/s], the time constant of the drive [s].
+# Indices of the vector `out` of substeps. Results: mean friction force [N or N*m], failed solves in these steps, slope of
+# the last solve per step [1/s] and mean acceleration (both are inputs of the next steps), failed solves so far, effort of
+# the drive [N or N*m] (also an input). Inputs: allowed error of the mean velocity in a solve [m/s or rad/s], time
+# constant of the drive [s].
 FORCE, FAILED, SLOPE, FAILED_SO_FAR, ACCELERATION, SLACK, DRIVE_EFFORT, DRIVE_LAG, OUT_SIZE = 0, 1, 2, 3, 4, 5, 6, 7, 8
 
 
 class MechanismVectors(NamedTuple):
-    """A plant with one friction model: parameters and states, its memory, and what it leaves in `out`."""
+    """A plant with one friction model: parameters and states, its memory, and its results in `out`."""
 
     plant: Vector
     plant_state: Vector
@@ -35,8 +35,8 @@ class MechanismVectors(NamedTuple):
     out: Vector
 
 
-# The kinds of entries: what each takes. Parameters, state and memory of a component are vectors that it unpacks itself.
-# A friction model along a motion: (parameters, state, memory, v, x, surroundings one after the other, dt, force).
+# The kinds of entries and their arguments. Parameters, state and memory of a component are vectors that it unpacks.
+# A friction model along a motion: (parameters, state, memory, v, x, consecutive surroundings, dt, force).
 ForceAlong = Callable[[Vector, Vector, Vector, Vector, Vector, Vector, float, Vector], float]
 # An operator along an input: (parameters, state, memory, u, w).
 OutputAlong = Callable[[Vector, Vector, Vector, Vector, Vector], float]
@@ -54,7 +54,7 @@ Sense = Callable[[Vector, Vector, float, float], float]
 
 
 def make_force_along(parameters: Structure, state: Structure, motion: Any = Motion) -> Callable[..., Any]:
-    """Return the entry that runs one friction model along a prescribed motion, by the class of what it sees of it."""
+    """Return the entry that runs one friction model along a prescribed motion of the class `motion`."""
     unpack, load, store = unpacker(parameters), unpacker(state), packer(state)
     moved = motion_reader(motion)
 
@@ -89,10 +89,10 @@ def make_output_along(parameters: Structure, state: Structure) -> Callable[..., 
 def make_substeps(plant: Structure, plant_state: Structure, friction: Structure, friction_state: Structure) -> Any:
     """Return the entry that advances one plant with one friction model by a number of equal steps.
 
-    ``out[FORCE]`` receives the mean friction force, ``out[FAILED]`` the number of solves that failed. ``out[SLOPE]``
-    and ``out[ACCELERATION]`` keep where the next solve begins, whatever the length of its step: the slope of its
-    residual over the length, and the acceleration. ``out[SLACK]`` is the error of the mean
-    velocity that a solve may leave; ``out[FAILED_SO_FAR]`` is the drivers'.
+    ``out[FORCE]`` receives the mean friction force, ``out[FAILED]`` the number of failed solves. ``out[SLOPE]`` and
+    ``out[ACCELERATION]`` store the start values of the next solve, independent of its step length: the slope of the
+    residual divided by the length, and the acceleration. ``out[SLACK]`` is the allowed error of the mean velocity in a
+    solve; ``out[FAILED_SO_FAR]`` belongs to the drivers.
     """
     unpack_plant, load_plant, store_plant = unpacker(plant), unpacker(plant_state), packer(plant_state)
     unpack_friction, load_friction = unpacker(friction), unpacker(friction_state)
@@ -120,7 +120,7 @@ def make_substeps(plant: Structure, plant_state: Structure, friction: Structure,
 
 
 def make_control(parameters: Structure, state: Structure) -> Callable[..., Any]:
-    """Return the entry that computes what one controller commands at one sample."""
+    """Return the entry that computes the command of one controller at one sample."""
     unpack, load, store = unpacker(parameters), unpacker(state), packer(state)
 
     def control(p_vector, state_vector, position, velocity, acceleration, effort, measured, injected, limit, dt):
@@ -135,8 +135,8 @@ def make_control(parameters: Structure, state: Structure) -> Callable[..., Any]:
 def make_compensate(parameters: Structure, state: Structure) -> Callable[..., Any]:
     """Return the entry that runs one friction model along the measured motion, to be fed forward at one sample.
 
-    ``shape`` holds the fields of `Shape`, and what the entry keeps from sample to sample: the position measured [m or
-    rad] and the effort fed forward [N or N*m].
+    ``shape`` contains the fields of `Shape` and the state of the entry: the last measured position [m or rad] and the
+    last effort fed forward [N or N*m].
     """
     unpack, load, store = unpacker(parameters), unpacker(state), packer(state)
 
@@ -161,7 +161,7 @@ def make_compensate(parameters: Structure, state: Structure) -> Callable[..., An
 def make_compensate_along(parameters: Structure, state: Structure) -> Callable[..., Any]:
     """Return the entry that runs one friction model along a desired motion, to be fed forward step by step.
 
-    ``shape`` holds the fields of `Shape`.
+    ``shape`` contains the fields of `Shape`.
     """
     unpack, load, store = unpacker(parameters), unpacker(state), packer(state)
 
@@ -180,7 +180,7 @@ def make_compensate_along(parameters: Structure, state: Structure) -> Callable[.
 
 
 def compensate_nothing(p_vector, state_vector, memory, shape, measured, transmitted, dt):
-    """Feed nothing forward."""
+    """Return without feedforward."""
     return 0.0
 
 

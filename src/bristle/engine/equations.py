@@ -1,4 +1,4 @@
-"""How friction goes on: its right-hand side where it is a differential equation, and the steps of the engine in samples."""
+"""State equations of friction: its right-hand side as a differential equation, and the steps of the engine as a sampled system."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -20,22 +20,22 @@ from bristle.engine.motion import force_along_entry
 from bristle.engine.screwed import refuse_screw
 from bristle.friction import is_static
 
-SAMPLED = 'Give dt, such as dt="0.5 ms": the sampled system takes the steps of bristle itself'
+SAMPLED = 'Give dt, such as dt="0.5 ms": the sampled system makes the steps of bristle'
 
-# What a person calls position and velocity of a plant, whose fields are x and v.
+# Names for the fields x and v of a plant.
 PLANT_NAMES = {"x": "position", "v": "velocity"}
 SOLVER = {"solver_slope": "1/s", "solver_acceleration": ""}
-"""Where the solve of the next step begins; without it the last bits would differ. The unit is that of the axis."""
+"""Start values of the next solve; without them the last bits would differ. The unit is that of the axis."""
 
-# From a state and an input [N, N*m or m/s, rad/s] the friction force [N or N*m] and the time derivative of the state;
-# in samples the mean force of the step and the next state, which is written over the first one.
+# From a state and an input [N, N*m or m/s, rad/s] to the friction force [N or N*m] and the time derivative of the state;
+# for a sampled system, the mean force of the step and the next state, which overwrites the first state.
 Advance = Callable[[np.ndarray, float], tuple[float, np.ndarray]]
 
 
 def axis_equations(plant: Model, friction: Model) -> Advance:
     """Return the equations of a plant with friction under an effort: the state is that of the plant, then of friction."""
     if plant.component.rate is None:
-        raise InputError("has no rate, so it is no differential equation", path="plant", value=plant.name, mend=SAMPLED)
+        raise InputError("has no rate, so it is not a differential equation", path="plant", value=plant.name, mend=SAMPLED)
     body, contact, rate = Instance(plant), Instance(friction), _rate_of(friction)
     q, p, count = plant.parameters, friction.parameters, body.state.size
     load_plant, load_contact = unpacker(body.structures[1]), unpacker(contact.structures[1])
@@ -61,24 +61,24 @@ def contact_equations(friction: Model) -> Advance:
 
 
 def _rate_of(friction: Model) -> Callable[..., Any]:
-    """Return ``rate(state, motion, p) -> (force, d_state)`` of a friction model; refuse one that has none."""
+    """Return ``rate(state, motion, p) -> (force, d_state)`` of a friction model; refuse a model without it."""
     if friction.component.rate is not None:
         return friction_rate
-    message, mend = "has no `rate`, so it is no differential equation", SAMPLED
+    message, mend = "has no `rate`, so it is not a differential equation", SAMPLED
     if is_static(friction):
         forward, backward = (friction_trial((), (), Motion(v, 0.0), 0.0, friction.parameters)[0] for v in (0.0, -0.0))
         if forward == backward:
             return lambda state, motion, p: (friction_trial(state, (), motion, 0.0, p)[0], state)
-        message = "jumps at rest and holds with any force in between, so it is no differential equation"
+        message = "has a jump at rest, where it sticks with any force in between, so it is not a differential equation"
     elif friction.component.memory_size(friction.parameters):
-        message = "remembers in jumps, where its motion turns or an element slips, so it is no differential equation"
+        message = "changes its memory in jumps, at reversals or when an element slips, so it is not a differential equation"
     else:
-        mend = f"{SAMPLED}. A smooth model of your own may have `rate(state, motion, p) -> (force, d_state)`"
+        mend = f"{SAMPLED}. A smooth model of your own can define `rate(state, motion, p) -> (force, d_state)`"
     raise InputError(message, path="friction", value=friction.name, mend=mend)
 
 
 def axis_step(plant: Model, friction: Model, dt: float, steps: int) -> Advance:
-    """Return one sample of a plant with friction under a held effort, state by state: plant, friction, memory, `SOLVER`."""
+    """Return one sample of a plant with friction under a constant effort; state: plant, friction, memory, `SOLVER`."""
     body, contact = Instance(plant), Instance(friction)
     memory_size = friction.component.memory_size(friction.parameters)
     cuts = np.cumsum((body.state.size, contact.state.size, memory_size))
@@ -121,7 +121,7 @@ QUANTITIES = {"effort": "force", "friction": "force", "position": "length", "vel
 
 
 class System(NamedTuple):
-    """An axis with its friction, or friction alone: what follows a state and what goes out, and the unit of each signal."""
+    """An axis with its friction, or friction alone: next state or derivative, outputs, and the unit of each signal."""
 
     following: Callable[..., np.ndarray]
     output: Callable[..., np.ndarray]
@@ -134,16 +134,16 @@ class System(NamedTuple):
 
 @guarded(friction=FRICTION, plant=optional(model("plant")), dt=optional(PERIOD), steps=STEPS, name=optional(TEXT))
 def system_of(friction: Model, plant: Model | None, dt: Any, steps: int, name: str | None, *, asked_by: str) -> System:
-    """Return an axis with its friction or friction alone as a differential equation, or in samples where a sample time is given.
+    """Return an axis with its friction or friction alone as a differential equation, or as a sampled system if `dt` is given.
 
-    Zero is the state of a virgin contact at rest. `asked_by` is the function that a person called.
+    The zero state is a virgin contact at rest. `asked_by` is the function that the user called.
     """
     if plant is not None:
         refuse_screw(plant, asked_by)
         if plant.kind != friction.kind:
-            raise InputError("is of another kind of axis than the friction", path="plant", value=plant.kind, allowed=friction.kind)
+            raise InputError("is for a different kind of axis than the friction", path="plant", value=plant.kind, allowed=friction.kind)
     if steps != 1 and (dt is None or plant is None):
-        raise InputError("are those in a sample of an axis", path="steps", value=steps, mend="Give dt and a plant, or leave steps out")
+        raise InputError("needs a sampled axis", path="steps", value=steps, mend="Give dt and a plant, or omit steps")
     if plant is None:
         advance = contact_equations(friction) if dt is None else contact_step(friction, dt)
     else:
@@ -159,7 +159,7 @@ def system_of(friction: Model, plant: Model | None, dt: Any, steps: int, name: s
 
 def _virgin(friction: Model, plant: Model | None, size: int) -> np.ndarray:
     """Return the state of a virgin contact at rest."""
-    # The contact comes behind the plant, or behind the position.
+    # The contact follows the plant, or the position.
     before, p = len(plant.component.State._fields) if plant else 1, friction.parameters
     contact = np.concatenate((pack(friction.component.initial_state(p)), friction.component.new_memory(p)))
     virgin = np.zeros(size)
@@ -170,12 +170,12 @@ def _virgin(friction: Model, plant: Model | None, size: int) -> np.ndarray:
 def _functions_of(
     advance: Advance, virgin: np.ndarray, motion: int, *, is_sampled: bool
 ) -> tuple[Callable[..., np.ndarray], Callable[..., np.ndarray]]:
-    """Return two ``f(t, x, u, params)``: what follows a state, and the outputs, `motion` numbers of the state first."""
-    # Where zero is added a zero would lose its sign, which tells the side of a contact.
+    """Return two functions ``f(t, x, u, params)``: next state or derivative, and outputs, beginning with `motion` numbers of the state."""
+    # Adding zero would remove the sign of a zero, which marks the side of a contact.
     places = np.flatnonzero(virgin)
 
     def advanced(x: Any, u: Any) -> tuple[float, np.ndarray]:
-        state = np.array(x, dtype=float)  # a copy: any sample may be asked for again
+        state = np.array(x, dtype=float)  # a copy, because a sample may be requested again
         state[places] += virgin[places]
         return advance(state, float(u[0]))
 

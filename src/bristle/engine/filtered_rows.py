@@ -1,9 +1,9 @@
-r"""Derivatives of a signal along a log, behind the filters that lead to rows: all directions in one pass, block by block.
+r"""Derivatives of a signal along a log after the filters of the rows: all directions in one pass, block by block.
 
 The zero-phase Butterworth filter forward and backward, section by section in the transposed direct form II, and the
 symmetric filter :math:`r_k = \sum_j h_j\, y_{k d + j}` that decimates. `bristle.logs.filters.low_passed` and
-`scipy.signal.resample_poly` do the same to one signal. The backward pass begins behind the samples of a block, by as many as
-let its start die out: a log of any length takes the memory of a block.
+`scipy.signal.resample_poly` do the same for one signal. The backward pass begins so many samples after a block that its
+transient has decayed: a log of any length needs only the memory of a block.
 """
 
 from collections.abc import Callable, Iterable
@@ -17,8 +17,8 @@ from bristle.core.tangent import DIRECTIONS, keep_tangent, still, tangent_at, ta
 from bristle.engine.compilation import compiled
 from bristle.engine.signature import Vector
 
-# (sections of the filter one after the other, their states, signal, 1 where it is passed backward, its sample of the first
-# row, samples to a row, taps, its first and last sample that rows may take, rows).
+# (consecutive sections of the filter, their states, signal, 1 for a backward pass, its sample of the first row, samples
+# per row, taps, first and last sample for rows, rows).
 Rows = Callable[[Vector, Vector, Vector, int, int, int, Vector, int, int, Vector], float]
 
 # The number of samples of a block, and the function that writes them, shape (sample, direction).
@@ -72,10 +72,10 @@ def filtered_rows(
     step: int,
     taps: np.ndarray,
 ) -> np.ndarray:
-    """Return rows, shape (row, direction), of all `count` samples that `blocks` write; a start dies out in `reach` samples."""
+    """Return rows, shape (row, direction), of all `count` samples in `blocks`; a transient decays in `reach` samples."""
     entry, empty = compiled("filtered_rows", lambda: rows_entry, Rows), np.empty(0)
     c, start, half = sections.ravel(), settled.reshape(-1, 1), taps.size // 2
-    # Counted from the first sample of the extended signal: those that rows may take, and the first one of `y`.
+    # Indices from the first sample of the extended signal: the samples for rows, and the first sample of `y`.
     low, high, begin = edge + dropped, edge + count - dropped - 1, 0
     rows, tail = np.empty((-(-(count - 2 * dropped) // step), DIRECTIONS)), np.empty((edge, DIRECTIONS))
     complete, taken, state = 0, 0, empty
@@ -100,7 +100,7 @@ def filtered_rows(
 
 
 def filtered_every(step: int, signals: np.ndarray, sections: np.ndarray, settled: np.ndarray, edge: int, reach: int) -> np.ndarray:
-    """Return every so many samples of signals, shape (signal, sample), behind the filter: as many of them at once as go in one pass."""
+    """Return every `step`-th sample of filtered signals, shape (signal, sample), with several signals per pass."""
     count, rows = signals.shape[1], list[np.ndarray]()
     for first in range(0, max(len(signals), 1), DIRECTIONS):
         blocks = [(count, partial(_transpose, signals[first : first + DIRECTIONS]))]

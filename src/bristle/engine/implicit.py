@@ -6,8 +6,8 @@ Of :math:`v = a + b\,F(v; \theta)` and of the time :math:`t` after which a body 
     \dot v = \frac{\dot a + \dot b\,F + b\,\partial_\theta F\,\dot\theta}{1 - b\,\partial_v F}, \qquad
     \dot t = -\frac{\partial_\theta R\,\dot\theta}{\partial_t R}
 
-on every way through the search. A body whose velocity is exactly zero counts as resting: :math:`\dot v = 0`, and the reaction
-is :math:`-a/b`. The slope :math:`\partial_v F` is the change of the last direction where the velocity changes by 1 as well.
+on every path through the search. A body with zero velocity counts as resting: :math:`\dot v = 0`, and the reaction is
+:math:`-a/b`. The slope :math:`\partial_v F` is the additional change of the last direction if the velocity changes by 1, too.
 """
 
 from collections.abc import Callable, Mapping
@@ -20,13 +20,13 @@ from bristle.translation.scope import NotExportableError
 
 
 def mechanism_derivatives() -> Derivatives:
-    """Return the rules for a plant with friction: its model is compiled once with tangents, for all its callers."""
+    """Return the rules for a plant with friction; its model is compiled once with tangents, for all callers."""
     rules = {efim.solve: _of_solve, efim.stopping_time: _of_stopping_time}
     return Derivatives(frozenset({efim.evaluate, efim.stop_residual}), rules)
 
 
 def _derived(rules: Rules, source: Callable[..., Any]) -> tuple[tree.Function, Derived]:
-    """Return the function of this source that is called, and its derived function for all arguments that may have a tangent."""
+    """Return the called function of this source, and its derived function with tangents for all possible arguments."""
     calls = (part.function for part in tree.walk(rules.function.body) if isinstance(part, tree.Call))
     called = next(function for function in calls if function.source is source)
     activities = [rules.entering.get(part.name, True) for part in called.parameters]
@@ -34,7 +34,7 @@ def _derived(rules: Rules, source: Callable[..., Any]) -> tuple[tree.Function, D
 
 
 def _run(rules: Rules, called: tree.Function, derived: Derived, values: Mapping[str, str], tangents: Mapping[str, str]) -> str:
-    """Return the text that runs a derived function; arguments of the same name are handed on, others as they are given."""
+    """Return the text that calls a derived function, with arguments of the same name except for the given values and tangents."""
     names = [part.name for part in called.parameters]
     pairs = zip(names, derived.entering, strict=True)
     moved = [tangents.get(name) or rules.fitted(rules.argument(name), activity) for name, activity in pairs if is_active(activity)]
@@ -42,11 +42,11 @@ def _run(rules: Rules, called: tree.Function, derived: Derived, values: Mapping[
 
 
 def _of_solve(rules: Rules) -> None:
-    """Derive `efim.solve`: with the velocity held, with that changing by 1, and with that which solves the equation."""
+    """Derive `efim.solve`: at constant velocity, with a velocity that changes by 1, and with the solution of the equation."""
     called, derived = _derived(rules, efim.evaluate)
     assert isinstance(derived.result, tuple)
     if not is_active(derived.result[0]):
-        raise NotExportableError(efim.evaluate, None, "gives a force that nothing changes")
+        raise NotExportableError(efim.evaluate, None, "returns a constant force")
     tangent = {name: rules.fitted(rules.argument(name), True) for name in ("a", "b", "effort")}
     values = {"v": "at", "transmitted": "passed"}
 

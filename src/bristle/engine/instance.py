@@ -1,4 +1,4 @@
-"""One component of a run: its model as flat vectors, and how to name and compile what runs it."""
+"""One component of a run: its model as flat vectors, and the name and compilation of its entry."""
 
 import warnings
 from collections.abc import Callable
@@ -18,7 +18,7 @@ from bristle.engine.compilation import compiled
 
 @dataclass
 class Instance:
-    """One component of a run: its vectors, of which the run changes `state`, and how to name and compile it."""
+    """One component of a run with its vectors; the run changes `state`."""
 
     model: Model
     component: Any = field(init=False)
@@ -35,47 +35,47 @@ class Instance:
         self.structures = (structure_of(p), structure_of(state))
 
     def begin(self, state: Any) -> None:
-        """Begin in a state that was given, where one was."""
+        """Set the initial state, if it is given."""
         if state is None:
             return
         if structure_of(state) != self.structures[1]:
-            raise InputError("is that of another model", path="state", value=state, allowed=f"that of {self.model.name}")
+            raise InputError("belongs to a different model", path="state", value=state, allowed=f"that of {self.model.name}")
         self.state = pack(state)
 
     @property
     def motion(self) -> Any:
-        """The class of what a friction model sees of a step."""
+        """Class of the motion argument of a friction model."""
         return motion_with(self.component.surroundings)
 
     @property
     def key(self) -> str:
-        """Name of the component with those that it holds."""
+        """Name of the component with its inner components."""
         return f"{self.model.component.module}.{_name_of(self.structures[0])}"
 
     @property
     def lost(self) -> int:
-        """How many pairs of turning points its memory had no room for; 0 for one that forgets nothing."""
+        """Number of pairs of turning points that were lost because the memory was full."""
         return int(sum(map(self.state.__getitem__, _places_of("lost", self.structures[1]))))
 
     @property
     def state_now(self) -> Any:
-        """The state, as the component has it."""
+        """The state in the type of the component."""
         return unpacker(self.structures[1])(self.state)
 
     @property
     def functions(self) -> tuple[Any, ...]:
-        """Functions of the component and of those that it holds: what a user may have written."""
+        """Functions of the component and its inner components, which a user may have written."""
         return _functions(self.structures[0])
 
 
 def entry_of(name: str, part: Instance, kind: Any, make: Callable[..., Any], *further: Any) -> Any:
-    """Return the entry of this name that runs this component, as `make` makes it of its structures."""
+    """Return the entry of this name for this component, which `make` creates from its structures."""
     return compiled(f"{name}-{part.key}", lambda: make(*part.structures, *further), kind, part.functions)
 
 
 @cache
 def _places_of(field: str, structure: Any, first: int = 0) -> tuple[int, ...]:
-    """Return where fields of this name stand in the vector of a NamedTuple of scalars, nested ones included."""
+    """Return the indices of the fields of this name in the vector of a NamedTuple of scalars, also in nested tuples."""
     places: list[int] = []
     at = first
     for name, part in zip(structure[0]._fields, structure[1], strict=True):
@@ -88,11 +88,11 @@ def _places_of(field: str, structure: Any, first: int = 0) -> tuple[int, ...]:
 
 
 def warn_of_lost(part: Instance) -> None:
-    """Warn where the memory of a component had too little room."""
+    """Warn if the memory of a component was too small."""
     if lost := part.lost:
         warnings.warn(
-            f"{part.model.name}: the memory of turning points was full and forgot its innermost pair {lost} "
-            f"times, so loops do not close as they should. Raise capacity, now {part.model.values.get('capacity')}",
+            f"{part.model.name}: the memory of turning points was full and lost its innermost pair {lost} "
+            f"times, so some loops do not close. Raise capacity, now {part.model.values.get('capacity')}",
             InputWarning,
             stacklevel=4,
         )
@@ -115,7 +115,7 @@ def _functions(structure: Any) -> tuple[Any, ...]:
 
 
 def memory_of(model: Model, memory: Any) -> np.ndarray:
-    """Return the memory of a friction model: a copy of what is given, or that of a virgin model."""
+    """Return the memory of a friction model: a copy of the given memory, or that of a virgin model."""
     fresh = model.component.new_memory(model.parameters)
     if memory is None:
         return fresh

@@ -1,9 +1,9 @@
-"""Many trajectories at once by EFIM: what is usual of a step in lanes, what is not one lane after the other.
+"""Many trajectories at once by EFIM: ordinary steps in parallel lanes, exceptional steps lane by lane.
 
-A step is solved by two or three evaluations of the friction model as a rule: the secant from the last slope stays in
-its bracket, and neither it nor the body crosses zero. All lanes do that side by side, each until it is solved; to go on
-with one that is would change nothing, for it stays at its velocity. Where a lane rests, reverses, or leaves its
-bracket, the step is done again by itself, as a serial run does iterate. The bits are those of a serial run.
+Usually two or three evaluations of the friction model solve a step: the secant from the last slope stays in its bracket,
+and neither the secant nor the body crosses zero. All lanes make these evaluations in parallel until each is solved;
+further evaluations of a solved lane change nothing, because its velocity is constant. If a lane rests, reverses, or
+leaves its bracket, the step is repeated for this lane alone, as in a serial run. Results are identical to a serial run.
 """
 
 from collections.abc import Callable
@@ -16,7 +16,7 @@ from bristle.engine.drivers import BOUND, Efforts, Records
 from bristle.engine.efim import INFINITY, Start, advance, evaluate, is_narrow, is_solved, slope_from
 from bristle.engine.signature import Vector
 
-EVALUATIONS = 8  # after which a lane that is not solved goes on by itself
+EVALUATIONS = 8  # limit of evaluations before an unsolved lane makes a separate step
 OPEN, SOLVED, ASIDE = 0.0, 1.0, 2.0
 
 
@@ -25,14 +25,14 @@ InLanes = Callable[[Vector, Vector, int, int, Efforts, float, int, Records], flo
 
 
 class Span(NamedTuple):
-    """Efforts [N or N*m] at a sample, and that it runs to."""
+    """Efforts [N or N*m] at a sample and at its end."""
 
     start: float
     end: float
 
 
 class Carried(NamedTuple):
-    """What a lane takes from step to step: where the last solve led to, and effort of the drive [N or N*m]."""
+    """State of a lane between steps: result of the last solve, and effort of the drive [N or N*m]."""
 
     slope: float
     acceleration: float
@@ -47,7 +47,7 @@ class Port(NamedTuple):
 
 
 class Iterate(NamedTuple):
-    """A velocity to try, the slope, the residual at the last one, and the bracket; and how the lane stands."""
+    """A trial velocity, the slope, the last residual, the bracket, and the status of the lane."""
 
     v: float
     slope: float
@@ -59,7 +59,7 @@ class Iterate(NamedTuple):
 
 
 class Sums(NamedTuple):
-    """Friction forces and failures since the last sample, failures in all, and samples until the lane was lost."""
+    """Friction forces and failures since the last sample, total failures, and samples until the lane diverged."""
 
     force: float
     failures: float
@@ -81,7 +81,7 @@ SPAN, CARRIED, PORT, ITERATE, SUMS, SCALAR = map(_structure, (Span, Carried, Por
 
 
 class Rows:
-    """Where in a block each part begins, one number of all lanes a row: first what a run begins with."""
+    """First row of each part of a block; a row has one number of all lanes, and initial values come first."""
 
     def __init__(self, plant: int, plant_state: int, friction: int, friction_state: int) -> None:
         self.body = plant
@@ -103,13 +103,13 @@ class Rows:
 
 @kernel
 def first_guess(v, acceleration, h):
-    """Return where the solve of a step of length `h` [s] begins, as `bristle.engine.mechanism` has iterate."""
+    """Return the first guess of the solve of a step of length `h` [s], as in `bristle.engine.mechanism`."""
     return 0.0 if v == 0.0 else v + 0.5 * h * acceleration
 
 
 @kernel
 def next_iterate(iterate, residual, solved):
-    """Return the `Iterate` after a residual, as `bristle.engine.efim.solve` goes on; aside where that does more."""
+    """Return the next `Iterate`, as in `bristle.engine.efim.solve`; marked for a separate step in other cases."""
     slope = slope_from(iterate.slope, iterate.v, residual, iterate.v_last, iterate.residual_last)
     low, high = (iterate.v, iterate.high) if residual < 0.0 else (iterate.low, iterate.v)
     target = iterate.v - residual / slope
@@ -129,7 +129,7 @@ def next_iterate(iterate, residual, solved):
 
 
 class _Parts:
-    """What loads and stores the parts of a lane, and the rows of a block where they are."""
+    """Functions that load and store the parts of a lane, and their rows in a block."""
 
     def __init__(self, plant: Any, plant_state: Any, friction: Any, friction_state: Any, constants: Any) -> None:
         self.plant, self.friction = lane_unpacker(plant), lane_unpacker(friction, constants)
@@ -149,14 +149,14 @@ load, store = _access(SCALAR)
 
 
 def _beginnings(parts: _Parts, rows: Rows) -> tuple[Callable[..., Any], Callable[..., Any]]:
-    """Return what sets up the lanes between two samples, and what sets up a step."""
+    """Return the functions that prepare the lanes for a sample, and for a step."""
     unpack_plant, load_plant = parts.plant, parts.body[0]
     BODY, SPANS, CARRIES, PORTS, ITERATES = rows.body, rows.span, rows.carried, rows.port, rows.iterate
     TOTALS = rows.sums
 
     @kernel
     def begin_sample(block, efforts, k, first, used, h):
-        """Set up each lane between two samples: its efforts, and its sums."""
+        """Prepare each lane for a sample: its efforts and its sums."""
         at = k * efforts.columns
         for j in range(LANES):
             # Lanes beyond the last trajectory repeat iterate.
@@ -169,12 +169,12 @@ def _beginnings(parts: _Parts, rows: Rows) -> tuple[Callable[..., Any], Callable
 
     @kernel
     def begin_step(block, h, part):
-        """Set up the step of each lane: its effort, and where its solve begins."""
+        """Prepare the step of each lane: its effort, and the start of its solve."""
         for j in range(LANES):
             q, body = unpack_plant(block, 0, j), load_plant(block, BODY, j)
             span, carried = load_span(block, SPANS, j), load_carried(block, CARRIES, j)
             commanded = span.start + (span.end - span.start) * part
-            # As `bristle.engine.mechanism` has it of a drive that follows at once, to the last bit.
+            # Identical to `bristle.engine.mechanism` with a drive without lag.
             u = commanded + 0.0 * (carried.effort - commanded)
             a, b = plant_port(body, u, h, q)
             guess, slope = first_guess(body.v, carried.acceleration, h), max(carried.slope, 1.0)
@@ -187,7 +187,7 @@ def _beginnings(parts: _Parts, rows: Rows) -> tuple[Callable[..., Any], Callable
 
 
 def _solving(parts: _Parts, rows: Rows) -> tuple[Callable[..., Any], ...]:
-    """Return what evaluates the lanes, what moves them, and what does by itself the steps that are not usual."""
+    """Return the functions that evaluate the lanes, move them, and make exceptional steps one by one."""
     unpack_plant, unpack_friction = parts.plant, parts.friction
     (load_plant, store_plant), (load_friction, store_friction) = parts.body, parts.state
     BODY, BODY_NEXT, STATE, STATE_NEXT, P = rows.body, rows.body_next, rows.state, rows.state_next, rows.friction
@@ -196,7 +196,7 @@ def _solving(parts: _Parts, rows: Rows) -> tuple[Callable[..., Any], ...]:
 
     @kernel
     def evaluate_lanes(block, memory, h):
-        """Evaluate each lane at its velocity, keep where that leads to, and return how many are not solved yet."""
+        """Evaluate each lane at its velocity, store the result, and return the number of unsolved lanes."""
         count = 0
         for j in range(LANES):
             s, p, iterate = (load_friction(block, STATE, j), unpack_friction(block, P, j), load_iterate(block, ITERATES, j))
@@ -213,7 +213,7 @@ def _solving(parts: _Parts, rows: Rows) -> tuple[Callable[..., Any], ...]:
 
     @kernel
     def move_lanes(block, h):
-        """Move each lane by its force, and return how many must step aside: reversed, at rest, or not solved."""
+        """Move each lane by its force, and return the number of exceptional lanes: reversed, at rest, or unsolved."""
         count = 0
         for j in range(LANES):
             q, body = unpack_plant(block, 0, j), load_plant(block, BODY, j)
@@ -228,7 +228,7 @@ def _solving(parts: _Parts, rows: Rows) -> tuple[Callable[..., Any], ...]:
 
     @kernel
     def step_aside(block, memory, h):
-        """Do the steps that are not usual, each by itself."""
+        """Make the exceptional steps one by one."""
         for j in range(LANES):
             sums = load_sums(block, TOTALS, j)
             if load(block, STATUS, j).value == SOLVED or sums.lost_at > 0.0:
@@ -256,14 +256,14 @@ def _solving(parts: _Parts, rows: Rows) -> tuple[Callable[..., Any], ...]:
 
 
 def _endings(parts: _Parts, rows: Rows) -> tuple[Callable[..., Any], Callable[..., Any]]:
-    """Return what ends a step, and what is noted at the next sample."""
+    """Return the functions that end a step, and that record a sample."""
     (load_plant, store_plant), (load_friction, store_friction) = parts.body, parts.state
     BODY, BODY_NEXT, STATE, STATE_NEXT = rows.body, rows.body_next, rows.state, rows.state_next
     CARRIES, ITERATES, FORCE, TOTALS = rows.carried, rows.iterate, rows.force, rows.sums
 
     @kernel
     def end_step(block, h):
-        """Take over where the step of each lane led to."""
+        """Accept the result of the step of each lane."""
         for j in range(LANES):
             body, iterate = load_plant(block, BODY_NEXT, j), load_iterate(block, ITERATES, j)
             carried, sums = load_carried(block, CARRIES, j), load_sums(block, TOTALS, j)
@@ -275,7 +275,7 @@ def _endings(parts: _Parts, rows: Rows) -> tuple[Callable[..., Any], Callable[..
 
     @kernel
     def end_sample(block, k, h):
-        """Count failures, and note which lanes left the finite numbers: what follows of them means nothing."""
+        """Count failures, and mark diverged lanes, whose later results are invalid."""
         for j in range(LANES):
             body, carried = load_plant(block, BODY, j), load_carried(block, CARRIES, j)
             sums = load_sums(block, TOTALS, j)
@@ -292,8 +292,8 @@ def make_lanes(
 ) -> Callable[..., Any]:
     """Return the entry that drives one block by EFIM: the `used` mechanisms from `first` on.
 
-    The friction model has no memory, which cannot be committed again and again. `constants` tells what holds of its
-    parameters in every lane.
+    The friction model must not have a memory, because commits are repeated. `constants` describes parameters that are
+    equal in all lanes.
     """
     parts = _Parts(plant, plant_state, friction, friction_state, constants)
     begin_sample, begin_step = _beginnings(parts, rows)

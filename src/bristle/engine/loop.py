@@ -23,7 +23,7 @@ from bristle.engine.screwed import TABLE, through_screw
 
 HOLDS = ("zero", "linear")
 SIDES = ("load", "motor")
-# A mechanism that is driven once a day is a wrong unit, and steps of the length that it needs would take for ever.
+# A sample time of a day indicates a wrong unit, and the required number of steps would take for ever.
 SAMPLE_TIME = amount(Variable("time", "sample time", min=0.0, max=1e5), exclusive=True)
 MECHANISM = {
     "plant": model("plant"),
@@ -40,29 +40,29 @@ FORCE = Variable("force", "effort")
 
 @dataclass(frozen=True, kw_only=True)
 class Trace(Tabular):
-    """What a run leaves behind; arrays of shape (sample,), in SI of the axis.
+    """Result of a run; arrays of shape (sample,), in SI of the axis.
 
     Parameters
     ----------
     time : ndarray
         Time of the samples [s].
     position, velocity : ndarray
-        Of what the axis moves, at the instant of a sample [m, m/s or rad, rad/s]; of a `ball_screw` those of the
-        table, counted at the motor.
+        Motion of the load at the instant of a sample [m, m/s or rad, rad/s]; for a `ball_screw` that of the table,
+        converted to the motor.
     effort : ndarray
-        What the drive applies from the sample on [N or N*m].
+        Effort of the drive from the sample on [N or N*m].
     friction : ndarray
-        Mean force on the port until the next sample [N or N*m]; of a `ball_screw` all that the motor feels.
+        Mean friction force until the next sample [N or N*m]; for a `ball_screw` the total load of the motor.
     measured : ndarray
         Position as the sensor reads it [m or rad].
     command : ndarray
-        Effort that is asked for [N or N*m].
+        Commanded effort [N or N*m].
     motor_position, motor_velocity : ndarray
-        Of the motor of a `ball_screw`; of any other plant they are position and velocity.
+        Motion of the motor of a `ball_screw`; for other plants equal to position and velocity.
     status : Status
-        How it ended.
+        Status at the end.
     state, memory
-        Of the friction model at the end of a run with fixed steps: another one goes on from them.
+        Of the friction model at the end of a run with fixed steps, to continue in another run.
     kind : {"translational", "rotational"}
         Kind of axis.
     """
@@ -84,7 +84,7 @@ class Trace(Tabular):
 
 @dataclass(frozen=True, kw_only=True)
 class LoopTrace(Trace):
-    """What a closed loop leaves behind: a `Trace`, and what was fed forward.
+    """Result of a closed loop: a `Trace`, and the feedforward.
 
     Parameters
     ----------
@@ -96,9 +96,9 @@ class LoopTrace(Trace):
 
 
 class Compensator(NamedTuple):
-    """A friction model that is fed forward along the measured motion, and what was before the first sample.
+    """A friction model that is fed forward along the measured motion, and its state before the first sample.
 
-    `transmitted` is the effort that the desired motion passes on to the load at each sample; none where not given.
+    `transmitted` is the effort that the desired motion transmits to the load at each sample; zero by default.
     """
 
     friction: Model
@@ -109,7 +109,7 @@ class Compensator(NamedTuple):
 
 
 class _Mechanism:
-    """Plant and friction as one entry with its vectors."""
+    """Plant and friction as an entry with its vectors."""
 
     def __init__(self, plant: Model, friction: Model, table: Model | None, x: float, v: float, state: Any, memory: Any) -> None:
         has_screw = table is not None or plant.component.screw is not None
@@ -131,7 +131,7 @@ class _Mechanism:
         return Driven(self.entry, vectors_of(self.plant, self.friction, self.memory, self.out), self.load)
 
     def signals(self, rows: np.ndarray, reached: int, dt: float) -> dict[str, Any]:
-        """Return what a `Trace` holds, from the history of a run that lasted `done` samples."""
+        """Return the signals of a `Trace` from the history of a run that reached `reached` samples."""
         return {
             "time": dt * np.arange(reached),
             **dict(zip(SIGNALS, rows[:, :reached], strict=False)),
@@ -168,7 +168,7 @@ def vectors_of(plant: Instance, friction: Instance, memory: np.ndarray, out: np.
 
 
 def held(effort: np.ndarray, hold: str) -> np.ndarray:
-    """Return the effort [N or N*m] that each sample runs to until the next, samples along the first dimension."""
+    """Return the effort [N or N*m] at the end of each sample, with samples along the first dimension."""
     return effort if hold == "zero" else np.ascontiguousarray(np.concatenate((effort[1:], effort[-1:])))
 
 
@@ -194,7 +194,7 @@ def run_open_loop(
     plant, friction : Model
         The mechanism.
     table : Model, optional
-        Friction of the table of a `ball_screw`, in N and m; `friction` is then that of the motor.
+        Friction of the table of a `ball_screw`, in N and m; `friction` then belongs to the motor.
     effort : array_like, shape (sample,)
         Effort [N or N*m] at each sample.
     dt : float or str
@@ -202,11 +202,11 @@ def run_open_loop(
     steps : int
         Integration steps between two samples.
     hold : {"zero", "linear"}
-        Between samples the effort is held (a drive) or runs straight to the next one (a smooth record).
+        Effort between samples: constant (a drive), or linear to the next sample (a smooth record).
     x, v : float or str
         Position [m or rad] and velocity [m/s or rad/s] at the first sample.
     state, memory
-        Of the friction model at the first sample; virgin where not given.
+        Of the friction model at the first sample; virgin by default.
 
     Returns
     -------
@@ -276,17 +276,17 @@ def run_closed_loop(
     dt : float or str
         Sample time [s].
     table : Model, optional
-        Friction of the table of a `ball_screw`, in N and m; `friction` is then that of the motor.
+        Friction of the table of a `ball_screw`, in N and m; `friction` then belongs to the motor.
     sensor_at : {"load", "motor"}
-        Whether the sensor reads the position of the table of a `ball_screw` or that of its motor.
+        Whether the sensor reads the table of a `ball_screw` or its motor.
     steps : int
         Integration steps in a sample.
     compensator : Compensator, optional
-        Friction that is fed forward along the measured motion, beside what `reference` holds.
+        Friction that is fed forward along the measured motion, in addition to the effort in `reference`.
     injected : array_like, shape (sample,), optional
         Known effort added to the output of the controller [N or N*m].
     disturbance : array_like, shape (sample,), optional
-        Force on the plant against its effort that no sensor sees [N or N*m].
+        Unmeasured force on the plant against its effort [N or N*m].
     limit : float or str
         Largest effort of the drive [N or N*m].
     delay : int
@@ -294,20 +294,21 @@ def run_closed_loop(
     lag : float or str
         Time constant with which the effort of the drive follows its command [s].
     effort_before : float or str
-        Effort that acts until the first computed one arrives [N or N*m].
+        Effort that acts until the first computed effort arrives [N or N*m].
     resumed_effort : float or str, optional
-        Effort that the controller has given until now [N or N*m], for its integral; empty where it is not given.
+        Last effort of the controller before the run [N or N*m], to initialize its integral; by default the integral is
+        empty.
     x, v : float or str
         Position [m or rad] and velocity [m/s or rad/s] at the first sample.
     acceleration : float or str
         Acceleration at the first sample, for the memory of the controller [m/s^2 or rad/s^2].
     state, memory
-        Of the friction model at the first sample; virgin where not given.
+        Of the friction model at the first sample; virgin by default.
 
     Returns
     -------
     LoopTrace
-        What happened at each sample; cut short, with a status, where the loop left the finite numbers.
+        Signals at each sample; if the loop diverged, they end there, with a status.
     """
     if reference.shape[0] != 4:
         raise InputError("needs position, velocity, acceleration, effort", path="reference", value=reference.shape, allowed="(4, sample)")
@@ -339,7 +340,7 @@ def run_closed_loop(
 def begun(
     controller: Model, reference: Reference, measured: float, v: float, acceleration: float, resumed_effort: float | None, dt: float
 ) -> Any:
-    """Return the state of a control law that takes over a motion, and the `resumed_effort` where it is known."""
+    """Return the state of a control law that takes over a motion and, if known, the `resumed_effort`."""
     component, p = controller.component, controller.parameters
     state = component.start(measured, v, acceleration, dt, p)
     if component.resume is None:
@@ -365,7 +366,7 @@ def _compensation(compensator: Compensator | None, measured: float, count: int) 
 
 
 def sensed(sensor: Model, x: np.ndarray, dt: float) -> np.ndarray:
-    """Return what a sensor reads of a position at each sample [m or rad]."""
+    """Return the reading of a sensor for the position at each sample [m or rad]."""
     part, readings = Instance(sensor), np.empty(x.size)
     entry = Sensor(entry_of("sense", part, Sense, entry_points.make_sense), part.parameters, part.state, x)
     driver(drivers.readings)(entry, float(dt), readings)

@@ -1,10 +1,10 @@
-r"""A plant with friction in open and in closed loop, with derivatives: sensitivities go along the motion in the same pass.
+r"""A plant with friction in open and in closed loop, with derivatives: sensitivities are computed in the same pass.
 
 .. math:: \dot s_{k+1} = \frac{\partial s_{k+1}}{\partial s_k}\,\dot s_k + \frac{\partial s_{k+1}}{\partial \theta}\,\dot\theta
 
 with the state :math:`s` of plant, friction, its memory, drive and controller. Each step is that of
-`bristle.engine.mechanism`, whose searches are differentiated by `bristle.engine.implicit`; the signals have the bits of
-`bristle.engine.run_open_loop` and `bristle.engine.run_closed_loop`.
+`bristle.engine.mechanism`, and `bristle.engine.implicit` differentiates its searches. The signals are identical to those
+of `bristle.engine.run_open_loop` and `bristle.engine.run_closed_loop`.
 """
 
 from collections.abc import Callable
@@ -29,7 +29,7 @@ from bristle.translation.tree import INTEGER, REAL
 
 
 class Sensitive(NamedTuple):
-    """A model, virgin where no state is given, with derivatives of its packed numbers, shape (number, direction); 0 where not given."""
+    """A model, virgin by default, with derivatives of its packed numbers, shape (number, direction), 0 by default."""
 
     model: Model
     tangents: np.ndarray
@@ -88,10 +88,10 @@ def make_closed_loop(
     return with_tangents(mechanism_derivatives(), driven, [*begun, *drive, *steps, *models, Argument("command", WRITTEN, True)])
 
 
-# An argument that moves is followed by its tangents. Mechanism and memory at first; effort, effort at the end of each step, dt, steps to a
-# sample; parameters of plant and friction; position of each sample.
+# An argument with derivatives is followed by its tangents. Initial mechanism and memory; effort, effort at the end of each step, dt,
+# steps per sample; parameters of plant and friction; position of each sample.
 OpenLoop = Callable[[*(Vector,) * 6, float, int, *(Vector,) * 6], float]
-# Mechanism, memory and controller at first; lag; signals, limit, dt, steps in a sample; parameters of plant, friction and
+# Initial mechanism, memory and controller; lag; signals, limit, dt, steps per sample; parameters of plant, friction and
 # controller; command at each sample.
 ClosedLoop = Callable[[*(Vector,) * 6, float, Vector, Vector, float, float, int, *(Vector,) * 7], float]
 
@@ -99,7 +99,7 @@ ClosedLoop = Callable[[*(Vector,) * 6, float, Vector, Vector, float, float, int,
 def open_loop_with_derivatives(
     plant: Sensitive, friction: Sensitive, effort: np.ndarray, effort_end: np.ndarray, dt: float, steps: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the position at every so many steps [m or rad], NaN where it is not finite, and its derivatives, from rest at 0."""
+    """Return the position after every `steps` steps [m or rad], NaN if not finite, and its derivatives, from rest at 0."""
     count, efforts = -(-effort.size // steps), (effort, effort_end, float(dt), int(steps))
 
     def run(first: int) -> tuple[np.ndarray, np.ndarray]:
@@ -131,7 +131,7 @@ def closed_loop_with_derivatives(
     x: float,
     v: float,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the command at each sample [N or N*m] and its derivatives, of a loop as of `run_closed_loop` with a perfect encoder."""
+    """Return the command at each sample [N or N*m] and its derivatives, in a loop of `run_closed_loop` with a perfect encoder."""
     count, control, c = injected.size, pack(law_state), Instance(controller)
     signals = np.concatenate([reference.ravel(), injected, disturbance]), float(limit), float(dt), int(steps)
 
@@ -156,7 +156,7 @@ def mechanism_structure(body: Instance, part: Instance) -> Structure:
 def begun_mechanism(
     plant: Sensitive, friction: Sensitive, first: int, x: float = 0.0, v: float = 0.0, effort: float = 0.0
 ) -> tuple[Instance, Instance, list[np.ndarray], list[np.ndarray]]:
-    """Return both components, the vectors of how they begin, and those of their parameters, each with its tangents."""
+    """Return both components, the vectors of their initial states, and those of their parameters, each with its tangents."""
 
     def paired(numbers: np.ndarray, tangents: np.ndarray | None) -> list[np.ndarray]:
         return [numbers, padded(None if tangents is None else tangents[:, first : first + DIRECTIONS], numbers.size)]

@@ -1,4 +1,4 @@
-"""A plant with friction behind a drive, from one sample to the next: what a command moves."""
+"""A plant with friction and a drive, from one sample to the next."""
 
 from typing import Any, NamedTuple
 
@@ -8,9 +8,9 @@ from bristle.engine.efim import Start, advance
 
 
 class Drive(NamedTuple):
-    """What a drive gives [N or N*m], and the share of its distance from a command that is left after a step.
+    """Effort of a drive [N or N*m], and the remaining share of its distance from a command after a step.
 
-    ``at_end`` is that at the end of the step, ``in_mean`` that in the mean over it.
+    ``at_end`` is the share at the end of the step, ``in_mean`` its mean over the step.
     """
 
     effort: float
@@ -19,11 +19,11 @@ class Drive(NamedTuple):
 
 
 class Mechanism(NamedTuple):
-    """A plant, its friction and its drive, and where the solve of the next step begins.
+    """A plant, its friction and its drive, and the start values of the next solve.
 
-    ``slope`` is that of the last residual less 1, over the length of its step [1/s], ``acceleration`` the mean one of
-    the last step: they hold for steps of any length. ``force`` is the mean friction force [N or N*m] since the last
-    sample, ``failures`` the number of solves that failed in it.
+    ``slope`` is the slope of the last residual minus 1, divided by the step length [1/s], and ``acceleration`` the mean
+    acceleration of the last step; both apply to any step length. ``force`` is the mean friction force [N or N*m] since
+    the last sample, ``failures`` the number of failed solves since then.
     """
 
     plant: Any
@@ -37,7 +37,7 @@ class Mechanism(NamedTuple):
 
 @kernel
 def drive_over(h, effort, lag):
-    """Return the `Drive` for steps of length `h` [s]: exact for a command that is held, without lag there at once."""
+    """Return the `Drive` for steps of length `h` [s]: exact for a constant command; without lag it follows at once."""
     if lag <= 0.0:
         return Drive(effort, 0.0, 0.0)
     rate = h / lag
@@ -46,10 +46,10 @@ def drive_over(h, effort, lag):
 
 @kernel
 def mechanism(before, memory, command, command_end, lag, slack, dt, steps, q, p):
-    """Return the `Mechanism` after a time `dt` [s] in `steps` equal steps, the command going from one value to another.
+    """Return the `Mechanism` after a time `dt` [s] in `steps` equal steps, with a linear command.
 
-    `lag` [s] is the time constant of the drive, `slack` [m/s or rad/s] the error of the mean velocity that a solve may
-    leave; `q` are the parameters of the plant, `p` those of the friction model.
+    `lag` [s] is the time constant of the drive, `slack` [m/s or rad/s] the allowed error of the mean velocity in a solve;
+    `q` are the parameters of the plant, `p` those of the friction model.
     """
     h = dt / steps
     drive = drive_over(h, before.effort, lag)

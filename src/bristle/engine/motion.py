@@ -44,15 +44,14 @@ def force_along(
     dt : float
         Length of a step [s].
     x : array_like, shape (step,), optional
-        Position at the end of each step [m or rad]; the integral of `v` where not given.
+        Position at the end of each step [m or rad]; by default the integral of `v`.
     state : NamedTuple, optional
-        State before the first step; virgin where not given.
+        State before the first step; virgin by default.
     memory : ndarray, optional
-        Memory before the first step; it is not changed.
+        Memory before the first step; the run does not change it.
     **around : float or array_like, shape (step,)
-        What surrounds the contact: `load` over its nominal value, `temperature` [K], `transmitted`, the effort that
-        passes on to the load [N or N*m], and by their names the channels of slots of your own [SI]. What is not given
-        has its usual value.
+        Surroundings of the contact: `load` over its nominal value, `temperature` [K], `transmitted` effort to the load
+        [N or N*m], and channels of slots of your own, by name [SI]. The default is the nominal value.
 
     Returns
     -------
@@ -72,7 +71,7 @@ def along(
     memory: np.ndarray | None = None,
     **around: Any,
 ) -> np.ndarray:
-    """Return what `force_along` does, finite or not: a search tries parameters for which a law overflows."""
+    """Return the force of `force_along`, finite or not: a search may try parameters that overflow."""
     part, v = Instance(model), vector(v, "v")
     x = np.cumsum(v) * dt if x is None else vector(x, "x")
     part.begin(state)
@@ -83,11 +82,11 @@ def along(
 def in_turns(
     model: Model, parameters: np.ndarray, v: np.ndarray, dt: float, x: np.ndarray, starts: Sequence[int], **around: Any
 ) -> np.ndarray:
-    """Return the friction force along a prescribed velocity, where parameters change on the way, finite or not.
+    """Return the friction force along a prescribed velocity with parameters that change between turns, finite or not.
 
-    What the contact remembers carries over from each turn to the next: a surface that is a little rougher on one stroke
-    than on the last one. `parameters` has those of each turn, shape (turn, number), as `bristle.core.packing.pack` lays
-    them out, and `starts` the first step of each, the first one 0.
+    The state of the contact continues from turn to turn, as for strokes over a surface of varying roughness. `parameters`
+    are those of each turn, shape (turn, number), in the layout of `bristle.core.packing.pack`, and `starts` is the first
+    step of each turn, beginning with 0.
     """
     part, memory, v, x = Instance(model), memory_of(model, None), vector(v, "v"), vector(x, "x")
     check_run(v.size, x=x)
@@ -123,7 +122,7 @@ def compensation_along(
 
 
 def _checked(model: Model, around: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what a person tells of the surroundings of a contact, as numbers."""
+    """Return the given surroundings of a contact as numbers."""
     usual = motion_with(model.component.surroundings)._field_defaults
     for name in around:
         if name not in usual:
@@ -132,7 +131,7 @@ def _checked(model: Model, around: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _surroundings(part: Instance, count: int, around: Mapping[str, Any]) -> np.ndarray:
-    """Return what surrounds a contact in each step, shape (surrounding, step), as far as its motion holds it."""
+    """Return the surroundings of a contact in each step that its motion contains, shape (surrounding, step)."""
     usual = part.motion._field_defaults
     table = np.empty((len(usual), count))
     for row, (name, value) in zip(table, usual.items(), strict=True):
@@ -146,14 +145,14 @@ def _surroundings(part: Instance, count: int, around: Mapping[str, Any]) -> np.n
 
 @guarded(model=FRICTION, v=SPEED)
 def settled(model: Model, v: Amount) -> tuple[Any, np.ndarray]:
-    """Return the state and the memory of a friction model that has been sliding steadily.
+    """Return the state and the memory of a friction model after steady sliding.
 
     Parameters
     ----------
     model : Model
         A friction model with parameters.
     v : float
-        Velocity [m/s or rad/s]; virgin where it is zero.
+        Velocity [m/s or rad/s]; zero returns the virgin state.
 
     Returns
     -------
@@ -174,8 +173,8 @@ def settled(model: Model, v: Amount) -> tuple[Any, np.ndarray]:
 def conditioned(model: Model, amplitude: Amount) -> tuple[Any, np.ndarray]:
     """Return the state and the memory of a friction model after a sweep that decays from `amplitude` [m or rad] to 0.
 
-    A contact whose history is not known is brought to a state that is: one whose memory of turning points holds the
-    sweep, whatever was before it inside this amplitude. The sweep ends where it began, and is slow.
+    This brings a contact of unknown history to a known state: the sweep overwrites earlier turning points inside this
+    amplitude. The sweep is slow and ends at its start.
     """
     part, memory = Instance(model), memory_of(model, None)
     if amplitude > 0.0:
@@ -187,9 +186,9 @@ def conditioned(model: Model, amplitude: Amount) -> tuple[Any, np.ndarray]:
 
 @lru_cache(maxsize=256)
 def presliding_distance(model: Model) -> float:
-    """Return the distance [m or rad] over which a virgin contact, moved slowly, reaches half of its largest force.
+    """Return the distance [m or rad] over which a virgin contact in slow motion reaches half of its largest force.
 
-    It is infinite for a static map, which has no contact to deflect, and for one that gives no force.
+    The distance is infinite for a static map, which has no deflection, and for a model without a force.
     """
     part, memory = Instance(model), memory_of(model, None)
     if part.state.size + memory.size == 0:
@@ -202,7 +201,7 @@ def presliding_distance(model: Model) -> float:
 def follow(
     part: Instance, memory: np.ndarray, velocity: np.ndarray, position: np.ndarray, dt: float, around: np.ndarray | None = None
 ) -> np.ndarray:
-    """Return the friction force along a motion, by a component whose state and memory go along."""
+    """Return the friction force along a motion, and update the state and memory of the component."""
     force = np.empty(velocity.size)
     signals = (_surroundings(part, velocity.size, {}) if around is None else around).ravel()
     force_along_entry(part)(part.parameters, part.state, memory, velocity, position, signals, float(dt), force)
@@ -224,27 +223,27 @@ def response(model: Model, x: Any, dt: Amount | None = None, *, history: Any = (
     model : Model
         A friction model or a hysteresis operator, with parameters.
     x : array_like, shape (time,)
-        Position [m or rad] at equal time steps; for an operator its input, which has no time.
+        Position [m or rad] at equal time steps; for an operator, its input without time.
     dt : float or str
-        Time step [s], or text such as ``"1 ms"``; for friction models only.
+        Time step [s], or text such as ``"1 ms"``; only for friction models.
     history : array_like, shape (sample,), optional
-        Inputs that an operator has gone through before the first sample; virgin at the input 0 where empty
-        (`bristle.hysteresis.saturated`, `bristle.hysteresis.conditioned`).
+        Inputs of an operator before the first sample (`bristle.hysteresis.saturated`, `bristle.hysteresis.conditioned`).
+        By default the operator is virgin at the input 0.
     rest : {"middle", "held"}
-        Force of a friction model without memory in a step of length 0, where Coulomb friction has no single value: the
-        mean of both directions, or that of the last direction.
+        Force of a friction model without memory in a step of length 0, for which Coulomb friction is not unique: the mean
+        of both directions, or the force of the last direction.
 
     Returns
     -------
     ndarray, shape (time,)
-        Mean friction force [N or N*m] of the step that ends at each sample; 0 at the first, the origin. For an operator
-        its output at each sample, the first one reached in one move from where the history ends.
+        Mean friction force [N or N*m] of the step that ends at each sample; 0 at the first sample, the origin. For an
+        operator, its output at each sample; it reaches the first sample in one move from the end of the history.
 
     Raises
     ------
     InputError
-        If `x` is not a finite 1-D array of at least one sample, `dt` is not positive, or what belongs to a friction
-        model is given to an operator, or the other way round.
+        If `x` is not a finite 1-D array of at least one sample, if `dt` is not positive, or if an argument does not apply
+        to this kind of model.
 
     Examples
     --------
@@ -258,15 +257,15 @@ def response(model: Model, x: Any, dt: Amount | None = None, *, history: Any = (
     """
     if model.component.family == "hysteresis":
         if dt is not None:
-            raise InputError("a hysteresis operator knows no time", path="dt", value=dt, mend="Leave dt out")
+            raise InputError("does not apply to a hysteresis operator", path="dt", value=dt, mend="Omit dt")
         state, memory = after(model, history)
         return finite(output_along(model, x, state=state, memory=memory), model)
     if len(history):
-        raise InputError("belongs to hysteresis operators", path="history", mend="Put the motion before x")
+        raise InputError("applies only to hysteresis operators", path="history", mend="Prepend the motion to x")
     if dt is None:
         raise InputError("is needed for a friction model", path="dt", allowed="> 0 s")
     force = np.zeros(x.size)
-    with np.errstate(over="ignore"):  # what overflows is refused as a velocity
+    with np.errstate(over="ignore"):  # an overflow is refused as a velocity
         velocity = np.diff(x) / dt
     force[1:] = force_along(with_rest(model, rest), velocity, dt, x[1:])
     return force

@@ -1,16 +1,16 @@
-r"""A loose observer around a plant with friction: what the recorded effort makes of it, held to the recorded position.
+r"""An observer of low bandwidth for a plant with friction: driven by the recorded effort, corrected by the recorded position.
 
 With the prediction error :math:`e_k = q_k - \hat q_k`, before each sample
 
 .. math:: \hat q \mathrel{+}= l_1 e, \quad \dot{\hat q} \mathrel{+}= l_2 e, \quad \hat d \mathrel{+}= l_3 M e,
 
-after which the plant moves by :math:`u + \hat d` against its friction until the next one. Of a double integrator all
+after which the plant moves under :math:`u + \hat d` against its friction until the next sample. For a double integrator all
 three poles are :math:`a = e^{-\omega \Delta t}`:
 
 .. math:: l_1 = 1 - a^3, \quad l_2 = \tfrac{3}{2\Delta t} (1 - a)^2 (1 + a), \quad l_3 = \tfrac{1}{\Delta t^2} (1 - a)^3.
 
-The velocity is corrected by an impulse spread over the sample, so that a body that sticks stays where it is; the position
-by a shift of the scale, so that no correction bends a contact. Derivatives go along in the same pass.
+An impulse, spread over the sample, corrects the velocity, so that a sticking body does not move. A shift of the scale corrects
+the position, so that no correction deflects a contact. Derivatives are computed in the same pass.
 
 References
 ----------
@@ -41,9 +41,9 @@ from bristle.translation.tree import INTEGER, REAL
 
 @cache
 def make_observer(begin: Structure, plant: Structure, friction: Structure) -> Callable[..., Any]:
-    """Return the entry that leads one plant with friction along a recorded position, with tangents.
+    """Return the entry that simulates one plant with friction and an observer along a recorded position, with tangents.
 
-    `efforts` has rows of one sample more than the position, weighed by `weights`, one after the other.
+    `efforts` has consecutive rows, weighted by `weights`, each with one sample more than the position.
     """
 
     @kernel(portable=False)
@@ -74,8 +74,8 @@ def make_observer(begin: Structure, plant: Structure, friction: Structure) -> Ca
     return with_tangents(mechanism_derivatives(), observed, [*begun, *pushed, *steps, *models, Argument("error", WRITTEN, True)])
 
 
-# An argument that moves is followed by its tangents. Mechanism and memory at first; position; efforts, their weights, gains; dt, steps in a
-# sample; parameters of plant and friction; prediction error of each sample.
+# An argument with derivatives is followed by its tangents. Initial mechanism and memory; position; efforts, their weights, gains; dt,
+# steps per sample; parameters of plant and friction; prediction error of each sample.
 Observer = Callable[[*(Vector,) * 5, *(Vector,) * 4, float, int, *(Vector,) * 6], float]
 
 
@@ -83,7 +83,7 @@ def gains_of(bandwidth: float, dt: float) -> np.ndarray:
     """Return the gains of position, acceleration by velocity, and acceleration for poles at `bandwidth` [rad/s]."""
     a = math.exp(-bandwidth * dt)
     velocity, force = 1.5 * (1.0 - a) ** 2 * (1.0 + a) / dt, (1.0 - a) ** 3 / dt**2
-    # An impulse that is spread over a sample moves the position by half of what one at its beginning does.
+    # An impulse that is spread over a sample moves the position half as far as an impulse at its beginning.
     return np.array([1.0 - a**3 + 0.5 * dt * velocity, velocity / dt, force])
 
 
@@ -103,28 +103,28 @@ def prediction_errors(
     Parameters
     ----------
     plant, friction : Sensitive
-        The models with derivatives of their parameters and of the state at first.
+        The models with derivatives of their parameters and of the initial state.
     position : ndarray, shape (sample,)
-        As it was recorded [m or rad]; the plant begins at rest at the first one.
+        Recorded position [m or rad]; the plant begins at rest at the first sample.
     efforts : ndarray, shape (column, sample + 1)
-        Efforts at the samples, linear in between, whose weighed sum acts [N or N*m].
+        Efforts at the samples, linear in between; their weighted sum acts [N or N*m].
     weights : ndarray, shape (column,)
-        Of the columns.
+        Weights of the columns.
     weight_tangents : ndarray, shape (column, direction)
         Derivatives of the weights.
     bandwidth : float
-        Of the observer [rad/s].
+        Bandwidth of the observer [rad/s].
     dt : float
         Sample time [s].
     steps : int
-        Steps of the integration in a sample.
+        Integration steps per sample.
 
     Returns
     -------
     errors : ndarray, shape (sample,)
-        Recorded less predicted position [m or rad]; NaN from where the motion left the finite numbers.
+        Recorded minus predicted position [m or rad]; NaN after the motion diverged.
     derivatives : ndarray, shape (sample, direction)
-        Of these errors.
+        Derivatives of these errors.
     """
     count, gains = position.size, gains_of(bandwidth, dt)
 

@@ -51,9 +51,9 @@ def effort_entry(gravity, waves, cosines, sines, x, effort):
 
 
 def effort_along(x: np.ndarray, place: Place) -> np.ndarray:
-    """Return the effort [N or N*m] that gravity and cogging take at some positions [m or rad], shape (sample,)."""
+    """Return the effort [N or N*m] of gravity and cogging at some positions [m or rad], shape (sample,)."""
     effort = np.empty(x.size)
     entry = compiled("effort_along", lambda: effort_entry, EffortAlong, (effort_at, gravity_at))
-    waves = (np.array(part, dtype=float) for part in (place.waves, place.cosines, place.sines))  # none is read-only
+    waves = (np.array(part, dtype=float) for part in (place.waves, place.cosines, place.sines))  # writable copies
     entry(np.array([place.g_sin, place.g_cos]), *waves, np.array(x, dtype=float), effort)
     return effort

@@ -1,6 +1,6 @@
-r"""Two ports for friction: what a motor feels of a table behind an elastic screw, as one friction model.
+r"""Two ports for friction: the load of a motor by a table with friction and an elastic screw, as one friction model.
 
-Over a step of length `h` the motor turns at the mean velocity :math:`v_m`. The table follows at :math:`v_t`, counted at
+Over a step of length `h` the motor turns at the mean velocity :math:`v_m`. The table follows at :math:`v_t`, converted to
 the motor, so that with the half gap :math:`g` and the twist :math:`\delta` between them
 
 .. math::
@@ -10,13 +10,13 @@ the motor, so that with the half gap :math:`g` and the twist :math:`\delta` betw
     D = \delta - \max(-g, \min(g, \delta))
 
 with :math:`\delta_1 = \delta_0 + h\,(v_m - v_t)`. The elastic part is the discrete gradient of the energy
-:math:`\tfrac12 k D^2`, so that a screw without damping gives back what it took, to rounding, backlash included. The
-left side rises with :math:`v_t` and the right side falls: the root is unique, and it is found by the same
-bracketed solve that finds the velocity of the motor. That solve is thus nested in the one of the motor. An alternation
-between the two would converge slowly where :math:`k h^2` is large beside the masses; this does not alternate.
+:math:`\tfrac12 k D^2`, so that a screw without damping, even with backlash, conserves energy to rounding. The left side
+rises with :math:`v_t` and the right side falls: the root is unique, and the bracketed solve of the motor also finds it.
+It is nested in the solve for the motor, because alternating between the two would converge slowly if :math:`k h^2` is
+large relative to the masses.
 
 The table sticks by the rule of the motor: between the one-sided limits at rest the force is the reaction. A step in
-which it would turn around ends with it at rest: what its friction takes is what that needs.
+which the table would reverse ends with the table at rest; its friction is the force that this requires.
 """
 
 from dataclasses import dataclass
@@ -32,12 +32,12 @@ from bristle.core.motion import Motion
 from bristle.engine.efim import Start, evaluate, is_set_valued, solve
 from bristle.friction import viscous
 
-# Where position and velocity of the table stand in the state.
+# Indices of position and velocity of the table in the state.
 TABLE = slice(0, 2)
 
 
 class Screwed(NamedTuple):
-    """Both friction models, and what lies between them, counted at the motor."""
+    """Both friction models and the screw between them, converted to the motor."""
 
     motor: Any
     table: Any
@@ -50,7 +50,7 @@ class Screwed(NamedTuple):
 
 
 class State(NamedTuple):
-    """The table, counted at the motor, the twist of the screw, and the states of both friction models."""
+    """The table, converted to the motor, the twist of the screw, and the states of both friction models."""
 
     x: float
     v: float
@@ -60,7 +60,7 @@ class State(NamedTuple):
 
 
 class Move(NamedTuple):
-    """What a trial hands to commit."""
+    """Result of a trial for commit."""
 
     x: float
     v: float
@@ -70,7 +70,7 @@ class Move(NamedTuple):
 
 
 class Pulled(NamedTuple):
-    """What acts on the table in one step in which the motor turns at `v_m`: its friction, and the screw against it."""
+    """Loads of the table in a step in which the motor turns at `v_m`: its friction, and the screw against it."""
 
     table: Any
     k: float
@@ -83,7 +83,7 @@ class Pulled(NamedTuple):
 
 @kernel
 def screw_force(twist, turned, dt, q):
-    """Return the torque [N*m] that the screw passes on while its twist grows by `turned` [rad] in `dt` [s]."""
+    """Return the torque [N*m] that the screw transmits while its twist grows by `turned` [rad] in `dt` [s]."""
     after = twist + turned
     before_touch = twist - max(-q.gap, min(q.gap, twist))
     after_touch = after - max(-q.gap, min(q.gap, after))
@@ -98,7 +98,7 @@ def screw_force(twist, turned, dt, q):
 
 @kernel
 def pulled_trial(state, memory, motion, dt, p):
-    """Return the force against the table, counted at the motor: its friction less what the screw pulls with."""
+    """Return the force against the table, converted to the motor: its friction minus the force of the screw."""
     force, move = friction_trial(
         state, memory, Motion(p.arm * motion.v, p.arm * motion.x, motion.load, motion.temperature, motion.transmitted / p.arm), dt, p.table
     )
@@ -116,7 +116,7 @@ dispatch.register("friction", Pulled, {"trial": pulled_trial, "commit": pulled_c
 
 @kernel
 def trial(state, memory, motion, dt, p):
-    """Return the mean torque [N*m] against the motor at a mean velocity, and how both sides move."""
+    """Return the mean torque [N*m] against the motor at a mean velocity, and the moves of both sides."""
     own, behind = memory[: p.motor_memory], memory[p.motor_memory :]
     pulled = Pulled(p.table, p.k, p.d, p.gap, p.arm, motion.v, state.twist)
     half = 0.5 * dt / p.M
@@ -131,7 +131,7 @@ def trial(state, memory, motion, dt, p):
         _, table = evaluate(state.table, behind, v, state.x, (v - state.v) / half, dt, pulled)
     turned = dt * (motion.v - v)
     pull = screw_force(state.twist, turned, dt, p)
-    # What the friction of the motor leaves turns the motor itself, and pulls at the screw.
+    # The effort minus the friction of the motor accelerates the motor and loads the screw.
     passed = Motion(motion.v, motion.x, motion.load, motion.temperature, motion.transmitted + pull)
     force, motor = friction_trial(state.motor, own, passed, dt, p.motor)
     move = Move(state.x + dt * v, v_next, state.twist + turned, motor, table)
@@ -148,7 +148,7 @@ def commit(state, memory, move, p):
 
 @dataclass(frozen=True, kw_only=True)
 class ScrewedModel(FrictionModel):
-    """What a motor feels of its own friction, a screw, and a table with friction behind it."""
+    """Load of a motor by its friction, a screw, and a table with friction."""
 
     motor: FrictionModel
     table: FrictionModel
@@ -178,9 +178,9 @@ def _screwed(motor: FrictionModel, table: FrictionModel) -> ScrewedModel:
 
 
 def through_screw(plant: Model, friction: Model, table: Model | None) -> Model:
-    """Return what the motor of a plant with a screw feels, as one friction model."""
+    """Return the load of the motor of a plant with a screw as one friction model."""
     if plant.component.screw is None:
-        raise InputError("has no table behind a screw", path="table", value=plant.name, allowed="plant ball_screw", mend="Leave it out")
+        raise InputError("has no table behind a screw", path="table", value=plant.name, allowed="plant ball_screw", mend="Omit it")
     table = table if table is not None else viscous(F_v=0.0)
     for path, model, kind in (("plant", plant, "rotational"), ("friction", friction, "rotational"), ("table", table, "translational")):
         if model.kind != kind:
@@ -201,7 +201,7 @@ def through_screw(plant: Model, friction: Model, table: Model | None) -> Model:
 
 
 def refuse_screw(plant: Model, caller: str) -> None:
-    """Refuse a plant with a screw where only one mass can be simulated."""
+    """Refuse a plant with a screw in a simulation of one mass."""
     if plant.component.screw is not None:
-        mend = "Take run_open_loop, run_closed_loop, or plants.inertia with both masses"
-        raise InputError(f"has a screw, and {caller} knows one mass", path="plant", value=plant.name, mend=mend)
+        mend = "Use run_open_loop, run_closed_loop, or plants.inertia with both masses"
+        raise InputError(f"has a screw, but {caller} simulates one mass only", path="plant", value=plant.name, mend=mend)

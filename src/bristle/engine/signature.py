@@ -1,8 +1,9 @@
-"""What compiled functions take and give, as their annotations tell, and how they are handed to the compiler.
+"""Signatures of compiled functions, from their annotations, and the forms for the compiler.
 
-An entry takes numbers, vectors, and NamedTuples of those; a kind of entry is a type, ``Callable[[...], float]``. A
-driver is called from Python alone, and may have entries in its NamedTuples as well. The compiler takes such a mixture
-from its own code only, so a driver is compiled for all numbers, vectors and entries in a row, and gathers them.
+The arguments of an entry are numbers, vectors, and NamedTuples of these; a kind of entry is a type, ``Callable[[...],
+float]``. A driver is called only from Python, and its NamedTuples may also contain entries. The compiler accepts such a
+mixture only from compiled code. Therefore a driver is compiled with a flat list of numbers, vectors and entries, and
+assembles the tuples.
 """
 
 import contextlib
@@ -20,7 +21,7 @@ Vector = np.ndarray
 
 
 class Signature(NamedTuple):
-    """Types of what a compiled function takes and gives."""
+    """Types of the arguments and the result of a compiled function."""
 
     takes: tuple[Any, ...]
     gives: type
@@ -43,7 +44,7 @@ def is_entry(kind: Any) -> bool:
 
 
 def type_of(annotation: Any) -> Any:
-    """Return a type as the compiler has it."""
+    """Return a type of the compiler."""
     from numba import types
 
     if is_entry(annotation):
@@ -55,7 +56,7 @@ def type_of(annotation: Any) -> Any:
 
 
 def compiled_signature(kind: Any) -> Any:
-    """Return the signature of an entry as the compiler has it; that of a driver with all that it takes in a row."""
+    """Return the compiler's signature of an entry, or of a driver with flat arguments."""
     takes, gives = signature_of(kind)
     if not is_entry(kind):
         takes = tuple(leaf for annotation in takes for leaf in _leaves(annotation))
@@ -63,7 +64,7 @@ def compiled_signature(kind: Any) -> Any:
 
 
 def flat(arguments: Sequence[Any]) -> list[Any]:
-    """Return what tuples hold, and what those hold, in a row."""
+    """Return the flat contents of nested tuples."""
     row: list[Any] = []
     for argument in arguments:
         if isinstance(argument, tuple):
@@ -74,7 +75,7 @@ def flat(arguments: Sequence[Any]) -> list[Any]:
 
 
 def handed_over(function: Callable[..., Any], kind: Any, body: Callable[..., Any] | None = None) -> Callable[..., Any]:
-    """Return the function that is compiled in place of another: it gathers what that takes, all vectors unowned."""
+    """Return the function to compile in place of another: it assembles the arguments, with all vectors unowned."""
     scope: dict[str, Any] = {"__name__": __name__, "body": body or function, "unowned": unowned}
     arguments: list[str] = []
     place = None if is_entry(kind) else ""
@@ -85,7 +86,7 @@ def handed_over(function: Callable[..., Any], kind: Any, body: Callable[..., Any
 
 
 def _gathered(annotation: Any, scope: dict[str, Any], arguments: list[str], place: str | None) -> str:
-    """Return the expression of an argument: at a place in another one, by itself where that is None, gathered where it is empty."""
+    """Return the expression of an argument: a part of `place`, a separate name if `place` is None, assembled if it is empty."""
     if place is None or not (place or _is_tuple(annotation)):
         arguments.append(f"argument_{len(arguments)}")
         place = arguments[-1]
@@ -114,7 +115,7 @@ def _leaves(annotation: Any) -> Iterator[Any]:
 
 @contextlib.contextmanager
 def linked_into(entry: Callable[..., Any]) -> Iterator[None]:
-    """Compile `entry` inside this block, and link into it what it calls; the compiler's lock is held."""
+    """Compile `entry` inside this block and link its callees into it, under the lock of the compiler."""
     from numba.core.compiler_lock import global_compiler_lock
     from numba.core.registry import cpu_target
 
@@ -129,7 +130,7 @@ def linked_into(entry: Callable[..., Any]) -> Iterator[None]:
 
 @contextlib.contextmanager
 def _replaced(target: Any, name: str, value: Any) -> Iterator[None]:
-    """Give one object, and not its class, something else by this name inside the block."""
+    """Replace an attribute of one object, not of its class, inside the block."""
     held = vars(target).get(name)
     setattr(target, name, value)
     try:
@@ -143,7 +144,7 @@ def _replaced(target: Any, name: str, value: Any) -> Iterator[None]:
 
 @cache
 def _library_class_but_for(entry: str, base: Any) -> Any:
-    """Return libraries that are made ready where somebody asks for an address; the one named `entry`, at once."""
+    """Return a class of libraries that are finalized when an address is requested, or at once for the library `entry`."""
 
     class Linked(base):
         is_postponed = False
@@ -170,7 +171,7 @@ def _library_class_but_for(entry: str, base: Any) -> Any:
 
 
 def _executable_but_for(entry: Callable[..., Any], executable: Callable[..., Any]) -> Callable[..., Any]:
-    """Return what makes functions of Python of compiled ones, but for kernels, which get one that fails."""
+    """Return the factory of Python wrappers for compiled functions; a kernel gets a wrapper that fails."""
     from numba import _dynfunc  # pyright: ignore[reportAttributeAccessIssue]
 
     absorbed = {(function.__module__, function.__qualname__) for function in kernels(portable=False)}

@@ -1,21 +1,21 @@
 r"""Adaptive steps by step doubling: one step of EFIM against two of half its length, memory kept until both are done.
 
 The scheme is the same for every friction model, and so is the estimate of its error, the difference between the two
-results. A rejected step leaves no trace: the mechanism, memory included, is put back as it was.
+results. A rejected step has no effect: the mechanism, including its memory, is restored.
 
-Where the contact is loaded there is no extrapolation: at a kink (a reversal, the wiping-out of a loop, an arrest) it
-would be worth nothing, and it would part the position from the deflection. Far into sliding, carried along for several
-times its pre-sliding distance, the contact only follows the motion. There the two results are extrapolated, to order 4,
-and the error left is told from the one removed: with :math:`e` the difference and :math:`\ell` the way, both of one
-time scale :math:`\tau`, :math:`e/\ell \sim (h/\tau)^2`, so that :math:`e^2/\ell` is left.
+While the contact is loading there is no extrapolation: at a kink (a reversal, the wiping-out of a loop, an arrest) it
+would be useless, and it would separate the position from the deflection. Far into sliding, after several pre-sliding
+distances, the contact only follows the motion. There the two results are extrapolated to order 4, and the remaining
+error is estimated from the removed one: with the difference :math:`e` and the distance :math:`\ell`, both of one time
+scale :math:`\tau`, :math:`e/\ell \sim (h/\tau)^2`, so that :math:`e^2/\ell` remains.
 
-Where a body stops inside a step, exact ends are not enough: the cubic that tells the samples between them does not know
-of the stop, where the force jumps. How far it leads astray there is an error of the step, too, if a sample lies in it.
+If a body stops inside a step, exact ends are not enough: the cubic that interpolates the samples does not include the
+stop, where the force jumps. Its deviation there is also an error of the step, if the step contains a sample.
 
-A body at rest hides its break-away from any such estimate, since both results stay where they were. So after each
-step that ends at rest it is asked how long the body can rest, and the step is made to end there.
+A body at rest hides its break-away from any such estimate, because both results are equal. Therefore, after each step
+that ends at rest, the integrator computes how long the body can rest, and ends the next step at this time.
 
-Where the error of steps jumps, as at kinks, proportional and integral control damps what it does to their length.
+Where the error of steps jumps, as at kinks, proportional-integral control smooths the step length.
 
 References
 ----------
@@ -35,24 +35,24 @@ from bristle.engine.efim import INFINITY, evaluate
 from bristle.engine.entry_points import ACCELERATION, FAILED, FORCE, SLACK, SLOPE, MechanismVectors, Substeps
 from bristle.engine.signature import Vector
 
-# A step so short, as a share of another one, that the mean force over it is the force at an instant.
+# Length of a step, as a share of another step, whose mean force is the force at an instant.
 INSTANT = 1e-9
 BISECTIONS = 60
-# What the solves may contribute to the error that is allowed.
+# Share of the allowed error for the solves.
 SHARE_OF_SOLVES = 0.01
-# What is left after an extrapolation may be so many times what the orders of magnitude say: with a tenth of it, a mass on a
-# spring that slides for metres was off by twice the tolerance.
+# Safety factor on the estimated error after an extrapolation: with a tenth of it, a mass on a spring that slides for metres
+# exceeded the tolerance by a factor of two.
 CAUTION = 100.0
 SAFETY = 0.9
 SMALLEST_FACTOR, LARGEST_FACTOR = 0.2, 4.0
 PROPORTIONAL, INTEGRAL = 0.7, 0.4
 SMALLEST_ERROR = 1e-4
-ROUNDING = 1e-15  # share of the position below which its error means nothing
-GIVE_UP = 1000.0  # steps of the shortest length, and still not exact enough
+ROUNDING = 1e-15  # share of the position below which its error is rounding
+GIVE_UP = 1000.0  # inexact steps of the shortest length before the run ends
 
 
 class Course(NamedTuple):
-    """An effort that is straight between `knots` [s]: at the beginning and at the end of each stretch."""
+    """A piecewise linear effort with `knots` [s]: values at the beginning and at the end of each stretch."""
 
     knots: Vector
     starts: Vector
@@ -60,10 +60,10 @@ class Course(NamedTuple):
 
 
 class Limits(NamedTuple):
-    """The error allowed per time [m/s or rad/s] and per step [m or rad]; longest, shortest and first step [s].
+    """Allowed error per time [m/s or rad/s] and per step [m or rad]; longest, shortest and first step [s].
 
-    After the way `far` [m or rad] in one step a contact only follows. `between` is the error of the position allowed
-    at a sample inside a step [m or rad]: it does not add up.
+    A contact that slides over the distance `far` [m or rad] in one step only follows the motion. `between` is the allowed
+    error of the position at a sample inside a step [m or rad], which does not accumulate.
     """
 
     per_time: float
@@ -76,7 +76,7 @@ class Limits(NamedTuple):
 
 
 class Samples(NamedTuple):
-    """When [s] something is recorded, and what: position, velocity, and impulse of the friction until then."""
+    """Times of the samples [s], with position, velocity, and impulse of the friction until then."""
 
     times: Vector
     x: Vector
@@ -85,14 +85,14 @@ class Samples(NamedTuple):
 
 
 class DoublingEntries(NamedTuple):
-    """What integrates: equal steps, and how long a body at rest stays there (both take the same)."""
+    """Entries of the integration, with equal arguments: equal steps, and the remaining time of a body at rest."""
 
     substeps: Substeps
     rest_time: Substeps
 
 
 class Half(NamedTuple):
-    """One half of a step of `h` [s], from `t` [s] on, after `part` of it.
+    """One half of a step of `h` [s] that begins at `t` [s]; `part` of the step precedes it.
 
     Position and velocity at its beginning and its end, the mean friction forces [N or N*m] of both halves, and the
     impulse of the friction [N*s or N*m*s] at the beginning of the step.
@@ -112,9 +112,9 @@ class Half(NamedTuple):
 
 @kernel
 def length_factor(error, error_last, order):
-    """Return by how much the step length changes after an error.
+    """Return the factor of the step length after an error.
 
-    Both errors are shares of what is allowed, that of this step and that of the last one; the error goes with the
+    Both errors, of this step and of the last step, are divided by the allowed error; the error is proportional to the
     power `order` of the step length.
     """
     if not error <= 1e300:
@@ -126,9 +126,9 @@ def length_factor(error, error_last, order):
 
 @kernel(inline=False)
 def reserve(body, s, memory, effort, dt, q, p):
-    """Return how much force is left [N or N*m] until a body at rest breaks away; negative where it cannot rest.
+    """Return the force reserve [N or N*m] until a body at rest breaks away; negative if it cannot rest.
 
-    It is infinite for a model that is not set-valued: nothing rests on it.
+    It is infinite for a model that is not set-valued, because it has no rest.
     """
     a, b = plant_port(body, effort, dt, q)
     forward, _ = evaluate(s, memory, 0.0, body.x, effort + a / b, dt, p)
@@ -139,9 +139,9 @@ def reserve(body, s, memory, effort, dt, q, p):
 
 
 def make_rest_time(plant: Structure, plant_state: Structure, friction: Structure, friction_state: Structure) -> Callable[..., Any]:
-    """Return the entry that tells after what part of a step [s] a body at rest breaks away; `dt` if it does not.
+    """Return the entry for the time within a step [s] at which a body at rest breaks away; `dt` if it does not.
 
-    It takes what `Substeps` do.
+    Its arguments are those of `Substeps`.
     """
     unpack_plant, load_plant = unpacker(plant), unpacker(plant_state)
     unpack_friction, load_friction = unpacker(friction), unpacker(friction_state)
@@ -182,28 +182,28 @@ def copy(source, target):
 
 @kernel
 def on_cubic(part, half, x_0, v_0, x_1, v_1):
-    """Return the position after this part of a half, on the cubic through both its ends."""
+    """Return the position after this part of a half, on the cubic through both ends."""
     slope, rest = (x_1 - x_0) / half, 1.0 - part
     return rest * x_0 + part * x_1 + half * part * rest * (rest * (v_0 - slope) - part * (v_1 - slope))
 
 
 @kernel
 def astray(half, x_0, v_0, x_1, v_1):
-    """Return how far from its path that cubic leads where the body stops inside: there the force jumps."""
+    """Return the deviation of the cubic from the path of a body that stops inside, where the force jumps."""
     if v_0 == 0.0 or v_0 * v_1 > 0.0:
         return 0.0
     stop = max(0.0, min(half, (2.0 * (x_1 - x_0) - v_1 * half) / (v_0 - v_1)))
     at_stop = abs(on_cubic(stop / half, half, x_0, v_0, x_1, v_1) - (x_0 + 0.5 * v_0 * stop))
-    # The cubic may cross the path there: half-way to the stop it does not, too.
+    # The cubic may cross the path at the stop, but not also half-way to it.
     return max(at_stop, abs(on_cubic(0.5 * stop / half, half, x_0, v_0, x_1, v_1) - (x_0 + 0.375 * v_0 * stop)))
 
 
 @kernel
 def sampled(k, half_step, samples):
-    """Write the samples from number `k` on that lie in one half of a step; return the number of the next.
+    """Write the samples from number `k` on in one half of a step; return the number of the next sample.
 
-    Position and velocity are those of the cubic through both its ends. Friction runs straight over the whole step,
-    through the means of its halves.
+    Position and velocity follow the cubic through both ends. Friction is linear over the whole step, through the means
+    of its halves.
     """
     t, h, part_0, x_0, v_0, x_1, v_1, force_1, force_2, total = half_step
     half = 0.5 * h
@@ -223,7 +223,7 @@ def sampled(k, half_step, samples):
 
 @kernel
 def slides(body_0, x_middle, v_middle, body, far):
-    """Return whether a step carried the contact along, `far` [m or rad] in each half, without turning around."""
+    """Return whether the contact slid over `far` [m or rad] in each half of a step, without a reversal."""
     forward = body_0[1] > 0.0 and v_middle > 0.0 and body[1] > 0.0
     backward = body_0[1] < 0.0 and v_middle < 0.0 and body[1] < 0.0
     return (forward or backward) and min(abs(x_middle - body_0[0]), abs(body[0] - x_middle)) > far
@@ -231,14 +231,14 @@ def slides(body_0, x_middle, v_middle, body, far):
 
 @kernel
 def extrapolate(fine, coarse):
-    """Cancel the leading error of a result of order 2 by one with steps twice as long."""
+    """Cancel the leading error of a result of order 2 with a result of doubled step length."""
     for i in range(fine.size):
         fine[i] += (fine[i] - coarse[i]) / 3.0
 
 
 @kernel
 def remember(vectors, before):
-    """Copy the mechanism as it is into the vectors of what it was before a step."""
+    """Copy the present mechanism into the vectors of the mechanism before a step."""
     copy(vectors.plant_state, before.plant_state)
     copy(vectors.friction_state, before.friction_state)
     copy(vectors.memory, before.memory)
@@ -254,12 +254,11 @@ def doubling(
     samples: Samples,
     report: Vector,
 ) -> int:
-    """Drive a plant with friction by an effort that is straight between knots.
+    """Drive a plant with friction by a piecewise linear effort.
 
-    `before` keeps the mechanism as it was before a step, `full_step` is for the step as a whole; it shares the memory.
-    `report` receives the numbers of steps accepted, of steps rejected, of steps that missed the tolerance, and of
-    solves that did. Returns the number of samples reached: all, unless the motion left the finite numbers or too many
-    steps missed the tolerance.
+    `before` stores the mechanism before a step, `full_step` is for the whole step and shares the memory. `report`
+    receives the numbers of accepted steps, rejected steps, steps that missed the tolerance, and solves that missed it.
+    Returns the number of samples reached: all, unless the motion diverged or too many steps missed the tolerance.
     """
     substeps, rest_time = run
     body, body_0, body_1 = vectors.plant_state, before.plant_state, full_step.plant_state
@@ -277,7 +276,7 @@ def doubling(
             remember(vectors, before)
             copy(body, body_1)
             copy(vectors.friction_state, full_step.friction_state)
-            # Each solve begins where the last ones point to: the mean acceleration, straight on in time.
+            # Each solve begins at the linear extrapolation of the mean acceleration.
             allowed = max(min(limits.per_time * h, limits.per_step), ROUNDING * abs(body[0]))
             slack = SHARE_OF_SOLVES * allowed / h
             expected = acceleration + bend * (0.25 * h_last + 0.5 * h)

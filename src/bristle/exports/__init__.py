@@ -1,4 +1,4 @@
-"""What was identified, out of Python: the same kernels in other languages, to the bit, and tables for drives."""
+"""Export of identified models: the same kernels in other languages, bit by bit, and tables for drives."""
 
 from typing import TYPE_CHECKING
 

@@ -2,10 +2,10 @@ r"""Friction compensation of a Beckhoff AX8000 or AMP8000 drive: static friction
 
 .. math:: u = f + D\,v, \qquad \dot f = k\,v, \quad |f| \le F
 
-with the static friction :math:`F` (0x3144:02), the dynamic friction factor :math:`D` in relation with the feedforward
+with the static friction :math:`F` (0x3144:02), the dynamic friction factor :math:`D` of the feedforward
 velocity (0x3144:03), and the static friction spring rate :math:`k` (0x3144:01). The objects are the same in both
-directions. How the drive turns :math:`f` at a reversal is not documented further: the spring is an assumption from the
-name and the unit of its object.
+directions. The behaviour of :math:`f` at a reversal is not documented: the spring is an assumption from the name and
+the unit of its object.
 
 References
 ----------
@@ -40,18 +40,18 @@ def write(request: Request) -> Product:
         for pair in ((levels.forward, levels.backward), (levels.viscous_forward, levels.viscous_backward))
     )
     static, distance = max(level, 0.0), reversal_distance(request.model, request.speed)
-    # The spring turns 95 % over the distance of the model.
+    # The spring makes 95 % of the change over the pre-sliding distance of the model.
     values = {STATIC: static, DYNAMIC: max(slope, 0.0), SPRING: 2.0 * SETTLED_SHARE * static / distance if distance else 0.0}
     notes = [*level_losses(request.model, curves, levels, effort, turns=values[SPRING] > 0.0)]
     if levels.forward is not None and levels.backward is not None and levels.forward != levels.backward:
         apart = effort.of(0.5 * abs(levels.forward - levels.backward))
-        notes.append(f"the objects are the same for both directions: each is off by {apart:.3g} {effort.name}")
+        notes.append(f"the objects are the same for both directions: they are wrong by {apart:.3g} {effort.name} in each")
     if levels.constant:
-        notes.append(f"the constant force, {effort.of(levels.constant):.3g} {effort.name}, is not in it: set it apart")
+        notes.append(f"the objects do not contain the constant force of {effort.of(levels.constant):.3g} {effort.name}: set it separately")
     notes.append(
-        "0x3144:01 turns 95 % of the friction over the distance of the model; that it does is not documented"
+        "0x3144:01 lets 95 % of the friction turn over the pre-sliding distance; Beckhoff does not document this behaviour"
         if values[SPRING]
-        else "0x3144:01 is not written: the model turns at once, and what the drive does with 0 is not documented"
+        else "0x3144:01 is not written: the friction of the model turns at once, and Beckhoff does not document the value 0"
     )
     rotates: Kind = "translational" if kind == "translational" and (axis is None or axis.arm is None) else "rotational"
     rows = [
@@ -69,7 +69,7 @@ def write(request: Request) -> Product:
 
 
 def reads(files: Mapping[str, str | bytes], request: Request) -> Drive:
-    """Return what the drive computes from the objects: a spring that slips, and viscous friction."""
+    """Return the force that the drive computes from the objects: a spring that slips, and viscous friction."""
     rows = rows_of(str(files[f"{request.name}.csv"]))
     values = {index: float(value) / _of_motor(1.0, index, request.axis) for index, value, *_ in rows}
     static, dynamic, spring = (values.get(index, 0.0) for index in (STATIC, DYNAMIC, SPRING))
@@ -87,6 +87,6 @@ def reads(files: Mapping[str, str | bytes], request: Request) -> Drive:
 
 
 def _of_motor(value: float, index: str, axis: Axis | None) -> float:
-    """Return a value in SI of the axis at the motor: a torque, or one over its angle or angular velocity."""
+    """Return a value in SI of the axis as a torque of the motor, or as a torque per angle or angular velocity."""
     arm = 1.0 if axis is None or axis.arm is None else axis.arm
     return value * arm if index == STATIC else value * arm**2

@@ -1,8 +1,8 @@
-"""C99 of a friction model: a header, a source that compiles alone, a self-test, an example and what builds them.
+"""C99 of a friction model: a header, a source without dependencies, a self-test, an example and build files.
 
-The functions of the tree are static functions of one source; the state is a structure that the caller owns. What is
-between them and the caller (the first position, inputs that are no numbers, saving and loading) is written here. The proof of an
-export is that a C compiler of this machine builds the self-test, and that it runs.
+The functions of the tree are static functions of one source; the state is a structure that the caller owns. This module
+writes the code between them and the caller: the first position, inputs that are not numbers, saving and loading. To prove
+an export, a C compiler of this machine builds and runs the self-test.
 """
 
 import shutil
@@ -45,14 +45,14 @@ FILES = {
 
 @dataclass(frozen=True)
 class CFiles:
-    """How a friction model is written in C."""
+    """Files of a friction model in C."""
 
     subject: Subject
     request: Request
     steps: int = subjects.COUNT
     printer: ClassVar[type[Printer]] = Printer
     fixed: ClassVar[tuple[str, ...]] = ()
-    """Parameters that may not be changed at run time."""
+    """Parameters that cannot change at run time."""
 
     def files(self) -> dict[str, str]:
         """Return the text of each file by its name."""
@@ -67,7 +67,7 @@ class CFiles:
         subject, request, model = self.subject, self.request, self.subject.model
         name, scalar, kind = request.name, SCALAR[request.single], model.kind
         meanings, units = variables_of(subject.motion.cls), None if subject.is_operator else command_units(request.axis, kind)
-        cycles = max(2, round(1.0 / request.dt))  # of the example: a second
+        cycles = max(2, round(1.0 / request.dt))  # of the example: one second
         tuned = tunable_of(model, self.fixed) if request.tunable else None
         around = [subject.state, subject.move, subject.parameters] + ([] if subject.is_operator else [subject.motion])
         printer = self.printer(subject.unit, scalar, around)
@@ -122,13 +122,13 @@ class CFiles:
 
 
 def written_files(templates: Mapping[str, str], name: str, facts: dict[str, Any], walked: dict[str, Any], source: Source) -> dict[str, str]:
-    """Return the text of each file by its name, from its template; that of the self-test is told of the walk, too."""
+    """Return the text of each file by its name, from its template; the self-test also gets facts on the walk."""
     texts = {file: rendered(template, facts | walked if "selftest" in file else facts) for file, template in templates.items()}
     return with_rights({file.format(name): text for file, text in texts.items()}, source)
 
 
 def block_facts(printer: Printer, name: str, fields: Fields, memory: int, tuned: Tunable | None) -> dict[str, Any]:
-    """Return the facts of the templates on the state, and on the functions around it, of friction or of a law."""
+    """Return template facts on the state of friction or a law, and on the functions around it."""
     start = [f"axis->state.{field} = {literal(value, part, printer.scalar)};" for field, part, _, value in fields]
     return (
         {"guard": name.upper(), "flags": FLAGS, "scalar": printer.scalar, "inline": printer.inline, "memory": memory}
@@ -140,7 +140,7 @@ def block_facts(printer: Printer, name: str, fields: Fields, memory: int, tuned:
 
 
 def selftest_facts(walk: Walk, outputs: np.ndarray, *, single: bool) -> dict[str, Any]:
-    """Return what a self-test is told: how the walk is made, and the hash of the outputs along it."""
+    """Return the facts of a self-test: the construction of the walk, and the hash of the outputs."""
     digest = subjects.hash_of(outputs)
     return (
         {"count": outputs.size, "scales": [repr(scale) for scale in walk.scales], "last": repr(float(outputs[-1]))}
@@ -151,7 +151,7 @@ def selftest_facts(walk: Walk, outputs: np.ndarray, *, single: bool) -> dict[str
 
 
 def write(request: Request) -> Product:
-    """Return the source, in double precision or in single."""
+    """Return the source, in double or single precision."""
     subject = subjects.subject_of(request.sampled, CONSTANTS if request.single else None)
     places = tunable_of(subject.model).places if request.tunable else ()
     files = CFiles(subjects.settled_subject(subject, places, single=request.single), request).files()
@@ -163,13 +163,13 @@ PATIENCE = 120.0  # [s]
 
 
 def compiler() -> str | None:
-    """Return the name of a C compiler that builds and runs a program here; None where none does."""
+    """Return the command of a C compiler that builds and runs a program here; None if there is no such compiler."""
     return next((name for name in ("cc", "gcc", "clang") if builds(name, *FLAGS.split())), None)
 
 
 @cache
 def builds(command: str, *flags: str) -> bool:
-    """Return whether a compiler is installed, takes these flags, and its program runs: a sanitizer may be missing."""
+    """Return whether a compiler accepts these flags and its program runs (a sanitizer may be missing)."""
     if shutil.which(command) is None:
         return False
     with tempfile.TemporaryDirectory(prefix="bristle-proof-") as place:
@@ -181,7 +181,7 @@ def builds(command: str, *flags: str) -> bool:
 
 
 def proved(model: Model, command: str) -> tuple[int, str]:
-    """Return how many steps the self-test of a model took, compiled, and what it says where it fails."""
+    """Compile and run the self-test of a model; return the number of its steps, and its message on failure."""
     files = CFiles(subjects.settled_subject(subjects.subject_of(model)), Request(model, NAME, 1e-3), STEPS).files()
     with tempfile.TemporaryDirectory(prefix="bristle-proof-") as place:
         for file, text in files.items():
@@ -189,7 +189,7 @@ def proved(model: Model, command: str) -> tuple[int, str]:
         line = [command, "-O1", *FLAGS.split(), f"{NAME}.c", f"{NAME}_selftest.c", "-o", "selftest", "-lm"]
         built = subprocess.run(line, cwd=place, capture_output=True, text=True, timeout=PATIENCE, check=False)
         if built.returncode:
-            return STEPS, f"{command} says: {built.stderr.strip().splitlines()[0]}"
+            return STEPS, f"{command} reports: {built.stderr.strip().splitlines()[0]}"
         ran = subprocess.run(["./selftest"], cwd=place, capture_output=True, text=True, timeout=PATIENCE, check=False)
         return STEPS, ran.stdout.strip().splitlines()[-1] if ran.returncode else ""
 

@@ -1,4 +1,4 @@
-"""Functions of a tree as C99: static functions, tuples as structures by value, nothing of a library but ``sqrt``."""
+"""Functions of a tree as C99: static functions, tuples as structures by value, ``sqrt`` as the only library function."""
 
 import math
 import re
@@ -21,7 +21,7 @@ consteval constinit decltype delete dynamic_cast explicit export friend mutable 
 operator or or_eq private protected public reinterpret_cast requires static_cast template this throw try typeid typename
 using virtual wchar_t xor xor_eq
 """
-# Macros of the headers that an export includes, beside those that MACROS finds by how they begin, and of compilers.
+# Macros of compilers and of the headers that an export includes, in addition to the patterns of MACROS.
 MACROS_BY_NAME = """
 BIG_ENDIAN BYTE_ORDER DECIMAL_DIG FD_SETSIZE HUGE_VAL HUGE_VALF HUGE_VALL INFINITY LITTLE_ENDIAN MAXFLOAT MB_CUR_MAX
 NAN NFDBITS NULL PDP_ENDIAN RAND_MAX WCONTINUED WEXITED WNOHANG WNOWAIT WSTOPPED WUNTRACED errno far fd_set linux
@@ -36,11 +36,11 @@ ABSORBED Bits root with_sign magnitude next_below is_infinite is_nan is_finite l
 power_of_two whole_magnitude whole_least whole_greatest floor_divided floor_rest
 """
 RESERVED = frozenset((WORDS_OF_C + WORDS_OF_CPP + MACROS_BY_NAME + DEFINED).split())
-"""What nothing is called: keywords of C and C++, macros of a system, and what a unit defines itself."""
+"""Reserved names: keywords of C and C++, macros of a system, and definitions of the unit."""
 
 
 class Names:
-    """The names of the structures of a unit, each its own: that of its class, behind its module where there are two."""
+    """Unique names of the structures of a unit: the class name, with the module name before it if two classes share it."""
 
     def __init__(self, structures: Sequence[Struct], functions: Iterable[str] = ()) -> None:
         counted = Counter(kind.cls.__name__ for kind in structures)
@@ -57,14 +57,14 @@ class Names:
             used.add(self.structures[kind])
 
     def variable(self, name: str) -> str:
-        """Return a name for a variable, an argument or a field: two names stay two, capitals are a difference."""
+        """Return a name for a variable, an argument or a field; different names stay different, and case matters."""
         plain = name.rstrip("_")
         if plain in RESERVED or name in self._functions or MACROS.fullmatch(plain):
             return f"{name}_"
         return f"part{name}" if name.startswith("_") else scope.ascii_name(name)
 
 
-# How tightly an expression binds; a part that binds no tighter than it must stands in brackets.
+# Precedence of an expression; a part with too low a precedence gets brackets.
 SELECT = 2
 BOUND = {13: "* /", 12: "+ -", 11: ">>", 10: "< <= > >=", 9: "== !=", 8: "&", 7: "^", 4: "and", 3: "or"}
 BINDS = {operator: binds for binds, operators in BOUND.items() for operator in operators.split()}
@@ -78,7 +78,7 @@ ABSORBED = """/* Kernels that their callers absorb, as in compiled Python, but w
 
 
 def number(value: float, scalar: str = "double") -> str:
-    """Return a real number as C reads it, to the bit."""
+    """Return a real number as exact text of C."""
     if math.isnan(value):
         return f"({scalar})NAN"
     if math.isinf(value):
@@ -90,13 +90,13 @@ class Printer:
     """Prints the functions of one unit."""
 
     inline = "static inline"
-    """What a function begins with."""
+    """Specifiers of a function."""
     absorbed = "ABSORBED"
-    """What a kernel begins with that compiled callers absorb here, and so there."""
+    """Specifiers of a kernel that the compiler inlines into its callers."""
     constant = "static const"
-    """What a constant of the file begins with."""
+    """Specifiers of a constant of the file."""
     cleared = "{0}"
-    """A structure of nothing but zeros."""
+    """Initializer of a structure of zeros."""
 
     def __init__(self, unit: tree.Unit, scalar: str = "double", also: Sequence[Type] = ()) -> None:
         self.unit, self.scalar = unit, scalar
@@ -107,7 +107,7 @@ class Printer:
         self.helpers: set[str] = set()
 
     def definitions(self) -> str:
-        """Return structures and functions; `helpers` then holds what they call beside each other."""
+        """Return structures and functions; `helpers` then holds the helpers that they call."""
         functions = [self._function(function) for function in self.unit.functions]
         texts = [ABSORBED] if self.absorbed == "ABSORBED" else []
         for kind in self.structures:
@@ -130,7 +130,7 @@ class Printer:
         return self.names.structures[kind]
 
     def structure_text(self, kind: Type, parts: str) -> str:
-        """Return the expression that makes a structure of its parts."""
+        """Return the expression that constructs a structure from its parts."""
         return f"({self.type_name(kind)}){{{parts}}}"
 
     def _function(self, function: tree.Function) -> str:
@@ -152,7 +152,7 @@ class Body:
         self._rounds = 0
 
     def lines(self) -> list[str]:
-        """Return the lines of the body; each variable is declared with its first value where that comes before every look at it."""
+        """Return the lines of the body; a variable is declared with its first value if this precedes every use."""
         top: list[str] = []
         assigned = [part.variable for part in walk(self.function.body) if isinstance(part, tree.Assign)]
         for variable in {part.name: part for part in assigned if part.name not in self._arguments}.values():
@@ -187,7 +187,7 @@ class Body:
         return printing.wrapped(f"{indent}{self._simple(statement)};", indent)
 
     def _simple(self, statement: tree.Statement) -> str:
-        """Return a statement that holds no other."""
+        """Return a statement without inner statements."""
         if isinstance(statement, tree.Assign):
             name = self._name(statement.variable.name)
             target = self.printer.named(statement.variable.type, name) if id(statement) in self._first else name
@@ -267,14 +267,14 @@ class Body:
         return self.printer.structure_text(e.type, parts), printing.PRIMARY
 
 
-# What the helpers are called in C; those of a library would be other ones by the same name.
+# Names of the helpers in C; library functions of the same name would differ.
 HELPED = {"sqrt": "root", "copysign": "with_sign", "abs": "magnitude", "floor": "next_below", "isinf": "is_infinite", "isnan": "is_nan"}
 HELPED |= {"min": "least", "max": "greatest", "whole_min": "whole_least", "whole_max": "whole_greatest"}
 HELPED |= {"whole_abs": "whole_magnitude", "mantissa": "mantissa_of", "exponent": "exponent_of"}
 
 
 def _first_value(block: list[tree.Statement], name: str) -> tree.Assign | None:
-    """Return the assignment that comes before every other use of a name, and in a block around all of them."""
+    """Return the assignment that precedes every other use of a name, in a block around all of them."""
     using = [statement for statement in block if _uses(statement, name)]
     first = using[0]
     if isinstance(first, tree.Assign):

@@ -1,4 +1,4 @@
-"""Parts of a source in C: operations written in bits, parameters, and what is kept over a restart."""
+"""Parts of a source in C: operations on bits, parameters, and saving over a restart."""
 
 import math
 from collections.abc import Collection, Sequence
@@ -14,12 +14,12 @@ from bristle.exports.subject import capacity_of, digest_of
 from bristle.exports.tunable import Tunable, bounds_of
 from bristle.translation.tree import REAL, Array, Struct, Type
 
-Fields = Sequence[tuple[str, Type, str, Any]]  # What lasts: the name of each field, its type, its meaning, and its first value
-# Of the format: bits of the fraction, what puts an integer into the last bits, masks, and functions of a library.
+Fields = Sequence[tuple[str, Type, str, Any]]  # Fields of the state: name, type, meaning, and initial value
+# Of the format: bits of the fraction, the number that shifts an integer into the last bits, masks, and library functions.
 BITS: dict[str, dict[str, Any]] = {
     "double": {"width": 64, "fraction": 52, "place": repr(INTEGER_IN_LAST_BITS), "top": "0x8000000000000000", "root": "sqrt"}
     | {"of_mantissa": f"0x{OF_MANTISSA:X}", "of_one": f"0x{BITS_OF_ONE:X}", "of_rounder": f"0x{BITS_OF_ROUNDER:X}"}
-    | {"size": "__builtin_fabs", "largest": "DBL_MAX"},  # one instruction, and no call, where it is known
+    | {"size": "__builtin_fabs", "largest": "DBL_MAX"},  # one instruction without a call, if the compiler has it
     "float": {"width": 32, "fraction": 23, "place": "12583039.0f", "top": "0x80000000", "root": "sqrtf"}
     | {"of_mantissa": "0x7FFFFF", "of_one": "0x3F800000", "of_rounder": "0x4B400000"}
     | {"size": "__builtin_fabsf", "largest": "FLT_MAX"},
@@ -103,20 +103,20 @@ TEXTS = {
 
 
 def helpers_text(names: Collection[str], scalar: str, integer: str, inline: str = "static inline") -> str:
-    """Return the helpers that are names for."""
+    """Return the text of the named helpers."""
     facts = BITS[scalar] | {"inline": inline, "scalar": scalar, "integer": integer, "unsigned": f"UINT{BITS[scalar]['width']}_C"}
     in_bits = {"copysign", "abs", "power_of_two", "mantissa", "exponent"}
     chosen = {"bits", *names} if in_bits.intersection(names) else set(names)
     return "\n".join(text.format(**facts) for name, text in TEXTS.items() if name in chosen)
 
 
-CONSTANT = "parameters"  # What the constant is called that kernels receive where no parameter may be changed
+CONSTANT = "parameters"  # Name of the constant for kernels if no parameter can change
 
 
 def parameters_text(p: Any, kind: Struct, printer: Printer, name: str, tuned: Tunable | None) -> str:
-    """Return what kernels receive: a constant; or, where parameters may be changed, the function that makes it.
+    """Return the parameters of the kernels: a constant or, if parameters can change, a function that assembles them.
 
-    Behind that is the function that tells whether each parameter is in its range.
+    A second function checks that each parameter is in its range.
     """
     if tuned is None:
         return constant_text(CONSTANT, p, kind, printer)
@@ -132,14 +132,14 @@ def parameters_text(p: Any, kind: Struct, printer: Printer, name: str, tuned: Tu
 
 
 def constant_text(name: str, p: Any, kind: Struct, printer: Printer, *path: str) -> str:
-    """Return the constant that parameters become; arrays of it are constants of their own, called by a path."""
+    """Return parameters as a constant; its arrays become separate constants, named by their path."""
     arrays: list[str] = []
     structure = _structure(p, kind, printer, arrays, None, path)
     return "\n".join([*arrays, *wrapped(f"{printer.constant} {printer.named(kind, name)} = {structure};", ""), ""])
 
 
 def assembled(p: Any, tuned: Tunable, printer: Printer, kind: Struct, given: str, called: str = "assembled") -> str:
-    """Return the function that makes what kernels receive of the structure `given`."""
+    """Return the function that assembles the parameters of the kernels from the structure `given`."""
     arrays: list[str] = []
     returned = f"    return {_structure(p, kind, printer, arrays, tuned)};"
     head = f"{printer.inline} {printer.named(kind, called)}(const {given} *given)"
@@ -147,7 +147,7 @@ def assembled(p: Any, tuned: Tunable, printer: Printer, kind: Struct, given: str
 
 
 def _structure(value: Any, kind: Struct, printer: Printer, arrays: list[str], tuned: Tunable | None, path: tuple[str, ...] = ()) -> str:
-    """Return a structure, of what may be changed where `tuned` says so; arrays of it become constants of their own."""
+    """Return the text of a structure, with the variable parameters of `tuned`; its arrays become separate constants."""
     parts: list[str] = []
     for (name, part), field in zip(kind.fields, value, strict=True):
         inner = (*path, name)
@@ -165,7 +165,7 @@ def _structure(value: Any, kind: Struct, printer: Printer, arrays: list[str], tu
 
 
 def array_text(name: str, values: np.ndarray, printer: Printer) -> str:
-    """Return the constant that an array becomes."""
+    """Return an array as a constant."""
     numbers = [number(float(value), printer.scalar) for value in values]
     lines = [", ".join(numbers[at : at + 6]) for at in range(0, len(numbers), 6)]
     size = max(len(numbers), 1)
@@ -173,7 +173,7 @@ def array_text(name: str, values: np.ndarray, printer: Printer) -> str:
 
 
 def literal(value: Any, kind: Type, scalar: str) -> str:
-    """Return a number of this type as C reads it."""
+    """Return a number of this type as text of C."""
     return number(float(value), scalar) if kind == REAL else str(int(value))
 
 
@@ -188,7 +188,7 @@ def declared(tuned: Tunable, printer: Printer) -> list[str]:
 
 
 def started(tuned: Tunable, printer: Printer) -> list[str]:
-    """Return the lines that set the values that were exported."""
+    """Return the lines that set the exported values."""
     return [f"axis->parameters.{_at(name, place, printer)} = {number(value, printer.scalar)};" for name, place, value in tuned.numbers()]
 
 
@@ -197,9 +197,9 @@ def _at(name: str, place: int | None, printer: Printer) -> str:
 
 
 def saved_facts(printer: Printer, heads: Sequence[str], fields: Fields, memory_size: int, layout: str) -> dict[str, Any]:
-    """Return what the template of ``save`` and ``load`` is told."""
+    """Return the facts for the template of ``save`` and ``load``."""
     widened, narrowed = ("", "") if printer.scalar == "double" else ("(double)", "(float)")
-    first = 8 * (2 + len(heads))  # behind the layout, the heads, and 8 bytes of `begun` and `flags`
+    first = 8 * (2 + len(heads))  # after the layout, the heads, and 8 bytes of `begun` and `flags`
     lines = []
     for place, (name, kind, *_) in enumerate(fields):
         at, field = f"bytes + {first + 8 * place}", f"axis->state.{name}"

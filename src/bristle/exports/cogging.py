@@ -1,7 +1,7 @@
-"""Cogging for a drive that takes it as harmonics: order, amplitude and phase, the largest first.
+"""Cogging for a drive that compensates it by harmonics: order, amplitude and phase, the largest first.
 
-Drives differ in where a turn begins and in the sign of the phase, and public documentation of such parameters says
-neither: the file states its own, to be converted by hand.
+Drives differ in the origin of the angle and in the sign of the phase, and public documentation states neither. The file
+states its own convention; the user converts it.
 """
 
 import math
@@ -22,7 +22,7 @@ MOST = 9
 
 
 class Wave(NamedTuple):
-    """One harmonic: the shaft that turns, periods in a turn, amplitude [N or N*m] and phase [deg, 0 to 360)."""
+    """One harmonic: shaft, periods per turn, amplitude [N or N*m] and phase [deg, 0 to 360)."""
 
     turner: str
     order: int
@@ -38,11 +38,11 @@ def write(request: Request) -> Product:
     if left := waves[MOST:]:
         amplitude = efforts[0].of(sum(wave.amplitude for wave in left))
         orders = ", ".join(str(wave.order) for wave in left)
-        notes = (f"{MOST} harmonics at most: {orders} times a turn are left out, {amplitude:.2g} {efforts[0].name} in all", *notes)
+        notes = (f"limit of {MOST} harmonics: orders {orders} omitted, {amplitude:.2g} {efforts[0].name} in total", *notes)
     head = [
-        "Cogging: the effort to be added to the command, the sum of amplitude * cos(order * angle - phase).",
-        "angle: of the turn, 0 where the position of the log is 0, growing with it. A drive counts from its own zero "
-        "and may write the phase otherwise: try the sign with a part of the amplitude.",
+        "Cogging: add this effort to the command, the sum of amplitude * cos(order * angle - phase).",
+        "angle: 0 at position 0 of the log, growing with the position. A drive has its own zero and may define the "
+        "phase differently: test the sign with a part of the amplitude.",
         *request.source.lines,
         *notes,
     ]
@@ -59,10 +59,10 @@ def _waves_of(plant: Model | None) -> list[Wave]:
     terms = None if plant is None else terms_of(plant)
     if plant is None or terms is None or not terms.cosines.size:
         raise InputError(
-            "was not identified, so that there is no file of it",
+            "was not identified",
             path="cogging",
             value="" if plant is None else plant.name,
-            mend="Write [[cogging]] into the axis file, identify again, and export that",
+            mend="Write [[cogging]] into the axis file, identify again, and export the new model",
         )
     component: TermedPlant = plant.component
     parts = zip(component.orders, terms.cosines.tolist(), terms.sines.tolist(), strict=True)
@@ -74,7 +74,7 @@ def _waves_of(plant: Model | None) -> list[Wave]:
 
 
 def reads(files: Mapping[str, str | bytes], request: Request) -> Drive | None:
-    """Return what a drive computes from the harmonics at each position."""
+    """Return the effort that a drive computes from the harmonics at each position."""
     plant = request.plant
     if plant is None:
         return None

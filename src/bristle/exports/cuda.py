@@ -1,7 +1,7 @@
-"""CUDA C++ of a friction model or an operator: thousands of axes beside each other, each a thread.
+"""CUDA C++ of a friction model or an operator: thousands of axes in parallel, one thread each.
 
-The functions are those that C has, as functions of the device; the state of an axis is the same structure, an array of
-which the caller owns. NVRTC compiles the file without a header of its own.
+The functions are those of the export to C, as functions of the device. The state of an axis is the same structure, and
+the caller owns an array of it. NVRTC compiles the file without further headers.
 """
 
 import ctypes
@@ -22,19 +22,19 @@ HEAD = [("position", ctypes.c_double), ("begun", ctypes.c_int32), ("force", ctyp
 
 
 class CudaPrinter(Printer):
-    """Prints functions of the device; C++ makes a structure by its name alone."""
+    """Prints functions of the device; C++ constructs a structure by its plain name."""
 
     inline = absorbed = "static __device__ inline"
     constant = "static __device__ const"
     cleared = "{}"
 
     def structure_text(self, kind: Type, parts: str) -> str:
-        """Return the expression that makes a structure of its parts."""
+        """Return the expression that constructs a structure from its parts."""
         return f"{self.type_name(kind)}{{{parts}}}"
 
 
 class CudaFiles(CFiles):
-    """How a model is written in CUDA C++."""
+    """Files of a model in CUDA C++."""
 
     printer = CudaPrinter
     fixed = (HELD,)
@@ -45,7 +45,7 @@ class CudaFiles(CFiles):
         if request.tunable:
             numbers = tunable_of(subject.model, self.fixed).numbers()
             columns = [name if place is None else f"{name}[{place}]" for name, place, _ in numbers]
-        # A lane as C lays it out.
+        # The layout of a lane in C.
         integer = {"int32_t": ctypes.c_int32, "int64_t": ctypes.c_int64}[CudaPrinter(subject.unit).integer]
         lane = [*HEAD, *([("state", _layout(subject.state, integer))] if subject.state.fields else [])]
         for name, count in (("memory", subject.memory_size), ("parameters", len(columns))):
@@ -63,14 +63,14 @@ class CudaFiles(CFiles):
 
 
 def write(request: Request) -> Product:
-    """Return the source, and what of it is not that of C."""
+    """Return the source, with notes on differences from C."""
     subject, request = subject_of(request.sampled), replace(request, axis=None, tunable=True)
-    notes = ["compile with --fmad=false: contracted products and sums give other bits"]
+    notes = ["compile with --fmad=false: fused multiply-add changes the last bits"]
     try:
         places = tunable_of(subject.model, CudaFiles.fixed).places
     except InputError:
         files = CudaFiles(settled_subject(subject), replace(request, tunable=False))
-        notes.append("every lane has the parameters of the model")
+        notes.append("all lanes share the parameters of the model")
     else:
         files = CudaFiles(settled_subject(subject, places), request)
     return Product(dict(files.files()), tuple(notes))

@@ -1,4 +1,4 @@
-"""The step of friction, alone or on a plant, as a kernel whose text has the fields of the model: what lasts is an array."""
+"""The step of friction, alone or on a plant, as a kernel with generated text and its state in an array."""
 
 from typing import Any, NamedTuple
 
@@ -46,7 +46,7 @@ def at_rest(lasting, memory, x, p):
 
 
 def cycle_of(subject: Subject, builder: Builder) -> tuple[Function, np.ndarray]:
-    """Return the cycle of a model as a function of the tree, and what it lasts on before the first one."""
+    """Return the cycle of a model as a function of the tree, and its state before the first cycle."""
     state, begin = subject.state, np.array([0.0] * STATE + [float(value) for value in subject.virgin])
     store = stored(state, "after", STATE) if state.fields else "    lasting[REFUSED] = lasting[REFUSED]"
     kernel = defined("advanced", TEXT.format(load=loaded(state, STATE), store=store), _scope(subject) | {"Motion": Motion})
@@ -55,7 +55,7 @@ def cycle_of(subject: Subject, builder: Builder) -> tuple[Function, np.ndarray]:
 
 
 def at_rest_of(subject: Subject, builder: Builder) -> Function:
-    """Return the force at a velocity, of which the sign is enough, where the contact is: nothing moves."""
+    """Return the force of the contact at its present position, for the sign of a velocity; the contact does not move."""
     kernel = defined("at_rest", AT_REST.format(load=loaded(subject.state, STATE)), _scope(subject) | {"Motion": Motion})
     lasting, memory = Array(STATE + len(subject.state.fields)), Array(subject.memory_size)
     return builder.function(kernel, [lasting, memory, REAL, subject.parameters])
@@ -87,11 +87,11 @@ def stepped(lasting, memory, effort, dt, q, p):
     lasting[{at} + 3] = lasting[{at} + 3] + after.failures
     return after.force
 """
-SOLVER = 4  # numbers that the solve keeps: effort, slope, acceleration, solves that failed
+SOLVER = 4  # numbers that the solve keeps: effort, slope, acceleration, count of failed solves
 
 
 class Core(NamedTuple):
-    """One step of an FMU as a function of the tree, with what it lasts on, and how many values each of that takes."""
+    """One step of an FMU as a function of the tree, with its state and the range of each integer of the state."""
 
     subject: Subject
     plant: Model | None
@@ -102,8 +102,8 @@ class Core(NamedTuple):
 
 
 def core_of(subject: Subject, plant: Model | None, builder: Builder) -> Core:
-    """Return the step of a friction model, on a plant where one is given."""
-    scope = _scope(subject) | {"__name__": "bristle.exports.fmu_core"}  # by which its functions are named, and hashed
+    """Return the step of a friction model, on the plant if there is one."""
+    scope = _scope(subject) | {"__name__": "bristle.exports.fmu_core"}  # for the names and hashes of its functions
     begin = [float(value) for value in subject.virgin]
     parameters = {"p": (subject.model, subject.parameters)}
     most = [capacity_of(name, subject.memory_size) if kind == INTEGER else 0 for name, kind in subject.state.fields]
@@ -134,7 +134,7 @@ def core_of(subject: Subject, plant: Model | None, builder: Builder) -> Core:
 
 
 def loaded(kind: Struct, at: int, array: str = "lasting") -> str:
-    """Return the text of the fields of a tuple as they are loaded from an array."""
+    """Return the text that loads the fields of a tuple from an array."""
     numbers = [f"{array}[{at + i}]" for i in range(len(kind.fields))]
     return ", ".join(f"int({n})" if part == INTEGER else n for n, (_, part) in zip(numbers, kind.fields, strict=True))
 

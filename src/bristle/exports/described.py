@@ -1,4 +1,4 @@
-"""What the files of an export say of the model: parameters, source and licence, and a hash that tells it from others."""
+"""Descriptions of the model in exported files: parameters, source, licence, and a hash of the model."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Source:
-    """Where the values of a model come from."""
+    """Origin of the values of a model."""
 
     provenance: Mapping[str, str] = field(default_factory=dict)
     uncertainty: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
@@ -42,19 +42,19 @@ class Source:
 
     @property
     def lines(self) -> list[str]:
-        """Remarks and facts of the making, a line each."""
+        """Remarks and provenance, one line each."""
         facts = [f"{key}: {plain(str(value))}" for key, value in self.provenance.items()]
         return [*(plain(remark) for remark in self.remarks), *facts]
 
 
 def meaning_of(variable: Variable, kind: Kind) -> str:
-    """Return what a variable means, with its unit, for a comment."""
+    """Return the meaning of a variable with its unit, for a comment."""
     unit = variable.unit(kind)
     return plain(variable.description) + (f" [{plain(unit)}]" if unit != "1" else "")
 
 
 def meaning_within(variable: Variable, kind: Kind) -> str:
-    """Return the same with the range that is allowed, where there is one."""
+    """Return the meaning of a variable with its unit and, if it has one, its allowed range."""
     return ", ".join(filter(None, (meaning_of(variable, kind), plain(variable.allowed(kind)))))
 
 
@@ -84,7 +84,7 @@ def parameter_table(model: Model, source: Source) -> str:
 
 
 def model_facts(subject: Subject, name: str, source: Source, dt: float, *, single: bool, tunable: bool) -> dict[str, Any]:
-    """Return the facts of a friction model or an operator that the templates of every language share."""
+    """Return the facts of a friction model or an operator for the templates of all languages."""
     model, operator, component = subject.model, subject.is_operator, subject.model.component
     entering, leaving = (component.input, component.output) if operator else ("length", "force")
     title = "Hysteresis operator" if operator else "Friction of an axis"
@@ -98,12 +98,12 @@ def model_facts(subject: Subject, name: str, source: Source, dt: float, *, singl
 
 
 def command_facts(units: CommandUnits | None, kind: Kind) -> dict[str, Any] | None:
-    """Return what is said of the units of a drive; None where nothing is known of them."""
+    """Return facts on the units of a drive; None if they are unknown."""
     if units is None:
         return None
     efforts = []
     for unit in (units.effort, *units.others):
-        # The unit as a name of C has it: ``% of rated`` is ``PERCENT_OF_RATED``.
+        # The unit as a name in C: ``% of rated`` becomes ``PERCENT_OF_RATED``.
         words = re.findall(r"[A-Za-z0-9]+", plain(unit.name.replace("%", "percent").replace("*", "").replace("/", " per ")))
         efforts.append({"unit": plain(unit.name), "si": repr(unit.si), "macro": "_".join(words).upper()})
     position = {"unit": plain(units.position.name), "si": repr(units.position.si)}
@@ -112,14 +112,14 @@ def command_facts(units: CommandUnits | None, kind: Kind) -> dict[str, Any] | No
 
 
 def plain(text: str) -> str:
-    """Return text in ASCII that ends no comment."""
+    """Return text in ASCII that cannot end a comment."""
     for mark, instead in (("µ", "u"), ("·", "*"), ("–", "-"), ("−", "-"), ("²", "^2"), ("*/", "* /"), ("/*", "/ *")):
         text = text.replace(mark, instead)
     return " ".join(text.encode("ascii", "replace").decode().split())
 
 
 def rendered(template: str, facts: dict[str, Any]) -> str:
-    """Return the text that a template gives with some facts."""
+    """Return the text of a template, filled with facts."""
     return _environment().get_template(template).render(facts)
 
 
@@ -139,14 +139,14 @@ def _environment() -> jinja2.Environment:
     )
 
 
-LICENCE = "BSD-3-Clause"  # Of the text that bristle writes, as SPDX names it
+LICENCE = "BSD-3-Clause"  # Of the text that bristle writes, as an SPDX identifier
 COMMENTS = {".st": ("(* ", " *)"), ".mjs": ("// ", ""), ".txt": ("# ", "")}
 COMMENTS |= dict.fromkeys((".c", ".h", ".cu"), ("/* ", " */")) | dict.fromkeys((".xml", ".md"), ("<!-- ", " -->"))
-DIGITS = 12  # of a hash, where it tells versions apart
+DIGITS = 12  # of a hash in a version
 
 
 def hash_of_model(model: Model) -> str:
-    """Return the SHA-256 of a friction model or an operator; empty where its kernels are not known as a tree."""
+    """Return the SHA-256 of a friction model or an operator; empty if its kernels cannot become a tree."""
     try:
         subject = subject_of(model)
     except NotExportableError:
@@ -156,7 +156,7 @@ def hash_of_model(model: Model) -> str:
 
 
 def hash_on_plant(friction: str, plant: Model, unit: Unit) -> str:
-    """Return the SHA-256 of a plant with its friction, from the hash of that and the functions of both."""
+    """Return the SHA-256 of a plant with its friction, from the hash of the friction and the functions of both."""
     return _digest(friction, plant.name, plant.kind, unit.functions, plant.parameters)
 
 
@@ -167,7 +167,7 @@ def hash_of_law(law: Law) -> str:
 
 
 def model_version(source: Source) -> str:
-    """Return the version of an exported model: that of bristle, and what its hash begins with."""
+    """Return the version of an exported model: the version of bristle and the first digits of the hash."""
     return f"{version()}+{source.model_hash[:DIGITS]}" if source.model_hash else version()
 
 
@@ -178,12 +178,12 @@ def licence_text() -> str:
 
 
 def copyright_line() -> str:
-    """Return whose the text is that bristle writes."""
+    """Return the copyright line of the text that bristle writes."""
     return next(line for line in licence_text().splitlines() if line.startswith("Copyright"))
 
 
 def with_rights(files: Mapping[str, str], source: Source) -> dict[str, str]:
-    """Return texts, by the names of their files, that begin with their licence and the hash of their model."""
+    """Return texts by file name, each with a head of licence and hash of the model."""
     lines = [f"SPDX-License-Identifier: {LICENCE}", f"{copyright_line()}: the text that bristle {version()} wrote."]
     lines += ["The model and its numbers are yours.", *([f"Hash of the model: sha256 {source.model_hash}"] if source.model_hash else [])]
     headed = {}
@@ -202,7 +202,7 @@ def _digest(*parts: Any) -> str:
 
 
 def _words(part: Any) -> Iterator[str]:
-    """Give what a part of a model is made of, so that two differ where their models do."""
+    """Yield words that identify a part of a model: different models have different words."""
     if isinstance(part, Function):
         yield from _words([part.name, part.parameters, part.result, part.body])
     elif isinstance(part, Node):

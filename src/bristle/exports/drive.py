@@ -1,7 +1,7 @@
-"""Tables for drives: what friction settles to over velocity, in the units of the drive, and what such a table loses.
+"""Tables for drives: steady friction over velocity in the units of the drive, and the losses of such a table.
 
-A table knows neither the distance that a contact deflects over after a reversal nor what it remembers, and a
-symmetric one no direction. Each loss is a number: of the model, or in the units of the drive.
+A table has no pre-sliding distance and no memory, and a symmetric table has no direction. Each loss is stated as a
+number of the model or in the units of the drive.
 """
 
 from __future__ import annotations
@@ -31,19 +31,19 @@ if TYPE_CHECKING:
 
 FEWEST, MOST, VALUES = 2, 1000, 3  # entries of one direction; points of a table that are gravity, levels and viscous friction
 VISCOUS = "force*time/length"
-ROUNDING = 1e-9  # of the largest force: a difference that is none
+ROUNDING = 1e-9  # of the largest force: smaller differences count as zero
 MEANINGS = {
     "gravity": "constant force",
-    "F+": "forward sliding takes gravity + F+ + D+ * velocity",
-    "F-": "backward sliding takes gravity - F- + D- * velocity",
-    "D+": "viscous friction forward; leave it out where the drive has no field for it",
+    "F+": "effort of forward sliding is gravity + F+ + D+ * velocity",
+    "F-": "effort of backward sliding is gravity - F- + D- * velocity",
+    "D+": "viscous friction forward; omit it if the drive has no field for it",
     "D-": "viscous friction backward",
     "inertia": "effort for one unit of acceleration",
 }
 AT_REST = {
-    ("table", "held"): "at rest (velocity 0): output the entry at zero of the last direction, before the first move the mean of both",
+    ("table", "held"): "at rest (velocity 0): output the entry at zero of the last direction; before the first move, the mean of both",
     ("table", "middle"): "at rest (velocity 0): output the mean of both entries at zero",
-    ("levels", "held"): "at rest: output gravity and the level of the last direction, before the first move gravity",
+    ("levels", "held"): "at rest: output gravity plus the level of the last direction; before the first move, gravity",
     ("levels", "middle"): "at rest: output gravity",
 }
 """Outputs of a drive at rest, by kind of file and rule."""
@@ -62,27 +62,27 @@ def write(request: Request) -> Product:
         }
         notes = (AT_REST["levels", request.rest], *level_losses(model, curves, levels, effort))
         notes += error_on_log(request, {way: np.column_stack([ends, forces]) for way, forces in sides.items()})
-        notes += () if levels.inertia else ("the inertia is not known: the model file has no plant with one",)
+        notes += () if levels.inertia else ("the inertia is unknown: the model file has no plant with an inertia",)
         notes += said_of_units(request.axis, effort)
         return Product({f"{request.name}.csv": _values_text(levels, request, units, (*request.source.lines, *notes))}, notes)
     if not 2 * FEWEST <= request.points <= 2 * MOST:
         raise InputError("out of range", path="points", value=request.points, allowed=f"{VALUES} to {2 * MOST}")
     forward, backward = directions = [side_of(model, way, request.speed, request.points // 2) for way in (1.0, -1.0)]
-    against = "the effort column of the log runs against its position column, and so does the table in its units"
+    against = "the effort column of the log has the opposite sign of its position column, and so has the table in units of the log"
     notes = (AT_REST["table", request.rest], *(() if signs[0] * signs[1] > 0.0 else (against,)))
     notes += losses(model, forward, backward, effort, symmetric=False)
     notes += (*error_on_log(request, {1.0: forward.entries, -1.0: backward.entries}), *said_of_units(request.axis, effort))
     head = (*request.source.lines, *notes)
     files: dict[str, str | bytes] = {f"{request.name}.csv": _curve_text(directions, units.log, signs, head)}
     if units.drive is not None:
-        # A drive counts effort as it counts positions; a column of the log may run against both.
+        # In a drive, effort and position have the same sign; a column of the log may have the opposite one.
         files[f"{request.name}_drive.csv"] = _curve_text(directions, units.drive, (signs[0], signs[0]), head)
         notes = (*notes, f"{request.name}_drive.csv: {units.drive.effort.name} over {units.drive.velocity.name}")
     return Product(files, notes)
 
 
 def reads(files: Mapping[str, str | bytes], request: Request) -> Drive:
-    """Return what a drive computes from the file in the units of the drive, or of the log where those are all."""
+    """Return the force that a drive computes from the file in units of the drive, or else of the log."""
     units, signs = table_units(request.axis, request.model.kind), column_signs(request.axis)
     if request.points == VALUES:
         return _drive_of_values(str(files[f"{request.name}.csv"]), request, units)
@@ -124,16 +124,20 @@ class Side:
 
 
 def curve_of(model: Model, direction: float, fastest: float) -> tuple[np.ndarray, float]:
-    """Return the steady friction in one direction: speed and force, shape (point, 2), and what its straight lines miss."""
+    """Return the steady friction in one direction: speed and force, shape (point, 2), and the error of straight lines between points."""
     if not 0.0 < fastest < math.inf:
         raise InputError(
-            "is needed: how fast the axis moves", path="speed", value=fastest, allowed="> 0", mend='Give it, as in --speed "200 mm/s"'
+            "is missing: the largest speed of the axis",
+            path="speed",
+            value=fastest,
+            allowed="> 0",
+            mend='Give it, as in --speed "200 mm/s"',
         )
     return resolved_side(model, direction, fastest)
 
 
 def side_of(model: Model, direction: float, fastest: float, points: int) -> Side:
-    """Return one direction of motion, with at most so many entries."""
+    """Return one direction of motion, with at most `points` entries."""
     if not FEWEST <= points <= MOST:
         raise InputError("out of range", path="points", value=points, allowed=f"{FEWEST} to {MOST}")
     curve, unresolved = curve_of(model, direction, fastest)
@@ -149,58 +153,58 @@ def mean_side(forward: Side, backward: Side, points: int) -> Side:
 
 
 def losses(model: Model, forward: Side, backward: Side, effort: DriveUnit, *, symmetric: bool) -> tuple[str, ...]:
-    """Return what a table loses, a sentence each."""
+    """Return the losses of a table, one sentence each."""
     deviation = effort.of(max(forward.deviation, backward.deviation))
-    notes = [f"straight lines between the entries are off the steady friction by {deviation:.2g} {effort.name} at most"]
+    notes = [f"straight lines between the entries differ from the steady friction by at most {deviation:.2g} {effort.name}"]
     notes += memory_lost(model, forward.curve, backward.curve, effort)
     if symmetric:
         constant, ahead, back = offset_of(model.component.variables, model.values), forward.curve, backward.curve
         apart = np.interp(ahead[:, 0], back[:, 0], back[:, 1]) - ahead[:, 1] + 2.0 * constant
         wrong = 0.5 * effort.of(float(np.max(np.abs(apart))))
         if wrong > ROUNDING * effort.of(float(np.max(np.abs(ahead[:, 1])))):
-            notes.append(f"the table is the same for both directions: each is off by up to {wrong:.3g} {effort.name}")
+            notes.append(f"the table is the same for both directions: it is wrong by up to {wrong:.3g} {effort.name} in each")
         if constant:
-            notes.append(f"the constant force, {effort.of(constant):.3g} {effort.name}, is not in it: set it apart")
+            notes.append(f"the table does not contain the constant force of {effort.of(constant):.3g} {effort.name}: set it separately")
     return (*notes, *_variation_lost(model))
 
 
 def level_losses(
     model: Model, curves: Mapping[float, np.ndarray], levels: LevelValues, effort: DriveUnit, *, turns: bool = False
 ) -> tuple[str, ...]:
-    """Return what one level for each direction loses, a sentence each; `turns`: not at once."""
+    """Return the losses of one level per direction, one sentence each; with `turns` the drive reverses the force gradually."""
     both, alone = (f"{effort.of(value):.2g} {effort.name}" for value in (levels.deviation, levels.deviation_of_levels))
-    head = f"levels with viscous friction are never above the steady friction, and {both} below it at most; the levels alone {alone}"
+    head = f"levels with viscous friction are at most {both} below the steady friction and never above it; without viscous friction {alone}"
     jumps = () if turns else memory_lost(model, curves[1.0], curves[-1.0], effort)
     return (head, *jumps, *_variation_lost(model))
 
 
 def memory_lost(model: Model, forward: np.ndarray, backward: np.ndarray, effort: DriveUnit) -> list[str]:
-    """Return how far a reversal goes where a table jumps, in a sentence; none where friction turns at once."""
+    """Return a sentence on the distance of a reversal; empty for a model whose friction jumps, too."""
     distance = reversal_distance(model, float(forward[-1, 0]))
     if distance == 0.0:
         return []
     jump, x = effort.of(forward[0, 1] + backward[0, 1]), unit_of("length", model.kind)
     return [
-        f"memory is lost: at a reversal the table jumps by {jump:.3g} {effort.name} at once, and the model changes by "
-        f"95 % of it over {distance:.2g} {x}"
+        f"memory is lost: at a reversal the table jumps by {jump:.3g} {effort.name}; the model makes 95 % of this change "
+        f"over {distance:.2g} {x}"
     ]
 
 
 def _variation_lost(model: Model) -> list[str]:
     varying = variations_of(model.component)
-    return [f"what varies is left out: {', '.join(varying)}"] if varying else []
+    return [f"the table has no variation with {', '.join(varying)}"] if varying else []
 
 
 def said_of_units(axis: Axis | None, effort: DriveUnit) -> tuple[str, ...]:
-    """Return why efforts are not in percent of rated, in a sentence; none where they are."""
+    """Return a sentence on efforts that are not in percent of rated; empty if they are."""
     if axis is None:
-        return ("without an axis file the units are SI of the axis",)
+        return ("no axis file: the units are SI at the axis",)
     unrated = axis.rated is None and effort.name != "%"
     return (f"the axis file has no rated effort: efforts are in {effort.name}, as in the log",) if unrated else ()
 
 
 def error_on_log(request: Request, entries: Mapping[float, np.ndarray]) -> tuple[str, ...]:
-    """Return how far a table is from the model along the log that was given, in a sentence."""
+    """Return a sentence on the error of a table against the model along the given log."""
     if request.log is None:
         return ()
     effort, treatment = log_units(request.axis, request.model.kind).effort, request.info.get("treatment", {})
@@ -209,27 +213,27 @@ def error_on_log(request: Request, entries: Mapping[float, np.ndarray]) -> tuple
     largest, rms = (f"{effort.of(value if value > ROUNDING * scale else 0.0):.2g} {effort.name}" for value in error)
     own = request.log.origin.checksum in request.info.get("provenance", {}).values()
     source = "its own log" if own else printable(request.log.origin.name)
-    return (f"largest error of the table against the model on {source} {largest}; {rms} root mean square",)
+    return (f"largest error of the table against the model on {source}: {largest}, rms {rms}",)
 
 
 def levels_and_curves(request: Request) -> tuple[dict[float, np.ndarray], LevelValues]:
-    """Return the steady friction by direction, and the levels with viscous friction that describe it."""
+    """Return the steady friction by direction, and its levels with viscous friction."""
     curves = {way: curve_of(request.model, way, request.speed)[0] for way in (1.0, -1.0)}
     return curves, levels_of(request.plant, request.model, curves)
 
 
 def behind_comments(remarks: Iterable[str], *lines: str, mark: str = "#") -> str:
-    """Return lines of a file behind remarks as comments."""
+    """Return lines of a file below remarks as comments."""
     return "\n".join([*(f"{mark} {plain(remark)}" for remark in remarks), *lines, ""])
 
 
 def rows_of(text: str) -> list[list[str]]:
-    """Return the cells of a table behind its comments and its head."""
+    """Return the cells of a table without its comments and head."""
     return [line.split(",") for line in text.splitlines() if not line.startswith("#")][1:]
 
 
 def _curve_text(sides: Sequence[Side], units: LogUnits, signs: tuple[float, float], remarks: Sequence[str]) -> str:
-    """Return a table over both directions as CSV, velocity ascending, behind comments."""
+    """Return a table over both directions as CSV with comments, velocity ascending."""
     forward, backward = sides
     rows = [(-v, -f) for v, f in backward.entries[::-1].tolist()] + forward.entries.tolist()
     turned = [(signs[0] * v, signs[1] * f) for v, f in (rows if signs[0] > 0.0 else rows[::-1])]
@@ -238,18 +242,18 @@ def _curve_text(sides: Sequence[Side], units: LogUnits, signs: tuple[float, floa
 
 
 def last_direction(velocity: np.ndarray) -> np.ndarray:
-    """Return the direction of motion at each sample, through rests that of the last motion; 0 before any."""
+    """Return the direction of motion at each sample: that of the last motion during rests, 0 before the first motion."""
     direction = direction_by("middle", velocity)
     return direction[np.maximum.accumulate(np.where(direction != 0.0, np.arange(velocity.size), 0))]
 
 
 def direction_by(rest: str, velocity: np.ndarray) -> np.ndarray:
-    """Return the direction whose force a drive outputs at each sample: 0, the mean of both, at rest in the middle."""
+    """Return the direction of the output force at each sample; 0 is the mean of both directions, for rests under rule "middle"."""
     return last_direction(velocity) if rest == "held" else np.where(np.abs(velocity) > STILL, np.sign(velocity), 0.0)
 
 
 def _values_text(levels: LevelValues, request: Request, units: TableUnits, remarks: Sequence[str]) -> str:
-    """Return gravity, level and viscous friction for each direction and, where it is known, the inertia, as CSV."""
+    """Return gravity, level and viscous friction for each direction and, if known, the inertia, as CSV."""
     # Forward is the direction in which the position of the drive grows, and a positive effort moves it forward.
     forward = column_signs(request.axis)[0] > 0.0
     level, viscous = (levels.forward, levels.backward), (levels.viscous_forward, levels.viscous_backward)
@@ -264,7 +268,7 @@ def _values_text(levels: LevelValues, request: Request, units: TableUnits, remar
 
 
 def _drive_of_values(text: str, request: Request, units: TableUnits) -> Drive:
-    """Return what a drive computes from gravity, levels and viscous friction, with a field for each."""
+    """Return the force that a drive with a field for each value computes from gravity, levels and viscous friction."""
     kind, sign = request.model.kind, column_signs(request.axis)[0]
     si_of = {unit.name: unit.si for unit in (*units.efforts, *drive_units(request.axis, kind).of(VISCOUS))}
     si_of[unit_of(VISCOUS, kind)] = 1.0

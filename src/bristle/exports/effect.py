@@ -1,11 +1,11 @@
 r"""The effect of an export on the axis: the loop without and with it, along moves and along the motion of the log.
 
-The numbers of the files are read back, and a drive that computes with them feeds forward :math:`u_{ff}`. The moves go
-from rest to rest with dwells between, on and back, over 1, 3, 10 and 30 times the distance over which friction turns
-after a reversal: inside that distance a compensator without memory may push the wrong way. Their acceleration takes as
-much effort as sliding friction does. They are simulated once more with a tenth more friction fed forward: friction
-falls as an axis warms up, and where compensation exceeds it an integrating controller may hunt. Where no loop is known,
-the residual friction force after compensation along the same moves stands in place of the following error.
+bristle reads the numbers of the files back and simulates a drive that feeds forward :math:`u_{ff}` from them. The moves
+go from rest to rest with dwells in between, forward and backward, over 1, 3, 10 and 30 times the pre-sliding distance.
+Inside that distance a compensator without memory may push in the wrong direction. The effort of acceleration equals
+that of sliding friction. A second simulation feeds forward a tenth more friction: friction falls as an axis warms up,
+and with too much compensation an integrating controller may hunt. If no loop is known, the residual friction force
+after compensation along the same moves replaces the following error.
 """
 
 import math
@@ -38,17 +38,17 @@ Compensated = Callable[[Variant, int, float], VariantResult]
 Drive = Callable[[np.ndarray, float], np.ndarray]
 """``drive(x, dt)``: the force [N or N*m] fed forward for the step that ends at each desired position."""
 
-TIMES = (1.0, 3.0, 10.0, 30.0)  # Distances of the moves, over that in which friction turns
-SERIOUS = 10.0  # Worse from this distance on, or along the motion of the log, an export is refused
-WORSE = 1.05  # ratio of two errors that no longer count as the same
-ASSUMED = {"translational": 1e-5, "rotational": 2e-4}  # pre-sliding distance of an axis that does not tell its own
+TIMES = (1.0, 3.0, 10.0, 30.0)  # Distances of the moves over the pre-sliding distance
+SERIOUS = 10.0  # An export that is worse from this distance on, or along the motion of the log, is refused
+WORSE = 1.05  # ratio of two errors that count as different
+ASSUMED = {"translational": 1e-5, "rotational": 2e-4}  # pre-sliding distance if neither model nor axis file has one
 SHORTEST = 0.1  # of a move [s]
-TINY = 1e-12  # of an error or a ratio: none
+TINY = 1e-12  # an error or a ratio below it counts as zero
 MOVES, LOG, EXPERIMENT = "moves", "log", "experiment"
 
 
 class Limits(NamedTuple):
-    """What moves keep to: largest velocity, acceleration and jerk, in SI of the axis."""
+    """Limits of the moves: largest velocity, acceleration and jerk, in SI of the axis."""
 
     velocity: float
     acceleration: float
@@ -56,11 +56,10 @@ class Limits(NamedTuple):
 
 
 class Along(NamedTuple):
-    """One motion: what it is, its distance (0 of its own), and the error without and with the export.
+    """One motion: its kind, its distance (0 for a log), and the error without and with the export.
 
-    `not_ahead` is the error where the desired motion is not fed ahead, `too_much` that where a tenth more friction is
-    fed than acts. Errors are peak to peak [m or rad] in a loop, root mean square in % of the sliding friction without
-    one.
+    `not_ahead` is the error if the desired motion is not fed ahead, `too_much` the error with a tenth too much friction
+    fed forward. In a loop errors are peak to peak [m or rad]; without a loop they are rms in % of the sliding friction.
     """
 
     motion: str
@@ -72,14 +71,14 @@ class Along(NamedTuple):
 
     @property
     def is_worse(self) -> bool:
-        """Whether the export makes the error larger; a loop that diverges with it does."""
+        """Whether the export makes the error larger, or the loop diverge."""
         return not self.with_it <= WORSE * self.without
 
     @property
     def is_no_better(self) -> bool:
-        """Whether the export does not clearly make the error smaller: on the real axis it may make it larger.
+        """Whether the export does not clearly reduce the error, so that on the real axis it may increase it.
 
-        So it is of a gain of less than half that is gone where a tenth more friction is fed than acts.
+        This includes a reduction by less than half that disappears with a tenth too much friction fed forward.
         """
         clearly = self.without / WORSE
         is_worse = self.too_much > clearly and self.with_it > 0.5 * self.without
@@ -87,13 +86,13 @@ class Along(NamedTuple):
 
     @property
     def ratio(self) -> float:
-        """The error with the export over that without."""
+        """The error with the export divided by the error without it."""
         return self.with_it / max(self.without, TINY)
 
 
 @dataclass(frozen=True)
 class Effect:
-    """What an export does to the axis.
+    """Effect of an export on the axis.
 
     Parameters
     ----------
@@ -102,11 +101,11 @@ class Effect:
     kind : {"translational", "rotational"}
         The kind of axis.
     distance : float
-        Over which friction turns after a reversal [m or rad].
+        Pre-sliding distance: friction turns over it after a reversal [m or rad].
     assumed : bool
-        Whether that distance is an assumption: neither the model nor the axis file tells it.
+        Whether that distance is an assumption, because neither model nor axis file has one.
     in_loop : bool
-        Whether errors are those of a simulated loop; else residual forces.
+        Whether errors come from a simulated loop; otherwise they are residual forces.
     ahead : int
         Samples by which the desired motion is fed ahead.
     """
@@ -125,19 +124,19 @@ class Effect:
 
     @property
     def is_harmful(self) -> bool:
-        """Whether it makes moves worse that are far longer than the contact deflects, or the motion of the log."""
+        """Whether the export worsens the motion of the log, or moves far longer than the pre-sliding distance."""
         far = SERIOUS * (1.0 - 1e-9) * self.distance
         return self.in_loop and any(path.is_worse and (path.motion != MOVES or path.distance >= far) for path in self.along)
 
     @property
     def ratio(self) -> float:
-        """The error with the export over that without, the geometric mean over all motions; inf where one diverges."""
+        """Ratio of the errors with and without the export, geometric mean over all motions; inf if one diverges."""
         ratios = [path.ratio for path in self.along]
         return float(np.exp(np.mean(np.log(np.maximum(ratios, TINY))))) if np.all(np.isfinite(ratios)) else math.inf
 
     @property
     def least_distance(self) -> float:
-        """The shortest of these moves from which on all are better [m or rad]; 0 where all are, inf where none is."""
+        """Distance from which on all moves are better [m or rad]; 0 if all moves are better, inf if no move is."""
         below = max((path.distance for path in self.moves if path.is_no_better), default=0.0)
         return min((path.distance for path in self.moves if path.distance > below), default=math.inf) if below else 0.0
 
@@ -150,27 +149,26 @@ class Effect:
         head = "following error, peak to peak, simulated" if self.in_loop else "residual friction force, simulated"
         lines = [f"{head}: {sizes}{self._switch()}"]
         for own in (path for path in self.along if path.motion != MOVES):
-            late = "" if math.isnan(own.not_ahead) else f", {self._size(own.not_ahead)} where it is not fed ahead"
+            late = "" if math.isnan(own.not_ahead) else f", {self._size(own.not_ahead)} if the motion is not fed ahead"
             lines.append(f"along the motion of the {own.motion}: {self._change(own)}{late}")
-        # What a tenth more friction than acts does to that move which suffers most and else does not.
+        # The move that suffers most from a tenth too much friction.
         worst = max(self.moves, key=lambda path: -1.0 if path.is_worse else path.too_much / max(path.without, TINY))
         if not (worst.is_worse or math.isnan(worst.too_much)):
             change = f"{self._size(worst.without)} -> {self._size(worst.too_much)} at {self._length(worst.distance)}"
-            harm = "" if worst.too_much <= WORSE * worst.without else ": worse than no compensation, so feed 90 % of it"
-            lines.append(f"where friction is a tenth less than what is fed: {change}{harm}")
+            harm = "" if worst.too_much <= WORSE * worst.without else ": worse than without compensation, so feed 90 % of the friction"
+            lines.append(f"with a tenth too much friction fed forward: {change}{harm}")
         if self.assumed:
             lines.append(
-                f"the pre-sliding distance is not known: {self._length(self.distance)} assumed ([plant] presliding in the axis file)"
+                f"the pre-sliding distance is unknown, {self._length(self.distance)} assumed: write [plant] presliding into the axis file"
             )
         if not self.in_loop:
             lines.append(
-                "no controller is known, so that no following error is stated: write [controller] with model, "
-                "k_p and k_v into the axis file"
+                "no following error, because the controller is unknown: write [controller] with model, k_p and k_v into the axis file"
             )
         return tuple(lines)
 
     def as_data(self) -> dict[str, Any]:
-        """Return it as it stands in JSON, in SI of the axis or in %; null for what is infinite or was not simulated."""
+        """Return the effect as data for JSON, in SI of the axis or in %; null for infinite or missing values."""
 
         def finite(value: float) -> float | None:
             return value if math.isfinite(value) else None
@@ -196,7 +194,7 @@ class Effect:
         if not self.assumed:
             return limit
         times = number(self.least_distance / self.distance, digits=2)
-        return f"{limit}, or {times} times the pre-sliding distance where that exceeds {self._length(self.distance)}"
+        return f"{limit}, or below {times} times the pre-sliding distance if that exceeds {self._length(self.distance)}"
 
     def _change(self, path: Along) -> str:
         return f"{self._size(path.without)} -> {self._size(path.with_it)}"
@@ -213,7 +211,7 @@ class Effect:
 
 
 def driven_by(drive: Drive) -> Compensated:
-    """Return how a loop runs with what a drive feeds forward, led along the motion of `ahead` samples later."""
+    """Return a function that runs a loop with the feedforward of a drive, `ahead` samples early."""
 
     def compensated(loop: Variant, ahead: int, share: float = 1.0) -> VariantResult:
         dt = loop.run.sample_time
@@ -226,7 +224,7 @@ def driven_by(drive: Drive) -> Compensated:
 
 
 def fed_by(feedforward: Feedforward) -> Compensated:
-    """Return how a loop runs with the feedforward of a law, which is handed the samples to come by itself."""
+    """Return a function that runs a loop with the feedforward of a law, which has an input for the next samples."""
 
     def compensated(loop: Variant, ahead: int, share: float = 1.0) -> VariantResult:
         gain = share * feedforward.gain
@@ -237,18 +235,18 @@ def fed_by(feedforward: Feedforward) -> Compensated:
 
 
 def _held(loop: Variant) -> float:
-    """Return the constant force of a loop's friction, of gravity or bias, of which no more is fed than it is."""
+    """Return the constant force of a loop's friction (gravity or bias), which is never fed in excess."""
     return offset_of(loop.friction.component.variables, loop.friction.values)
 
 
 def turning_distance(model: Model, axis: Axis | None, fastest: float) -> tuple[float, bool]:
-    """Return over which distance friction turns after a reversal [m or rad], and whether that is an assumption."""
+    """Return the pre-sliding distance [m or rad], and whether it is an assumption."""
     distance = reversal_distance(model, fastest) or (axis and axis.presliding) or 0.0
     return (distance, False) if distance else (ASSUMED[model.kind], True)
 
 
 def effect_in_loop(loop: Variant, compensated: Compensated, limits: Limits, distance: tuple[float, bool], ahead: int) -> Effect:
-    """Return the effect of an export on a loop, whose friction turns over the distance where its model turns at once."""
+    """Return the effect of an export on a loop; friction without pre-sliding turns over the given distance."""
     loop = replace(loop, friction=with_presliding(loop.friction, distance[0]))
     dt = loop.run.sample_time
     begun, along = _at_rest(loop), []
@@ -271,15 +269,15 @@ def effect_in_loop(loop: Variant, compensated: Compensated, limits: Limits, dist
 
 
 def effect_in_force(model: Model, drive: Drive, limits: Limits, distance: tuple[float, bool], dt: float, ahead: int) -> Effect:
-    """Return the residual friction force after compensation along moves, where no loop is known."""
-    level, dt = sliding_level(model, limits.velocity), max(dt, 0.005 * SHORTEST)  # a model is run uncompiled
+    """Return the residual friction force after compensation along moves, for an axis without a known loop."""
+    level, dt = sliding_level(model, limits.velocity), max(dt, 0.005 * SHORTEST)  # the model runs uncompiled
     truth = with_presliding(model, distance[0])
     along = []
     for times in TIMES:
         x = _moves(times * distance[0], limits, dt)
         v = np.diff(x) / dt
         moving = v != 0.0
-        with interpreted():  # nobody waits for a compiler here
+        with interpreted():  # compiling would take longer
             force = force_along(truth, v, dt, x[1:])
         shares = [
             100.0 * float(np.sqrt(np.mean(left[moving] ** 2))) / level
@@ -296,7 +294,7 @@ def sliding_level(model: Model, fastest: float) -> float:
 
 
 def _moves(distance: float, limits: Limits, dt: float) -> np.ndarray:
-    """Return the positions of the moves from 0: on, on, back, back, on, back, a dwell behind each [m or rad]."""
+    """Return positions of the moves from 0: forward twice, back twice, forward, back, each with a dwell after it [m or rad]."""
     jerk = min(limits.jerk, 32.0 * distance / SHORTEST**3)
     leg = legs_through((distance,), limits.velocity, limits.acceleration, jerk)
     inside = leg.sample(dt * np.arange(1, math.ceil(leg.end / dt) + 1))[0]
@@ -306,24 +304,24 @@ def _moves(distance: float, limits: Limits, dt: float) -> np.ndarray:
 
 
 def _at_rest(loop: Variant) -> Variant:
-    """Return a loop that begins at rest, holding the constant force, and that nothing unexplained pushes."""
+    """Return a loop that begins at rest under the constant force, without an unexplained force."""
     origin = float(loop.reference.component.sample(np.zeros(1), loop.reference.parameters)[0][0])
     return replace(loop, disturbance=None, injected=None, learning=None, start=Start(origin, effort=_held(loop)))
 
 
 def _error(outcome: VariantResult) -> float:
-    """Return the following error of a run, peak to peak; inf where it diverged."""
+    """Return the following error of a run, peak to peak; inf if it diverged."""
     return math.inf if outcome.status is Status.NOT_FINITE else outcome.following_error.peak_to_peak
 
 
-FASTEST = 0.1  # [m/s or rad/s] of an axis of which no speed is known
+FASTEST = 0.1  # [m/s or rad/s] of an axis of unknown speed
 
 
 def effect_of_files(request: Request, drive: Drive | None, *, of_cogging: bool = False) -> Effect | None:
-    """Return the effect of what a target wrote; `drive` is what a drive makes of it, the model itself where None.
+    """Return the effect of the files of a target; `drive` is the force of a drive with them, None for that of the model.
 
-    The model itself leaves no residual force to state where no loop is known. Of files with cogging the loop is one
-    without cogging fed forward.
+    None if `drive` is None and no loop is known: the residual force would be zero. For files with cogging the loop feeds
+    no cogging forward.
     """
     friction, loop, axis = request.model, loop_for(request), request.axis
     if friction.component.family != "friction" or (loop is None and (drive is None or of_cogging)):
@@ -345,7 +343,7 @@ def effect_of_files(request: Request, drive: Drive | None, *, of_cogging: bool =
 
 
 def effect_of_law(variant: Variant) -> Effect | None:
-    """Return the effect of the friction that a law feeds forward; None where it feeds none."""
+    """Return the effect of the friction that a law feeds forward; None for a law without it."""
     friction = variant.feedforward.friction
     if friction is None:
         return None
@@ -358,10 +356,9 @@ def effect_of_law(variant: Variant) -> Effect | None:
 
 
 def samples_ahead(loop: Variant | None) -> int:
-    """Return how many samples ahead a feedforward is led: one for the step to come, and the delay and lag of the drive.
+    """Return the lead of a feedforward in samples: one for the next step, plus the delay and lag of the drive.
 
-    The force of a step acts from one sample to the next, half a sample later on average than both; that half is in the
-    one.
+    The force of a step acts from one sample to the next, on average half a sample late; the one sample includes this half.
     """
     if loop is None:
         return 1
@@ -370,7 +367,7 @@ def samples_ahead(loop: Variant | None) -> int:
 
 
 def loop_for(request: Request) -> Variant | None:
-    """Return the loop of the axis without friction fed forward; None where the axis file has no controller."""
+    """Return the loop of the axis without friction fed forward; None if the axis file has no controller."""
     variant, axis, plant = request.loop, request.axis, request.plant
     if variant is None:
         if axis is None or axis.controller is None or plant is None or plant.component.screw is not None:
@@ -380,7 +377,7 @@ def loop_for(request: Request) -> Variant | None:
             request.model,
             request.model,
             axis.controller,
-            np.zeros(16),  # stands for the motion of a log
+            np.zeros(16),  # in place of the motion of a log
             axis.sample_time or (request.dt if request.log is None else request.log.sample_time),
             resolution=axis.resolution or 0.0,
             effort_limit=axis.effort_limit or math.inf,
@@ -392,6 +389,6 @@ def loop_for(request: Request) -> Variant | None:
 
 
 def _limits_of(friction: Model, plant: Model | None, fastest: float) -> Limits:
-    """Return the acceleration that takes as much effort as sliding friction; full speed in 0.1 s where no mass is known."""
+    """Return limits whose acceleration needs the effort of sliding friction; full speed in 0.1 s if the mass is unknown."""
     mass = 0.0 if plant is None else plant.values.get("M", 0.0)
     return Limits(fastest, sliding_level(friction, fastest) / mass if mass else fastest / 0.1)

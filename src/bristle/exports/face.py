@@ -1,4 +1,4 @@
-"""`export`: a model as files for another world."""
+"""`export`: a model as files for other languages, tools and drives."""
 
 import os
 from collections.abc import Mapping
@@ -20,24 +20,24 @@ from bristle.files.arguments import log_and_axis
 from bristle.files.results import results_folder
 from bristle.logs.log import Log
 
-NAME = "axis_x"  # The name of an export that nobody named
+NAME = "axis_x"  # The default name of an export
 STEP, POINTS = 5e-4, 20  # [s], and of a table
 
 
 @dataclass(frozen=True)
 class Exported:
-    """What `export` wrote.
+    """Result of `export`.
 
     Parameters
     ----------
     folder : Path
-        Where the files are.
+        Folder of the files.
     files : tuple of str
         Their names.
     notes : tuple of str
-        The effect on the axis, and what the target loses or does otherwise, a sentence each.
+        The effect on the axis, and losses and differences of the target, one sentence each.
     effect : Effect or None
-        The following error without and with the files, where `axis` has a controller and `plant` an inertia.
+        The following error without and with the files, if `axis` has a controller and `plant` an inertia.
     """
 
     folder: Path
@@ -82,57 +82,57 @@ def export(
     accept_harm: bool = False,
     force: bool = False,
 ) -> Exported:
-    """Write a model as files for another world: the same numbers to the bit, wherever the target can hold it.
+    """Write a model as files for another language, tool or drive, with identical numbers if the target allows it.
 
     Parameters
     ----------
     model : Model or Variant
-        A friction model; an operator or the law of a variant where the target holds one.
+        A friction model; for some targets also an operator, or a variant for its control law.
     to : str, Target or path-like
-        The target: a name of `bristle.exports.TARGETS`, where each says what it writes, such as ``"c"`` or ``"table"``;
-        or one of your own, or the file that defines it, ``"my_drive.py"``, which is executed.
+        The target: a name of `bristle.exports.TARGETS`, such as ``"c"`` or ``"table"``; your own `Target`; or the file
+        that defines it, such as ``"my_drive.py"``, which bristle executes.
     out : path-like
         The new folder; its parent must exist.
     name : str
-        What files, types and functions are called.
+        Name of files, types and functions.
     step : float or str
         Time step [s] of the self-test and of the example; internal step of an FMU.
     tunable : bool
-        Whether parameters may be changed at run time.
+        Whether parameters can be changed at run time.
     float32 : bool
-        Whether numbers are of single precision; they are not the bits of bristle then.
+        Whether numbers are of single precision. They then differ from those of bristle by rounding.
     axis : Axis, optional
-        The axis, which tells the units of a table; SI without one.
+        The axis, which defines the units of a table; SI without it.
     speed : float or str
         Largest speed of a table [m/s or rad/s].
     points : int
-        Entries of a table, at most; 3 of a ``"table"`` are gravity and one level for each direction.
+        Maximum number of entries of a table. With 3, a ``"table"`` holds gravity and one level per direction.
     mass : float or str
-        What the scene moves [kg or kg*m^2].
+        Moved mass of the scene [kg or kg*m^2].
     plant : Model, optional
-        What the friction is on: another FMU is written of both.
+        The plant with the friction. A second FMU then contains both.
     source : Source, optional
-        Where the values come from, for the comments.
+        Origin of the values, for the comments.
     log : Log or path-like, optional
-        Along whose motion a table is compared with the model.
+        Log whose motion is used to compare a table with the model.
     info : mapping, optional
-        The third that `read_model` returns: how that log was treated.
+        The third result of `read_model`, with the preprocessing of that log.
     rest : {"held", "middle"}, optional
-        Force of a memoryless model at rest (`bristle.response`); the rule of the target where not given.
+        Force of a memoryless model at rest (`bristle.response`). Default: the rule of the target.
     accept_harm : bool
-        Whether files that make the simulated following error larger are written.
+        Whether to write files that make the simulated following error larger.
     force : bool
-        Whether an earlier export that is there is replaced.
+        Whether to replace an earlier export in this folder.
 
     Returns
     -------
     Exported
-        Folder, files, and what the target loses.
+        Folder, files, and losses of the target.
 
     Raises
     ------
     InputError
-        If the target is unknown or cannot hold the model, or a kernel of your own is outside what can be exported.
+        If the target is unknown or does not support the model, or a kernel of your own is not exportable.
 
     Examples
     --------
@@ -170,7 +170,7 @@ def files_from_text(
     accept_harm: bool,
     **options: Any,
 ) -> Product:
-    """Return the files of a model for a target, with options of a `Request`; name, step and rule at rest are as a person typed them."""
+    """Return the files of a model for a target, with options of a `Request`; name, step and rule at rest are unchecked text."""
     label, dt = name_for(name or NAME), PERIOD(STEP if step is None else step, "--step", None)
     rule = "" if rest is None else among(*RESTS)(rest, "--rest", None)
     return files_for(target, Request(model, label, dt, source, rest=rule, **options), accept_harm=accept_harm)

@@ -36,7 +36,7 @@ from bristle.translation.tree import Array, Function
 PATIENCE = 600.0  # [s]; zig builds the library of a platform once
 
 
-# By system and machine: its folder in FMI 2.0, empty where that has none, and in 3.0; its name for zig; its library.
+# By system and machine: folder in FMI 2.0 (empty if it does not exist) and in 3.0; name for zig; suffix of the library.
 PLATFORMS = {
     ("linux", "x86_64"): ("linux64", "x86_64-linux", "x86_64-linux-gnu.2.17", ".so"),
     ("linux", "aarch64"): ("", "aarch64-linux", "aarch64-linux-gnu.2.17", ".so"),
@@ -47,12 +47,12 @@ PLATFORMS = {
 
 
 def zig() -> list[str]:
-    """Return the command of the compiler for other platforms; empty where it is not installed."""
+    """Return the command of the compiler for other platforms; empty if it is not installed."""
     return [sys.executable, "-m", "ziglang", "cc"] if importlib.util.find_spec("ziglang") else []
 
 
 def libraries(name: str, sources: Mapping[str, str], fmi: int) -> dict[str, bytes | str]:
-    """Return the libraries that can be built here by their places inside an FMU; or why there is none, in words."""
+    """Return the libraries by their paths in an FMU, each as bytes or as the reason why it cannot be built here."""
     local, own, across = (sys.platform, platform.machine().lower()), compiler(), zig()
     built = {}
     for machine, (*folders, triple, suffix) in PLATFORMS.items():
@@ -77,24 +77,23 @@ def _library(command: list[str], name: str, sources: Mapping[str, str], suffix: 
         except (OSError, subprocess.TimeoutExpired) as error:
             return type(error).__name__
         if ran.returncode or not output.is_file():
-            return (ran.stderr.strip().splitlines() or ["no reason given"])[0]
+            return (ran.stderr.strip().splitlines() or ["no message"])[0]
         return output.read_bytes()
 
 
 def write(request: Request, *, fmi: int) -> Product:
-    """Return one FMU of the friction, and another one of friction and plant."""
+    """Return an FMU of the friction, and another FMU of friction and plant."""
     name, plant, source = request.name, request.plant, request.source
-    notes = [f"the internal step is {request.dt:g} s: the bits are those of bristle at this step"]
+    notes = [f"the internal step is {request.dt:g} s; results are identical to bristle at this step"]
     if rest_rule(request.sampled):
         notes.append(
-            f"a mass outside {name}.fmu creeps at rest: a model without memory cannot hold it there. "
-            f"Use {name}_mass.fmu, or a model with memory"
+            f"a mass outside {name}.fmu creeps at rest, because the model has no memory: use {name}_mass.fmu, or a model with memory"
         )
     bodies: list[tuple[str, Model, Model | None]] = [(name, request.sampled, None)]
     if plant is None:
-        notes.append("no mass is known: there is no FMU with a mass")
+        notes.append("the mass is unknown: no FMU with a mass was written")
     elif plant.component.screw is not None:
-        notes.append(f"{plant.name} has a screw: there is no FMU with a mass")
+        notes.append(f"{plant.name} has a screw: no FMU with a mass was written")
     else:
         bodies.append((f"{name}_mass", request.model, plant))
     written: dict[str, str | bytes] = {}
@@ -111,12 +110,12 @@ def write(request: Request, *, fmi: int) -> Product:
 def write_law(law: Law, name: str, source: Source, *, fmi: int) -> Product:
     """Return the FMU of a control law, whose internal step is its sample time."""
     archive, remarks = _archive(content_of_law(law, name, source), Setting(name, source, law.dt, fmi))
-    note = f"the internal step is the sample time, {law.dt:g} s: the bits are those of the law at this step"
+    note = f"the internal step is the sample time, {law.dt:g} s; results are identical to the law at this step"
     return Product({f"{name}.fmu": archive}, (note, *remarks))
 
 
 def _archive(content: Content, setting: Setting) -> tuple[bytes, tuple[str, ...]]:
-    """Return an archive, and what is to be said of it: of platforms, too."""
+    """Return an archive and its notes, including those on platforms."""
     name, fmi = setting.name, setting.fmi
     text, token = source_text(content, setting)
     sources = {f"{name}.c": text} | {header: header_text(header) for header in HEADERS[fmi]}
@@ -130,7 +129,7 @@ def _archive(content: Content, setting: Setting) -> tuple[bytes, tuple[str, ...]
     inside |= {place: library for place, library in built.items() if isinstance(library, bytes)}
     platforms = [place.split("/")[1] for place, library in built.items() if isinstance(library, bytes)]
     lacking = [f"no library for {place.split('/')[1]}: {library}" for place, library in built.items() if isinstance(library, str)]
-    none = f"no C compiler was found: the FMU holds its source only; build it with {FLAGS}"
+    none = f"no C compiler was found: the FMU contains its source only; build it with {FLAGS}"
     stream = io.BytesIO()
     with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
         for place, part in inside.items():
@@ -149,7 +148,7 @@ DECLARED = re.compile(r"typedef\s+(\w+)\s+(fmi[23]\w+)TYPE\s*\(([^;]*)\);")
 
 
 def source_text(content: Content, setting: Setting) -> tuple[str, str]:
-    """Return the source, and the token that tells it from every other one."""
+    """Return the source and the token that identifies it."""
     facts = _facts(content, setting)
     token = str(uuid.UUID(hashlib.sha256(rendered("fmu/source.c", facts | {"token": ""}).encode()).hexdigest()[:32]))
     token, file = f"{{{token}}}", f"{setting.name}.c"
@@ -192,7 +191,7 @@ def _numbers(counts: Sequence[int]) -> list[str]:
 
 
 def _data(content: Content, printer: Printer) -> tuple[str, dict[str, str]]:
-    """Return the parameters in C, and how each argument for them is handed on."""
+    """Return the parameters in C, and the text of each argument for them."""
     texts, handed = [], {}
     exchange = content.exchange
     entries = [content.entry, *(() if exchange is None else exchange[:3])]
@@ -217,7 +216,7 @@ def _data(content: Content, printer: Printer) -> tuple[str, dict[str, str]]:
 
 
 def _called(entry: Function, ports: Ports, handed: Mapping[str, str]) -> list[str]:
-    """Return the lines that call a kernel; the last one is the call."""
+    """Return the lines that call a kernel; the last line is the call."""
     lines, arguments = [], []
     for argument, (_, first) in ports.tuned.items():
         if argument in [parameter.name for parameter in entry.parameters]:
@@ -231,7 +230,7 @@ def _called(entry: Function, ports: Ports, handed: Mapping[str, str]) -> list[st
             arguments.append("STEP" if name == "dt" else name)
         elif name in handed:
             arguments.append(handed[name])
-        elif isinstance(parameter.type, Array):  # where the first variable of several is
+        elif isinstance(parameter.type, Array):  # the place of the first variable
             arguments.append(f"now->values + {ports.place(f'{name}[1]')}")
         else:
             arguments.append(f"now->values[{ports.place(name)}]")
@@ -239,7 +238,7 @@ def _called(entry: Function, ports: Ports, handed: Mapping[str, str]) -> list[st
 
 
 def _absent(fmi: int, exchange: bool) -> str:
-    """Return the functions of the standard that the templates have not, each with an error for an answer."""
+    """Return the functions of the standard that the templates lack; each returns an error."""
     template = _text(f"fmi{fmi}.c") + (_text(f"exchange{fmi}.c") if exchange else "")
     texts = []
     for kind, name, arguments in DECLARED.findall(header_text(f"fmi{fmi}FunctionTypes.h")):
@@ -253,7 +252,7 @@ def _absent(fmi: int, exchange: bool) -> str:
 
 
 def header_text(name: str) -> str:
-    """Return a header of the standard, or the licence of them."""
+    """Return a header of the standard, or their licence."""
     return _text(f"headers/{name}")
 
 

@@ -1,4 +1,4 @@
-"""What an FMU is made of: its variables, one step as a function of the tree, what is said of it."""
+"""Contents of an FMU: its variables, one step as a function of the tree, its description."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -29,7 +29,7 @@ TIME, INPUT, OUTPUT, START, PARAMETER, CONSTANT, STATE, RATE, MARGIN = range(9)
 
 @dataclass(frozen=True)
 class Setting:
-    """How an FMU is written."""
+    """Settings of an FMU."""
 
     name: str
     source: Source
@@ -49,7 +49,7 @@ class Port:
 
     @property
     def range(self) -> tuple[float, float]:
-        """The smallest and the largest value that it takes: finite but for a parameter without an end."""
+        """Smallest and largest allowed value; finite except for a parameter without a bound."""
         low, high = self.variable.min, self.variable.max
         if self.role in (PARAMETER, CONSTANT, MARGIN):
             return low, high
@@ -58,7 +58,7 @@ class Port:
 
 @dataclass(frozen=True)
 class Ports:
-    """All variables, and for each model its parameters in the order in which they are among them."""
+    """All variables, and for each model its parameters in their order among the variables."""
 
     listed: tuple[Port, ...]
     tuned: dict[str, tuple[Tunable, int]]
@@ -66,7 +66,7 @@ class Ports:
     states: tuple[int, ...] = ()
 
     def in_role(self, *roles: int) -> tuple[int, ...]:
-        """Return the places of the variables in these roles, in their order."""
+        """Return the indices of the variables with these roles, in ascending order."""
         return tuple(i for i, port in enumerate(self.listed) if port.role in roles)
 
     def place(self, name: str) -> int:
@@ -75,7 +75,7 @@ class Ports:
 
 
 def ports_of(core: Core, source: Source, exchange: Exchange | None = None) -> Ports:
-    """Return the variables of an FMU; those that an importer integrates come last."""
+    """Return the variables of an FMU; the states for an importer are last."""
     listed = [Port("time", TIME, Variable("time", "time"), 0.0), *_signals(core)]
     tuned: dict[str, tuple[Tunable, int]] = {}
     fixed: list[str] = []
@@ -87,7 +87,7 @@ def ports_of(core: Core, source: Source, exchange: Exchange | None = None) -> Po
         except InputError:
             role = CONSTANT
             values = {name: v for name, v in model.values.items() if not isinstance(v, str)}
-            fixed.append(f"the parameters of {model.name} are constant: it makes something else of them at the start")
+            fixed.append(f"the parameters of {model.name} are constant: the model converts them at the start")
         listed += [
             replace(port, name=f"{model.name}_{port.name}") if port.name in names else port
             for port in parameter_ports(model.component.variables, values, role, source)
@@ -97,8 +97,8 @@ def ports_of(core: Core, source: Source, exchange: Exchange | None = None) -> Po
 
 
 def _add_varying(exchange: Exchange, listed: list[Port], model: str) -> tuple[int, ...]:
-    """Add the variables that an importer integrates and that are not yet there, and return the places of the states."""
-    # Position and velocity of a plant are outputs, which get the size that matters to the contact.
+    """Add missing variables that an importer integrates, and return the indices of the states."""
+    # Position and velocity of a plant are outputs; their nominal values are those of the contact.
     taken = {port.name: i for i, port in enumerate(listed)}
     places: list[int] = []
     for state, variable in exchange.varying.items():
@@ -113,8 +113,8 @@ def _add_varying(exchange: Exchange, listed: list[Port], model: str) -> tuple[in
         name = listed[at].name
         listed.append(Port(f"der({name})", RATE, Variable(f"{variable.quantity}/time", f"rate of {name}"), 0.0))
     if exchange.held:
-        margin = Variable("1", "what is left to the next event of the contact, where it falls below zero")
-        reversal = Variable("length/time", "what is left to a reversal, where it falls below zero")
+        margin = Variable("1", "margin to the next event of the contact, which occurs below zero")
+        reversal = Variable("length/time", "margin to a reversal, which occurs below zero")
         listed += [Port("margin", MARGIN, margin, 0.0), Port("reversal", MARGIN, reversal, 0.0)]
     return tuple(places)
 
@@ -123,11 +123,11 @@ def _signals(core: Core) -> list[Port]:
     force = Port("force", OUTPUT, Variable("force", "friction force; in co-simulation, the mean of the last internal step"), 0.0)
     if core.plant is not None:
         body = variables_of(type(core.plant.component.initial_state(core.plant.parameters)))
-        effort = Port("effort", INPUT, Variable("force", "effort that drives the mass, held over a step of co-simulation"), 0.0)
+        effort = Port("effort", INPUT, Variable("force", "effort that drives the mass, constant over a step of co-simulation"), 0.0)
         return [effort, *(Port(name, START, body[name], float(core.begin[i])) for i, name in enumerate("xv")), force]
     around, defaults = variables_of(core.subject.motion.cls), core.subject.usual
-    velocity = Variable("length/time", "velocity, held over a step of co-simulation; the sign of zero is a side")
-    position = Variable("length", "position, at the end of a step of co-simulation; only friction that depends on it looks at it")
+    velocity = Variable("length/time", "velocity, constant over a step of co-simulation; the sign of zero is a direction")
+    position = Variable("length", "position at the end of a step of co-simulation; used only by friction that depends on position")
     inputs = [Port("v", INPUT, velocity, 0.0), Port("x", INPUT, position, 0.0)]
     return [*inputs, *(Port(name, INPUT, around[name], defaults[name]) for name in core.subject.signals), force]
 
@@ -148,7 +148,7 @@ def parameter_ports(variables: Mapping[str, Variable], values: Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Content:
-    """What an FMU is made of."""
+    """Contents of an FMU."""
 
     title: str
     kind: Kind
@@ -168,19 +168,19 @@ class Content:
 
 
 def content_of(subject: Subject, plant: Model | None, source: Source) -> Content:
-    """Return what an FMU of a friction model is made of, on a plant where one is given."""
+    """Return the contents of an FMU of a friction model, on the plant if there is one."""
     builder, model, reason = Builder(), subject.model, why_not(subject.model, plant)
     core = core_of(subject, plant, builder)
     exchange = None if reason else exchange_of(core, builder)
     ports, force = ports_of(core, source, exchange), unit_of("force", model.kind)
-    title = f"Friction {model.name}: force [{force}] of a velocity and a position"
+    title = f"Friction {model.name}: force [{force}] from velocity and position"
     guidance = (
-        "friction is stiff in pre-sliding: with a mass outside, exchange force and velocity in very short steps, or the "
-        "loop may be unstable. Prefer the FMU with its mass, where there is one"
+        "friction is stiff in pre-sliding: with an external mass, exchange force and velocity in very short steps, or the "
+        "loop may be unstable. If the export contains an FMU with the mass, prefer it"
     )
     if plant is not None:
         title = f"{plant.name} with friction {model.name}: motion under an effort [{force}]"
-        guidance = "set x and v before the start, and give the effort: gravity and cogging of the plant are inside"
+        guidance = "set x and v before the start, and provide the effort; the FMU includes gravity and cogging of the plant"
     unit = pruned(builder.unit, [core.entry, *(exchange[:3] if exchange else ())])
     values = {name: (owner.parameters, kind) for name, (owner, kind) in core.parameters.items()}
     layout, memory, table = f"{subject.state.fields} {subject.memory_size}", np.zeros(subject.memory_size), parameter_table(model, source)
@@ -191,17 +191,17 @@ def content_of(subject: Subject, plant: Model | None, source: Source) -> Content
     return Content(title, model.kind, unit, core.entry, exchange, ports, "force", values, **lasting, **texts)
 
 
-BEGUN = 0  # where what lasts tells whether there was a sample; what the law keeps follows
+BEGUN = 0  # index of the flag for the first sample; the state of the law follows
 ORDER = (
-    "step the law before the plant, and give its effort to the plant for the same step: so a simulated loop of bristle "
-    "does. An importer that steps both at once gives the plant each effort a sample late: add one to the delay of the "
-    "experiment then, and export again"
+    "step the law before the plant, and apply its effort to the plant in the same step, like a simulated loop of bristle. "
+    "An importer that steps both at once applies each effort one sample late: in this case add one to the delay of the "
+    "experiment, and export again"
 )
-PAST = "what the compensator was brought through before it begins is that of the exported parameters"
+PAST = "the compensator starts in a state that was computed with the exported parameters"
 
 
 def content_of_law(law: Law, name: str, source: Source) -> Content:
-    """Return what an FMU of a control law is made of; its parameters may be changed where that is possible."""
+    """Return the contents of an FMU of a control law; its parameters are variable if possible."""
     notes = [ORDER]
     law = law if law.tunable else law_of(law.variant, tunable=True)
     try:
@@ -214,9 +214,9 @@ def content_of_law(law: Law, name: str, source: Source) -> Content:
     entry = _stepped(law)
     facts = law_facts(law, name, source)
     notes += [PAST] if np.any(law.memory) and law.tunable else []
-    # How many values each whole number that lasts can take, 0 for a real one.
+    # Number of values of each whole number of the state, 0 for a real number.
     most = [2, *(2 if kind == TRUTH else capacity_of(path[-1], law.memory_size) if kind == INTEGER else 0 for path, kind in law.leaves)]
-    title = f"{facts['title']}, as in the variant {facts['variant']}: effort [{facts['unit_force']}]"
+    title = f"{facts['title']}, variant {facts['variant']}: effort [{facts['unit_force']}]"
     unit, layout = pruned(tree.Unit([*law.unit.functions, entry]), [entry]), f"{law.types[0].fields} {law.memory_size} {law.dt!r}"
     lasting = {"begin": begin, "memory": law.memory, "most": most, "layout": layout}
     texts = {"tables": [line for table in (facts["table"], facts["fed_table"]) for line in table.splitlines()], "notes": tuple(notes)}
@@ -244,7 +244,7 @@ def _stepped(law: Law) -> tree.Function:
 
 
 def _part(now: Type, path: tuple[str, ...]) -> tree.Expression:
-    """Return a part of what the law gave; no node of a tree stands in two places."""
+    """Return a part of the result of the law; no node of a tree may occur twice."""
     if not path:
         return tree.Variable(now, "now")
     outer = _part(now, path[:-1])
@@ -254,7 +254,7 @@ def _part(now: Type, path: tuple[str, ...]) -> tree.Expression:
 
 
 def _loaded(kind: Type, lasting: Array, places: Iterator[int]) -> tree.Expression:
-    """Return a value of this type of the numbers at the next places."""
+    """Return a value of this type from the next numbers of the state."""
     if isinstance(kind, Struct):
         return tree.Make(kind, [_loaded(part, lasting, places) for _, part in kind.fields])
     number = tree.Index(REAL, tree.Variable(lasting, "lasting"), tree.Constant(INTEGER, next(places)))
@@ -264,14 +264,14 @@ def _loaded(kind: Type, lasting: Array, places: Iterator[int]) -> tree.Expressio
 
 
 def _ports(law: Law, source: Source) -> Ports:
-    """Return the variables: inputs as those of the law in other targets, the effort, and its parameters."""
+    """Return the variables: the inputs of the law, the effort, and the parameters."""
     listed = [Port("time", TIME, Variable("time", "time"), 0.0)]
     for name in law.inputs:
         meaning, quantity = INPUTS[name]
-        variable = Variable(quantity, f"{meaning}, held over a step of co-simulation")
+        variable = Variable(quantity, f"{meaning}, constant over a step of co-simulation")
         names = [f"{name}[{place + 1}]" for place in range(law.samples_ahead)] if name.endswith("_ahead") else [name]
         listed += [Port(input_name, INPUT, variable, 0.0) for input_name in names]
-    listed.append(Port("effort", OUTPUT, Variable("force", "what the drive is to give, from the last sample on"), 0.0))
+    listed.append(Port("effort", OUTPUT, Variable("force", "command for the drive, from the last sample on"), 0.0))
     if not law.tunable:
         return Ports(tuple(listed), {})
     tuned = tunable_law(law)

@@ -1,4 +1,4 @@
-"""modelDescription.xml of an FMU, as FMI 2.0 and FMI 3.0 have it."""
+"""modelDescription.xml of an FMU, for FMI 2.0 and FMI 3.0."""
 
 import math
 from collections.abc import Mapping
@@ -12,7 +12,7 @@ from bristle.exports.described import LICENCE, copyright_line, model_version, ve
 from bristle.exports.fmu_content import CONSTANT, INPUT, MARGIN, OUTPUT, PARAMETER, RATE, START, STATE, TIME, Content, Port, Setting
 from bristle.exports.printing import element
 
-# What the quantities that are short for no other are made of, in SI base units.
+# Quantities without a longer form, in SI base units.
 BASE: dict[Kind, dict[str, dict[str, int]]] = {
     "translational": {"force": {"kg": 1, "m": 1, "s": -2}, "length": {"m": 1}},
     "rotational": {"force": {"kg": 1, "m": 2, "s": -2}, "length": {"rad": 1}},
@@ -54,7 +54,7 @@ def description_text(content: Content, setting: Setting, token: str) -> str:
     model = element("Model", sha256=source.model_hash)
     tools, annotations = element("VendorAnnotations", element("Tool", model, name="bristle")), element("Annotation", model, type="bristle")
     inside = [*_kinds(setting, exchanged=bool(ports.states)), _units(content)]
-    inside += [element("LogCategories", element("Category", name="logStatusError", description="why something was refused"))]
+    inside += [element("LogCategories", element("Category", name="logStatusError", description="reason of a refused call"))]
     inside += [element("DefaultExperiment", startTime="0", **common)]
     inside += [tools] if fmi == 2 and source.model_hash else []
     inside += [element("ModelVariables", *(_variable(i, port, content, fmi) for i, port in enumerate(ports.listed)))]
@@ -69,7 +69,7 @@ def _xml(root: Element) -> str:
 
 
 def _kinds(setting: Setting, *, exchanged: bool) -> list[Element]:
-    """Return the capabilities of each kind of an FMU."""
+    """Return the capabilities of each kind of FMU."""
     second, state = setting.fmi == 2, "state" if setting.fmi == 2 else "State"
     able = {f"canGetAndSetFMU{state}": "true", f"canSerializeFMU{state}": "true"}
     able |= {"canNotUseMemoryManagementFunctions": "true"} if second else {}
@@ -90,7 +90,7 @@ def _units(content: Content) -> Element:
 
 
 def _variable(reference: int, port: Port, content: Content, fmi: int) -> Element:
-    """Return a variable; of what an importer integrates, the size of a state, and whose rate one is."""
+    """Return a variable; for states of an importer also the nominal value, for rates the state."""
     role, unit = ROLES[port.role], port.variable.unit(content.kind)
     states, rates = content.ports.states, content.ports.in_role(RATE)
     head = {"name": port.name, "valueReference": str(reference)}
@@ -113,7 +113,7 @@ def _structure(content: Content, fmi: int) -> Element:
     ports, structure = content.ports, element("ModelStructure")
     rates = ports.in_role(RATE)
     known = (*ports.in_role(INPUT), *ports.states) if ports.states else ()
-    # Force and rates follow from what varies; a mass stands between an effort and the force.
+    # Force and rates depend on the states; with a mass, the force does not depend directly on the effort.
     on_force = ports.states if ports.states and ports.in_role(START) else known
     outputs = {i: (i,) if i in ports.states else on_force for i in ports.in_role(START, OUTPUT)}
     first = dict.fromkeys((*ports.in_role(OUTPUT, STATE), *rates), None if ports.states else ())
@@ -123,7 +123,7 @@ def _structure(content: Content, fmi: int) -> Element:
         "InitialUnknown": first,
         "EventIndicator": dict.fromkeys(ports.in_role(MARGIN), known),
     }
-    # In FMI 2.0 places count from 1, and are no value references.
+    # In FMI 2.0 indices count from 1, and are not value references.
     by, counted_from = ("index", 1) if fmi == 2 else ("valueReference", 0)
     heads = {"Output": "Outputs", "ContinuousStateDerivative": "Derivatives", "InitialUnknown": "InitialUnknowns"}
     for name, unknowns in lists.items():
@@ -138,14 +138,14 @@ def _structure(content: Content, fmi: int) -> Element:
 
 
 def build_text(name: str) -> str:
-    """Return buildDescription.xml of FMI 3.0, which tells how the source becomes a library."""
+    """Return buildDescription.xml of FMI 3.0, the build instructions of the source."""
     files = element("SourceFileSet", element("SourceFile", name=f"{name}.c"), language="C99", compilerOptions=FLAGS)
     configuration = element("BuildConfiguration", files, modelIdentifier=name)
     return _xml(element("fmiBuildDescription", configuration, fmiVersion="3.0"))
 
 
 def _base(quantity: str, kind: Kind) -> dict[str, int]:
-    """Return the powers of base units that a quantity has; none where one is not whole."""
+    """Return the powers of base units of a quantity; empty if a power is not an integer."""
     total: dict[str, float] = {}
     for name, power in exponents_of(quantity).items():
         for symbol, inner in (BASE[kind] | EVERYWHERE)[name].items():

@@ -1,8 +1,8 @@
-"""A model in continuous time, as kernels of an FMU: rates between events, what an event commits, what holds after it.
+"""A model in continuous time, as kernels of an FMU: rates between events, and the commit at an event.
 
-An importer integrates the plant and what varies of the contact, where the equations of the model are smooth from event
-to event (``piece``, ``flow`` and ``arrival``) or throughout (``rate``). They go on smoothly past an event, so that it
-is found where their margin falls below zero; there the memory is committed, once, and the next piece begins.
+An importer integrates the plant and the continuous state of the contact, if the equations of the model are smooth from
+event to event (``piece``, ``flow`` and ``arrival``) or throughout (``rate``). The equations continue smoothly past an
+event, so that the importer finds it at a negative margin. There the memory is committed once, and the next piece begins.
 """
 
 import math
@@ -22,19 +22,19 @@ from bristle.translation.build import Builder
 from bristle.translation.scope import defined
 from bristle.translation.tree import INTEGER, REAL, Array, Function, Struct, Type, struct_type
 
-# An importer finds an event where an indicator changes its sign, on either side of it as rounding has it: this much
-# beyond, the next piece is another one for certain.
+# An importer finds an event at the sign change of an indicator, on either side due to rounding: with this offset, the
+# next piece is certain to be a different one.
 BEYOND = 1e-9
-# At rest an integrator moves to and fro by what its tolerance leaves. So a reversal is not looked at within this share
-# of the pre-sliding distance from the last event, but for motions so fast [pre-sliding distances a second].
+# At rest an integrator oscillates within its tolerance. Therefore a reversal is ignored within this share of the
+# pre-sliding distance after the last event, unless the motion is faster than this [pre-sliding distances per second].
 WINDOW, FAST = 1e-6, 1e3
 
 
 class Exchange(NamedTuple):
-    """A model in continuous time as functions of the tree: rates between events, what begins a piece, what commits.
+    """A model in continuous time as functions of the tree: rates between events, start of a piece, commit.
 
-    `varying` is what an importer integrates; `held` tells of each number that holds from event to event how many values
-    it can take where it is whole, 0 where it is real.
+    `varying` are the states for an importer. `held` describes each number that is constant between events: the number of
+    values of an integer, or 0 for a real number.
     """
 
     flowing: Function
@@ -45,23 +45,23 @@ class Exchange(NamedTuple):
 
 
 def why_not(friction: Model, plant: Model | None = None) -> str:
-    """Return why a model, on a plant or alone, is for co-simulation alone; nothing where it is not."""
+    """Return the reason why a model, on a plant or alone, supports co-simulation only; empty if it supports both."""
     component, p = friction.component, friction.parameters
     if component.rate is None and component.flow is None:
         state, memory = component.initial_state(p), component.new_memory(p)
         # A static map with two forces at rest.
         if not len(state) + len(memory) and len({component.trial(state, memory, Motion(v, 0.0), 0.0, p)[0] for v in (0.0, -0.0)}) > 1:
-            return f"the force of {friction.name} jumps where the motion reverses, and sticking is no differential equation"
-        return f"{friction.name} has kernels for steps, and none for continuous time"
+            return f"the force of {friction.name} jumps at reversals, and sticking is not a differential equation"
+        return f"{friction.name} has kernels for time steps only, not for continuous time"
     if plant is not None and plant.component.rate is None:
-        return f"{plant.name} has kernels for steps, and none for continuous time"
+        return f"{plant.name} has kernels for time steps only, not for continuous time"
     return ""
 
 
 def exchange_of(core: Core, builder: Builder) -> Exchange:
-    """Return a model in continuous time, built beside its step: kernels that load and keep the fields of the model."""
+    """Return a model in continuous time, built together with its step: kernels that load and store the fields of the model."""
     subject, plant, state = core.subject, core.plant, core.subject.state
-    # What varies of a contact, and what holds from event to event; behind that, the contact as it was at the event.
+    # Continuous state of a contact; data of the piece, constant between events, then the contact at the event.
     contact, piece = (state, None) if subject.model.component.flow is None else piece_of(subject, builder)
     body = None if plant is None else struct_type(plant.component.initial_state(plant.parameters))
     of_body = [] if body is None else [name for name, _ in body.fields]
@@ -130,9 +130,9 @@ def exchange_of(core: Core, builder: Builder) -> Exchange:
 
 
 def _variables(subject: Subject, plant: Model | None, contact: Struct) -> tuple[float, list[Variable]]:
-    """Return the pre-sliding distance, and what varies, each with the size at which it matters to the contact."""
-    # A length matters where the contact reaches half of its largest force, a force at that; a velocity where the mass
-    # has the energy that this takes.
+    """Return the pre-sliding distance and the states, each with the nominal value for the contact."""
+    # Nominal length: half of the largest force of the contact is reached; nominal force: the largest; nominal velocity:
+    # the mass has the energy of this work.
     force = np.abs(subject.forces(np.concatenate(([0.0], FARTHER[1:])), SLOW))
     largest = float(np.max(force))
     sizes = {"force": largest, "length": float(FARTHER[np.argmax(force >= 0.5 * largest)])}
@@ -144,6 +144,6 @@ def _variables(subject: Subject, plant: Model | None, contact: Struct) -> tuple[
         listed += variables_of(type(body)).values()
     try:
         listed += variables_of(contact.cls).values()
-    except TypeError:  # a contact of a user's own may have described none
+    except TypeError:  # a user's contact may lack descriptions
         listed += [Variable("1", f"{name}, which varies") for name, _ in contact.fields]
     return sizes["length"], [replace(variable, nominal=sizes.get(variable.quantity) or variable.nominal) for variable in listed]

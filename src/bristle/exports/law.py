@@ -1,9 +1,9 @@
-"""The control law of a loop as one kernel: how it begins, what is fed forward, what its controller commands.
+"""The control law of a loop as one kernel: its start, its feedforward, and the command of its controller.
 
-It is written as text, because what is fed forward differs from loop to loop, and is built into the tree as any kernel
-is. At the first sample the law takes over the desired motion, and a compensator that runs ahead of a delay is brought
-to where it must be: so no state needs to be handed over, and every target begins as a simulation does. What the files of a
-law say of it, and the walk that its self-test makes, are the same for every target.
+The kernel is generated as text, because the feedforward differs from loop to loop, and becomes a tree like any kernel.
+At the first sample the law takes over the desired motion, and a compensator that leads by a delay advances to its
+place. Therefore every target starts like a simulation, without a given state. The description of a law in its files and
+the walk of its self-test are the same for all targets.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -43,7 +43,7 @@ class Gravity(NamedTuple):
 
 
 class Load(NamedTuple):
-    """An effort along the desired motion: of inertia, and of the place; what its parameters begin with."""
+    """An effort along the desired motion, of inertia and of position, and the prefix of its parameters."""
 
     prefix: str
     mass: float
@@ -51,11 +51,11 @@ class Load(NamedTuple):
 
     @property
     def numbers(self) -> tuple[float, ...]:
-        """All numbers that it depends on."""
+        """All numbers of the effort."""
         return (self.mass, *(float(number) for part in self.place or () for number in np.atleast_1d(part)))
 
     def text(self, before: str, after: str) -> str:
-        """Return it as text between two samples, by their places among those ahead; the present one has none."""
+        """Return the effort between two samples as text, by their indices among the samples ahead; empty for the present one."""
         parts = []
         if self.mass:
             parts.append(f"inertial({_ahead('acceleration', before)}, acceleration_ahead[{after}], p.{self.prefix}mass)")
@@ -72,24 +72,24 @@ def _ahead(name: str, place: str) -> str:
 
 
 def loads_of(feedforward: Feedforward, *, apart: bool = False) -> tuple[Load, Load]:
-    """Return what is fed forward beside friction, and what passes through it: the same one where both are."""
+    """Return the load that is fed forward in addition to friction, and the load that friction transmits, as one if equal."""
     fed = Load("", float(feedforward.mass), _place(feedforward.plant))
     carries = feedforward.carries
     if feedforward.friction is None or carries is None or not rises_with_effort(feedforward.friction):
         return fed, fed
     if (carries.component.inner if isinstance(carries.parameters, Termed) else carries.component) is not inertia:
         raise InputError(
-            "carries more than inertia, gravity and cogging, which is not exported",
+            "transmits more than inertia, gravity and cogging, which is not exportable",
             path="feedforward.carries",
             value=carries.name,
-            mend="Leave it out: what is fed forward passes on then",
+            mend="Omit it: the feedforward then defines the transmitted effort",
         )
     carried = Load("carried_", float(carries.values["M"]), _place(carries))
     return fed, fed if carried.numbers == fed.numbers and not apart else carried
 
 
 def _place(plant: Model | None) -> Any:
-    """Return what the effort of a plant depends on at a place; None for nothing."""
+    """Return the data of the position-dependent effort of a plant; None if it has no such effort."""
     place = place_of(plant)
     if place.waves.size:
         return place
@@ -97,26 +97,26 @@ def _place(plant: Model | None) -> Any:
 
 
 class Fed(NamedTuple):
-    """A compensator between two samples: its friction model, where it was led to, the effort it gave."""
+    """A compensator between two samples: the state of its friction model, its position, and its last effort."""
 
     state: Any
-    place: Annotated[float, Variable("length", "where the compensator was led to")]
-    effort: Annotated[float, Variable("force", "friction that was fed forward")]
+    place: Annotated[float, Variable("length", "position of the compensator")]
+    effort: Annotated[float, Variable("force", "friction fed forward")]
 
 
 class NoCompensator(NamedTuple):
-    """Stands where a law has no compensator."""
+    """Placeholder for a law without a compensator."""
 
 
 class Lasting(NamedTuple):
-    """What a law keeps from sample to sample."""
+    """State of a law between samples."""
 
     controller: Any
     fed: Any
 
 
 class Parameters(NamedTuple):
-    """What a law is made of: its controller, the largest effort of the drive, and what is fed forward."""
+    """Parameters of a law: controller, largest effort of the drive, and feedforward."""
 
     controller: Any
     limit: float
@@ -126,7 +126,7 @@ class Parameters(NamedTuple):
 
 
 class PlacedParameters(NamedTuple):
-    """The same, where what is fed forward or carried depends on the place, or more is carried than fed forward."""
+    """Parameters of a law with an effort that depends on position, or with a transmitted effort that is not fed forward."""
 
     controller: Any
     limit: float
@@ -139,12 +139,12 @@ class PlacedParameters(NamedTuple):
 
 
 class NoPlace(NamedTuple):
-    """Stands where no effort depends on the place."""
+    """Placeholder for a law without an effort that depends on position."""
 
 
 @kernel
 def led(fed, memory, place, transmitted, dt, shape, p):
-    """Return a compensator that was led to a place [m or rad], in a step of `dt` [s]."""
+    """Return the compensator after a step of `dt` [s] to a position [m or rad]."""
     motion = Motion((place - fed.place) / dt, place, NOMINAL_LOAD, NOMINAL_TEMPERATURE, transmitted)
     effort, state = compensate(fed.state, memory, motion, fed.effort, dt, shape, p)
     return Fed(state, place, effort)
@@ -152,12 +152,12 @@ def led(fed, memory, place, transmitted, dt, shape, p):
 
 @kernel
 def inertial(acceleration, following, mass):
-    """Return the effort [N or N*m] that inertia takes between two samples of the desired acceleration."""
+    """Return the effort [N or N*m] of inertia between two samples of the desired acceleration."""
     return mass * 0.5 * (acceleration + following)
 
 
-# Position, velocity, acceleration are desired; `begun`: not at the first sample. Indices of what is ahead count from
-# the sample that follows.
+# Position, velocity, acceleration are desired; `begun` is false at the first sample. Indices of samples ahead count
+# from the next sample.
 HEAD = "def command({arguments}):\n    fed = lasting.fed"
 AT_FIRST = """
     if not begun:
@@ -192,7 +192,7 @@ ALWAYS = ("position", "velocity", "acceleration", "measured")
 
 
 class Inputs(NamedTuple):
-    """What a law is told at a sample, in SI of the axis; those to come are of the samples that follow this one."""
+    """Inputs of a law at a sample, in SI of the axis; `_ahead` arrays belong to the next samples."""
 
     position: float
     velocity: float
@@ -204,7 +204,7 @@ class Inputs(NamedTuple):
 
 @dataclass(frozen=True)
 class Law:
-    """The law of a variant as a function of the tree, with what it lasts on."""
+    """The law of a variant as a function of the tree, with its initial state."""
 
     variant: Variant
     controller: Model
@@ -222,7 +222,7 @@ class Law:
 
     @property
     def types(self) -> tuple[Struct, Struct]:
-        """Types of what lasts and of the parameters."""
+        """Types of the state and of the parameters."""
         return struct_type(self.lasting), struct_type(self.p)
 
     @property
@@ -232,7 +232,7 @@ class Law:
 
     @property
     def leaves(self) -> list[tuple[tuple[str, ...], Type]]:
-        """Path and type of each number that lasts."""
+        """Path and type of each number of the state."""
 
         def inside(kind: Struct, path: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], Type]]:
             for name, part in kind.fields:
@@ -246,7 +246,7 @@ class Law:
         return self.variant.run.sample_time
 
     def efforts(self, samples: Sequence[Inputs]) -> np.ndarray:
-        """Return what the law commands at each sample [N or N*m] by the kernels as they stand; nothing is compiled."""
+        """Return the command of the law at each sample [N or N*m], computed by the uncompiled kernels."""
         lasting, memory, efforts = self.lasting, self.memory.copy(), np.zeros(len(samples))
         for k, sample in enumerate(samples):
             handed = {**sample._asdict(), "memory": memory, "dt": self.dt, "p": self.p, "begun": k > 0}
@@ -256,11 +256,11 @@ class Law:
 
 
 def law_of(variant: Variant, *, tunable: bool = False, single: bool = False) -> Law:
-    """Return the control law of a variant: its controller with all that is fed forward, along either motion."""
-    for name, reason in (("effort", "drives an open loop, which has no law"), ("learning", "needs the whole motion, again and again")):
+    """Return the control law of a variant: its controller and its feedforward, along the desired or the measured motion."""
+    for name, reason in (("effort", "drives an open loop without a law"), ("learning", "needs repetitions of the whole motion")):
         if getattr(variant, name) is not None:
-            raise InputError(f"{reason}: it is not exported", path=f"{variant.name}.{name}")
-    # A law begins by itself where the axis stands; the motion that a simulated loop takes over is none of it.
+            raise InputError(f"{reason}: it is not exportable", path=f"{variant.name}.{name}")
+    # A law starts at the position of the axis, without the initial motion of a simulated loop.
     variant = replace(variant, start=None)
     feedforward = variant.feedforward
     if feedforward.friction is not None:
@@ -280,7 +280,7 @@ def law_of(variant: Variant, *, tunable: bool = False, single: bool = False) -> 
     inputs += ["acceleration_ahead"] if fed.mass or carried.mass else []
     arguments = ("lasting", *(["memory"] if friction else []), *inputs, "begun", "dt", "p")
     text = _text(arguments, variant, fed, carried)
-    # State and memory of the compensator before the first sample.
+    # Initial state and memory of the compensator.
     state, memory = NoCompensator(), np.zeros(0)
     if friction is not None and feedforward.conditioning > 0.0:
         from bristle.engine import conditioned
@@ -312,7 +312,7 @@ def law_of(variant: Variant, *, tunable: bool = False, single: bool = False) -> 
 
 
 def _text(arguments: Sequence[str], variant: Variant, fed: Load, carried: Load) -> str:
-    """Return the source of the law."""
+    """Return the text of the law."""
     feedforward, delay = variant.feedforward, variant.run.delay
     along_desired = feedforward.along == "desired"
     before = str(delay - 1) if delay else ""
@@ -336,13 +336,13 @@ INPUTS = {
     "velocity": ("desired velocity", "length/time"),
     "acceleration": ("desired acceleration", "length/time^2"),
     "measured": ("position as the sensor reads it", "length"),
-    "place_ahead": ("desired positions of the samples that follow, the next one first", "length"),
-    "acceleration_ahead": ("desired accelerations of the samples that follow, the next one first", "length/time^2"),
+    "place_ahead": ("desired positions of the next samples, the nearest first", "length"),
+    "acceleration_ahead": ("desired accelerations of the next samples, the nearest first", "length/time^2"),
 }
 
 
 def law_facts(law: Law, name: str, source: Source) -> dict[str, Any]:
-    """Return what is said of a law."""
+    """Return the facts of a law for the templates."""
     variant = law.variant
     kind, friction = variant.controller.kind, variant.feedforward.friction
     inputs = []
@@ -365,9 +365,9 @@ def law_facts(law: Law, name: str, source: Source) -> dict[str, Any]:
 
 
 def law_walk(law: Law, steps: int) -> tuple[Walk, int, np.ndarray]:
-    """Return the walk of the self-test of a law, how many positions of it are told, and the efforts along it."""
+    """Return the walk of the self-test of a law, the number of its positions, and the efforts along it."""
     ahead, friction = law.samples_ahead, law.variant.feedforward.friction
-    # Distance that the self-test of a law without a compensator takes for its walk [m or rad].
+    # Distance of the walk in the self-test of a law without a compensator [m or rad].
     walk = walk_over(1e-5, law.dt) if friction is None else walk_of(subject_of(friction), law.dt)
     x = walk.positions(steps + ahead + 1)
     v = np.diff(x) / law.dt
@@ -380,17 +380,17 @@ def law_walk(law: Law, steps: int) -> tuple[Walk, int, np.ndarray]:
 
 
 def _fed(law: Law) -> list[str]:
-    """Return what is fed forward, a line each."""
+    """Return the parts of the feedforward, one line each."""
     feedforward, kind = law.variant.feedforward, law.variant.controller.kind
     fed, carried = loads_of(feedforward)
     lines = [f"inertia along the desired motion: {feedforward.mass:g} {unit_of('mass', kind)}"] if feedforward.mass else []
     if fed.place and feedforward.plant is not None:
-        lines.append(f"what {feedforward.plant.name} takes by its place, along the desired motion")
+        lines.append(f"position-dependent effort of {feedforward.plant.name}, along the desired motion")
     if feedforward.friction is not None:
         shape = [f", {name} {value:g}" for name, value in law.p.shape._asdict().items() if value != Shape._field_defaults[name]]
         lines.append(f"friction along the {feedforward.along} motion by {feedforward.friction.name}" + "".join(shape))
         if rises_with_effort(feedforward.friction):
             plant = None if carried is fed else feedforward.carries
-            passing = "what is fed forward beside it" if plant is None else plant.name
-            lines.append(f"its level rises with the effort that passes on along the desired motion: that of {passing}")
+            passing = "the rest of the feedforward" if plant is None else plant.name
+            lines.append(f"its level rises with the transmitted effort along the desired motion: that of {passing}")
     return [plain(line) for line in lines] or ["nothing"]

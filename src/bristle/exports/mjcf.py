@@ -1,7 +1,7 @@
-"""MJCF: a friction model as MuJoCo has it, in a scene that runs.
+"""MJCF: a friction model in a complete scene of MuJoCo.
 
-MuJoCo knows LuGre, dry friction of a joint and damping, and no other friction. What it integrates LuGre with decides
-how exact it is, so that the scene says it.
+MuJoCo has LuGre, dry friction of a joint and damping, and no other friction. The scene sets the integrator, because it
+decides the accuracy of LuGre.
 """
 
 import math
@@ -19,9 +19,9 @@ TEXT = """<!-- Friction of an axis: {model}. Written by bristle {version}.
 {facts}
 {table}
 
-The integrator is Euler: it treats the bristles of LuGre as exactly as their step allows. implicitfast takes the damping
-of the joint to the end of the step and the bristles not; in stick-slip it erred forty times as much at the same step.
-Take a step that is short beside what the bristles need, {time:.2g} s.
+The integrator is Euler, the more accurate one for the bristles of LuGre. implicitfast evaluates the damping of the joint
+at the end of the step, but not the bristles: in stick-slip its error was forty times larger at the same step.
+Choose a step that is much shorter than the time constant of the bristles, {time:.2g} s.
 -->
 <mujoco model="{name}">
   <compiler angle="radian"/>
@@ -40,14 +40,14 @@ Take a step that is short beside what the bristles need, {time:.2g} s.
 
 
 def write(request: Request) -> Product:
-    """Return the scene, and what MuJoCo does otherwise."""
+    """Return the scene, with notes on differences of MuJoCo."""
     text = mjcf_text(request.model, request.name, request.source, request.mass)
     base = base_of(request.model.component).name
-    notes = ["the scene takes the integrator Euler: implicitfast errs far more with LuGre"] if base == "lugre" else []
+    notes = ["the scene uses the integrator Euler: implicitfast is far less accurate with LuGre"] if base == "lugre" else []
     if base in ("coulomb", "coulomb_viscous"):
-        notes.append("dry friction of a joint is a constraint with a small compliance: a loaded joint creeps")
+        notes.append("dry friction of a joint is a slightly compliant constraint: a loaded joint creeps")
     if request.model.values.get("offset"):
-        notes.append("the offset is a motor with constant control: begin from the keyframe offset, or set its control")
+        notes.append("the offset is a motor with constant control: start from the keyframe offset, or set its control")
     return Product({f"{request.name}.xml": text}, tuple(notes))
 
 
@@ -67,7 +67,7 @@ def mjcf_text(model: Model, name: str, source: Source, mass: float) -> str:
     if offset:
         actuators += f'    <motor name="{name}_offset" joint="{name}"/>\n'
         keyframe = f'  <keyframe>\n    <key name="offset" ctrl="0 {-offset!r}"/>\n  </keyframe>\n'
-    # A comment of XML holds no "--".
+    # A comment in XML must not contain "--".
     facts, table = (text.replace("--", "- -") for text in ("\n".join(source.lines), parameter_table(model, source)))
     shape = {"joint": "slide", "axis": "1 0 0", "mass": repr(mass), "inertia": "1 1 1"}
     if not linear:
@@ -77,22 +77,22 @@ def mjcf_text(model: Model, name: str, source: Source, mass: float) -> str:
 
 
 def _attributes(model: Model) -> dict[str, str]:
-    """Return what friction is in a scene, by element and attribute, such as ``joint.frictionloss``."""
+    """Return the friction attributes of a scene, such as ``joint.frictionloss``."""
     base, values = base_of(model.component).name, model.values
     if base not in MODELS_OF_MUJOCO:
         raise InputError(
-            "MuJoCo has no such friction", path="mjcf", value=model.name, allowed=", ".join(MODELS_OF_MUJOCO), mend="Export it to c"
+            "MuJoCo lacks this friction model", path="mjcf", value=model.name, allowed=", ".join(MODELS_OF_MUJOCO), mend="Export it to c"
         )
     if directional(model.component) or variations_of(model.component):
         raise InputError(
-            "MuJoCo has one friction for both directions that varies with nothing",
+            "MuJoCo has the same constant friction parameters for both directions",
             path="mjcf",
             value=model.name,
             mend="Identify it without slots, or export it to c",
         )
     if base == "lugre" and math.isfinite(values["v_d"]):
         raise InputError(
-            "MuJoCo has a micro-damping that does not fade with speed", path="mjcf", value=values["v_d"], mend="Identify lugre without v_d"
+            "the micro-damping of MuJoCo does not fade with speed", path="mjcf", value=values["v_d"], mend="Identify lugre without v_d"
         )
     if base == "lugre":
         lugre = " ".join(repr(float(values[key])) for key in ("sigma_0", "sigma_1", "F_C", "F_S", "v_S"))

@@ -1,8 +1,8 @@
-"""What is settled when a source is written: a choice, and whatever parameters that stay decide, is made here.
+"""Constant folding of an export: resolves branches that fixed parameters decide.
 
-A kernel serves every kind of a model, and asks its parameters which one this is, again and again in every step. Where
-the answer is known the question is left out, with all that stands behind the other answers: a function is written for
-what it is called with. Only whole numbers and truths are put in; numbers stay with the parameters, and so do the bits.
+A kernel serves all variants of a model and tests its parameters in every step. If the result of a test is known, the
+export omits the test and the other branches: each function is specialized for its arguments. Only whole numbers and
+truths are folded; real numbers stay with the parameters, so that the results do not change in any bit.
 """
 
 import math
@@ -18,7 +18,7 @@ from bristle.translation import tree
 from bristle.translation.expressions import COMPUTED
 from bristle.translation.scope import free_name
 
-Fact = Any  # What is known of a value: None for nothing, a tuple for that of each field, a whole number, a real one as text
+Fact = Any  # Known value: None if unknown, a tuple for the fields of a tuple, a whole number, or text for a real number
 EXACT: dict[str, Callable[..., Any]] = {
     "sqrt": math.sqrt,
     "copysign": math.copysign,
@@ -32,7 +32,7 @@ EXACT: dict[str, Callable[..., Any]] = {
 
 
 def fact_of(value: Any, kind: tree.Type, unknown: Iterable[tuple[str, ...]] = (), path: tuple[str, ...] = ()) -> Fact:
-    """Return what is known of a value that a component has, but for what stands at some paths; arrays are not known."""
+    """Return the fact of a value of a component; arrays and the values at some paths are unknown."""
     if path in unknown:
         return None
     if isinstance(kind, tree.Struct):
@@ -46,18 +46,18 @@ def fact_of(value: Any, kind: tree.Type, unknown: Iterable[tuple[str, ...]] = ()
 def settled(
     unit: tree.Unit, roots: Sequence[tree.Function], facts: Mapping[str, Fact], *, single: bool = False
 ) -> tuple[tree.Unit, list[tree.Function]]:
-    """Return a unit, and its roots, for arguments of which something is known.
+    """Return a unit and its roots, specialized for partly known arguments.
 
     Parameters
     ----------
     unit : Unit
-        The functions; they stay as they are.
+        The functions; they are not changed.
     roots : sequence of Function
-        Those that are called from outside.
+        The functions with callers outside the unit.
     facts : mapping
-        For the name of an argument of a root what is known of it.
+        Facts of arguments of the roots, by name.
     single : bool
-        Whether numbers are of single precision, where a comparison may come out otherwise.
+        Whether numbers are of single precision, which can change the result of a comparison.
     """
     settling = _Settling(single=single)
     if single:
@@ -79,7 +79,7 @@ class _Settling:
         self._variants: dict[int, list[tree.Function]] = {}  # of one kernel, by any of its functions
 
     def function(self, function: tree.Function, fact: Sequence[Fact]) -> tuple[tree.Function, Fact]:
-        """Return a function for what is known of its arguments, and what is known of its result."""
+        """Return a function, specialized for the facts of its arguments, and the fact of its result."""
         key = (id(function), tuple(fact))
         if key not in self._written:
             statements, result = _Body(self, function, fact).settled()
@@ -95,7 +95,7 @@ class _Settling:
 
 
 class _Body:
-    """Settles the body of one function."""
+    """Specializes the body of one function."""
 
     def __init__(self, settling: _Settling, function: tree.Function, fact: Sequence[Fact]) -> None:
         self.settling, self.function = settling, function
@@ -105,7 +105,7 @@ class _Body:
         self._results: list[Fact] = []
 
     def settled(self) -> tuple[list[tree.Statement], Fact]:
-        """Return the statements that are left, and what is known of the result."""
+        """Return the remaining statements, and the fact of the result."""
         body, size, before = self.function.body, 0, -1
         while size != before:
             before = size
@@ -150,7 +150,7 @@ class _Body:
         return self._block(s.body if fact else s.otherwise)
 
     def _of(self, e: tree.Expression) -> tuple[tree.Expression, Fact]:
-        """Return an expression that is left, and what is known of it."""
+        """Return the remaining expression and its fact."""
         own = getattr(self, f"_{type(e).__name__.lower()}", None)
         left, fact = own(e) if own else self._computed(e)
         if fact is None or e.type not in (tree.INTEGER, tree.TRUTH) or isinstance(left, tree.Constant) or _writes(left):
@@ -171,7 +171,7 @@ class _Body:
             if fact is None:
                 parts.append(left)
             elif bool(fact) == ending:
-                # What comes later is not looked at; what came before decides nothing, and writes nothing.
+                # Later parts are not evaluated; earlier parts have no influence and no side effect.
                 return tree.Constant(tree.TRUTH, ending), int(ending)
         if not parts:
             return tree.Constant(tree.TRUTH, not ending), int(not ending)
@@ -198,7 +198,7 @@ class _Body:
         return _narrowed(float(value).hex()) if self.settling.single else float(value).hex()
 
     def _computed(self, e: tree.Expression) -> tuple[tree.Expression, Fact]:
-        """Return an expression of what is left of its parts, and what every target computes alike; nothing where Python raises."""
+        """Return an expression of its remaining parts, and its fact if all targets compute the same; unknown if Python raises."""
         left: dict[str, Any] = {}
         kinds, facts = [], []
         for name, part in vars(e).items():
@@ -238,7 +238,7 @@ def _writes(e: tree.Expression) -> bool:
 
 
 def _narrowed(fact: Fact) -> Fact:
-    """Return what is known of a value in single precision."""
+    """Return the fact of a value in single precision."""
     if isinstance(fact, tuple):
         return tuple(_narrowed(field) for field in fact)
     if not isinstance(fact, str):
@@ -251,22 +251,22 @@ def _narrowed(fact: Fact) -> Fact:
 
 
 def _of_fields(fields: Iterable[Fact]) -> Fact:
-    """Return what is known of the fields of a tuple."""
+    """Return the fact of a tuple from those of its fields."""
     fact = tuple(fields)
     return fact if any(field is not None for field in fact) else None
 
 
 def _common(first: Fact, second: Fact) -> Fact:
-    """Return what is known of a value that is one of two."""
+    """Return the common fact of two possible values."""
     if isinstance(first, tuple) and isinstance(second, tuple):
         return _of_fields(_common(left, right) for left, right in zip(first, second, strict=True))
     return first if first == second and type(first) is type(second) else None
 
 
 def pruned(unit: tree.Unit, roots: Iterable[tree.Function]) -> tree.Unit:
-    """Return a unit with what the roots need.
+    """Return a unit with the functions and arguments that the roots need.
 
-    Functions are changed in place: who calls one, a root too, hands over the arguments that are left.
+    Functions are changed in place: callers, also those of a root, pass the remaining arguments.
     """
     entries = list(roots)
     while True:
@@ -289,7 +289,7 @@ def pruned(unit: tree.Unit, roots: Iterable[tree.Function]) -> tree.Unit:
 
 
 def _read(parts: list[tree.Node]) -> list[tree.Variable]:
-    """Return the variables that are looked at among parts of a tree; what takes a value is not."""
+    """Return the variables that parts of a tree read; assignments do not count."""
     assigned = {id(part.variable) for part in parts if isinstance(part, (tree.Assign, tree.For))}
     return [part for part in parts if isinstance(part, tree.Variable) and id(part) not in assigned]
 
@@ -314,12 +314,12 @@ def _live(block: list[tree.Statement], read: set[str], dropped: list[tree.Statem
 
 
 def _without_arguments(functions: list[tree.Function], parts: list[list[tree.Node]]) -> bool:
-    """Leave out arguments that nobody looks at among the parts of all bodies; return whether there were some."""
+    """Remove arguments that no body reads; return whether there were any."""
     used: dict[int, set[str]] = {id(function): set() for function in functions}
     calls = [[part for part in body if isinstance(part, tree.Call)] for body in parts]
     read = [_read(body) for body in parts]
     news = True
-    while news:  # arguments that are looked at, given those of the functions called that are
+    while news:  # arguments that are read, given the read arguments of the called functions
         news = False
         for function, called, variables in zip(functions, calls, read, strict=True):
             idle = {

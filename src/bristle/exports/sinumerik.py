@@ -1,20 +1,20 @@
-r"""Start values of the friction compensation of a SINUMERIK 840D sl or 828D, to be tuned by the circularity test.
+r"""Start values of the friction compensation of a SINUMERIK 840D sl or 828D, for tuning with the circularity test.
 
-The control adds a pulse to the setpoint of velocity where an axis reverses. Its documentation gives names and units and
-the way to tune it, and no values of an axis: these come from the friction that was identified and from the gains of
-the velocity loop. A pulse :math:`\Delta v\,e^{-t/T}` through a loop :math:`k_v (1 + 1/(T_n s))` commands the effort
-:math:`k_v \Delta v` at once, and keeps it where :math:`T = T_n`. Friction turns by :math:`F_+ + F_-`: hence
+The control adds a pulse to the velocity setpoint at each reversal. Its documentation gives names, units and a tuning
+procedure, but no values for an axis: bristle computes them from the identified friction and the gains of the velocity
+loop. A pulse :math:`\Delta v\,e^{-t/T}` through a loop :math:`k_v (1 + 1/(T_n s))` commands the effort
+:math:`k_v \Delta v` at once, and keeps it if :math:`T = T_n`. Friction changes by :math:`F_+ + F_-`, hence
 :math:`\Delta v = (F_+ + F_-)/k_v`.
 
-What is left to the machine is not written. The characteristic over the acceleration (sections 4.6.4.1 and 4.6.4.3 of
-the manual) is taken from circles of several radii and feeds, after a constant value has failed; the share for short
-blocks (section 4.6.5) is found by trial. Neither follows from friction and the loop.
+Two settings are left to the machine, because they do not follow from friction and loop. The characteristic over the
+acceleration (sections 4.6.4.1 and 4.6.4.3 of the manual) comes from circles of several radii and feeds, if a constant
+value is not good enough. The share for short blocks (section 4.6.5) is found by trial.
 
 References
 ----------
 .. [1] Siemens, "SINUMERIK 840D sl / 828D Extended Functions", Function Manual 03/2013, 6FC5397-1BP40-3BA1, K3,
    section 4.6: friction compensation.
-.. [2] Siemens, "SINUMERIK 840C (IA)", 6FC5197-AA50, section 9.5.3.1: with which amplitude and time constant to begin.
+.. [2] Siemens, "SINUMERIK 840C (IA)", 6FC5197-AA50, section 9.5.3.1: first amplitude and time constant.
 .. [3] Siemens, "CNC Part 1 (NCK, PLC, drive)", Commissioning Manual 11/2006, 6FC5397-2AP10-2BA0, table 10-2: units of
    machine data.
 """
@@ -38,39 +38,39 @@ START_MANUAL = "SINUMERIK 840C (IA), section 9.5.3.1, 6FC5197-AA50"
 
 
 def write(request: Request) -> Product:
-    """Return the machine data, one a line, with what they mean and where that is written as comments."""
+    """Return the machine data, one per line, with meanings and sources as comments."""
     axis, model = request.axis, request.model
     forward, backward = [curve_of(model, way, request.speed)[0] for way in (1.0, -1.0)]
     controller = None if axis is None else axis.controller
     if controller is None or controller.name != CONTROLLER or not controller.values["k_v"]:
         raise InputError(
-            "needs the gain of the velocity loop: the amplitude is a pulse of its setpoint",
+            "needs the gain of the velocity loop: the amplitude is a pulse of the velocity setpoint",
             path="sinumerik",
             value=None if controller is None else controller.name,
             allowed=f"a {CONTROLLER} with k_v",
             mend=f'Write [controller], model = "{CONTROLLER}", k_p and k_v (T_n too) into the axis file',
         )
     gains, (unit, si) = controller.values, UNIT[model.kind]
-    # The pulse of velocity [m/s or rad/s]; its time constant [s], where the loop tells it.
+    # The pulse of velocity [m/s or rad/s]; its time constant [s], if the loop has an integral.
     pulse, lasts = float(forward[0, 1] + backward[0, 1]) / gains["k_v"], gains["k_v"] / gains["k_i"] if gains["k_i"] else None
     effort = table_units(axis, model.kind).efforts[0]
-    notes = ("start values, to be tuned by the circularity test", *memory_lost(model, forward, backward, effort))
-    said_of_time = "is the integral time of the velocity loop: with it the pulse commands a step of effort"
+    notes = ("start values: tune them with the circularity test", *memory_lost(model, forward, backward, effort))
+    said_of_time = "is the integral time of the velocity loop: the pulse then commands a step of effort"
     if lasts is None:
         said_of_time = ", the time constant of the pulse, is not written: the velocity loop has no integral"
     head = [
-        f"Friction compensation of {model.name}: SINUMERIK 840D sl, 828D. START VALUES, to be tuned by the circularity test.",
+        f"Friction compensation of {model.name}: SINUMERIK 840D sl, 828D. START VALUES: tune them with the circularity test.",
         *request.source.lines,
         *notes,
         f"Machine data: {FUNCTION_MANUAL}.",
         f"Units: {UNITS_MANUAL}.",
         "Constant compensation value, without adaptation to the acceleration. MD32520 is the pulse of the velocity "
-        "setpoint that commands at once, through the gain of the velocity loop, what friction turns by at a reversal.",
+        "setpoint that commands the change of friction at a reversal at once, through the gain of the velocity loop.",
         f"Begin with a part of it ({START_MANUAL}: begin with a relatively small amplitude), run a circle, and change "
         "it in small steps until the quadrant transitions do not show.",
         f"MD32540{' ' * (lasts is not None)}{said_of_time} ({START_MANUAL}: begin with a few cycles of the position controller).",
-        "Not written: MD32530 and MD32550 to MD32570, the adaptation, which section 4.6.4.3 takes from circles at "
-        "several accelerations; MD32580, the share for short blocks, which section 4.6.5 finds by trial.",
+        "Not written: MD32530 and MD32550 to MD32570, the adaptation, to be found with circles at several accelerations "
+        "(section 4.6.4.3); MD32580, the share for short blocks, to be found by trial (section 4.6.5).",
     ]
     rows = [("32490", "FRICT_COMP_MODE", "1", ""), ("32500", "FRICT_COMP_ENABLE", "1", ""), ("32510", "FRICT_COMP_ADAPT_ENABLE", "0", "")]
     rows.append(("32520", "FRICT_COMP_CONST_MAX", f"{pulse / si:.6g}", unit))
@@ -80,9 +80,9 @@ def write(request: Request) -> Product:
 
 
 def reads(files: Mapping[str, str | bytes], request: Request) -> Drive | None:
-    """Return the effort that the pulses command through the velocity loop, from each reversal on.
+    """Return the effort that the pulses command through the velocity loop after each reversal.
 
-    None where no loop is known, or no time constant is written.
+    None if the loop or the time constant is missing.
     """
     axis, kind = request.axis, request.model.kind
     if axis is None or loop_for(request) is None:

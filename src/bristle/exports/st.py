@@ -1,7 +1,7 @@
-"""Structured Text of a friction model or an operator: a function block with the functions it needs, and a self-test.
+"""Structured Text of a friction model or an operator: a function block with its functions, and a self-test.
 
-A block holds its state and its parameters; its functions are handed both in place. It gives the bits of bristle but for
-what the language cannot see: the sign of a zero.
+A block contains its state and its parameters; its functions receive both by reference. Its results are identical to
+those of bristle, except for the sign of a zero, which the language cannot detect.
 """
 
 from typing import Any
@@ -83,8 +83,8 @@ def _block(subject: Subject, request: Request, printer: Printer, facts: dict[str
     own = [*(pair for key, pair in held.items() if key in needed), ("tried", tried)]
     own += [("after", subject.state)] if subject.commits else []
     meanings, unit_in, unit_out = variables_of(subject.motion.cls), facts["unit_in"], facts["unit_out"]
-    meanings_of = ("where the axis is", "mean friction force of the last step")
-    meanings_of = ("what drives the operator", "its answer") if operator else meanings_of
+    meanings_of = ("position of the axis", "mean friction force of the last step")
+    meanings_of = ("input of the operator", "output of the operator") if operator else meanings_of
     variables = [
         Variable(IN[operator], "LREAL", f"{meanings_of[0]} [{unit_in}]", "VAR_INPUT"),
         *([] if operator else [Variable("period", "LREAL", "time since the last call [s]", "VAR_INPUT")]),
@@ -93,7 +93,7 @@ def _block(subject: Subject, request: Request, printer: Printer, facts: dict[str
             for key, name in signals.items()
         ),
         *(tuned.inputs(printer) if tuned else []),
-        *st_project.interface("a virgin contact, nothing came yet", OUT[operator], f"{meanings_of[1]} [{unit_out}]", units),
+        *st_project.interface("virgin contact, no sample yet", OUT[operator], f"{meanings_of[1]} [{unit_out}]", units),
         *(Variable(name, printer.type_name(kind)) for name, kind in own),
         *(Variable(name, "BOOL") for name in ("prepared", "begun", "usable", "done") if name != "begun" or not operator),
         *([] if operator else [Variable("last_position", "LREAL")]),
@@ -103,7 +103,7 @@ def _block(subject: Subject, request: Request, printer: Printer, facts: dict[str
 
 
 def _motion(subject: Subject, printer: Printer, signals: dict[str, str], *, single: bool) -> list[str]:
-    # A sum with 0.0 makes 0.0 of -0.0: a step of length 0 is one without a sign.
+    # A sum with 0.0 turns -0.0 into 0.0: a step of length 0 has no sign.
     v = f"{printer.narrowed('position - last_position')} / {printer.narrowed('period')} + {printer.real(0.0)}"
     if not single:
         v = "(position - last_position) / period + 0.0"
@@ -119,7 +119,7 @@ def write(request: Request) -> Product:
     subject = subject_of(request.sampled, CONSTANTS if request.single else None)
     places = tunable_of(subject.model).places if request.tunable else ()
     files = st_files(settled_subject(subject, places, single=request.single), request)
-    notes = ["the sign of a velocity of -0.0 is lost: the language cannot tell it from 0.0"]
+    notes = ["a velocity of -0.0 counts as 0.0, because the language cannot distinguish them"]
     notes += [single_note(OUT[subject.is_operator])] if request.single else []
     return Product(dict(files), tuple(notes))
 
@@ -180,7 +180,7 @@ def _law_block(law: Law, name: str, printer: Printer, facts: dict[str, Any]) -> 
             for fed in facts["inputs"]
         ),
         *(tuned.inputs(printer) if tuned else []),
-        *interface("the law takes over the desired motion", "effort", f"what the drive is to give [{facts['unit_force']}]", units),
+        *interface("the law takes over the desired motion", "effort", f"command for the drive [{facts['unit_force']}]", units),
         *(Variable(name, printer.type_name(kind)) for name, kind in own),
         *(Variable(name, "BOOL") for name in ("prepared", "begun", "usable", "done")),
         *([Variable("place", "DINT")] if memory or ahead_names else []),

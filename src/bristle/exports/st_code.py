@@ -1,8 +1,8 @@
-"""Functions of a tree as Structured Text: what the language has no expression for becomes statements before it.
+"""Functions of a tree as Structured Text, with extra statements for expressions that the language lacks.
 
-Structured Text knows no choice inside an expression, computes both sides of AND and OR, and makes no tuple of its
-fields. A tuple is a structure that is handed over in place, never copied; a function that gives one writes it into the
-structure of its caller, which nothing else that it was handed lies in.
+Structured Text has no choice inside an expression, evaluates both sides of AND and OR, and has no expression for a tuple.
+A tuple is a structure, passed by reference and never copied. A function with a tuple as its result writes it into a
+structure of the caller that contains no other argument.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from bristle.translation.scope import NotExportableError
 from bristle.translation.tree import INTEGER, REAL, TRUTH, VOID, Array, Scalar, Struct, Type, walk
 
 RESULT = "given_back"
-# How tightly an expression binds.
+# Precedence of an expression.
 COMPARED = 9
 BINDS = {"*": 13, "/": 13, "+": 12, "-": 12, "and": 4, "or": 3}
 COMPARISONS = {"==": "=", "!=": "<>"}
@@ -43,7 +43,7 @@ class Printer:
         self.helpers: set[tuple[str, str]] = set()
 
     def parts(self) -> tuple[list[ArrayPart | Record], list[Pou]]:
-        """Return data types and functions; `helpers` then holds what they call beside each other."""
+        """Return data types and functions; `helpers` then holds the helpers that they call."""
         functions = [self.body(function).pou() for function in self.unit.functions]
         arrays = [ArrayPart(self.array(size, of), max(size, 1), of) for size, of in sorted(self._arrays)]
         records = []
@@ -57,11 +57,11 @@ class Printer:
         return self._public.of(("function", id(function)), function.name)
 
     def body(self, function: tree.Function) -> Body:
-        """Return what prints a function, and knows what its arguments are called."""
+        """Return the printer of a function, which knows the names of its arguments."""
         return self._bodies.setdefault(id(function), Body(self, function))
 
     def helper(self, name: str, scalar: str = "") -> str:
-        """Return the name of a helper, and remember that it is needed, for real numbers of this type."""
+        """Return the name of a helper for real numbers of this type, and mark it as used."""
         scalar = scalar or self.scalar
         self.helpers.add((name, scalar))
         return self._public.of(("helper", name, scalar), name if scalar == LREAL else f"single_{name}")
@@ -73,17 +73,17 @@ class Printer:
         return self._public.of(("array", size, scalar), f"{'Numbers' if scalar == LREAL else 'Singles'}_{size}")
 
     def real(self, value: float) -> str:
-        """Return a real number as the functions read it; -0.0, a limit from below, as one just below zero."""
+        """Return a real number as text; -0.0, a limit from below, becomes a number just below zero."""
         if value == 0.0 and math.copysign(1.0, value) < 0.0:
             value = -BELOW_ZERO[self.scalar]
         return real_literal(value, self.scalar)
 
     def narrowed(self, text: str) -> str:
-        """Return what comes in, which is LREAL, as the functions take it."""
+        """Return an input, which is LREAL, in the type of the functions."""
         return text if self.scalar == LREAL else f"LREAL_TO_REAL({text})"
 
     def widened(self, text: str) -> str:
-        """Return what a function gives as what goes out, which is LREAL."""
+        """Return a result of a function as an output, which is LREAL."""
         return text if self.scalar == LREAL else f"REAL_TO_LREAL({text})"
 
     def field(self, kind: Struct, name: str) -> str:
@@ -100,7 +100,7 @@ class Printer:
 
 
 class Body:
-    """Prints one function; what must stand before a value goes into its lines."""
+    """Prints one function; statements that must precede an expression go into its lines."""
 
     def __init__(self, printer: Printer, function: tree.Function) -> None:
         self.printer, self.function = printer, function
@@ -113,7 +113,7 @@ class Body:
         self.arguments = [self._parameter(parameter, copied=parameter.name in assigned) for parameter in function.parameters]
 
     def _parameter(self, parameter: tree.Variable, *, copied: bool) -> str:
-        """Declare an argument, and return its name; one that is given another value inside is copied first."""
+        """Declare an argument, and return its name; an argument that the function assigns is copied first."""
         section = "VAR_INPUT" if isinstance(parameter.type, Scalar) else "VAR_IN_OUT"
         name = self._names.of(parameter.name, parameter.name)
         if not copied:
@@ -127,7 +127,7 @@ class Body:
         return name
 
     def _aside(self, kind: Type) -> str:
-        """Return a new variable for what stands before a statement."""
+        """Return a new variable for an intermediate result."""
         self._count += 1
         return self._declare(self._names.new(f"aside_{self._count}"), kind)
 
@@ -141,7 +141,7 @@ class Body:
         self._indent = self._indent[: -len(INDENT)]
 
     def _into(self, target: str, e: tree.Expression, root: str = "") -> None:
-        """Put a value into a variable; `root` is the variable, which what is computed may look at."""
+        """Assign a value to a variable; `root` is the variable, which the value may read."""
         if isinstance(e, tree.Select):
             self._choose(target, e, root)
         elif isinstance(e.type, Struct) and isinstance(e, (tree.Make, tree.Call)):
@@ -169,7 +169,7 @@ class Body:
         self._line("END_IF;")
 
     def _one_by_one(self, e: tree.Logic) -> str:
-        """Compute truths as far as they are needed, and return the variable that holds the answer."""
+        """Evaluate truths until the result is known, and return the variable with the result."""
         target = self._aside(TRUTH)
         self._into(target, e.parts[0])
         for part in e.parts[1:]:
@@ -182,7 +182,7 @@ class Body:
         return target
 
     def _held(self, e: tree.Expression) -> str:
-        """Return a variable that holds a value."""
+        """Return a variable with the value of an expression."""
         aside = self._aside(e.type)
         self._into(aside, e)
         return aside
@@ -213,7 +213,7 @@ class Body:
         return f"{self._in_place(e.of)}.{self.printer.field(e.of.type, e.name)}", PRIMARY
 
     def _in_place(self, e: tree.Expression) -> str:
-        """Return where a tuple or an array lies; one that is computed is put into a variable."""
+        """Return the name of a tuple or an array; a computed one is assigned to a variable."""
         return self._of(e) if isinstance(e, (tree.Variable, tree.Field)) else self._held(e)
 
     def _index(self, e: tree.Index) -> tuple[str, int]:
@@ -228,7 +228,7 @@ class Body:
     def _binary(self, e: tree.Binary) -> tuple[str, int]:
         if e.operator in BINDS:
             binds = BINDS[e.operator]
-            # Numbers that were rounded before are bracketed, though the standard would have it so: (x + C) - C.
+            # Brackets mark numbers that are rounded first, though the standard does not need them: (x + C) - C.
             mixed = isinstance(e.left, tree.Binary) and e.left.operator != e.operator and e.type == REAL
             left = self._of(e.left, binds + 1 if mixed else binds)
             return f"{left} {e.operator} {self._of(e.right, binds + 1)}", binds
@@ -238,7 +238,7 @@ class Body:
         right = e.right
         if e.operator == ">>":
             if not isinstance(right, tree.Constant):
-                raise NotExportableError(self.function.source, None, "a shift by what is not known here")
+                raise NotExportableError(self.function.source, None, "a shift by a variable number is not exportable")
             right = tree.Constant(INTEGER, 2 ** int(right.value))
         helper = self.printer.helper("floor_rest" if e.operator == "%" else "floor_divided")
         return f"{helper}(first := {self._of(e.left)}, second := {self._of(right)})", PRIMARY
@@ -355,7 +355,7 @@ class Body:
         self._line("END_WHILE;")
 
     def _one_less(self, number: tree.Expression) -> str:
-        """Return the text of a whole number, less one."""
+        """Return the text of a whole number minus one."""
         if isinstance(number, tree.Constant):
             return self._of(tree.Constant(INTEGER, int(number.value) - 1))
         return f"{self._of(number, BINDS['-'])} - 1"
@@ -373,7 +373,7 @@ class Body:
 
 
 def is_safe(e: tree.Expression) -> bool:
-    """Return whether an expression may be computed where it is not needed, and without a statement before it."""
+    """Return whether an expression may be evaluated unnecessarily, and without a preceding statement."""
     for part in walk(e):
         divides = isinstance(part, tree.Binary) and part.operator not in ("+", "-", "*")
         calls = isinstance(part, tree.Intrinsic) and part.name not in ("abs", "min", "max", "copysign", "isinf", "isnan")

@@ -1,8 +1,8 @@
-"""Names, literals, parts and helpers of a PLC program: capitals are no difference, and the words of every maker are taken.
+"""Names, literals, parts and helpers of a PLC program: case-insensitive names that avoid the keywords of all vendors.
 
-The language reads no bits, and what makers have for that differs. So in the helpers a sign is what a comparison with zero says,
-and a power of two is a product. Nothing divides by zero, and no number leaves its range: on many controllers either stops the
-program.
+The language has no standard access to bits. Therefore helpers find a sign by comparison with zero, and a power of two by
+multiplication. The code never divides by zero and no number leaves its range, because either stops the program on many
+controllers.
 """
 
 import math
@@ -17,8 +17,8 @@ from bristle.core.errors import InputError
 from bristle.exports.printing import INDENT
 from bristle.translation.scope import ascii_name, free_name
 
-# Keywords and operators of IEC 61131-3, its standard functions and blocks, those of its annex F, which libraries of
-# compilers have, and words that TwinCAT, CODESYS, TIA Portal or MATIEC keep for themselves.
+# Keywords and operators of IEC 61131-3, its standard functions and blocks, those of its annex F in libraries of
+# compilers, and reserved words of TwinCAT, CODESYS, TIA Portal or MATIEC.
 WORDS = """
 abs abstract access acos action add adr and and_then any any_bit any_date any_int any_num any_real array asin at atan
 atan2 average begin bitadr bool by byte bytes cal calc calcn cdt char class concat configuration constant continue cos
@@ -37,46 +37,46 @@ version void wchar weigh while with word wstring xor
 """
 RESERVED = frozenset(WORDS.split())
 LREAL, REAL = "LREAL", "REAL"
-SHORT = 2  # letters: what names of tags, qualifiers of actions and old instructions have
-LARGEST_PRODUCT = 16777215.0 * 2.0**1000  # MATIEC folds constants of single precision: none of more digits fits
-LARGEST_WRITTEN = 1e37  # literals beyond are refused by some compilers, which read them as REAL first
-NO_NUMBER_WRITTEN = 3e37  # stands for what is no number: it is given by what has no answer, and looked for by name
-BELOW_ZERO = {LREAL: 2.0**-1000, REAL: 2.0**-120}  # the language cannot tell -0.0 from 0.0
-STEP = 100  # powers of two that a longer one is made of
+SHORT = 2  # letters: length of names of tags, qualifiers of actions and old instructions
+LARGEST_PRODUCT = 16777215.0 * 2.0**1000  # MATIEC folds constants in single precision, which has no more digits
+LARGEST_WRITTEN = 1e37  # some compilers refuse larger literals, because they read them as REAL first
+NO_NUMBER_WRITTEN = 3e37  # marks "not a number"
+BELOW_ZERO = {LREAL: 2.0**-1000, REAL: 2.0**-120}  # the language cannot distinguish -0.0 from 0.0
+STEP = 100  # power of two that builds longer ones
 
 
 def checked(name: str) -> None:
-    """Refuse a name that a block cannot have.
+    """Refuse an invalid name of a block.
 
     Raises
     ------
     InputError
-        If it is a word of the language, or has an underscore at its end or two in a row.
+        If the name is a word of the language, ends with an underscore, or has two underscores in a row.
     """
     if name in RESERVED or len(name) <= SHORT or name.endswith("_") or "__" in name:
         raise InputError(
-            "cannot be the name of a function block",
+            "cannot name a function block",
             path="name",
             value=name,
-            allowed="three letters or more, no word of Structured Text, no two underscores in a row, none at the end",
+            allowed="three letters or more, not a word of Structured Text, no double underscore, no underscore at the end",
         )
 
 
 class Names:
-    """The names of one place, each used once whatever its capitals; `prefix` is before all of them."""
+    """The names of one scope, unique regardless of case; all begin with `prefix`."""
 
     def __init__(self, used: Iterable[str] = (), prefix: str = "") -> None:
         self._prefix, self._used = prefix, {name.lower() for name in used}
         self._names: dict[object, str] = {}
 
     def of(self, key: object, proposal: str) -> str:
-        """Return the name of something: the one that is proposed, or one like it."""
+        """Return the name for a key: the proposed name or a similar one."""
         if key not in self._names:
             self._names[key] = self.new(proposal)
         return self._names[key]
 
     def new(self, proposal: str) -> str:
-        """Return a name that nothing else has."""
+        """Return an unused name."""
         first = self._prefix + re.sub("_+", "_", ascii_name(proposal)).strip("_")
         if first[0].isdigit():
             first = f"part_{first}"
@@ -88,11 +88,11 @@ class Names:
 
 
 def real_literal(value: float, scalar: str = LREAL) -> str:
-    """Return a real number, to the bit; a very large or small one as an exact product of powers of two.
+    """Return an exact real number; a very large or small number becomes an exact product of powers of two.
 
-    There is neither an infinite number to be written nor what is none: other numbers stand for them, beyond all that
-    the model computes with. The largest double, which only bounds what is finite, loses its last digits. One of single
-    precision is written with its type: compilers read others as double.
+    The language has no literals for infinity and NaN: other numbers far outside the range of the model represent them.
+    The largest double, which only bounds finite numbers, loses its last digits. A number of single precision has its type
+    in the literal, because compilers read others as double.
     """
     if value != value:
         return _plain(NO_NUMBER_WRITTEN, scalar)
@@ -117,7 +117,7 @@ def _plain(value: float, scalar: str) -> str:
 
 
 def whole_literal(value: int) -> str:
-    """Return a whole number; one beyond 32 bits with its type."""
+    """Return a whole number, with its type if it exceeds 32 bits."""
     return str(value) if abs(value) < 2**31 else f"LINT#{value}"
 
 
@@ -126,7 +126,7 @@ SECTIONS = ("VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT", "VAR")
 
 @dataclass(frozen=True)
 class Variable:
-    """A variable or a field: its name, its type, what it is, in which section of a POU it is declared, its value."""
+    """A variable or a field: name, type, meaning, section of its POU, initial value."""
 
     name: str
     type: str
@@ -137,7 +137,7 @@ class Variable:
 
 @dataclass(frozen=True)
 class Array:
-    """A data type: so many numbers, from place 0 on."""
+    """A data type: an array of numbers, from index 0."""
 
     name: str
     size: int
@@ -146,7 +146,7 @@ class Array:
 
 @dataclass(frozen=True)
 class Record:
-    """A data type: several values by name."""
+    """A data type: a structure of named values."""
 
     name: str
     fields: tuple[Variable, ...]
@@ -169,12 +169,12 @@ class Pou:
 
 
 def commented(text: str) -> str:
-    """Return text that neither begins a comment nor ends one."""
+    """Return text that neither begins nor ends a comment."""
     return text.replace("(*", "( *").replace("*)", "* )")
 
 
 def used_of(types: Sequence[Array | Record], pous: Iterable[Pou]) -> list[Array | Record]:
-    """Return the data types that something is of, each after those that it holds."""
+    """Return the data types in use, each after its inner types."""
     names = {variable.type for pou in pous for variable in pou.variables}
     for part in reversed(types):
         if part.name in names and isinstance(part, Record):
@@ -207,7 +207,7 @@ def _declarations(variables: Iterable[Variable]) -> Iterator[str]:
 LARGEST_POWER, USUAL_POWER = {LREAL: 512, REAL: 64}, 32
 WHOLE_POWERS = {LREAL: (-1022, 1023), REAL: (-126, 127)}
 NUMBER = re.compile(r"(?<![\w.#])\d+\.\d+(?:E-?\d+)?")
-WITHIN = "within"  # The helper that tells whether a number is one, and no larger than another
+WITHIN = "within"  # The helper that checks that a value is a number within a limit
 
 SIZE = """IF number < 0.0 THEN
     {to} := -number;
@@ -222,7 +222,7 @@ END_IF;"""
 
 
 def _scaled(gives: str, scalar: str, own: str) -> str:
-    """Return the lines that bring a positive number between 1 and 2 by powers of two, and count them."""
+    """Return the lines that scale a positive number to 1 to 2 by powers of two, and count them."""
     lines = ["mantissa := number;", "exponent := 0.0;"]
     far = f"(mantissa >= {real_literal(4.0**USUAL_POWER)}) OR (mantissa < {real_literal(2.0 * 4.0**-USUAL_POWER)})"
     lines.append(f"IF {far} THEN")
@@ -248,17 +248,17 @@ def _scaled(gives: str, scalar: str, own: str) -> str:
     return "\n".join([*lines, f"{own} := {gives};"])
 
 
-# For each its name, its result, its arguments, further variables, and what it is; below that its body. `{own}` is what it
-# gives, `{whole}` the type of whole numbers, `{real}` that of real ones; another helper is named by its name.
+# For each helper: name, result, arguments, further variables, description; then its body. `{own}` is its result,
+# `{whole}` the type of whole numbers, `{real}` that of real numbers; other helpers appear by name.
 HELPERS = """
-within | BOOL | number most | near:BOOL | Whether this is a number, and no farther from 0 than another.
+within | BOOL | number most | near:BOOL | Whether a value is a number within a limit.
 near := number = number;
 IF near THEN
     near := (number >= -most) AND (number <= most);
 END_IF;
 {own} := near;
 
-copysign | real | number sign_of | size | Size of one number, sign of another; that of zero is positive.
+copysign | real | number sign_of | size | Magnitude of the first number with the sign of the second; the sign of zero is positive.
 {sized}
 IF sign_of < 0.0 THEN
     {own} := -size;
@@ -266,42 +266,42 @@ ELSE
     {own} := size;
 END_IF;
 
-abs | real | number | | Size of a number.
+abs | real | number | | Magnitude of a number.
 {magnitude}
 
-floor | whole | number | cut:whole | The next whole number below, however a controller rounds.
+floor | whole | number | cut:whole | The next whole number below, independent of the rounding of a controller.
 cut := {real}_TO_{whole}(number);
 IF {whole}_TO_{real}(cut) > number THEN
     cut := cut - 1;
 END_IF;
 {own} := cut;
 
-truncated | whole | number | | What stands before the point.
+truncated | whole | number | | The integer part.
 IF number < 0.0 THEN
     {own} := -{floor}(number := -number);
 ELSE
     {own} := {floor}(number := number);
 END_IF;
 
-isinf | BOOL | number | | Whether a number stands for an infinite one.
+isinf | BOOL | number | | Whether a number represents infinity.
 {own} := ((number >= {far}) AND (number < {none})) OR (number <= -{far});
 
-isnan | BOOL | number | | Whether a number stands for what is none.
+isnan | BOOL | number | | Whether a number represents "not a number".
 {own} := number = {none};
 
-min | real | first second | | The smaller one.
+min | real | first second | | The smaller number.
 {smaller}
 
-max | real | first second | | The larger one.
+max | real | first second | | The larger number.
 {larger}
 
-whole_min | whole | first:whole second:whole | | The smaller one.
+whole_min | whole | first:whole second:whole | | The smaller number.
 {smaller}
 
-whole_max | whole | first:whole second:whole | | The larger one.
+whole_max | whole | first:whole second:whole | | The larger number.
 {larger}
 
-whole_abs | whole | number:whole | | Size of a whole number.
+whole_abs | whole | number:whole | | Magnitude of a whole number.
 IF number < 0 THEN
     {own} := -number;
 ELSE
@@ -315,7 +315,7 @@ IF (cut * second <> first) AND ((first < 0) <> (second < 0)) THEN
 END_IF;
 {own} := cut;
 
-floor_rest | whole | first:whole second:whole | | What a quotient that is rounded down leaves.
+floor_rest | whole | first:whole second:whole | | The remainder of a quotient that is rounded down.
 {own} := first - {floor_divided}(first := first, second := second) * second;
 
 power_of_two | real | power | remaining:whole factor grown | 2 to a whole power, by squaring: exact.
@@ -355,7 +355,7 @@ NEEDED = {"truncated": "floor", "floor_rest": "floor_divided"}
 
 
 def helpers_of(names: Collection[str], named: Callable[[str], str], integer: str, scalar: str = LREAL) -> list[Pou]:
-    """Return the helpers that are asked for; `named` tells what each is called."""
+    """Return the requested helpers; `named` maps each to its name in the program."""
     needed = {*names, *(NEEDED[name] for name in names if name in NEEDED)}
     called = {name: named(name) for name in TEXTS if name in needed}
     types, (least, most) = {"whole": integer, "real": scalar}, WHOLE_POWERS[scalar]
@@ -373,7 +373,7 @@ def helpers_of(names: Collection[str], named: Callable[[str], str], integer: str
         parts |= {"smaller": CHOICE.format(own=own, than="<"), "larger": CHOICE.format(own=own, than=">")}
         parts |= {"magnitude": SIZE.format(to=own), "sized": SIZE.format(to="size")}
         text = body.format(**facts, **parts, own=own)
-        # A number without a type is read as double by some compilers.
+        # Some compilers read a number without a type as double.
         text = text if scalar == LREAL else NUMBER.sub(lambda match: real_literal(float(match[0]), scalar), text)
         lines = [f"    {line}" for line in text.strip().split("\n")]
         pous.append(Pou("FUNCTION", own, types.get(gives, gives), tuple(declared), tuple(lines), meaning))

@@ -1,4 +1,4 @@
-"""What exports to Structured Text share: their files from parts, how a structure is set, how a walk is made."""
+"""Common parts of exports to Structured Text: files from parts, initial values of structures, the walk of a self-test."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ Key = tuple[str, int | None]
 
 @dataclass(frozen=True)
 class Tuned:
-    """The inputs of a block that are its parameters; each number of an array is an input of its own."""
+    """The inputs of a block for its parameters; each number of an array is a separate input."""
 
     tunable: Tunable
     names: dict[Key, str]
 
     @classmethod
     def of(cls, tunable: Tunable, names: Names) -> Tuned:
-        """Return the inputs, whose names nothing else of the block has."""
+        """Return the inputs, with names that are unique in the block."""
         return cls(
             tunable,
             {
@@ -52,7 +52,7 @@ class Tuned:
         ]
 
     def ranges(self, printer: Printer) -> Iterator[str]:
-        """Give a condition for each number: that it is in its range."""
+        """Yield a condition for each number: its range."""
         farthest = {LREAL: 1e30, REAL: 1e15}[printer.scalar]
         for name, place, compared in bounds_of(self.tunable):
             tests = [
@@ -62,7 +62,7 @@ class Tuned:
             yield " AND ".join(tests)
 
     def lines(self, place: str, kind: Struct, printer: Printer, path: tuple[str, ...] = ()) -> Iterator[str]:
-        """Give the lines that hand the inputs on to where kernels look for them."""
+        """Yield the lines that copy the inputs to the parameters of the kernels."""
         for name, part in kind.fields:
             at, inner = f"{place}.{printer.field(kind, name)}", (*path, name)
             if isinstance(part, Struct):
@@ -73,9 +73,9 @@ class Tuned:
                 yield from (f"{at}{'' if i is None else f'[{i}]'} := {self.names[parameter, i]};" for i in numbers)
 
 
-FARTHEST = 1e30  # What goes out beyond it, or comes in, is taken for no number
-PERIODS = {False: (1e-12, 1e12), True: (1e-6, 1e6)}  # time steps that are taken, in double and single precision [s]
-# The square of a velocity over that of Stribeck stays within single precision: velocities, and what leads to them.
+FARTHEST = 1e30  # Inputs and outputs beyond it do not count as numbers
+PERIODS = {False: (1e-12, 1e12), True: (1e-6, 1e6)}  # allowed time steps, in double and single precision [s]
+# Limits that keep the square of velocity over Stribeck velocity within single precision.
 FASTEST, FARTHEST_OF_OPERATOR, FARTHEST_OF_LAW = 1e9, 1e9, 1e5
 Path = tuple[str, ...]
 TURN = real_literal(2.0**32)
@@ -85,7 +85,7 @@ PER_CYCLE = 20  # Steps of a self-test in one cycle of a task
 def project_files(
     name: str, printer: Printer, facts: dict[str, Any], block: Pou, test: Pou, arrays: Sequence[Array], head: str, source: Source
 ) -> dict[str, str]:
-    """Return the files of a function block with what it needs, and of its self-test; `head` is the template of their first comment."""
+    """Return the files of a function block with its parts, and of its self-test; `head` is the template of their first comment."""
     types, functions = printer.parts()
     helpers = []
     for scalar in (LREAL, REAL):
@@ -104,28 +104,28 @@ def project_files(
 
 
 def interface(anew: str, output: str, meaning: str, units: CommandUnits | None) -> list[Variable]:
-    """Return what a block may be asked for besides, what it gives, in the units of a drive too, and whether that was held."""
+    """Return the further inputs and the outputs of a block: command in units of a drive, and flags of repeated output."""
     command = "" if units is None else f"the same in the units of the drive [{plain(units.effort.name)}]"
     return [
         Variable("restart", "BOOL", f"begin anew: {anew}", "VAR_INPUT"),
-        Variable("clear", "BOOL", "forget what was refused", "VAR_INPUT"),
+        Variable("clear", "BOOL", "reset the flags", "VAR_INPUT"),
         Variable(output, "LREAL", meaning, "VAR_OUTPUT"),
         *([Variable("command", "LREAL", command, "VAR_OUTPUT")] if command else []),
-        Variable("refused", "BOOL", "what came in was no finite number: the output was held", "VAR_OUTPUT"),
-        Variable("overflow", "BOOL", "what was to go out was no finite number: it was held", "VAR_OUTPUT"),
+        Variable("refused", "BOOL", "an input was not a finite number: the output was repeated", "VAR_OUTPUT"),
+        Variable("overflow", "BOOL", "the result was not a finite number: the last output was repeated", "VAR_OUTPUT"),
     ]
 
 
 @dataclass(frozen=True)
 class Judged:
-    """What a self-test compares the numbers that it gets with: their sum to the bit, or some of them nearly."""
+    """Criteria of a self-test: the exact sum of the outputs, or some outputs within a tolerance."""
 
     name: str
     outputs: np.ndarray
     single: bool
 
     def facts(self) -> dict[str, Any]:
-        """Return what the templates of a self-test are told."""
+        """Return the facts for the templates of a self-test."""
         total, lost = total_of(self.outputs.tolist())
         near = checkpoints(self.outputs, single=self.single)
         return (
@@ -135,13 +135,13 @@ class Judged:
         )
 
     def variables(self) -> list[Variable]:
-        """Return the variables of a self-test, whatever the block."""
-        gave = "within what single precision explains" if self.single else "to the bit"
-        worst = [Variable("worst", "LREAL", "how far its output was off", "VAR_OUTPUT")]
+        """Return the variables that all self-tests have."""
+        gave = "within the error of single precision" if self.single else "bit by bit"
+        worst = [Variable("worst", "LREAL", "largest deviation of the output", "VAR_OUTPUT")]
         numbers = ["bits", "walked", "following", *([] if self.single else ["total", "lost", "added"])]
         return [
-            Variable("done", "BOOL", "whether the walk has come to its end", "VAR_OUTPUT"),
-            Variable("passed", "BOOL", f"whether it gave the numbers of bristle, {gave}", "VAR_OUTPUT"),
+            Variable("done", "BOOL", "whether the walk is complete", "VAR_OUTPUT"),
+            Variable("passed", "BOOL", f"whether the outputs match those of bristle, {gave}", "VAR_OUTPUT"),
             *(worst if self.single else []),
             Variable("axis", self.name),
             Variable("prepared", "BOOL"),
@@ -159,26 +159,26 @@ class Judged:
 
 
 def commented_facts(facts: dict[str, Any]) -> dict[str, Any]:
-    """Return facts of which no text begins or ends a comment."""
+    """Return facts without text that begins or ends a comment."""
     texts = {key: st_parts.commented(facts[key]) for key in ("description", "variant", "table", "fed_table") if key in facts}
     return facts | texts | {key: [st_parts.commented(line) for line in facts[key]] for key in ("facts", "fed") if key in facts}
 
 
 def call_text(printer: Printer, function: Function, handed: Iterable[str], result: str) -> str:
-    """Return a call of a function that gives a structure into `result`."""
+    """Return a call of a function that writes a structure to `result`."""
     pairs = [f"{name} := {value}" for name, value in zip(printer.body(function).arguments, handed, strict=True)]
     return f"{printer.function(function)}({', '.join([*pairs, f'{RESULT} := {result}'])})"
 
 
 def bounds(*, single: bool, farthest: float = FARTHEST) -> dict[str, str]:
-    """Return between what the numbers that come in and go out are held; in single precision, inputs by `farthest`."""
+    """Return the limits of inputs and outputs; in single precision, `farthest` limits inputs."""
     shortest, longest = PERIODS[single]
     held = {"farthest": farthest if single else FARTHEST, "beyond": FARTHEST, "shortest": shortest, "longest": longest}
     return {name: real_literal(value) for name, value in held.items()} | {"fastest": real_literal(FASTEST) if single else ""}
 
 
 def set_lines(place: str, value: Any, kind: Struct, printer: Printer, skipped: Container[Path] = (), path: Path = ()) -> Iterator[str]:
-    """Give the lines that set a structure, but for what stands at the paths that are skipped."""
+    """Yield the lines that set a structure, without the skipped paths."""
     for (name, part), field in zip(kind.fields, value, strict=True):
         at, inner = f"{place}.{printer.field(kind, name)}", (*path, name)
         if inner in skipped:
@@ -200,7 +200,7 @@ def body_lines(template: str, facts: dict[str, Any]) -> tuple[str, ...]:
 
 
 def walk_facts(walk: Walk, printer: Printer, count: str) -> dict[str, Any]:
-    """Return what a program needs to know to walk by itself; `count` is the variable that counts its steps."""
+    """Return the facts for the walk of a program; `count` is the variable that counts its steps."""
     integer, floor = printer.integer, printer.helper("floor", LREAL)
     scale = f"scales[({count} / {PART}) MOD {len(walk.scales)}]"
     step = [
@@ -215,7 +215,7 @@ def walk_facts(walk: Walk, printer: Printer, count: str) -> dict[str, Any]:
 
 
 def total_of(numbers: Iterable[float]) -> tuple[float, float]:
-    """Return the sum of some numbers and what rounding took from it: another last place anywhere changes one of them.
+    """Return the sum of some numbers and its rounding error: a change in the last place of any number changes one of them.
 
     References
     ----------

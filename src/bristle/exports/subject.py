@@ -1,4 +1,4 @@
-"""What is exported, a friction model or a hysteresis operator, as functions of the tree; and the walk of its self-test."""
+"""The subject of an export, a friction model or a hysteresis operator, as functions of the tree, and the walk of its self-test."""
 
 import math
 import struct
@@ -17,13 +17,13 @@ from bristle.translation.scope import NotExportableError, is_kernel
 from bristle.translation.tree import REAL, Array, Function, Struct, Unit, struct_of, struct_type
 
 TRIAL = {False: ("state", "memory", "motion", "dt", "p"), True: ("state", "memory", "input", "p")}
-"""What a trial takes, of a friction model and of an operator, before anything was left out."""
-COMMIT = ("state", "memory", "move", "p")  # What a commit takes
+"""Arguments of a trial, of a friction model and of an operator, before unused ones are dropped."""
+COMMIT = ("state", "memory", "move", "p")  # Arguments of a commit
 
 
 @dataclass(frozen=True)
 class Subject:
-    """A friction model, its step in two functions, and what they are handed."""
+    """A friction model, the two functions of its step, and their arguments."""
 
     model: Model
     unit: Unit
@@ -42,29 +42,29 @@ class Subject:
 
     @property
     def signals(self) -> tuple[str, ...]:
-        """What friction depends on besides the motion, where a slot asks for it: load, temperature and so on."""
+        """Inputs of friction besides the motion, as slots require: load, temperature and so on."""
         needed = () if self.is_operator else {surrounding.field for surrounding in self.model.component.surroundings}
         return tuple(name for name in self.usual if name in needed)
 
     @property
     def usual(self) -> dict[str, float]:
-        """What friction may depend on besides the motion, with the value of each where nobody tells it."""
+        """Possible inputs of friction besides the motion, with their default values."""
         return self.motion.cls._field_defaults
 
     @property
     def commits(self) -> bool:
-        """Whether a step leaves anything to be kept."""
+        """Whether a step changes the state or the memory."""
         return bool(self.state.fields) or self.commit.writes
 
     @property
     def is_operator(self) -> bool:
-        """Whether it is a hysteresis operator, which knows no time."""
+        """Whether it is a hysteresis operator, which has no time."""
         return self.model.component.family == "hysteresis"
 
     def outputs(self, u: np.ndarray) -> np.ndarray:
-        """Return what an operator gives at each input by the kernels as they stand; the last one where it gives none.
+        """Return the output of an operator at each input, computed by the uncompiled kernels.
 
-        An inverse has no output beyond saturation: the target holds the last one there, and stays where it is.
+        An inverse has no output beyond saturation: there the target repeats the last output and does not move.
         """
         component, p, state = self.model.component, self.model.parameters, self.virgin
         memory, outputs = component.new_memory(p), [0.0]
@@ -76,12 +76,12 @@ class Subject:
         return np.array(outputs[1:])
 
     def forces(self, x: np.ndarray, dt: float) -> np.ndarray:
-        """Return the force at each sample by the kernels as they stand: nothing is compiled."""
+        """Return the force at each sample, computed by the uncompiled kernels."""
         return forces_of(self.model, x, dt)
 
 
 def forces_of(model: Model, x: np.ndarray, dt: float, *around: float) -> np.ndarray:
-    """Return the force of a friction model at each sample by the kernels as they stand, under a load and at a temperature."""
+    """Return the force of a friction model at each sample, by uncompiled kernels, under a load and at a temperature."""
     component, p, at = model.component, model.parameters, x.tolist()
     state, memory, force = component.initial_state(p), component.new_memory(p), np.zeros(len(x))
     for k in range(1, len(x)):
@@ -106,19 +106,19 @@ def subject_of(model: Model, constants: dict[tuple[str, float], float] | None = 
     trial = builder.function(component.trial, [state, Array(size), *([REAL] if is_operator else [motion, REAL]), parameters])
     parts = [kind for _, kind in trial.result.fields] if isinstance(trial.result, Struct) and trial.result.is_plain else []
     if len(parts) != 2 or parts[0] != REAL or not isinstance(parts[1], Struct):
-        raise NotExportableError(component.trial, None, "returns something else than (force, move), move a NamedTuple of scalars")
+        raise NotExportableError(component.trial, None, "must return (force, move), with move a NamedTuple of scalars")
     commit = builder.function(component.commit, [state, Array(size, writable=True), parts[1], parameters])
     if commit.result != state:
-        raise NotExportableError(component.commit, None, f"returns something else than a {state.cls.__name__}")
+        raise NotExportableError(component.commit, None, f"must return a {state.cls.__name__}")
     unit = pruned(builder.unit, (trial, commit) if state.fields or commit.writes else (trial,))
     return Subject(model, unit, trial, commit, state, motion, parts[1], parameters, size)
 
 
 def settled_subject(subject: Subject, unknown: Iterable[tuple[str, ...]] = (), *, single: bool = False) -> Subject:
-    """Return what is exported with all left out that its parameters decide, but for those at some paths."""
+    """Return the subject without the branches that its parameters rule out, except parameters at some paths."""
     roots = [subject.trial, subject.commit] if subject.commits else [subject.trial]
     fact = fact_of(subject.model.parameters, subject.parameters, unknown)
-    # What a kernel calls its parameters.
+    # The name of the parameters in a kernel.
     arguments = ((subject.trial, TRIAL[subject.is_operator]), (subject.commit, COMMIT))
     named = {function.source.__code__.co_varnames[names.index("p")] for function, names in arguments}
     unit, written = settled(subject.unit, roots, dict.fromkeys(named, fact), single=single)
@@ -126,23 +126,23 @@ def settled_subject(subject: Subject, unknown: Iterable[tuple[str, ...]] = (), *
 
 
 def arguments_left(function: Function, names: tuple[str, ...]) -> list[str]:
-    """Return which of these arguments, in this order, a function still takes."""
+    """Return the arguments among `names` that a function still has, in this order."""
     arguments = dict(zip(function.source.__code__.co_varnames, names, strict=False))
     return [arguments[parameter.name] for parameter in function.parameters]
 
 
 def layout_of(subject: Subject, scalar: str) -> str:
-    """Return what tells the saved bytes of a friction model or an operator from those of another one."""
+    """Return the text that identifies the saved bytes of a friction model or an operator."""
     return f"{subject.model.name} {scalar} {subject.state.fields} {subject.memory_size}"
 
 
 def capacity_of(name: str, memory_size: int) -> int:
-    """Return how many values a whole number of the state takes, from 0 on: as many turning points as there is room."""
+    """Return the number of values of a whole number in the state, from 0: one per storable turning point."""
     return memory_size // 2 if name.endswith("depth") and memory_size else 2**31
 
 
 def kernels_of(model: Model) -> list[Function]:
-    """Return every function of the tree that the kernels of a friction model become, those in continuous time too."""
+    """Return all functions of the tree of the kernels of a friction model, also those in continuous time."""
     subject, component = subject_of(model), model.component
     builder = Builder()
     state, motion, p, memory = subject.state, subject.motion, subject.parameters, Array(subject.memory_size)
@@ -158,19 +158,19 @@ def kernels_of(model: Model) -> list[Function]:
 
 
 def piece_of(subject: Subject, builder: Builder) -> tuple[Struct, Struct]:
-    """Return the types of what varies of a contact, and of what holds from event to event."""
+    """Return the types of the continuous state of a contact, and of its data between events."""
     kernel = subject.model.component.piece
     memory = Array(subject.memory_size)
     begun = builder.function(kernel, [subject.state, memory, subject.motion, subject.parameters]).result
     parts = [kind for _, kind in begun.fields if isinstance(kind, Struct)] if isinstance(begun, Struct) else []
     if len(parts) != 2 or not isinstance(begun, Struct) or len(begun.fields) != 2:
-        raise NotExportableError(kernel, None, "returns something else than (contact, piece), NamedTuples of scalars")
+        raise NotExportableError(kernel, None, "must return (contact, piece), NamedTuples of scalars")
     return parts[0], parts[1]
 
 
 COUNT, SEED, FACTOR, TERM = 2000, 20260, 1664525, 1013904223
-SCALES = (0.05, 0.5, 5.0, 50.0)  # The longest steps of each part of the walk, over the distance at which pre-sliding ends
-PART, RESTS = 125, 16  # steps of one scale on end; one step in so many has length 0
+SCALES = (0.05, 0.5, 5.0, 50.0)  # Longest step of each part of the walk, over the pre-sliding distance
+PART, RESTS = 125, 16  # consecutive steps of one scale; one step in RESTS has length 0
 FNV_OFFSET, FNV_PRIME = 0xCBF29CE484222325, 0x100000001B3
 FARTHEST = {False: 1.0, True: 1e6}  # input of an operator: a force of an inverse, a field of a magnet
 USUAL, SLOW = 1e-6, 1e6  # distance of a model without pre-sliding [m or rad]; duration of a step without viscosity [s]
@@ -196,12 +196,12 @@ class Walk:
 
 
 def walk_of(subject: Subject, dt: float) -> Walk:
-    """Return the walk that leads a model through its pre-sliding and far beyond."""
+    """Return a walk through pre-sliding and far into sliding."""
     return walk_over(presliding_distance(subject), dt)
 
 
 def walk_over(reach: float, dt: float) -> Walk:
-    """Return the walk whose parts have the scales of this distance [m or rad]."""
+    """Return a walk with the scales of this distance [m or rad]."""
     return Walk(tuple(scale * reach / 32768.0 for scale in SCALES), dt)
 
 
@@ -219,7 +219,7 @@ def digest_of(content: bytes) -> int:
 
 
 def presliding_distance(subject: Subject) -> float:
-    """Return over which distance a virgin contact, moved slowly, reaches half of its largest force [m or rad]."""
+    """Return the distance over which a virgin contact in slow motion reaches half of its largest force [m or rad]."""
     component, p, state = subject.model.component, subject.model.parameters, subject.virgin
     memory, forces, at = component.new_memory(p), [], 0.0
     farther = np.geomspace(1e-12, FARTHEST[subject.is_operator], 120)

@@ -1,4 +1,4 @@
-"""The targets of the export: what one is asked for and writes, how one is declared, and those of bristle as help lists them."""
+"""The targets of the export: the request, the product, the declaration of a target, and the targets of bristle as help lists them."""
 
 from __future__ import annotations
 
@@ -18,49 +18,48 @@ if TYPE_CHECKING:
 
 
 def _no_source() -> Source:
-    from bristle.exports.described import Source  # whoever asks for help waits for nothing that computes
+    from bristle.exports.described import Source  # help must not load modules that compute
 
     return Source()
 
 
 @dataclass(frozen=True)
 class Request:
-    """What is to be exported, and how.
+    """A request for an export: the model and the options.
 
     Parameters
     ----------
     model : Model
         A friction model with parameters.
     name : str
-        What files, types and functions are called.
+        Name of files, types and functions.
     dt : float
         Time step [s].
     source : Source
-        Where the values come from.
+        Origin of the values.
     tunable : bool
-        Whether parameters may be changed at run time.
+        Whether parameters can be changed at run time.
     single : bool
         Whether numbers are of single precision.
     axis : Axis or None
-        The axis, whose columns tell the units of a table.
+        The axis; its columns define the units of a table.
     speed : float
         Largest speed of a table [m/s or rad/s].
     points : int
-        Entries of a table, at most; 3 of a ``table`` are gravity and one level for each direction.
+        Maximum number of entries of a table. With 3, a ``table`` holds gravity and one level per direction.
     mass : float
-        What a scene moves [kg or kg*m^2].
+        Moved mass of a scene [kg or kg*m^2].
     plant : Model or None
-        What the friction is on, where it is known.
+        The plant with the friction, if known.
     log : Log or None
-        Along whose motion a table is compared with the model.
+        Log whose motion is used to compare a table with the model.
     info : mapping
-        What a model file tells besides: ``provenance``, which log it was fitted to, and how that was treated,
-        ``treatment``.
+        Further contents of the model file: ``provenance``, the log of the fit, and ``treatment``, its preprocessing.
     rest : {"held", "middle", ""}
-        Force of a memoryless model at rest: that of the side it came from, or the mean of both sides; that of the
-        target where nothing is said.
+        Force of a memoryless model at rest: the force of the last direction, or the mean of both directions. Empty
+        for the rule of the target.
     loop : Variant or None
-        The loop of the axis along the motion of its log, in which the effect of the files is simulated.
+        The loop of the axis along the motion of its log. The effect of the files is simulated in this loop.
     """
 
     model: Model
@@ -81,7 +80,7 @@ class Request:
 
     @property
     def sampled(self) -> Model:
-        """The model as it is evaluated along samples: one without memory has a rule at rest."""
+        """The model as evaluated along samples: a memoryless model gets a rule at rest."""
         from bristle.friction.resting import with_rest
 
         return with_rest(self.model, self.rest) if self.rest else self.model
@@ -96,9 +95,9 @@ class Product:
     files : dict of str to str or bytes
         Content by name.
     notes : tuple of str
-        What the target loses or does otherwise, a sentence each.
+        Losses and differences of the target, one sentence each.
     effect : Effect or None
-        What the files do to the axis, where bristle can tell.
+        Effect of the files on the axis, if bristle knows it.
     """
 
     files: dict[str, str | bytes]
@@ -108,40 +107,41 @@ class Product:
 
 @dataclass(frozen=True, kw_only=True)
 class Target:
-    """A target that a model can be exported to: one file of Python, in `bristle.exports.targets` or of a user's own.
+    """A target of the export, defined by bristle or by a Python file of the user.
 
     Parameters
     ----------
     name : str
-        What ``--to`` asks for: small letters, digits and underscores.
+        Name for ``--to``: small letters, digits and underscores.
     description : str
-        What is written, in one sentence.
+        Contents of the export, in one sentence.
     write : callable
-        ``write(request)``, a `Request`: the `Product`. What it cannot hold it refuses with an `InputError`.
+        ``write(request)`` takes a `Request` and returns the `Product`. It raises an `InputError` for a model that the
+        target cannot represent.
     title : str
-        What people call it, where that is not its name.
+        Title, if it differs from the name.
     write_law : callable or None
-        ``write_law(law, name, source)``: the files of a control law, or a `Product` where there are notes on them, for
-        a target that holds one; ``law.tunable`` and ``law.single`` are as those of a `Request`.
+        ``write_law(law, name, source)`` returns the files of a control law, or a `Product` with notes. ``law.tunable``
+        and ``law.single`` have the meaning of a `Request`. None if the target has no control laws.
     tunable : bool
-        Whether it can leave parameters to be changed at run time.
+        Whether the target supports parameters that change at run time.
     single : bool
-        Whether it can write numbers of single precision.
+        Whether the target supports single precision.
     operators : bool
-        Whether it holds a hysteresis operator, too.
+        Whether the target supports hysteresis operators.
     compares : bool
-        Whether it tells how far it is from the model along a log.
+        Whether the target compares its files with the model along a log.
     rest : {"held", "middle", ""}
-        Its usual rule for the force of a memoryless model at rest; empty where it evaluates no model along samples.
+        Default rule for the force of a memoryless model at rest; empty if the target evaluates no model along samples.
     reads : callable or None
-        ``reads(files, request)``: what a drive computes from the numbers of the files, as a `Drive`; None where
-        that is not known.
+        ``reads(files, request)`` returns the force that a drive computes from the files, as a `Drive`. None if the
+        computation is unknown.
     pushes : bool
-        Whether the files act on an axis: one that makes the error larger is then refused.
+        Whether the files act on an axis. bristle then refuses an export that makes the error larger.
     of_cogging : bool
-        Whether the files compensate cogging instead of friction.
+        Whether the files compensate cogging and not friction.
     needs : str
-        What it takes besides a model file and an axis file: the served lab offers none of these.
+        Requirements besides a model file and an axis file. The served lab does not offer such targets.
     """
 
     name: str
@@ -160,21 +160,21 @@ class Target:
     needs: str = ""
 
     def __post_init__(self) -> None:
-        """Refuse files that act on an axis where bristle cannot tell how."""
+        """Refuse a target that acts on an axis in an unknown way."""
         if self.pushes and self.reads is None and not self.rest:
             from bristle.core.errors import InputError
 
             mend = "Write reads=reads, a function reads(files, request) that returns the force the drive computes from the files"
-            raise InputError("acts on an axis (pushes=True), and its effect is not known", path=f"target {self.name}", mend=mend)
+            raise InputError("acts on an axis (pushes=True), but bristle cannot compute the effect", path=f"target {self.name}", mend=mend)
 
     @property
     def module(self) -> str:
-        """The module that defines it."""
+        """Module of the target."""
         return self.write.__module__
 
 
 def _of_module(module: str, function_name: str, **fixed: Any) -> Callable[..., Any]:
-    """Return a function of a module of the exports, which is loaded when it is called."""
+    """Return a function of a module of the exports; its first call loads the module."""
 
     def called(*arguments: Any) -> Any:
         return getattr(import_module(f"bristle.exports.{module}"), function_name)(*arguments, **fixed)
@@ -184,37 +184,37 @@ def _of_module(module: str, function_name: str, **fixed: Any) -> Callable[..., A
 
 
 def _target(name: str, title: str, rest: str, able: str, functions: str, description: str, *, needs: str = "", **fixed: Any) -> Target:
-    """Return a target that is `able` to do some things, and whose functions stand in modules: ``write=module.function``."""
+    """Return a target with the abilities `able` and with functions of modules, written ``write=module.function``."""
     pairs = (word.partition("=")[::2] for word in functions.split())
     facts: dict[str, Any] = {key: _of_module(*place.split("."), **fixed) for key, place in pairs} | dict.fromkeys(able.split(), True)
     return Target(name=name, title=title, rest=rest, description=description, needs=needs, **facts)
 
 
 _C = (
-    "C99: a header, a source that compiles alone, an example, and a self-test that proves that the target gives the same bits; nothing "
-    "is compiled here, and no compiler is needed"
+    "C99: a header, a source without dependencies, an example, and a self-test that checks the results of the target bit by bit; the "
+    "export needs no compiler"
 )
 _ST = "a function block in Structured Text for a PLC, its self-test, and both as XML of PLCopen"
 _TABLE = (
-    "effort over velocity as CSV, in the units of the log and of the drive that AXIS.toml describes; with --points 3, gravity, level and "
+    "effort over velocity as CSV, in the units of the log and of the drive of AXIS.toml; with --points 3, gravity, level and "
     "viscous friction for each direction, and the inertia"
 )
 _TF5200 = (
-    "the list of compensation values of the friction compensation of a Beckhoff TF5200 CNC; it takes the rated effort of the drive from "
-    "AXIS.toml"
+    "the list of compensation values for the friction compensation of a Beckhoff TF5200 CNC; AXIS.toml must contain the rated effort "
+    "of the drive"
 )
 _AX8000 = (
-    "static and dynamic friction of a Beckhoff AX8000 or AMP8000 drive, objects 0x3144:02 and :03, and its spring rate, :01, where the "
-    "model knows it"
+    "static and dynamic friction of a Beckhoff AX8000 or AMP8000 drive, objects 0x3144:02 and :03, and the spring rate, :01, if the "
+    "model has a pre-sliding distance"
 )
-_START_VALUES = "start values for the friction compensation of a SINUMERIK, to be tuned by the circularity test"
-_COGGING = "harmonics of cogging, where they were identified"
+_START_VALUES = "start values for the friction compensation of a SINUMERIK; tune them with the circularity test"
+_COGGING = "identified harmonics of cogging"
 _FMU = (
-    "FMUs for FMI {}.0, of the friction and, where the model file has a plant, of both, for co-simulation and, where the model has "
-    "continuous time, model exchange, with a library for each platform that there is a compiler for; of a control law, for co-simulation"
+    "FMUs for FMI {}.0: the friction and, if the model file has a plant, friction and plant together; for co-simulation and, if the model "
+    "has continuous time, model exchange; with a library for each platform that has a compiler here; a control law for co-simulation"
 )
-_WASM = "a module of WebAssembly and the script that loads it, for a browser or node"
-_CUDA = "CUDA C++: lanes of a graphics processor, thousands of axes beside each other"
+_WASM = "a WebAssembly module and the script that loads it, for a browser or node"
+_CUDA = "CUDA C++: thousands of axes in parallel on a graphics processor"
 _OF_FMU = "write=fmu.write write_law=fmu.write_law"
 _ALL = "pushes tunable single operators"
 _LISTED = (
@@ -227,7 +227,7 @@ _LISTED = (
     _target("ax8000", "Beckhoff AX8000", "", "pushes", "write=ax8000.write reads=ax8000.reads", _AX8000),
     _target("sinumerik", "SINUMERIK", "", "pushes", "write=sinumerik.write reads=sinumerik.reads", _START_VALUES),
     _target("cogging", "", "", "pushes of_cogging", "write=cogging.write reads=cogging.reads", _COGGING),
-    _target("mjcf", "MuJoCo", "", "", "write=mjcf.write", "a scene of MuJoCo with what it has of friction"),
+    _target("mjcf", "MuJoCo", "", "", "write=mjcf.write", "a MuJoCo scene with the friction of the model"),
     *(_target(f"fmu{fmi}", f"FMU {fmi}", "middle", "tunable", _OF_FMU, _FMU.format(fmi), needs="a compiler", fmi=fmi) for fmi in (2, 3)),
 )
 TARGETS: dict[str, Target] = {target.name: target for target in _LISTED}  # Every target of bristle, by name

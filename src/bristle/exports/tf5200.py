@@ -1,7 +1,7 @@
-"""Friction compensation of a TwinCAT 3 CNC, as its list of compensation values has it.
+"""Friction compensation of a TwinCAT 3 CNC: its list of compensation values.
 
-Its velocities, its distance and its entries have the units of the documentation; its currents are in 0.1 % of rated,
-as CANopen drives report their torque.
+Velocities, distance and entries have the units of the documentation; currents are in 0.1 % of rated, the unit of the
+torque in CANopen drives.
 
 References
 ----------
@@ -31,7 +31,7 @@ PER_MILLE = "0.1 % of rated"
 
 
 def write(request: Request) -> Product:
-    """Return the list of compensation values, with what it loses and where it comes from as comments."""
+    """Return the list of compensation values, with its losses and its origin as comments."""
     model, (delay_unit, delay_si), (unit, unit_si) = request.model, DELAY_UNIT[request.model.kind], SPEED_UNIT[request.model.kind]
     forward, backward = [side_of(model, way, request.speed, request.points) for way in (1.0, -1.0)]
     effort = table_units(request.axis, model.kind).efforts[0]
@@ -40,13 +40,13 @@ def write(request: Request) -> Product:
     mean = merged(mean_side(forward, backward, request.points), current, model.kind)
     entries = [(round(v / unit_si), round(f / current.si)) for v, f in mean.entries.tolist()]
     if len(entries) > MOST:
-        raise InputError("are more entries than the list takes", path="points", value=len(entries), allowed=f"{MOST} or fewer")
+        raise InputError("exceeds the length of the list", path="points", value=len(entries), allowed=f"{MOST} entries or fewer")
     written = np.array([[v * unit_si, float(f) * current.si] for v, f in entries])
     delay, ahead = round(reversal_distance(model, float(mean.curve[-1, 0])) / delay_si), samples_ahead(loop_for(request))
-    too_long = f"position_delay is {LONGEST_DELAY}, where its range ends: friction takes {delay} x {delay_unit} to turn"
+    too_long = f"position_delay is {LONGEST_DELAY}, its largest value: friction needs {delay} x {delay_unit} to turn"
     notes = (
         *losses(model, forward, backward, effort, symmetric=True),
-        f"currents are whole numbers: each is rounded by up to half of {PER_MILLE}",
+        f"currents are integers: rounding changes each by up to half of {PER_MILLE}",
         *((too_long,) if delay > LONGEST_DELAY else ()),
         *error_on_log(request, {way: written + np.array([0.0, way * constant]) for way in (1.0, -1.0)}),
     )
@@ -54,10 +54,10 @@ def write(request: Request) -> Product:
         f"Friction compensation of {model.name}: Beckhoff TF5200, list of compensation values.",
         *request.source.lines,
         *notes,
-        f"in: {unit}; out: {PER_MILLE}, as CANopen drives report their torque. Check it against the torque that your drive reports.",
+        f"in: {unit}; out: {PER_MILLE}, the unit of the torque in CANopen drives. Check it against the torque that your drive reports.",
         "Also set lr_param.frict_comp 1 in the axis machine data (P-AXIS-00522).",
-        f"position_delay: 95 % of the force has turned after {delay} of its units ({delay_unit}); its range ends at {LONGEST_DELAY}.",
-        f"reversal_lookahead: cycles by which the current leads a reversal; {ahead} are needed, and its range ends at {MOST_AHEAD}.",
+        f"position_delay: 95 % of the force has turned after {delay} units of {delay_unit}; the largest value is {LONGEST_DELAY}.",
+        f"reversal_lookahead: cycles by which the current leads a reversal; {ahead} needed, the largest value is {MOST_AHEAD}.",
     ]
     rows = {"mode": 3, "table_entries": len(entries), "position_delay": min(delay, LONGEST_DELAY)}
     rows |= {"reversal_lookahead": min(ahead, MOST_AHEAD), "scaling_factor": SCALE_OF_ONE, "delay_cycles": 0}
@@ -73,7 +73,7 @@ def _current_unit(axis: Axis | None, effort: DriveUnit) -> DriveUnit:
         return DriveUnit(PER_MILLE, 1e-3 * axis.rated)
     if effort.name != "%":
         raise InputError(
-            f"takes whole numbers in {PER_MILLE}, and the rated effort is not known",
+            f"needs the rated effort: its entries are integers in {PER_MILLE}",
             path="tf5200",
             value=effort.name,
             allowed="an effort column in %, or rated in the axis file",
@@ -83,10 +83,10 @@ def _current_unit(axis: Axis | None, effort: DriveUnit) -> DriveUnit:
 
 
 def reads(files: Mapping[str, str | bytes], request: Request) -> Drive:
-    """Return what the control computes from the list: compensation by the commanded velocity, weighted at reversals.
+    """Return the force that the control computes from the list and the commanded velocity, with a weight near reversals.
 
-    The current decays over ``reversal_lookahead`` cycles before a reversal and is built up over ``position_delay``
-    behind it; through a stop without a reversal it stays (P-COMP-00043, P-COMP-00044).
+    The current decays over ``reversal_lookahead`` cycles before a reversal and builds up over ``position_delay`` after it;
+    it stays during a stop without a reversal (P-COMP-00043, P-COMP-00044).
     """
     kind = request.model.kind
     current = _current_unit(request.axis, table_units(request.axis, kind).efforts[0])
@@ -107,7 +107,7 @@ def reads(files: Mapping[str, str | bytes], request: Request) -> Drive:
             if distance > 0.0:
                 reached = np.abs(x[turn:] - x[turn - 1]) / distance
                 built = int(np.argmax(reached >= 1.0)) if np.any(reached >= 1.0) else reached.size
-                weight[turn:] = 1.0  # where the reversal before is not over, it ends here
+                weight[turn:] = 1.0  # an unfinished earlier reversal ends here
                 weight[turn : turn + built] = reached[:built]
         return way * weight * np.interp(np.abs(velocity), speeds, forces)
 
@@ -115,7 +115,7 @@ def reads(files: Mapping[str, str | bytes], request: Request) -> Drive:
 
 
 def merged(side: Side, current: DriveUnit, kind: str) -> Side:
-    """Return a side without the entries that rounding makes equal to both of their neighbours, or puts at one speed."""
+    """Return a side without the entries that rounding makes redundant or puts at one speed."""
     written = [(round(v / SPEED_UNIT[kind][1]), round(f / current.si)) for v, f in side.entries.tolist()]
     apart = [k for k in range(len(written)) if k == 0 or written[k][0] != written[k - 1][0]]
     neighbours = zip(apart, [None, *apart[:-1]], [*apart[1:], None], strict=True)

@@ -1,4 +1,4 @@
-"""Options of an export: parameters that may be changed at run time, and single precision."""
+"""Options of an export: parameters that change at run time, and single precision."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ from bristle.hysteresis import everett
 if TYPE_CHECKING:
     from bristle.exports.law import Law
 
-TOLERANCE = 1e-3  # How far the output may be off that of double precision, over the largest one, in the self-test
-CHECKPOINT = 25  # Steps between two outputs that single precision is compared with
+TOLERANCE = 1e-3  # Allowed deviation from double precision in the self-test, divided by the largest output
+CHECKPOINT = 25  # Steps between two comparisons with double precision
 
 _OF_MATHEMATICS = (
     {"EXP_MAX": 88.0, "EXP_OF_MAX": 1.6516362549940018e38, "EXP_MIN": -87.0, "ROUNDER": 12582912.0, "TANH_MAX": 10.0}
-    # ln 2 and half pi in parts of a few bits, and what is left.
+    # ln 2 and half pi in parts of a few bits, and the remainder.
     | {"LN2_HIGH": 0.693359375, "LN2_LOW": -2.1219444005469057e-04}
     | {"HALF_PI_1": 1.5703125, "HALF_PI_2": 4.837512969970703e-04, "HALF_PI_3": 7.54978941586159635e-08, "HALF_PI_4": 5.390302529957764e-15}
     | {"NORMAL_MIN": 1.1754943508222875e-38, "LOG_OF_MIN": -87.33654475055310, "LARGEST": 3.4028234663852886e38}
@@ -43,12 +43,12 @@ CONSTANTS: dict[tuple[str, float], float] = (
 
 
 def single_note(output: str) -> str:
-    """Return what is told of an export in single precision."""
-    return f"single precision: not the bits of bristle; the self-test allows {TOLERANCE:g} of the largest {output}"
+    """Return the note for an export in single precision."""
+    return f"single precision differs from bristle by rounding; the self-test allows {TOLERANCE:g} of the largest {output}"
 
 
 def refuse_beyond_single(values: Mapping[str, Any], path: str = "") -> None:
-    """Refuse parameters, tuples of such in one another, with a finite number that single precision does not hold."""
+    """Refuse parameters, also in nested tuples, that are finite but too large for single precision."""
     largest = float(np.finfo(np.float32).max)
     for name, value in values.items():
         if hasattr(value, "_fields"):
@@ -57,26 +57,26 @@ def refuse_beyond_single(values: Mapping[str, Any], path: str = "") -> None:
         numbers = np.abs(np.atleast_1d(value)).astype(float) if not isinstance(value, str) else np.zeros(1)
         if np.any(np.isfinite(numbers) & (numbers > largest)):
             raise InputError(
-                "is larger than any number of single precision",
+                "is too large for single precision",
                 path=f"{path}{name}",
                 value=float(np.max(numbers)),
                 allowed=f"<= {largest:.3g}",
-                mend="Leave float32 out",
+                mend="Omit float32",
             )
 
 
 def checkpoints(outputs: np.ndarray, *, single: bool) -> dict[str, Any]:
-    """Return what a self-test in single precision compares with; nothing of it for double precision."""
+    """Return the reference outputs of a self-test in single precision; empty for double precision."""
     near = {"checkpoints": [repr(output) for output in outputs[::CHECKPOINT].tolist()], "largest": repr(float(np.max(np.abs(outputs))))}
     return near | {"every": CHECKPOINT, "tolerance": repr(TOLERANCE) if single else ""}
 
 
-MARK = 1024.0  # numbers that stand for parameters, to be leaves again in what kernels receive
+MARK = 1024.0  # first of the numbers that mark parameters, to find them in the parameters of the kernels
 
 
 @dataclass(frozen=True)
 class Tunable:
-    """Which parameters may be changed, with their values, and where each of them goes."""
+    """The variable parameters with their values, and the place of each."""
 
     kind: Kind
     variables: Mapping[str, Variable]
@@ -84,7 +84,7 @@ class Tunable:
     places: dict[tuple[str, ...], str]
 
     def numbers(self) -> Iterator[tuple[str, int | None, float]]:
-        """Give the name, the place in it where it is an array, and the value of each number."""
+        """Yield the name, the index within an array, and the value of each number."""
         for name, value in self.values.items():
             if isinstance(value, np.ndarray):
                 yield from ((name, place, number) for place, number in enumerate(value.tolist()))
@@ -93,9 +93,9 @@ class Tunable:
 
 
 def bounds_of(tuned: Tunable) -> Iterator[tuple[str, int | None, list[tuple[str, float]]]]:
-    """Give the name and the place of each number that may be changed, and what it is compared with.
+    """Yield the name, the index and the bounds of each variable number.
 
-    A number that is unbounded is compared with the largest of its type, so that it is finite.
+    The bound of an unbounded number is the largest of its type, so that the number must be finite.
     """
     for name, place, _ in tuned.numbers():
         variable = tuned.variables[name]
@@ -105,9 +105,9 @@ def bounds_of(tuned: Tunable) -> Iterator[tuple[str, int | None, list[tuple[str,
 
 
 def tunable_of(model: Model, fixed_names: Container[str] = ()) -> Tunable:
-    """Return the parameters of a model that may be changed: its real numbers; whole numbers and choices are fixed.
+    """Return the variable parameters of a model: its real numbers.
 
-    So are those of these names.
+    Whole numbers, choices and parameters named in `fixed_names` are fixed.
     """
     component = model.component
     values = {
@@ -115,7 +115,7 @@ def tunable_of(model: Model, fixed_names: Container[str] = ()) -> Tunable:
         for name, value in model.values.items()
         if not component.is_integer(name) and not component.variables[name].choices and name not in fixed_names
     }
-    # Numbers that stand for parameters, to be leaves again in what kernels receive.
+    # Numbers mark the parameters, to find them in the parameters of the kernels.
     marked: dict[str, Any] = {}
     count = MARK
     for name, value in values.items():
@@ -130,19 +130,19 @@ def tunable_of(model: Model, fixed_names: Container[str] = ()) -> Tunable:
     lost += [".".join(path) for path, value in usual if path not in places and keys[path] != np.asarray(value).tobytes()]
     if lost:
         raise InputError(
-            "makes something else of a parameter, so that it cannot be changed at run time",
+            "converts a parameter to another value, so that the parameter cannot change at run time",
             path=model.name,
             value=", ".join(lost),
-            mend="Leave --tunable out",
+            mend="Omit --tunable",
         )
     return Tunable(model.kind, component.variables, values, places)
 
 
 def tunable_law(law: Law) -> Tunable:
-    """Return the parameters of a law that may be changed: those of its controller, and of what it feeds forward.
+    """Return the variable parameters of a law: those of its controller and of its feedforward.
 
-    Each is called by what it belongs to and its own name, ``controller_k_p``. The limit of the drive, and the gravity
-    and the cogging of a plant, are fixed.
+    A name consists of the part and the parameter, such as ``controller_k_p``. The limit of the drive and the gravity and
+    cogging of a plant are fixed.
     """
     friction = law.variant.feedforward.friction
     values: dict[str, Any] = {}
@@ -163,7 +163,7 @@ def tunable_law(law: Law) -> Tunable:
 
 
 def settled_law(law: Law) -> Law:
-    """Return a law with all left out that its parameters decide, but for those that may be changed."""
+    """Return a law without the branches that its fixed parameters rule out."""
     places = tunable_law(law).places if law.tunable else ()
     fact = fact_of(law.p, law.types[1], places)
     unit, (entry,) = settled(law.unit, [law.entry], {"p": fact}, single=law.single)

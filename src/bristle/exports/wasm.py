@@ -1,8 +1,8 @@
 """WebAssembly of a friction model: a module of the binary format, written without a compiler, and a script around it.
 
-The module is alone: it imports nothing, and has one page of memory or more. Parameters lie in the memory as numbers, so
-that a script may change them between two calls. With a plant, it has a second function: a step of the plant with this
-friction under an effort, with a contact of its own and the same parameters of friction.
+The module has no imports and at least one page of memory. Parameters are numbers in the memory, so that a script can
+change them between two calls. With a plant, a second function makes a step of the plant with this friction under an
+effort. It has a separate contact and the same friction parameters.
 """
 
 import json
@@ -32,8 +32,8 @@ from bristle.translation.build import Builder
 from bristle.translation.tree import INTEGER, REAL, Array, Call, Function, Struct, Unit, struct_type, walk
 
 PAGE, FIRST = 65536, 8
-ALONE, PACKED = 500, 60  # parts of the tree that running a function where it is called may add
-VARYING = frozenset({"place", "rise", "slot", "around"})  # of what kernels receive: what lets them vary
+ALONE, PACKED = 500, 60  # limit on parts of the tree that inlining a function may add
+VARYING = frozenset({"place", "rise", "slot", "around"})  # fields of the parameters that make friction vary
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Module:
 
 
 class _Memory:
-    """The memory of a module while it is laid out, and what of it the parameters of its entries are."""
+    """The memory layout of a module under construction, and the parameters of its entries in it."""
 
     def __init__(self, unit: Unit, roots: list[Function], added: int) -> None:
         self.functions = _called(unit, roots, added)
@@ -66,14 +66,14 @@ class _Memory:
         return address
 
     def place(self, argument: str, model: Model, kind: Struct, *, choices: bool = False) -> dict[str, list[list[int]]]:
-        """Lay out the parameters of a model, keep the instructions that hand them to an entry, and return their places."""
+        """Lay out the parameters of a model, store the instructions that pass them to an entry, and return their addresses."""
         named = {name for name, variable in model.component.variables.items() if variable.choices and choices}
         self.addresses[argument] = {}
         self.pushed[argument] = self._pushed(model.parameters, kind, self.addresses[argument], (), named)
         return _places(model, self.addresses[argument], choices=choices)
 
     def _pushed(self, value: Any, kind: Struct, addresses: dict[tuple[str, ...], int], path: tuple[str, ...], named: set[str]) -> bytes:
-        """Return the instructions that push parameters: one that is whole and fixed itself, an array by its address."""
+        """Return the instructions that push parameters: fixed whole numbers by value, arrays by address."""
         code = b""
         for (name, part), leaf in zip(kind.fields, value, strict=True):
             if isinstance(part, Struct):
@@ -115,14 +115,14 @@ def module_of(
         addresses |= layout.place("q", plant, core.parameters["q"][1])
     binary = _binary({name: _entry(root, layout, begins[name]) for name, root in roots.items()}, layout)
     body = begins["step"]["lasting"] if core is not None else 0
-    # Where the coefficients of what varies are, and their values where nothing does.
+    # Addresses of the coefficients of variations, and their neutral values.
     values = unvaried(subject.model).parameters
     still = [(at, float(reduce(getattr, path, values))) for path, at in layout.addresses["p"].items() if not VARYING.isdisjoint(path)]
     return Module(binary, places["lasting"], addresses, places["memory"], body, parameters, still)
 
 
 class Part(NamedTuple):
-    """A function of a module of several: its function of the tree, what lasts of it at first, and its model."""
+    """A function of a module with several: its function of the tree, its initial state, and its model."""
 
     entry: Function
     begin: np.ndarray
@@ -130,7 +130,7 @@ class Part(NamedTuple):
 
 
 def module_of_parts(builder: Builder, parts: Mapping[str, Part]) -> tuple[bytes, dict[str, dict[str, Any]]]:
-    """Return a module with an exported function for each part, and the addresses of what lasts and of parameters."""
+    """Return a module with an exported function for each part, and the addresses of state and parameters."""
     roots = [part.entry for part in parts.values()]
     layout = _Memory(pruned(builder.unit, roots), roots, PACKED)
     begins = {name: {"lasting": layout.add(part.begin)} for name, part in parts.items()}
@@ -143,7 +143,7 @@ def module_of_parts(builder: Builder, parts: Mapping[str, Part]) -> tuple[bytes,
 
 
 def _called(unit: Unit, roots: list[Function], added: int) -> list[Function]:
-    """Return the functions that stay functions: the others run where they are called, which adds few parts."""
+    """Return the functions that stay functions; the others are inlined, because this adds few parts."""
     calls = Counter(id(part.function) for f in unit.functions for part in walk(f.body) if isinstance(part, Call))
     functions, sizes = [], dict[int, int]()
     for function in unit.functions:
@@ -157,7 +157,7 @@ def _called(unit: Unit, roots: list[Function], added: int) -> list[Function]:
 
 
 def _binary(entries: dict[str, bytes], layout: _Memory) -> bytes:
-    """Return the module of some functions, with an exported one for each entry."""
+    """Return the module of some functions, with an exported function for each entry."""
     types, integer = Types(), layout.integer
     functions = layout.functions
     numbers = {id(function): number for number, function in enumerate(functions)}

@@ -1,7 +1,7 @@
 """Functions of a tree as WebAssembly: instructions of the binary format, tuples as several numbers.
 
-A tuple is what it holds, number by number: an argument each, a result each, a local variable each. An array is where it
-begins in the memory. Everything else is one instruction of the machine for one node of the tree.
+A tuple becomes a list of numbers: one argument, result or local variable for each. An array becomes its address in the
+memory. Every other node of the tree becomes one instruction.
 """
 
 import struct
@@ -17,7 +17,7 @@ from bristle.translation import tree
 from bristle.translation.scope import NotExportableError
 from bristle.translation.tree import INTEGER, REAL, TRUTH, VOID, Array, Struct, Type, Variable
 
-# Names with their bytes: sections, types, the type of a block that gives nothing, instructions, arithmetic by type and operator.
+# Names with their bytes: sections, types, the type of a block without a result, instructions, arithmetic by type and operator.
 TABLE = """
 types 01 functions 03 memories 05 exports 07 code 0A data 0B
 i32 7F i64 7E f64 7C empty 40
@@ -33,12 +33,12 @@ OP = {name: bytes.fromhex(code) for name, code in zip(TABLE.split()[::2], TABLE.
 
 
 def emitted(*parts: str | bytes) -> bytes:
-    """Return the bytes of instructions by their names, and of what they are given."""
+    """Return the bytes of instructions, given by names, and of their operands."""
     return b"".join(OP[part] if isinstance(part, str) else part for part in parts)
 
 
 def leb(value: int) -> bytes:
-    """Return a count as the format has it: seven bits a byte, the lowest first."""
+    """Return a count in the encoding of the format: seven bits a byte, the lowest first."""
     parts = bytearray()
     while True:
         value, low = value >> 7, value & 127
@@ -48,7 +48,7 @@ def leb(value: int) -> bytes:
 
 
 def signed_leb(value: int) -> bytes:
-    """Return an integer as the format has it."""
+    """Return an integer in the encoding of the format."""
     parts = bytearray()
     while True:
         value, low = value >> 7, value & 127
@@ -59,12 +59,12 @@ def signed_leb(value: int) -> bytes:
 
 
 def vector(parts: Sequence[bytes]) -> bytes:
-    """Return several things as the format has them: how many, then each."""
+    """Return a vector in the encoding of the format: the count, then each element."""
     return leb(len(parts)) + b"".join(parts)
 
 
 def flat(kind: Type, integer: str) -> list[str]:
-    """Return the numbers that a value is, by their types in the machine; `integer` is that of whole numbers."""
+    """Return the machine types of the numbers of a value; `integer` is the type of whole numbers."""
     if isinstance(kind, Struct):
         return [number for _, part in kind.fields for number in flat(part, integer)]
     if isinstance(kind, Array) or kind == TRUTH:
@@ -93,7 +93,7 @@ class Types:
 
 
 class Locals:
-    """Local variables, arguments first; what runs in place of a call leaves its own to others that come after it."""
+    """Local variables, arguments first; later inlined calls reuse the variables of earlier ones."""
 
     def __init__(self, arguments: Sequence[Variable], integer: str) -> None:
         self.integer = integer
@@ -106,18 +106,18 @@ class Locals:
         self._arguments = len(self.kinds)
 
     def place(self, variable: Variable) -> int:
-        """Return where the numbers of a variable begin."""
+        """Return the index of the first number of a variable."""
         if variable.name not in self._places:
             self._places[variable.name] = self.new(flat(variable.type, self.integer))
         return self._places[variable.name]
 
     def numbers(self, variable: Variable) -> range:
-        """Return where the numbers of a variable are."""
+        """Return the indices of the numbers of a variable."""
         first = self.place(variable)
         return range(first, first + len(flat(variable.type, self.integer)))
 
     def new(self, kinds: Sequence[str]) -> int:
-        """Return where a new run of numbers begins."""
+        """Return the first index of a new run of numbers."""
         free = self._free[tuple(kinds)]
         first = free.pop() if free else len(self.kinds)
         if first == len(self.kinds):
@@ -127,7 +127,7 @@ class Locals:
 
     @contextmanager
     def apart(self) -> Iterator[None]:
-        """Let names mean other variables in this block."""
+        """Use a separate scope of names in this block."""
         outside = self._places, self._runs
         self._places, self._runs = {}, []
         yield
@@ -136,7 +136,7 @@ class Locals:
         self._places, self._runs = outside
 
     def declared(self) -> bytes:
-        """Return what is not an argument as the format has it: how many in a row of each type."""
+        """Return the non-argument variables in the encoding of the format: run lengths of each type."""
         runs = groupby(self.kinds[self._arguments :])
         return vector([leb(len(list(run))) + OP[kind] for kind, run in runs])
 
@@ -149,11 +149,11 @@ IN_BITS = {
     "mantissa": emitted("bits", "i64.const", _MANTISSA, "and", "i64.const", _UNIT, "or", "number"),
     "exponent": emitted("bits", *_FRACTION, "shift_right", "i64.const", signed_leb(BITS_OF_ROUNDER), "or", "number", *_ROUNDER, "f64-"),
 }
-"""Instructions for the parts of a number, as `bristle.core.exponent` reads them."""
+"""Instructions for the parts of a number, equivalent to `bristle.core.exponent`."""
 
 
 class Code:
-    """The code of one function, and in it that of the functions that have no number: they run where they are called."""
+    """The code of one function, including that of its inlined functions, which have no index."""
 
     def __init__(self, function: tree.Function, numbers: Mapping[int, int], types: Types, integer: str) -> None:
         self.function, self.numbers, self.types, self.integer = function, numbers, types, integer
@@ -163,13 +163,13 @@ class Code:
         self.loops: list[tuple[int, int]] = []
 
     def body(self) -> bytes:
-        """Return the function as the format has it: its size, its variables, its instructions."""
+        """Return the function in the encoding of the format: size, variables, instructions."""
         self._put(self.function.body, *["unreachable"] * (self.function.result != VOID), "end")
         content = self.locals.declared() + bytes(self.out)
         return leb(len(content)) + content
 
     def _put(self, *parts: Any) -> None:
-        """Write instructions by their names, bytes as they are, and the nodes of a tree: one part after the other."""
+        """Write a sequence of instruction names, raw bytes, and nodes of a tree."""
         for part in parts:
             if isinstance(part, list):
                 self._put(*part)
@@ -216,7 +216,7 @@ class Code:
         self._put("end", counted, f"{self.integer}.const", signed_leb(1), f"{self.integer}+", kept, "br", leb(0), "end", "end")
 
     def _round(self, body: list[tree.Statement], blocks: int) -> None:
-        """Write one round of a loop, so many blocks inside of what a break leaves."""
+        """Write one round of a loop, `blocks` levels inside the block that a break leaves."""
         self.loops.append((self.depth - blocks, self.depth))
         self._put(body)
         self.loops.pop()
@@ -248,7 +248,7 @@ class Code:
         self._get(first, len(flat(e.type, self.integer)))
 
     def _first_of(self, e: tree.Expression) -> int | None:
-        """Return where the numbers of a tuple begin that lies in variables; None for one that is computed."""
+        """Return the first index of a tuple in variables; None for a computed tuple."""
         if isinstance(e, tree.Variable):
             return self.locals.place(e)
         if isinstance(e, tree.Field) and isinstance(e.of.type, Struct):
@@ -275,7 +275,7 @@ class Code:
     def _binary(self, e: tree.Binary | tree.Compare) -> None:
         operation = f"{'f64' if e.left.type == REAL else self.integer}{e.operator}"
         if operation not in OP:
-            raise NotExportableError(self.function.source, None, f"{e.operator} of whole numbers that are not known here")
+            raise NotExportableError(self.function.source, None, f"{e.operator} of variable whole numbers is not exportable")
         self._put(e.left, e.right, operation)
 
     _compare = _binary
@@ -306,7 +306,7 @@ class Code:
             self._run(e.function)
 
     def _run(self, function: tree.Function) -> None:
-        """Run a function here, its arguments being there: its variables are free for others after it."""
+        """Inline a function whose arguments are on the stack; its variables are reused afterwards."""
         outside = self.end
         with self.locals.apart():
             for place in reversed([n for parameter in function.parameters for n in self.locals.numbers(parameter)]):
@@ -331,12 +331,12 @@ class Code:
             largest = ("abs", "f64.const", struct.pack("<d", LARGEST), "f64>")
             self._put("tee", x, *(("get", x, "f64!=") if e.name == "isnan" else largest))
         elif e.name not in IN_BITS and e.type != REAL:
-            raise NotExportableError(self.function.source, None, f"{e.name} of whole numbers")
+            raise NotExportableError(self.function.source, None, f"{e.name} of whole numbers is not exportable")
         else:
             self._put(IN_BITS.get(e.name, e.name))
 
     def _least(self, e: tree.Intrinsic) -> None:
-        """Give ``b if b < a else a``, or with ``>``: what Python gives, for NaN and zeros too."""
+        """Write ``b if b < a else a``, or with ``>``: as in Python, also for NaN and zeros."""
         kind = flat(e.type, self.integer)
         places = a, b = [leb(self.locals.new(kind)) for _ in range(2)]
         for place, argument in zip(places, e.arguments, strict=True):

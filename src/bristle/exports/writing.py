@@ -1,4 +1,4 @@
-"""What is exported is looked at before a target writes it, and what a target wrote before it becomes a result."""
+"""Export of a model: checks of the request, the target's `write`, and checks of the product."""
 
 import re
 from dataclasses import replace
@@ -30,8 +30,8 @@ def load_target_file(path: Readable) -> Target:
     Parameters
     ----------
     path : path-like, bytes, file object or Content
-        A Python file with ``TARGET = Target(name=..., description=..., write=write)``, from `bristle.exports`. It is
-        executed.
+        A Python file with ``TARGET = Target(name=..., description=..., write=write)``, from `bristle.exports`. bristle
+        executes the file.
 
     Returns
     -------
@@ -41,35 +41,35 @@ def load_target_file(path: Readable) -> Target:
     Raises
     ------
     InputError
-        If the file cannot be read or run, defines no target, or gives it a name that it cannot have.
+        If the file cannot be read or run, defines no target, or names it with an invalid name.
     """
     content = code_at(path)
     target = declared_in(content, "TARGET", Target, title="target of the export", mend=MEND)
     source = str(content.source)
     if not callable(target.write):
-        raise InputError("its target writes nothing", path=source, value=target.write, mend=MEND)
+        raise InputError("its target has no function write", path=source, value=target.write, mend=MEND)
     if not isinstance(target.name, str) or not NAME.fullmatch(target.name) or target.name in TARGETS:
         raise InputError(
-            "gives its target a name that it cannot have",
+            "its target has an invalid name",
             path=source,
             value=target.name,
-            allowed="small letters, digits and _, a letter first, and no name of a target of bristle",
+            allowed="small letters, digits and _, a letter first, and not the name of a target of bristle",
         )
     if not isinstance(target.description, str) or not target.description.strip():
-        raise InputError("does not say what its target is", path=source, mend='Write description="..."')
+        raise InputError("its target has no description", path=source, mend='Write description="..."')
     return target
 
 
 SEEN = ("identified", "held")
 SAID_OF_REST = {
-    "held": "at rest (v = 0) the model keeps the force of the direction it came from; --rest middle writes the other rule",
-    "middle": "at rest (v = 0) the model gives the mean of both directions; --rest held writes the other rule",
+    "held": "at rest (v = 0) the model keeps the force of the last direction; --rest middle writes the mean of both directions",
+    "middle": "at rest (v = 0) the model gives the mean of both directions; --rest held writes the force of the last direction",
 }
 NAME = re.compile(r"[a-z][a-z0-9_]{0,40}")
 
 
 def target_named(name: str | Target) -> Target:
-    """Return the target of bristle with this name; one of a user's own is handed in itself."""
+    """Return the target of bristle with this name; a `Target` is returned unchanged."""
     if isinstance(name, Target):
         return name
     if name not in TARGETS:
@@ -78,7 +78,7 @@ def target_named(name: str | Target) -> Target:
             path="to",
             value=name,
             mend=did_you_mean(name, TARGETS),
-            allowed=f"{', '.join(TARGETS)}, or a file my_target.py with one of your own",
+            allowed=f"{', '.join(TARGETS)}, or a file my_target.py that defines a target",
         )
     return TARGETS[name]
 
@@ -107,19 +107,19 @@ def files_for(to: str | Target, request: Request, *, accept_harm: bool = False) 
 
 
 def _ahead_text(loop: Variant | None) -> str:
-    """Return how the desired motion is fed ahead, in a sentence."""
+    """Return a sentence on the lead of the desired motion."""
     if loop is None:
-        return "feed the desired motion 1 sample ahead at least, and by delay and lag of the drive, which are not known"
+        return "feed the desired motion at least 1 sample ahead; add the delay and lag of the drive, which are unknown here"
     ahead, run = samples_ahead(loop), loop.run
     late = run.delay * run.sample_time + run.current_lag
-    rest = f"{ahead - 1} for {1e3 * late:.3g} ms of delay and lag" if late else "no delay and no lag are known"
+    rest = f"{ahead - 1} for {1e3 * late:.3g} ms of delay and lag" if late else "delay and lag are unknown"
     samples = "sample" if ahead == 1 else "samples"
     head = f"feed the desired motion {ahead} {samples} of {1e3 * run.sample_time:g} ms ahead"
     return f"{head}: 1 for the step to come, {rest}"
 
 
 def _with_rule(target: Target, request: Request) -> tuple[Request, Effect | None]:
-    """Return what is asked for with its rule at rest, and the effect: where nobody asked for one, the better rule."""
+    """Return the request with its rule at rest, and the effect; without a requested rule, the better one."""
 
     def effect(ruled: Request) -> Effect | None:
         if target.reads is None:
@@ -143,40 +143,40 @@ def _with_rule(target: Target, request: Request) -> tuple[Request, Effect | None
 def _refuse_harm(effect: Effect | None, name: str, *, has_memory: bool) -> None:
     """Refuse an export that makes the following error larger far beyond pre-sliding, or along the motion of the log."""
     if effect is not None and effect.is_harmful:
-        with_memory = "Lower the integral gain of the controller, or feed 90 % of it: write it all the same"
-        without = "Export a model with memory (--to c, --law), or write it all the same"
+        with_memory = "Lower the integral gain of the controller, or feed 90 % of the friction; to write the files anyway"
+        without = "Export a model with memory (--to c, --law); to write the files anyway"
         raise InputError(
-            f"makes an error larger: {'; '.join(effect.lines()[:2])}",
+            f"makes the error larger: {'; '.join(effect.lines()[:2])}",
             path=name,
-            allowed=f"no larger than without it from {SERIOUS:g} times the pre-sliding distance on and along the log",
+            allowed=f"no larger error along the log and in moves of {SERIOUS:g} pre-sliding distances or more",
             mend=f"{with_memory if has_memory else without}: --accept-harm",
         )
 
 
 def _unseen(request: Request) -> tuple[str, ...]:
-    """Return which levels of friction no log has shown, a sentence each, from what a model file says of them."""
+    """Return a sentence for each level of friction that no log has shown, according to the model file."""
     notes = []
     for name, variable in request.model.component.variables.items():
         entry = request.source.uncertainty.get(name, {})
         doubt = entry.get("note") or ("" if entry.get("status", "identified") in SEEN else "not identified")
         of_sliding = acts_in_sliding(variable) and not Role.BREAK_AWAY.fits(variable)
         if of_sliding and entry.get("status") != "held" and doubt:
-            notes.append(f"do not use these forces before a log has shown them: {name}, {doubt}")
+            notes.append(f"do not use this force until a log shows it: {name}, {doubt}")
     return tuple(notes)
 
 
 ABILITIES = {
-    "tunable": ("has no parameters that may be changed at run time", "Leave tunable out"),
-    "single": ("is not written in single precision", "Leave float32 out"),
-    "rest": ("evaluates no model along samples", "Leave rest out"),
-    "compares": ("is no table that could be compared on a log", "Leave the log out"),
-    "operators": ("holds no hysteresis operator", ""),
-    "write_law": ("holds no control law", ""),
+    "tunable": ("does not support parameters that change at run time", "Omit tunable"),
+    "single": ("does not support single precision", "Omit float32"),
+    "rest": ("does not evaluate the model along samples", "Omit rest"),
+    "compares": ("is not a table and cannot be compared along a log", "Omit the log"),
+    "operators": ("does not support hysteresis operators", ""),
+    "write_law": ("does not support control laws", ""),
 }
 
 
 def _refuse_beyond(target: Target, **demands: bool | str) -> None:
-    """Refuse what is wanted of a target that is not able to do it, and name those of bristle that are."""
+    """Refuse a demand that the target cannot meet, and name the targets of bristle that can."""
     for ability, value in demands.items():
         if value and not getattr(target, ability):
             allowed = ", ".join(name for name, candidate in TARGETS.items() if getattr(candidate, ability))
@@ -185,17 +185,17 @@ def _refuse_beyond(target: Target, **demands: bool | str) -> None:
 
 
 def checked_product(product: Product, target: Target) -> Product:
-    """Return what a target wrote, if it can become a result: files with plain names, text or bytes, notes in words."""
+    """Return the product of a target if it is valid: files with plain names, text or bytes, notes as text."""
     if not isinstance(product, Product) or not isinstance(product.files, dict):
         raise InputError(
             "returned no files", path=target.name, value=type(product).__name__, mend='Return Product({"name.txt": text}, ("a note",))'
         )
     if not product.files:
-        raise InputError("wrote no file", path=target.name, mend="Refuse with an InputError what it cannot hold")
+        raise InputError("wrote no file", path=target.name, mend="Raise an InputError for a model that the target does not support")
     for name, content in product.files.items():
         if not isinstance(name, str) or not (is_plain(name) and name.isprintable()) or name == SUMMARY:
             raise InputError(
-                "gives a file a name that it cannot have",
+                "gives a file an invalid name",
                 path=target.name,
                 value=name,
                 allowed=f"the plain name of a file in the folder, not {SUMMARY}",
@@ -204,7 +204,7 @@ def checked_product(product: Product, target: Target) -> Product:
             raise InputError(f"wrote no content for {name}", path=target.name, value=type(content).__name__, allowed="text or bytes")
     if not isinstance(product.notes, tuple) or not all(isinstance(note, str) for note in product.notes):
         raise InputError(
-            "has notes that are no text", path=target.name, value=product.notes, mend='Write ("a note",), with a comma behind it'
+            "has notes that are not text", path=target.name, value=product.notes, mend='Write ("a note",), with a comma after the text'
         )
     return product
 
@@ -212,7 +212,7 @@ def checked_product(product: Product, target: Target) -> Product:
 def law_for(
     to: str | Target, variant: Variant, name: str, source: Source, *, tunable: bool = False, single: bool = False, accept_harm: bool = False
 ) -> Product:
-    """Return the files of the control law of a variant for a target; its options are those of a `Request`."""
+    """Return the files of the control law of a variant for a target; options have the meaning of a `Request`."""
     target = target_named(to)
     _refuse_beyond(target, write_law=True, tunable=tunable, single=single)
     if single:
@@ -227,7 +227,7 @@ def law_for(
     notes = [f"feed the law {samples} of the desired motion: {', '.join(ahead)}"] if ahead else []
     notes += [single_note("effort")] if single else []
     if tunable and np.any(law.memory):
-        notes.append("what the compensator was brought through before it begins is that of the exported parameters")
+        notes.append("the compensator starts in a state that was computed with the exported parameters")
     plain = law_of(variant) if tunable or single else law
     assert target.write_law is not None
     written = target.write_law(law, name, replace(source, remarks=remarks, model_hash=hash_of_law(plain)))
@@ -236,9 +236,9 @@ def law_for(
 
 
 def name_for(text: str) -> str:
-    """Return a name that files, types and functions can have."""
+    """Return a valid name for files, types and functions."""
     if not NAME.fullmatch(text) or text in RESERVED:
         raise InputError(
-            "cannot be the name of a function", path="name", value=text, allowed="small letters, digits and _, a letter first, no word of C"
+            "cannot name a function", path="name", value=text, allowed="small letters, digits and _, a letter first, not a keyword of C"
         )
     return text

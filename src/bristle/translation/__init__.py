@@ -1,1 +1,1 @@
-"""Kernels as a typed tree: the source of every other language, and of the derivatives."""
+"""Kernels as a typed tree, from which bristle writes other languages and derivatives."""

@@ -1,4 +1,4 @@
-"""From kernels to the typed tree: statements, and a function for each combination of types that a kernel is called with."""
+"""From kernels to the typed tree: statements, and one function for each combination of argument types of a kernel."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from bristle.translation.expressions import Expressions
 from bristle.translation.scope import NotExportableError, ascii_name, definition_of, free_name
 from bristle.translation.tree import INTEGER, REAL, VOID, Array, Struct, Type, walk
 
-PASSES = 8  # a variable turns from a truth to a whole number to a real one at most
+PASSES = 8  # a variable changes at most from truth to whole number to real number
 
 
 class Translation(Expressions):
@@ -30,7 +30,7 @@ class Translation(Expressions):
         names = [argument.arg for argument in definition.args.args]
         self.types = dict(zip(names, self._argument_types, strict=True))
         if node := _counter_outside(definition):
-            raise self.refuse(node, f"{node.id} counts a loop and is looked at outside of it")
+            raise self.refuse(node, f"the loop variable {node.id} is read outside its loop")
         body: list[tree.Statement] = []
         for _ in range(PASSES):
             self._changed, self._count = False, 0
@@ -39,7 +39,7 @@ class Translation(Expressions):
                 break
         result: Type = VOID if self._result is None else self._result
         if result != VOID and not _ends(definition.body):
-            raise self.refuse(definition.body[-1], "does not return a value on every way through it")
+            raise self.refuse(definition.body[-1], "does not return a value on every path")
         parameters = [tree.Variable(self.types[name], name) for name in names]
         writes = any(isinstance(part, tree.Store) or (isinstance(part, tree.Call) and part.function.writes) for part in walk(body))
         description = (ast.get_docstring(definition) or "").split("\n", 1)[0]
@@ -52,7 +52,7 @@ class Translation(Expressions):
                 continue
             translate = getattr(self, f"_do_{type(node).__name__.lower()}", None)
             if translate is None:
-                raise self.refuse(node, f"{type(node).__name__} is outside the subset of Python that can be exported")
+                raise self.refuse(node, f"{type(node).__name__} is outside the exportable subset of Python")
             lines += translate(node)
         return lines
 
@@ -76,7 +76,7 @@ class Translation(Expressions):
 
     def _do_while(self, node: ast.While) -> list[tree.Statement]:
         if node.orelse:
-            raise self.refuse(node, "a loop has no else on other targets")
+            raise self.refuse(node, "a loop must not have else")
         return [tree.While(self.truth(node.test), self._block(node.body))]
 
     def _do_for(self, node: ast.For) -> list[tree.Statement]:
@@ -84,10 +84,10 @@ class Translation(Expressions):
         if not (isinstance(counts, ast.Call) and isinstance(counts.func, ast.Name) and counts.func.id == "range"):
             raise self.refuse(node, "a for loop must run over range(...)")
         if node.orelse or not isinstance(node.target, ast.Name) or not 1 <= len(counts.args) <= 2:
-            raise self.refuse(node, "a for loop has one name, a start and a stop, and no else")
+            raise self.refuse(node, "a for loop must have one variable, a start and a stop, and no else")
         bounds = [self.value(bound) for bound in counts.args]
         if any(bound.type != INTEGER for bound in bounds):
-            raise self.refuse(node, "a range runs over whole numbers")
+            raise self.refuse(node, "the arguments of range must be whole numbers")
         variable = self._variable(node.target.id, INTEGER, node)
         start = bounds[0] if len(bounds) == 2 else self.value(ast.Constant(0))
         return [tree.For(variable, start, bounds[-1], self._block(node.body))]
@@ -100,7 +100,7 @@ class Translation(Expressions):
 
     def _do_assign(self, node: ast.Assign) -> list[tree.Statement]:
         if len(node.targets) != 1:
-            raise self.refuse(node, "one value, one name: write two lines")
+            raise self.refuse(node, "an assignment must have one target: write two lines")
         return self._assigned(node.targets[0], node.value, node)
 
     def _do_annassign(self, node: ast.AnnAssign) -> list[tree.Statement]:
@@ -120,7 +120,7 @@ class Translation(Expressions):
             return self._one_by_one(target.elts, value.elts, node)
         value_tuple = self.value(value)
         if not isinstance(value_tuple.type, Struct) or len(value_tuple.type.fields) != len(target.elts):
-            raise self.refuse(node, f"{len(target.elts)} names for something else")
+            raise self.refuse(node, f"{len(target.elts)} names need a tuple of the same length")
         statements: list[tree.Statement] = []
         if not isinstance(value_tuple, tree.Variable):
             held = self._held(value_tuple.type, node)
@@ -132,7 +132,7 @@ class Translation(Expressions):
         return statements
 
     def _one_by_one(self, targets: list[ast.expr], values: list[ast.expr], node: ast.stmt) -> list[tree.Statement]:
-        """Return several names with their values at once: through other names where a value looks at one before it."""
+        """Return a simultaneous assignment, through temporary names if a value reads an earlier target."""
         into_arrays = any(not isinstance(target, ast.Name) for target in targets)
         later = [
             {part.id for value in values[k:] for part in ast.walk(value) if isinstance(part, ast.Name)} for k in range(1, len(values) + 1)
@@ -154,17 +154,17 @@ class Translation(Expressions):
             variable = self._variable(target.id, value.type, node)
             return [tree.Assign(variable, self.coerced(value, variable.type, node))]
         if not isinstance(target, ast.Subscript):
-            raise self.refuse(node, f"a value for {type(target).__name__}")
+            raise self.refuse(node, f"cannot assign to {type(target).__name__}")
         array, at = self.value(target.value), self.value(target.slice)
         if not isinstance(array.type, Array) or at.type != INTEGER:
-            raise self.refuse(node, "only numbers of an array take a value, and their place is a whole number")
+            raise self.refuse(node, "an indexed assignment needs an array and a whole number as its index")
         if not array.type.writable:
-            raise self.refuse(node, "writes into an array that it may only read: memory is written in commit only")
+            raise self.refuse(node, "writes to a read-only array: only commit may write to memory")
         return [tree.Store(array, at, self.coerced(value, REAL, node))]
 
     def _variable(self, name: str, kind: Type, node: ast.AST) -> tree.Variable:
         if kind == VOID:
-            raise self.refuse(node, f"{name} takes what gives nothing")
+            raise self.refuse(node, f"{name} is assigned a call without a result")
         common = self.unified(self.types[name], kind, node) if name in self.types else kind
         self._changed |= self.types.get(name) != common
         self.types[name] = common
@@ -177,7 +177,7 @@ class Translation(Expressions):
 
 @cache
 def _counter_outside(definition: ast.FunctionDef) -> ast.Name | None:
-    """Return where the name of a loop is looked at after the loop: targets count one farther, or less far."""
+    """Return a use of a loop variable after its loop, where its value differs between targets."""
     loops = [node for node in ast.walk(definition) if isinstance(node, ast.For)]
     inside = {id(node) for loop in loops for node in ast.walk(loop)}
     counted = {loop.target.id for loop in loops if isinstance(loop.target, ast.Name)}
@@ -194,13 +194,13 @@ def _ends(body: list[ast.stmt]) -> bool:
 
 
 FACE = frozenset(("effort", "example", "force", "force_at", "inputs", "load", "output", "parameters", "save", "selftest", "start"))
-"""What the functions and types of an export are called, behind its name."""
-DEEPEST = 100  # calls inside of calls
+"""Suffixes of the names of the functions and types of an export."""
+DEEPEST = 100  # nested calls
 
 
 @dataclass
 class Builder:
-    """Builds the functions of a unit as they are asked for."""
+    """Builds the functions of a unit on demand."""
 
     constants: dict[tuple[str, float], float] = field(default_factory=dict)
     unit: tree.Unit = field(default_factory=tree.Unit)
@@ -211,23 +211,23 @@ class Builder:
         self._names: set[str] = set()
 
     def function(self, called: Callable[..., Any], types: Sequence[Type]) -> tree.Function:
-        """Return a kernel, or what the dispatch chooses, for arguments of these types."""
+        """Return a kernel, or the choice of the dispatch, for arguments of these types."""
         kernel = called
         if is_dispatch(called):
             last = types[-1]
             kernel = implementation_of(called, last.cls) if isinstance(last, Struct) else None
             if kernel is None:
-                name = last.cls.__qualname__ if isinstance(last, Struct) else "what it is given"
-                raise NotExportableError(called, None, f"there is none for {name}")
+                name = last.cls.__qualname__ if isinstance(last, Struct) else "its arguments"
+                raise NotExportableError(called, None, f"there is no kernel for {name}")
         key = (kernel, *types)
         if key not in self._built:
-            # A model around a model around a model has one kernel for all of them, each time of other types.
+            # Nested models share one kernel, with different types at each level.
             if key in self._open or len(self._open) > DEEPEST:
-                raise NotExportableError(kernel, None, "calls itself: a kernel takes as long as its loops are, no longer")
+                raise NotExportableError(kernel, None, "calls itself, but recursion is outside the subset")
             definition = definition_of(kernel)
             if len(definition.args.args) != len(types):
                 raise NotExportableError(kernel, definition, f"takes {len(definition.args.args)} arguments, not {len(types)}")
-            # What is exported may be called as a module is, and its own functions are called by some words behind that.
+            # An export may have the name of a module, and its own functions have suffixes of this name.
             module, own = kernel.__module__.rpartition(".")[2], ascii_name(kernel.__name__.lstrip("_"))
             name = f"{'own' if module.startswith('bristle_user_') else module}_{own}{'_kernel' * (own in FACE)}"
             name = free_name(name, self._names)

@@ -1,13 +1,13 @@
-r"""Forward derivatives of kernels, by rules on the typed tree: for each function the one that gives value and tangent.
+r"""Forward derivatives of kernels, by rules on the typed tree: for each function, a function with value and tangent.
 
-For :math:`y = g(x_1, \dots)` on the way through the branches that are taken, :math:`\dot y = \sum_i (\partial g/\partial
-x_i)\,\dot x_i` beside each number (`bristle.core.tangent`). The numbers are computed as before, in the same order: they
-have the same bits. A search for a root ends with a step of Newton's method, whose derivative is that of the implicit
-function; a turning point moves with the quantities that made it, for the memory has tangents too. Whole numbers, truths
-and all that hangs on constants alone have none, and cost nothing.
+For :math:`y = g(x_1, \dots)` along the executed branches, each number has the tangent :math:`\dot y = \sum_i (\partial
+g/\partial x_i)\,\dot x_i` (`bristle.core.tangent`). The numbers are computed as before, in the same order, with identical
+results. A search for a root ends with a step of Newton's method, whose derivative is that of the implicit function. A
+turning point moves with the quantities that created it, because the memory has tangents, too. Whole numbers, truths and
+values that depend only on constants have no tangent and cost no time.
 
-The derived function of ``f(a, b)`` is ``f(a, b, da, db) -> (value, tangent)``, with tangents of the arguments that have
-any, in their order. The tangent of a tuple is a tuple of those of its fields that have one; that of an array is an array.
+The derived function of ``f(a, b)`` is ``f(a, b, da, db) -> (value, tangent)``, with the tangents of those arguments that
+have one, in their order. The tangent of a tuple is a tuple of the tangents of its fields; that of an array is an array.
 """
 
 from __future__ import annotations
@@ -27,24 +27,24 @@ from bristle.translation.slopes import SLOPES
 from bristle.translation.tree import REAL, VOID, Array, Struct, Type
 
 Activity = bool | tuple["Activity", ...]
-"""Whether something has a tangent: of a tuple, field by field."""
+"""Whether a value has a tangent; for a tuple, field by field."""
 
-TEMPORARY = "number__"  # before names that no kernel has
-ROUNDS = 30  # in which the tangents of all variables are known
+TEMPORARY = "number__"  # prefix of names that no kernel has
+ROUNDS = 30  # limit of iterations to find the tangents of all variables
 
 
 def activity_of(kind: Type) -> Activity:
-    """Return which numbers of a type may have tangents: all that are real."""
+    """Return the activity of a type: all real numbers may have tangents."""
     return tuple(activity_of(part) for _, part in kind.fields) if isinstance(kind, Struct) else kind == REAL or isinstance(kind, Array)
 
 
 def is_active(activity: Activity) -> bool:
-    """Return whether anything has a tangent."""
+    """Return whether any part has a tangent."""
     return any(map(is_active, activity)) if isinstance(activity, tuple) else activity
 
 
 def joined(first: Activity, second: Activity) -> Activity:
-    """Return the activity of a value that comes from either of two."""
+    """Return the activity of a value that is one of two."""
     if isinstance(first, tuple) and isinstance(second, tuple):
         return tuple(map(joined, first, second))
     return first or second
@@ -52,7 +52,7 @@ def joined(first: Activity, second: Activity) -> Activity:
 
 @dataclass(frozen=True)
 class Derived:
-    """A derived function: its name, which of its arguments and of its result have tangents, and whether it writes tangents."""
+    """A derived function: its name, the activities of its arguments and its result, and whether it writes tangents."""
 
     name: str
     entering: Sequence[Activity]
@@ -61,13 +61,13 @@ class Derived:
 
     @property
     def is_needed(self) -> bool:
-        """Whether it does more than the function that it was derived from."""
+        """Whether it does more than the original function."""
         return self.does or is_active(self.result)
 
 
 @dataclass
 class Derivatives:
-    """Derives functions as asked for; those `apart` once for all arguments, those with `rules`, such as a search for a root, by them."""
+    """Derives functions on demand: those in `apart` once for all arguments, those in `rules` by their own rule, such as root searches."""
 
     apart: frozenset[Callable[..., Any]] = frozenset()
     rules: Mapping[Callable[..., Any], Callable[[Rules], None]] = field(default_factory=dict)
@@ -75,7 +75,7 @@ class Derivatives:
     _derived: dict[tuple[tree.Function, tuple[Activity, ...]], Derived] = field(default_factory=dict)
 
     def of(self, function: tree.Function, activities: Sequence[Activity]) -> Derived:
-        """Return the derived function where these arguments have tangents."""
+        """Return the derived function for arguments of these activities."""
         if function.source in self.apart and any(map(is_active, activities)):
             pairs = zip(function.parameters, activities, strict=True)
             activities = [given if isinstance(part.type, Array) else activity_of(part.type) for part, given in pairs]
@@ -95,7 +95,7 @@ def nowhere(kind: Type) -> Activity:
 
 @dataclass
 class Dual:
-    """A value in the text of a function, whether it has a tangent, and that."""
+    """A value in the text of a function, its activity, and its tangent."""
 
     value: str
     activity: Activity = False
@@ -103,7 +103,7 @@ class Dual:
 
 
 class Rules(PythonText):
-    """Derives one function for arguments of which some have tangents: its text stands in `lines`."""
+    """Derives one function for arguments with given activities; `lines` is its text."""
 
     def __init__(self, derivatives: Derivatives, function: tree.Function, activities: Sequence[Activity]) -> None:
         super().__init__(derivatives.scope)
@@ -141,7 +141,7 @@ class Rules(PythonText):
         return Derived(name, activities, self.result, self.does)
 
     def _enter(self) -> None:
-        """Give a tangent to each argument that comes without, and is given another value later that has one."""
+        """Give a tangent to each argument that has none, but is assigned a value with a tangent later."""
         for name, activity in self.entering.items():
             if self.activities[name] != activity:
                 before = Dual(name, activity, tangent_of(name) if is_active(activity) else "")
@@ -217,7 +217,7 @@ class Rules(PythonText):
         return rule(node)
 
     def _has_tangent(self, node: tree.Expression) -> bool:
-        """Return whether an expression may have one: it looks at a number, or at an array, that has one."""
+        """Return whether an expression may have a tangent: it reads a number or an array with a tangent."""
         if activity_of(node.type) is False:
             return False
         return any(
@@ -226,7 +226,7 @@ class Rules(PythonText):
         )
 
     def _held(self, text: str) -> str:
-        """Return a name for a value, or the value where it is a name or a number itself."""
+        """Return a name for a value, or the value if it is a name or a number."""
         if text.replace(".", "").replace("_", "").isalnum():
             return text
         self.count += 1
@@ -238,7 +238,7 @@ class Rules(PythonText):
         return Dual(self._held(dual.value), dual.activity, self._held(dual.tangent) if dual.tangent else "")
 
     def fitted(self, dual: Dual, target: Activity) -> str:
-        """Return a tangent where more of it may be asked for than there is: the rest stands still."""
+        """Return a tangent of the target's activity; missing parts are zero."""
         if dual.activity == target:
             return dual.tangent
         if not isinstance(target, tuple):
@@ -294,7 +294,7 @@ class Rules(PythonText):
         return self._combined(value, [(inverse, a), (f"-{value} * {inverse}", b)])
 
     def _combined(self, value: str, terms: Sequence[tuple[str, Dual]]) -> Dual:
-        """Return a value whose tangent is made of those of several numbers, each times its slope."""
+        """Return a value whose tangent is the sum of several tangents, each times its slope."""
         active = [(slope, dual.tangent) for slope, dual in terms if dual.activity]
         rule = "tangent_scaled" if len(active) == 1 else "tangent_combined"
         return Dual(value, True, f"{rule}({', '.join(part for pair in active for part in pair)})") if active else Dual(value)
@@ -354,7 +354,7 @@ class Rules(PythonText):
 
 
 def tangent_of(name: str) -> str:
-    """Return the name of the tangent of a variable; kernels have names of their own such as ``d_v``."""
+    """Return the name of the tangent of a variable, distinct from names in kernels such as ``d_v``."""
     return f"tangent__{name}"
 
 

@@ -47,10 +47,10 @@ COMPUTED: dict[str, Callable[[Any, Any], Any]] = {
     "!=": operator.ne,
 }
 COMPARED = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!="}
-# Those of the mathematics of Python that every target computes exactly, and what they give.
+# Functions of the module math that every target computes exactly, with the types of their results.
 OF_MATH = {"copysign": REAL, "fabs": REAL, "isinf": TRUTH, "isnan": TRUTH, "floor": INTEGER, "sqrt": REAL}
 CALLED = {"fabs": "abs"}
-# Kernels that the compiler takes in another form take that form on every target.
+# Kernels that the compiler replaces by another form have that form on every target.
 IN_BITS = {power_of_two: "power_of_two", mantissa: "mantissa", exponent: "exponent"}
 NUMBERS = (REAL, INTEGER, TRUTH)
 
@@ -63,22 +63,22 @@ class Expressions:
         self.types: dict[str, Type] = {}
 
     def refuse(self, node: ast.AST | None, reason: str) -> NotExportableError:
-        """Return the error that says why the kernel cannot be built."""
+        """Return the error with the reason why the kernel cannot be translated."""
         return NotExportableError(self.kernel, node, reason)
 
     def value(self, node: ast.expr) -> tree.Expression:
         """Return an expression with its type."""
         translate = getattr(self, f"_{type(node).__name__.lower()}", None)
         if translate is None:
-            raise self.refuse(node, f"{type(node).__name__} is outside the subset of Python that can be exported")
+            raise self.refuse(node, f"{type(node).__name__} is outside the exportable subset of Python")
         return translate(node)
 
     def truth(self, node: ast.expr) -> tree.Expression:
-        """Return an expression as what is asked for by ``if``: whether it is not zero."""
+        """Return an expression as a truth for ``if``: whether it is not zero."""
         return self._as_truth(self.value(node), node)
 
     def coerced(self, value: tree.Expression, target: Type, node: ast.AST | None) -> tree.Expression:
-        """Return an expression as one of another type."""
+        """Return an expression, converted to another type."""
         if value.type == target:
             return value
         if isinstance(value, tree.Make) and isinstance(target, Struct) and len(value.parts) == len(target.fields):
@@ -106,7 +106,7 @@ class Expressions:
             if isinstance(value, cls):
                 return tree.Constant(kind, value)
         changes = isinstance(value, (list, dict, set, bytearray))
-        reason = "a global that can change" if changes else "neither a number, an argument, nor a variable that has a value here"
+        reason = "a mutable global" if changes else "not a number, an argument, or an assigned variable"
         raise self.refuse(node, f"{name} is {reason}")
 
     def _attribute(self, node: ast.Attribute) -> tree.Expression:
@@ -122,20 +122,20 @@ class Expressions:
     def _field(self, of: tree.Expression, name: str, node: ast.expr) -> tree.Expression:
         place = of.type.place(name) if isinstance(of.type, Struct) else -1
         if place < 0 or not isinstance(of.type, Struct):
-            raise self.refuse(node, f"{_in_words(of.type)} has no {name}")
+            raise self.refuse(node, f"{_in_words(of.type)} has no field {name}")
         return tree.Field(of.type.fields[place][1], of, name)
 
     def _subscript(self, node: ast.Subscript) -> tree.Expression:
         of = self.value(node.value)
         if isinstance(node.slice, ast.Slice):
-            raise self.refuse(node, "a part of an array is outside the subset: hand on where it begins")
+            raise self.refuse(node, "slices of an array are outside the subset: pass the array and a start index")
         at = self.value(node.slice)
         if isinstance(of.type, Struct):
             if not isinstance(at, tree.Constant) or not -len(of.type.fields) <= at.value < len(of.type.fields):
-                raise self.refuse(node, "which field of a tuple it is must be a number written here")
+                raise self.refuse(node, "the index of a tuple must be a literal number")
             return self._field(of, of.type.fields[int(at.value)][0], node)
         if not isinstance(of.type, Array) or at.type != INTEGER:
-            raise self.refuse(node, "only an array has numbers by place, and a place is a whole number")
+            raise self.refuse(node, "an index needs an array and a whole number")
         if isinstance(at, tree.Constant) and at.value < 0:
             at = self.combined(ast.Add(), _size_of(of, of.type), at, node)
         return tree.Index(REAL, of, at)
@@ -149,7 +149,7 @@ class Expressions:
             raise self.refuse(node, "** differs between targets: write a * a, or power(x, y)")
         for side in (left, right):
             if side.type not in NUMBERS:
-                raise self.refuse(node, f"arithmetic with {_in_words(side.type)}")
+                raise self.refuse(node, f"arithmetic with {_in_words(side.type)} is not possible")
         real = isinstance(by, ast.Div) or REAL in (left.type, right.type)
         symbol = (OF_REALS if real else OF_WHOLES).get(type(by))
         if symbol is None:
@@ -175,7 +175,7 @@ class Expressions:
     def _compare(self, node: ast.Compare) -> tree.Expression:
         values = [self.value(part) for part in (node.left, *node.comparators)]
         if any(not _is_plain(value) for value in values[1:-1]):
-            raise self.refuse(node, "give what stands in the middle of two comparisons a name")
+            raise self.refuse(node, "assign the middle of a chained comparison to a variable first")
         tests: list[tree.Expression] = []
         for by, left, right in zip(node.ops, values, values[1:], strict=False):
             if type(by) not in COMPARED or left.type not in NUMBERS or right.type not in NUMBERS:
@@ -187,7 +187,7 @@ class Expressions:
     def _boolop(self, node: ast.BoolOp) -> tree.Expression:
         parts = [self.value(part) for part in node.values]
         if any(part.type != TRUTH for part in parts):
-            raise self.refuse(node, "and, or join truths: write a comparison")
+            raise self.refuse(node, "and, or need truths: write a comparison")
         return tree.Logic(TRUTH, "and" if isinstance(node.op, ast.And) else "or", parts)
 
     def _ifexp(self, node: ast.IfExp) -> tree.Expression:
@@ -200,7 +200,7 @@ class Expressions:
         return tree.Make(tuple_of([part.type for part in parts]), parts)
 
     def unified(self, first: Type, second: Type, node: ast.AST | None) -> Type:
-        """Return the type that holds values of both types."""
+        """Return the common type of two types."""
         kind = unified(first, second)
         if kind is None:
             raise self.refuse(node, f"is {_in_words(first)} here and {_in_words(second)} there")
@@ -210,16 +210,16 @@ class Expressions:
         if value.type == TRUTH:
             return value
         if value.type not in NUMBERS:
-            raise self.refuse(node, f"{_in_words(value.type)} is no truth")
+            raise self.refuse(node, f"{_in_words(value.type)} is not a truth")
         return tree.Compare(TRUTH, "!=", value, _converted(tree.Constant(INTEGER, 0), value.type))
 
     def _call(self, node: ast.Call) -> tree.Expression:
         if node.keywords or any(isinstance(argument, ast.Starred) for argument in node.args):
-            raise self.refuse(node, "arguments are passed by position, one by one")
+            raise self.refuse(node, "arguments must be passed by position, without unpacking")
         if isinstance(node.func, ast.Attribute):
             return self._math(node.func, node)
         if not isinstance(node.func, ast.Name):
-            raise self.refuse(node, "a call of something that is not a name")
+            raise self.refuse(node, "only functions with a name can be called")
         name = node.func.id
         called: Any = None if name in self.types else global_value(self.kernel, name)
         arguments = [self.value(argument) for argument in node.args]
@@ -243,7 +243,7 @@ class Expressions:
         for name in missing:
             default = cls._field_defaults[name]
             if not isinstance(default, (bool, int, float)):
-                raise self.refuse(node, f"{cls.__name__}.{name} has a default that is no number: hand it over")
+                raise self.refuse(node, f"{cls.__name__}.{name} has a default that is not a number: pass it explicitly")
             arguments = [*arguments, self._constant_of(default, ast.Constant(default), name)]
         kind = struct_of(cls, [argument.type for argument in arguments])
         parts = [self.coerced(part, target, node) for part, (_, target) in zip(arguments, kind.fields, strict=True)]
@@ -253,9 +253,9 @@ class Expressions:
         owner = function.value
         module = isinstance(owner, ast.Name) and owner.id not in self.types and global_value(self.kernel, owner.id)
         if module is not math:
-            raise self.refuse(node, f"a call of the method .{function.attr}")
+            raise self.refuse(node, f"calls of the method .{function.attr} are outside the subset")
         if function.attr not in OF_MATH:
-            raise self.refuse(node, f"math.{function.attr} may raise, or round otherwise on another target: use bristle.core.mathematics")
+            raise self.refuse(node, f"math.{function.attr} may raise, or round differently on other targets: use bristle.core.mathematics")
         arguments = [self.coerced(self.value(argument), REAL, node) for argument in node.args]
         return tree.Intrinsic(OF_MATH[function.attr], CALLED.get(function.attr, function.attr), arguments)
 
@@ -282,7 +282,7 @@ BUILTINS = (abs, min, max, float, int, len, range, bool)
 
 
 def unified(first: Type, second: Type) -> Type | None:
-    """Return the type that holds values of both types; None where there is none."""
+    """Return the common type of two types; None if there is no such type."""
     if first == second:
         return first
     if first in NUMBERS and second in NUMBERS:
@@ -307,7 +307,7 @@ def _size_of(array: tree.Expression, kind: Array) -> tree.Expression:
 
 
 def _is_plain(value: tree.Expression) -> bool:
-    """Return whether an expression costs nothing to look at twice."""
+    """Return whether an expression can be evaluated twice without cost."""
     of = value.of if isinstance(value, (tree.Field, tree.Negative)) else value
     return isinstance(of, (tree.Variable, tree.Constant)) or (of is not value and _is_plain(of))
 

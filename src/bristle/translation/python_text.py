@@ -1,4 +1,4 @@
-"""Expressions of the tree as text of Python again, operation by operation: the text gives the same bits."""
+"""Expressions of the tree as Python text, operation by operation, with identical results."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ PARTS = {"power_of_two": power_of_two, "mantissa": mantissa, "exponent": exponen
 
 
 class PythonText:
-    """Prints expressions; kernels and classes that they name are put into a `scope`."""
+    """Prints expressions, and collects their kernels and classes in a `scope`."""
 
     def __init__(self, scope: dict[str, Any]) -> None:
         self.scope = scope
 
     def name_of(self, value: Callable[..., Any], name: str) -> str:
-        """Return the name by which the text knows a kernel or a class."""
+        """Return the name of a kernel or a class in the text."""
         for used, held in self.scope.items():
             if held is value:
                 return used
@@ -31,7 +31,7 @@ class PythonText:
         return free
 
     def plain(self, node: tree.Expression) -> str:
-        """Return the text of a value alone."""
+        """Return the text of a value without its tangent."""
         match node:
             case tree.Constant(value=float(number)) if not math.isfinite(number):
                 return f"({'-' * (number < 0.0)}math.{'nan' if math.isnan(number) else 'inf'})"
@@ -68,7 +68,7 @@ class PythonText:
         return self.name_of(source, f"of_{source.__name__}")
 
     def intrinsic(self, node: tree.Intrinsic, values: list[str]) -> str:
-        """Return the text of an operation that every target computes exactly, of these values."""
+        """Return the text of an operation that every target computes exactly."""
         if node.name == "size":
             return f"{values[0]}.size"
         if node.name in PARTS:

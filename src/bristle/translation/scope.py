@@ -1,4 +1,4 @@
-"""What a name in a kernel stands for, and what is said where a kernel cannot be built."""
+"""Names in kernels, and the error for a kernel that cannot be translated."""
 
 import ast
 import builtins
@@ -16,7 +16,7 @@ from bristle.core.kernel import kernels
 
 
 class NotExportableError(InputError):
-    """A kernel is outside the part of Python that every target can hold; says where and why."""
+    """A kernel is outside the subset of Python that every target supports; the message contains place and reason."""
 
     def __init__(self, function: Callable[..., Any], node: ast.AST | None, reason: str) -> None:
         code = getattr(function, "__code__", None)
@@ -27,7 +27,7 @@ class NotExportableError(InputError):
 
 
 def defined(name: str, text: str, scope: dict[str, Any]) -> Callable[..., Any]:
-    """Return the kernel of this name in a text, which sees what is in `scope`; the text is kept for its tree."""
+    """Return the kernel of this name in a text, with `scope` as its globals; the text is stored for the tree."""
     exec(compile(text, f"<{name}>", "exec"), scope)
     function = scope[name]
     function.source = text
@@ -36,7 +36,7 @@ def defined(name: str, text: str, scope: dict[str, Any]) -> Callable[..., Any]:
 
 @cache
 def definition_of(function: Callable[..., Any]) -> ast.FunctionDef:
-    """Return the definition of a kernel as Python reads it."""
+    """Return the definition of a kernel as a syntax tree of Python."""
     source = getattr(function, "source", None)
     try:
         tree = ast.parse(source or textwrap.dedent(inspect.getsource(function)))
@@ -44,15 +44,15 @@ def definition_of(function: Callable[..., Any]) -> ast.FunctionDef:
         raise NotExportableError(function, None, "its source cannot be found") from None
     definition = tree.body[0]
     if not isinstance(definition, ast.FunctionDef):
-        raise NotExportableError(function, None, "a kernel is a function with a name, defined by def")
+        raise NotExportableError(function, None, "a kernel must be a function defined by def")
     arguments = definition.args
     if arguments.vararg or arguments.kwarg or arguments.kwonlyargs or arguments.defaults:
-        raise NotExportableError(function, definition, "arguments of a kernel are passed by position, all of them")
+        raise NotExportableError(function, definition, "all arguments of a kernel must be positional, without defaults")
     return definition
 
 
 def global_value(function: Callable[..., Any], name: str) -> Any:
-    """Return what a name outside of a kernel stands for."""
+    """Return the value of a name that is not local to a kernel."""
     around = dict(zip(function.__code__.co_freevars, function.__closure__ or (), strict=True))
     if name in around:
         return around[name].cell_contents
@@ -60,7 +60,7 @@ def global_value(function: Callable[..., Any], name: str) -> Any:
         return function.__globals__[name]
     if hasattr(builtins, name):
         return getattr(builtins, name)
-    raise NotExportableError(function, None, f"{name} is not known")
+    raise NotExportableError(function, None, f"{name} is not defined")
 
 
 def is_kernel(value: Any) -> bool:
@@ -79,10 +79,10 @@ def is_named_tuple(value: Any) -> bool:
 
 
 def free_name(first: str, used: Container[str]) -> str:
-    """Return this name, or it with the first number from 2 on that is not used."""
+    """Return this name, or this name with the first unused number from 2."""
     return first if first not in used else next(name for n in count(2) if (name := f"{first}_{n}") not in used)
 
 
 def ascii_name(name: str) -> str:
-    """Return a name of Python in letters that every language takes: others by their number."""
+    """Return a name of Python in ASCII, with other letters as numbers."""
     return re.sub(r"\W", lambda letter: f"u{ord(letter[0]):04X}", name, flags=re.ASCII)

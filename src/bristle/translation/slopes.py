@@ -1,6 +1,6 @@
-"""Derivatives of the elementary functions of kernels: each returns the slope to every argument, given the value.
+"""Derivatives of the elementary functions of kernels: the slope for each argument, given the value.
 
-Where a function is clamped its slope is that of the clamp, 0. At a corner it is that of one side: every slope is finite.
+In the clamped range of a function the slope is 0. At a corner it is the slope of one side. All slopes are finite.
 """
 
 import math
@@ -16,7 +16,7 @@ from bristle.core.packing import kernel_of
 
 @kernel
 def power_slopes(x, exponent, y):
-    r"""Return :math:`n x^{n-1}` and :math:`x^n \ln x`; 0 and 0 where `x` is not positive."""
+    r"""Return :math:`n x^{n-1}` and :math:`x^n \ln x`; 0 and 0 if `x` is not positive."""
     if x <= 0.0:
         return (1.0 if exponent == 1.0 and x == 0.0 else 0.0), 0.0
     rise = exponent * (y / x)

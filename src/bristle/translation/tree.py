@@ -1,4 +1,4 @@
-"""The typed tree that kernels become, and its types: what every target is printed from, no more than all of them can hold."""
+"""The typed tree of kernels and its types: the common subset of all targets, from which they are printed."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from bristle.core.errors import InputError
 
 @dataclass(frozen=True)
 class Scalar:
-    """A number, a whole number or a truth; or nothing, which a function returns that returns nothing."""
+    """A number, a whole number, a truth, or the result of a function without a result."""
 
     name: str
 
@@ -26,7 +26,7 @@ REAL, INTEGER, TRUTH, VOID = Scalar("real"), Scalar("whole"), Scalar("truth"), S
 
 @dataclass(frozen=True)
 class Array:
-    """So many real numbers, which a kernel may write or only read; -1 where how many is known only as it runs."""
+    """An array of real numbers, read-only or writable by a kernel; size -1 if it is known only at run time."""
 
     size: int
     writable: bool = False
@@ -34,7 +34,7 @@ class Array:
 
 @dataclass(frozen=True)
 class Struct:
-    """A NamedTuple with its fields, or a plain tuple, whose fields are called ``_0``, ``_1`` and so on."""
+    """A NamedTuple with its fields, or a plain tuple with the fields ``_0``, ``_1`` and so on."""
 
     cls: type
     fields: tuple[tuple[str, Type], ...]
@@ -45,7 +45,7 @@ class Struct:
         return self.cls is tuple
 
     def place(self, name: str) -> int:
-        """Return the place of a field; -1 where there is none of this name."""
+        """Return the index of a field; -1 if there is no field of this name."""
         return next((place for place, field in enumerate(self.fields) if field[0] == name), -1)
 
 
@@ -58,14 +58,14 @@ def tuple_of(parts: typing.Sequence[Type]) -> Struct:
 
 
 def struct_of(cls: type, parts: typing.Sequence[Type]) -> Struct:
-    """Return the type of a NamedTuple of values of these types; a field that is annotated as a number is one."""
+    """Return the type of a NamedTuple of values of these types; a field with the annotation of a number becomes a number."""
     declared = _annotations(cls)
     fields: typing.Any = cls
     return Struct(cls, tuple((name, declared.get(name) or part) for name, part in zip(fields._fields, parts, strict=True)))
 
 
 def type_of(value: Any, *, writable: bool = False) -> Type:
-    """Return the type of a value that a component has: a number, an array, a NamedTuple of such."""
+    """Return the type of a value of a component: a number, an array, or a NamedTuple of these."""
     if hasattr(value, "_fields"):
         return struct_type(value)
     if isinstance(value, np.ndarray) and value.ndim == 1:
@@ -77,7 +77,7 @@ def type_of(value: Any, *, writable: bool = False) -> Type:
     if isinstance(value, (float, np.floating)):
         return REAL
     raise InputError(
-        "cannot be exported", path="model", value=type(value).__name__, allowed="numbers, 1-D arrays of numbers and NamedTuples of them"
+        "cannot be exported", path="model", value=type(value).__name__, allowed="numbers, 1-D arrays of numbers and NamedTuples of these"
     )
 
 
@@ -88,10 +88,10 @@ def struct_type(value: Any) -> Struct:
 
 @cache
 def _annotations(cls: type) -> dict[str, Scalar]:
-    """Return which fields of a NamedTuple are numbers by their annotations."""
+    """Return the fields of a NamedTuple that are numbers by their annotations."""
     try:
         hints = typing.get_type_hints(cls)
-    except Exception:  # noqa: BLE001  (annotations of a user's own may hold anything)
+    except Exception:  # noqa: BLE001  (a user's annotations may raise anything)
         hints = {}
     kinds = {float: REAL, int: INTEGER, bool: TRUTH}
     return {name: kinds[hint] for name, hint in hints.items() if isinstance(hint, type) and hint in kinds}
@@ -104,7 +104,7 @@ class Node:
 
 @dataclass
 class Expression(Node):
-    """What has a value, and its type."""
+    """A node with a value and a type."""
 
     type: Type
 
@@ -148,14 +148,14 @@ class Negative(Expression):
 
 @dataclass
 class Not(Expression):
-    """The contrary of a truth."""
+    """The negation of a truth."""
 
     of: Expression
 
 
 @dataclass
 class Binary(Expression):
-    """``+ - * /`` of reals; ``+ - * // % & ^ >>`` of whole numbers. Both sides are of the type of the result."""
+    """``+ - * /`` of reals; ``+ - * // % & ^ >>`` of whole numbers. Both sides have the type of the result."""
 
     operator: str
     left: Expression
@@ -173,7 +173,7 @@ class Compare(Expression):
 
 @dataclass
 class Logic(Expression):
-    """``and`` or ``or``; what comes later is not looked at once the answer is known."""
+    """``and`` or ``or``; evaluation stops once the result is known."""
 
     operator: str
     parts: list[Expression]
@@ -181,7 +181,7 @@ class Logic(Expression):
 
 @dataclass
 class Select(Expression):
-    """One of two values of one type; the other is not computed."""
+    """One of two values of the same type; the other value is not computed."""
 
     test: Expression
     first: Expression
@@ -190,7 +190,7 @@ class Select(Expression):
 
 @dataclass
 class Convert(Expression):
-    """A number or a truth as one of another type; a real that becomes whole loses what is behind the point."""
+    """A number or a truth, converted to another type; a real number is truncated to a whole number."""
 
     of: Expression
 
@@ -205,7 +205,7 @@ class Call(Expression):
 
 @dataclass
 class Intrinsic(Expression):
-    """What every target computes exactly: ``sqrt copysign abs floor isinf isnan min max``, and the parts of a real."""
+    """An operation that every target computes exactly: ``sqrt copysign abs floor isinf isnan min max``, and parts of a real."""
 
     name: str
     arguments: list[Expression]
@@ -213,19 +213,19 @@ class Intrinsic(Expression):
 
 @dataclass
 class Make(Expression):
-    """A tuple of its fields."""
+    """A new tuple with values for its fields."""
 
     parts: list[Expression]
 
 
 @dataclass
 class Statement(Node):
-    """What is done."""
+    """A statement of a function."""
 
 
 @dataclass
 class Assign(Statement):
-    """A variable takes a value."""
+    """An assignment to a variable."""
 
     variable: Variable
     value: Expression
@@ -233,7 +233,7 @@ class Assign(Statement):
 
 @dataclass
 class Store(Statement):
-    """A number of an array takes a value."""
+    """An assignment to an element of an array."""
 
     array: Expression
     at: Expression
@@ -242,7 +242,7 @@ class Store(Statement):
 
 @dataclass
 class Evaluate(Statement):
-    """A call for what it writes."""
+    """A call for its side effect."""
 
     call: Expression
 
@@ -268,7 +268,7 @@ class For(Statement):
 
 @dataclass
 class While(Statement):
-    """A block as long as something holds."""
+    """A block, repeated while a condition is true."""
 
     test: Expression
     body: list[Statement]
@@ -306,13 +306,13 @@ class Function:
 
 @dataclass
 class Unit:
-    """Functions, each after those that it calls."""
+    """Functions, each after its callees."""
 
     functions: list[Function] = field(default_factory=list)
 
 
 def walk(*nodes: Any) -> Iterator[Node]:
-    """Give every part of some parts of a tree; into a function that is called, it does not go."""
+    """Yield every part of some nodes of a tree, without entering called functions."""
     waiting = list(reversed(nodes))
     while waiting:
         node = waiting.pop()
@@ -325,7 +325,7 @@ def walk(*nodes: Any) -> Iterator[Node]:
 
 @cache
 def _parts(kind: type[Node]) -> Callable[[Node], tuple[Any, ...]]:
-    """Return a getter of the fields of a kind of nodes that may hold nodes, the last field first."""
+    """Return a getter of the fields of a node type that can contain nodes, the last field first."""
     plain = {"type", "name", "operator"} | ({"function", "value"} if issubclass(kind, (Constant, Call)) else set())
     names = [part.name for part in reversed(fields(kind)) if part.name not in plain]
     if len(names) > 1:

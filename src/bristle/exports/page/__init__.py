@@ -1,1 +1,1 @@
-"""What a page computes with: models, laws and encoders as WebAssembly, their parameters with sliders, and rows to be led along."""
+"""Data for computations on a page: models, laws and encoders as WebAssembly, parameters with sliders, and rows of a log."""

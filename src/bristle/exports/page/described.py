@@ -1,7 +1,7 @@
-"""What a page knows of a friction model: its module, its parameters with their sliders, its scales and its walks.
+"""Data of a friction model for a page: its module, its parameters with sliders, its scales and its walks.
 
-Walks are what a page repeats to show that it computes what Python does: hashes of blocks of the forces of a contact along positions,
-and of the positions of a mass on a spring that is pushed about against it. The kernels run as they stand; nothing is compiled.
+A page repeats walks to show that its results equal those of Python. A walk has hashes of blocks of the forces of a contact along
+positions, and of the positions of a mass on a spring with random pushes against friction. The kernels run uncompiled.
 """
 
 import inspect
@@ -37,16 +37,16 @@ from bristle.translation.tree import Function
 
 STEP = 5e-4  # of the walk of a contact [s]
 BLOCK = 1000
-LONG, SHORT = (20 * BLOCK, 4 * BLOCK)  # steps of a model of the package, and of one that is walked while a page is written
+LONG, SHORT = (20 * BLOCK, 4 * BLOCK)  # steps of a model of the package, and of a model whose walk is computed while a page is written
 PUSHED = 500
-STEPS_WITH_SLOTS, TOGETHER = 500, 16  # steps with each set of slots: all lengths of steps once; sets in a block
+STEPS_WITH_SLOTS, TOGETHER = 500, 16  # steps with each set of slots, one per step length; sets in a block
 
 
 def walked(subject: Subject, plant: Model, scales: Scales, count: int) -> dict[str, Any]:
     """Return the walks of a model, each with the hashes of its blocks."""
     walk = walk_of(subject, STEP)
     forces = subject.forces(walk.positions(count), STEP)
-    # At this step the largest push moves a free mass by about the distance of pre-sliding.
+    # At this step the largest push moves a free mass by about the pre-sliding distance.
     dt = math.sqrt(presliding_distance(subject) * plant.values["M"] / scales.force)
     push = 2.0 * scales.force / 32768.0
     places = _pushed(subject, plant, push, dt)
@@ -57,7 +57,7 @@ def walked(subject: Subject, plant: Model, scales: Scales, count: int) -> dict[s
 
 
 def walked_together(models: Sequence[Model], around: Sequence[float], walks: Mapping[str, Any], plant: Model) -> dict[str, Any]:
-    """Return the walks of one contact with several sets of slots, and of the mass with the last of them."""
+    """Return the walks of one contact with several sets of slots, and of the mass with the last set."""
     contact, mass = walks["contact"], walks["mass"]
     positions = Walk(tuple(contact["scales"]), STEP).positions(STEPS_WITH_SLOTS)
     forces = [forces_of(model, positions, STEP, *around) for model in models]
@@ -72,7 +72,7 @@ def walked_together(models: Sequence[Model], around: Sequence[float], walks: Map
 
 @cache
 def stored() -> dict[str, Any]:
-    """Return the walks of the models of the package, with their examples, as they were computed for it."""
+    """Return the stored walks of the models of the package, with their examples."""
     return json.loads(resources.files("bristle.exports.page").joinpath("walks.json").read_text(encoding="utf-8"))
 
 
@@ -81,7 +81,7 @@ def _hashes(values: np.ndarray, block: int = BLOCK) -> list[str]:
 
 
 def _pushed(subject: Subject, plant: Model, push: float, dt: float) -> np.ndarray:
-    """Return the positions of a mass that is pushed another way in every step."""
+    """Return the positions of a mass under a different push in every step."""
     p, q = subject.model.parameters, plant.parameters
     body = plant.component.initial_state(q)
     now = Mechanism(body, subject.virgin, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -92,7 +92,7 @@ def _pushed(subject: Subject, plant: Model, push: float, dt: float) -> np.ndarra
         bits = (bits * FACTOR + TERM) % 2**32
         effort = ((bits >> 16) - 32768.0) * push
         after = mechanism(now, memory, effort, effort, 0.0, 0.0, dt, 1, q, p)
-        # As an export keeps it: the effort of the drive with what the solve begins from.
+        # State as in an export: the effort of the drive and the start values of the solve.
         now = Mechanism(after.plant, after.friction, after.effort, after.slope, after.acceleration, 0.0, 0.0)
         x[k] = after.plant.x
     return x
@@ -102,12 +102,12 @@ UNITS = {"position": "length", "velocity": "length/time", "force": "force"}
 
 
 def example_named(name: str) -> Model:
-    """Return a friction model of the package with the values of its example, and without slots but the offset."""
+    """Return a friction model of the package with the values of its example, without slots except the offset."""
     return example_of(find(name))
 
 
 def walks_of(model: Model, count: int = LONG) -> dict[str, Any]:
-    """Return the walks of a model as they are computed now."""
+    """Return newly computed walks of a model."""
     subject = subject_of(model)
     scales = scales_of(subject)
     return walked(subject, pulled_by(scales, model), scales, count)
@@ -124,7 +124,7 @@ def model_described(
     proven: bool = True,
     led: Model | None = None,
 ) -> dict[str, Any]:
-    """Return what a page knows of a friction model."""
+    """Return the data of a friction model for a page."""
     subject, moving = subject_of(model), subject_of(led or model)
     scales = scales_of(moving)
     plant = pulled_by(scales, model, mass)
@@ -152,7 +152,7 @@ def model_described(
 
 
 def body_described(model: Model) -> dict[str, Any]:
-    """Return what a page knows of a friction model that only a mass in a loop has."""
+    """Return the data of a friction model that acts only on a mass in a loop."""
     subject = subject_of(model)
     module, facts = _module(subject, pulled_by(scales_of(subject), model), {})
     values = {name: value for name, value in model.values.items() if name in module.places}
@@ -160,10 +160,10 @@ def body_described(model: Model) -> dict[str, Any]:
 
 
 def _module(subject: Subject, plant: Model, functions: Mapping[str, Callable[[Builder], Function]]) -> tuple[Module, dict[str, Any]]:
-    """Return the module of a friction model with other functions, and what is known of it."""
+    """Return the module of a friction model with further functions, and its data."""
     module = module_of(subject, plant, choices=True, others=functions)
     stack = None
-    if isinstance(subject.virgin, Stack):  # where input, direction and depth are in what lasts of it
+    if isinstance(subject.virgin, Stack):  # the addresses of input, direction and depth in its state
         names = [name for name, _ in subject.state.fields]
         stack = {name: STATE + names.index(name) for name in ("z", "side", "depth")}
     return module, module_described(module) | {
@@ -177,7 +177,7 @@ def _module(subject: Subject, plant: Model, functions: Mapping[str, Callable[[Bu
 
 
 def module_described(module: Module, before: bytes = b"") -> dict[str, Any]:
-    """Return a module as a page unpacks it, which may repeat what went before it."""
+    """Return a module in packed form; it may refer to the bytes `before` it."""
     numbers = {name: getattr(module, name) for name in ("lasting", "contact", "body", "parameters", "places")}
     return {"code": packed(module.binary, before), "size": len(module.binary)} | numbers
 
@@ -185,9 +185,9 @@ def module_described(module: Module, before: bytes = b"") -> dict[str, Any]:
 def variables_of(
     model: Model, movable: Container[str], force: float, uncertainty: Mapping[str, Mapping[str, Any]], around: float = AROUND
 ) -> list[dict[str, Any]]:
-    """Return what a page knows of the parameters of a model, of which some may be moved.
+    """Return the data of the parameters of a model for a page; those in `movable` have sliders.
 
-    `force` is how far the slider goes of a force that is 0 [N or N*m], `around` how many times one goes up and down.
+    `force` is the range of the slider of a force that is 0 [N or N*m], `around` the factor of a slider up and down.
     """
     rows = []
     for name, variable in model.component.variables.items():
@@ -219,23 +219,23 @@ def variables_of(
 
 
 def widget_described(model: Model, *, uncertainty: Mapping[str, Mapping[str, Any]] | None, fastest: float) -> dict[str, Any]:
-    """Return what a widget knows of a friction model, as a script reads it."""
+    """Return the data of a friction model for a widget, readable by a script."""
     return plain(model_described(model, uncertainty=uncertainty, fastest=fastest, proven=False))
 
 
 def values_of(model: Model) -> dict[str, Any]:
-    """Return the values of a model as a page has them: a list of numbers for each parameter."""
+    """Return the values of a model for a page: a list of numbers for each parameter."""
     return plain({name: _numbers(variable, model.values[name]) for name, variable in model.component.variables.items()})
 
 
 def _numbers(variable: Variable, value: Any) -> list[float]:
-    """Return the numbers of a parameter as a page has them: of one of several names, its place among them."""
+    """Return the numbers of a parameter for a page; a choice becomes its index."""
     coded = variable.choices.index(value) if isinstance(value, str) else value
     return [float(number) for number in np.atleast_1d(coded)]
 
 
 def head_of(component: FrictionModel) -> dict[str, str]:
-    """Return how a model is named in a model file and in Python."""
+    """Return the name of a model in a model file and in Python."""
     (base, *slots), inner = component.name.split("+"), base_of(component)
     files = {slot.name: code.source.name for slot in channel_slots_of(component) if (code := code_of(slot)) is not None}
     slots = [files.get(slot, slot) for slot in slots]

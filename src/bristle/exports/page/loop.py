@@ -1,7 +1,7 @@
-"""What moves on a page: laws and an encoder as a module, a loop of an experiment with its numbers, and what a report of it holds.
+"""Data for simulations on a page: laws and an encoder as a module, a loop of an experiment, and the loops of a report.
 
-The mass, its friction and what is fed forward are modules of friction models. A law begins as a simulation does; what it is told at a
-sample lies in what lasts of it. In a report the axis stays as it was simulated, with what the model does not explain pushing it.
+The mass, its friction and the feedforward are modules of friction models. A law starts like a simulation; its state contains its
+inputs at a sample. In a report the simulated axis stays the same, under the unexplained force.
 """
 
 from collections.abc import Callable, Mapping
@@ -37,7 +37,7 @@ from bristle.translation.build import Builder
 from bristle.translation.scope import defined
 from bristle.translation.tree import REAL, Array, type_of
 
-# What lasts of a law: whether it has begun, what it is told, and from there on its state.
+# State array of a law: flag for the first sample, inputs, state of the controller.
 BEGUN, SAMPLE = 0, ("position", "velocity", "acceleration", "effort")
 STATE = 1 + len(SAMPLE)
 LAW = """
@@ -61,7 +61,7 @@ LIMIT = 1e300  # [N or N*m]
 
 
 def law_kernel(component: Controller) -> Any:
-    """Return the law of a controller as a kernel of what lasts, the position read, the time step and parameters."""
+    """Return the law of a controller as a kernel of its state array, measured position, time step and parameters."""
     names = component.State._fields
     load = ", ".join(f"lasting[{STATE + i}]" for i in range(len(names)))
     store = "\n".join(f"    lasting[{STATE + i}] = after.{name}" for i, name in enumerate(names))
@@ -70,7 +70,7 @@ def law_kernel(component: Controller) -> Any:
 
 
 def law_part(builder: Builder, controller: Model, state: Any) -> Part:
-    """Return a law as a part of a module; it begins by itself where no state is given."""
+    """Return a law as a part of a module; without a given state, it initializes itself."""
     begin = np.zeros(STATE + len(controller.component.State._fields))
     if state is not None:
         begin[BEGUN], begin[STATE:] = 1.0, state
@@ -89,7 +89,7 @@ def sensor_part(builder: Builder, sensor: Model) -> Part:
 
 
 def parts_described(sensor: Model, **laws: tuple[Model, Any]) -> dict[str, Any]:
-    """Return a module of laws, each with the state in which it begins, and an encoder, as a page unpacks it."""
+    """Return a packed module of laws, each with its initial state, and an encoder."""
     builder = Builder()
     parts = {name: law_part(builder, law, state) for name, (law, state) in laws.items()}
     binary, addresses = module_of_parts(builder, parts | {"sense": sensor_part(builder, sensor)})
@@ -97,7 +97,7 @@ def parts_described(sensor: Model, **laws: tuple[Model, Any]) -> dict[str, Any]:
 
 
 def tracking_described(plain: Variant, observing: Variant) -> dict[str, Any]:
-    """Return what a page knows of a loop whose law works alone and with an observer: its module, and its numbers."""
+    """Return the data of a loop for a page, with its law alone and with an observer: module and numbers."""
     laws = {"sliding": (plain.controller, None), "observer": (observing.controller, None)}
     return parts_described(plain.sensor, **laws) | {
         "rig": body_described(plain.friction),
@@ -112,27 +112,27 @@ def tracking_described(plain: Variant, observing: Variant) -> dict[str, Any]:
 
 
 def _reason_against(variant: Variant, friction: Model) -> str:
-    """Return why a page cannot compute a loop; nothing where it can."""
+    """Return the reason why a page cannot compute a loop; empty if it can."""
     fed = variant.feedforward
     if variant.plant.name != "inertia" or variant.table is not None:
-        return "the axis is more than one mass"
+        return "the axis has more than one mass"
     if rises_with_effort(variant.friction):
         return "the friction of the axis rises with the effort"
     if fed.friction != friction or fed.along != "desired" or fed != Feedforward(mass=fed.mass, friction=friction):
-        return "another force is fed forward than the friction alone"
+        return "the feedforward contains more than this friction"
     if variant.sensor.component is not ENCODER or variant.run.tolerance or variant.learning is not None:
-        return "its measurement or its integration is another one"
+        return "the sensor, the integrator or learning is not available on a page"
     return ""
 
 
 def _loop(variant: Variant, friction: Model) -> dict[str, Any]:
-    """Return what computes a loop of an experiment: its law, its numbers, and how it begins."""
+    """Return the data of a loop of an experiment: its law, its numbers, and its start."""
     run, dt = variant.run, variant.run.sample_time
-    count = min(round(run.duration / dt), 25_000)  # as many samples as a page carries
+    count = min(round(run.duration / dt), 25_000)  # limit of samples on a page
     reference = variant.reference.component.sample(dt * np.arange(count), variant.reference.parameters)
     x, v, a = (float(signal[0]) for signal in reference)
     start, law = variant.start or Start(x, v, a), within_drive(variant.controller, run.effort_limit, variant.injected)
-    # A perfect encoder reads the first position as it is; one with counts, the nearest of them.
+    # A perfect encoder reads the exact first position, an encoder with counts the nearest count.
     sensor = variant.sensor.parameters
     read, _ = ENCODER.step(ENCODER.initial_state(sensor), start.position, dt, sensor)
     state = begun(law, Reference(x, v, a, 0.0), read, start.velocity, start.acceleration, start.effort, dt)
@@ -158,7 +158,7 @@ def _loop(variant: Variant, friction: Model) -> dict[str, Any]:
 
 
 def _begin(variant: Variant, start: Start) -> list[tuple[int, float]]:
-    """Return the numbers that last of the mass and its contact at first: (place, number)."""
+    """Return the initial state of the mass and its contact: (index, number)."""
     numbers = [(0, start.position), (1, start.velocity)]
     if variant.start is None or not start.velocity:
         return numbers
@@ -169,9 +169,9 @@ def _begin(variant: Variant, start: Start) -> list[tuple[int, float]]:
 
 
 def _signals(variant: Variant, position: np.ndarray, count: int) -> dict[str, Any]:
-    """Return the reference and what pushes the axis, as whole numbers times a step."""
+    """Return the reference and the forces on the axis, as whole numbers times a step."""
     origin, moved = float(position[0]), position - position[0]
-    # A fine step in a count of the encoder, or in the longest step of the reference itself.
+    # A fine step within a count of the encoder, or within the longest step of the reference.
     step = (variant.sensor.values["resolution"] or float(np.max(np.abs(np.diff(moved))))) / (2**12) or 1.0
     step = max(step, float(np.max(np.abs(moved))) / 2**29)
     force = np.zeros(count) if variant.disturbance is None else np.asarray(variant.disturbance)[:count]
@@ -183,18 +183,18 @@ def _signals(variant: Variant, position: np.ndarray, count: int) -> dict[str, An
 
 
 def loop_described(variant: Variant, friction: Model) -> tuple[dict[str, Any] | None, str]:
-    """Return what computes a loop of an experiment; None, and why, where a page cannot."""
+    """Return the data of a loop of an experiment and an empty text, or None and the reason if a page cannot compute it."""
     if reason := _reason_against(variant, friction):
         return None, reason
     try:
         return _loop(variant, friction), ""
     except InputError:
-        return None, "a part of it cannot be computed on a page"
+        return None, "a page cannot compute a part of the loop"
 
 
 def trace_described(name: str, time: np.ndarray, error: np.ndarray, samples: np.ndarray) -> dict[str, Any]:
-    """Return a following error over time by some of its samples, as whole numbers times a step."""
-    step = float(np.max(np.abs(error))) / 4096.0 or 1.0  # so many steps to its largest value
+    """Return selected samples of a following error over time, as whole numbers times a step."""
+    step = float(np.max(np.abs(error))) / 4096.0 or 1.0  # steps up to its largest value
     numbers = [differences(samples.astype(float), 2), differences(np.round(error[samples] / step), 1)]
     return {
         "name": name,
@@ -216,9 +216,9 @@ def living_described(
     around: float,
     thinned: Callable[[np.ndarray], np.ndarray],
 ) -> dict[str, Any] | None:
-    """Return what makes the report of an identification move; None where the model cannot be computed on a page.
+    """Return the data of an interactive report of an identification; None if a page cannot compute the model.
 
-    Sliders go `around` times up and down from an identified value; of a line, the samples that `thinned` returns are drawn.
+    Sliders reach `around` times up and down from an identified value; `thinned` returns the samples of a line to draw.
     """
     fit = identification.best
     rows = fitted_rows(fit, identification.log, axis, identification.treatment)
@@ -244,7 +244,7 @@ def living_described(
 def followed_described(
     friction: Model, simulation: SimulationResult | None, following: Following | None, thinned: Callable[[np.ndarray], np.ndarray]
 ) -> dict[str, Any] | None:
-    """Return how the loop followed, and what computes it; None where nothing followed."""
+    """Return the following errors of the loop, and the data to compute it; None without a following error."""
     errors = _errors(simulation, following)
     if not errors:
         return None
@@ -254,7 +254,7 @@ def followed_described(
     if following is not None and following.contradiction is not None:
         reason = "the log contradicts the simulated loop"
     elif variant is None:
-        reason = "no loop was simulated, for which the axis file needs a controller"
+        reason = "no loop was simulated: the axis file has no controller"
     else:
         loop, reason = loop_described(variant, friction)
     traces = [trace_described(name, time, error, thinned(error)) for name, time, error in errors]
@@ -262,7 +262,7 @@ def followed_described(
 
 
 def _errors(simulation: SimulationResult | None, following: Following | None) -> list[tuple[str, np.ndarray, np.ndarray]]:
-    """Return name, time and following error of the log and of each loop that the report tells of."""
+    """Return name, time and following error of the log and of each loop in the report."""
     rows = [] if following is None else [("measured", following.time, following.error)]
     contradicted = following is not None and following.contradiction is not None
     if simulation is None:

@@ -1,9 +1,9 @@
-"""The rows of an identification for a page, along which a fitted model is led there by its module.
+"""The rows of an identification for a page, which evaluates the fitted model along them with its module.
 
-It is led in intervals of some samples of the log, each of one direction; around a turn every sample is one. There are not more of them
-than a page can carry. The mean force of each counts. Filters of the identification make a row of the forces around it, and the plant
-adds what it takes there, in steps that are small beside what the model leaves over. Positions are whole numbers of a step, so that the
-page has the very numbers that are written here.
+The model moves in intervals of several samples of the log, each in one direction; near a reversal each sample is an interval. A limit
+on their number keeps the page small. The mean force of an interval counts. The filters of the identification combine the forces
+around a row, and the plant adds its effort, in steps much smaller than the residual. Positions are whole numbers times a step, so that
+the page uses exactly the numbers of this module.
 """
 
 import math
@@ -24,12 +24,12 @@ from bristle.prediction.predict import rows_as_fitted
 from bristle.simulation.result import relative_error_percent
 
 MOST_INTERVALS, MOST_ROWS = 30_000, 12_000  # intervals of the motion and rows that a page carries at most
-FINE = 2**20  # steps in the longest way of an interval
-NEGLIGIBLE = 1e-6  # of the largest effort, for what is linear in a parameter
+FINE = 2**20  # steps in the longest interval
+NEGLIGIBLE = 1e-6  # of the largest effort, for signals that are linear in a parameter
 
 
 def _sampled(ways: Sequence[np.ndarray], finest: float, near: int) -> list[np.ndarray]:
-    """Return which samples are kept: those near turns, shallow ones left out where there are too many, and others evenly apart."""
+    """Return the kept samples: those near turns (without shallow turns if there are too many), and evenly spaced others."""
     around, depth = np.arange(-near, near + 1), 0.0
     while True:
         turns = [np.unique(np.clip(turns_of(x, depth)[:, None] + around, 0, x.size - 1)) for x in ways]
@@ -42,16 +42,15 @@ def _sampled(ways: Sequence[np.ndarray], finest: float, near: int) -> list[np.nd
 
 
 def turns_of(x: np.ndarray, depth: float) -> np.ndarray:
-    """Return both ends, and where a motion turns by more than a depth, as indices."""
+    """Return the indices of both ends and of the turns of a motion that are deeper than `depth`."""
     return np.unique([0, *turning_points(x, depth), x.size - 1])
 
 
 class Stretch(NamedTuple):
     """A motion without a gap.
 
-    Its samples are counted from 0 at `time` [s]. Intervals end at `ends`, where the contact has come to `positions`,
-    in steps from `origin` [m or rad] on; `rows` are at samples. What lasts of a contact begins as `begin` says, (place,
-    number), where it is not virgin.
+    Samples count from 0 at `time` [s]. Intervals end at the samples `ends`, at `positions` in steps from `origin` [m or
+    rad]; `rows` are at samples. `begin` is the initial state of a contact that is not virgin, (index, number).
     """
 
     origin: float
@@ -63,7 +62,7 @@ class Stretch(NamedTuple):
 
 
 class Column(NamedTuple):
-    """A signal over the rows, for one of which a parameter of the plant counts: whole numbers times a step."""
+    """A signal over the rows that multiplies a parameter of the plant: whole numbers times a step."""
 
     name: str
     step: float
@@ -71,7 +70,7 @@ class Column(NamedTuple):
 
 
 class FittedRows(NamedTuple):
-    """The rows of a log that a model was fitted to."""
+    """The rows of a log in the fit of a model."""
 
     sample_time: float
     step: float
@@ -83,7 +82,7 @@ class FittedRows(NamedTuple):
     percent: float
 
     def as_data(self) -> dict[str, Any]:
-        """Return them as a page unpacks them."""
+        """Return the rows in packed form for a page."""
         parts: list[np.ndarray] = []
         for stretch in self.stretches:
             parts += [differences(column, times) for column, times in ((stretch.ends, 2), (stretch.positions, 2), (stretch.rows, 2))]
@@ -111,17 +110,17 @@ class FittedRows(NamedTuple):
 
 
 def fitted_rows(fit: Fit, log: Log, axis: Axis | None, treatment: Mapping[str, Any]) -> FittedRows | None:
-    """Return the rows of a log that a model was fitted to; None where its module cannot be led along them."""
+    """Return the rows of a log in the fit of a model; None if the module cannot reproduce them."""
     if any(surrounding.field != "x" for surrounding in fit.friction.component.surroundings):
         return None
     decimation = treatment.get("decimation")
     dataset = rows_as_fitted(log, axis, treatment, None if decimation is None else int(decimation))
     traces, count = fit.traces, dataset.time.size
-    # A person's own treatment, or another version's, is not repeated by halves.
+    # The preprocessing of a user or of another version cannot be reproduced completely.
     if not np.array_equal(dataset.time, traces.time[:count]):
         return None
     spacing = math.ceil(count / MOST_ROWS)
-    # One of so many decimated samples, where it is a row.
+    # Decimated samples per row.
     segment, sample = dataset.segment_of_row, dataset.sampled([np.arange(s.time.size) for s in dataset.segments])
     is_shown = (sample - dataset.dropped) // dataset.decimation % spacing == 0
     selection = [np.flatnonzero((segment == i) & is_shown) for i in range(len(dataset.segments))]

@@ -1,4 +1,4 @@
-"""What a page draws of parameters and elements: sliders, scales, conditions, and where elements slip."""
+"""Controls of a page for parameters and elements: sliders, scales, conditions, and slip limits of elements."""
 
 import math
 import re
@@ -19,12 +19,12 @@ SIDES = ("_pos", "_neg")
 
 
 def of_side(names: Sequence[str], side: str, known: Container[str]) -> list[str]:
-    """Return names of parameters with the ending of a direction, where there are such."""
+    """Return names of parameters, with the suffix of a direction if such parameters exist."""
     return [name + side if name + side in known else name for name in names]
 
 
 def inner_of(p: Any) -> Any:
-    """Return the parameters of one direction, inside of layers that vary it."""
+    """Return the parameters of one direction, without the layers of slots."""
     p = _layer(p, "forward") or p
     while (layer := _layer(p, "inner")) is not None:
         p = layer
@@ -32,18 +32,18 @@ def inner_of(p: Any) -> Any:
 
 
 def _layer(p: Any, name: str) -> Any:
-    """Return the parameters under this name; None where it is a number, as a model of a person's own may call one."""
+    """Return the nested parameters under this name; None if it is a number, as in a user's model."""
     layer = getattr(p, name, None)
     return layer if hasattr(layer, "_fields") else None
 
 
-AROUND = 100.0  # factor from the middle of a slider without ends to either end
+AROUND = 100.0  # factor from the middle of an unbounded slider to either end
 
 
 class Slider(NamedTuple):
-    """The ends of a slider, in SI; ``logarithmic`` where it goes by equal factors.
+    """The ends of a slider, in SI, with equal factors if ``logarithmic``.
 
-    Such a slider goes to 0 at its left end where ``to_zero``, and to infinity at its right end where ``endless``.
+    A logarithmic slider reaches 0 at its left end if ``to_zero``, and infinity at its right end if ``endless``.
     """
 
     low: float
@@ -66,7 +66,7 @@ def slider_for(
     low, high = variable.min, variable.max
     within = [number for number in (value, *(interval or ())) if math.isfinite(number)]
     if math.isfinite(low) and math.isfinite(high):
-        # Equal factors from there on.
+        # Equal factors from this value on.
         if low > 0.0 and high / low >= 100.0:
             return Slider(low, high, logarithmic=True)
         return Slider(low, high, logarithmic=False)
@@ -81,7 +81,7 @@ def slider_for(
 
 
 class Scales(NamedTuple):
-    """Distance of pre-sliding [m or rad], velocity at which friction falls [m/s or rad/s], and force [N or N*m]."""
+    """Pre-sliding distance [m or rad], Stribeck velocity [m/s or rad/s], and force [N or N*m]."""
 
     reach: float
     speed: float
@@ -98,15 +98,15 @@ def scales_of(subject: Subject) -> Scales:
         for name, value in model.values.items()
         if variables[name].quantity == "force" and not isinstance(value, str)
     ]
-    # A thousand distances of pre-sliding in a second, where no Stribeck velocity is known.
+    # A thousand pre-sliding distances per second for a model without a Stribeck velocity.
     speed = float(model.values.get("v_S", 1000.0 * reach))
     viscous = float(model.values.get("F_v", 0.0)) * 10.0 * speed
     return Scales(reach, speed, max([*forces, viscous], default=0.0) or 1.0)
 
 
 def pulled_by(scales: Scales, model: Model, mass: float | None = None) -> Model:
-    """Return a mass on a spring that this friction lets stick and slip, its far end moving slowly."""
-    # The far end moves at a quarter of the velocity at which friction falls.
+    """Return a slowly pulled mass on a spring that sticks and slips with this friction."""
+    # The far end of the spring moves at a quarter of the Stribeck velocity.
     m, v_e = mass or 1.0, float(f"{0.25 * scales.speed:.2g}")  # [kg or kg*m^2]
     # The mass sticks for 30 natural periods, 2 * pi * sqrt(m / k), while the spring gains a share of 0.3 of friction.
     root = 0.3 * scales.force / (v_e * 30.0 * math.pi * math.sqrt(m))
@@ -118,12 +118,12 @@ _SHARES = re.compile(r"sum of (\w+) = 1")
 
 
 def conditions_of(component: Component) -> list[dict[str, Any]]:
-    """Return conditions that compare two products, by direction where parameters are; others are left out."""
+    """Return the conditions that compare two products, per direction if parameters have one; omit other conditions."""
     conditions = []
     for relation in component.relations:
         if match := _CONDITION.fullmatch(relation.condition):
             left, sign, right = match[1].split(" * "), match[2], match[3].split(" * ")
-            # What stands behind a semicolon is for Python.
+            # Text after a semicolon is for Python.
             mend = str(symbolic(relation.mend.partition(";")[0]))
             pairs = [[of_side(part, side, component.variables) for part in (left, right)] for side in SIDES]
             conditions += [
@@ -134,13 +134,13 @@ def conditions_of(component: Component) -> list[dict[str, Any]]:
 
 
 def shares_of(component: Component) -> list[str]:
-    """Return the names of arrays whose numbers are shares of a whole."""
+    """Return the names of arrays that contain shares of a whole."""
     matches = (_SHARES.fullmatch(relation.condition) for relation in component.relations)
     return [match[1] for match in matches if match]
 
 
-# What the memory keeps of each element, and of which parameters its limit is made: a product over another one. Where
-# friction falls with speed, the limit is that of rest.
+# Memory of each element, and the parameters of its limit: one product divided by another. For friction that falls with
+# speed, the limit is that at rest.
 MEMORIES = {
     maxwell_slip.Parameters: ("length", ["nu_i", "F_C"], ["k_i"]),
     maxwell_stribeck.Parameters: ("force", ["nu_i", "F_S"], []),
@@ -149,7 +149,7 @@ MEMORIES = {
 
 
 def elements_of(model: Model, memory_size: int) -> dict[str, Any] | None:
-    """Return what is drawn of the elements of a model, if it has some: the first numbers of its memory."""
+    """Return the data for drawing the elements of a model, from the first numbers of its memory; None without elements."""
     kind = inner_of(model.parameters)
     if type(kind) not in MEMORIES or memory_size == 0:
         return None

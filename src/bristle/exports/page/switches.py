@@ -1,10 +1,9 @@
-"""Slots that are put on and taken off on the page: the module that has all of them, and what each of them begins with.
+"""Slots that a page can switch: a module with all slots, and the initial values of each slot.
 
-A page holds two modules of a model. The plain one has the parameters of either direction apart, which is what
-``+asymmetry`` asks for, and is the one that is fast. The wide one has every slot; a slot that is not put on has the
-coefficients of nothing, which changes no bit. Which parameters there then are, the page puts together by itself.
-Load, temperature and effort, which a kernel is told with each step of the motion, are parameters of a layer around all slots: they stand
-still, and are moved.
+A page has two modules of a model. The plain module has separate parameters per direction, as ``+asymmetry`` needs, and is
+fast. The wide module has every slot; an inactive slot has neutral coefficients, which change no bit of the results. The page
+assembles the list of parameters. Load, temperature and effort, inputs of a kernel at each step, are parameters of an
+outer layer: they are constant, and have sliders.
 """
 
 from collections.abc import Mapping, Sequence
@@ -44,15 +43,15 @@ class Surroundings(NamedTuple):
 
     around_load: Annotated[float, Variable("1", "load over its nominal value")] = NOMINAL_LOAD
     around_temperature: Annotated[float, Variable("temperature", "temperature")] = NOMINAL_TEMPERATURE
-    around_transmitted: Annotated[float, Variable("force", "effort that passes on")] = NOTHING_TRANSMITTED
+    around_transmitted: Annotated[float, Variable("force", "transmitted effort")] = NOTHING_TRANSMITTED
 
 
-# For each slot that needs more than the motion, what it needs.
+# Inputs besides the motion, by slot.
 AROUND = {"load": "around_load", "temperature": "around_temperature", "transmitted": "around_transmitted"}
 
 
 class Surrounded(NamedTuple):
-    """Parameters of a model and what is around it."""
+    """Parameters of a model and of its surroundings."""
 
     inner: Any
     around: Surroundings
@@ -60,7 +59,7 @@ class Surrounded(NamedTuple):
 
 @kernel
 def trial(state, memory, motion, dt, p):
-    """Return the mean force [N or N*m] of the model inside, and its move, where it is told what is around it."""
+    """Return the mean force [N or N*m] and the move of the inner model in its surroundings."""
     passed = motion.transmitted + p.around.around_transmitted
     around = Motion(motion.v, motion.x, p.around.around_load, p.around.around_temperature, passed)
     force, move = friction_trial(state, memory, around, dt, p.inner)
@@ -69,7 +68,7 @@ def trial(state, memory, motion, dt, p):
 
 @dataclass(frozen=True, kw_only=True)
 class SurroundedModel(CoefficientsModel):
-    """A friction model with what is around it."""
+    """A friction model with its surroundings as parameters."""
 
     coefficients = Surroundings
     of_slot = MappingProxyType({"around": Surroundings._fields})
@@ -78,7 +77,7 @@ class SurroundedModel(CoefficientsModel):
 
     @property
     def surroundings(self) -> tuple[Surrounding, ...]:
-        """What of its surroundings no parameter tells."""
+        """Surroundings without a parameter."""
         return tuple(item for item in self.inner.surroundings if f"around_{item.name}" not in Surroundings._fields)
 
     @property
@@ -89,18 +88,18 @@ class SurroundedModel(CoefficientsModel):
 
 @once
 def surrounded(model: FrictionModel) -> SurroundedModel:
-    """Return a friction model whose parameters tell what is around it."""
+    """Return a friction model with its surroundings as parameters."""
     return enclosed(
         SurroundedModel, model, name=model.name, description=model.description, Parameters=Surrounded, trial=trial, slots=("around",)
     )
 
 
-SLOTS = (*LEVELS, *VARIATIONS, "asymmetry")  # all that can be put on, in the order of a name
-SIDES = {"_pos": 1.1, "_neg": 0.9}  # what the parameters of either direction begin with, over that of both
+SLOTS = (*LEVELS, *VARIATIONS, "asymmetry")  # all available slots, in the order of a name
+SIDES = {"_pos": 1.1, "_neg": 0.9}  # initial value of a parameter per direction, over that of both
 
 
 class Start(NamedTuple):
-    """What a number begins with, over a scale of the model where it has one, and ends of its slider."""
+    """Initial value of a number, over a scale of the model if it has one, and ends of its slider."""
 
     value: float
     scale: str = ""
@@ -109,7 +108,7 @@ class Start(NamedTuple):
 
 MODULE = ("code", "size", "lasting", "contact", "body", "parameters", "places", "still")
 EITHER_WAY = (-1.0, 1.0)
-# A path is ten distances of pre-sliding long from end to end.
+# A path is ten pre-sliding distances long from end to end.
 STARTS = {
     "x_0": Start(0.0, "reach", (-20.0, 20.0)),
     "x_L": Start(5.0, "reach"),
@@ -133,18 +132,18 @@ STARTS = {
     "around_temperature": Start(NOMINAL_TEMPERATURE + 10.0, "", (233.15, 393.15)),
     "around_transmitted": Start(1.0, "force", (-4.0, 4.0)),
 }
-NEUTRAL = Place._field_defaults | Rise._field_defaults | Surroundings._field_defaults  # what the number of a slot is where nothing varies
+NEUTRAL = Place._field_defaults | Rise._field_defaults | Surroundings._field_defaults  # neutral values of the numbers of slots
 SYMBOLS = {"around_load": "<i>L</i>", "around_temperature": "<i>T</i>", "around_transmitted": "<i>τ</i>"}
 POSITIVE = "1 + <i>p</i><sub>1</sub> ξ + <i>p</i><sub>2</sub> ξ² &gt; 0 for ξ from −1 to 1"
 
 
 def slots_of(model: Model) -> tuple[str, ...]:
-    """Return the slots that a friction model has, in the order of a name."""
+    """Return the slots of a friction model, in the order of a name."""
     return tuple(slot for slot in SLOTS if slot in model.name.split("+")[1:])
 
 
 def offered(model: Model) -> tuple[str, ...]:
-    """Return the slots that change something of a friction model: of one without a level nothing can rise."""
+    """Return the slots that affect a friction model; a model without a level cannot rise."""
     base = base_of(model.component)
     levels = has_level(base)
     directional = any(variable.directional for variable in base.variables.values())
@@ -152,7 +151,7 @@ def offered(model: Model) -> tuple[str, ...]:
 
 
 def plain_of(model: Model) -> Model:
-    """Return a friction model without the slots that are put on here; of what differs by direction, the mean."""
+    """Return a friction model without these slots, with the mean of parameters that differ by direction."""
     component = _with(model, ())
     values: dict[str, Any] = {"offset": model.values.get("offset", 0.0)}
     for name in component.inner.variables:
@@ -166,7 +165,7 @@ def _with(model: Model, slots: Sequence[str]) -> SlottedModel:
 
 
 def begun(plain: Model, slots: Sequence[str], scales: Scales) -> Model:
-    """Return a friction model without slots with some, and the values that those begin with."""
+    """Return a plain friction model with some slots at their initial values."""
     component = _with(plain, [slot for slot in SLOTS if slot in slots])
     values: dict[str, Any] = {}
     for name in component.variables:
@@ -178,38 +177,38 @@ def begun(plain: Model, slots: Sequence[str], scales: Scales) -> Model:
 
 
 def start_of(name: str, scales: Scales) -> float:
-    """Return what a number of a slot begins with."""
+    """Return the initial value of a number of a slot."""
     start = STARTS[name]
     return float(f"{start.value * getattr(scales, start.scale):.3g}") if start.scale else start.value
 
 
 def _rounded(value: Any) -> Any:
-    """Return a number without the digits that a product of two adds to it."""
+    """Return a number without the extra digits of a product."""
     return float(f"{value:.12g}") if np.ndim(value) == 0 else np.array([_rounded(float(number)) for number in value])
 
 
 def combinations(slots: Sequence[str], *, complete: bool) -> list[tuple[str, ...]]:
-    """Return the combinations of slots that are walked: every one, or each slot alone and all of them."""
+    """Return the combinations of slots for walks: all combinations, or each slot alone and all together."""
     if complete:
         return [tuple(compress(slots, chosen)) for chosen in product((False, True), repeat=len(slots))]
     return [*((slot,) for slot in slots), tuple(slots)]
 
 
 def slot_walks(plain: Model, plant: Model, scales: Scales, walks: Mapping[str, Any], *, complete: bool) -> dict[str, Any]:
-    """Return the walks of a model with sets of slots, and what those begin with."""
+    """Return the walks of a model with sets of slots, and their initial values."""
     around = [start_of(name, scales) for name in Surroundings._fields]
     models = [begun(plain, slots, scales) for slots in combinations(offered(plain), complete=complete)]
     return walked_together(models, around, walks, plant) | {"complete": complete}
 
 
 def all_walks(model: Model) -> dict[str, Any]:
-    """Return the walks of a friction model without slots, with every set of slots too."""
+    """Return the walks of a friction model without slots and with every set of slots."""
     walks, scales = walks_of(model), scales_of(subject_of(model))
     return walks | {"slots": slot_walks(model, pulled_by(scales, model), scales, walks, complete=True)}
 
 
 def slots_described(kind: Kind) -> dict[str, Any]:
-    """Return what a page knows of the slots: what each adds, over the scales of a model."""
+    """Return the data of the slots for a page: the parameters of each, over the scales of a model."""
     component = surrounded(with_slots(MODELS["coulomb"], SLOTS[:-1]))
     values = {name: STARTS[name].value if name in STARTS else 1.0 for name in component.variables}
     model = make_model(component, values, kind=kind, validate=False)
@@ -234,19 +233,21 @@ def slots_described(kind: Kind) -> dict[str, Any]:
 def switched(
     model: Model, *, uncertainty: Mapping[str, Mapping[str, Any]] | None = None, mass: float | None = None, **known: Any
 ) -> dict[str, Any]:
-    """Return what a page knows of a friction model whose slots are put on and taken off there.
+    """Return the data of a friction model with switchable slots for a page.
 
-    Parameters are those of `bristle.exports.page.described.model_described`. Modules are packed as what follows `common_module`, the
-    wide one as what follows the plain one too.
+    Parameters are those of `bristle.exports.page.described.model_described`. Modules are packed with `common_module` as a dictionary,
+    the wide module also with the plain one.
     """
     if over := channel_slots_of(model.component):
         names = ", ".join(slot.name for slot in over)
-        raise InputError("has a slot over a channel of the log, which no page has", path="model", value=names, mend="Take the slot off")
+        raise InputError(
+            "has a slot over a channel of the log, which a page does not have", path="model", value=names, mend="Remove the slot"
+        )
     plain, slots = plain_of(model), slots_of(model)
     uncertainties = uncertainty or {}
     facts = model_described(plain, uncertainty={} if slots else uncertainties, mass=mass, led=model, **known)
     if leans := base_of(plain.component).trial_sided is not None:
-        # With both directions alike it is the plain one, with no other bit.
+        # With equal directions it is identical to the plain model.
         component = _with(plain, ["asymmetry"])
         values = {name: plain.values[_of_both(name, plain)] for name in component.variables}
         directed = make_model(component, values, kind=plain.kind, validate=False)
@@ -274,13 +275,13 @@ def switched(
 
 @cache
 def common_module() -> bytes:
-    """Return the module of which parts are found again in every other one: that of the least model, with every slot."""
+    """Return the module that serves as a dictionary for all others: the smallest model with every slot."""
     plain = example_named("coulomb")
     return _wide(plain, pulled_by(scales_of(subject_of(plain)), plain))[0].binary
 
 
 def _wide(plain: Model, plant: Model) -> tuple[Module, list[int]]:
-    """Return the module of a friction model with every slot, in which nothing varies, and where the levels are."""
+    """Return the module of a friction model with every slot at neutral values, and the addresses of the levels."""
     component = surrounded(_with(plain, offered(plain)))
     neutral = component.defaults | dict(plain.values) | NEUTRAL
     values = {name: neutral[_of_both(name, plain)] for name in component.variables}
@@ -300,26 +301,26 @@ def _wide(plain: Model, plant: Model) -> tuple[Module, list[int]]:
 
 
 def _of_both(name: str, plain: Model) -> str:
-    """Return what a parameter of one direction is called where there is one for both."""
+    """Return the name of the common parameter for a parameter of one direction."""
     return name[: -len("_pos")] if name not in plain.values and name.endswith(tuple(SIDES)) else name
 
 
 @cache
 def example_described(name: str) -> dict[str, Any]:
-    """Return what a page knows of a friction model of the package with the values of its example."""
+    """Return the data of a friction model of the package with the values of its example, for a page."""
     return switched(example_named(name))
 
 
 def common_described() -> dict[str, Any]:
-    """Return what the modules of all models begin with, as a page unpacks it."""
+    """Return the packed dictionary of the modules of all models."""
     common = common_module()
     return {"code": packed(common), "size": len(common)}
 
 
 def lab_described(first: str | Model, loop: Mapping[str, Any], **options: Any) -> dict[str, Any]:
-    """Return the data of the lab: the examples of all models, one of them first or one with values of its own, slots and a loop.
+    """Return the data of the lab: the examples of all models, the first model, slots and a loop.
 
-    Options, of a model with values of its own, are those of `switched`.
+    `first` is the name of an example, or a model with given values; options of such a model are those of `switched`.
     """
     models, place = [example_described(name) for name in MODELS], 0
     if isinstance(first, str):

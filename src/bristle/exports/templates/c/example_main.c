@@ -1,4 +1,4 @@
-/* How {{ name }} is called: once in every cycle of the drive, here {{ rate }} Hz, with {% if operator %}its input{% else %}the position that is measured or desired{% endif %}.
+/* Example for {{ name }}: call it once in every cycle of the drive, here {{ rate }} Hz, with {% if operator %}its input{% else %}the measured or desired position{% endif %}.
    On a target this loop is the interrupt of the cycle, and `position` reads an encoder. */
 
 #include "{{ name }}.h"
@@ -7,7 +7,7 @@
 
 #define CYCLE {{ dt }} /* [s] */
 
-/* Stands for the axis: to and fro by {{ amplitude }} {{ unit_x }} in {{ period }} s. */
+/* Position of an axis that moves forward and back by {{ amplitude }} {{ unit_x }} in {{ period }} s. */
 static double position(unsigned cycle)
 {
     const unsigned period = {{ cycles }}U;
@@ -24,7 +24,7 @@ int main(void)
         const double x = position(cycle);
 {% if operator %}        const double friction = {{ name }}_output(&axis, x);
 {% else %}        const double friction = {{ name }}_force(&axis, x, CYCLE);
-        /* Add `friction` to the effort that the controller commands: it is what the motion up to here took. */
+        /* Friction of the motion up to now: add it to the effort of the controller. */
 {% endif %}        if (cycle % {{ every }}U == 0U) {
             printf("%.4f s  x = %.3e {{ unit_x }}  {% if operator %}output{% else %}friction{% endif %} = %.4g {{ unit_force }}\n", cycle * CYCLE, x, friction);
         }

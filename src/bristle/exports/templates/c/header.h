@@ -3,8 +3,8 @@
    {{ description }}
 {% for line in facts %}   {{ line }}
 {% endfor %}
-   Written by bristle {{ version }}. Build with {{ flags }}: a compiler that contracts a product and a sum into one
-   operation gives other bits, and {{ name }}_selftest.c says so.
+   Written by bristle {{ version }}. Build with {{ flags }}: fused multiply-add changes the last bits of the results,
+   and {{ name }}_selftest.c then fails.
 
 {{ table }} */
 
@@ -22,28 +22,28 @@ extern "C" {
 /* Bytes that `{{ name }}_save` writes. */
 #define {{ guard }}_SAVED {{ saved }}
 
-/* Begin anew: a virgin contact, nothing came yet. Call it before anything else. */
+/* Reset to a virgin contact without a sample. Call it before any other function. */
 void {{ name }}_start({{ name }} *axis);
 
-{% if operator %}/* The output [{{ unit_force }}] at the input `x` [{{ unit_x }}], reached in one move from the last one; the first one from 0. */
+{% if operator %}/* The output [{{ unit_force }}] at the input `x` [{{ unit_x }}], after one move from the last input, at first from 0. */
 double {{ name }}_output({{ name }} *axis, double x);
 {% else %}/* The mean friction force [{{ unit_force }}] of the step that ends at the position `x` [{{ unit_x }}], `dt` [s] after the last call; positive
-   when it opposes a motion to larger `x`. The first call sets where the axis is, and gives 0. */
+   when it opposes a motion to larger `x`. The first call sets the position of the axis, and returns 0. */
 double {{ name }}_force({{ name }} *axis, double x, double dt);
 {% endif %}{% if signals %}
-/* The same with what friction depends on besides: {{ told_signals | join('; ') }}. */
+/* The same force with further inputs: {{ told_signals | join('; ') }}. */
 double {{ name }}_force_at({{ name }} *axis, double x, double dt{% for signal in signals %}, double {{ signal }}{% endfor %});
 {% endif %}{% if drive %}
-/* The units of the drive, as the axis file describes them, and the same force in them: `position` in {{ drive.position.unit }},
-   the command in {{ drive.efforts[0].unit }}. */
+/* The same force in the units of the drive from the axis file: `position` in {{ drive.position.unit }}, the command in
+   {{ drive.efforts[0].unit }}. */
 #define {{ guard }}_POSITION_UNIT ({{ drive.position.si }}) /* {{ drive.unit_x }} for 1 {{ drive.position.unit }} */
 {% for each in drive.efforts %}#define {{ guard }}_{{ each.macro }} ({{ each.si }}) /* {{ drive.unit_force }} for 1 {{ each.unit }} */
 {% endfor %}double {{ name }}_command({{ name }} *axis, double position, double dt);
 {% endif %}
-/* Write what the contact remembers into {{ guard }}_SAVED bytes, the same on every target{% if parameters %}; parameters are not saved{% endif %}. */
+/* Write the state of the contact into {{ guard }}_SAVED bytes, in the same format on every target{% if parameters %}; parameters are not saved{% endif %}. */
 void {{ name }}_save(const {{ name }} *axis, unsigned char *bytes);
 
-/* Go on from what was saved. Return 1; or 0, and change nothing, where the bytes are not those of this model or damaged. */
+/* Restore a saved state and return 1. If the bytes are damaged or of another model, return 0 without a change. */
 int {{ name }}_load({{ name }} *axis, const unsigned char *bytes, size_t size);
 
 #ifdef __cplusplus

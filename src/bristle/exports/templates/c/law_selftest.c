@@ -1,6 +1,6 @@
-/* Self-test of {{ name }}: a walk of {{ count }} samples that the law follows a sample late. Its efforts {% if tolerance %}are near those that
-   bristle {{ version }} computed in Python with double precision.{% else %}hash to what bristle
-   {{ version }} computed in Python, or this target does not give the same bits.{% endif %} Prints the hash; exit code 0 or 1. */
+/* Self-test of {{ name }}: a walk of {{ count }} samples that the axis follows one sample late. It compares the {% if tolerance %}efforts with
+   those of bristle {{ version }} in Python with double precision.{% else %}hash of the
+   efforts with that of bristle {{ version }} in Python: results must be identical.{% endif %} Prints the hash; exit code 0 or 1. */
 
 #include "{{ name }}.h"
 
@@ -46,22 +46,22 @@ int main(void)
             {{ name }}_save(&axis, saved);
             {{ name }}_start(&copy);
             if (!{{ name }}_load(&copy, saved, sizeof saved)) {
-                return fails("what was saved is refused");
+                return fails("the saved state is refused");
             }
         } else if (k > COUNT / 2U && {{ name }}_effort(&copy, &inputs) != effort) {
-            return fails("goes on differently from what was saved");
+            return fails("the restored state continues differently");
         }
     }
     printf("{{ name }}: hash %08lx%08lx, last effort %.17g\n", (unsigned long)(hash >> 32U),
            (unsigned long)(hash & UINT64_C(0xFFFFFFFF)), effort);
 {% include "c/judged.c" %}    inputs.measured = (x[COUNT] - x[COUNT]) / (x[COUNT] - x[COUNT]);
     if ({{ name }}_effort(&axis, &inputs) != effort || (axis.flags & {{ guard }}_REFUSED) == 0) {
-        return fails("a position that is no number is not held off");
+        return fails("a position that is not a number is accepted");
     }
     saved[{{ guard }}_SAVED / 2U] ^= 1U;
     if ({{ name }}_load(&copy, saved, sizeof saved)) {
-        return fails("damaged bytes are taken");
+        return fails("damaged bytes are accepted");
     }
-    printf("{{ name }}: {% if tolerance %}bristle in single precision{% else %}the same bits as bristle{% endif %}\n");
+    printf("{{ name }}: {% if tolerance %}matches bristle within single precision{% else %}identical to bristle{% endif %}\n");
     return 0;
 }

@@ -1,5 +1,5 @@
 {% if parameters %}
-/* Parameters that may be changed between two calls; `{{ name }}_start` sets those that were exported. */
+/* Parameters that can change between two calls; `{{ name }}_start` sets the exported values. */
 typedef struct {
 {% for line in parameters %}    {{ line }}
 {% endfor %}} {{ name }}_parameters;

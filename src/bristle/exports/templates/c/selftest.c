@@ -1,6 +1,6 @@
-/* Self-test of {{ name }}: a walk of {{ count }} steps through pre-sliding and sliding. Its forces {% if tolerance %}are near those that
-   bristle {{ version }} computed in Python with double precision.{% else %}hash to what bristle
-   {{ version }} computed in Python, or this target does not give the same bits.{% endif %} Prints the hash; exit code 0 or 1. */
+/* Self-test of {{ name }}: a walk of {{ count }} steps through pre-sliding and sliding. It compares the {% if tolerance %}forces with
+   those of bristle {{ version }} in Python with double precision.{% else %}hash of the
+   forces with that of bristle {{ version }} in Python: results must be identical.{% endif %} Prints the hash; exit code 0 or 1. */
 
 #include "{{ name }}.h"
 
@@ -31,21 +31,21 @@
             {{ name }}_save(&axis, saved);
             {{ name }}_start(&copy);
             if (!{{ name }}_load(&copy, saved, sizeof saved)) {
-                return fails("what was saved is refused");
+                return fails("the saved state is refused");
             }
         } else if (k > COUNT / 2U && {% if operator %}{{ name }}_output(&copy, x){% else %}{{ name }}_force(&copy, x, dt){% endif %} != force) {
-            return fails("goes on differently from what was saved");
+            return fails("the restored state continues differently");
         }
     }
     printf("{{ name }}: hash %08lx%08lx, last force %.17g\n", (unsigned long)(hash >> 32U),
            (unsigned long)(hash & UINT64_C(0xFFFFFFFF)), force);
 {% include "c/judged.c" %}    if ({% if operator %}{{ name }}_output(&axis, force / (force - force)){% else %}{{ name }}_force(&axis, force / (force - force), dt){% endif %} != force || (axis.flags & {{ guard }}_REFUSED) == 0) {
-        return fails("a position that is no number is not held off");
+        return fails("a position that is not a number is accepted");
     }
     saved[sizeof saved / 2U] ^= 4U;
     if ({{ name }}_load(&copy, saved, sizeof saved)) {
-        return fails("damaged bytes are taken");
+        return fails("damaged bytes are accepted");
     }
-    printf("{{ name }}: {% if tolerance %}bristle in single precision{% else %}the same bits as bristle{% endif %}\n");
+    printf("{{ name }}: {% if tolerance %}matches bristle within single precision{% else %}identical to bristle{% endif %}\n");
     return 0;
 }

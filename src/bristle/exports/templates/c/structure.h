@@ -1,14 +1,14 @@
-/* What may be in `flags`; each stays until you clear it. */
-#define {{ guard }}_REFUSED 1  /* what came in was no finite number{% if parameters %}, or a parameter left its range{% endif %}: the last output was held */
-#define {{ guard }}_OVERFLOW 2 /* what was to go out was no finite number: the last output was held */
+/* Values of `flags`; each stays set until you clear it. */
+#define {{ guard }}_REFUSED 1  /* an input was not a finite number{% if parameters %}, or a parameter left its range{% endif %}: the last output was returned */
+#define {{ guard }}_OVERFLOW 2 /* the result was not a finite number: the last output was returned */
 {% include "c/parameters.h" %}typedef struct {{ name }} {
-    double position; /* last {% if operator %}input{% else %}position{% endif %} taken [{{ unit_x }}] */
-    int32_t begun;   /* whether there was one; between both numbers, or some compilers store these as one, together late */
-    double force;    /* last {% if operator %}output{% else %}force{% endif %} given [{{ unit_force }}] */
+    double position; /* last accepted {% if operator %}input{% else %}position{% endif %} [{{ unit_x }}] */
+    int32_t begun;   /* whether there was a sample; between both numbers, since some compilers would store these together, late */
+    double force;    /* last {% if operator %}output{% else %}force{% endif %} [{{ unit_force }}] */
     int32_t flags;   /* {{ guard }}_REFUSED, {{ guard }}_OVERFLOW, or 0 */
 {% if state %}    struct {
 {% for line in state %}        {{ line }}
 {% endfor %}    } state;
-{% endif %}{% if memory %}    {{ scalar }} memory[{{ memory }}]; /* what the contact remembers */
+{% endif %}{% if memory %}    {{ scalar }} memory[{{ memory }}]; /* memory of the contact */
 {% endif %}{% if parameters %}    {{ name }}_parameters parameters;
 {% endif %}} {{ name }};

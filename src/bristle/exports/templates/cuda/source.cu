@@ -1,10 +1,10 @@
-/* {{ title }}, as lanes of a graphics processor: each thread has an axis of its own, with parameters of its own.
+/* {{ title }}, as lanes of a graphics processor: each thread simulates a separate axis with separate parameters.
 
    {{ description }}
 {% for line in facts %}   {{ line }}
 {% endfor %}
-   Written by bristle {{ version }}; do not edit, export again. Build with --fmad=false: contracted products and sums
-   give other bits. A compiler of C++ without CUDA takes this file too, for one lane after another.
+   Written by bristle {{ version }}; do not edit, export again. Build with --fmad=false: fused multiply-add changes the
+   last bits of the results. A C++ compiler without CUDA can also compile this file, for one lane at a time.
 
 {{ table }} */
 
@@ -42,7 +42,7 @@ static thread_local int {{ name }}_lane = 0;
 }
 
 {% include "c/steps.c" %}
-/* Begin anew in every lane. */
+/* Reset every lane. */
 extern "C" __global__ void {{ name }}_start_lanes({{ name }} *axes, int lanes)
 {
     const int lane = {{ guard }}_LANE;
@@ -64,8 +64,8 @@ extern "C" __global__ void {{ name }}_set_lanes({{ name }} *axes, int lanes, con
     }
 }
 {% endif %}
-/* Move every lane along its own {% if operator %}inputs{% else %}positions{% endif %}: `x` and `{{ output }}` have `samples` rows of `lanes` numbers. A second call goes on
-   where the first one ended, so that a simulator may take one sample at a time. */
+/* Move every lane along its own {% if operator %}inputs{% else %}positions{% endif %}: `x` and `{{ output }}` have `samples` rows of `lanes` numbers. A second call
+   continues after the first, so that a simulator can make one sample per call. */
 extern "C" __global__ void {{ name }}_{{ output }}_lanes(
     {{ name }} *axes, int lanes, int samples{% if not operator %}, double dt{% endif %}, const double *x, double *{{ output }})
 {

@@ -1,26 +1,26 @@
 /* --- model exchange ---------------------------------------------------------------------------------------------- */
 
-/* Where the states and their rates are among the variables, and the sizes that matter to the contact. */
+/* Value references of the states and of their rates, and the nominal values. */
 static const unsigned states_at[VARYING] = { {{- exchange.states | join(', ') -}} };
 static const unsigned rates_at[VARYING] = { {{- exchange.rates | join(', ') -}} };
 static const double nominals[VARYING] = { {{- exchange.nominals | join(', ') -}} };
-/* How many values a whole number can take that holds; 0 where it is real. */
+/* Number of values of each whole number that is constant between events; 0 for a real number. */
 static const double most_held[HELD] = { {{- exchange.most | join(', ') -}} };
 
-/* Return the force; write the rates of what varies, and behind them the margins to the next event. */
+/* Return the force; write the rates of the states, followed by the margins to the next event. */
 static double flowing(const Situation *now, double *slope)
 {
 {% for line in exchange.flowing[:-1] %}    {{ line }}
 {% endfor %}    return {{ exchange.flowing[-1] }}
 }
 
-/* Begin a piece of smooth motion: write what varies, and what holds until the next event. */
+/* Begin a piece of smooth motion: write the states and the constants until the next event. */
 static void begun(Situation *now)
 {
 {% for line in exchange.begun %}    {{ line }}
 {% endfor %}}
 
-/* At an event the memory is committed, and the next piece begins; the states stay as they are. */
+/* Event: commit the memory and begin the next piece; the states do not change. */
 static void turned(Situation *now)
 {
     double states[VARYING];
@@ -30,7 +30,7 @@ static void turned(Situation *now)
     memcpy(now->varying, states, sizeof states);
 }
 
-/* Bring up to date what nobody integrates: all of it in co-simulation, and before the start. */
+/* Update the states that no importer integrates: all in co-simulation and before the start. */
 static void ready(Situation *now)
 {
     if (now->exchanged == 0U || now->phase <= STARTING) {
@@ -49,7 +49,7 @@ static bool has_rates(Situation *now, double *slope)
     return is_finite(sum);
 }
 
-/* Bring up to date what is computed when somebody looks at it. */
+/* Update the variables that are computed on demand. */
 static void look(Situation *now)
 {
     double slope[VARYING + 2U];
@@ -65,15 +65,15 @@ static void look(Situation *now)
     }
 }
 
-/* Give the states values; say why not where they cannot have them. */
+/* Set the states; return the reason if this is not allowed. */
 static const char *moved(Situation *now, const double *states, size_t count)
 {
     if (now->phase != FLOWING || count != VARYING) {
-        return "the states cannot be set now, or are not as many";
+        return "the states cannot be set now, or their number is wrong";
     }
     for (size_t i = 0; i < VARYING; ++i) {
         if (!is_finite(states[i])) {
-            return "a state is no number";
+            return "a state is not a number";
         }
     }
     memcpy(now->varying, states, sizeof now->varying);

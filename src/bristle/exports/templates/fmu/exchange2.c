@@ -3,7 +3,7 @@ fmi2Status fmi2EnterEventMode(fmi2Component c)
 {
     Instance *instance = c;
     if (instance->now.phase != FLOWING) {
-        return answer(instance, "there is no event now");
+        return answer(instance, "not in continuous-time mode");
     }
     instance->now.phase = AT_EVENT;
     return fmi2OK;
@@ -13,7 +13,7 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *fmi2eventInfo)
 {
     Instance *instance = c;
     if (instance->now.phase != AT_EVENT) {
-        return answer(instance, "there is no event now");
+        return answer(instance, "not in event mode");
     }
     turned(&instance->now);
     fmi2eventInfo->newDiscreteStatesNeeded = fmi2False;
@@ -29,7 +29,7 @@ fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c)
 {
     Instance *instance = c;
     if (instance->now.phase != AT_EVENT) {
-        return answer(instance, "there is no event that could be over");
+        return answer(instance, "not in event mode");
     }
     instance->now.phase = FLOWING;
     return fmi2OK;
@@ -49,7 +49,7 @@ fmi2Status fmi2SetTime(fmi2Component c, fmi2Real time)
 {
     Instance *instance = c;
     if (!instance->now.exchanged || !is_finite(time)) {
-        return answer(instance, "time cannot be set, or is no number");
+        return answer(instance, "time cannot be set, or is not a number");
     }
     instance->now.values[0] = time;
     return fmi2OK;
@@ -64,7 +64,7 @@ fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real x[], size_t nx)
 {
     Instance *instance = c;
     if (!instance->now.exchanged || nx != VARYING) {
-        return answer(instance, "there are not as many states");
+        return answer(instance, "no model exchange, or wrong number of states");
     }
     ready(&instance->now);
     memcpy(x, instance->now.varying, sizeof instance->now.varying);
@@ -74,7 +74,7 @@ fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real x[], size_t nx)
 fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real x_nominal[], size_t nx)
 {
     if (nx != VARYING) {
-        return answer(c, "there are not as many states");
+        return answer(c, "no model exchange, or wrong number of states");
     }
     memcpy(x_nominal, nominals, sizeof nominals);
     return fmi2OK;
@@ -85,7 +85,7 @@ fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real derivatives[], size_t nx
     Instance *instance = c;
     double slope[VARYING + 2U];
     if (!instance->now.exchanged || nx != VARYING) {
-        return answer(instance, "there are not as many rates");
+        return answer(instance, "no model exchange, or wrong number of rates");
     }
     if (!has_rates(&instance->now, slope)) {
         return fmi2Discard;
@@ -99,7 +99,7 @@ fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real eventIndicators[], s
     Instance *instance = c;
     double slope[VARYING + 2U];
     if (!instance->now.exchanged || ni != MARGINS) {
-        return answer(instance, "there are not as many event indicators");
+        return answer(instance, "no model exchange, or wrong number of event indicators");
     }
     if (!has_rates(&instance->now, slope)) {
         return fmi2Discard;

@@ -14,7 +14,7 @@ fmi3Status fmi3EnterEventMode(fmi3Instance instance)
 {
     Situation *now = &((Instance *)instance)->now;
     if (now->phase != FLOWING) {
-        return answer(instance, "there is no event now");
+        return answer(instance, "not in continuous-time mode");
     }
     now->phase = AT_EVENT;
     return fmi3OK;
@@ -27,7 +27,7 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *discrete
 {
     Situation *now = &((Instance *)instance)->now;
     if (now->phase != AT_EVENT) {
-        return answer(instance, "there is no event now");
+        return answer(instance, "not in event mode");
     }
     turned(now);
     *discreteStatesNeedUpdate = fmi3False;
@@ -43,7 +43,7 @@ fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance instance)
 {
     Situation *now = &((Instance *)instance)->now;
     if (now->phase != AT_EVENT) {
-        return answer(instance, "there is no event that could be over");
+        return answer(instance, "not in event mode");
     }
     now->phase = FLOWING;
     return fmi3OK;
@@ -63,7 +63,7 @@ fmi3Status fmi3SetTime(fmi3Instance instance, fmi3Float64 time)
 {
     Situation *now = &((Instance *)instance)->now;
     if (!now->exchanged || !is_finite(time)) {
-        return answer(instance, "time cannot be set, or is no number");
+        return answer(instance, "time cannot be set, or is not a number");
     }
     now->values[0] = time;
     return fmi3OK;
@@ -79,7 +79,7 @@ fmi3Status fmi3GetContinuousStates(fmi3Instance instance, fmi3Float64 continuous
 {
     Situation *now = &((Instance *)instance)->now;
     if (!now->exchanged || nContinuousStates != VARYING) {
-        return answer(instance, "there are not as many states");
+        return answer(instance, "no model exchange, or wrong number of states");
     }
     ready(now);
     memcpy(continuousStates, now->varying, sizeof now->varying);
@@ -89,7 +89,7 @@ fmi3Status fmi3GetContinuousStates(fmi3Instance instance, fmi3Float64 continuous
 fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance instance, fmi3Float64 nominals_[], size_t nContinuousStates)
 {
     if (nContinuousStates != VARYING) {
-        return answer(instance, "there are not as many states");
+        return answer(instance, "no model exchange, or wrong number of states");
     }
     memcpy(nominals_, nominals, sizeof nominals);
     return fmi3OK;
@@ -101,7 +101,7 @@ fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance instance, fmi3Float64 
     Situation *now = &((Instance *)instance)->now;
     double slope[VARYING + 2U];
     if (!now->exchanged || nContinuousStates != VARYING) {
-        return answer(instance, "there are not as many rates");
+        return answer(instance, "no model exchange, or wrong number of rates");
     }
     if (!has_rates(now, slope)) {
         return fmi3Discard;
@@ -115,7 +115,7 @@ fmi3Status fmi3GetEventIndicators(fmi3Instance instance, fmi3Float64 eventIndica
     Situation *now = &((Instance *)instance)->now;
     double slope[VARYING + 2U];
     if (!now->exchanged || nEventIndicators != MARGINS) {
-        return answer(instance, "there are not as many event indicators");
+        return answer(instance, "no model exchange, or wrong number of event indicators");
     }
     if (!has_rates(now, slope)) {
         return fmi3Discard;

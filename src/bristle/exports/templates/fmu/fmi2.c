@@ -74,7 +74,7 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean toleranceDefined, fm
     (void)stopTimeDefined;
     (void)stopTime;
     if (instance->now.phase != CREATED || !is_finite(startTime)) {
-        return answer(instance, "the experiment cannot be set up now, or its start is no number");
+        return answer(instance, "the experiment cannot be set up now, or its start is not a number");
     }
     instance->now.begin = startTime;
     instance->now.values[0] = startTime;
@@ -85,7 +85,7 @@ fmi2Status fmi2EnterInitializationMode(fmi2Component c)
 {
     Instance *instance = c;
     if (instance->now.phase != CREATED) {
-        return answer(instance, "it was started before");
+        return answer(instance, "the instance was started before");
     }
     instance->now.phase = STARTING;
     return fmi2OK;
@@ -95,7 +95,7 @@ fmi2Status fmi2ExitInitializationMode(fmi2Component c)
 {
     Instance *instance = c;
     if (instance->now.phase != STARTING) {
-        return answer(instance, "it is not being started");
+        return answer(instance, "the instance is not in initialization mode");
     }
 {% if exchange %}    if (instance->now.exchanged) {
         begun(&instance->now);
@@ -150,7 +150,7 @@ fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *FMUstate)
 {
     Situation *copy = *FMUstate ? *FMUstate : malloc(sizeof *copy);
     if (!copy) {
-        return answer(c, "there is no memory left");
+        return answer(c, "out of memory");
     }
     *copy = ((Instance *)c)->now;
     *FMUstate = copy;
@@ -160,7 +160,7 @@ fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *FMUstate)
 fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate FMUstate)
 {
     if (!FMUstate{% if exchange %} || ((const Situation *)FMUstate)->exchanged != ((Instance *)c)->now.exchanged{% endif %}) {
-        return answer(c, "there is no state{% if exchange %}, or one of the other kind of simulation{% endif %}");
+        return answer(c, "there is no state{% if exchange %}, or it belongs to the other kind of simulation{% endif %}");
     }
     ((Instance *)c)->now = *(const Situation *)FMUstate;
     return fmi2OK;
@@ -185,7 +185,7 @@ fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate FMUstate, si
 fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate FMUstate, fmi2Byte serializedState[], size_t size)
 {
     if (!FMUstate || size < SAVED) {
-        return answer(c, "there is no state, or no room for it");
+        return answer(c, "there is no state, or the buffer is too small");
     }
     save(FMUstate, (unsigned char *)serializedState);
     return fmi2OK;
@@ -195,7 +195,7 @@ fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte serializedSta
                                    fmi2FMUstate *FMUstate)
 {
     if (!handed_out(FMUstate, (const unsigned char *)serializedState, size)) {
-        return answer(c, "the bytes are not those of this FMU, or damaged, or there is no memory left");
+        return answer(c, "the bytes are damaged or of another FMU, or out of memory");
     }
     return fmi2OK;
 }

@@ -81,7 +81,7 @@ fmi3Status fmi3EnterInitializationMode(fmi3Instance instance, fmi3Boolean tolera
     (void)stopTimeDefined;
     (void)stopTime;
     if (now->phase != CREATED || !is_finite(startTime)) {
-        return answer(instance, "it was started before, or its start is no number");
+        return answer(instance, "the instance was started before, or the start is not a number");
     }
     now->begin = startTime;
     now->values[0] = startTime;
@@ -93,7 +93,7 @@ fmi3Status fmi3ExitInitializationMode(fmi3Instance instance)
 {
     Situation *now = &((Instance *)instance)->now;
     if (now->phase != STARTING) {
-        return answer(instance, "it is not being started");
+        return answer(instance, "the instance is not in initialization mode");
     }
 {% if exchange %}    if (now->exchanged) {
         begun(now);
@@ -122,7 +122,7 @@ fmi3Status fmi3GetFloat64(fmi3Instance instance, const fmi3ValueReference valueR
 {% if exchange %}    bool looked = false;
 {% endif %}    for (size_t i = 0; i < nValueReferences; ++i) {
         if (valueReferences[i] >= VARIABLES || nValues != nValueReferences) {
-            return answer(asked, "there is no variable with this value reference, or no room for its value");
+            return answer(asked, "there is no variable with this value reference, or the buffer is too small");
         }
 {% if exchange %}        if (!looked && (asked->now.exchanged || roles[valueReferences[i]] >= A_STATE)) {
             look(&asked->now);
@@ -152,7 +152,7 @@ fmi3Status fmi3GetFMUState(fmi3Instance instance, fmi3FMUState *FMUState)
 {
     Situation *copy = *FMUState ? *FMUState : malloc(sizeof *copy);
     if (!copy) {
-        return answer(instance, "there is no memory left");
+        return answer(instance, "out of memory");
     }
     *copy = ((Instance *)instance)->now;
     *FMUState = copy;
@@ -162,7 +162,7 @@ fmi3Status fmi3GetFMUState(fmi3Instance instance, fmi3FMUState *FMUState)
 fmi3Status fmi3SetFMUState(fmi3Instance instance, fmi3FMUState FMUState)
 {
     if (!FMUState{% if exchange %} || ((const Situation *)FMUState)->exchanged != ((Instance *)instance)->now.exchanged{% endif %}) {
-        return answer(instance, "there is no state{% if exchange %}, or one of the other kind of simulation{% endif %}");
+        return answer(instance, "there is no state{% if exchange %}, or it belongs to the other kind of simulation{% endif %}");
     }
     ((Instance *)instance)->now = *(const Situation *)FMUState;
     return fmi3OK;
@@ -187,7 +187,7 @@ fmi3Status fmi3SerializedFMUStateSize(fmi3Instance instance, fmi3FMUState FMUSta
 fmi3Status fmi3SerializeFMUState(fmi3Instance instance, fmi3FMUState FMUState, fmi3Byte serializedState[], size_t size)
 {
     if (!FMUState || size < SAVED) {
-        return answer(instance, "there is no state, or no room for it");
+        return answer(instance, "there is no state, or the buffer is too small");
     }
     save(FMUState, serializedState);
     return fmi3OK;
@@ -197,7 +197,7 @@ fmi3Status fmi3DeserializeFMUState(fmi3Instance instance, const fmi3Byte seriali
                                    fmi3FMUState *FMUState)
 {
     if (!handed_out(FMUState, serializedState, size)) {
-        return answer(instance, "the bytes are not those of this FMU, or damaged, or there is no memory left");
+        return answer(instance, "the bytes are damaged or of another FMU, or out of memory");
     }
     return fmi3OK;
 }

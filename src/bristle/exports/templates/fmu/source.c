@@ -1,7 +1,7 @@
 /* {{ title }}.
    An FMU for FMI {{ fmi }}.0. Written by bristle {{ version }}; do not edit, export again.
 {% for line in facts %}   {{ line }}
-{% endfor %}   Build with {{ flags }}: a compiler that contracts a product and a sum into one operation gives other bits. */
+{% endfor %}   Build with {{ flags }}: fused multiply-add changes the last bits of the results. */
 
 #include "fmi{{ fmi }}Functions.h"
 
@@ -41,20 +41,20 @@ static const double starts[VARIABLES] = {
 static const double lowest[VARIABLES] = { {{- lowest | join(', ') -}} };
 static const double highest[VARIABLES] = { {{- highest | join(', ') -}} };
 static const double virgin[LASTING] = { {{- begin | join(', ') -}} };
-/* How many values a whole number of the state takes; 0 where it is real. */
+/* Number of values of each whole number of the state; 0 for a real number. */
 static const double most[LASTING] = { {{- most | join(', ') -}} };
 
-/* All that changes. */
+/* The whole state of an instance. */
 typedef struct {
     uint64_t steps; /* internal steps done */
-    double begin;   /* time of the first one [s] */
+    double begin;   /* time of the first step [s] */
     uint64_t phase;
     double values[VARIABLES];
     double lasting[LASTING];
     double memory[MEMORY];
 {% if exchange %}    uint64_t exchanged;      /* whether an importer integrates it */
-    double varying[VARYING]; /* what that integrates */
-    double held[HELD];       /* what holds until the next event */
+    double varying[VARYING]; /* continuous states */
+    double held[HELD];       /* constants until the next event */
 {% endif %}} Situation;
 
 static inline bool is_finite(double x)
@@ -80,19 +80,19 @@ static void begin_anew(Situation *now)
     }
 {% endif %}}
 
-/* Give a variable a value; say why not where it cannot have it. */
+/* Set a variable; return the reason if this is not allowed. */
 static const char *given(Situation *now, unsigned reference, double value)
 {
     if (reference >= VARIABLES) {
         return "there is no variable with this value reference";
     }
     if (!(lowest[reference] <= value && value <= highest[reference])) {
-        return "a value is outside of its range";
+        return "a value is outside its range";
     }
     if (roles[reference] == A_START && now->phase <= STARTING) {
         now->lasting[reference - {{ first_start }}U] = value;
     } else if (now->phase == OVER || (roles[reference] != AN_INPUT && roles[reference] != A_PARAMETER)) {
-        return "a variable cannot be set, or not now";
+        return "the variable cannot be set, or not in this state";
     }
     now->values[reference] = value;
     return NULL;
@@ -103,15 +103,15 @@ static const char *one_step(Situation *now)
 {% for line in stepping[:-1] %}    {{ line }}
 {% endfor %}    const double {{ output }} = {{ stepping[-1] }}
     if (!is_finite({{ output }}){% if plant %} || !(magnitude_of(now->lasting[0]) + magnitude_of(now->lasting[1]) < 1e100){% endif %}) {
-        return "the model has left the numbers";
+        return "the result is not a finite number";
     }
     now->values[{{ output_at }}] = {{ output }};
 {% for reference, place in shown %}    now->values[{{ reference }}] = now->lasting[{{ place }}];
 {% endfor %}    return NULL;
 }
 
-/* Go on to a time [s] in internal steps; what is left of the last one waits for the next call. Where a step fails,
-   nothing has changed. */
+/* Advance to a time [s] in internal steps; the remainder of a step waits for the next call. If a step fails, the state
+   does not change. */
 static const char *gone_on(Situation *now, Situation *before, double time)
 {
     const double far = (time - now->begin) / STEP + 1e-6;
@@ -119,7 +119,7 @@ static const char *gone_on(Situation *now, Situation *before, double time)
         return "a step before the start or after the end";
     }
     if (!(far >= 0.0 && far < 9e15) || (uint64_t)far < now->steps) {
-        return "time goes back, or is no number";
+        return "time goes backward, or is not a number";
     }
     *before = *now;
     for (const uint64_t last = (uint64_t)far; now->steps < last; ++now->steps) {
@@ -168,7 +168,7 @@ static void save(const Situation *now, unsigned char *bytes)
 {% endif %}    (void)put(at, digest(bytes, SAVED - 8U));
 }
 
-/* Read what was saved; false where the bytes are not those of this FMU, or damaged, or hold what it never has. */
+/* Read a saved state; false if the bytes are damaged, of another FMU, or contain an impossible state. */
 static bool restored(Situation *then, const unsigned char *bytes, size_t size)
 {
     if (size != SAVED || got(bytes) != LAYOUT || got(bytes + SAVED - 8U) != digest(bytes, SAVED - 8U)) {
@@ -200,14 +200,14 @@ static bool restored(Situation *then, const unsigned char *bytes, size_t size)
         good = good && is_finite(then->varying[i]);
     }
     for (size_t i = 0; i < HELD; ++i) {
-        const double value = then->held[i]; /* a branch may have no end */
+        const double value = then->held[i]; /* may be infinite: the end of a branch */
         good = good && value == value;
         good = good && (most_held[i] == 0.0 || (value >= 0.0 && value < most_held[i] && value == (double)(uint64_t)value));
     }
 {% endif %}    return good;
 }
 
-/* Hand out a copy of what was restored; false, and nothing is touched, where it is refused. */
+/* Return a copy of a restored state in `state`; false, without a change, if it is refused. */
 static bool handed_out(void **state, const unsigned char *bytes, size_t size)
 {
     Situation *then = malloc(sizeof *then);
@@ -223,6 +223,6 @@ static bool handed_out(void **state, const unsigned char *bytes, size_t size)
 /* --- FMI {{ fmi }}.0 ------------------------------------------------------------------------------------------------------ */
 
 {% include "fmu/fmi" ~ fmi ~ ".c" %}{% if exchange %}{% include "fmu/exchange" ~ fmi ~ ".c" %}{% endif %}
-/* --- what it does not have --------------------------------------------------------------------------------------- */
+/* --- unsupported functions --------------------------------------------------------------------------------------- */
 
 {{ absent }}

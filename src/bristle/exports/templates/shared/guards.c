@@ -1,7 +1,7 @@
 #if defined(FLT_EVAL_METHOD) && FLT_EVAL_METHOD != 0
-#error "numbers must be rounded after every operation: use SSE2 or NEON, not the x87 unit"
+#error "every operation must round its result: use SSE2 or NEON, not the x87 unit"
 #endif
 #ifdef __FAST_MATH__
-#error "-ffast-math gives other numbers: leave it out"
+#error "-ffast-math changes the results: omit it"
 #endif
 

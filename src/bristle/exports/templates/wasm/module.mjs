@@ -7,16 +7,16 @@
 // const axis = await load();          // or load(bytes) of {{ name }}.wasm
 // axis.force(x, dt);                  // in every cycle: the mean friction force of the step that ends at x
 // axis.forces(positions, dt);         // the same for each of several positions, one after another
-// axis.set(name, value);              // a parameter, from the next call on; a RangeError outside of its range
-// const bytes = axis.save();          // what the contact remembers, the bytes that the export to C saves; no parameters
-// axis.load(bytes);                   // go on from them; a RangeError where they are damaged or of another model
-// Call k gives element k of br.response(model, x, dt{% if rest %}, rest="{{ rest }}"{% endif %}), to the bit. The first call tells where the axis is, and gives 0.
+// axis.set(name, value);              // change a parameter from the next call on; RangeError outside its range
+// const bytes = axis.save();          // the state of the contact, in the format of the export to C, without parameters
+// axis.load(bytes);                   // restore it; RangeError if the bytes are damaged or of another model
+// Call k gives element k of br.response(model, x, dt{% if rest %}, rest="{{ rest }}"{% endif %}). The first call sets the position of the axis, and returns 0.
 
 const LASTING = {{ lasting }};
 const PLACES = {{ places }};
 const RANGES = {{ ranges }};
-// What was saved: layout, position and force, marks, the numbers of the state, those of the contact, checksum. A number
-// of the state that is whole has so many values; 0 of one that is real.
+// Format of a saved state: layout, position and force, marks, the numbers of the state, those of the contact, checksum.
+// VALUES has the number of values of each whole number of the state, and 0 for a real number.
 const LAYOUT = {{ layout }}n;
 const VALUES = {{ values }};
 const CONTACT = {{ contact }};
@@ -35,7 +35,7 @@ function checksum(bytes) {
   return value;
 }
 
-// Return what saved bytes hold; nothing where they are damaged, of another model, or hold what it never has.
+// Return the state in saved bytes; null if they are damaged, of another model, or contain an impossible state.
 function restored(bytes) {
   if (!(bytes instanceof Uint8Array) || bytes.length !== SAVED) return null;
   const view = new DataView(bytes.buffer, bytes.byteOffset, SAVED);
@@ -61,7 +61,7 @@ export async function load(bytes) {
   const virgin = numbers.slice();
   const lasting = LASTING / 8;
   return {
-    // Begin anew, with the parameters that were exported.
+    // Reset, with the exported parameters.
     start() { numbers.set(virgin); },
     force: advance,
     forces(positions, dt) {
@@ -93,7 +93,7 @@ export async function load(bytes) {
     },
     load(bytes) {
       const then = restored(bytes);
-      if (!then) throw new RangeError("the bytes are damaged, or not those of {{ model }}");
+      if (!then) throw new RangeError("the bytes are damaged, or not of {{ model }}");
       numbers.set([...then.ends, then.begun, then.flags & 1, then.flags >> 1, ...then.state], lasting);
       numbers.set(then.contact, CONTACT / 8);
     },
