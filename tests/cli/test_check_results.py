@@ -152,13 +152,13 @@ def test_a_log_that_has_changed_is_refused(bristle, place, determined):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ((".",), "is no folder of results; allowed a folder with summary.json"),
+        ((".",), "is not a folder of results; allowed a folder with summary.json"),
         (("results_0",), "without simulated logs"),
         (("results_20", "--log", "log.csv", "--log", "log.csv"), "another number of logs"),
         (("results_20", "--log", "nowhere.csv"), "nowhere.csv"),
         (("results_20", "--loop", "1 mm,2 mm"), "--loop"),
-        (("results_20/model.toml", "--log", "log.csv"), "--log: is for a folder of results"),
-        (("results_20/model.toml", "--draws", "5"), "--draws: is for a folder of results"),
+        (("results_20/model.toml", "--log", "log.csv"), "--log: applies to a folder of results"),
+        (("results_20/model.toml", "--draws", "5"), "--draws: applies to a folder of results"),
         (("results_20", "--draws", "2"), "--draws"),
         (("nowhere",), "a folder of results"),
     ],

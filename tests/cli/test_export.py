@@ -64,7 +64,7 @@ def test_what_a_table_loses_on_the_log_of_the_model_is_told(bristle, place):
         (["--to", "c", "--log", "log.csv", "--axis", "axis.toml"], "no table"),
         (["--to", "table", "--points", "2", "--speed", "1 m/s"], "points"),
         (["--to", "cobol"], "no such target"),
-        (["--to", "draws"], "--to draws: was removed. The results of identify hold draws.parquet"),
+        (["--to", "draws"], "--to draws: was removed. The results of identify contain draws.parquet"),
         (["--to", "c", "--name", "2nd"], "name of a function"),
         (["--to", "c", "--step", "3 mm"], "--step"),
         (["--to", "table"], "how fast the axis moves"),
@@ -154,10 +154,10 @@ def test_a_law_leaves_with_parameters_that_may_be_changed_and_in_single_precisio
     [
         (["--law", "experiment.toml"], "must be named"),
         (["--law", "experiment.toml", "--variant", "nome"], "none"),
-        (["--law", "experiment.toml", "--variant", "none", "--step", "1 ms"], "belongs to a model"),
-        (["model.toml", "--law", "experiment.toml"], "one of them"),
-        (["model.toml", "--variant", "none"], "belongs to --law"),
-        ([], "one of them"),
+        (["--law", "experiment.toml", "--variant", "none", "--step", "1 ms"], "applies to a model only"),
+        (["model.toml", "--law", "experiment.toml"], "either a model or a law"),
+        (["model.toml", "--variant", "none"], "applies to --law only"),
+        ([], "either a model or a law"),
     ],
 )
 def test_a_law_needs_an_experiment_and_one_of_its_variants(bristle, place, arguments, words):

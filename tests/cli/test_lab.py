@@ -54,7 +54,7 @@ def test_the_page_gets_what_the_file_knows(tmp_path, monkeypatch):
 @pytest.mark.parametrize("options", [[], ["--force"]])
 def test_nothing_of_another_is_replaced(page, options, capsys):
     page.write_text("mine")
-    with pytest.raises(br.core.InputError, match="is no page of the lab, or was changed since"):
+    with pytest.raises(br.core.InputError, match="is not an unchanged page of the lab"):
         run(["lab", "--out", str(page), *options])
     assert page.read_text() == "mine"
 
@@ -62,7 +62,7 @@ def test_nothing_of_another_is_replaced(page, options, capsys):
 def test_a_page_is_replaced_only_when_asked_for(page):
     page.write_text(sealed(f"{MARK} old"))
     old = page.read_text()
-    with pytest.raises(br.core.InputError, match="there already"):
+    with pytest.raises(br.core.InputError, match="already exists"):
         run(["lab", "--out", str(page)])
     assert page.read_text() == old
     assert run(["lab", "--out", str(page), "--force"]) == 0
@@ -76,10 +76,10 @@ def test_a_page_with_a_remark_a_link_to_one_and_a_pipe_are_not_replaced(page, tm
     (tmp_path / "link.html").symlink_to(page)
     os.mkfifo(tmp_path / "pipe.html")
     for name in ("link.html", "pipe.html"):
-        with pytest.raises(br.core.InputError, match="is no page of the lab, or was changed since"):
+        with pytest.raises(br.core.InputError, match="is not an unchanged page of the lab"):
             run(["lab", "--out", str(tmp_path / name), "--force"])
     page.write_text(written.replace("None", "None, and an hour of work"))
-    with pytest.raises(br.core.InputError, match="or was changed since"):
+    with pytest.raises(br.core.InputError, match="is not an unchanged page"):
         run(["lab", "--out", str(page), "--force"])
     assert "an hour of work" in page.read_text()
 
@@ -112,11 +112,11 @@ def test_the_lab_is_served_with_what_was_chosen(monkeypatch, capsys):
     ("line", "words"),
     [
         (["lab"], "--out: is missing"),
-        (["lab", "--port", "8000", "--out", "x.html"], "belongs to --serve"),
-        (["lab", "--no-open", "--out", "x.html"], "belongs to --serve"),
-        (["lab", "model.toml", "--serve"], "does not go with --serve"),
-        (["lab", "--serve", "--out", "x.html"], "does not go with --serve"),
-        (["lab", "--serve", "--port", "70000"], "is no port"),
+        (["lab", "--port", "8000", "--out", "x.html"], "applies to --serve only"),
+        (["lab", "--no-open", "--out", "x.html"], "applies to --serve only"),
+        (["lab", "model.toml", "--serve"], "cannot be combined with --serve"),
+        (["lab", "--serve", "--out", "x.html"], "cannot be combined with --serve"),
+        (["lab", "--serve", "--port", "70000"], "is not a port"),
     ],
 )
 def test_what_does_not_go_together_is_told(line, words):
@@ -142,7 +142,7 @@ def test_a_port_that_is_taken_is_told():
     with listening_on(0) as listening:
         address, port = listening.getsockname()
         assert address == "127.0.0.1"
-        with pytest.raises(br.core.InputError, match=r"listened to: [^()]+; found \d+\. Leave --port away"):
+        with pytest.raises(br.core.InputError, match=r"listened to: [^()]+; found \d+\. Leave --port out"):
             run(["lab", "--serve", "--no-open", "--port", str(port)])
 
 

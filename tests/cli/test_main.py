@@ -418,8 +418,8 @@ def test_a_thread_of_a_persons_own_model_does_not_keep_the_command_from_ending(t
     custom.write_text("import threading, time\nthreading.Thread(target=time.sleep, args=(1000.0,)).start()\n")
     ended = as_typed("check", str(custom))
     assert ended.returncode == 2
-    assert "defines nothing that can be checked" in ended.stderr
-    assert "End the file with one of them, such as MODEL = FrictionModel(...)" in ended.stderr
+    assert "defines no object that can be checked" in ended.stderr
+    assert "End the file with such an object, for example MODEL = FrictionModel(...)" in ended.stderr
 
 
 @pytest.mark.skipif(os.name != "posix", reason="limits of POSIX")

@@ -111,8 +111,8 @@ def test_what_cannot_be_identified_ends_with_a_message(bristle, loops, arguments
 def test_two_files_and_a_missing_axis_are_refused(bristle, loops):  # noqa: F811
     log = loops / "loops.csv"
     refused = bristle("identify", log, log, "--axis", loops / "axis.toml")
-    assert (refused.code, "takes one file of curves" in refused.err) == (2, True)
+    assert (refused.code, "needs a single file of curves" in refused.err) == (2, True)
     done = bristle("identify", log, "--axis", loops / "axis.toml", "--model", "preisach", "--out", loops / "out")
     assert done.code == 0
     refused = bristle("predict", loops / "out" / "model.toml", log)
-    assert (refused.code, "says which columns are input and output" in refused.err) == (2, True)
+    assert (refused.code, "names the columns of input and output" in refused.err) == (2, True)

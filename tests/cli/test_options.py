@@ -157,25 +157,25 @@ def test_a_study_ends_well_where_all_runs_are_there_and_some_are_good(is_whole, 
 
 
 @pytest.mark.parametrize(
-    ("code", "words"), [(None, "as the cluster tells it"), (-9, "by signal 9"), (3, "with code 3"), (0, "with code 0")]
+    ("code", "words"), [(None, "reported by the cluster"), (-9, "by signal 9"), (3, "with code 3"), (0, "with code 0")]
 )
 def test_runs_that_no_process_lived_through_are_told(capsys, code, words):
     lost = [(SimpleNamespace(first=10, last=20), code)]
     study.exit_code(SimpleNamespace(lost=lost, is_whole=False), {"statuses": {}})
-    assert f"runs 10 to 19 are missing: each process that simulated them ended ({words})" in capsys.readouterr().err
+    assert f"runs 10 to 19 are missing: every process that simulated them crashed ({words})" in capsys.readouterr().err
 
 
 def test_who_interrupts_is_told_what_is_kept(capsys):
     with pytest.raises(KeyboardInterrupt), study.interruptible(Path("out"), "runs"):
         raise KeyboardInterrupt
-    assert capsys.readouterr().err == "bristle: out keeps the runs that are done; the same command goes on\n"
+    assert capsys.readouterr().err == "bristle: out keeps the finished runs. The same command continues\n"
 
 
 def test_values_of_a_run_are_told_in_words():
     values = {"plant.M": 20.0, "run.delay": 2, "friction.k_i": [1.0, 2.0, 3.0], "x": 0.5}
     text = study._in_words(values, {"plant.M": "kg", "x": ""})
     assert text.replace("\u00a0", " ") == "plant.M = 20 kg, run.delay = 2, friction.k_i = 3 numbers, x = 0.5"
-    assert study._in_words({}, {}) == "nothing varies but the seed"
+    assert study._in_words({}, {}) == "only the seed varies"
 
 
 # --- logs and models -------------------------------------------------------------------------------------------------
@@ -210,7 +210,7 @@ def summary(count, **changed):
 def test_of_many_columns_the_first_hundred_are_shown():
     assert len(_parts(summary(MOST_COLUMNS))) == 1
     table, rest = _parts(summary(MOST_COLUMNS + 2))
-    assert (len(table.rows), rest) == (100, "... and 2 columns more. --json has all of them.")
+    assert (len(table.rows), rest) == (100, "... and 2 more columns. --json lists all.")
 
 
 def test_a_rate_is_told_with_its_duration():
@@ -241,8 +241,8 @@ def test_a_range_stands_without_its_unit(variable, words):
 @pytest.mark.parametrize(
     ("name", "words"),
     [
-        ("lugra", r"NAME: there is no such model; found 'lugra'.*'lugre'.*All of them: bristle models"),
-        ("cascade+asymmetry", "NAME: a controller takes no slots; found 'cascade.asymmetry'. Write cascade"),
+        ("lugra", r"NAME: is not a known model; found 'lugra'.*'lugre'.*For a list type: bristle models"),
+        ("cascade+asymmetry", "NAME: a controller has no slots; found 'cascade.asymmetry'. Write cascade"),
     ],
 )
 def test_a_name_that_is_no_model_is_refused(name, words):
@@ -274,7 +274,7 @@ def test_a_model_that_an_experiment_identifies_is_told_with_the_error_or_as_iden
     (tmp_path / "a.toml").write_text("schema = 1")
     assert options.experiment_in(tmp_path / "a.toml", allow_code=True, progress=print) == "a.toml"
     assert capsys.readouterr().err.splitlines() == [
-        "bristle: axis: as identified before, fit",
+        "bristle: axis: identified earlier; see fit",
         "bristle: axis: identified (lugre, error 2.35 %); see fit/report.html",
     ]
     allowed = {"allow_code": True, "size_limit": size_limit()}

@@ -61,5 +61,5 @@ def test_check_runs_the_contract_of_a_target(bristle, place):
     target_file(place, "Product({'a.txt': 'a'}, ('note',))")
     failed = bristle("check", "mine.py")
     assert failed.code == 1
-    assert "The contract of a target of the export: mine" in failed.out
+    assert "Contract of the export target mine" in failed.out
     assert "notes in words: a note is 'note'" in failed.err

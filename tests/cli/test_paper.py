@@ -70,4 +70,4 @@ def test_frictions_are_named_one_after_another(bristle):
     assert "found 'bouc-wen'" in several.err
     alone = bristle("paper", "gms")
     assert alone.code == 2
-    assert "TRUTH: says nothing without --robust" in alone.err
+    assert "TRUTH: has no effect without --robust" in alone.err

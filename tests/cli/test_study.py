@@ -104,7 +104,7 @@ def test_figures_of_a_study_are_written_and_those_of_an_earlier_report_go(bench,
     assert list((bench.folder / "again" / "figures").glob("*.svg"))
     capsys.readouterr()
     assert main(["study", "study.toml", "--dry-run"]) == 2
-    assert "--dry-run was removed. Begin: on a terminal a bar tells how long it takes" in capsys.readouterr().err
+    assert "--dry-run was removed. Start the command: a terminal shows the remaining time" in capsys.readouterr().err
 
 
 def test_a_study_whose_every_run_is_refused_ends_with_1(bench, capsys):

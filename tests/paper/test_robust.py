@@ -208,13 +208,13 @@ def test_the_command_writes_report_and_numbers(bristle, quick, tmp_path, monkeyp
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("--robust", "--figure", "4"), "--figure: says nothing beside --robust"),
-        (("--robust", "--write", "there"), "--write: says nothing beside --robust"),
-        (("--seeds", "3"), "--seeds: says nothing without --robust"),
-        (("gms",), "TRUTH: says nothing without --robust"),
+        (("--robust", "--figure", "4"), "--figure: has no effect with --robust"),
+        (("--robust", "--write", "there"), "--write: has no effect with --robust"),
+        (("--seeds", "3"), "--seeds: has no effect without --robust"),
+        (("gms",), "TRUTH: has no effect without --robust"),
         (("--robust", "gms,bouc_ven"), "Did you mean 'bouc_wen'?"),
         (("--robust", "--seeds", "0"), "--seeds"),
-        (("--robust", "--axis", "axis.toml", "gms"), "Name model files behind --robust"),
+        (("--robust", "--axis", "axis.toml", "gms"), "Give model files after --robust"),
     ],
 )
 def test_options_that_do_not_go_together_are_refused(bristle, tmp_path, monkeypatch, arguments, words):  # noqa: F811
