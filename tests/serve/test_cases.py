@@ -105,7 +105,7 @@ def test_an_analysis_is_found_by_its_name_until_it_is_closed(cases):
     cases.close(first)
     assert not first.folder.exists()
     assert list(cases) == [second]
-    with pytest.raises(RefusedRequestError, match="not open any more") as refused:
+    with pytest.raises(RefusedRequestError, match="no longer open") as refused:
         cases[first.identifier]
     assert refused.value.status == 404
 
@@ -183,7 +183,7 @@ def test_so_many_files_are_taken_and_no_more(cases):
     for _ in range(3):
         cases.room_for(case, 1)
         dropped(case, size=1)
-    with pytest.raises(RefusedRequestError, match=r"3 files are there.*up to 3"):
+    with pytest.raises(RefusedRequestError, match=r"the analysis has 3 files already.*up to 3"):
         cases.room_for(case, 1)
 
 
@@ -208,7 +208,7 @@ def test_a_job_that_was_not_begun_says_where_it_stands():
 
 def test_a_job_says_how_it_ended():
     job = Job("look", Limits(job_seconds=90.0))
-    assert job._ending(-9, "").startswith("the process of this job was ended by signal 9, perhaps for want of memory")
+    assert job._ending(-9, "").startswith("signal 9 ended the process of this job, perhaps because memory ran out")
     assert job._ending(3, "the end") == "the process of this job ended with code 3. the end"
     assert job._ending(3, "") == "the process of this job ended with code 3."
     job._late = True
@@ -331,10 +331,10 @@ def test_a_body_is_stored_whole_and_its_size_is_returned(tmp_path, size):
 @pytest.mark.parametrize(
     ("request_", "status", "words"),
     [
-        (Request(b"abc", b"def"), 413, "is larger than is taken.*up to 5 B"),
-        (Request(b"ab", size=6), 413, "is larger than is taken"),
-        (Request(b"ab", 5.0, b"c"), 408, "has said nothing for 0.02 s"),
-        (Request(b"ab", ClientDisconnect()), 400, "was broken off"),
+        (Request(b"abc", b"def"), 413, "is larger than allowed.*up to 5 B"),
+        (Request(b"ab", size=6), 413, "is larger than allowed"),
+        (Request(b"ab", 5.0, b"c"), 408, "has been silent for 0.02 s"),
+        (Request(b"ab", ClientDisconnect()), 400, "was cut off"),
     ],
 )
 def test_a_body_that_is_refused_leaves_no_file(tmp_path, request_, status, words):

@@ -44,7 +44,7 @@ def test_a_log_is_its_bytes_under_its_label(tmp_path):
 
 
 def test_what_is_missing_is_told(tmp_path):
-    with pytest.raises(InputError, match="Drop a log that is to be fitted to"):
+    with pytest.raises(InputError, match="Drop a log to fit"):
         _ = errand_of(tmp_path, logs=[("file-2", "later.csv", "held_out")]).fitted
     with pytest.raises(InputError, match="Identify first"):
         _ = errand_of(tmp_path).model

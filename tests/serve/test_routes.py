@@ -82,7 +82,7 @@ def test_a_report_is_shown_once(client, case, opened, name, file):
     assert shown.headers["content-security-policy"].startswith("sandbox allow-scripts allow-downloads; default-src 'none'")
     again = client.get(address)
     assert again.status_code == 404
-    assert "is shown no more" in again.json()["message"]
+    assert "is no longer available" in again.json()["message"]
 
 
 @pytest.mark.parametrize(("ago", "status"), [(59.0, 200), (61.0, 404)])
@@ -157,11 +157,11 @@ def test_what_is_being_received_takes_room_until_it_is_there(client, case, app):
 def test_a_job_is_not_started_where_another_runs(client, case, opened, app):
     opened.job = running()
     answer = client.post(f"{case}/jobs", json={"task": "look"})
-    assert (answer.status_code, "another job runs for this analysis" in answer.json()["message"]) == (409, True)
+    assert (answer.status_code, "this analysis has a running job" in answer.json()["message"]) == (409, True)
     others = [begun(client), begun(client)]
     app.state.cases[others[0].rpartition("/")[2]].job = running()
     answer = client.post(f"{others[1]}/jobs", json={"task": "look"})
-    assert (answer.status_code, "2 jobs run already" in answer.json()["message"]) == (429, True)
+    assert (answer.status_code, "2 jobs are running" in answer.json()["message"]) == (429, True)
     assert client.post(f"{others[1]}/jobs", json={"task": "remove"}).status_code == 400
 
 

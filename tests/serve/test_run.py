@@ -15,7 +15,7 @@ from bristle.server.run import NOTE, PREFIX, listening_on, own_folder, serve, se
 
 @pytest.mark.parametrize("port", [-1, 2**16, 10**9])
 def test_what_is_no_port_is_refused(port):
-    with pytest.raises(InputError, match=r"--port: is no port.*0 to 65535, 0 for one that is free"):
+    with pytest.raises(InputError, match=r"--port: is not a port.*0 to 65535, 0 for any free port"):
         listening_on(port)
 
 
@@ -24,7 +24,7 @@ def test_this_machine_alone_is_heard_and_a_port_once():
         host, port = listening.getsockname()
         assert host == "127.0.0.1"
         assert port > 0
-        with pytest.raises(InputError, match=r"--port: cannot be listened to: .*a free one is taken"):
+        with pytest.raises(InputError, match=r"--port: cannot be listened to: .*bristle takes a free port"):
             listening_on(port)
         with socket.create_connection(("127.0.0.1", port), timeout=5):
             pass

@@ -79,7 +79,7 @@ def test_a_limit_that_the_system_does_not_take_is_no_fault(process, monkeypatch,
 @pytest.mark.parametrize(
     ("error", "code", "words"),
     [
-        (KeyboardInterrupt(), 2, "cancelled before anything was found"),
+        (KeyboardInterrupt(), 2, "cancelled before the first result"),
         (MemoryError("x"), 2, "there is not enough memory for this. Take a shorter log"),
         (np._core._exceptions._ArrayMemoryError((9,), np.dtype(float)), 2, "there is not enough memory for this. Take a shorter log"),
         (InputError("is wrong", path="log"), 2, "log: is wrong"),
