@@ -183,10 +183,10 @@ def test_a_law_needs_an_experiment_and_one_of_its_variants(bristle, place, argum
 )
 def test_friction_is_tried_by_each_command_that_takes_a_model(bristle, place, monkeypatch, command):
     def refused(friction):
-        raise InputError("is not fit", path="own.py")
+        raise InputError("cannot be used", path="own.py")
 
     monkeypatch.setattr("bristle.testing.admit", refused)
     monkeypatch.setattr("bristle.testing.admit_friction_of", refused)
     ended = bristle(*command, *(() if command[0] == "models" else ("--out", "written")))
-    assert (ended.code, ended.err) == (2, "bristle: own.py: is not fit\n")
+    assert (ended.code, ended.err) == (2, "bristle: own.py: cannot be used\n")
     assert not Path("written").exists()

@@ -240,7 +240,7 @@ def test_a_model_of_ones_own_that_drives_is_warned_of(bristle, place):
     ended = bristle("identify", "log.csv", "--axis", "axis.toml", "--model", "own.py", "--draws", 0)
     assert ended.code == 0
     (line,) = [line for line in ended.err.splitlines() if "contract" in line]
-    assert line.startswith("bristle: warning: own.py: does not meet the contract of a friction model: ")
+    assert line.startswith("bristle: warning: own.py: fails the contract of a friction model: ")
     assert "opposes sliding, dissipates" in line
 
 

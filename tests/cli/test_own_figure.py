@@ -269,5 +269,5 @@ def test_naming_it_allows_its_code_and_check_tries_it(bristle, place):
     own("axes.set_ylabel('Force')")
     failed = bristle("check", "mine.py")
     assert failed.code == 1
-    assert "The contract of a figure: mine" in failed.out
+    assert "Contract of the figure mine" in failed.out
     assert "labelled axes: the axis y, 'Force', has no unit (translational axis)." in failed.err

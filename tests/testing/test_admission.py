@@ -41,7 +41,7 @@ def test_a_sound_model_is_admitted_without_a_word(model):
     ],
 )
 def test_a_model_that_cannot_run_is_refused_with_its_file(tmp_path, new, said):
-    with pytest.raises(InputError, match=rf"own\.py: is not fit to be used .*{said}.* Try: bristle check .*own\.py"):
+    with pytest.raises(InputError, match=rf"own\.py: cannot be used .*{said}.* Try: bristle check .*own\.py"):
         admit(edited(tmp_path, SPEED, f"    {new}\n"))
 
 
@@ -65,7 +65,7 @@ def test_an_example_of_something_else_is_refused(tmp_path):
 
 def test_friction_that_drives_is_warned_of(tmp_path):
     model = edited(tmp_path, "return p.F_C * ", "return -p.F_C * ")
-    with pytest.warns(InputWarning, match=r"does not meet the contract.*opposes sliding, dissipates.*bristle check"):
+    with pytest.warns(InputWarning, match=r"fails the contract.*opposes sliding, dissipates.*bristle check"):
         admit(model(F_C=20.0, F_q=125.0))
 
 

@@ -112,7 +112,7 @@ def test_a_trial_that_writes_or_remembers_is_no_trial():
         calls.append(1)
         return float(len(calls)), Move()
 
-    assert "another result later" in str(unmet(contract.pure_trial, model(counts)))
+    assert "later gave a different result" in str(unmet(contract.pure_trial, model(counts)))
 
 
 def test_a_force_is_finite_at_every_speed_and_step():
@@ -170,7 +170,7 @@ def test_a_force_opposes_sliding_apart_from_its_mean(monkeypatch):
     monkeypatch.setattr(contract, "_steady", lambda model, v: 5.0 + 2.0 * np.sign(v) + 10.0 * v)
     fact = contract.opposes_sliding(model())
     assert fact.value == pytest.approx(4.0 + 20.0 * 1e-4)
-    assert fact.detail.startswith("least at 0.0001 m/s: 7.001 forward, 2.999 backward")
+    assert fact.detail.startswith("smallest force at 0.0001 m/s: 7.001 forward, 2.999 backward")
     monkeypatch.setattr(contract, "_steady", lambda model, v: -v if abs(v) > 0.05 else v)
     assert unmet(contract.opposes_sliding, model()).fact.value == pytest.approx(-0.2)
 
@@ -320,7 +320,7 @@ def test_what_is_sampled_returns_a_number_and_a_state():
     assert "the effort is list" in str(unmet(slot._sampled, law, "effort", lambda: ([], State()), "force"))
     assert "as its state" in str(unmet(slot._sampled, law, "effort", lambda: (1.0, 2.0), "force"))
     later = iter(range(9))
-    assert "another result later" in str(unmet(slot._sampled, law, "effort", lambda: (float(next(later)), State()), "force"))
+    assert "later gave a different result" in str(unmet(slot._sampled, law, "effort", lambda: (float(next(later)), State()), "force"))
 
 
 def test_a_walk_goes_a_millisecond_at_each_speed_in_whatever_units():

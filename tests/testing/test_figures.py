@@ -86,11 +86,11 @@ def test_each_result_is_there_to_be_drawn(takes):
 @pytest.mark.parametrize(
     ("figure", "demand", "said"),
     [
-        (figure_of(caption="What to see"), "described figure", "the caption is no sentence"),
+        (figure_of(caption="What to see"), "described figure", "the caption is not a sentence"),
         (figure_of(title="Two\nlines"), "described figure", "title has several lines"),
         (figure_of(changed(lambda figure, axes, log: 3)), "draws each kind", "returned a int, not a Figure"),
         (figure_of(changed(lambda figure, axes, log: log.nothing)), "draws each kind", "AttributeError"),
-        (figure_of(changed(lambda figure, axes, log: axes.lines[0].remove())), "shows numbers", "nothing is drawn"),
+        (figure_of(changed(lambda figure, axes, log: axes.lines[0].remove())), "shows numbers", "the drawing is empty"),
         (figure_of(changed(lambda figure, axes, log: axes.set_ylabel("Share") and None)), "labelled axes", "no unit"),
         (figure_of(changed(lambda figure, axes, log: axes.set_xlabel("") and None)), "labelled axes", "has no label"),
         (

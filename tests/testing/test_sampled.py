@@ -61,5 +61,5 @@ def test_a_law_that_remembers_outside_its_state_is_told(tmp_path):
 
 
 def test_what_has_no_contract_is_refused():
-    with pytest.raises(InputError, match="is no friction model, slot, control law or sensor"):
+    with pytest.raises(InputError, match="is not a friction model, slot, control law or sensor"):
         check_model(inertia(M=1.0))
