@@ -87,8 +87,8 @@ def test_a_sensor_is_described_in_words():
     apart = {"apart": 0.0123, "inertia": 1.5e-3, "filter": 2.5e-4}
     words = sensor_says(Bench(4e-4, 2.5e-4, 200.0), apart, "Here")
     assert words == (
-        "Here the torque sensor reads friction to 1.2 % of the largest: the inertia behind it, 1.5 kg·cm², adds up to "
-        "1.5 mN·m, its filter of 200 Hz holds back up to 0.25 mN·m."
+        "Here the error of the torque sensor is 1.2 % of the largest friction: the inertia behind it, 1.5 kg·cm², adds up to "
+        "1.5 mN·m, its filter of 200 Hz removes up to 0.25 mN·m."
     )
 
 

@@ -85,7 +85,7 @@ def test_the_other_figures(paper):
     assert f"its forward tip is at {tip} ± {wander} mN·m" in " ".join(paper[5].found)
     share, at, spread, *printed = row("8")[1:]
     assert f"{share:.0f} % of it after {at} ± {spread} µm" in " ".join(paper[8].found)
-    assert f"of which it has {printed[0]:.0f} % after {printed[1]:.1f} µm" in " ".join(paper[8].found)
+    assert f"and reaches {printed[0]:.0f} % of it after {printed[1]:.1f} µm" in " ".join(paper[8].found)
 
 
 def test_wiping_out(paper):

@@ -304,7 +304,7 @@ def test_12_forward_is_the_worse_of_a_calibrated_compensator_and_not_of_the_prin
     assert ratios["paper"] > 1.2
     assert ratios["printed"] == pytest.approx(0.84, abs=0.05)
     assert paper[12].verdict == "found in part"
-    assert "At gain 1 forward is not the worse" in " ".join(paper[12].found)
+    assert "At gain 1 forward motion is not worse" in " ".join(paper[12].found)
 
 
 def test_12_over_the_break_away_force_that_is_assumed_the_error_of_the_paper_is_passed(paper):

@@ -145,7 +145,7 @@ def test_tables_have_a_row_for_each_case(trial):
 
 def test_margins_are_told_of_loops_without_a_model():
     table = findings.margin_table({"set_c": {"none": {"phase_deg": 45.678, "gain": 3.4567}}})
-    assert table.rows == [("Set C", "nothing", "45.7", "3.46")]
+    assert table.rows == [("Set C", "no compensation", "45.7", "3.46")]
 
 
 # --- the report -----------------------------------------------------------------------------------------------------
@@ -153,14 +153,17 @@ def test_margins_are_told_of_loops_without_a_model():
 
 def test_sentences_have_what_goes_and_what_is_left_by_truth(trial):
     feedforward, both = page.words_of(trial)
-    assert feedforward == "Set A: a model, fed forward takes 60 % off, by truth, and leaves 0.60 µm."
-    assert both == "Set A: both take 73 % off, by truth, and leave 0.40 µm."
+    assert feedforward == "Set A: model feedforward removes 60 % of the error, by truth, and leaves 0.60 µm."
+    assert both == "Set A: both remove 73 % of the error, by truth, and leave 0.40 µm."
     trial.errors[Cell("set_a", "lugre", NOMINAL, "observer_feedforward", "maxwell_slip")] = 1e-6 * np.array([0.49, 0.5, 0.51])
     for name, size in (("thirty_sliders", 0.75), ("lugre", 3.0)):
         trial.errors[Cell("set_a", name, NOMINAL, "feedforward", "printed")] = np.array([size * 1e-6])
     _, printed, both, alone = page.words_of(trial)
-    assert printed == "Set A: equations (5)–(7) as printed, fed forward, take −100 to 50 % off, by truth, and leave 0.75 to 3.00 µm."
-    assert both == "Set A: both take 67 to 73 % off, by truth, and leave 0.40 to 0.50 µm."
+    assert (
+        printed
+        == "Set A: feedforward of equations (5)–(7) as printed removes −100 to 50 % of the error, by truth, and leaves 0.75 to 3.00 µm."
+    )
+    assert both == "Set A: both remove 67 to 73 % of the error, by truth, and leave 0.40 to 0.50 µm."
     assert alone == "Set A: on 1 of 2 truths the observer alone does as well as both: lugre."
     trial.errors.clear()
     assert page.words_of(trial) == []
@@ -193,11 +196,11 @@ def test_the_picture_has_mean_interval_and_range_under_all_conditions(trial, mon
     assert (limit, axis, word) == (0.5, "Following error [µm]", "0.5 µm")
     assert list(errors["Set A"]) == ["thirty sliders", "lugre"]
     loops = errors["Set A"]["thirty sliders"]
-    assert list(loops) == ["nothing", "a model, fed forward", "an observer", "both"]
+    assert list(loops) == ["no compensation", "model feedforward", "observer", "both"]
     half = 4.302653 * 0.005 / math.sqrt(3.0)  # Student's factor of two degrees of freedom
-    assert loops["an observer"] == pytest.approx((0.5, 0.5 - half, 0.5 + half, 0.5, 0.6))
-    assert errors["Set A"]["lugre"]["nothing"][3:] == pytest.approx((1.5, 1.5))
-    assert errors["Set A"]["lugre"]["an observer"] == pytest.approx((math.nan, math.nan, math.nan, 0.6, 0.6), nan_ok=True)
+    assert loops["observer"] == pytest.approx((0.5, 0.5 - half, 0.5 + half, 0.5, 0.6))
+    assert errors["Set A"]["lugre"]["no compensation"][3:] == pytest.approx((1.5, 1.5))
+    assert errors["Set A"]["lugre"]["observer"] == pytest.approx((math.nan, math.nan, math.nan, 0.6, 0.6), nan_ok=True)
 
 
 def test_the_report_has_conditions_tables_and_families_that_could_not_be_fitted(trial, monkeypatch):

@@ -43,8 +43,8 @@ def test_what_is_missing_is_a_share_of_the_largest_torque():
     [
         (0.0049, "closes at D", "closes"),
         (-0.0049, "closes at D", "closes"),
-        (-0.123, "back at D, 12.3 % of the largest torque is missing", "−12.3 % at the return"),
-        (0.05, "back at D, 5.0 % of the largest torque is too much", "5.0 % at the return"),
+        (-0.123, "on return to D, the torque is 12.3 % of the largest torque too small", "−12.3 % at the return"),
+        (0.05, "on return to D, the torque is 5.0 % of the largest torque too large", "5.0 % at the return"),
     ],
 )
 def test_a_return_is_told_in_words(share, words, title):
@@ -73,8 +73,8 @@ def test_a_torque_is_reached_where_the_walk_first_has_it():
 
 def test_a_contact_that_has_not_broken_away_says_how_much_is_there():
     path = led(0.0, 0.02, 0.03, x=[0.0, 5e-6, 14e-6])
-    assert paths._breaks_away("rig", path, 0.04, math.nan) == "rig breaks away at 40.0 mN·m, of which it has 75 % after 14.0 µm."
-    assert paths._breaks_away("rig", path, 0.04, 7e-6) == "rig breaks away at 40.0 mN·m, and has 95 % of it after 7.00 µm."
+    assert paths._breaks_away("rig", path, 0.04, math.nan) == "rig breaks away at 40.0 mN·m, and reaches 75 % of it after 14.0 µm."
+    assert paths._breaks_away("rig", path, 0.04, 7e-6) == "rig breaks away at 40.0 mN·m, and reaches 95 % of it after 7.00 µm."
 
 
 def test_a_model_beside_the_rig_is_compared_over_the_position_leg_by_leg():
@@ -148,7 +148,7 @@ class Setting:
     [
         (1e-6, 1.2e-6, "found", "other: 20 % more than LuGre."),
         (1e-6, 0.7e-6, "found", "other: 30 % less than LuGre."),
-        (1e-6, -0.5e-6, "found", "other: −0.5 µm in every cycle."),
+        (1e-6, -0.5e-6, "found", "other: −0.5 µm per cycle."),
         (1e-8, 2e-8, "refuted", "other: 100 % more than LuGre."),
     ],
 )
@@ -194,12 +194,12 @@ def test_means_are_over_seeds():
 def test_what_more_branches_bring_is_told():
     item = cost([[3.0, 3.2], [3.1, 3.3]], [[2.0, 3.4], [1.5, 1.6]], [[math.nan] * 2, [2.0, 2.2]])
     first, nearer, scatter, still = economy.sentences(item, cost([[1.0]], [[0.5]], [[0.25]]))
-    assert first.startswith("On motions that were not measured: from 1 branch reformed Dahl 3.10 ± 0.14 %, Prandtl-Ishlinskii")
+    assert first.startswith("On unseen motions: from 1 branch reformed Dahl 3.10 ± 0.14 %, Prandtl-Ishlinskii")
     assert "; from 100 branches reformed Dahl 3.20 ± 0.14 %" in first
     assert "tabulated surface" not in first.partition(";")[0]
-    assert first.endswith("A branch takes 3.5 s.")
-    assert "Prandtl-Ishlinskii is nearer than reformed Dahl in 1 of 2 repetitions, by 0.40 ± 0.85 %" in nearer
-    assert scatter == "The scatter of the rig alone is 2.0 %; no model of it does better."
+    assert first.endswith("One branch takes 3.5 s.")
+    assert "Prandtl-Ishlinskii is better than reformed Dahl in 1 of 2 repetitions, by 0.40 ± 0.85 %" in nearer
+    assert scatter == "The scatter of the rig alone is 2.0 %, a lower bound for every model."
     assert "from 1 branch reformed Dahl 1.0 %, Prandtl-Ishlinskii 0.50 %" in still
     assert len(economy.sentences(cost([[1.0]], [[0.5]], [[0.25]]), item)) == 3
 
@@ -423,12 +423,12 @@ def test_4_corrected_sums_are_the_operator_and_printed_sums_have_a_constant_or_a
     assert unit == pytest.approx(torque + half)
     assert signed == pytest.approx(0.5 * unit)
     assert (item.number, item.verdict) == (4, "found in part")
-    words = f"Torque in mN·m where the input is at each stage: half the saturation loop is {reproduced.in_millinewtons(half, 5)}"
+    words = f"Torque in mN·m at the input of each stage; half the saturation loop is {reproduced.in_millinewtons(half, 5)}"
     assert item.tables[0].caption == words
     assert [row[:2] for row in item.tables[0].rows] == [("(a)", "(14)"), ("(b)", "(15)"), ("(c)", "(14)")]
     assert [float(row[4].replace("−", "-")) for row in item.tables[0].rows] == pytest.approx([1e3 * half] * 3, abs=0.006)
     assert item.found[0].endswith("at every stage, to rounding.")
-    assert f"miss by up to {reproduced.in_millinewtons(float(np.max(np.abs(signed - torque))))} " in item.found[1]
+    assert f"an error of up to {reproduced.in_millinewtons(float(np.max(np.abs(signed - torque))))} " in item.found[1]
     drawn = []
     monkeypatch.setattr(plane, "preisach_stages", lambda *passed: drawn.append(passed))
     item.draw()
@@ -451,7 +451,7 @@ def test_4_a_path_begins_far_down_and_turns_inside_the_two_before(path, fits):
     if fits:
         assert len(plane.figure_4(Bench(path)).numbers["torque"]) == 2
     else:
-        with pytest.raises(InputError, match=r"x\.toml: path\.turns.*must begin far down and turn inside"):
+        with pytest.raises(InputError, match=r"x\.toml: path\.turns.*must start far down, with each turning point between"):
             plane.figure_4(Bench(path))
 
 
@@ -486,7 +486,7 @@ def test_8_the_rig_breaks_away_after_seven_micrometres(monkeypatch, at, verdict)
     assert item.numbers["break_away"] == {"virtual rig": 1.0, "other": pytest.approx(1.2)}  # the larger of limit and top
     assert item.numbers["positions_of_runs"] == [at * 1e-6] * 2
     assert math.isnan(item.numbers["position_at_95_percent"]["other"])
-    with pytest.raises(InputError, match="must lead forward"):
+    with pytest.raises(InputError, match="must move forward"):
         paths.figure_8(Bench([0.0], virtual_rig=0.5))
 
 
@@ -533,7 +533,7 @@ def test_10_branches_close_their_loops_and_equations_do_or_do_not(monkeypatch, s
     assert item.numbers["missing_at_return"][name]["D"] == pytest.approx(shares[0])
     assert [row[0] for row in item.tables[0].rows] == [name, "printed"]
     assert item.tables[0].rows[1][1] == reproduced.number(100.0 * shares[1], resolution=1.0)
-    assert "the 4 are not those of an operator" in item.found[2]
+    assert "the 4 do not belong to an operator" in item.found[2]
     assert "12.5 % of the tip is missing, and the two directions differ by 25 %" in item.found[2].replace("25.0 %", "25 %")
     item.draw()
     ((passed, compared),) = drawn
