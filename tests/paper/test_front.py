@@ -48,7 +48,7 @@ def test_the_verdict_counts_the_claims_that_hold(verdicts, level, words):
 def test_each_claim_is_told_with_its_figure_by_how_it_stands():
     reasons = paper_ruling([rebuilt(1, "found"), rebuilt(3, "found"), rebuilt(2, "refuted")]).reasons
     assert reasons == (
-        "independent of the setup: 2, LuGre does not come back (1), the contact does not (3)",
+        "independent of the setup: 2, LuGre does not close its loop (1), the contact does not drift (3)",
         "does not hold: 1, LuGre drifts (2)",
     )
 
