@@ -107,7 +107,7 @@ def test_json_has_the_same_as_numbers(bristle, place, determined):
     assert {*result.data, *result.data["parameters"]["M"]} - {"parameters"} <= named
 
 
-def test_the_truth_is_what_the_model_file_says(bristle, place, determined):
+def test_the_true_values_are_those_of_the_model_file(bristle, place, determined):
     file = place / "results_20/model.toml"
     text = file.read_text()
     (line,) = [line for line in text.splitlines() if line.startswith("F_C = ") and "#" in line]
@@ -118,7 +118,7 @@ def test_the_truth_is_what_the_model_file_says(bristle, place, determined):
     assert determined["treatment"]["cutoff"] == 100.0
 
 
-def test_an_identification_is_checked_in_python_with_the_log_that_it_holds(place, determined):
+def test_an_identification_is_checked_in_python_with_its_own_log(place, determined):
     result = br.identify("log.csv", "coulomb_viscous", axis="axis.toml", draws=20, blocks=0, settings={"poor_error": 41.0})
     known = result.known_truth(draws=3)
     assert determined["logs"] == [result.log]
@@ -163,7 +163,7 @@ def test_a_log_that_has_changed_is_refused(bristle, place, determined):
         (("nowhere",), "a folder of results"),
     ],
 )
-def test_what_cannot_be_checked_is_refused_with_the_mend(bristle, place, arguments, words):
+def test_unsuitable_results_are_refused_with_advice(bristle, place, arguments, words):
     result = bristle("check", *arguments)
     assert result.code == 2
     assert words in result.err

@@ -19,7 +19,7 @@ return (async () => {
 """
 
 
-def test_firefox_computes_the_bits_of_python_and_complains_of_nothing(tmp_path):
+def test_firefox_computes_the_bits_of_python_without_complaints(tmp_path):
     page = tmp_path / "lab.html"
     page.write_text(lab_page(example_named(GIVEN), source="model.toml"), encoding="utf-8")
     with firefox(tmp_path / "profile") as tab:

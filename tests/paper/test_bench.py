@@ -33,7 +33,7 @@ def test_an_operator_is_followed_in_steps_of_nanometres():
     assert done.torque == pytest.approx(3.0 * done.x)  # not yet slipped
 
 
-def test_a_table_is_led_to_its_turns_exactly():
+def test_a_table_turns_exactly_at_its_turning_points():
     dt, x, v, ends = bench._motion([3e-6, -1e-6], 2e-6, 1e-3)
     assert x[ends + 1] == pytest.approx([3e-6, -1e-6], abs=1e-18)
     assert (x[0], v[0], v[-1]) == (0.0, 0.0, 0.0)
@@ -68,7 +68,7 @@ def test_a_filter_follows_a_step_by_its_time_constant():
     assert sensed.read[:5].tolist() == [0.0] * 5
 
 
-def test_the_shaft_carries_the_effort_less_what_the_motor_takes():
+def test_the_shaft_carries_the_effort_minus_that_of_the_motor():
     item = Bench(J=5e-4, J_m=2e-4, cutoff=math.inf)
     omega = 3.0 * 1e-3 * np.arange(11)  # 3 rad/s^2
     sensed = read_torque(item, np.full(10, 0.1), omega, np.zeros(10), 1e-3)

@@ -121,11 +121,11 @@ def peaks(printed, calibrated):
         (0.36, 0.36, 1.2, "refuted"),
     ],
 )
-def test_12_half_of_the_error_goes_by_its_own_equations(printed, calibrated, worse, verdict):
+def test_12_half_of_the_error_is_removed_by_the_equations_of_the_paper(printed, calibrated, worse, verdict):
     assert following._verdict_12(tracked(), peaks(printed, calibrated), {PRINTED: worse}) == verdict
 
 
-def test_12_errors_stand_beside_those_of_the_paper():
+def test_12_errors_are_compared_with_those_of_the_paper():
     loops = tracked(observer=Loop(statistics(0.4e-6)), observer_feedforward=Loop(statistics(0.3e-6)))
     sizes = {name: loop.following_error.peak_to_peak for name, loop in loops.result.variants.items()}
     sizes[WITH_CONSTANT] = 1.5e-6
@@ -167,7 +167,7 @@ def test_break_away_torques_are_those_of_the_screw():
     assert set(numbers["at_sound_margins"]) == {BEFORE, PRINTED, WITH_CONSTANT, CALIBRATED}
 
 
-def test_pictures_show_what_happens_around_the_highest_point(monkeypatch):
+def test_pictures_show_the_motion_around_the_highest_point(monkeypatch):
     drawn = {}
     for name in ("tracking", "control_effort", "error_distribution"):
         monkeypatch.setattr(following.loop_rows, name, lambda *passed, name=name: drawn.update({name: passed[1:]}))
@@ -194,7 +194,7 @@ def test_the_error_over_the_break_away_torque_is_drawn_in_micrometres_with_its_s
     assert reported == {"the paper reports": pytest.approx(0.69)}
 
 
-def test_margins_are_the_smallest_of_all_points_at_which_the_loop_crosses_over(monkeypatch):
+def test_margins_are_the_smallest_over_all_crossovers(monkeypatch):
     def points(*margins):
         return [SimpleNamespace(margins=SimpleNamespace(phase=phase, gain=gain)) for phase, gain in margins]
 
@@ -232,7 +232,7 @@ def test_an_experiment_is_simulated_once_for_all_figures_and_must_not_diverge(mo
 
 
 @pytest.mark.parametrize(("fed", "word"), [(SimpleNamespace(name="preisach_lugre"), "preisach lugre"), (None, "none")])
-def test_7_the_rig_and_the_loop_are_told_by_their_numbers(monkeypatch, fed, word):
+def test_7_the_rig_and_the_loop_are_described_by_numbers(monkeypatch, fed, word):
     drawn = []
     monkeypatch.setattr(tracking, "rig_layout", lambda *passed: drawn.append(passed))
     monkeypatch.setattr(tracking, "bench_of", lambda setting: Bench(4e-4, 2.5e-4, 200.0))

@@ -32,7 +32,7 @@ def led(*torques, x=None, turns=None):
 # --- returns ------------------------------------------------------------------------------------------------------
 
 
-def test_what_is_missing_is_a_share_of_the_largest_torque():
+def test_the_missing_torque_is_a_share_of_the_largest_torque():
     path = led(4.0, -8.0, 5.0, 1.0, 3.0, 2.0)
     assert paths._missing_at(path, (0, 2)) == pytest.approx(1.0 / 8.0)
     assert paths._missing_of(path) == {"D": pytest.approx(-2.0 / 8.0), "B": pytest.approx(-2.0 / 8.0)}
@@ -47,18 +47,18 @@ def test_what_is_missing_is_a_share_of_the_largest_torque():
         (0.05, "on return to D, the torque is 5.0 % of the largest torque too large", "5.0 % at the return"),
     ],
 )
-def test_a_return_is_told_in_words(share, words, title):
+def test_a_return_is_described_in_words(share, words, title):
     assert paths._comes_back(share, "D") == words
     assert paths._at_return(share) == title
 
 
-def test_the_worse_of_two_returns_stands_in_the_title():
+def test_the_worse_of_two_returns_is_in_the_title():
     missing = {"rig": {"D": 0.01, "B": -0.2}, "gate": {"D": 0.0, "B": 0.001}}
     assert paths._worst(missing) == {"rig": "−20.0 % at the return", "gate": "closes"}
 
 
 @pytest.mark.parametrize("turns", [[1.0, 2.0], [1.0, 2.0, 3.0]])
-def test_a_path_that_does_not_come_back_is_refused(turns):
+def test_a_path_that_does_not_return_is_refused(turns):
     with pytest.raises(InputError, match=r"x\.toml: path\.turns.*its entries 1 and 3 must be the same"):
         paths._must_return(Told({("path", "turns"): np.array(turns)}), ((0, 2),))
     paths._must_return(Told({("path", "turns"): np.array([1.0, 2.0, 1.0])}), ((0, 2),))
@@ -71,13 +71,13 @@ def test_a_torque_is_reached_where_the_walk_first_has_it():
     assert math.isnan(paths._reached(path, 3.1))
 
 
-def test_a_contact_that_has_not_broken_away_says_how_much_is_there():
+def test_a_contact_without_break_away_gives_its_last_force():
     path = led(0.0, 0.02, 0.03, x=[0.0, 5e-6, 14e-6])
     assert paths._breaks_away("rig", path, 0.04, math.nan) == "rig breaks away at 40.0 mN·m, and reaches 75 % of it after 14.0 µm."
     assert paths._breaks_away("rig", path, 0.04, 7e-6) == "rig breaks away at 40.0 mN·m, and reaches 95 % of it after 7.00 µm."
 
 
-def test_a_model_beside_the_rig_is_compared_over_the_position_leg_by_leg():
+def test_a_model_is_compared_with_the_rig_over_the_position_leg_by_leg():
     up, down = np.linspace(0.0, 1.0, 11), np.linspace(1.0, 0.0, 21)[1:]
     x = np.concatenate([up, down])
     torque = np.concatenate([4.0 * up, 4.0 * down - 2.0])
@@ -124,7 +124,7 @@ def rippled(steps, width=10.0):
     return Rippled(np.arange(x.size), x, x, x, 2 * np.arange(len(steps) + 1))
 
 
-def test_what_has_settled_are_the_cycles_of_the_second_half():
+def test_the_settled_cycles_are_those_of_the_second_half():
     run = rippled([9.0, 5.0, 3.0, 2.0, 1.0])
     assert run.settled.tolist() == [3.0, 2.0, 1.0]
     assert rippled([9.0, 5.0, 3.0, 2.0]).settled.tolist() == [3.0, 2.0]
@@ -191,7 +191,7 @@ def test_means_are_over_seeds():
     assert economy.numbers(single, single)["error_deviation_percent"]["reformed Dahl"].tolist() == [0.0]
 
 
-def test_what_more_branches_bring_is_told():
+def test_the_gain_of_more_branches_is_stated():
     item = cost([[3.0, 3.2], [3.1, 3.3]], [[2.0, 3.4], [1.5, 1.6]], [[math.nan] * 2, [2.0, 2.2]])
     first, nearer, scatter, still = economy.sentences(item, cost([[1.0]], [[0.5]], [[0.25]]))
     assert first.startswith("On unseen motions: from 1 branch reformed Dahl 3.10 ± 0.14 %, Prandtl-Ishlinskii")
@@ -269,7 +269,7 @@ def test_branches_from_the_lower_end_are_judged_on_motions_that_were_not_measure
     assert (item.counts, item.duration) == ([1, 4], pytest.approx(4.0))
 
 
-def test_an_error_is_a_root_mean_square_in_percent_of_the_largest_torque():
+def test_an_error_is_an_rms_in_percent_of_the_largest_torque():
     assert economy._percent(np.array([3.0, -4.0]), np.array([1.0, -50.0])) == pytest.approx(100.0 * math.sqrt(12.5) / 50.0)
 
 
@@ -314,7 +314,7 @@ def test_stops_may_have_an_offset_of_either_sign():
         assert min(item.operator.values["weights"]) >= 0.0
 
 
-def test_operators_are_laid_over_a_record_from_its_first_position_on(monkeypatch):
+def test_operators_are_compared_with_a_record_from_its_first_position(monkeypatch):
     record, begun = record_of(hysteresis.prandtl_ishlinskii(thresholds=[1e-6], weights=[2e6], spring=0.0), 0.0), []
     monkeypatch.setattr(economy, "response", lambda operator, x, history: begun.append((*history, x[0], x.size)) or 2.0 * x)
     assert economy._with_offset("operator", record, 0.5).offset == pytest.approx(np.mean(record.torque - record.x))
@@ -354,16 +354,16 @@ def test_numbers_of_figures_are_in_the_units_of_the_paper():
         ([1.0, 1.01], 0.1, "1.0050 ± 0.0071"),
     ],
 )
-def test_a_spread_is_told_where_there_is_one(values, step, words):
+def test_a_spread_is_written_if_it_is_known(values, step, words):
     assert reproduced.spread(values, step) == words
 
 
-def test_what_is_rounding_is_called_so():
+def test_a_rounding_error_is_called_rounding():
     assert plane._rounding(9e-16) == "rounding"
     assert plane._rounding(2e-15) == "2e−15 N·m"
 
 
-def test_a_number_stands_with_its_spread_to_the_same_step():
+def test_a_number_and_its_spread_have_the_same_step():
     assert tracking.with_spread(1.4562, 0.0343) == "1.456 ± 0.034"
     assert tracking.with_spread(1.4562, math.nan) == "1.456"
     assert tracking.with_spread(12.342, 0.56, 0.1) == "12.34 ± 0.56"
@@ -456,7 +456,7 @@ def test_4_a_path_begins_far_down_and_turns_inside_the_two_before(path, fits):
 
 
 @pytest.mark.parametrize(("rig", "verdict"), [(0.019, "built in in part"), (-0.019, "built in in part"), (0.021, "refuted")])
-def test_1_lugre_misses_by_much_more_than_the_rig(monkeypatch, rig, verdict):
+def test_1_the_gap_of_lugre_is_much_larger_than_that_of_the_rig(monkeypatch, rig, verdict):
     walks = {"LuGre": led(5.0, 10.0, 4.0), "virtual rig": led(5.0, 10.0, 5.0 + 10.0 * rig)}
     monkeypatch.setattr(paths, "_walks_of", lambda setting, *names: walks)
     item = paths.figure_1(Bench([3e-6, 1e-6, 3e-6]))
@@ -491,7 +491,7 @@ def test_8_the_rig_breaks_away_after_seven_micrometres(monkeypatch, at, verdict)
 
 
 @pytest.mark.parametrize(("share", "verdict"), [(0.099, "built in"), (-0.099, "built in"), (0.101, "refuted"), (-0.101, "refuted")])
-def test_9_no_run_misses_a_return_by_more_than_a_contact_that_scatters(monkeypatch, share, verdict):
+def test_9_no_run_misses_a_return_by_more_than_the_scatter(monkeypatch, share, verdict):
     walks = {"rig": led(10.0, 0.0, 5.0, 1.0, 5.0, 10.0), "other": led(8.0, 0.0, 5.0, 1.0, 5.0 + 10.0 * share, 8.0, 10.0, turns=range(6))}
     on_bench(monkeypatch, walks.get)
     item = paths.figure_9(Bench([6e-6, 0.0, 4e-6, 1e-6, 4e-6, 6e-6], virtual_rig="rig", other="other"))

@@ -68,7 +68,7 @@ def test_a_worker_has_limits_and_a_folder_and_prints_to_the_complaints(process, 
 
 
 @pytest.mark.parametrize("refusal", [ValueError, OSError])
-def test_a_limit_that_the_system_does_not_take_is_no_fault(process, monkeypatch, refusal):
+def test_a_limit_rejected_by_the_system_is_no_fault(process, monkeypatch, refusal):
     def refused(*limit):
         raise refusal
 
@@ -86,7 +86,7 @@ def test_a_limit_that_the_system_does_not_take_is_no_fault(process, monkeypatch,
         (ValueError("a bug"), None, "this is a fault of bristle, not yours: ValueError: a bug"),
     ],
 )
-def test_work_that_fails_says_why_and_leaves_no_data(process, tmp_path, error, code, words):
+def test_failing_work_gives_a_reason_and_leaves_no_data(process, tmp_path, error, code, words):
     def task(errand):
         raise error
 
@@ -147,7 +147,7 @@ def test_no_work_is_interrupted_after_its_end(orders):
     ("files", "imports"),
     [((), False), (("a.py", "b.py"), False), (("a.py", "<frozen importlib._bootstrap>", "b.py"), True), (("<frozen importlib>",), True)],
 )
-def test_an_import_is_seen_wherever_it_stands_among_the_frames(monkeypatch, files, imports):
+def test_an_import_is_detected_anywhere_in_the_stack(monkeypatch, files, imports):
     frame = None
     for file in reversed(files):
         frame = Some(f_code=Some(co_filename=file), f_back=frame)
