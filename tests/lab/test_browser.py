@@ -79,7 +79,7 @@ def test_the_page_moves_undoes_and_sends_no_requests(page, tmp_path):
         tab.open(link)
         assert tab.run(DRAWN) == after
         # A loop that does not close is red, and one that does is not.
-        for name, words in (("lugre", "does not close"), ("preisach_contact", "it closes")):
+        for name, words in (("lugre", "does not close"), ("preisach_contact", "the loop closes")):
             tab.open("about:blank")
             tab.open(f"{page.as_uri()}#model={name}&path=minor")
             reading = tab.run(READING)
@@ -141,7 +141,7 @@ def test_slots_are_added_and_removed(name, page, tmp_path):
         tab.run("document.getElementById('redo').click()")
         tab.run(WAIT)
         assert tab.run(DRAWN) == sided
-        # Taken off again, it is what it was: dashed are the values of the start either way.
+        # Taken off again, it is what it was: dashed: initial values either way.
         tab.run(TICK.replace("SLOT", "asymmetry"))
         assert tab.run(DRAWN) == bare
         tab.open("about:blank")
@@ -175,7 +175,7 @@ def test_removing_a_slot_of_a_given_model_shows_the_difference(page, tmp_path):
         # The mass keeps the friction of the start, what is fed forward does not.
         assert after[0] == alone
         assert after[1] != fed
-        assert "dashed are the values of the start" in tab.run("byId('loop-reading').textContent")
+        assert "dashed: initial values" in tab.run("byId('loop-reading').textContent")
         assert tab.complaints() == []
 
 
@@ -212,7 +212,7 @@ def test_the_loop_is_computed_with_or_without_a_worker(page, tmp_path, host_lets
         tab.open(f"{file.as_uri()}#model=lugre")
         worker, errors, circle = tab.run(FOLLOWED)
         assert worker == ("object" if host_lets_it else "string")
-        assert "peak to peak" in errors
+        assert "Peak-to-peak" in errors
         assert "A circle" in circle
         # What drifts and does not close is red.
         classes = "[...document.getElementById('verdicts').children].map(({ className }) => className)"

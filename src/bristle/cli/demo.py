@@ -37,9 +37,9 @@ def demo(
     if as_json:
         print_json(demonstration.summary)
         return
-    found = ", ".join(f"{word} {value}" for word, value in metrics_in_words(demonstration.prediction)[:1])
+    metrics = ", ".join(f"{word} {value}" for word, value in metrics_in_words(demonstration.prediction)[:1])
     results = [
-        Line("Unseen log", f"predicted in closed loop: {found}"),
+        Line("Unseen log", f"predicted in closed loop: {metrics}"),
         Line("Results", f"{out}: report.html, drive_table.csv, model.toml, log.csv, unseen.csv"),
     ]
     following = [
