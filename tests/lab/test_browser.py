@@ -213,7 +213,7 @@ def test_the_loop_is_computed_with_or_without_a_worker(page, tmp_path, host_lets
         worker, errors, circle = tab.run(FOLLOWED)
         assert worker == ("object" if host_lets_it else "string")
         assert "Peak-to-peak" in errors
-        assert "A circle" in circle
+        assert "Circle of two" in circle
         # What drifts and does not close is red.
         classes = "[...document.getElementById('verdicts').children].map(({ className }) => className)"
         assert tab.run(classes) == ["alert", "alert"]
