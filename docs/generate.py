@@ -636,7 +636,7 @@ def robustness() -> str:
         "## Conditions",
         table(("Condition", "The rig"), [(name, condition.words) for name, condition in CONDITIONS.items()]),
         "## Margins",
-        table(("Set", "Against friction works", "Phase margin [°]", "Gain margin"), margins),
+        table(("Set", "Friction compensation", "Phase margin [°]", "Gain margin"), margins),
         "## Families",
         "Which share of the error without compensation is left by a model that is fed forward alone, in "
         "percent, when the model is of one family or another; each is identified from the same log. **Bold**: the "

@@ -303,7 +303,7 @@ def test_the_table_is_long_and_its_rows_differ():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("bad", [LOGS[3], AXES[7], EXPERIMENTS[6]], ids=lambda bad: bad.name)
-def test_a_process_of_its_own_says_the_same(place, bad):
+def test_a_separate_process_prints_the_same(place, bad):
     bad.make()
     code = "import sys; from bristle.cli.main import main; sys.exit(main())"
     ended = subprocess.run(

@@ -50,7 +50,7 @@ def test_a_deflection_without_bound_is_an_answer_not_bad_input(bristle, models):
     assert "raise f_p to at least 136.5 mN·m" in answer["advice"]
 
 
-def test_a_condition_that_no_certificate_speaks_of_is_bad_input(bristle, models):
+def test_a_broken_condition_without_a_certificate_is_bad_input(bristle, models):
     Path("reversed.toml").write_text(COMPOSITE.replace("100 mN*m", "140 mN*m").replace("156", "190"))
     result = bristle("check", "reversed.toml")
     assert result.code == 2
@@ -76,7 +76,7 @@ def test_ripple_and_loop_are_taken_with_their_units(bristle, models):
         (("nowhere.toml",), "nowhere.toml"),
     ],
 )
-def test_what_cannot_be_checked_is_refused(bristle, models, arguments, words):
+def test_a_file_without_a_checkable_object_is_refused(bristle, models, arguments, words):
     result = bristle("check", *arguments)
     assert result.code == 2
     assert words in result.err
@@ -141,7 +141,7 @@ def test_a_model_file_is_checked_with_its_values(bristle, place):
         ('"""None."""', 'z: Annotated[float, Variable("depth", "depth")] = 0.0', 13, "quantity of 'depth'", "no 'depth'"),
     ],
 )
-def test_a_quantity_that_is_none_is_bad_input_with_its_line(bristle, place, command, old, new, line, place_of, said):
+def test_an_unknown_quantity_is_bad_input_with_its_line(bristle, place, command, old, new, line, place_of, said):
     text = Path("own.py").read_text().replace(old, new, 1)
     # Annotations that are evaluated late have no line.
     for custom, where in ((text, f"own.py, line {line}"), (f"from __future__ import annotations\n{text}", "own.py")):
@@ -164,7 +164,7 @@ def test_a_product_of_quantities_is_described_checked_and_identified(bristle, pl
     assert result.data["parameters"]["F_q"]["unit"] == "N*s^2/m^2"
 
 
-def test_a_file_that_defines_nothing_is_refused_with_all_that_is_looked_for(bristle, models):
+def test_an_empty_file_is_refused_with_the_allowed_objects(bristle, models):
     Path("kestrel.py").write_text("def write(request): ...\n")
     result = bristle("check", "kestrel.py")
     assert result.code == 2

@@ -107,7 +107,7 @@ def test_json_has_the_same_as_numbers(bristle, place, determined):
     assert {*result.data, *result.data["parameters"]["M"]} - {"parameters"} <= named
 
 
-def test_the_truth_is_what_the_model_file_says(bristle, place, determined):
+def test_the_true_values_are_those_of_the_model_file(bristle, place, determined):
     file = place / "results_20/model.toml"
     text = file.read_text()
     (line,) = [line for line in text.splitlines() if line.startswith("F_C = ") and "#" in line]
@@ -118,7 +118,7 @@ def test_the_truth_is_what_the_model_file_says(bristle, place, determined):
     assert determined["treatment"]["cutoff"] == 100.0
 
 
-def test_an_identification_is_checked_in_python_with_the_log_that_it_holds(place, determined):
+def test_an_identification_is_checked_in_python_with_its_own_log(place, determined):
     result = br.identify("log.csv", "coulomb_viscous", axis="axis.toml", draws=20, blocks=0, settings={"poor_error": 41.0})
     known = result.known_truth(draws=3)
     assert determined["logs"] == [result.log]
@@ -152,18 +152,18 @@ def test_a_log_that_has_changed_is_refused(bristle, place, determined):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ((".",), "is no folder of results; allowed a folder with summary.json"),
+        ((".",), "is not a folder of results; allowed a folder with summary.json"),
         (("results_0",), "without simulated logs"),
         (("results_20", "--log", "log.csv", "--log", "log.csv"), "differ in number"),
         (("results_20", "--log", "nowhere.csv"), "nowhere.csv"),
         (("results_20", "--loop", "1 mm,2 mm"), "--loop"),
-        (("results_20/model.toml", "--log", "log.csv"), "--log: is for a folder of results"),
-        (("results_20/model.toml", "--draws", "5"), "--draws: is for a folder of results"),
+        (("results_20/model.toml", "--log", "log.csv"), "--log: applies to a folder of results"),
+        (("results_20/model.toml", "--draws", "5"), "--draws: applies to a folder of results"),
         (("results_20", "--draws", "2"), "--draws"),
         (("nowhere",), "a folder of results"),
     ],
 )
-def test_what_cannot_be_checked_is_refused_with_the_mend(bristle, place, arguments, words):
+def test_unsuitable_results_are_refused_with_advice(bristle, place, arguments, words):
     result = bristle("check", *arguments)
     assert result.code == 2
     assert words in result.err

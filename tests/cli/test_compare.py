@@ -25,7 +25,7 @@ def logs(place):
     return place
 
 
-def test_the_answer_stands_first_and_yes_is_no_error(bristle, logs):
+def test_the_answer_is_printed_first_and_yes_exits_with_0(bristle, logs):
     result = bristle(*QUIET)
     assert result.code == 0
     assert result.out.startswith("It helped: the following error is lower.")
@@ -41,7 +41,7 @@ def test_no_help_is_the_exit_code_of_no(bristle, logs):
     assert "do not show" in result.out
 
 
-def test_without_a_reference_nobody_asks_for_help(bristle, logs):
+def test_without_a_reference_there_is_no_verdict(bristle, logs):
     Path("bare.toml").write_text(Path("axis.toml").read_text().replace('reference = { column = "r", unit = "m" }\n', ""))
     result = bristle("compare", "before.csv", "after.csv", "--axis", "bare.toml", "--json")
     assert result.code == 0
@@ -78,14 +78,14 @@ def test_further_logs_of_a_side(bristle, logs):
         ((*QUIET, "--format", "png"), "--out"),
     ],
 )
-def test_what_cannot_be_compared_is_told_in_one_line(bristle, logs, arguments, words):
+def test_incomparable_logs_are_refused_in_one_line(bristle, logs, arguments, words):
     result = bristle(*arguments)
     assert result.code == 2
     assert words in result.err
     assert len(result.err.splitlines()) == 1
 
 
-def test_a_hole_in_a_log_is_told_with_its_place(bristle, logs):
+def test_a_gap_in_a_log_is_reported_with_its_time(bristle, logs):
     lines = Path("after.csv").read_text().splitlines()
     lines[100] = lines[100].rpartition(",")[0] + ",nan"
     Path("after.csv").write_text("\n".join(lines))

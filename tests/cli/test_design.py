@@ -43,7 +43,7 @@ def test_results_are_a_report_and_numbers(bristle, place):
 
 
 @pytest.mark.slow
-def test_an_unstable_loop_is_a_no_with_its_pole_and_gains_that_are_stable(bristle, place):
+def test_an_unstable_loop_exits_with_1_its_pole_and_stable_gains(bristle, place):
     text = Path("experiment.toml").read_text()
     Path("experiment.toml").write_text(text.replace("[run]", "[run]\ndelay = 12"))
     ended = bristle("design", "experiment.toml", "--json", "--out", "design")
@@ -56,7 +56,7 @@ def test_an_unstable_loop_is_a_no_with_its_pole_and_gains_that_are_stable(bristl
     assert (Path("design") / "report.html").is_file()
 
 
-def test_a_variant_that_is_none_is_bad_input(bristle, place):
+def test_an_unknown_variant_is_bad_input(bristle, place):
     ended = bristle("design", "experiment.toml", "--variant", "nome")
     assert ended.code == 2
     assert "Did you mean 'none'?" in ended.err

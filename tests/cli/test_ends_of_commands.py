@@ -45,7 +45,7 @@ def test_an_error_has_its_code_and_a_line(reported, error, code, words):
 
 
 @pytest.mark.parametrize(("results", "stays"), [(True, True), (False, False)])
-def test_a_standard_output_without_room_is_told(reported, monkeypatch, results, stays):
+def test_a_full_standard_output_is_reported(reported, monkeypatch, results, stays):
     let_go = []
     monkeypatch.setattr(terminal, "let_go", let_go.append)
     assert report(OSError(errno.ENOSPC, "No space left on device"), results=results) == 2
@@ -73,7 +73,7 @@ FAULTS = RuntimeError("x" * 1000), OSError(errno.ENOSPC, "no room", "a file"), I
 
 
 @pytest.mark.parametrize("fault", FAULTS)
-def test_a_fault_of_bristle_is_told_as_such_with_its_details(reported, tmp_path, monkeypatch, fault):
+def test_a_fault_of_bristle_is_reported_with_its_details(reported, tmp_path, monkeypatch, fault):
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
 
     def fails():
@@ -90,7 +90,7 @@ def test_a_fault_of_bristle_is_told_as_such_with_its_details(reported, tmp_path,
     assert "Traceback" in text
 
 
-def test_a_fault_of_ones_own_model_is_told_with_its_line(reported, tmp_path):
+def test_a_fault_of_user_code_is_reported_with_its_line(reported, tmp_path):
     own = tmp_path / "own.py"
     own.write_text("\ndef law():\n    raise ZeroDivisionError('by nought')\n")
     module = {"__name__": "bristle_user_own"}
@@ -106,7 +106,7 @@ def test_a_line_is_a_line(capsys):
     assert capsys.readouterr().err == "bristle: first second\n"
 
 
-def test_paragraphs_and_tables_come_one_behind_the_other(capsys):
+def test_paragraphs_and_tables_are_printed_in_order(capsys):
     say("3\u00a0µm")
     assert capsys.readouterr().out == "3 µm\n"
     show("first", None, Table("T", ("Name", "Value"), [("a", "1")]), "last")
@@ -115,7 +115,7 @@ def test_paragraphs_and_tables_come_one_behind_the_other(capsys):
 
 
 @pytest.mark.parametrize(("width", "columns"), [(19, True), (18, False)])
-def test_a_table_is_told_row_by_row_where_its_longest_words_do_not_fit(capsys, monkeypatch, width, columns):
+def test_a_table_is_printed_row_by_row_if_its_longest_words_do_not_fit(capsys, monkeypatch, width, columns):
     # Twelve letters, beside two columns with three blanks and lines each and one at the end.
     monkeypatch.setattr(terminal, "PIPE_WIDTH", width)
     show_table(Table("T", ("Name", "Value"), [("abcdef", "123456"), ("x", "")]))
@@ -124,7 +124,7 @@ def test_a_table_is_told_row_by_row_where_its_longest_words_do_not_fit(capsys, m
     assert text.count("Value") == 1
 
 
-def test_a_wide_column_gives_way_first(capsys, monkeypatch):
+def test_the_widest_column_is_narrowed_first(capsys, monkeypatch):
     monkeypatch.setattr(terminal, "PIPE_WIDTH", 40)
     show_table(Table("T", ("Name", "What"), [("abcdef", "one two three four five six seven eight nine")]))
     lines = [line for line in capsys.readouterr().out.splitlines() if "abcdef" in line]
@@ -132,7 +132,7 @@ def test_a_wide_column_gives_way_first(capsys, monkeypatch):
     assert "one two three" in lines[0]
 
 
-def test_numbers_stand_at_the_right_and_words_at_the_left(capsys):
+def test_numbers_are_right_aligned_and_words_left_aligned(capsys):
     show_table(Table("T", ("Name", "Value"), [("a", "1"), ("bcd", "234")]))
     lines = capsys.readouterr().out.splitlines()
     rows = [line.rstrip() for line in lines if line.strip().startswith(("a", "bcd"))]
@@ -140,7 +140,7 @@ def test_numbers_stand_at_the_right_and_words_at_the_left(capsys):
     assert len(rows[0]) == len(rows[1])
 
 
-def test_a_warning_is_told_once_and_its_fault_is_kept(capsys):
+def test_a_warning_is_printed_once_and_its_fault_is_kept(capsys):
     fault = ZeroDivisionError("x")
     caused = UserWarning("with a cause")
     caused.__cause__ = fault
@@ -213,7 +213,7 @@ def test_a_signal_that_comes_again_within_a_second_is_the_same():
 
 @needs_main_thread
 @pytest.mark.parametrize(("name", "patience", "code"), [("SIGTERM", 0.3, 143), ("SIGTERM", 60.0, 0), ("SIGINT", 0.3, 0)])
-def test_a_lock_keeps_no_process_that_was_told_to_terminate(name, patience, code):
+def test_a_lock_does_not_block_a_terminated_process(name, patience, code):
     program = f"""
 import signal, threading
 from bristle.cli import signals
@@ -242,7 +242,7 @@ def test_a_signal_that_is_ignored_stays_so():
         signal.signal(signal.SIGHUP, before)
 
 
-def test_outside_of_the_main_thread_signals_are_left_alone():
+def test_signals_are_unchanged_outside_the_main_thread():
     result = []
 
     def work():
@@ -255,7 +255,7 @@ def test_outside_of_the_main_thread_signals_are_left_alone():
     assert result == [({}, None)]
 
 
-def test_a_pipe_hands_on_numbers_and_forgets_what_has_come():
+def test_a_pipe_passes_numbers_and_drops_old_ones():
     pipe = signals._Pipe()
     os.write(pipe.write_to, bytes([2, 15]))
     assert pipe.next() == 2
@@ -285,7 +285,7 @@ def test_a_thread_watches_while_there_are_signals_to_be_watched():
     assert (watch._thread.is_alive(), signal.set_wakeup_fd(before)) == (False, -1)
 
 
-def test_what_was_seen_in_time_ends_nothing(monkeypatch):
+def test_a_signal_handled_in_time_does_not_end_the_process(monkeypatch):
     ended = []
     monkeypatch.setattr(signals, "_end_at_once", ended.append)
     watch, pipe = signals._Watch(), signals._Pipe()
@@ -297,7 +297,7 @@ def test_what_was_seen_in_time_ends_nothing(monkeypatch):
     assert not watch.observed.is_set()
 
 
-def test_what_was_not_seen_ends_the_program_and_ctrl_c_the_second_time(monkeypatch, capfd):
+def test_an_unhandled_signal_ends_the_program_and_ctrl_c_at_the_second_press(monkeypatch, capfd):
     ended = []
     monkeypatch.setattr(signals, "_end_at_once", ended.append)
     watch, pipe = signals._Watch(), signals._Pipe()

@@ -70,7 +70,7 @@ def test_a_motion_is_written_with_the_intervals_that_its_log_would_give(bristle,
     assert "constant velocity" in replaced.out
 
 
-def test_an_axis_without_limits_is_told_what_to_write(bristle, folder):
+def test_an_axis_file_without_limits_is_refused_with_advice(bristle, folder):
     Path("axis.toml").write_text(AXIS.replace('velocity = "100 mm/s"\n', ""))
     result = bristle("excite", "axis.toml", "--for", "stribeck")
     assert result.code == 2

@@ -43,7 +43,7 @@ def test_results_of_an_identification_bring_intervals_and_speed(bristle, place):
     assert [note for note in notes if note not in shown] == [], shown
 
 
-def test_what_a_table_loses_on_the_log_of_the_model_is_told(bristle, place):
+def test_the_error_of_a_table_on_the_log_of_the_model_is_reported(bristle, place):
     line = ("identify", "log.csv", "--axis", "axis.toml", "--model", "coulomb_viscous", "--draws", "0", "--out", "fit")
     assert bristle(*line).code == 0
     Path("other.csv").write_text(Path("log.csv").read_text() + "\n")
@@ -64,13 +64,13 @@ def test_what_a_table_loses_on_the_log_of_the_model_is_told(bristle, place):
         (["--to", "c", "--log", "log.csv", "--axis", "axis.toml"], "is not a table"),
         (["--to", "table", "--points", "2", "--speed", "1 m/s"], "points"),
         (["--to", "cobol"], "no such target"),
-        (["--to", "draws"], "--to draws: was removed. The results of identify hold draws.parquet"),
+        (["--to", "draws"], "--to draws: was removed. The results of identify contain draws.parquet"),
         (["--to", "c", "--name", "2nd"], "cannot name a function"),
         (["--to", "c", "--step", "3 mm"], "--step"),
         (["--to", "table"], "the largest speed of the axis"),
     ],
 )
-def test_what_cannot_be_written_is_refused(bristle, place, arguments, words):
+def test_unsupported_exports_are_refused(bristle, place, arguments, words):
     result = bristle("export", "model.toml", *arguments, "--out", "out")
     assert result.code == 2
     assert words in result.err.replace("\n", " ")
@@ -87,7 +87,7 @@ def test_an_operator_keeps_its_constant(bristle, place):
     assert bristle("export", "operator.toml", "--to", "wasm", "--out", "other").code == 2
 
 
-def test_the_law_of_a_variant_leaves_as_c(bristle, place):
+def test_the_law_of_a_variant_is_exported_as_c(bristle, place):
     line = ("export", "--law", "experiment.toml", "--variant", "base", "--to", "c", "--out", "law")
     result = bristle(*line, "--json")
     assert result.code == 0
@@ -101,7 +101,7 @@ def test_the_law_of_a_variant_leaves_as_c(bristle, place):
     assert "place_ahead" not in Path("bare/axis_x.h").read_text()
 
 
-def test_a_model_and_a_law_leave_as_structured_text(bristle, place):
+def test_a_model_and_a_law_are_exported_as_structured_text(bristle, place):
     model = bristle("export", "model.toml", "--to", "st", "--name", "knee", "--out", "model_st", "--json")
     assert model.code == 0
     assert model.data["files"] == ["knee.st", "knee_selftest.st", "knee_plcopen.xml"]
@@ -122,7 +122,7 @@ def test_a_model_and_a_law_leave_as_structured_text(bristle, place):
 
 
 @pytest.mark.parametrize("to", ["fmu2", "fmu3"])
-def test_the_law_of_a_variant_leaves_as_an_fmu(bristle, place, monkeypatch, to):
+def test_the_law_of_a_variant_is_exported_as_an_fmu(bristle, place, monkeypatch, to):
     monkeypatch.setattr(fmu, "zig", list)
     monkeypatch.setattr(fmu, "compiler", lambda: None)
     result = bristle("export", "--law", "experiment.toml", "--variant", "base", "--to", to, "--out", "law", "--json")
@@ -140,7 +140,7 @@ def test_the_law_of_a_variant_leaves_as_an_fmu(bristle, place, monkeypatch, to):
     assert described.get("author").endswith(", from experiment.toml")
 
 
-def test_a_law_leaves_with_parameters_that_may_be_changed_and_in_single_precision(bristle, place):
+def test_a_law_is_exported_tunable_and_in_single_precision(bristle, place):
     line = ("export", "--law", "experiment.toml", "--variant", "base", "--to", "c", "--tunable", "--float32")
     assert bristle(*line, "--out", "law").code == 0
     header = Path("law/axis_x.h").read_text()
@@ -154,10 +154,10 @@ def test_a_law_leaves_with_parameters_that_may_be_changed_and_in_single_precisio
     [
         (["--law", "experiment.toml"], "must be named"),
         (["--law", "experiment.toml", "--variant", "nome"], "none"),
-        (["--law", "experiment.toml", "--variant", "none", "--step", "1 ms"], "belongs to a model"),
-        (["model.toml", "--law", "experiment.toml"], "one of them"),
-        (["model.toml", "--variant", "none"], "belongs to --law"),
-        ([], "one of them"),
+        (["--law", "experiment.toml", "--variant", "none", "--step", "1 ms"], "applies to a model only"),
+        (["model.toml", "--law", "experiment.toml"], "either a model or a law"),
+        (["model.toml", "--variant", "none"], "applies to --law only"),
+        ([], "either a model or a law"),
     ],
 )
 def test_a_law_needs_an_experiment_and_one_of_its_variants(bristle, place, arguments, words):
@@ -181,12 +181,12 @@ def test_a_law_needs_an_experiment_and_one_of_its_variants(bristle, place, argum
         ("models", "own.py+asymmetry"),
     ],
 )
-def test_friction_is_tried_by_each_command_that_takes_a_model(bristle, place, monkeypatch, command):
+def test_each_command_tests_the_friction_of_its_model(bristle, place, monkeypatch, command):
     def refused(friction):
-        raise InputError("is not fit", path="own.py")
+        raise InputError("cannot be used", path="own.py")
 
     monkeypatch.setattr("bristle.testing.admit", refused)
     monkeypatch.setattr("bristle.testing.admit_friction_of", refused)
     ended = bristle(*command, *(() if command[0] == "models" else ("--out", "written")))
-    assert (ended.code, ended.err) == (2, "bristle: own.py: is not fit\n")
+    assert (ended.code, ended.err) == (2, "bristle: own.py: cannot be used\n")
     assert not Path("written").exists()

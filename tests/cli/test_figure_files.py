@@ -18,12 +18,12 @@ WITH_RESULTS = sorted(
 
 
 @pytest.mark.parametrize("name", WITH_RESULTS)
-def test_every_command_that_writes_a_report_takes_them(name):
+def test_every_command_with_a_report_accepts_formats(name):
     options = {option for param in COMMANDS[name].params for option in param.opts}
     assert "--format" in options
 
 
-def test_formats_captions_and_numbers_lie_beside_the_report(bristle, place):
+def test_formats_captions_and_numbers_are_in_the_folder_of_the_report(bristle, place):
     result = bristle("log", "log.csv", "--axis", "axis.toml", "--out", "run", "--format", "svg", "--format", "PDF", "--format", "csv")
     assert result.code == 0, result.err
     names = {name.name for name in Path("run/figures").iterdir()}
@@ -60,7 +60,7 @@ def test_each_figure_of_the_page_is_a_file(bristle, place, command):
 
 
 @pytest.mark.parametrize("value", ["gif", "xlsx"])
-def test_another_format_is_refused_with_those_there_are(bristle, place, value):
+def test_an_unknown_format_is_refused_with_the_known_formats(bristle, place, value):
     ended = bristle("log", "log.csv", "--out", "run", "--format", value)
     assert ended.code == 2
     assert ended.err.count("\n") == 1
@@ -70,7 +70,7 @@ def test_another_format_is_refused_with_those_there_are(bristle, place, value):
 
 
 @pytest.mark.parametrize("option", [("--format", "svg"), ("--format", "csv")])
-def test_they_need_a_folder(bristle, place, option):
+def test_figure_files_need_a_folder(bristle, place, option):
     ended = bristle("run", "experiment.toml", *option)
     assert ended.code == 2
     assert f"{option[0]}: needs a folder to write into. Add --out DIR" in ended.err

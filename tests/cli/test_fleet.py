@@ -74,12 +74,12 @@ def test_each_log_is_a_row_and_the_axis_that_differs_is_named(at, capsys):
         (("watch", "fleet", "--out", "watched"), "bristle watch was removed. Use bristle identify LOGS --each"),
     ],
 )
-def test_what_does_not_go_together_is_refused(at, capsys, options, message):
+def test_conflicting_options_are_refused(at, capsys, options, message):
     assert main([*options]) == 2
     assert message in capsys.readouterr().err
 
 
-def test_a_fleet_none_of_whose_logs_is_fitted_ends_with_1(at, capsys):
+def test_a_fleet_without_a_fitted_log_exits_with_1(at, capsys):
     (at / "bad").mkdir()
     for day in (1, 2):
         (at / "bad" / f"bad_2026-03-0{day}.csv").write_text("time,position\n0.0")
@@ -87,7 +87,7 @@ def test_a_fleet_none_of_whose_logs_is_fitted_ends_with_1(at, capsys):
     assert "0 of 2 logs were fitted, 2 failed." in capsys.readouterr().out
 
 
-def test_a_link_to_nowhere_does_not_end_a_fleet(at, capsys):
+def test_a_broken_link_does_not_end_a_fleet(at, capsys):
     (at / "linked").mkdir()
     shutil.copy(next((at / "logs").rglob("*.csv")), at / "linked" / "good_2026-03-01.csv")
     (at / "linked" / "gone_2026-03-02.csv").symlink_to(at / "nowhere.csv")

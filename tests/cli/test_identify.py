@@ -21,7 +21,7 @@ pytestmark = pytest.mark.usefixtures("undrawn")
 TRUTH = {"M": 20.0, "F_C": 8.0, "F_v": 40.0, "offset": 0.0}
 
 
-def test_the_parameters_of_a_simulated_axis_come_back(bristle, place):
+def test_the_parameters_of_a_simulated_axis_are_identified(bristle, place):
     result = bristle("identify", "log.csv", "--axis", "axis.toml", "--model", "coulomb_viscous", "--json")
     assert result.code == 0
     assert result.err == ""
@@ -34,7 +34,7 @@ def test_the_parameters_of_a_simulated_axis_come_back(bristle, place):
 
 
 @pytest.mark.slow
-def test_the_folder_of_results_is_complete_and_agrees_with_what_was_printed(bristle, place):
+def test_the_folder_of_results_is_complete_and_agrees_with_the_output(bristle, place):
     models = "viscous,coulomb_viscous"
     result = bristle("identify", "log.csv", "--axis", "axis.toml", "--model", models, "--out", "run", "--json")
     assert result.code == 0
@@ -66,7 +66,7 @@ def test_the_folder_of_results_is_complete_and_agrees_with_what_was_printed(bris
 
 
 @pytest.mark.slow
-def test_intervals_scatter_and_certificates_are_told_and_bands_come_with_a_prediction(bristle, place):
+def test_intervals_scatter_certificates_and_bands_are_reported(bristle, place):
     requested = ("identify", "log.csv", "--axis", "axis.toml", "--model", "viscous,coulomb_viscous", "--draws", 40)
     data = bristle(*requested, "--out", "run", "--json").data
     for name in ("F_C", "F_v"):
@@ -98,7 +98,7 @@ def test_intervals_scatter_and_certificates_are_told_and_bands_come_with_a_predi
 
 
 @pytest.mark.slow
-def test_the_treatment_asked_for_is_that_of_the_prediction(bristle, place):
+def test_a_prediction_uses_the_treatment_of_the_identification(bristle, place):
     requested = ("--cutoff", "40 Hz")
     result = bristle("identify", "log.csv", "--axis", "axis.toml", *requested, "--out", "run", "--json")
     predicted = bristle("predict", "run/model.toml", "log.csv", "--axis", "axis.toml", "--json")
@@ -111,7 +111,7 @@ def test_the_treatment_asked_for_is_that_of_the_prediction(bristle, place):
 
 
 @pytest.mark.slow
-def test_without_draws_how_sure_is_told_for_correlated_residuals_too(bristle, place):
+def test_without_draws_intervals_include_correlated_residuals(bristle, place):
     data = bristle("identify", "log.csv", "--axis", "axis.toml", "--draws", 0, "--out", "run", "--json").data
     assert data["resampling"] is None
     raw = tomllib.loads(Path("run/model.toml").read_text())["uncertainty"]
@@ -123,7 +123,7 @@ def test_without_draws_how_sure_is_told_for_correlated_residuals_too(bristle, pl
 
 
 @pytest.mark.slow
-def test_the_loop_is_judged_when_the_axis_has_a_controller_and_not_otherwise(bristle, place):
+def test_the_loop_is_judged_only_if_the_axis_has_a_controller(bristle, place):
     data = bristle("identify", "log.csv", "--axis", "axis.toml", "--json").data
     variants = data["compensation"]
     peaks = {name: item["following_error"]["peak_to_peak"] for name, item in variants.items()}
@@ -138,7 +138,7 @@ def test_the_loop_is_judged_when_the_axis_has_a_controller_and_not_otherwise(bri
 
 
 @pytest.mark.slow
-def test_the_report_asks_for_nothing_outside_and_names_the_command(bristle, place):
+def test_the_report_is_self_contained_and_names_the_command(bristle, place):
     assert bristle("identify", "log.csv", "--axis", "axis.toml", "--draws", 0, "--out", "run").code == 0
     page = Path("run/report.html").read_text()
     assert "bristle identify log.csv --axis axis.toml --draws 0 --out run" in page
@@ -211,7 +211,7 @@ def test_emps(bristle, emps, model, error):
 
 @pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="limits of POSIX")
-def test_a_limit_on_the_size_of_files_is_told_and_keeps_what_was(place):
+def test_a_limit_on_file_size_is_reported_and_keeps_old_results(place):
     arguments = [sys.executable, "-c", "import sys; from bristle.cli.main import main; sys.exit(main())"]
     arguments += ["identify", "log.csv", "--axis", "axis.toml", "--model", "viscous", "--draws", "0"]
     arguments += ["--out", "run", "--force"]
@@ -226,7 +226,7 @@ def test_a_limit_on_the_size_of_files_is_told_and_keeps_what_was(place):
     assert [item.name for item in (*place.glob("run*"), *place.glob("bristle-*"))] == ["run"]
 
 
-def test_what_a_model_of_ones_own_prints_is_no_part_of_the_object(bristle, place):
+def test_output_of_a_user_model_is_not_part_of_the_json(bristle, place):
     custom = place / "own.py"
     custom.write_text(f"print('hello')\n{custom.read_text()}")
     ended = bristle("identify", "log.csv", "--axis", "axis.toml", "--model", "own.py", "--draws", 0, "--json")
@@ -234,13 +234,13 @@ def test_what_a_model_of_ones_own_prints_is_no_part_of_the_object(bristle, place
     assert ended.err == "hello\n"
 
 
-def test_a_model_of_ones_own_that_drives_is_warned_of(bristle, place):
+def test_a_user_model_that_creates_energy_causes_a_warning(bristle, place):
     custom = place / "own.py"
     custom.write_text(custom.read_text().replace("return p.F_0", "return -p.F_0"))
     ended = bristle("identify", "log.csv", "--axis", "axis.toml", "--model", "own.py", "--draws", 0)
     assert ended.code == 0
     (line,) = [line for line in ended.err.splitlines() if "contract" in line]
-    assert line.startswith("bristle: warning: own.py: does not meet the contract of a friction model: ")
+    assert line.startswith("bristle: warning: own.py: fails the contract of a friction model: ")
     assert "opposes sliding, dissipates" in line
 
 
@@ -276,7 +276,7 @@ def test_an_axis_file_sets_thresholds(bristle, place):
     assert "identification.settings.nothing" in refused.err
 
 
-def test_a_delay_that_was_found_is_told_before_the_parameters(bristle, place):
+def test_an_identified_delay_is_printed_before_the_parameters(bristle, place):
     rows = Path("log.csv").read_text().splitlines()
     cells = [row.split(",") for row in rows]
     late = [[*cells[i][:3], cells[max(i - 4, 1)][3]] for i in range(1, len(cells))]
@@ -287,7 +287,7 @@ def test_a_delay_that_was_found_is_told_before_the_parameters(bristle, place):
     assert rest
 
 
-def test_the_help_says_how_many_draws_there_may_be(bristle):
+def test_the_help_states_the_range_of_draws(bristle):
     assert "0, or 20 to" in " ".join(bristle("identify", "--help").out.split()).replace("│ ", "")
 
 
@@ -298,7 +298,7 @@ def next_command(result):
 
 
 @pytest.mark.slow
-def test_the_next_step_runs_as_it_is_named(bristle, place):
+def test_the_printed_next_command_runs(bristle, place):
     result = bristle("identify", "log.csv", "--axis", "axis.toml", "--draws", "0", "--out", "run")
     command = next_command(result)
     assert command[:2] == ["run", str(Path("run/experiment.toml"))]
@@ -326,7 +326,7 @@ def test_the_next_step_runs_as_it_is_named(bristle, place):
 
 
 @pytest.mark.slow
-def test_of_an_axis_without_a_loop_two_gains_are_filled_in(bristle, place):
+def test_an_axis_without_a_controller_gets_two_gaps_for_gains(bristle, place):
     lines = Path("axis.toml").read_text().split("[controller]")[0].splitlines()
     Path("open.toml").write_text("\n".join(line for line in lines if not line.startswith("reference")))
     result = bristle("identify", "log.csv", "--axis", "open.toml", "--draws", "0", "--out", "run")

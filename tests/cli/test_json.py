@@ -45,7 +45,7 @@ LONG = {"json_excite", "json_predict_with_band", "json_design_diverging"} | {
 @pytest.mark.parametrize(
     "case", [pytest.param(item, id=item.name.removeprefix("json_"), marks=[pytest.mark.slow] if item.name in LONG else []) for item in FAST]
 )
-def test_no_key_is_gone_and_no_name_is_another_one(case):
+def test_no_key_is_missing_and_no_name_has_changed(case):
     frozen = json.loads(case.file.read_text(encoding="utf-8"))
     result = [str(difference) for difference in differences(frozen, printed(case))]
     if COMPILER is None:  # then `check` cannot compare the bits of C, and says so
@@ -54,7 +54,7 @@ def test_no_key_is_gone_and_no_name_is_another_one(case):
 
 
 @pytest.mark.parametrize("command", DOCUMENTED)
-def test_it_has_the_keys_that_are_documented_and_no_others(command):
+def test_json_has_exactly_the_documented_keys(command):
     result, keys = printed(CASES[f"json_{DOCUMENTED[command]}"])["json"], documented(command)
     assert [key for key in keys if not is_found(result, key)] == []
     assert set(result) == {re.split(r"[.\[]", key)[0] for key in keys}
@@ -62,7 +62,7 @@ def test_it_has_the_keys_that_are_documented_and_no_others(command):
     assert set(entry) <= {part for key in keys for part in key.split(".")}
 
 
-def test_every_command_is_among_them():
+def test_every_command_has_documented_json():
     assert {registered_command.name for registered_command in app.registered_commands} == {line.split()[0] for line in COMMANDS.values()}
 
 
@@ -118,5 +118,5 @@ def test_the_skeleton_of_a_result():
         ({"provenance": {}}, ["provenance.command"]),
     ],
 )
-def test_what_is_gone_is_told_and_what_is_added_is_not(changed, places):
+def test_missing_keys_are_reported_and_added_keys_are_not(changed, places):
     assert [difference.path for difference in differences(skeleton(RESULT), skeleton(RESULT | changed))] == places

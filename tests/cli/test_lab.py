@@ -37,7 +37,7 @@ def test_it_writes_a_page_with_or_without_a_model(page, tmp_path, capsys):
     assert sorted(file.name for file in tmp_path.iterdir()) == ["lab.html", "model.toml"]
 
 
-def test_the_page_gets_what_the_file_knows(tmp_path, monkeypatch):
+def test_the_page_gets_the_facts_of_the_file(tmp_path, monkeypatch):
     facts = {}
     monkeypatch.setattr("bristle.lab.lab_page", lambda **values: facts.update(values) or MARK)
     file = model_in(tmp_path)
@@ -52,9 +52,9 @@ def test_the_page_gets_what_the_file_knows(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("options", [[], ["--force"]])
-def test_nothing_of_another_is_replaced(page, options, capsys):
+def test_a_foreign_file_is_not_replaced(page, options, capsys):
     page.write_text("mine")
-    with pytest.raises(br.core.InputError, match="is no page of the lab, or was changed since"):
+    with pytest.raises(br.core.InputError, match="is not an unchanged page of the lab"):
         run(["lab", "--out", str(page), *options])
     assert page.read_text() == "mine"
 
@@ -62,7 +62,7 @@ def test_nothing_of_another_is_replaced(page, options, capsys):
 def test_a_page_is_replaced_only_when_asked_for(page):
     page.write_text(sealed(f"{MARK} old"))
     old = page.read_text()
-    with pytest.raises(br.core.InputError, match="there already"):
+    with pytest.raises(br.core.InputError, match="already exists"):
         run(["lab", "--out", str(page)])
     assert page.read_text() == old
     assert run(["lab", "--out", str(page), "--force"]) == 0
@@ -76,20 +76,20 @@ def test_a_page_with_a_remark_a_link_to_one_and_a_pipe_are_not_replaced(page, tm
     (tmp_path / "link.html").symlink_to(page)
     os.mkfifo(tmp_path / "pipe.html")
     for name in ("link.html", "pipe.html"):
-        with pytest.raises(br.core.InputError, match="is no page of the lab, or was changed since"):
+        with pytest.raises(br.core.InputError, match="is not an unchanged page of the lab"):
             run(["lab", "--out", str(tmp_path / name), "--force"])
     page.write_text(written.replace("None", "None, and an hour of work"))
-    with pytest.raises(br.core.InputError, match="or was changed since"):
+    with pytest.raises(br.core.InputError, match="is not an unchanged page"):
         run(["lab", "--out", str(page), "--force"])
     assert "an hour of work" in page.read_text()
 
 
-def test_a_folder_that_is_not_there_is_told(tmp_path, page):
+def test_a_missing_folder_is_reported(tmp_path, page):
     with pytest.raises(br.core.InputError, match="cannot be written"):
         run(["lab", "--out", str(tmp_path / "nowhere" / "lab.html")])
 
 
-def test_the_lab_is_served_with_what_was_chosen(monkeypatch, capsys):
+def test_the_lab_is_served_with_the_given_options(monkeypatch, capsys):
     calls = []
 
     def serve(*, announce, **chosen):
@@ -112,37 +112,37 @@ def test_the_lab_is_served_with_what_was_chosen(monkeypatch, capsys):
     ("line", "words"),
     [
         (["lab"], "--out: is missing"),
-        (["lab", "--port", "8000", "--out", "x.html"], "belongs to --serve"),
-        (["lab", "--no-open", "--out", "x.html"], "belongs to --serve"),
-        (["lab", "model.toml", "--serve"], "does not go with --serve"),
-        (["lab", "--serve", "--out", "x.html"], "does not go with --serve"),
-        (["lab", "--serve", "--port", "70000"], "is no port"),
+        (["lab", "--port", "8000", "--out", "x.html"], "applies to --serve only"),
+        (["lab", "--no-open", "--out", "x.html"], "applies to --serve only"),
+        (["lab", "model.toml", "--serve"], "cannot be combined with --serve"),
+        (["lab", "--serve", "--out", "x.html"], "cannot be combined with --serve"),
+        (["lab", "--serve", "--port", "70000"], "is not a port"),
     ],
 )
-def test_what_does_not_go_together_is_told(line, words):
+def test_conflicting_options_are_refused(line, words):
     with pytest.raises(br.core.InputError, match=words):
         run(line)
 
 
 @pytest.mark.parametrize("package", ["starlette", "uvicorn"])
-def test_what_is_not_installed_is_told_with_the_command_that_installs_it(monkeypatch, package):
+def test_a_missing_package_is_reported_with_its_install_command(monkeypatch, package):
     monkeypatch.setattr("bristle.server.run.find_spec", lambda name: None if name == package else object())
     with pytest.raises(br.core.errors.MissingExtraError, match=r'pip install "bristle\[lab\]"'):
         run(["lab", "--serve"])
 
 
-def test_what_serves_is_not_loaded_before_it_is_known_to_be_installed():
+def test_the_server_is_loaded_only_if_it_is_installed():
     code = "import sys; sys.modules['starlette'] = sys.modules['uvicorn'] = None; from bristle.server import Limits, serve"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, check=False).returncode == 0
 
 
-def test_a_port_that_is_taken_is_told():
+def test_an_occupied_port_is_reported():
     from bristle.server.run import listening_on
 
     with listening_on(0) as listening:
         address, port = listening.getsockname()
         assert address == "127.0.0.1"
-        with pytest.raises(br.core.InputError, match=r"listened to: [^()]+; found \d+\. Leave --port away"):
+        with pytest.raises(br.core.InputError, match=r"listened to: [^()]+; found \d+\. Leave --port out"):
             run(["lab", "--serve", "--no-open", "--port", str(port)])
 
 

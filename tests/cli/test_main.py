@@ -61,7 +61,7 @@ def test_every_command_has_an_example_and_json(bristle, command):
     assert "--json" in shown.out
 
 
-def test_the_list_of_commands_tells_each_in_a_whole_sentence(bristle):
+def test_the_list_of_commands_has_whole_sentences(bristle):
     shown = bristle("--help").out.partition("Commands:")[2]
     assert [line.split()[0] for line in shown.strip().splitlines()] == COMMANDS
     assert "..." not in shown
@@ -78,7 +78,7 @@ def test_the_list_of_commands_tells_each_in_a_whole_sentence(bristle):
         (["predict", "--mode"], "--mode"),
     ],
 )
-def test_a_mistyped_command_line_is_one_line_that_says_how_to_go_on(bristle, arguments, words):
+def test_a_mistyped_command_line_gives_one_line_with_advice(bristle, arguments, words):
     ended = bristle(*arguments)
     assert ended.code == 2
     assert ended.out == ""
@@ -88,7 +88,7 @@ def test_a_mistyped_command_line_is_one_line_that_says_how_to_go_on(bristle, arg
 
 
 @pytest.mark.parametrize("removed", REMOVED)
-def test_what_an_earlier_release_had_is_refused_by_name_with_what_takes_its_place(bristle, removed):
+def test_removed_options_are_refused_with_their_replacement(bristle, removed):
     command, _, option = removed.rpartition(" ")
     arguments = [removed] if not removed.startswith("--") and not command else [command or "identify", option, "1"]
     ended = bristle(*arguments)
@@ -96,7 +96,7 @@ def test_what_an_earlier_release_had_is_refused_by_name_with_what_takes_its_plac
     assert f"{option} was removed. {REMOVED[removed]}" in ended.err
 
 
-def test_a_size_limit_of_the_environment_holds(bristle, place, monkeypatch):
+def test_a_size_limit_of_the_environment_applies(bristle, place, monkeypatch):
     monkeypatch.setenv("BRISTLE_SIZE_LIMIT", "1 kB")
     ended = bristle("log", "log.csv")
     assert (ended.code, "up to 1 kB" in ended.err) == (2, True)
@@ -121,7 +121,7 @@ def test_a_bug_is_one_message_and_a_saved_traceback(bristle, monkeypatch, place)
 
 
 @pytest.mark.parametrize(("error", "code"), [(KeyboardInterrupt(), 130), (MemoryError(), 2), (BrokenPipeError(32, "Broken pipe"), 0)])
-def test_other_ends_have_codes_of_their_own(bristle, monkeypatch, error, code):
+def test_other_ends_have_separate_codes(bristle, monkeypatch, error, code):
     def ends(*_, **__):
         raise error
 
@@ -137,7 +137,7 @@ def test_other_ends_have_codes_of_their_own(bristle, monkeypatch, error, code):
 @pytest.mark.parametrize(
     ("number", "code", "said"), [(signal.SIGINT, 130, "interrupted"), (signal.SIGTERM, 143, "terminated"), (signal.SIGHUP, 129, "hung up")]
 )
-def test_a_signal_ends_the_work_and_leaves_nothing(place, number, code, said):
+def test_a_signal_ends_the_work_without_files(place, number, code, said):
     process = subprocess.Popen(
         [sys.executable, "-c", INTERRUPTIBLE, "identify", "log.csv", "--axis", "axis.toml", "--model", "lugre", "--out", "run"],
         stdout=subprocess.PIPE,
@@ -182,7 +182,7 @@ sys.exit(main(["identify"]))
         ((signal.SIGINT, signal.SIGINT), 130, ["interrupted: waiting for a library", "interrupted"]),
     ],
 )
-def test_native_code_that_never_returns_is_ended_and_leaves_nothing(tmp_path, numbers, code, said):
+def test_native_code_that_never_returns_is_ended_without_files(tmp_path, numbers, code, said):
     process = subprocess.Popen([sys.executable, "-c", NATIVE], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=tmp_path)
     assert process.stdout is not None
     assert process.stdout.readline() == "working\n"
@@ -242,7 +242,7 @@ def test_a_signal_that_a_finalizer_swallows_is_sent_again():
         work()
 
 
-def test_what_repeats_within_a_second_does_not_end_the_cleaning_up():
+def test_a_repeated_signal_within_a_second_does_not_end_the_cleanup():
     done = []
 
     def work():
@@ -258,7 +258,7 @@ def test_what_repeats_within_a_second_does_not_end_the_cleaning_up():
     assert done == ["cleaned"]
 
 
-def test_what_was_changed_for_signals_is_put_back():
+def test_changes_for_signals_are_restored():
     hook, before = sys.unraisablehook, len(os.listdir("/proc/self/fd")) if Path("/proc/self/fd").exists() else 0
     woken, waking = os.pipe()
     os.set_blocking(waking, False)
@@ -276,7 +276,7 @@ def test_what_was_changed_for_signals_is_put_back():
     assert not before or len(os.listdir("/proc/self/fd")) == before
 
 
-def test_a_signal_that_asks_for_something_else_ends_nothing():
+def test_a_signal_with_another_purpose_does_not_end_the_program():
     # Were it watched, nobody would see it, and the process would end after two seconds.
     received = []
     before = signal.signal(signal.SIGUSR1, lambda number, _: received.append(number))
@@ -289,7 +289,7 @@ def test_a_signal_that_asks_for_something_else_ends_nothing():
     assert received == [signal.SIGUSR1]
 
 
-def test_another_error_that_a_finalizer_drops_is_told_as_before(monkeypatch):
+def test_other_errors_dropped_by_a_finalizer_are_reported_as_before(monkeypatch):
     class Last:
         def __del__(self):
             raise ValueError("dropped")
@@ -317,7 +317,7 @@ def test_a_signal_that_an_import_would_swallow_is_sent_again(tmp_path, monkeypat
         work()
 
 
-def test_signals_that_are_ignored_stay_so_and_handlers_come_back():
+def test_ignored_signals_stay_ignored_and_handlers_are_restored():
     before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
     try:
         with ended_by_signals():
@@ -328,7 +328,7 @@ def test_signals_that_are_ignored_stay_so_and_handlers_come_back():
         signal.signal(signal.SIGHUP, before)
 
 
-def test_an_interrupt_while_commands_are_imported_is_told_in_one_line(monkeypatch, capsys):
+def test_an_interrupt_during_imports_is_reported_in_one_line(monkeypatch, capsys):
     class Interrupting:
         def find_spec(self, name, *_):
             if name == "bristle.cli.application":
@@ -341,7 +341,7 @@ def test_an_interrupt_while_commands_are_imported_is_told_in_one_line(monkeypatc
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
-def test_an_output_that_takes_nothing_is_said_once():
+def test_a_full_output_is_reported_once():
     with open("/dev/full", "w") as full:
         ended = subprocess.run(
             [sys.executable, "-c", "import sys; from bristle.cli.main import main; sys.exit(main(['models']))"],
@@ -357,7 +357,7 @@ def test_an_output_that_takes_nothing_is_said_once():
 
 @pytest.mark.slow
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
-def test_an_output_that_takes_nothing_does_not_take_the_results_away(place):
+def test_a_full_output_keeps_the_results(place):
     with open("/dev/full", "w") as full:
         process = [sys.executable, "-c", INTERRUPTIBLE, "run", "experiment.toml", "--out", "run"]
         ended = subprocess.run(process, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
@@ -372,7 +372,7 @@ ENDS = [(["models"], 0), (["models", "--json"], 0), (["nonsense"], 2), (["log", 
 @pytest.mark.fast_cases(1)
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
 @pytest.mark.parametrize(("arguments", "code"), ENDS)
-def test_messages_that_nobody_takes_change_no_exit_code(place, arguments, code):
+def test_unwritable_messages_change_no_exit_code(place, arguments, code):
     with open("/dev/full", "w") as full:
         process = [sys.executable, "-c", INTERRUPTIBLE, *arguments]
         assert subprocess.run(process, stdout=subprocess.DEVNULL, stderr=full, check=False).returncode == code
@@ -402,29 +402,29 @@ def as_typed(*arguments: str, **environment: str) -> subprocess.CompletedProcess
 
 @pytest.mark.fast_cases(2)
 @pytest.mark.parametrize("seconds", ["never", "9" * 20, "", "1.5"])
-def test_settings_that_others_made_are_left_out(place, seconds):
+def test_compiler_settings_of_other_programs_are_dropped(place, seconds):
     ended = as_typed("models", NUMBA_CPU_FEATURES="-sse2", NUMBA_NUM_THREADS="abc", NUMBA_DISABLE_JIT="0", SOURCE_DATE_EPOCH=seconds)
     assert (ended.returncode, ended.stderr) == (0, "")
     assert ended.stdout.splitlines()[-1] == "['NUMBA_DISABLE_JIT']"
 
 
-def test_a_date_that_a_build_is_given_stays(place):
+def test_a_valid_build_date_is_kept(place):
     ended = as_typed("models", SOURCE_DATE_EPOCH="1700000000")
     assert "SOURCE_DATE_EPOCH" in ended.stdout.splitlines()[-1]
 
 
-def test_a_thread_of_a_persons_own_model_does_not_keep_the_command_from_ending(tmp_path):
+def test_a_thread_of_a_user_model_does_not_block_the_exit(tmp_path):
     custom = tmp_path / "own.py"
     custom.write_text("import threading, time\nthreading.Thread(target=time.sleep, args=(1000.0,)).start()\n")
     ended = as_typed("check", str(custom))
     assert ended.returncode == 2
-    assert "defines nothing that can be checked" in ended.stderr
-    assert "End the file with one of them, such as MODEL = FrictionModel(...)" in ended.stderr
+    assert "defines no object that can be checked" in ended.stderr
+    assert "End the file with such an object, for example MODEL = FrictionModel(...)" in ended.stderr
 
 
 @pytest.mark.skipif(os.name != "posix", reason="limits of POSIX")
 @pytest.mark.parametrize("option", ["-v", "-d"])
-def test_a_limit_on_memory_that_libraries_would_choke_on_is_told_before_they_are_loaded(option):
+def test_too_low_a_memory_limit_is_reported_before_libraries_load(option):
     code = "from bristle.cli.main import main; raise SystemExit(main(['models']))"
     words = f'ulimit {option} 327680; exec "$0" -c "{code}"'
     ended = subprocess.run(["sh", "-c", words, sys.executable], capture_output=True, text=True, check=False, timeout=60)
@@ -450,7 +450,7 @@ def test_a_closed_output_changes_no_exit_code(place, arguments, code):
 
 
 @pytest.mark.parametrize("json", [(), ("--json",)])
-def test_a_reader_that_has_had_enough_is_no_error(json):
+def test_a_closed_pipe_is_no_error(json):
     code = f"import sys; from bristle.cli.main import main; sys.exit(main(['models', *{json!r}]))"
     process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     assert process.stdout is not None
@@ -462,7 +462,7 @@ def test_a_reader_that_has_had_enough_is_no_error(json):
     assert errors == b""
 
 
-def test_any_encoding_of_the_terminal_will_do():
+def test_any_encoding_of_the_terminal_works():
     ended = run_apart("models", "lugre", env=os.environ | {"PYTHONIOENCODING": "ascii", "PYTHONUTF8": "0"})
     assert ended.returncode == 0
     assert "N*m*s/rad" in ended.stdout.decode("ascii")

@@ -20,7 +20,7 @@ def test_every_friction_model_is_listed_with_units_and_ranges(bristle):
 
 
 @pytest.mark.parametrize("name", [*MODELS, "lugre+asymmetry", "cascade", "inertia", "encoder", "sine", "recorded", *OPERATORS])
-def test_one_by_name(bristle, name):
+def test_a_model_is_shown_by_name(bristle, name):
     shown = bristle("models", name)
     assert shown.code == 0
     (item,) = bristle("models", name, "--json").data["models"]

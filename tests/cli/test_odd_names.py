@@ -37,7 +37,7 @@ def assert_can_be_written(result):
     (result.out + result.err).encode()  # no half of a letter among them
 
 
-def test_a_log_and_the_axis_file_that_it_speaks_of(bristle, odd):
+def test_a_log_and_its_proposed_axis_file(bristle, odd):
     result = bristle("log", str(odd), "--write", "axis.toml", "--json", "--out", "contents")
     assert_can_be_written(result)
     assert result.data["file"] == f"{SHOWN}.csv"
@@ -60,7 +60,7 @@ def test_an_identification_without_an_axis_file_writes_files_that_can_be_read(br
     assert json.loads(Path("results/summary.json").read_bytes())["provenance"]["log"] == f"{SHOWN}.csv"
 
 
-def test_a_fleet_goes_on_with_such_logs(bristle, odd):
+def test_a_fleet_continues_with_such_logs(bristle, odd):
     command = ("identify", ODD, "--each", "--draws", "0", "--workers", "1", "--out", "fleet")
     assert_can_be_written(bristle(*command))
     write_log(Path(ODD) / f"second_{ODD}.csv", seed=1)
@@ -70,7 +70,7 @@ def test_a_fleet_goes_on_with_such_logs(bristle, odd):
     assert [(log["folder"], log["log"]) for log in study["logs"]] == [(SHOWN, f"{SHOWN}.csv"), (SHOWN, f"second_{SHOWN}.csv")]
 
 
-def test_a_fleet_goes_on_where_the_file_of_such_a_name_is_no_log(bristle, odd):
+def test_a_fleet_continues_after_a_file_that_is_not_a_log(bristle, odd):
     for number in range(2):
         write_log(Path("logs") / f"press_{number}.csv", seed=number)
     (Path("logs") / f"{ODD}.csv").write_text("this is no log\n")
@@ -93,13 +93,13 @@ def test_a_log_that_cannot_be_used_is_refused_by_its_escaped_name(bristle, odd):
     assert str(caught.value).isprintable()
 
 
-def test_the_name_of_an_axis_file_too(odd):
+def test_an_axis_file_is_refused_by_its_escaped_name(odd):
     path = Path(f"{ODD}.toml")
     path.write_text("schema = 1\nkind = 3\n")
     with pytest.raises(InputError, match=r"press_\\xff\.toml"):
         read_axis(path)
 
 
-def test_bytes_that_are_no_letters_are_told_by_their_numbers():
+def test_bytes_that_are_not_letters_are_shown_as_numbers():
     assert escaped(os.fsdecode(b"a\xff\xc3\xa4\n")) == "a\\xff\u00e4\n"
     assert printable(os.fsdecode(b"a\xff\n\x1b")) == "a\\xff  "

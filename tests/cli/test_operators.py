@@ -59,7 +59,7 @@ def test_identify_and_predict(bristle, loops):  # noqa: F811
     }
 
 
-def test_what_was_fitted_before_an_interruption_is_written_and_marked(bristle, loops, monkeypatch):  # noqa: F811
+def test_fits_before_an_interruption_are_written_and_marked(bristle, loops, monkeypatch):  # noqa: F811
     def interrupted(*values, **options):
         raise KeyboardInterrupt
 
@@ -78,7 +78,7 @@ def test_what_was_fitted_before_an_interruption_is_written_and_marked(bristle, l
     assert not (loops / "none").exists()
 
 
-def test_what_a_person_reads(bristle, loops):  # noqa: F811
+def test_readable_output_of_operators(bristle, loops):  # noqa: F811
     message = bristle("identify", loops / "loops.csv", "--axis", loops / "axis.toml", "--model", "preisach_grid")
     assert message.code == 0, message.err
     assert "Operators compared" in message.out
@@ -102,7 +102,7 @@ def test_an_operator_has_its_certificates_and_its_reports(bristle, loops):  # no
 @pytest.mark.parametrize(
     ("arguments", "said"), [(("--model", "lugre"), "is none of the choices"), (("--model", "reversal_table"), "needs reversal curves")]
 )
-def test_what_cannot_be_identified_ends_with_a_message(bristle, loops, arguments, said):  # noqa: F811
+def test_unsuitable_curves_end_with_a_message(bristle, loops, arguments, said):  # noqa: F811
     refused = bristle("identify", loops / "loops.csv", "--axis", loops / "axis.toml", *arguments)
     assert refused.code == 2
     assert said in refused.err
@@ -111,8 +111,8 @@ def test_what_cannot_be_identified_ends_with_a_message(bristle, loops, arguments
 def test_two_files_and_a_missing_axis_are_refused(bristle, loops):  # noqa: F811
     log = loops / "loops.csv"
     refused = bristle("identify", log, log, "--axis", loops / "axis.toml")
-    assert (refused.code, "takes one file of curves" in refused.err) == (2, True)
+    assert (refused.code, "needs a single file of curves" in refused.err) == (2, True)
     done = bristle("identify", log, "--axis", loops / "axis.toml", "--model", "preisach", "--out", loops / "out")
     assert done.code == 0
     refused = bristle("predict", loops / "out" / "model.toml", log)
-    assert (refused.code, "says which columns are input and output" in refused.err) == (2, True)
+    assert (refused.code, "names the columns of input and output" in refused.err) == (2, True)

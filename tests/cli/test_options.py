@@ -64,7 +64,7 @@ def test_a_name_holds_a_file_of_code(name, own):
     assert holds_own(name) is own
 
 
-def test_what_is_not_named_is_not_read():
+def test_unnamed_files_are_not_read():
     assert toml_content(None) is None
     assert own_figures(None, "run", has_folder=False) == ((), ())
     with own_readers(None) as nothing:
@@ -101,7 +101,7 @@ def reported(capsys, **options):
     return capsys.readouterr()
 
 
-def test_a_command_tells_numbers_or_words(capsys):
+def test_a_command_prints_json_or_text(capsys):
     words, numbers = reported(capsys), reported(capsys, as_json=True)
     assert (words.out, words.err) == ("paragraph\n", "bristle: careful\n")
     assert (numbers.out, numbers.err) == ('{\n  "a": 1\n}\n', "")
@@ -109,7 +109,7 @@ def test_a_command_tells_numbers_or_words(capsys):
     assert capsys.readouterr().out == '{\n  "b": null\n}\n'
 
 
-def test_a_command_says_where_results_lie(capsys):
+def test_a_command_names_the_folder_of_results(capsys):
     assert reported(capsys, out=Path("there")).err.endswith("bristle: wrote there; open there/report.html in a browser\n")
     Output(SimpleNamespace(obj="x"), out=Path("there")).tell({}, files="a.c")
     assert capsys.readouterr().err == "bristle: wrote there: a.c\n"
@@ -141,7 +141,7 @@ def test_groups_of_options_become_options():
     assert command(name="x", first=3, second="y", last=True) == ("x", Group(3, "y"), True)
 
 
-def test_a_command_is_told_without_folders():
+def test_a_command_line_is_stored_without_folders():
     assert command_told(["identify", "a/b.csv", "--axis", "c/d.toml,e/f.toml", "--out=g/h/"], "/") == (
         "bristle identify b.csv --axis d.toml,f.toml --out=h"
     )
@@ -152,30 +152,30 @@ def test_a_command_is_told_without_folders():
 
 
 @pytest.mark.parametrize(("is_whole", "statuses", "code"), [(True, {OK: 3}, 0), (False, {OK: 3}, 1), (True, {"diverged": 3}, 1)])
-def test_a_study_ends_well_where_all_runs_are_there_and_some_are_good(is_whole, statuses, code):
+def test_a_study_succeeds_with_all_runs_and_some_good_ones(is_whole, statuses, code):
     assert study.exit_code(SimpleNamespace(lost=[], is_whole=is_whole), {"statuses": statuses}) == code
 
 
 @pytest.mark.parametrize(
-    ("code", "words"), [(None, "as the cluster tells it"), (-9, "by signal 9"), (3, "with code 3"), (0, "with code 0")]
+    ("code", "words"), [(None, "reported by the cluster"), (-9, "by signal 9"), (3, "with code 3"), (0, "with code 0")]
 )
-def test_runs_that_no_process_lived_through_are_told(capsys, code, words):
+def test_runs_that_crash_every_process_are_reported(capsys, code, words):
     lost = [(SimpleNamespace(first=10, last=20), code)]
     study.exit_code(SimpleNamespace(lost=lost, is_whole=False), {"statuses": {}})
-    assert f"runs 10 to 19 are missing: each process that simulated them ended ({words})" in capsys.readouterr().err
+    assert f"runs 10 to 19 are missing: every process that simulated them crashed ({words})" in capsys.readouterr().err
 
 
-def test_who_interrupts_is_told_what_is_kept(capsys):
+def test_an_interruption_reports_the_kept_runs(capsys):
     with pytest.raises(KeyboardInterrupt), study.interruptible(Path("out"), "runs"):
         raise KeyboardInterrupt
-    assert capsys.readouterr().err == "bristle: out keeps the runs that are done; the same command goes on\n"
+    assert capsys.readouterr().err == "bristle: out keeps the finished runs. The same command continues\n"
 
 
-def test_values_of_a_run_are_told_in_words():
+def test_values_of_a_run_are_written_as_text():
     values = {"plant.M": 20.0, "run.delay": 2, "friction.k_i": [1.0, 2.0, 3.0], "x": 0.5}
     text = study._in_words(values, {"plant.M": "kg", "x": ""})
     assert text.replace("\u00a0", " ") == "plant.M = 20 kg, run.delay = 2, friction.k_i = 3 numbers, x = 0.5"
-    assert study._in_words({}, {}) == "nothing varies but the seed"
+    assert study._in_words({}, {}) == "only the seed varies"
 
 
 # --- logs and models -------------------------------------------------------------------------------------------------
@@ -195,7 +195,7 @@ def column(name, **facts):
     } | facts
 
 
-def test_columns_of_a_log_are_told_in_six_digits():
+def test_columns_of_a_log_have_six_digits():
     table = _table("T", [column("x"), column("y", unit="furlong", column="c"), column("z", unit="qwe")])
     assert table.heads == ("Name", "Column", "Unit", "Samples", "Min", "Max", "Mean", "Std", "Step")
     assert list(table.rows[0]) == ["x", "", "mm", "3", "0.123457", "–", "1", "2", "0.5"]
@@ -210,10 +210,10 @@ def summary(count, **changed):
 def test_of_many_columns_the_first_hundred_are_shown():
     assert len(_parts(summary(MOST_COLUMNS))) == 1
     table, rest = _parts(summary(MOST_COLUMNS + 2))
-    assert (len(table.rows), rest) == (100, "... and 2 columns more. --json has all of them.")
+    assert (len(table.rows), rest) == (100, "... and 2 more columns. --json lists all.")
 
 
-def test_a_rate_is_told_with_its_duration():
+def test_a_rate_is_printed_with_its_duration():
     assert _parts(summary(1, rate=1000.0))[1] == "1000 samples a second."
     assert _parts(summary(1, rate=1000.0, duration=2.5))[1] == "1000 samples a second, 2.5 s."
 
@@ -234,18 +234,18 @@ def test_notes_and_diagnostics_come_last():
         (Variable("force", "force", min=0.0), ">= 0"),
     ],
 )
-def test_a_range_stands_without_its_unit(variable, words):
+def test_a_range_is_written_without_its_unit(variable, words):
     assert models._range(variable) == words
 
 
 @pytest.mark.parametrize(
     ("name", "words"),
     [
-        ("lugra", r"NAME: there is no such model; found 'lugra'.*'lugre'.*All of them: bristle models"),
-        ("cascade+asymmetry", "NAME: a controller takes no slots; found 'cascade.asymmetry'. Write cascade"),
+        ("lugra", r"NAME: is not a known model; found 'lugra'.*'lugre'.*For a list type: bristle models"),
+        ("cascade+asymmetry", "NAME: a controller has no slots; found 'cascade.asymmetry'. Write cascade"),
     ],
 )
-def test_a_name_that_is_no_model_is_refused(name, words):
+def test_an_unknown_model_is_refused(name, words):
     with pytest.raises(InputError, match=words):
         models._selected(name)
 
@@ -257,7 +257,7 @@ def test_a_model_is_found_in_its_family():
     assert list(models._families()) == ["friction", "hysteresis", "plant", "controller", "sensor", "reference", "slot"]
 
 
-def test_a_model_of_ones_own_is_tried_and_then_allowed(tmp_path, monkeypatch):
+def test_a_user_model_is_tested_and_then_allowed(tmp_path, monkeypatch):
     (tmp_path / "own.py").write_text(USER_MODEL)
     order = []
     monkeypatch.setattr("bristle.testing.admit", lambda model: order.append(model.name))
@@ -266,7 +266,7 @@ def test_a_model_of_ones_own_is_tried_and_then_allowed(tmp_path, monkeypatch):
     assert (chosen.name, order) == ("own+asymmetry", ["own+asymmetry", "own.py"])
 
 
-def test_a_model_that_an_experiment_identifies_is_told_with_the_error_or_as_identified_before(tmp_path, monkeypatch, capsys):
+def test_an_identified_model_is_reported_with_its_error_or_as_earlier(tmp_path, monkeypatch, capsys):
     fit, asked = SimpleNamespace(name="lugre", error_percent=2.3456), []
     prepared = [SimpleNamespace(name="axis", best=best, folder=Path("fit")) for best in (None, fit)]
     monkeypatch.setattr("bristle.report.prepared.prepare", lambda content, **how: asked.append(how) or prepared)
@@ -274,7 +274,7 @@ def test_a_model_that_an_experiment_identifies_is_told_with_the_error_or_as_iden
     (tmp_path / "a.toml").write_text("schema = 1")
     assert options.experiment_in(tmp_path / "a.toml", allow_code=True, progress=print) == "a.toml"
     assert capsys.readouterr().err.splitlines() == [
-        "bristle: axis: as identified before, fit",
+        "bristle: axis: identified earlier; see fit",
         "bristle: axis: identified (lugre, error 2.35 %); see fit/report.html",
     ]
     allowed = {"allow_code": True, "size_limit": size_limit()}

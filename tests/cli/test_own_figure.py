@@ -87,7 +87,7 @@ def later(place):
     ],
     ids=["log", "run", "identify", "compare", "design", "run of a study", "study", "predict"],
 )
-def test_it_stands_behind_the_others_and_among_the_files(bristle, later, command, takes):
+def test_a_user_figure_follows_the_others_and_is_a_file(bristle, later, command, takes):
     result = bristle(*command, *own(takes=takes), "--format", "svg", "--format", "csv", "--json")
     assert result.code == 0, result.err
     text = page()
@@ -106,7 +106,7 @@ def test_it_stands_behind_the_others_and_among_the_files(bristle, later, command
     assert text.count("<figure id=") == len(list(Path("run/figures").glob("*.svg"))) > 1
 
 
-def test_without_one_there_is_no_such_section(bristle, place):
+def test_without_a_user_figure_there_is_no_such_section(bristle, place):
     assert bristle(*PREDICT).code == 0
     assert 'id="further"' not in page()
 
@@ -134,7 +134,7 @@ def test_the_example_shows_the_residual_along_the_travel(bristle, place):
         ("axes.text(0, 0, '$\\\\frac{$', parse_math=True)", "mine: the figure mine is not drawn: ValueError"),
     ],
 )
-def test_one_that_fails_costs_nothing_but_itself_and_is_told(bristle, place, line, said):
+def test_a_failing_user_figure_is_omitted_and_reported(bristle, place, line, said):
     assert bristle(*PREDICT, "--format", "svg").code == 0
     before = written_in("run"), written_in_figures()
     result = bristle(*PREDICT, *own(line.replace("\\\\", "\\")), "--format", "svg", "--force")
@@ -148,7 +148,7 @@ def test_one_that_fails_costs_nothing_but_itself_and_is_told(bristle, place, lin
 
 
 @pytest.mark.parametrize("format_", ["drawn", "written as a file"])
-def test_a_fault_in_a_figure_of_bristle_costs_that_figure_and_is_a_fault(bristle, place, monkeypatch, format_):
+def test_a_fault_in_a_built_in_figure_omits_it_and_is_a_fault(bristle, place, monkeypatch, format_):
     def broken(*_):
         raise ZeroDivisionError("of ours")
 
@@ -168,7 +168,7 @@ def written_in_figures():
     return {file.name for file in Path("run/figures").iterdir()}
 
 
-def test_one_that_fails_as_it_is_saved_costs_nothing_but_that_file(bristle, place):
+def test_a_figure_that_fails_on_saving_omits_only_that_file(bristle, place):
     body = "figure.__class__ = Bad"
     option = own(body)
     bad = (
@@ -185,7 +185,7 @@ def test_one_that_fails_as_it_is_saved_costs_nothing_but_that_file(bristle, plac
     assert 'id="figure-own-mine"' in page()
 
 
-def test_a_study_that_goes_on_draws_it_again_and_replaces_nobodys(bristle, later):
+def test_a_continued_study_redraws_it_and_replaces_no_other_file(bristle, later):
     assert bristle(*STUDY, *own("axes.plot(study.columns['friction.F_C'])", "study"), "--format", "svg").code == 0
     first = Path("run/figures/mine.svg").read_bytes()
     assert bristle(*STUDY, *own("pass", "study"), "--format", "svg").code == 0
@@ -196,7 +196,7 @@ def test_a_study_that_goes_on_draws_it_again_and_replaces_nobodys(bristle, later
     assert "changed since: figures/mine.svg. Move them elsewhere" in ended.err
 
 
-def test_it_cannot_change_the_results(bristle, place):
+def test_a_user_figure_cannot_change_the_results(bristle, place):
     assert bristle(*IDENTIFY).code == 0
     before = read_arrays(Path("run"), "traces")
     option = own("identification.best.traces.measured[:] = 0.0", "identification")
@@ -206,7 +206,7 @@ def test_it_cannot_change_the_results(bristle, place):
     assert all(np.array_equal(before[name], after[name]) for name in before)
 
 
-def test_what_the_report_has_only_at_times_is_told_where_it_has_not(bristle, place):
+def test_missing_optional_results_are_reported(bristle, place):
     axis = Path("axis.toml").read_text(encoding="utf-8")
     Path("axis.toml").write_text(axis[: axis.index("[controller]")], encoding="utf-8")
     result = bristle(*IDENTIFY, *own(takes="simulation"))
@@ -230,7 +230,7 @@ def test_what_the_report_has_only_at_times_is_told_where_it_has_not(bristle, pla
         (PREDICT, {"alternative": ""}, "its figure has no alternative"),
     ],
 )
-def test_one_that_cannot_be_drawn_is_refused_before_any_work(bristle, place, command, parts, said):
+def test_an_unsuitable_figure_is_refused_before_any_work(bristle, place, command, parts, said):
     own(**{key: value for key, value in parts.items() if key == "takes"})
     text = Path("mine.py").read_text()
     for part, value in parts.items():
@@ -243,7 +243,7 @@ def test_one_that_cannot_be_drawn_is_refused_before_any_work(bristle, place, com
     assert not Path("run").exists()
 
 
-def test_what_does_not_go_together_is_refused(bristle, place):
+def test_conflicting_options_are_refused(bristle, place):
     option = own()
     assert "--figure: needs a folder to write into. Add --out DIR" in bristle(*PREDICT[:-2], *option).err
     shutil.copy("mine.py", "again.py")
@@ -256,7 +256,7 @@ def test_what_does_not_go_together_is_refused(bristle, place):
     assert bristle(*IDENTIFY, *option, "--each").code == 2
 
 
-def test_naming_it_allows_its_code_and_check_tries_it(bristle, place):
+def test_naming_a_figure_allows_its_code_and_check_tests_it(bristle, place):
     from bristle.core.content import content_of
     from bristle.files.permission import is_allowed
 
@@ -269,5 +269,5 @@ def test_naming_it_allows_its_code_and_check_tries_it(bristle, place):
     own("axes.set_ylabel('Force')")
     failed = bristle("check", "mine.py")
     assert failed.code == 1
-    assert "The contract of a figure: mine" in failed.out
+    assert "Contract of the figure mine" in failed.out
     assert "labelled axes: the axis y, 'Force', has no unit (translational axis)." in failed.err

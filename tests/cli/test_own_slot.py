@@ -48,7 +48,7 @@ def test_from_the_log_to_the_prediction(bristle, tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
-def test_one_of_bristle_goes_by_its_name(bristle, tmp_path, monkeypatch):
+def test_a_built_in_slot_is_used_by_name(bristle, tmp_path, monkeypatch):
     """From a log that a plain model leaves friction over in to the slot that it is told, and no file is carried."""
     monkeypatch.chdir(tmp_path)
     write_bench(tmp_path, pressed)

@@ -10,7 +10,7 @@ from tests.exports.test_targets import EXAMPLE, target_file
 pytestmark = pytest.mark.usefixtures("undrawn")
 
 
-def test_a_target_of_ones_own_is_used_as_those_of_bristle(bristle, place):
+def test_a_user_target_is_used_like_a_built_in_target(bristle, place):
     shutil.copy(EXAMPLE, "own_exporter.py")
     line = ("export", "model.toml", "--to", "own_exporter.py", "--speed", "200 mm/s", "--axis", "axis.toml")
     result = bristle(*line, "--name", "knee", "--out", "out", "--json")
@@ -26,7 +26,7 @@ def test_a_target_of_ones_own_is_used_as_those_of_bristle(bristle, place):
     assert not Path("third").exists()
 
 
-def test_a_target_that_stops_leaves_nothing_and_tells_its_line(bristle, place):
+def test_a_failing_target_leaves_no_files_and_reports_its_line(bristle, place):
     target_file(place, "1 // 0")
     ended = bristle("export", "model.toml", "--to", "mine.py", "--out", "out")
     assert ended.code == 2
@@ -61,5 +61,5 @@ def test_check_runs_the_contract_of_a_target(bristle, place):
     target_file(place, "Product({'a.txt': 'a'}, ('note',))")
     failed = bristle("check", "mine.py")
     assert failed.code == 1
-    assert "The contract of a target of the export: mine" in failed.out
+    assert "Contract of the export target mine" in failed.out
     assert "notes in words: a note is 'note'" in failed.err

@@ -57,17 +57,17 @@ def test_experiments_are_written_changed_and_run(bristle):
 
 
 @pytest.mark.parametrize("arguments", [("--figure", "15"), ("--figure", "0"), ("--from", "nowhere"), ("--figure", "x")])
-def test_what_cannot_be_done_is_told_and_leaves_nothing(bristle, arguments):
+def test_impossible_requests_are_refused_without_files(bristle, arguments):
     ended = bristle("paper", *arguments)
     assert ended.code == 2
     assert ended.err.count("\n") == 1
     assert not list(Path().iterdir())
 
 
-def test_frictions_are_named_one_after_another(bristle):
+def test_frictions_are_named_in_a_list(bristle):
     several = bristle("paper", "--robust", "gms", "bouc-wen", "--seeds", 1)
     assert several.code == 2
     assert "found 'bouc-wen'" in several.err
     alone = bristle("paper", "gms")
     assert alone.code == 2
-    assert "TRUTH: says nothing without --robust" in alone.err
+    assert "TRUTH: has no effect without --robust" in alone.err

@@ -10,7 +10,7 @@ pytestmark = pytest.mark.usefixtures("undrawn")
 
 
 @pytest.mark.parametrize(("mode", "effort", "position"), [("inverse", 5.0, None), ("closed-loop", 5.0, 0.1), ("open-loop", None, 50.0)])
-def test_each_mode_tells_what_it_predicts(bristle, place, mode, effort, position):
+def test_each_mode_names_its_prediction(bristle, place, mode, effort, position):
     result = bristle("predict", "model.toml", "log.csv", "--axis", "axis.toml", "--mode", mode, "--json")
     assert result.code == 0
     metrics = result.data["metrics"]
@@ -37,7 +37,7 @@ def test_results_and_words(bristle, place):
     assert json.loads(Path("run/summary.json").read_text())["mode"] == "closed-loop"
 
 
-def test_a_loop_that_diverges_is_a_no(bristle, place):
+def test_a_diverging_loop_exits_with_1(bristle, place):
     axis = Path("axis.toml")
     axis.write_text(axis.read_text().replace('"4 N*s/mm"', '"400 N*s/mm"').replace('limit = "300 N"', ""))
     ended = bristle("predict", "model.toml", "log.csv", "--axis", "axis.toml", "--mode", "closed-loop", "--json")
@@ -46,7 +46,7 @@ def test_a_loop_that_diverges_is_a_no(bristle, place):
     assert ended.data["metrics"]["force_error_percent"] is None
 
 
-def test_a_model_is_doubted_on_the_very_log_that_it_was_fitted_to_and_on_no_other_part_of_the_file(bristle, place):
+def test_a_prediction_of_the_fitted_log_itself_causes_a_note(bristle, place):
     rows = [line.split(",") for line in Path("log.csv").read_text().splitlines()]
     head, body = rows[0], rows[1:]
     Path("both.csv").write_text(

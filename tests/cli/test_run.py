@@ -38,7 +38,7 @@ def test_results_and_words(bristle, place):
     assert list(json.loads(Path("run/summary.json").read_text())["variants"]) == ["base", "none"]
 
 
-def test_settings_of_matplotlib_that_do_not_serve_end_a_command_before_its_work(bristle, place, monkeypatch):
+def test_bad_settings_of_matplotlib_end_a_command_before_its_work(bristle, place, monkeypatch):
     def refused(name):
         raise InputError("cannot be imported with its settings here", path="matplotlib")
 
@@ -50,7 +50,7 @@ def test_settings_of_matplotlib_that_do_not_serve_end_a_command_before_its_work(
     assert not Path("run").exists()
 
 
-def test_a_loop_that_diverges_is_a_no_and_prints_no_nan(bristle, place):
+def test_a_diverging_loop_exits_with_1_and_prints_no_nan(bristle, place):
     text = Path("experiment.toml").read_text()
     Path("experiment.toml").write_text(text.replace('"4 N*s/mm"', '"400 N*s/mm"').replace('limit = "300 N"', ""))
     ended = bristle("run", "experiment.toml", "--json", "--out", "run")
@@ -62,7 +62,7 @@ def test_a_loop_that_diverges_is_a_no_and_prints_no_nan(bristle, place):
     assert "the sampled loop has a pole at" in (Path("run") / "report.html").read_text()
 
 
-def test_the_variants_whose_loops_are_stable_are_simulated_all_the_same(bristle, place):
+def test_stable_variants_are_simulated_nevertheless(bristle, place):
     text = Path("experiment.toml").read_text()
     slow = "[compare.base]\n\n[compare.slow.run]\ndelay = 9\n\n"
     Path("experiment.toml").write_text(text.partition("[compare")[0] + slow)
@@ -76,7 +76,7 @@ def test_the_variants_whose_loops_are_stable_are_simulated_all_the_same(bristle,
     assert ended.data["variants"]["slow"]["status"] == message["message"]
 
 
-def test_a_small_margin_is_warned_of(bristle, place):
+def test_a_small_margin_causes_a_warning(bristle, place):
     text = Path("experiment.toml").read_text()
     Path("experiment.toml").write_text(text.replace("[run]", "[run]\ndelay = 3"))
     ended = bristle("run", "experiment.toml", "--json", "--out", "run")
@@ -111,7 +111,7 @@ def test_a_user_model_runs_from_its_file(bristle, place):
     assert bristle("run", "experiment.toml").code == 2
 
 
-def test_what_the_drive_would_record_of_each_variant(bristle, place):
+def test_the_log_of_each_variant_is_written(bristle, place):
     result = bristle("run", "experiment.toml", "--log", "--out", "run", "--json")
     assert result.data["files"] == {"base": "log_base.csv", "none": "log_none.csv"}
     log = read_log("run/log_base.csv")
@@ -145,7 +145,7 @@ def test_logs_need_a_folder(bristle, place):
 
 
 @pytest.mark.parametrize("command", ["run", "design"])
-def test_an_experiment_on_a_contact_is_told_which_command_runs_it(bristle, tmp_path, command):
+def test_an_experiment_on_a_contact_is_refused_with_its_command(bristle, tmp_path, command):
     assert bristle("paper", "--write", tmp_path / "my copy").code == 0
     contacts = sorted((tmp_path / "my copy").glob("fig_*.toml"))
     assert len(contacts) == 10
@@ -157,7 +157,7 @@ def test_an_experiment_on_a_contact_is_told_which_command_runs_it(bristle, tmp_p
         assert f"bristle paper --from '{contact.parent}' --figure {int(contact.stem[-2:])}\n" in ended.err
 
 
-def test_an_experiment_on_a_contact_is_known_by_its_tables(bristle, place):
+def test_an_experiment_on_a_contact_is_recognized_by_its_tables(bristle, place):
     Path("mine.toml").write_text('schema = 1\n[contact.a]\nmodel = "dahl"\n[path]\nturns = ["1 um"]\n')
     assert "bristle paper --from . --figure N" in bristle("run", "mine.toml").err
     text = Path("experiment.toml").read_text()
@@ -184,7 +184,7 @@ def test_the_best_variant_is_named_last(bristle, place):
         assert less in words
 
 
-def test_a_compensator_that_was_identified_on_another_rig_says_so(bristle, tmp_path):
+def test_a_compensator_identified_on_another_rig_is_reported(bristle, tmp_path):
     assert bristle("paper", "--write", tmp_path / "mine").code == 0
     rig, short = tmp_path / "mine" / "set_a_rig.toml", tmp_path / "mine" / "short.toml"
     rig.write_text(rig.read_text(encoding="utf-8").replace("scatter = 0.05", "scatter = 0.08"), encoding="utf-8")

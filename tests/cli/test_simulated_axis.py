@@ -111,11 +111,11 @@ def test_a_move_has_its_acceleration_after_twenty_milliseconds():
     assert acceleration[21:50] == pytest.approx(2.0, rel=0.05)
 
 
-def test_a_move_to_the_same_place_stands_still():
+def test_a_move_to_the_same_place_rests():
     assert axis_simulated._move(0.03, 0.03, 0.1, 2.0).tolist() == [0.03] * 41
 
 
-def test_a_log_is_what_a_drive_would_record(tmp_path, monkeypatch):
+def test_a_log_has_the_form_of_a_drive(tmp_path, monkeypatch):
     count = 500
     reference = np.linspace(0.0, 0.01, count)
     monkeypatch.setattr(axis_simulated, "motion", lambda seed: reference)

@@ -22,7 +22,7 @@ def bench(tmp_path, monkeypatch):
     return bench
 
 
-def test_a_study_is_run_and_told(bench, capsys):
+def test_a_study_is_run_and_reported(bench, capsys):
     assert main(["study", "study.toml", "--out", "out", "--workers", "1"]) == 0
     text = capsys.readouterr()
     assert "90 % of the runs from" in text.out
@@ -71,7 +71,7 @@ def test_a_report_of_a_grid_and_of_indices(bench, capsys):
     assert "Sobol indices" in (bench.folder / "indices" / "report.html").read_text()
 
 
-def test_figures_of_a_study_are_written_and_those_of_an_earlier_report_go(bench, capsys):
+def test_figures_of_a_study_replace_those_of_an_earlier_report(bench, capsys):
     assert main(["study", "study.toml", "--out", "out", "--workers", "1", "--format", "svg", "--format", "csv"]) == 0
     figures = bench.folder / "out" / "figures"
     names = {file.name for file in figures.iterdir()}
@@ -104,10 +104,10 @@ def test_figures_of_a_study_are_written_and_those_of_an_earlier_report_go(bench,
     assert list((bench.folder / "again" / "figures").glob("*.svg"))
     capsys.readouterr()
     assert main(["study", "study.toml", "--dry-run"]) == 2
-    assert "--dry-run was removed. Begin: on a terminal a bar tells how long it takes" in capsys.readouterr().err
+    assert "--dry-run was removed. Start the command: a terminal shows the remaining time" in capsys.readouterr().err
 
 
-def test_a_study_whose_every_run_is_refused_ends_with_1(bench, capsys):
+def test_a_study_with_only_refused_runs_exits_with_1(bench, capsys):
     never = '"run.settle" = { uniform = ["2 s", "3 s"] }'
     bench.write(STUDY.replace('"friction.F_C" = { normal = ["1 N", "0.1 N"] }', never))
     assert main(["study", "study.toml", "--out", "out", "--workers", "1"]) == 1

@@ -49,7 +49,7 @@ def test_equations_are_laid_out_in_lines_of_100_letters_at_most(monkeypatch, cap
     assert capsys.readouterr().out == f"{used}: {120 * 'x'}\n\n"
 
 
-def test_letters_that_an_encoding_lacks_are_spelt_out_and_bytes_that_are_no_text_stay_an_error():
+def test_letters_missing_in_an_encoding_are_spelt_out():
     text, end = terminal._plain(UnicodeEncodeError("ascii", "5 µm", 2, 3, "no such letter"))
     assert (text.isascii(), len(text) > 0, end) == (True, True, 3)
     with pytest.raises(UnicodeDecodeError):

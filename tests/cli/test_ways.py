@@ -78,7 +78,7 @@ def test_logs_are_identified_together_or_as_a_fleet(ways):
     assert {key: passed[2][key] for key in rest} == {key: separate[2][key] for key in rest} == rest
 
 
-def test_options_of_an_identification_are_handed_on_in_si(ways):
+def test_options_of_an_identification_are_passed_in_si(ways):
     chosen = {"model": "dahl , lugre+asymmetry", "cutoff": "0.1 kHz", "draws": 20, "free": "exponent", "method": "output_error"}
     identify.identify(log=[Path("a.csv")], output=Told(), **chosen)
     models = ["dahl", "lugre+asymmetry"]
@@ -106,7 +106,7 @@ def test_a_figure_needs_a_folder(command, files, tmp_path):
 # --- paper, lab and demonstration ------------------------------------------------------------------------------------
 
 
-def test_a_page_of_the_lab_holds_the_model_that_was_tried(asked, tmp_path, monkeypatch):
+def test_a_page_of_the_lab_contains_the_tested_model(asked, tmp_path, monkeypatch):
     monkeypatch.setattr(lab, "toml_content", lambda file: file)
     facts = {"uncertainty": {"F_C": 1}, "treatment": {}}
     friction = named(component=None, name="dahl")
@@ -125,7 +125,7 @@ def test_a_page_of_the_lab_holds_the_model_that_was_tried(asked, tmp_path, monke
     assert calls["write_whole"] == ((tmp_path / "lab.html", lab.sealed("page")), {"new": True})
 
 
-def test_a_trial_admits_each_truth_and_tells_its_tables(asked, monkeypatch):
+def test_a_trial_admits_each_truth_and_prints_its_tables(asked, monkeypatch):
     truth = named(name="gms", friction=named(component=named(inner="inner")), origin="origin")
     asked("bristle.paper.robust.truths.truths_named", [truth])
     asked("bristle.testing.admit")
@@ -186,7 +186,7 @@ def test_options_have_their_defaults_and_their_ranges():
     assert words == WORDS
 
 
-def test_an_export_hands_on_its_options_and_tells_its_files(asked, monkeypatch, tmp_path):
+def test_an_export_passes_its_options_and_lists_its_files(asked, monkeypatch, tmp_path):
     outputs, written = [], []
 
     def output(context, out, force, as_json):

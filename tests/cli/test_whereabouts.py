@@ -52,14 +52,14 @@ def test_results_name_no_folder(folder, command, capsys):
     assert [path.name for path in written if TELLING.encode() in path.read_bytes()] == []
 
 
-def test_what_checks_say_names_no_folder(folder, capsys):
+def test_results_of_checks_name_no_folder(folder, capsys):
     for name in ("model.toml", "own.py", "operator.toml"):
         assert main(["check", str(folder / name), "--json"]) in (0, 1)
         assert TELLING not in capsys.readouterr().out
 
 
 @pytest.mark.slow
-def test_what_is_said_to_the_person_at_the_terminal_leads_there(folder, capsys):
+def test_terminal_messages_name_the_full_path(folder, capsys):
     shutil.rmtree(folder / "out", ignore_errors=True)
     assert main(["excite", str(folder / "axis.toml"), "--duration", "15s", "--out", str(folder / "out")]) == 0
     assert f"--axis {folder}/out/axis.toml" in capsys.readouterr().out.replace("\n", "")

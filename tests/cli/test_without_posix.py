@@ -25,7 +25,7 @@ def elsewhere(code: str, *arguments: str, **options) -> subprocess.CompletedProc
     return subprocess.run([sys.executable, "-c", code, *arguments], capture_output=True, check=False, timeout=120, **options)
 
 
-def test_what_it_takes_away_is_taken_away():
+def test_the_simulated_system_lacks_posix():
     code = PRELUDE + "import os, signal; print(hasattr(os, 'O_DIRECTORY'), hasattr(signal, 'SIGHUP'))"
     assert elsewhere(code).stdout.split() == [b"False", b"False"]
 
@@ -77,7 +77,7 @@ results.rename_new = once
 """
 
 
-def test_results_are_replaced_whole_and_come_back_after_a_kill(tmp_path):
+def test_results_are_replaced_whole_and_restored_after_a_kill(tmp_path):
     from tests.files.test_results import write_results
 
     out = tmp_path / "run"
@@ -93,14 +93,14 @@ def test_results_are_replaced_whole_and_come_back_after_a_kill(tmp_path):
     assert [item.name for item in tmp_path.iterdir()] == ["run"]
 
 
-def test_of_two_at_once_the_later_is_refused(tmp_path):
+def test_the_later_of_two_simultaneous_commands_is_refused(tmp_path):
     with results_folder(tmp_path / "run") as folder:
         folder.write("summary.json", "{}")
         ended = elsewhere(PRELUDE + REPLACE.format(meanwhile="pass"), cwd=tmp_path)
         assert b"another process" in ended.stderr
 
 
-def test_a_link_is_not_followed_where_nothing_can_be_opened_without_following(tmp_path):
+def test_a_link_is_not_followed_even_without_nofollow(tmp_path):
     mine = tmp_path / "mine"
     mine.mkdir()
     (mine / "model.toml").write_text("mine")
@@ -112,7 +112,7 @@ def test_a_link_is_not_followed_where_nothing_can_be_opened_without_following(tm
 
 
 @pytest.mark.parametrize("encoding", [pytest.param(item, marks=pytest.mark.slow) for item in ("ascii", "cp1252", "cp437")])
-def test_a_console_of_few_letters_takes_all_that_is_said(place, encoding):
+def test_a_console_with_few_letters_shows_every_message(place, encoding):
     environment = os.environ | {"PYTHONIOENCODING": encoding, "PYTHONUTF8": "0", "LC_ALL": "C"}
     for arguments in (
         ("identify", "log.csv", "--axis", "axis.toml", "--draws", "20"),
@@ -127,7 +127,7 @@ def test_a_console_of_few_letters_takes_all_that_is_said(place, encoding):
         (ended.stdout + ended.stderr).decode(encoding)
 
 
-def test_a_pipe_is_read_where_it_cannot_be_waited_for(tmp_path):
+def test_a_pipe_is_read_without_poll(tmp_path):
     code = PRELUDE + ("from bristle.core.content import content_of\nassert content_of('-').data == b'a log', content_of('-').data\n")
     assert elsewhere(code, input=b"a log").returncode == 0
     assert content_of(b"a log").data == b"a log"
@@ -143,5 +143,5 @@ def test_a_pipe_is_read_where_it_cannot_be_waited_for(tmp_path):
         (r"coulomb,C:\x\own.py", "coulomb,own.py"),
     ],
 )
-def test_a_command_line_of_windows_is_told_without_folders(argument, told):
+def test_a_windows_command_line_is_stored_without_folders(argument, told):
     assert command_told([argument], separators="\\/") in (f"bristle {told}", f"bristle '{told}'")

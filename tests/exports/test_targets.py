@@ -153,7 +153,7 @@ def test_an_invalid_product_is_refused_without_writing_files(tmp_path, result, s
             "Product({'a.txt': str(next(COUNT))})",
             "import itertools\nCOUNT = itertools.count()\n",
             "same bytes twice",
-            "a.txt of coulomb_viscous has other content the second time",
+            "a.txt of coulomb_viscous differs in the second call",
         ),
         ("Product({'a.txt': str(__import__('pathlib').Path.cwd())})", "", "names no folder", "a.txt names"),
         ("Product({'a.txt': 'a'}, ('note',))", "", "notes in words", "a note is 'note'"),

@@ -61,7 +61,7 @@ READING = "(({ textContent, className }) => [textContent, className])(document.g
 MOUSE = {"button": "left", "buttons": 1, "clickCount": 1}
 
 
-def test_it_moves_goes_back_and_asks_for_nothing(page, tmp_path):
+def test_the_page_moves_undoes_and_sends_no_requests(page, tmp_path):
     with browser(tmp_path / "profile", width=360, height=740) as tab:
         tab.open(f"{page.as_uri()}#model=lugre&path=loops&F_C=19")
         before, start = tab.run(DRAWN), tab.run(FIELD)
@@ -79,7 +79,7 @@ def test_it_moves_goes_back_and_asks_for_nothing(page, tmp_path):
         tab.open(link)
         assert tab.run(DRAWN) == after
         # A loop that does not close is red, and one that does is not.
-        for name, words in (("lugre", "does not close"), ("preisach_contact", "it closes")):
+        for name, words in (("lugre", "does not close"), ("preisach_contact", "the loop closes")):
             tab.open("about:blank")
             tab.open(f"{page.as_uri()}#model={name}&path=minor")
             reading = tab.run(READING)
@@ -116,7 +116,7 @@ WAIT = "new Promise((done) => setTimeout(done, 100))"
 
 
 @pytest.mark.parametrize("name", ["lugre", "preisach_lugre"])
-def test_slots_are_put_on_and_taken_off(name, page, tmp_path):
+def test_slots_are_added_and_removed(name, page, tmp_path):
     with browser(tmp_path / "profile") as tab:
         tab.open(f"{page.as_uri()}#model={name}&path=loops&F_S=29")
         bare, cards = tab.run(DRAWN), tab.run("lab.model.variables.length")
@@ -141,7 +141,7 @@ def test_slots_are_put_on_and_taken_off(name, page, tmp_path):
         tab.run("document.getElementById('redo').click()")
         tab.run(WAIT)
         assert tab.run(DRAWN) == sided
-        # Taken off again, it is what it was: dashed are the values of the start either way.
+        # Taken off again, it is what it was: dashed: initial values either way.
         tab.run(TICK.replace("SLOT", "asymmetry"))
         assert tab.run(DRAWN) == bare
         tab.open("about:blank")
@@ -162,7 +162,7 @@ OTHER_ERRORS = """
 """
 
 
-def test_what_is_taken_off_a_given_model_shows_what_it_costs(page, tmp_path):
+def test_removing_a_slot_of_a_given_model_shows_the_difference(page, tmp_path):
     with browser(tmp_path / "profile") as tab:
         tab.open(page.as_uri())
         assert tab.run("[lab.isMoved(), lab.model.slots]") == [False, ["asymmetry"]]
@@ -175,11 +175,11 @@ def test_what_is_taken_off_a_given_model_shows_what_it_costs(page, tmp_path):
         # The mass keeps the friction of the start, what is fed forward does not.
         assert after[0] == alone
         assert after[1] != fed
-        assert "dashed are the values of the start" in tab.run("byId('loop-reading').textContent")
+        assert "dashed: initial values" in tab.run("byId('loop-reading').textContent")
         assert tab.complaints() == []
 
 
-def test_a_loop_that_takes_long_has_fewer_samples_while_a_slider_moves(page, tmp_path):
+def test_a_slow_loop_has_fewer_samples_during_a_move(page, tmp_path):
     moved = SLIDE.replace('slider.dispatchEvent(new Event("change"));', "")
     with browser(tmp_path / "profile") as tab:
         tab.open(f"{page.as_uri()}#model=lugre")
@@ -204,7 +204,7 @@ FOLLOWED = """
 
 
 @pytest.mark.parametrize("host_lets_it", [True, False])
-def test_the_loop_is_followed_in_a_worker_or_without_one(page, tmp_path, host_lets_it):
+def test_the_loop_is_computed_with_or_without_a_worker(page, tmp_path, host_lets_it):
     text = page.read_text(encoding="utf-8")
     file = tmp_path / "lab.html"
     file.write_text(text if host_lets_it else text.replace("worker-src blob:; ", ""), encoding="utf-8")
@@ -212,8 +212,8 @@ def test_the_loop_is_followed_in_a_worker_or_without_one(page, tmp_path, host_le
         tab.open(f"{file.as_uri()}#model=lugre")
         worker, errors, circle = tab.run(FOLLOWED)
         assert worker == ("object" if host_lets_it else "string")
-        assert "peak to peak" in errors
-        assert "A circle" in circle
+        assert "Peak-to-peak" in errors
+        assert "Circle of two" in circle
         # What drifts and does not close is red.
         classes = "[...document.getElementById('verdicts').children].map(({ className }) => className)"
         assert tab.run(classes) == ["alert", "alert"]
@@ -238,7 +238,7 @@ PICTURES = """
 """
 
 
-def test_every_view_is_a_picture_too(page, tmp_path):
+def test_every_view_can_be_saved_as_a_picture(page, tmp_path):
     with browser(tmp_path / "profile") as tab:
         tab.open(f"{page.as_uri()}#model=preisach_lugre&path=loops")
         tab.run(FOLLOWED)

@@ -107,7 +107,7 @@ def test_verdicts_and_numbers_are_those_of_the_certificates(name, tmp_path):
     compared(name, (), 5, tmp_path)
 
 
-def test_what_varies_along_the_axis_is_judged_as_it_is_in_the_middle(tmp_path):
+def test_variation_along_the_axis_is_judged_in_its_middle(tmp_path):
     compared("lugre", SLOTS, 3, tmp_path)
 
 
@@ -120,7 +120,7 @@ def test_verdicts_of_every_model_are_those_of_the_certificates(name, slots, tmp_
         assert verdicts[0] == verdicts[1] == {True, False}
 
 
-def test_words_name_what_fails_and_what_is_not_asked(tmp_path):
+def test_words_name_failed_and_inapplicable_certificates(tmp_path):
     script = """
     const texts = [];
     for (const model of models) {

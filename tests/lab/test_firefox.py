@@ -19,7 +19,7 @@ return (async () => {
 """
 
 
-def test_firefox_computes_the_bits_of_python_and_complains_of_nothing(tmp_path):
+def test_firefox_computes_the_bits_of_python_without_complaints(tmp_path):
     page = tmp_path / "lab.html"
     page.write_text(lab_page(example_named(GIVEN), source="model.toml"), encoding="utf-8")
     with firefox(tmp_path / "profile") as tab:
@@ -27,7 +27,7 @@ def test_firefox_computes_the_bits_of_python_and_complains_of_nothing(tmp_path):
         assert tab.run(WAIT % "/differ/.test(document.getElementById('selftest').textContent)")
         message = tab.run("return document.getElementById('selftest').textContent;")
         assert message == f"0 of {blocks_with_given()} differ"
-        assert tab.run(WAIT % "/peak to peak/.test(document.getElementById('track-reading').textContent)")
+        assert tab.run(WAIT % "/Peak-to-peak/.test(document.getElementById('track-reading').textContent)")
         assert tab.run("return document.getElementById('verdicts').children.length;") == 3
         assert tab.complaints("lab.html") == []
         assert tab.complaints("Content-Security-Policy") == []

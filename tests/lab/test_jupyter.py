@@ -87,7 +87,7 @@ def run_cell(tab, number):
     tab.run(f"{COMMANDS}.execute('notebook:run-cell').then(() => true)")
 
 
-def test_a_widget_in_jupyterlab_goes_both_ways(server, tmp_path):
+def test_a_widget_in_jupyterlab_works_both_ways(server, tmp_path):
     address, folder = server
     with browser(tmp_path / "profile", width=1400, height=1300) as tab:
         tab.open(address.replace("/lab?", "/lab/tree/bench.ipynb?"))

@@ -45,7 +45,7 @@ def lines(simulation, following):
     return [(name, error.tolist()[0]) for name, _, error in page_loop._errors(simulation, following)]
 
 
-def test_a_line_is_the_reference_less_what_was_measured():
+def test_a_line_is_the_reference_minus_the_measurement():
     assert lines(simulated("a", "b"), None) == [("a", 1.0), ("b", 2.0)]
     assert lines(simulated("a", "b"), measured()) == [("measured", 9.0), ("a", 1.0), ("b", 2.0)]
     assert lines(None, measured()) == [("measured", 9.0)]
@@ -56,7 +56,7 @@ def test_a_loop_that_diverged_has_no_line():
     assert lines(simulated("a", "b", diverged=("a",)), None) == [("b", 2.0)]
 
 
-def test_of_a_simulation_that_the_log_contradicts_the_first_loop_is_shown():
+def test_a_contradicted_simulation_shows_only_its_first_loop():
     assert lines(simulated("a", "b"), measured("it follows otherwise")) == [("measured", 9.0), ("a", 1.0)]
 
 
@@ -70,7 +70,7 @@ def test_of_a_simulation_that_the_log_contradicts_the_first_loop_is_shown():
         (None, measured(), "no loop was simulated: the axis file has no controller", False),
     ],
 )
-def test_a_loop_moves_or_says_why_it_does_not(monkeypatch, simulation, following, reason, moves):
+def test_a_loop_moves_or_gives_a_reason(monkeypatch, simulation, following, reason, moves):
     monkeypatch.setattr(page_loop, "loop_described", lambda variant, friction: ({"of": variant.name, "friction": friction}, ""))
     part = followed_described("model", simulation, following, every)
     assert part["reason"] == reason
@@ -78,12 +78,12 @@ def test_a_loop_moves_or_says_why_it_does_not(monkeypatch, simulation, following
     assert len(part["traces"]) == len(lines(simulation, following))
 
 
-def test_where_nothing_followed_there_is_no_part():
+def test_without_a_following_error_there_is_no_part():
     assert followed_described("model", None, None, every) is None
     assert followed_described("model", simulated(COMPENSATED, diverged=(COMPENSATED,)), None, every) is None
 
 
-def test_each_parameter_says_whether_it_is_identified():
+def test_each_parameter_has_its_status():
     parameters = {"F_C": SimpleNamespace(status="identified", ends=(1.0, 2.0)), "F_v": SimpleNamespace(status="at limit", ends=None)}
     assert uncertainty_of(SimpleNamespace(parameters=parameters)) == {
         "F_C": {"status": "identified", "interval": (1.0, 2.0)},
@@ -144,7 +144,7 @@ def test_a_script_is_named_by_its_hash():
     assert hash_of("") == "'sha256-47DEQpj8HBSa+/TImW+5JCeuQeRkm5NMpJWZG3hSuFU='"
 
 
-def test_a_policy_lets_run_what_it_names_and_nothing_else():
+def test_a_policy_allows_exactly_the_named_scripts():
     text = policy(["a", "b"], ["c"])
     assert text.startswith(
         f"default-src 'none'; script-src {hash_of('a')} {hash_of('b')} 'wasm-unsafe-eval'; style-src {hash_of('c')}; img-src data:; "
@@ -163,7 +163,7 @@ def test_a_line_of_up_to_four_thousand_samples_is_drawn_whole(monkeypatch):
     assert envelope(np.arange(4001.0)).size < 4000
 
 
-def test_a_page_is_told_of_the_model_what_is_known_and_nothing_else(monkeypatch):
+def test_a_page_gets_only_known_facts_of_the_model(monkeypatch):
     reported, model = [], friction.coulomb(F_C=3.0)
     monkeypatch.setattr(page, "paper_loop", lambda: "loop")
     monkeypatch.setattr(page, "lab_described", lambda *passed, **options: reported.append((*passed, options)) or {})

@@ -114,7 +114,7 @@ def test_the_loop_of_the_page_is_that_of_python(name, law_name, feeds, tmp_path)
     assert np.max(np.abs(trace.position - x)) < 0.02 * np.ptp(x)
 
 
-def test_the_rig_of_the_paper_errs_on_the_page_as_in_its_experiment(tmp_path):
+def test_the_rig_of_the_paper_has_the_same_error_on_the_page(tmp_path):
     variants = {variant.name: variant for variant in paper_experiment().variants}
     plain_loop, observing = variants["none"], variants["observer"]
     law_values, motion = plain_loop.controller.values, plain_loop.reference.values

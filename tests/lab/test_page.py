@@ -35,7 +35,7 @@ def heaviest():
     return lab_page(model, uncertainty=uncertainty, source="</script><script>alert(1)</script>.toml")
 
 
-def test_what_runs_is_what_the_policy_names(page):
+def test_the_policy_allows_exactly_the_scripts_of_the_page(page):
     policy = re.search(r'Content-Security-Policy" content="([^"]*)"', page)[1].replace("&#39;", "'")
     rules = dict(rule.strip().split(" ", 1) for rule in policy.split(";"))
     assert rules["default-src"] == "'none'"
@@ -50,7 +50,7 @@ def test_what_runs_is_what_the_policy_names(page):
     assert "unsafe-inline" not in policy
 
 
-def test_it_names_nothing_outside_itself(page):
+def test_the_page_is_self_contained(page):
     assert not re.search(r"https?:|//[a-z]+\.|@import|\bfetch\(|XMLHttp|importScripts", page)
     assert set(re.findall(r'(?:src|href)="([^"]*)"', page)) == {"data:,", "#parameters", "#selftest"}
     assert not re.search(r"\son[a-z]+=\"|style=\"", page)
@@ -70,7 +70,7 @@ def test_every_model_is_there_and_the_given_one_first(page, heaviest):
     assert data_of(heaviest)["first"] == 0
 
 
-def test_no_name_of_a_file_ends_the_element_that_it_stands_in(heaviest):
+def test_no_file_name_closes_its_element(heaviest):
     assert len(re.findall(r"<script", heaviest)) == 3
     assert data_of(heaviest)["models"][0]["name"].endswith("</script><script>alert(1)</script>.toml")
 
@@ -94,14 +94,14 @@ def test_units_are_those_of_the_axis():
     assert {row["name"]: row["unit"] for row in first["pull"]} == {"M": "kg·m²", "k": "N·m/rad", "v_e": "rad/s"}
 
 
-def test_words_of_a_model_of_a_persons_own_are_words():
+def test_texts_of_a_user_model_are_escaped():
     model = example_of(with_slots(MODELS["stribeck"], ()))
     relation = Relation("F_S > F_C", lambda p: p.F_S > p.F_C, "<img src=x> raise F_S; or not")
     (condition,) = conditions_of(replace(model.component, relations=(relation,)))
     assert condition["mend"] == "&lt;img src=x&gt; raise <i>F</i><sub>S</sub>"
 
 
-def test_a_parameter_of_a_persons_own_may_have_the_name_of_a_layer():
+def test_a_user_parameter_may_have_the_name_of_a_layer():
     model = axis_simulated.friction()
     assert {"forward", "backward"} <= set(model.values)
     facts = model_described(model, proven=False)

@@ -70,7 +70,7 @@ def test_the_reference_is_written_in_steps_far_below_those_of_the_encoder():
     assert perfect["step"] == pytest.approx(np.max(np.abs(np.diff(POSITION))) / 4096)
 
 
-def test_what_pushes_the_axis_is_the_disturbance_less_the_known_input():
+def test_the_push_is_the_disturbance_minus_the_known_input():
     disturbance, injected = np.sin(np.arange(400.0)), 0.5 * np.cos(np.arange(400.0))
     facts = described(disturbance=disturbance, injected=injected)
     force = disturbance - injected
@@ -80,7 +80,7 @@ def test_what_pushes_the_axis_is_the_disturbance_less_the_known_input():
     assert described()["pushed"] == 1.0
 
 
-def test_a_loop_that_takes_over_a_motion_begins_with_its_contact():
+def test_a_loop_that_continues_a_motion_starts_with_its_contact():
     facts = described(start=Start(0.02, 0.05, 0.0, effort=6.0))
     assert facts["effortBefore"] == 6.0
     assert facts["begin"][:2] == [(0, 0.02), (1, 0.05)]
@@ -91,7 +91,7 @@ def test_a_loop_that_takes_over_a_motion_begins_with_its_contact():
     assert len(described(start=Start(0.02))["begin"]) == 2
 
 
-def test_friction_of_the_axis_that_is_another_one_comes_along():
+def test_different_friction_of_the_axis_is_included():
     other = br.friction.coulomb(F_C=4.0)
     facts = described(friction=other)
     assert facts["body"]["values"] == {"F_C": [4.0]}
@@ -108,7 +108,7 @@ def test_friction_of_the_axis_that_is_another_one_comes_along():
         ({"feedforward": Feedforward(friction=br.friction.coulomb(F_C=5.0))}, "the feedforward contains more than this friction"),
     ],
 )
-def test_what_a_page_cannot_compute_is_told(changes, words):
+def test_uncomputable_loops_are_reported(changes, words):
     facts, reason = loop_described(variant(**changes), FRICTION)
     assert facts is None
     assert words in reason

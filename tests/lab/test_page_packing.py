@@ -8,7 +8,7 @@ import pytest
 from bristle.exports.page.packing import as_json, differences, packed, packed_numbers, plain, unpacked
 
 
-def test_bytes_come_back_and_may_repeat_what_went_before():
+def test_bytes_are_restored_and_may_refer_to_earlier_bytes():
     content = bytes(range(256)) * 8
     assert unpacked(packed(content)) == content
     assert len(packed(content, content)) < len(packed(content))

@@ -44,7 +44,7 @@ def test_a_model_with_every_slot_walks_as_in_python(name, tmp_path):
     assert node(tmp_path, [model], WALK) == [0, 5]
 
 
-def test_one_other_bit_is_told(builtin, tmp_path):
+def test_a_single_different_bit_is_detected(builtin, tmp_path):
     change = "models[0].walks.contact.hashes[3] = models[0].walks.contact.hashes[4];"
     first = next(model for model in builtin if model["name"] == "lugre")
     assert node(tmp_path, [first], change + WALK) == [1, 21]
@@ -111,7 +111,7 @@ def inside(corners, grid):
     return within
 
 
-def test_the_staircase_parts_relays_that_are_up_from_those_that_are_down(tmp_path):
+def test_the_staircase_separates_relays_by_state(tmp_path):
     _, _, seen, at_end = moved(tmp_path, example_named("preisach_contact"), {})
     grid, far = np.linspace(-5.9e-6, 5.9e-6, 83) + 1e-9, 7e-6
     alpha, beta = np.meshgrid(grid, grid, indexing="ij")
@@ -122,7 +122,7 @@ def test_the_staircase_parts_relays_that_are_up_from_those_that_are_down(tmp_pat
         assert (shaded == relays_after(inputs, grid))[alpha > beta].all()
 
 
-def test_the_bristles_of_another_model_remember_nothing(tmp_path):
+def test_other_models_have_no_memory_to_draw(tmp_path):
     assert moved(tmp_path, example_named("lugre"), {})[2:] == [[None], None]
 
 
@@ -147,7 +147,7 @@ def test_the_elements_drawn_are_the_memory_of_python(name, tmp_path):
 
 
 @pytest.mark.parametrize("name", ["maxwell_slip+asymmetry", "maxwell_stribeck", "gms"])
-def test_an_element_that_slips_slowly_stands_at_the_line_of_its_limit(name, tmp_path):
+def test_a_slowly_slipping_element_is_at_its_limit(name, tmp_path):
     base, *slots = name.split("+")
     model = example_of(with_slots(MODELS[base], slots))
     model = model.with_values(scatter=0.0) if "scatter" in model.values else model
@@ -179,7 +179,7 @@ say([asToml(model, values), asPython(model, values)]);
         ("maxwell_stribeck", {"F_C": 1e-5}, "{F_C: [1e-5]}"),
     ],
 )
-def test_what_is_copied_is_the_model(name, changes, coded, tmp_path):
+def test_copied_text_is_the_model(name, changes, coded, tmp_path):
     model = example_named(name)
     toml, python = node(tmp_path, [page_model(model)], COPIED.replace("CHANGES", coded))
     (tmp_path / "model.toml").write_text(toml, encoding="utf-8")
@@ -220,7 +220,7 @@ def test_a_slider_reaches_its_ends_and_keeps_its_place(builtin, tmp_path):
     assert node(tmp_path, builtin, script) == []
 
 
-def test_conditions_say_what_the_relations_of_the_model_say(tmp_path):
+def test_conditions_are_the_relations_of_the_model(tmp_path):
     random = np.random.default_rng(1)
     for name in ("elastoplastic", "preisach_lugre", "lugre+asymmetry"):
         model = example_named(name)
@@ -246,7 +246,7 @@ def test_conditions_say_what_the_relations_of_the_model_say(tmp_path):
         assert conditions_of(model.component)
 
 
-def test_shares_add_up_to_one_whatever_is_moved(tmp_path):
+def test_shares_add_up_to_one_after_any_move(tmp_path):
     sums = node(tmp_path, [], "say([shared([0.5, 0.4, 0.3], 0), shared([1, 0, 0], 0), shared([0.2, 0, 0], 0)]);")
     assert [round(sum(shares), 12) for shares in sums] == [1.0, 1.0, 1.0]
     assert sums[0][1] / sums[0][2] == pytest.approx(4 / 3)

@@ -13,7 +13,7 @@ from bristle.friction import coulomb, coulomb_viscous, dahl, find, maxwell_slip,
 FORCE = Variable("force", "some force", min=0.0)
 
 
-def test_it_goes_by_factors_where_the_range_spans_decades():
+def test_a_slider_is_logarithmic_over_decades():
     assert slider_for(FORCE, 20.0).logarithmic
     assert slider_for(FORCE, 20.0).to_zero
     assert slider_for(Variable("1", "exponent", min=0.1, max=10.0), 2.0).logarithmic
@@ -21,18 +21,18 @@ def test_it_goes_by_factors_where_the_range_spans_decades():
 
 
 @pytest.mark.parametrize("interval", [(1e-4, 21.0), (19.0, 1e6)])
-def test_an_interval_lies_on_it_however_wide_it_is(interval):
+def test_an_interval_of_any_width_lies_on_the_slider(interval):
     slider = slider_for(FORCE, 20.0, interval=interval)
     assert slider.low <= interval[0] < interval[1] <= slider.high
 
 
-def test_it_stays_within_what_is_allowed():
+def test_a_slider_stays_within_the_allowed_range():
     slider = slider_for(Variable("1", "factor", min=0.5, max=math.inf), 2.0)
     assert (slider.low, slider.high) == (0.5, 200.0)
     assert not slider.to_zero
 
 
-def test_infinity_is_at_its_end():
+def test_infinity_is_at_the_end_of_a_slider():
     slider = slider_for(Variable("length/time", "some velocity", min=1e-12, nominal=0.05), math.inf)
     assert slider.endless
     assert slider.low < 0.05 < slider.high < math.inf
@@ -58,7 +58,7 @@ def test_ends_are_by_factors_from_two_decades_on():
     assert slider_for(Variable("1", "share", min=-1.0, max=1.0), 0.3) == (-1.0, 1.0, False, False, False)
 
 
-def test_a_number_of_either_sign_keeps_to_what_is_allowed_and_holds_its_interval():
+def test_a_signed_number_stays_allowed_and_contains_its_interval():
     offset = Variable("force", "offset", min=-5.0)
     assert slider_for(offset, 3.0)[:2] == (-5.0, 12.0)
     assert slider_for(Variable("force", "offset", max=5.0), 3.0)[:2] == (-12.0, 5.0)
@@ -87,7 +87,7 @@ def test_scales_are_the_largest_force_the_speed_of_the_fall_and_the_distance_bef
     assert 0.3 < bristles.reach / (8.0 / 4e5) < 10.0
 
 
-def test_shares_of_a_whole_and_conditions_are_told_of_models_that_have_them():
+def test_shares_and_conditions_are_listed_for_models_with_them():
     assert shares_of(maxwell_slip) == ["nu_i"]
     assert shares_of(dahl) == []
     (condition,) = (entry for entry in conditions_of(stribeck) if entry["left"] == ["F_S"])

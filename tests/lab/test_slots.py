@@ -70,7 +70,7 @@ def test_every_model_walks_as_in_python_with_every_set_of_slots(tmp_path):
         assert blocks == 21 + 2 ** len(offered(example_named(name))) // 16 + 1
 
 
-def test_one_other_bit_with_one_set_of_slots_is_told(tmp_path):
+def test_a_single_different_bit_with_slots_is_detected(tmp_path):
     script = """
     const [model] = data.models;
     const spoilt = { ...offers(model), ripple: structuredClone(offers(model).ripple) };
@@ -112,7 +112,7 @@ def test_a_slot_over_a_channel_is_refused_by_its_name():
         *(pytest.param(name, marks=pytest.mark.slow) for name in ("gms", "maxwell_slip", "bouc_wen", "elastoplastic")),
     ],
 )
-def test_what_the_page_says_of_a_model_with_slots_is_what_python_says(name, tmp_path):
+def test_the_page_describes_a_model_with_slots_like_python(name, tmp_path):
     slots = offered(example_named(name))
     sets = [(), *((slot,) for slot in slots[::3]), ("periodic", "asymmetry"), slots]
     script = f"""
@@ -133,7 +133,7 @@ def test_what_the_page_says_of_a_model_with_slots_is_what_python_says(name, tmp_
         assert facts["slots"] == list(slots_of(model))
 
 
-def test_what_is_copied_is_the_model_with_its_slots(tmp_path):
+def test_copied_text_is_the_model_with_its_slots(tmp_path):
     for name in ("lugre", "gap_slider", "preisach_lugre"):
         for slots in combinations(offered(example_named(name)), complete=False):
             script = f"""
@@ -150,7 +150,7 @@ def test_what_is_copied_is_the_model_with_its_slots(tmp_path):
             assert scope["model"] == wanted
 
 
-def test_a_slot_taken_off_a_given_model_leaves_the_mean_of_both_directions(tmp_path):
+def test_a_removed_slot_leaves_the_mean_of_both_directions(tmp_path):
     data = page_data("gms+asymmetry")
     model = example_of(with_slots(MODELS["gms"], ["asymmetry"]))
     script = """
@@ -168,7 +168,7 @@ def test_a_slot_taken_off_a_given_model_leaves_the_mean_of_both_directions(tmp_p
     assert (name, is_named) == ("gms", False)
 
 
-def test_friction_that_changes_its_sign_along_the_axis_is_told(tmp_path):
+def test_friction_that_changes_sign_along_the_axis_is_reported(tmp_path):
     random = np.random.default_rng(2)
     cases = [[float(p_1), float(p_2)] for p_1, p_2 in random.uniform(-1.5, 1.5, (60, 2))] + [[0.0, 0.0], [0.99, 0.0]]
     script = f"""
@@ -184,7 +184,7 @@ def test_friction_that_changes_its_sign_along_the_axis_is_told(tmp_path):
     assert len(set(wanted)) == 2
 
 
-def test_a_level_of_nothing_has_no_share_to_rise_by(tmp_path):
+def test_a_zero_level_has_no_relative_rise(tmp_path):
     script = """
     const model = withSlots(data.models[0], ["ripple"], offers(data.models[0])), contact = await loaded(model);
     contact.hold();

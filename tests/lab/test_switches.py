@@ -35,7 +35,7 @@ def test_numbers_of_slots_begin_over_the_scales_of_a_model():
         assert start_of(name, SCALES) == 0.0  # one wave, and the way along the axis, are enough to begin with
 
 
-def test_sliders_of_slots_reach_to_either_side_of_nothing():
+def test_sliders_of_slots_reach_both_sides_of_zero():
     for name in ("a_1", "a_2", "c_1", "s_1", "c_2", "s_2", "h_c1", "h_s1", "h_c2", "h_s2"):
         assert STARTS[name].ends == (-1.0, 1.0)
         assert STARTS[name].scale == "force"
@@ -51,7 +51,7 @@ def test_sliders_of_slots_reach_to_either_side_of_nothing():
             assert start.ends[0] <= start.value <= start.ends[1], name
 
 
-def test_of_two_directions_one_begins_a_tenth_above_and_one_below():
+def test_the_two_directions_start_a_tenth_above_and_below():
     plain = plain_of(stribeck(F_C=10.0, F_S=20.0, v_S=0.1, F_v=1.0))
     model = begun(plain, ["asymmetry"], SCALES)
     assert (model.values["F_C_pos"], model.values["F_C_neg"]) == (11.0, 9.0)
@@ -61,7 +61,7 @@ def test_of_two_directions_one_begins_a_tenth_above_and_one_below():
     assert (back.values["F_C"], back.values["F_S"], slots_of(back)) == (10.0, 20.0, ())
 
 
-def test_slots_stand_in_the_order_of_a_name_and_are_offered_where_they_change_something():
+def test_slots_have_the_order_of_a_name_and_are_offered_if_effective():
     model = with_slots(lugre, ["load", "asymmetry"])
     assert slots_of(begun(plain_of(example_of(lugre)), ["asymmetry", "load"], SCALES)) == slots_of(example_of(model))
     assert "asymmetry" in offered(coulomb(F_C=1.0))
@@ -82,7 +82,7 @@ def test_the_mean_of_a_plain_model_keeps_its_offset_and_its_arrays():
     assert plain_of(coulomb(F_C=3.0)).values["offset"] == 0.0
 
 
-def test_what_is_around_a_model_is_told_by_parameters():
+def test_the_surroundings_of_a_model_are_parameters():
     component = surrounded(with_slots(coulomb, ["load"]))
     assert component.surroundings == ()
     names = [name for name in component.variables if name.startswith("around_")]
@@ -95,7 +95,7 @@ def test_what_is_around_a_model_is_told_by_parameters():
 
 
 @pytest.mark.parametrize("kind", ["translational", "rotational"])
-def test_a_page_knows_where_a_slot_does_nothing(kind):
+def test_a_page_has_the_neutral_values_of_a_slot(kind):
     slots = slots_described(kind)
     rows = {row["name"]: row for slot in slots.values() for row in slot.get("rows", ())}
     assert rows["p_1"]["nothing"] == 0.0

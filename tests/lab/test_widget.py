@@ -27,7 +27,7 @@ def come(widget, **values):
     widget.set_state({"_values": widget._values | values})
 
 
-def test_what_a_slider_sets_comes_to_python_and_what_python_sets_goes_there(lugre):
+def test_slider_and_python_set_each_other(lugre):
     widget, seen = Widget(lugre), []
     widget.observe(lambda change: seen.append(change["new"].F_C), "model")
     assert widget.get_state()["_values"]["v_d"] == ["Infinity"]
@@ -41,7 +41,7 @@ def test_what_a_slider_sets_comes_to_python_and_what_python_sets_goes_there(lugr
     assert seen == [21.5, 23.0, 20.0]
 
 
-def test_what_a_model_does_not_allow_leaves_the_last_one_that_holds(lugre):
+def test_a_refused_value_keeps_the_last_valid_model(lugre):
     widget = Widget(lugre)
     come(widget, F_C=[-3.0])
     assert widget.model == lugre
@@ -60,7 +60,7 @@ def test_what_a_model_does_not_allow_leaves_the_last_one_that_holds(lugre):
     assert widget.model.F_C == 19.0
 
 
-def test_another_model_is_described_anew_and_another_value_is_not(lugre):
+def test_a_new_model_is_described_again_and_a_new_value_is_not(lugre):
     widget = Widget(lugre, uncertainty={"F_C": {"interval": (19.0, 21.0), "status": "identified"}})
     first = widget._described
     assert next(row["interval"] for row in first["variables"] if row["name"] == "F_C") == [19.0, 21.0]
@@ -88,7 +88,7 @@ def test_an_identification_shows_its_model_with_its_intervals():
     assert "<script" not in identification._repr_html_()
 
 
-def test_without_anywidget_it_says_what_to_type(monkeypatch):
+def test_without_anywidget_the_install_command_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "anywidget", None)
     monkeypatch.delitem(sys.modules, "bristle.lab.widget")
     with pytest.raises(MissingExtraError, match=r'pip install "bristle\[notebook\]"'):
@@ -161,7 +161,7 @@ OTHER = """
 @pytest.mark.slow
 @needs_chromium
 @pytest.mark.parametrize("width", [360, 1366])
-def test_in_a_browser_it_draws_tells_python_and_follows_it(lugre, tmp_path, width):
+def test_a_widget_in_a_browser_draws_and_follows_python(lugre, tmp_path, width):
     widget, other = Widget(lugre), Widget(example_named("maxwell_slip"))
     synced = ("_values", "_described", "_problem")
     state, rest = ({name: item.get_state()[name] for name in synced} for item in (widget, other))

@@ -79,13 +79,13 @@ WHOLE = "data.decode().splitlines()"
 @pytest.mark.parametrize(
     ("changes", "demand", "said", "mend"),
     [
-        ([('"lines of name=value"', '" "')], "described reader", "the title is ' '", "Say in a few words"),
-        ([(", example=EXAMPLE.encode()", "")], "described reader", "no bytes of an example", r"example=b"),
-        ([("example=EXAMPLE.encode()", "example=EXAMPLE")], "described reader", "no bytes of an example", r"example=b"),
+        ([('"lines of name=value"', '" "')], "described reader", "the title is ' '", "Give the usual name"),
+        ([(", example=EXAMPLE.encode()", "")], "described reader", "there is no example", r"example=b"),
+        ([("example=EXAMPLE.encode()", "example=EXAMPLE")], "described reader", "there is no example", r"example=b"),
         (
             [("    return len(first)", '    return suffix == ".kv" and len(first)')],
             "recognises its example",
-            "in a file named so: log",
+            "in a file named log",
             "first 4096 bytes",
         ),
         ([("float(row[name])", "row[name]")], "columns of numbers", "it gives 0 columns", "arrays of numbers"),
@@ -93,11 +93,11 @@ WHOLE = "data.decode().splitlines()"
             [("in rows]) for name", "in rows[len(name) % 2:]]) for name")],
             "columns of numbers",
             "'position' has 7 rows, and 't' has 8",
-            "one length",
+            "equal length",
         ),
-        ([("t [ms]", "t [moments]")], "units that exist", "'moments', which is no unit", "leave it out|Write"),
-        ([("for row in rows]", "for row in rows[4:] + rows[:4]]")], "time in order", "'t' goes back after row 4", "order"),
-        ([("float(row[name])", 'float("nan" if name == "t_ms" else row[name])')], "time in order", "no numbers", "without a time"),
+        ([("t [ms]", "t [moments]")], "units that exist", "'moments', which does not exist", "leave it out|Write"),
+        ([("for row in rows]", "for row in rows[4:] + rows[:4]]")], "time in order", "'t' decreases after row 4", "order"),
+        ([("float(row[name])", 'float("nan" if name == "t_ms" else row[name])')], "time in order", "not numbers", "without a time"),
         (
             [
                 (ROWS, "    recognises.calls = getattr(recognises, 'calls', 0) + 1\n" + ROWS),
@@ -110,20 +110,20 @@ WHOLE = "data.decode().splitlines()"
         (
             [("    return len(first)", "    return True or len(first)")],
             "leaves other files",
-            "of another kind is taken",
+            "a file of another format",
             "more of the first bytes",
         ),
         (
             [("    first = head", "    head.decode()\n    first = head")],
             "leaves other files",
             "recognises stops with UnicodeDecodeError",
-            "return False",
+            "Return False",
         ),
-        ([(CUT, WHOLE)], "tells where a file ends early", r"row \d of .* and not .* as in the whole file", "no end"),
+        ([(CUT, WHOLE)], "tells where a file ends early", r"row \d of .* instead of .* in the whole file", "incomplete last row"),
         (
             [("    units =", "    rows = [row for row in rows if 'iq' in row] or [{'t_ms': 0, 'pos': 0}]\n    units =")],
             "tells where a file ends early",
-            "has 0 rows, and nothing is said",
+            "has 0 rows, without a note",
             "Raise InputError",
         ),
         (
@@ -158,5 +158,5 @@ def test_check_runs_the_contract_of_a_reader(tmp_path, monkeypatch, capsys):
     custom(tmp_path, (CUT, WHOLE))
     assert main(["check", "own.py"]) == 1
     shown = capsys.readouterr()
-    assert "The contract of a reader of logs: key_value_log" in shown.out
-    assert "tells where a file ends early: after" in shown.err
+    assert "Contract of the log reader key_value_log" in shown.out
+    assert "tells where a file ends early: truncated to" in shown.err

@@ -33,7 +33,7 @@ def test_an_operator_is_followed_in_steps_of_nanometres():
     assert done.torque == pytest.approx(3.0 * done.x)  # not yet slipped
 
 
-def test_a_table_is_led_to_its_turns_exactly():
+def test_a_table_turns_exactly_at_its_turning_points():
     dt, x, v, ends = bench._motion([3e-6, -1e-6], 2e-6, 1e-3)
     assert x[ends + 1] == pytest.approx([3e-6, -1e-6], abs=1e-18)
     assert (x[0], v[0], v[-1]) == (0.0, 0.0, 0.0)
@@ -68,7 +68,7 @@ def test_a_filter_follows_a_step_by_its_time_constant():
     assert sensed.read[:5].tolist() == [0.0] * 5
 
 
-def test_the_shaft_carries_the_effort_less_what_the_motor_takes():
+def test_the_shaft_carries_the_effort_minus_that_of_the_motor():
     item = Bench(J=5e-4, J_m=2e-4, cutoff=math.inf)
     omega = 3.0 * 1e-3 * np.arange(11)  # 3 rad/s^2
     sensed = read_torque(item, np.full(10, 0.1), omega, np.zeros(10), 1e-3)
@@ -87,8 +87,8 @@ def test_a_sensor_is_described_in_words():
     apart = {"apart": 0.0123, "inertia": 1.5e-3, "filter": 2.5e-4}
     words = sensor_says(Bench(4e-4, 2.5e-4, 200.0), apart, "Here")
     assert words == (
-        "Here the torque sensor reads friction to 1.2 % of the largest: the inertia behind it, 1.5 kg·cm², adds up to "
-        "1.5 mN·m, its filter of 200 Hz holds back up to 0.25 mN·m."
+        "Here the error of the torque sensor is 1.2 % of the largest friction: the inertia behind it, 1.5 kg·cm², adds up to "
+        "1.5 mN·m, its filter of 200 Hz removes up to 0.25 mN·m."
     )
 
 

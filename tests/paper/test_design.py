@@ -47,7 +47,7 @@ def test_margins_of_set_a_by_its_file(delay, outside, inside, radius):
     assert small.loop.spectral_radius == pytest.approx(radius, abs=1e-3)
 
 
-def test_the_page_on_design_tells_these_margins():
+def test_the_page_on_design_states_these_margins():
     page = (ROOT / "docs" / "how-to" / "design-a-loop.md").read_text().replace("−", "-")
     rows = re.findall(r"^\| (\d) \| (-?[\d.]+)° \| (-?[\d.]+)° \| ([\d.]+) \|", page, re.MULTILINE)
     assert len(rows) == 4
@@ -119,19 +119,19 @@ def measured_is_warned_of(variant):
     return any("along the measured motion" in text for text in told_of(assess(variant)))
 
 
-def test_friction_fed_forward_along_the_measured_motion_is_warned_of_at_low_gain():
+def test_feedforward_along_the_measured_motion_causes_a_warning_at_low_gain():
     assert [measured_is_warned_of(low_gain(name)) for name in ("none", "desired", "measured")] == [False, False, True]
     high = loops()["paper"]
     assert not measured_is_warned_of(replace(high, feedforward=replace(high.feedforward, along="measured")))
 
 
-def test_the_design_of_a_loop_of_low_gain_shows_what_the_desired_motion_gains():
+def test_the_design_of_a_low_gain_loop_shows_the_gain_of_the_desired_motion():
     present, desired, *_ = proposals_for(low_gain("measured"))
     assert (present.name, desired.name) == ("as it is", "along the desired motion")
     assert present.following_error.peak_to_peak > 1.6 * desired.following_error.peak_to_peak
 
 
-def test_more_than_the_stiffness_there_is_cannot_be_taken_away():
+def test_no_more_than_the_existing_stiffness_is_compensated():
     item = low_gain("measured")
     too_much = replace(item, feedforward=replace(item.feedforward, gain=1.5))
     result = assess(too_much)

@@ -16,7 +16,7 @@ ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs/theory/the-source-paper.md").read_text(encoding="utf-8").replace("−", "-")
 
 
-def test_the_experiment_in_the_docs_is_one(tmp_path):
+def test_the_experiment_in_the_docs_runs(tmp_path):
     page = (ROOT / "docs/how-to/contact-experiment.md").read_text(encoding="utf-8")
     texts = re.findall(r"```toml contact\n(.*?)```", page, re.DOTALL)
     custom = write_experiments(tmp_path / "mine")[0].with_name("fig_08.toml")
@@ -61,7 +61,7 @@ def test_the_errors_over_branches(first, key, place, paper):
     assert paper[6].numbers["scatter_percent"] == pytest.approx(2.3, abs=0.05)
 
 
-def test_the_loops_that_stay_open(paper):
+def test_the_loops_that_do_not_close(paper):
     missing = paper[1].numbers["missing_at_return"]
     lugre, printed, rig = row("1")[:3]
     result = [-100.0 * missing[name] for name in ("LuGre", "equations (5)–(7)", "virtual rig")]
@@ -85,7 +85,7 @@ def test_the_other_figures(paper):
     assert f"its forward tip is at {tip} ± {wander} mN·m" in " ".join(paper[5].found)
     share, at, spread, *printed = row("8")[1:]
     assert f"{share:.0f} % of it after {at} ± {spread} µm" in " ".join(paper[8].found)
-    assert f"of which it has {printed[0]:.0f} % after {printed[1]:.1f} µm" in " ".join(paper[8].found)
+    assert f"and reaches {printed[0]:.0f} % of it after {printed[1]:.1f} µm" in " ".join(paper[8].found)
 
 
 def test_wiping_out(paper):
@@ -149,7 +149,7 @@ def test_the_errors_over_the_break_away_torque(paper):
     assert message in PAGE.replace("\n", " ")
 
 
-def test_what_it_brings_at_sound_margins(paper, faster):
+def test_the_gain_at_sound_margins(paper, faster):
     slow = paper[12].numbers["at_sound_margins"]
     message = (ROOT / "README.md").read_text(encoding="utf-8")
     rows = {

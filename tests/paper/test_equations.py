@@ -32,26 +32,26 @@ def test_all_23_are_there_in_order():
 
 
 @each
-def test_the_file_that_computes_it_says_so(one):
+def test_the_computing_file_names_the_equation(one):
     text = (ROOT / "src" / "bristle" / one.file).read_text(encoding="utf-8")
     assert one.number in numbers_in(text.partition('"""')[2].partition('"""')[0])
 
 
 @each
-def test_the_test_that_holds_it_is_there(one):
+def test_the_test_of_each_equation_exists(one):
     file, _, name = one.test.partition("::")
     assert re.search(rf"^def {name}\(", (ROOT / "tests" / file).read_text(encoding="utf-8"), re.MULTILINE)
 
 
 @each
-def test_it_is_corrected_where_it_says_so_and_not_else(one):
+def test_only_equations_marked_as_corrected_differ(one):
     assert (one.stands == "as printed") == (not one.formula)
     assert one.formula != one.printed
     assert "|" not in one.printed + one.formula  # it would end the cell
 
 
 @each
-def test_its_formulas_can_be_set(one):
+def test_formulas_can_be_typeset(one):
     # Of the usual TeX this parser knows all but a few words that do not change the sense.
     for formula in filter(None, (one.printed, one.formula)):
         plain = formula.replace(r"\tfrac12", r"\frac{1}{2}").replace(r"\frac1J", r"\frac{1}{J}")
@@ -68,12 +68,12 @@ def session():
 
 
 @pytest.mark.parametrize("equation", [equation for equation in EQUATIONS if equation.gives], ids=lambda equation: str(equation.number))
-def test_its_line_of_python_gives_what_is_written(equation, session):
+def test_the_python_line_gives_the_stated_result(equation, session):
     assert str(eval(equation.run, session)) == equation.gives
 
 
 @pytest.mark.parametrize("command", sorted({equation.run for equation in EQUATIONS if not equation.gives}))
-def test_its_command_can_be_run(command, tmp_path, monkeypatch, capsys):
+def test_the_command_can_be_run(command, tmp_path, monkeypatch, capsys):
     words = shlex.split(command)
     assert words.pop(0) == "bristle"
     context = GROUP.make_context("bristle", [], resilient_parsing=True)

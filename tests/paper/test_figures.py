@@ -40,7 +40,7 @@ def test_every_figure_is_legible_in_grey_too_and_its_axes_have_units(number, pap
 
 
 @pytest.mark.parametrize("number", FIGURES)
-def test_every_figure_tells_what_the_paper_says_and_what_was_found(number, paper):
+def test_every_figure_states_the_claim_and_the_result(number, paper):
     item = paper[number]
     assert len(item.words.quotation) > 40
     assert len(item.words.differs) > 40
@@ -49,7 +49,7 @@ def test_every_figure_tells_what_the_paper_says_and_what_was_found(number, paper
     assert item.numbers
 
 
-def test_1_lugre_and_the_printed_model_leave_the_loop_open_and_the_gate_closes_it(paper):
+def test_1_only_the_gate_closes_the_loop(paper):
     missing = paper[1].numbers["missing_at_return"]
     assert missing["LuGre"] < missing["equations (5)–(7)"] < -0.15
     assert abs(missing["virtual rig"]) < 0.02
@@ -67,14 +67,14 @@ def test_3_rig_and_gate_go_round_closed_orbits(paper):
     assert paper[3].numbers["share_of_the_orbit"]["with a gate"] < 1e-4
 
 
-def test_3_its_torque_is_not_that_of_figure_2_and_has_its_course(paper, setting):
+def test_3_its_torque_has_the_pattern_of_figure_2_and_another_size(paper, setting):
     second, third = (rippled(setting(number), next(iter(setting(number).contacts.values()))) for number in (2, 3))
     assert third.driving.max() > 1.2 * second.driving.max()
     assert np.corrcoef(second.driving, third.driving)[0, 1] > 0.99
     assert "same torque" not in paper[3].words.title
 
 
-def test_3_each_panel_shows_what_its_title_says(paper, setting):
+def test_3_each_panel_shows_its_title(paper, setting):
     item = rippled(setting(3), setting(3).contact("virtual rig"))
     shown = {axes.get_title(loc="right"): axes.get_lines()[-1].get_ydata() for axes in paper[3].draw().axes}
     later = slice(item.cycles[1], None)
@@ -94,7 +94,7 @@ def test_3_a_filter_makes_the_orbit_slimmer_and_a_slow_one_turns_it_about(paper,
 
 
 @pytest.mark.parametrize("number", [3, 5, 8, 9])
-def test_what_is_measured_is_shown_by_the_torque_sensor_and_as_friction(number, paper):
+def test_measured_figures_show_the_torque_sensor_and_friction(number, paper):
     seen = [axes.get_legend_handles_labels()[1] for axes in paper[number].draw().axes]
     shown = {text for labels in seen for text in labels}
     assert any(text.endswith("torque sensor") for text in shown)
@@ -130,7 +130,7 @@ def test_4_the_trapezoids_drawn_are_the_terms_of_the_sums(paper, setting):
         assert len(set(hatches)) == len(hatches) == 1 + len(axes.texts)
 
 
-def test_5_the_tips_are_told_with_their_spread(paper):
+def test_5_the_tips_have_their_spread(paper):
     tips = 1e3 * np.array(paper[5].numbers["forward_tips"])
     *_, largest = paper[5].tables[0].rows
     mean, spread = map(float, largest[2].split(" ± "))
@@ -153,7 +153,7 @@ def test_5_the_loops_are_uneven_and_do_not_repeat(paper):
     assert 1e-3 < np.ptp(paper[5].numbers["forward_tips"]) < 0.15 * top
 
 
-def test_6_measuring_more_pays_only_where_loops_repeat_themselves(paper):
+def test_6_more_measurements_pay_only_if_loops_repeat(paper):
     numbers = paper[6].numbers
     noisy, still = numbers["error_percent"], numbers["error_percent_without_scatter"]
     assert numbers["branches"] == [1, 2, 5, 10, 100]
@@ -266,7 +266,7 @@ def test_12_the_printed_equations_explain_the_error_without_a_factor_and_the_gat
     assert peak["printed_constant"] == pytest.approx(0.59e-6, abs=0.04e-6)
 
 
-def test_no_loop_of_the_paper_is_handed_a_constant_of_the_rig():
+def test_no_loop_of_the_paper_gets_a_constant_of_the_rig():
     constant = read_experiment(EXPERIMENTS / "set_a.toml").variants[0].friction.values["offset"]
     fed = {
         (name, variant.name): variant.feedforward.offset
@@ -279,13 +279,13 @@ def test_no_loop_of_the_paper_is_handed_a_constant_of_the_rig():
     assert {name for (_, name), offset in fed.items() if offset} == {"printed_constant", "printed_constant_feedforward"}
 
 
-def test_the_constant_beside_the_printed_equations_is_what_their_loops_leave_over(paper):
+def test_the_constant_of_the_printed_equations_is_the_residual_of_their_loops(paper):
     variants = {variant.name: variant for variant in read_experiment(EXPERIMENTS / "set_a.toml").variants}
     assert variants["printed_constant"].feedforward.offset == pytest.approx(paper[6].numbers["offset"], rel=0.01)
     assert variants["printed_constant"].feedforward.friction == variants["printed"].feedforward.friction
 
 
-def test_at_sound_margins_the_printed_equations_leave_what_independent_code_found(paper):
+def test_at_sound_margins_the_printed_equations_agree_with_independent_code(paper):
     errors = paper[12].numbers["at_sound_margins"]
     peak = {name: 1e6 * item["following_error"]["peak_to_peak"] for name, item in errors.items()}
     assert peak["printed"] == pytest.approx(1.74, abs=0.15)
@@ -298,16 +298,16 @@ def test_13_is_judged_without_a_constant(paper):
     assert paper[13].found[0] == "With (5)–(7) as printed the error is narrower, and its mean is no nearer to zero."
 
 
-def test_12_forward_is_the_worse_of_a_calibrated_compensator_and_not_of_the_printed_equations(paper):
+def test_12_forward_is_worse_only_with_the_calibrated_compensator(paper):
     ratios = paper[12].numbers["forward_over_backward"]
     assert ratios["none"] > 1.2
     assert ratios["paper"] > 1.2
     assert ratios["printed"] == pytest.approx(0.84, abs=0.05)
     assert paper[12].verdict == "found in part"
-    assert "At gain 1 forward is not the worse" in " ".join(paper[12].found)
+    assert "At gain 1 forward motion is not worse" in " ".join(paper[12].found)
 
 
-def test_12_over_the_break_away_force_that_is_assumed_the_error_of_the_paper_is_passed(paper):
+def test_12_the_error_over_break_away_includes_that_of_the_paper(paper):
     result = paper[12].numbers["over_break_away"]
     peaks = [1e6 * item["peak_to_peak"] for item in result]
     assert [round(1e3 * item["break_away"]) for item in result] == [32, 36, 40, 45, 52, 60]

@@ -29,7 +29,7 @@ def trial():
     return made
 
 
-def test_a_plan_tries_each_loop_and_each_family_fed_forward():
+def test_a_plan_contains_each_loop_and_feedforward_of_each_family():
     cells = Plan((FIRST,), 2, conditions=(NOMINAL, "level_1.6"), sets=("set_a", "set_c"), families=("gms", "maxwell_slip")).cells
     assert len(cells) == 2 * 2 * 4 + 2
     assert {cell.family for cell in cells if cell.variant in ("none", "observer")} == {""}
@@ -47,12 +47,12 @@ def test_an_error_is_found_by_its_loop(trial):
     assert math.isnan(share_left(trial, "set_a", "lugre", "observer"))
 
 
-def test_what_is_left_is_a_share_of_the_error_without_compensation(trial):
+def test_the_remaining_error_is_a_share_of_that_without_compensation(trial):
     assert share_left(trial, "set_a", "lugre", "observer") == pytest.approx(1.0 / 3.0)
     assert share_left(trial, "set_a", "lugre", "feedforward", "gms") == pytest.approx(0.2)
 
 
-def test_the_best_family_leaves_least_and_may_have_to_be_a_stranger(trial):
+def test_the_best_family_has_the_smallest_remaining_error(trial):
     assert best_family(trial, "set_a", FIRST) == "gms"
     assert best_family(trial, "set_a", FIRST, strangers=True) == "maxwell_slip"
     assert best_family(trial, "set_a", OTHER, strangers=True) == "gms"
@@ -89,7 +89,7 @@ def test_claims_are_of_the_rig_at_every_level_and_of_all_other_truths(trial):
     assert claims(trial, "set_c") == []
 
 
-def test_numbers_hold_every_loop_and_family(trial):
+def test_numbers_contain_every_loop_and_family(trial):
     data = numbers(trial)
     assert data["robust"]["lugre"]["level_1.6"]["none"]["peak_to_peak"] == pytest.approx(1.8e-6)
     family = data["families"]["lugre"]["lugre"]
@@ -116,12 +116,12 @@ def test_numbers_hold_every_loop_and_family(trial):
         (Interval(1.234e-6, 1.134e-6, 1.334e-6, 1.4e-6, 3), "1.23 (1.13 to 1.33)"),
     ],
 )
-def test_an_error_is_told_with_its_interval(error, words):
+def test_an_error_is_written_with_its_interval(error, words):
     assert findings.micrometres(error) == words
 
 
 @pytest.mark.parametrize(("share", "words"), [(math.nan, "–"), (math.inf, "diverged"), (0.123, "12")])
-def test_a_share_is_told_in_percent(share, words):
+def test_a_share_is_written_in_percent(share, words):
     assert findings._percent(share) == words
 
 
@@ -143,24 +143,27 @@ def test_tables_have_a_row_for_each_case(trial):
     assert families.rows[1] == ("lugre", "60", "60*")
 
 
-def test_margins_are_told_of_loops_without_a_model():
+def test_margins_are_listed_for_loops_without_a_model():
     table = findings.margin_table({"set_c": {"none": {"phase_deg": 45.678, "gain": 3.4567}}})
-    assert table.rows == [("Set C", "nothing", "45.7", "3.46")]
+    assert table.rows == [("Set C", "no compensation", "45.7", "3.46")]
 
 
 # --- the report -----------------------------------------------------------------------------------------------------
 
 
-def test_sentences_have_what_goes_and_what_is_left_by_truth(trial):
+def test_sentences_state_removed_and_remaining_error_by_truth(trial):
     feedforward, both = page.words_of(trial)
-    assert feedforward == "Set A: a model, fed forward takes 60 % off, by truth, and leaves 0.60 µm."
-    assert both == "Set A: both take 73 % off, by truth, and leave 0.40 µm."
+    assert feedforward == "Set A: model feedforward removes 60 % of the error, by truth, and leaves 0.60 µm."
+    assert both == "Set A: both remove 73 % of the error, by truth, and leave 0.40 µm."
     trial.errors[Cell("set_a", "lugre", NOMINAL, "observer_feedforward", "maxwell_slip")] = 1e-6 * np.array([0.49, 0.5, 0.51])
     for name, size in (("thirty_sliders", 0.75), ("lugre", 3.0)):
         trial.errors[Cell("set_a", name, NOMINAL, "feedforward", "printed")] = np.array([size * 1e-6])
     _, printed, both, alone = page.words_of(trial)
-    assert printed == "Set A: equations (5)–(7) as printed, fed forward, take −100 to 50 % off, by truth, and leave 0.75 to 3.00 µm."
-    assert both == "Set A: both take 67 to 73 % off, by truth, and leave 0.40 to 0.50 µm."
+    assert (
+        printed
+        == "Set A: feedforward of equations (5)–(7) as printed removes −100 to 50 % of the error, by truth, and leaves 0.75 to 3.00 µm."
+    )
+    assert both == "Set A: both remove 67 to 73 % of the error, by truth, and leave 0.40 to 0.50 µm."
     assert alone == "Set A: on 1 of 2 truths the observer alone does as well as both: lugre."
     trial.errors.clear()
     assert page.words_of(trial) == []
@@ -193,11 +196,11 @@ def test_the_picture_has_mean_interval_and_range_under_all_conditions(trial, mon
     assert (limit, axis, word) == (0.5, "Following error [µm]", "0.5 µm")
     assert list(errors["Set A"]) == ["thirty sliders", "lugre"]
     loops = errors["Set A"]["thirty sliders"]
-    assert list(loops) == ["nothing", "a model, fed forward", "an observer", "both"]
+    assert list(loops) == ["no compensation", "model feedforward", "observer", "both"]
     half = 4.302653 * 0.005 / math.sqrt(3.0)  # Student's factor of two degrees of freedom
-    assert loops["an observer"] == pytest.approx((0.5, 0.5 - half, 0.5 + half, 0.5, 0.6))
-    assert errors["Set A"]["lugre"]["nothing"][3:] == pytest.approx((1.5, 1.5))
-    assert errors["Set A"]["lugre"]["an observer"] == pytest.approx((math.nan, math.nan, math.nan, 0.6, 0.6), nan_ok=True)
+    assert loops["observer"] == pytest.approx((0.5, 0.5 - half, 0.5 + half, 0.5, 0.6))
+    assert errors["Set A"]["lugre"]["no compensation"][3:] == pytest.approx((1.5, 1.5))
+    assert errors["Set A"]["lugre"]["observer"] == pytest.approx((math.nan, math.nan, math.nan, 0.6, 0.6), nan_ok=True)
 
 
 def test_the_report_has_conditions_tables_and_families_that_could_not_be_fitted(trial, monkeypatch):

@@ -67,7 +67,7 @@ def test_11_the_table_is_nearer_where_its_true_error_is_smaller(true, verdict):
     item = figure_11(tracked(printed=Loop(BETTER.following_error, statistics(true))))
     assert (item.number, item.verdict) == (11, verdict)
     assert item.found[0] == "The command stays below 9.0 µm."
-    assert item.found[1].startswith("What the table really misses it by, which no encoder tells, peak to peak: 1.46 µm no compensator, ")
+    assert item.found[1].startswith("True error of the table, which the encoder cannot measure, peak to peak: 1.46 µm no compensator, ")
     assert item.numbers["true_error"][PRINTED] == true
     assert item.numbers["amplitude"] == pytest.approx(9e-6)
 
@@ -77,10 +77,10 @@ def test_11_the_table_is_nearer_where_its_true_error_is_smaller(true, verdict):
     [
         (0.1e-6, 0.3e-6, "found", "narrower, and its mean is nearer to zero"),
         (-0.1e-6, 0.3e-6, "found", "narrower, and its mean is nearer to zero"),
-        (0.189e-6, 0.5e-6, "found in part", "no narrower"),
-        (0.1e-6, 0.5e-6, "found in part", "no narrower, and its mean is nearer to zero"),
-        (0.3e-6, 0.3e-6, "found in part", "narrower, and its mean is no nearer to zero"),
-        (0.195e-6, 0.5e-6, "refuted", "no narrower, and its mean is no nearer to zero"),
+        (0.189e-6, 0.5e-6, "found in part", "not narrower"),
+        (0.1e-6, 0.5e-6, "found in part", "not narrower, and its mean is nearer to zero"),
+        (0.3e-6, 0.3e-6, "found in part", "narrower, and its mean is not nearer to zero"),
+        (0.195e-6, 0.5e-6, "refuted", "not narrower, and its mean is not nearer to zero"),
     ],
 )
 def test_13_an_error_is_narrower_and_nearer_to_zero(mean, std, verdict, words):
@@ -92,17 +92,17 @@ def test_13_an_error_is_narrower_and_nearer_to_zero(mean, std, verdict, words):
 
 
 @pytest.mark.parametrize(
-    ("effort", "verdict", "words"), [(20.9, "found", "4.5 % more"), (19.1, "found", "4.5 % less"), (21.1, "refuted", "5.5 % more")]
+    ("effort", "verdict", "words"), [(20.9, "found", "4.5 % higher"), (19.1, "found", "4.5 % lower"), (21.1, "refuted", "5.5 % higher")]
 )
 def test_14_an_effort_is_the_same_within_five_percent(effort, verdict, words):
     item = figure_14(tracked(printed=Loop(BETTER.following_error, effort=effort)))
     assert (item.number, item.verdict) == (14, verdict)
-    assert item.found[1] == f"With the compensator that is {words}."
+    assert item.found[1] == f"With the compensator the effort is {words}."
     arm = tracked().arm
     assert item.numbers["rms"][BEFORE] == pytest.approx(arm * 20.0)
     assert item.numbers["peak"][BEFORE] == pytest.approx(arm * 40.0)
     assert item.numbers["friction_rms"][BEFORE] == pytest.approx(arm * 3.0)  # without the start
-    assert item.found[0].startswith("Root mean square: no compensator 15.9 mN·m, of it friction 2.39 mN·m, peak 31.8 mN·m; ")
+    assert item.found[0].startswith("Rms: no compensator 15.9 mN·m, of it friction 2.39 mN·m, peak 31.8 mN·m; ")
 
 
 def peaks(printed, calibrated):
@@ -121,21 +121,19 @@ def peaks(printed, calibrated):
         (0.36, 0.36, 1.2, "refuted"),
     ],
 )
-def test_12_half_of_the_error_goes_by_its_own_equations(printed, calibrated, worse, verdict):
+def test_12_half_of_the_error_is_removed_by_the_equations_of_the_paper(printed, calibrated, worse, verdict):
     assert following._verdict_12(tracked(), peaks(printed, calibrated), {PRINTED: worse}) == verdict
 
 
-def test_12_errors_stand_beside_those_of_the_paper():
+def test_12_errors_are_compared_with_those_of_the_paper():
     loops = tracked(observer=Loop(statistics(0.4e-6)), observer_feedforward=Loop(statistics(0.3e-6)))
     sizes = {name: loop.following_error.peak_to_peak for name, loop in loops.result.variants.items()}
     sizes[WITH_CONSTANT] = 1.5e-6
     first, printed, constant, calibrated, further = following._sentences_12(loops, sizes)
     assert first == "Without compensator 1.460 µm peak to peak (the paper: 1.46 µm)."
-    assert printed.startswith(
-        "With (5)–(7) as printed, nothing scaled and no constant 0.600 µm, 59 % less (the paper: 0.690 µm, 53 % less)."
-    )
+    assert printed.startswith("With (5)–(7) as printed, without scaling or constant 0.600 µm, 59 % less (the paper: 0.690 µm, 53 % less).")
     assert "3 % more" in constant
-    assert calibrated.startswith("With one calibrated 0.600 µm")
+    assert calibrated.startswith("With a calibrated operator 0.600 µm")
     assert further == "On the same rig: observer 0.400 µm, observer and feedforward 0.300 µm."
     assert len(following._sentences_12(tracked(), sizes | {})) == 4
 
@@ -143,7 +141,7 @@ def test_12_errors_stand_beside_those_of_the_paper():
 def test_each_variant_has_a_row_in_micrometres_and_millinewtons():
     table = following._by_variant(tracked())
     assert table.rows[0][0] == "none"
-    assert table.caption.endswith("over 3 runs with other noise and scatter")
+    assert table.caption.endswith("over 3 runs with different noise and scatter")
     text = " ".join(table.rows[0])
     for part in ("1.460", "0.200", "0.400", "15.92"):
         assert part in text
@@ -169,7 +167,7 @@ def test_break_away_torques_are_those_of_the_screw():
     assert set(numbers["at_sound_margins"]) == {BEFORE, PRINTED, WITH_CONSTANT, CALIBRATED}
 
 
-def test_pictures_show_what_happens_around_the_highest_point(monkeypatch):
+def test_pictures_show_the_motion_around_the_highest_point(monkeypatch):
     drawn = {}
     for name in ("tracking", "control_effort", "error_distribution"):
         monkeypatch.setattr(following.loop_rows, name, lambda *passed, name=name: drawn.update({name: passed[1:]}))
@@ -196,7 +194,7 @@ def test_the_error_over_the_break_away_torque_is_drawn_in_micrometres_with_its_s
     assert reported == {"the paper reports": pytest.approx(0.69)}
 
 
-def test_margins_are_the_smallest_of_all_points_at_which_the_loop_crosses_over(monkeypatch):
+def test_margins_are_the_smallest_over_all_crossovers(monkeypatch):
     def points(*margins):
         return [SimpleNamespace(margins=SimpleNamespace(phase=phase, gain=gain)) for phase, gain in margins]
 
@@ -234,7 +232,7 @@ def test_an_experiment_is_simulated_once_for_all_figures_and_must_not_diverge(mo
 
 
 @pytest.mark.parametrize(("fed", "word"), [(SimpleNamespace(name="preisach_lugre"), "preisach lugre"), (None, "none")])
-def test_7_the_rig_and_the_loop_are_told_by_their_numbers(monkeypatch, fed, word):
+def test_7_the_rig_and_the_loop_are_described_by_numbers(monkeypatch, fed, word):
     drawn = []
     monkeypatch.setattr(tracking, "rig_layout", lambda *passed: drawn.append(passed))
     monkeypatch.setattr(tracking, "bench_of", lambda setting: Bench(4e-4, 2.5e-4, 200.0))
@@ -253,9 +251,9 @@ def test_7_the_rig_and_the_loop_are_told_by_their_numbers(monkeypatch, fed, word
     numbers = [figure.numbers[key] for key in ("lead", "inertia", "inertia_before_sensor")]
     assert numbers == pytest.approx([5e-3, 4e-4, 2.5e-4])
     assert figure.found == [
-        "A screw with a lead of 5 mm. Of an inertia of 4 kg·cm² at the screw, which is 632 kg at the table, 2.5 kg·cm² is before the "
-        "torque sensor.",
-        f"A loop at 2.0 kHz with 1 sample of delay and an encoder of 0.125 µm; control is sliding mode, the compensator {word}.",
+        "A screw with a lead of 5 mm. The total inertia at the screw is 4 kg·cm², or 632 kg at the table. Of it 2.5 kg·cm² is on the "
+        "motor side of the torque sensor.",
+        f"A loop at 2.0 kHz with 1 sample of delay and an encoder of 0.125 µm; control law sliding mode, compensator {word}.",
     ]
     figure.draw()
     assert drawn == [(pytest.approx((5e-3, 4e-4, 2.5e-4, 200.0, 1.25e-7)), variant)]

@@ -19,7 +19,7 @@ def html(paper):
     return paper_report(list(paper.values()), command="bristle paper", provenance={"bristle": "0"})
 
 
-def test_each_figure_stands_beside_what_the_paper_says_and_what_was_found(html, paper):
+def test_each_figure_has_its_claim_and_its_result(html, paper):
     page = Page(html)
     assert page.unbalanced == []
     ids = [item["id"] for item in page.named("figure")]
@@ -38,7 +38,7 @@ def test_all_identifiers_are_used_once(html):
         assert used in ids
 
 
-def test_it_asks_for_nothing_from_outside(html):
+def test_the_page_is_self_contained(html):
     addresses = set(re.findall(r"""(?:src|href)=["']([^"'#][^"']*)""", html)) | set(re.findall(r"url\((?!#)[^)]*\)", html))
     assert addresses == set()
     assert "<script" not in html
@@ -46,7 +46,7 @@ def test_it_asks_for_nothing_from_outside(html):
     assert set(re.findall(r"https?://[^\s\"'<)]+", html)) <= {"http://www.w3.org/2000/svg", "http://www.w3.org/1999/xlink"}
 
 
-def test_every_erratum_is_told_with_its_kind(html):
+def test_every_erratum_is_listed_with_its_kind(html):
     page = Page(html)
     for item in ERRATA:
         assert " ".join(item.correct.split()) in page.words
@@ -55,7 +55,7 @@ def test_every_erratum_is_told_with_its_kind(html):
         assert what[1:] in page.words
 
 
-def test_every_equation_is_told(html):
+def test_every_equation_is_listed(html):
     cells = Page(html).cells
     for equation in EQUATIONS:
         start = cells.index(equation.title) - 1

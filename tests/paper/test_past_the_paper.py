@@ -29,18 +29,18 @@ def peaks(results):
     return {name: 1e6 * item.following_error.peak_to_peak for name, item in results.items()}
 
 
-def test_on_set_a():
+def test_improved_loops_on_set_a():
     result = peaks(some("past_a", "mismatched_measured", "fitted", "pd", "observer", "super_twisting"))
     expected = {"mismatched_measured": 0.70, "fitted": 0.48, "pd": 1.50, "observer": 0.37, "super_twisting": 0.65}
     assert result == pytest.approx(expected, rel=0.12)
 
 
-def test_on_set_b():
+def test_improved_loops_on_set_b():
     result = peaks(some("past_b", "fitted_measured", "pd_mismatched", "observer_mismatched"))
     assert result == pytest.approx({"fitted_measured": 0.73, "pd_mismatched": 0.72, "observer_mismatched": 0.65}, rel=0.12)
 
 
-def test_five_trials_learn_what_repeats_and_no_more():
+def test_five_trials_learn_only_the_repeated_error():
     (learned,) = some("past_a", "learning", seeds=1).values()
     trials = 1e6 * np.array(learned.trials)
     assert trials.size == 5
@@ -49,7 +49,7 @@ def test_five_trials_learn_what_repeats_and_no_more():
     assert learned.following_error.peak_to_peak == learned.trials[-1]
 
 
-def test_the_faster_the_reference_the_more_the_model_is_worth_beside_the_observer():
+def test_a_faster_reference_raises_the_value_of_the_model_with_an_observer():
     names = ("none", "observer", "observer_feedforward")
     result = peaks(some("faster_a", *(f"{name}_{f}hz" for f in (1, 4) for name in names)))
     assert result["observer_1hz"] == pytest.approx(0.49, rel=0.12)
@@ -72,7 +72,7 @@ def test_refining_the_step_of_the_plant_changes_little():
 
 
 @pytest.mark.parametrize("name", sorted(SETS))
-def test_the_files_hold_what_the_rig_is_and_what_is_identified_on_it(name):
+def test_the_files_contain_the_rig_and_its_identified_model(name):
     message = read_model(FOLDER / f"{name}_rig.toml").friction.values
     for key, value in rig_friction(*SETS[name]).values.items():
         assert message[key] == pytest.approx(value, rel=1e-12), key
@@ -90,13 +90,13 @@ def _virgin_force(model, travel):
     return np.minimum(travel[:, None], reach) @ v["k_i"] + v["offset"]
 
 
-def test_beside_the_literature():
+def test_compensators_of_the_literature():
     result = some("baselines", "gms_feedforward", "lugre_observer", "adaptive_hysteresis", "observer_and_feedforward", seeds=1)
     expected = {"gms_feedforward": 0.84, "lugre_observer": 0.88, "adaptive_hysteresis": 0.69, "observer_and_feedforward": 0.42}
     assert peaks(result) == pytest.approx(expected, rel=0.16)
 
 
-def test_what_is_learned_is_near_what_was_identified_from_the_first_period_on():
+def test_learned_friction_is_near_the_identified_from_the_first_period():
     from benchmarks.baselines import learning_time
 
     result = some("baselines", "adaptive_hysteresis", "maxwell_slip_feedforward", seeds=1, settle=0.0)

@@ -8,7 +8,7 @@ from bristle.paper import EXPERIMENTS, rig
 
 
 @pytest.mark.parametrize("name", ["set_a", "set_b"])
-def test_files_of_the_sets_hold_the_friction_that_the_rig_has(name):
+def test_files_of_the_sets_contain_the_friction_of_the_rig(name):
     written, made = (model.values for model in (read_model(EXPERIMENTS / f"{name}_rig.toml").friction, rig.rig_friction(*rig.SETS[name])))
     assert set(written) == set(made)
     for key, value in made.items():

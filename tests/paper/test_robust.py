@@ -51,7 +51,7 @@ TO_AND_FRO = np.concatenate([np.full(300, side * 1e-5) for side in (1.0, -1.0, 1
 ELEMENTS = friction.find("maxwell_slip")(F_C=20.0, k_i=[2e7, 1e7], nu_i=[0.6, 0.4], offset=3.0)
 
 
-def test_the_layer_changes_nothing_by_itself():
+def test_the_default_layer_has_no_effect():
     assert forces(uneven(ELEMENTS), TO_AND_FRO) == pytest.approx(forces(ELEMENTS, TO_AND_FRO), abs=1e-12)
 
 
@@ -60,7 +60,7 @@ def test_a_level_multiplies_all_but_the_offset():
     assert after - 3.0 == pytest.approx(1.3 * (before - 3.0), abs=1e-12)
 
 
-def test_a_wave_comes_back_after_its_length():
+def test_a_wave_repeats_after_its_length():
     onward = np.full(2000, 1e-5)
     force = forces(uneven(ELEMENTS, wave=0.2, wavelength=5e-6), onward) - 3.0
     sliding = force[1000:]
@@ -68,7 +68,7 @@ def test_a_wave_comes_back_after_its_length():
     assert sliding[500:] == pytest.approx(sliding[:-500], abs=1e-9)
 
 
-def test_the_branch_that_creeps_yields_to_a_lasting_force():
+def test_the_creep_branch_yields_to_a_lasting_force():
     fixed = np.concatenate([np.full(100, 1e-4), np.zeros(3000)])
     free = uneven(ELEMENTS, k_creep=1e6, tau=0.5)
     extra = forces(free, fixed) - forces(ELEMENTS, fixed)
@@ -103,20 +103,20 @@ def test_the_gallery_has_the_break_away_force_and_the_stiffness_of_the_rig():
     assert all(truth["offset"] == pytest.approx(2.0 * math.pi, rel=1e-3) for truth in truths.values())
 
 
-def test_what_is_no_truth_is_told_with_those_that_are(tmp_path):
-    with pytest.raises(InputError, match=r"no such truth; found 'gsm'.*thirty_sliders, gms.*Did you mean 'gms'"):
+def test_an_unknown_truth_is_refused_with_the_known_truths(tmp_path):
+    with pytest.raises(InputError, match=r"is not a known truth; found 'gsm'.*thirty_sliders, gms.*Did you mean 'gms'"):
         truths_named(["gsm"])
     (log := tmp_path / "log.csv").write_text("time,force")
-    with pytest.raises(InputError, match=r"no such truth.*bristle identify writes a model file of a log"):
+    with pytest.raises(InputError, match=r"is not a known truth.*bristle identify writes a model file of a log"):
         truths_named([str(log)])
     again = tmp_path / "gms.toml"
     again.write_bytes((FOLDER / "gms.toml").read_bytes())
-    with pytest.raises(InputError, match="two truths have one name"):
+    with pytest.raises(InputError, match="two truths have the same name"):
         truths_named(["gms", str(again)])
     assert [truth.name for truth in truths_named()] == list(SIMULATED)
 
 
-def test_a_model_file_is_a_truth_as_it_stands(tmp_path):
+def test_a_model_file_is_an_unchanged_truth(tmp_path):
     mine = tmp_path / "mine.toml"
     mine.write_bytes((FOLDER / "lugre.toml").read_bytes())
     (truth,) = truths_named([str(mine)])
@@ -125,7 +125,7 @@ def test_a_model_file_is_a_truth_as_it_stands(tmp_path):
     assert "dahl" not in truth.families
 
 
-def test_every_condition_changes_the_truth_and_says_how():
+def test_every_condition_changes_the_truth_and_has_a_description():
     assert all(condition.words for condition in CONDITIONS.values())
     for truth in truths_named(["thirty_sliders", "gms"]):
         changed = {name: under(name, truth) for name in CONDITIONS}
@@ -208,16 +208,16 @@ def test_the_command_writes_report_and_numbers(bristle, quick, tmp_path, monkeyp
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("--robust", "--figure", "4"), "--figure: says nothing beside --robust"),
-        (("--robust", "--write", "there"), "--write: says nothing beside --robust"),
-        (("--seeds", "3"), "--seeds: says nothing without --robust"),
-        (("gms",), "TRUTH: says nothing without --robust"),
+        (("--robust", "--figure", "4"), "--figure: has no effect with --robust"),
+        (("--robust", "--write", "there"), "--write: has no effect with --robust"),
+        (("--seeds", "3"), "--seeds: has no effect without --robust"),
+        (("gms",), "TRUTH: has no effect without --robust"),
         (("--robust", "gms,bouc_ven"), "Did you mean 'bouc_wen'?"),
         (("--robust", "--seeds", "0"), "--seeds"),
-        (("--robust", "--axis", "axis.toml", "gms"), "Name model files behind --robust"),
+        (("--robust", "--axis", "axis.toml", "gms"), "Give model files after --robust"),
     ],
 )
-def test_options_that_do_not_go_together_are_refused(bristle, tmp_path, monkeypatch, arguments, words):  # noqa: F811
+def test_conflicting_options_are_refused(bristle, tmp_path, monkeypatch, arguments, words):  # noqa: F811
     monkeypatch.chdir(tmp_path)
     ended = bristle("paper", *arguments)
     assert ended.code == 2
@@ -257,7 +257,7 @@ def test_one_truth_in_numbers(small):
     assert [claim.holds for claim in claims(small)] == [True]
 
 
-def test_a_claim_that_is_missed_is_told(small):
+def test_a_failed_claim_is_reported(small):
     cell = Cell("set_a", "thirty_sliders", "level_1.6", "observer_feedforward", "maxwell_slip")
     missed = replace(small, errors=small.errors | {cell: np.array([0.46e-6])})
     assert [claim.holds for claim in claims(missed)] == [False]
@@ -267,7 +267,7 @@ def told_in_the_docs():
     return json.loads((ROOT / "docs" / "theory" / "robust.json").read_text())
 
 
-def test_the_pages_say_what_the_run_says():
+def test_the_pages_quote_the_run():
     message = told_in_the_docs()
     page = (ROOT / "docs" / "theory" / "compensation.md").read_text()
     for sentence in message["sentences"]:
@@ -288,7 +288,7 @@ def test_the_pages_say_what_the_run_says():
     assert f"They leave {ends[0]:.2f} to {ends[-1]:.2f} µm" in readme
 
 
-def test_the_page_says_why_more_is_left_in_the_softer_loop():
+def test_the_page_explains_the_larger_error_of_the_softer_loop():
     message, page = told_in_the_docs(), (ROOT / "docs" / "theory" / "compensation.md").read_text()
     levels = ("nominal", "level_0.7", "level_1.3", "level_1.6")
     soft, stiff = (
@@ -303,7 +303,7 @@ def test_the_page_says_why_more_is_left_in_the_softer_loop():
     assert f"{min(left):.2f} to {max(left):.2f} µm at every level" in page
 
 
-def test_the_run_of_the_docs_keeps_what_is_claimed():
+def test_the_run_of_the_docs_meets_the_claims():
     message = told_in_the_docs()
     assert set(message["robust"]) == set(SIMULATED)
     for claim in message["claims"]["set_a"]:
@@ -316,7 +316,7 @@ def test_the_run_of_the_docs_keeps_what_is_claimed():
 
 
 @pytest.mark.slow
-def test_observer_and_feedforward_hold_on_every_truth():
+def test_claims_for_observer_and_feedforward_hold_on_every_truth():
     levels = (NOMINAL, "level_0.7", "level_1.3", "level_1.6")
     trial = run_trial(Plan(tuple(truths_named()), 4, conditions=levels, sets=("set_a",), families=()))
     result = claims(trial)
@@ -333,7 +333,7 @@ def test_observer_and_feedforward_hold_on_every_truth():
 
 
 @pytest.mark.slow
-def test_fewer_steps_of_the_integration_tell_the_same():
+def test_fewer_integration_steps_give_the_same_result():
     (truth,) = truths_named(["thirty_sliders"])
     for variant in ("none", "observer"):
         coarse = loop(setting("set_a")[variant], truth.friction, None)
@@ -403,7 +403,7 @@ def test_a_family_is_fitted_without_intervals_and_the_printed_equations_lose_the
         ("creep", {"k_creep": pytest.approx(10.0 / 6.8e-6), "tau": 5.0}),
     ],
 )
-def test_a_condition_changes_the_layer_around_a_truth_and_nothing_else(condition, changes):
+def test_a_condition_changes_only_the_layer_around_a_truth(condition, changes):
     def changed(truth):
         now, before = under(condition, truth).values, truth.friction.values
         return {name: value for name, value in now.items() if not np.array_equal(value, before[name])}

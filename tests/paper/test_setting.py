@@ -52,7 +52,7 @@ def test_lengths_are_those_of_the_table_and_torques_those_of_the_screw(tmp_path)
         ("[path]", "[way]", "way"),
     ],
 )
-def test_a_bad_file_is_told_with_its_place(old, new, said, tmp_path):
+def test_a_bad_file_is_refused_with_its_key(old, new, said, tmp_path):
     path = changed(tmp_path, old, new)
     with pytest.raises(InputError, match=said.replace("[", r"\[").replace(".", r"\.")) as caught:
         reproduce([1], folder=tmp_path / "paper")
@@ -90,7 +90,7 @@ def test_a_bad_file_is_told_with_its_place(old, new, said, tmp_path):
         (10, '[contact."virtual rig"]', "[contact.rig]", "virtual rig"),
     ],
 )
-def test_an_experiment_says_what_it_needs(number, old, new, said, tmp_path):
+def test_an_experiment_names_missing_tables(number, old, new, said, tmp_path):
     changed(tmp_path, old, new, f"fig_{number:02d}.toml")
     with pytest.raises(InputError, match=said):
         reproduce([number], folder=tmp_path / "paper")
@@ -128,13 +128,13 @@ def test_a_changed_experiment_gives_another_result(tmp_path):
         ('file = "set_a_rig.toml"', 'file = "nowhere.toml"', "nowhere.toml"),
     ],
 )
-def test_a_tracking_experiment_that_is_not_one_is_refused(old, new, said, tmp_path):
+def test_an_incomplete_tracking_experiment_is_refused(old, new, said, tmp_path):
     changed(tmp_path, old, new, "set_a.toml")
     with pytest.raises(InputError, match=said):
         reproduce([11], folder=tmp_path / "paper")
 
 
-def test_a_loop_that_diverges_is_a_no_with_its_name(tmp_path):
+def test_a_diverging_loop_exits_with_1_and_its_name(tmp_path):
     text = changed(tmp_path, "delay = 1", "delay = 9", "set_a.toml").read_text(encoding="utf-8")
     (tmp_path / "paper" / "set_a.toml").write_text(text.replace("seeds = 6", "seeds = 1"), encoding="utf-8")
     with pytest.raises(DivergedError, match=r"compare\.none") as caught:
@@ -142,19 +142,19 @@ def test_a_loop_that_diverges_is_a_no_with_its_name(tmp_path):
     assert caught.value.exit_code == 1
 
 
-def test_the_files_handed_out_are_complete(tmp_path):
+def test_the_copied_files_are_complete(tmp_path):
     write_experiments(tmp_path / "paper")
     for name in ("set_a", "set_b"):
         result = [variant.name for variant in read_experiment(tmp_path / "paper" / f"{name}.toml").variants]
         assert {"none", "paper", "identified"} <= set(result)
 
 
-def test_what_the_paper_has_not_is_refused():
+def test_an_unknown_figure_is_refused():
     with pytest.raises(InputError, match="no such figure"):
         reproduce([15])
 
 
-def test_files_of_ones_own_are_kept(tmp_path):
+def test_user_files_are_kept(tmp_path):
     names = {write_experiment.name for write_experiment in write_experiments(tmp_path / "mine")}
     assert names == {write_experiment.name for write_experiment in EXPERIMENTS.glob("*.toml")}
     with pytest.raises(InputError, match="--force"):
@@ -170,7 +170,7 @@ def test_files_of_ones_own_are_kept(tmp_path):
         write_experiments(tmp_path / "file")
 
 
-def test_a_walk_knows_where_it_turned():
+def test_a_walk_records_its_turning_points():
     spring = friction.lugre(F_C=1e6, F_S=1e6, v_S=1.0, sigma_0=1e7)
     done = walk(spring, [2e-6, -1e-6, -1e-6], 1e-6, 1e-3)
     assert done.x[done.turns] == pytest.approx([2e-6, -1e-6, -1e-6], rel=1e-12)
@@ -181,7 +181,7 @@ def test_a_walk_knows_where_it_turned():
     assert np.all(np.diff(torque) < 0.0)
 
 
-def test_an_operator_is_led_like_a_contact(setting):
+def test_an_operator_is_moved_like_a_contact(setting):
     operator = setting(4).operators["f_h"]
     values = {name: operator.values[name] for name in ("kernel", "s", "f_p")}
     model = friction.preisach_contact(**values)

@@ -22,7 +22,7 @@ def read(setting, speed=2e-6):
     return led(setting, setting.contact(RIG), setting["path", "turns"], speed)
 
 
-def test_a_slow_walk_is_read_as_it_is(setting):
+def test_a_slow_walk_is_read_without_error(setting):
     item = setting(9)
     slow, still = read(item), walk(item.contact(RIG), item["path", "turns"], 2e-6, item.arm)
     assert slow.friction.at_turns == pytest.approx(still.at_turns, rel=2e-3)
@@ -30,7 +30,7 @@ def test_a_slow_walk_is_read_as_it_is(setting):
     assert slow.sensor.x[slow.sensor.turns] == pytest.approx(item["path", "turns"], abs=1e-9)
 
 
-def test_it_differs_from_friction_by_the_inertia_behind_the_sensor_alone(setting):
+def test_the_reading_differs_only_by_the_inertia_behind_the_sensor(setting):
     item = on_bench(setting(9), torque_filter=None)
     before = on_bench(item, J_m=item["bench", "J"])
     assert read(before).sensor.torque == pytest.approx(read(before).friction.torque, abs=1e-12)
@@ -58,7 +58,7 @@ def test_the_torque_that_leads_the_table_moves_it_along_the_path_when_it_drives_
     assert trace.position[1:] == pytest.approx(present.sensor.x[:-1], abs=3e-9)
 
 
-def test_a_torque_drives_the_inertia_of_the_bench_as_it_would_one_at_the_table(setting):
+def test_a_torque_drives_the_inertia_of_the_bench_like_one_at_the_table(setting):
     item = setting(3)
     assert plant_of(item).values["M"] == pytest.approx(631.65, rel=1e-4)
     heavy = on_bench(item, J=8e-4)
@@ -71,7 +71,7 @@ def test_a_torque_drives_the_inertia_of_the_bench_as_it_would_one_at_the_table(s
 
 
 @pytest.mark.slow
-def test_a_leg_may_be_nothing_and_a_motion_as_slow_as_it_likes(setting):
+def test_a_leg_may_be_empty_and_a_motion_very_slow(setting):
     item = setting(9)
     twice = led(item, item.contact(RIG), [1e-6, 1e-6, -1e-6], 2e-6)
     assert twice.sensor.x[twice.sensor.turns] == pytest.approx([1e-6, 1e-6, -1e-6], abs=1e-9)
@@ -81,7 +81,7 @@ def test_a_leg_may_be_nothing_and_a_motion_as_slow_as_it_likes(setting):
     assert np.max(np.abs(np.diff(fast.sensor.x))) < 6e-9
 
 
-def test_the_sentence_leaves_out_a_filter_that_is_not_there(setting):
+def test_the_sentence_omits_a_missing_filter(setting):
     apart = {"apart": 0.01, "inertia": 1e-4, "filter": 0.0}
     assert "filter" not in sensor_says(bench_of(on_bench(setting(9), torque_filter=None)), apart, "Here")
     assert "filter of 200 Hz" in sensor_says(bench_of(setting(9)), apart, "Here")

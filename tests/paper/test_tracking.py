@@ -95,7 +95,7 @@ def test_a_compensator_knows_the_rig_that_it_was_identified_on(tmp_path):
 
 
 @pytest.mark.slow
-def test_figure_12_says_which_compensators_were_identified_on_another_rig(tmp_path):
+def test_figure_12_names_compensators_identified_on_another_rig(tmp_path):
     folder = tmp_path / "mine"
     write_experiments(folder)
     for item in ("set_a.toml", "set_c.toml", "set_a_break_away.toml"):

@@ -32,7 +32,7 @@ def led(*torques, x=None, turns=None):
 # --- returns ------------------------------------------------------------------------------------------------------
 
 
-def test_what_is_missing_is_a_share_of_the_largest_torque():
+def test_the_missing_torque_is_a_share_of_the_largest_torque():
     path = led(4.0, -8.0, 5.0, 1.0, 3.0, 2.0)
     assert paths._missing_at(path, (0, 2)) == pytest.approx(1.0 / 8.0)
     assert paths._missing_of(path) == {"D": pytest.approx(-2.0 / 8.0), "B": pytest.approx(-2.0 / 8.0)}
@@ -43,22 +43,22 @@ def test_what_is_missing_is_a_share_of_the_largest_torque():
     [
         (0.0049, "closes at D", "closes"),
         (-0.0049, "closes at D", "closes"),
-        (-0.123, "back at D, 12.3 % of the largest torque is missing", "−12.3 % at the return"),
-        (0.05, "back at D, 5.0 % of the largest torque is too much", "5.0 % at the return"),
+        (-0.123, "on return to D, the torque is 12.3 % of the largest torque too small", "−12.3 % at the return"),
+        (0.05, "on return to D, the torque is 5.0 % of the largest torque too large", "5.0 % at the return"),
     ],
 )
-def test_a_return_is_told_in_words(share, words, title):
+def test_a_return_is_described_in_words(share, words, title):
     assert paths._comes_back(share, "D") == words
     assert paths._at_return(share) == title
 
 
-def test_the_worse_of_two_returns_stands_in_the_title():
+def test_the_worse_of_two_returns_is_in_the_title():
     missing = {"rig": {"D": 0.01, "B": -0.2}, "gate": {"D": 0.0, "B": 0.001}}
     assert paths._worst(missing) == {"rig": "−20.0 % at the return", "gate": "closes"}
 
 
 @pytest.mark.parametrize("turns", [[1.0, 2.0], [1.0, 2.0, 3.0]])
-def test_a_path_that_does_not_come_back_is_refused(turns):
+def test_a_path_that_does_not_return_is_refused(turns):
     with pytest.raises(InputError, match=r"x\.toml: path\.turns.*its entries 1 and 3 must be the same"):
         paths._must_return(Told({("path", "turns"): np.array(turns)}), ((0, 2),))
     paths._must_return(Told({("path", "turns"): np.array([1.0, 2.0, 1.0])}), ((0, 2),))
@@ -71,13 +71,13 @@ def test_a_torque_is_reached_where_the_walk_first_has_it():
     assert math.isnan(paths._reached(path, 3.1))
 
 
-def test_a_contact_that_has_not_broken_away_says_how_much_is_there():
+def test_a_contact_without_break_away_gives_its_last_force():
     path = led(0.0, 0.02, 0.03, x=[0.0, 5e-6, 14e-6])
-    assert paths._breaks_away("rig", path, 0.04, math.nan) == "rig breaks away at 40.0 mN·m, of which it has 75 % after 14.0 µm."
-    assert paths._breaks_away("rig", path, 0.04, 7e-6) == "rig breaks away at 40.0 mN·m, and has 95 % of it after 7.00 µm."
+    assert paths._breaks_away("rig", path, 0.04, math.nan) == "rig breaks away at 40.0 mN·m, and reaches 75 % of it after 14.0 µm."
+    assert paths._breaks_away("rig", path, 0.04, 7e-6) == "rig breaks away at 40.0 mN·m, and reaches 95 % of it after 7.00 µm."
 
 
-def test_a_model_beside_the_rig_is_compared_over_the_position_leg_by_leg():
+def test_a_model_is_compared_with_the_rig_over_the_position_leg_by_leg():
     up, down = np.linspace(0.0, 1.0, 11), np.linspace(1.0, 0.0, 21)[1:]
     x = np.concatenate([up, down])
     torque = np.concatenate([4.0 * up, 4.0 * down - 2.0])
@@ -124,7 +124,7 @@ def rippled(steps, width=10.0):
     return Rippled(np.arange(x.size), x, x, x, 2 * np.arange(len(steps) + 1))
 
 
-def test_what_has_settled_are_the_cycles_of_the_second_half():
+def test_the_settled_cycles_are_those_of_the_second_half():
     run = rippled([9.0, 5.0, 3.0, 2.0, 1.0])
     assert run.settled.tolist() == [3.0, 2.0, 1.0]
     assert rippled([9.0, 5.0, 3.0, 2.0]).settled.tolist() == [3.0, 2.0]
@@ -148,7 +148,7 @@ class Setting:
     [
         (1e-6, 1.2e-6, "found", "other: 20 % more than LuGre."),
         (1e-6, 0.7e-6, "found", "other: 30 % less than LuGre."),
-        (1e-6, -0.5e-6, "found", "other: −0.5 µm in every cycle."),
+        (1e-6, -0.5e-6, "found", "other: −0.5 µm per cycle."),
         (1e-8, 2e-8, "refuted", "other: 100 % more than LuGre."),
     ],
 )
@@ -191,15 +191,15 @@ def test_means_are_over_seeds():
     assert economy.numbers(single, single)["error_deviation_percent"]["reformed Dahl"].tolist() == [0.0]
 
 
-def test_what_more_branches_bring_is_told():
+def test_the_gain_of_more_branches_is_stated():
     item = cost([[3.0, 3.2], [3.1, 3.3]], [[2.0, 3.4], [1.5, 1.6]], [[math.nan] * 2, [2.0, 2.2]])
     first, nearer, scatter, still = economy.sentences(item, cost([[1.0]], [[0.5]], [[0.25]]))
-    assert first.startswith("On motions that were not measured: from 1 branch reformed Dahl 3.10 ± 0.14 %, Prandtl-Ishlinskii")
+    assert first.startswith("On unseen motions: from 1 branch reformed Dahl 3.10 ± 0.14 %, Prandtl-Ishlinskii")
     assert "; from 100 branches reformed Dahl 3.20 ± 0.14 %" in first
     assert "tabulated surface" not in first.partition(";")[0]
-    assert first.endswith("A branch takes 3.5 s.")
-    assert "Prandtl-Ishlinskii is nearer than reformed Dahl in 1 of 2 repetitions, by 0.40 ± 0.85 %" in nearer
-    assert scatter == "The scatter of the rig alone is 2.0 %; no model of it does better."
+    assert first.endswith("One branch takes 3.5 s.")
+    assert "Prandtl-Ishlinskii is better than reformed Dahl in 1 of 2 repetitions, by 0.40 ± 0.85 %" in nearer
+    assert scatter == "The scatter of the rig alone is 2.0 %, a lower bound for every model."
     assert "from 1 branch reformed Dahl 1.0 %, Prandtl-Ishlinskii 0.50 %" in still
     assert len(economy.sentences(cost([[1.0]], [[0.5]], [[0.25]]), item)) == 3
 
@@ -269,7 +269,7 @@ def test_branches_from_the_lower_end_are_judged_on_motions_that_were_not_measure
     assert (item.counts, item.duration) == ([1, 4], pytest.approx(4.0))
 
 
-def test_an_error_is_a_root_mean_square_in_percent_of_the_largest_torque():
+def test_an_error_is_an_rms_in_percent_of_the_largest_torque():
     assert economy._percent(np.array([3.0, -4.0]), np.array([1.0, -50.0])) == pytest.approx(100.0 * math.sqrt(12.5) / 50.0)
 
 
@@ -314,7 +314,7 @@ def test_stops_may_have_an_offset_of_either_sign():
         assert min(item.operator.values["weights"]) >= 0.0
 
 
-def test_operators_are_laid_over_a_record_from_its_first_position_on(monkeypatch):
+def test_operators_are_compared_with_a_record_from_its_first_position(monkeypatch):
     record, begun = record_of(hysteresis.prandtl_ishlinskii(thresholds=[1e-6], weights=[2e6], spring=0.0), 0.0), []
     monkeypatch.setattr(economy, "response", lambda operator, x, history: begun.append((*history, x[0], x.size)) or 2.0 * x)
     assert economy._with_offset("operator", record, 0.5).offset == pytest.approx(np.mean(record.torque - record.x))
@@ -354,16 +354,16 @@ def test_numbers_of_figures_are_in_the_units_of_the_paper():
         ([1.0, 1.01], 0.1, "1.0050 ± 0.0071"),
     ],
 )
-def test_a_spread_is_told_where_there_is_one(values, step, words):
+def test_a_spread_is_written_if_it_is_known(values, step, words):
     assert reproduced.spread(values, step) == words
 
 
-def test_what_is_rounding_is_called_so():
+def test_a_rounding_error_is_called_rounding():
     assert plane._rounding(9e-16) == "rounding"
     assert plane._rounding(2e-15) == "2e−15 N·m"
 
 
-def test_a_number_stands_with_its_spread_to_the_same_step():
+def test_a_number_and_its_spread_have_the_same_step():
     assert tracking.with_spread(1.4562, 0.0343) == "1.456 ± 0.034"
     assert tracking.with_spread(1.4562, math.nan) == "1.456"
     assert tracking.with_spread(12.342, 0.56, 0.1) == "12.34 ± 0.56"
@@ -423,12 +423,12 @@ def test_4_corrected_sums_are_the_operator_and_printed_sums_have_a_constant_or_a
     assert unit == pytest.approx(torque + half)
     assert signed == pytest.approx(0.5 * unit)
     assert (item.number, item.verdict) == (4, "found in part")
-    words = f"Torque in mN·m where the input is at each stage: half the saturation loop is {reproduced.in_millinewtons(half, 5)}"
+    words = f"Torque in mN·m at the input of each stage; half the saturation loop is {reproduced.in_millinewtons(half, 5)}"
     assert item.tables[0].caption == words
     assert [row[:2] for row in item.tables[0].rows] == [("(a)", "(14)"), ("(b)", "(15)"), ("(c)", "(14)")]
     assert [float(row[4].replace("−", "-")) for row in item.tables[0].rows] == pytest.approx([1e3 * half] * 3, abs=0.006)
     assert item.found[0].endswith("at every stage, to rounding.")
-    assert f"miss by up to {reproduced.in_millinewtons(float(np.max(np.abs(signed - torque))))} " in item.found[1]
+    assert f"an error of up to {reproduced.in_millinewtons(float(np.max(np.abs(signed - torque))))} " in item.found[1]
     drawn = []
     monkeypatch.setattr(plane, "preisach_stages", lambda *passed: drawn.append(passed))
     item.draw()
@@ -451,12 +451,12 @@ def test_4_a_path_begins_far_down_and_turns_inside_the_two_before(path, fits):
     if fits:
         assert len(plane.figure_4(Bench(path)).numbers["torque"]) == 2
     else:
-        with pytest.raises(InputError, match=r"x\.toml: path\.turns.*must begin far down and turn inside"):
+        with pytest.raises(InputError, match=r"x\.toml: path\.turns.*must start far down, with each turning point between"):
             plane.figure_4(Bench(path))
 
 
 @pytest.mark.parametrize(("rig", "verdict"), [(0.019, "built in in part"), (-0.019, "built in in part"), (0.021, "refuted")])
-def test_1_lugre_misses_by_much_more_than_the_rig(monkeypatch, rig, verdict):
+def test_1_the_gap_of_lugre_is_much_larger_than_that_of_the_rig(monkeypatch, rig, verdict):
     walks = {"LuGre": led(5.0, 10.0, 4.0), "virtual rig": led(5.0, 10.0, 5.0 + 10.0 * rig)}
     monkeypatch.setattr(paths, "_walks_of", lambda setting, *names: walks)
     item = paths.figure_1(Bench([3e-6, 1e-6, 3e-6]))
@@ -486,12 +486,12 @@ def test_8_the_rig_breaks_away_after_seven_micrometres(monkeypatch, at, verdict)
     assert item.numbers["break_away"] == {"virtual rig": 1.0, "other": pytest.approx(1.2)}  # the larger of limit and top
     assert item.numbers["positions_of_runs"] == [at * 1e-6] * 2
     assert math.isnan(item.numbers["position_at_95_percent"]["other"])
-    with pytest.raises(InputError, match="must lead forward"):
+    with pytest.raises(InputError, match="must move forward"):
         paths.figure_8(Bench([0.0], virtual_rig=0.5))
 
 
 @pytest.mark.parametrize(("share", "verdict"), [(0.099, "built in"), (-0.099, "built in"), (0.101, "refuted"), (-0.101, "refuted")])
-def test_9_no_run_misses_a_return_by_more_than_a_contact_that_scatters(monkeypatch, share, verdict):
+def test_9_no_run_misses_a_return_by_more_than_the_scatter(monkeypatch, share, verdict):
     walks = {"rig": led(10.0, 0.0, 5.0, 1.0, 5.0, 10.0), "other": led(8.0, 0.0, 5.0, 1.0, 5.0 + 10.0 * share, 8.0, 10.0, turns=range(6))}
     on_bench(monkeypatch, walks.get)
     item = paths.figure_9(Bench([6e-6, 0.0, 4e-6, 1e-6, 4e-6, 6e-6], virtual_rig="rig", other="other"))
@@ -533,7 +533,7 @@ def test_10_branches_close_their_loops_and_equations_do_or_do_not(monkeypatch, s
     assert item.numbers["missing_at_return"][name]["D"] == pytest.approx(shares[0])
     assert [row[0] for row in item.tables[0].rows] == [name, "printed"]
     assert item.tables[0].rows[1][1] == reproduced.number(100.0 * shares[1], resolution=1.0)
-    assert "the 4 are not those of an operator" in item.found[2]
+    assert "the 4 do not belong to an operator" in item.found[2]
     assert "12.5 % of the tip is missing, and the two directions differ by 25 %" in item.found[2].replace("25.0 %", "25 %")
     item.draw()
     ((passed, compared),) = drawn

@@ -31,14 +31,14 @@ def test_it_does_so_with_a_mass_on_it_too():
     assert moved / UM == pytest.approx(0.4550, rel=3e-3)
 
 
-def test_its_minor_loop_is_open_in_the_position():
+def test_its_minor_loop_does_not_close_over_the_position():
     printed, before = (check(model, loop=LOOP)["closure"] for model in (composite("paper"), lugre()))
     assert 100.0 * printed.value == pytest.approx(-17.0, abs=0.05)
     assert abs(printed.value) < abs(before.value)
     assert not printed.passed
 
 
-def test_its_loops_close_in_z_which_is_what_its_figure_10_can_show():
+def test_its_loops_close_over_z_as_in_its_figure_10():
     model = composite("paper", sigma_1=0.0, sigma_2=0.0)
     contact, z, f = Contact(model), [], []
     for turn in (3.0, 1.5, 3.0, 0.5, 5.0):

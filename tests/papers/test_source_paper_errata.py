@@ -202,7 +202,7 @@ def test_22_friction_holds_the_table_back():
     assert abs(surface_at_the_end(K_2=0.0, fed_forward=F_COULOMB).mean()) < 1e-3 * rests.mean()
 
 
-def test_23_the_surface_is_reached_only_with_K_2_above_what_is_not_compensated():
+def test_23_the_surface_is_reached_only_with_K_2_above_the_residual_friction():
     free = surface_at_the_end(K_2=0.0).mean()
     below, above = (np.abs(surface_at_the_end(K_2=share * F_COULOMB / M)).mean() for share in (0.5, 1.5))
     assert below == pytest.approx(0.5 * free, rel=2e-2)

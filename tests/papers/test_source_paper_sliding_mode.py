@@ -59,7 +59,7 @@ def test_sliding_under_friction_needs_the_static_friction_over_the_inertia():
 
 
 @pytest.mark.parametrize(("load", "inside"), [(4.0, True), (9.0, False)])
-def test_the_error_that_a_load_leaves_inside_and_outside_the_boundary_layer(load, inside):
+def test_the_error_under_a_load_inside_and_outside_the_boundary_layer(load, inside):
     K_2, phi = 3.0, 0.03
     trace, surface = resting(np.zeros(100_000), K_2=K_2, phi=phi, load=load)
     assert (abs(surface[-1]) < phi) == inside

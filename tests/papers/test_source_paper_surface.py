@@ -61,7 +61,7 @@ def late(outcome):
 
 
 @pytest.mark.parametrize(("K_2", "D"), [(10.0, 5.0), (5.0, 1.0), (6.0, 0.0)])
-def test_the_surface_is_reached_no_later_than_the_reaching_condition_says(K_2, D):
+def test_the_surface_is_reached_within_the_time_of_the_reaching_condition(K_2, D):
     T = 2e-5
     result = surfaces(K_2=K_2, D=D, T=T, samples=20_000)
     reached = T / 8.0 * int(np.argmax(result < 2.0 * T * (K_2 + D)))
@@ -70,7 +70,7 @@ def test_the_surface_is_reached_no_later_than_the_reaching_condition_says(K_2, D
     assert late(result) < 3.0 * T * (K_2 + D)
 
 
-def test_with_less_than_is_left_of_friction_it_need_never_be_reached():
+def test_with_a_gain_below_the_residual_friction_the_surface_may_not_be_reached():
     assert reaching_time(1.0, K_1=K_1, K_2=5.0, residual=5.0) == math.inf
     # From on the surface there is no way to go; and without K_1 the way is straight.
     assert reaching_time(0.0, K_1=K_1, K_2=6.0, residual=5.0) == 0.0
@@ -79,7 +79,7 @@ def test_with_less_than_is_left_of_friction_it_need_never_be_reached():
 
 
 @pytest.mark.parametrize(("K_2", "D", "phi"), [(0.0, 30.0, 0.0), (10.0, 30.0, 0.0), (10.0, 30.0, 0.1), (10.0, 5.0, 0.5), (10.0, 20.0, 0.4)])
-def test_what_is_left_of_friction_holds_the_state_off_the_surface_by_no_more_than_the_bound(K_2, D, phi):
+def test_residual_friction_keeps_the_state_within_the_bound(K_2, D, phi):
     result = late(surfaces(K_2=K_2, D=D, T=2e-5, phi=phi, samples=25_000))
     bound = ultimate_bound(K_1=K_1, K_2=K_2, residual=D, phi=phi)
     assert 0.98 * bound < result < 1.01 * bound
@@ -113,7 +113,7 @@ def test_sampled_and_late_the_state_stays_in_the_band_and_fills_most_of_it(K_2, 
 
 
 @pytest.mark.parametrize("delay", [0, 1, 3])
-def test_the_band_is_in_the_main_what_the_switching_covers_until_it_is_noticed(delay):
+def test_the_band_is_mainly_the_travel_until_the_switch(delay):
     T, K_2, D = 5e-5, 10.0, 5.0
     result = late(surfaces(K_2=K_2, D=D, T=T, delay=delay, samples=12_000))
     assert result == pytest.approx((delay + 1) * T * (K_2 + D), rel=0.15)
@@ -122,7 +122,7 @@ def test_the_band_is_in_the_main_what_the_switching_covers_until_it_is_noticed(d
 @pytest.mark.parametrize(
     ("D", "phi", "delay"), [(9.5, 0.02, 1), (30.0, 0.1, 1), (5.0, 0.5, 0), (5.0, 0.5, 3), (2.0, 0.1, 1), (20.0, 0.4, 2)]
 )
-def test_with_a_boundary_layer_the_state_stays_as_far_as_the_layer_lets_it(D, phi, delay):
+def test_with_a_boundary_layer_the_state_stays_within_the_layer(D, phi, delay):
     T, K_2 = 1e-4, 10.0
     bound = sampled_bound(lambda_=LAMBDA, K_1=K_1, K_2=K_2, residual=D, sample_time=T, delay=delay, jerk=AMPLITUDE * OMEGA**3, phi=phi)
     result = late(surfaces(K_2=K_2, D=D, T=T, delay=delay, phi=phi, samples=12_000))
@@ -145,14 +145,14 @@ def test_with_the_velocity_from_counts_of_an_encoder(T, count):
     assert result <= bound <= 1.7 * result
 
 
-def test_the_band_goes_over_into_the_bound_of_continuous_time():
+def test_the_band_approaches_the_bound_of_continuous_time():
     for K_2, D, phi in ((10.0, 30.0, 0.0), (10.0, 5.0, 0.0), (10.0, 5.0, 0.5), (10.0, 20.0, 0.4), (10.0, 30.0, 0.1)):
         band = sampled_bound(lambda_=LAMBDA, K_1=K_1, K_2=K_2, residual=D, sample_time=1e-9, phi=phi)
         assert band == pytest.approx(ultimate_bound(K_1=K_1, K_2=K_2, residual=D, phi=phi), rel=1e-5, abs=1e-6)
 
 
 @pytest.mark.parametrize(("gain", "T", "slack"), [(2.0, 1e-3, 1.6), (2.0, 2e-4, 1.2), (0.3, 2e-4, 1.4)])
-def test_the_loop_of_bristle_keeps_to_it(gain, T, slack):
+def test_the_loop_of_bristle_stays_within_the_band(gain, T, slack):
     J, force, count = 2.0, 10.0, 0.2 * T * T
     K_2, D = gain * force / J, force / J
     law = controllers.sliding_mode(J=J, lambda_=LAMBDA, K_1=K_1, K_2=K_2)

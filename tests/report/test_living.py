@@ -291,7 +291,7 @@ def test_page_is_interactive_without_errors(file, tmp_path, width):
         tab.call("Input.dispatchMouseEvent", type="mouseMoved", x=x + 0.6 * wide, y=y + 0.4 * high)
         tab.run("new Promise((done) => setTimeout(done, 100))")
         text = tab.run("byId('alive-effort-reading').textContent")
-        assert re.fullmatch(r"At \d.*: measured .*N, predicted .*N, left over .*N; velocity .*m/s\.", text)
+        assert re.fullmatch(r"At \d.*: measured .*N, predicted .*N, residual .*N; velocity .*m/s\.", text)
         mouse = {"button": "left", "buttons": 1}
         tab.call("Input.dispatchMouseEvent", type="mousePressed", x=x + 0.5 * wide, y=y + 50, clickCount=1, **mouse)
         tab.call("Input.dispatchMouseEvent", type="mouseMoved", x=x + 0.7 * wide, y=y + 60, **mouse)
@@ -340,7 +340,7 @@ def test_page_has_no_errors_in_firefox(file, tmp_path):
     with firefox(tmp_path / "profile") as tab:
         tab.call("WebDriver:Navigate", url=file.as_uri())
         message = tab.run(WAIT)
-        assert "errs peak to peak by" in message[0]
-        assert "root mean square" in message[1]
+        assert "peak to peak, computed on this page" in message[0]
+        assert "rms" in message[1]
         assert tab.complaints("report.html") == []
         assert tab.complaints("Content-Security-Policy") == []

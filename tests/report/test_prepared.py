@@ -211,7 +211,7 @@ def test_commands_prepare_their_models(rig, tmp_path, capsys):
     assert main(["run", str(rig), "--out", str(tmp_path / "results")]) == 0
     assert "axis_x: identified (coulomb_viscous" in capsys.readouterr().err
     assert main(["run", str(rig)]) == 0
-    assert "axis_x: as identified before" in capsys.readouterr().err
+    assert "axis_x: identified earlier" in capsys.readouterr().err
 
 
 def test_study_uses_identified_models(copied, tmp_path):

@@ -46,12 +46,12 @@ def test_a_silent_connection_is_ended_sooner_without_the_token(connected, token,
 
 
 @pytest.mark.parametrize(("token", "seconds"), [(False, 1.0), (True, 5.0)])
-def test_four_looks_are_taken_while_a_connection_is_waited_for_and_room_is_made_once_it_was_read(connected, token, seconds):
+def test_a_connection_is_checked_four_times_and_makes_room_after_reading(connected, token, seconds):
     assert connected(token).later == [("_watch", seconds), ("_make_room", 0.1)]
 
 
 @pytest.mark.parametrize(("complete", "done"), [(False, []), (True, ["aborted"])])
-def test_a_request_that_is_being_answered_is_no_silence(connected, complete, done):
+def test_a_request_in_progress_does_not_count_as_silence(connected, complete, done):
     protocol = connected()
     protocol.cycle = Some(response_complete=complete)
     protocol.now += 50.0
@@ -59,7 +59,7 @@ def test_a_request_that_is_being_answered_is_no_silence(connected, complete, don
     assert protocol.done == done
 
 
-def test_silence_begins_anew_with_each_answer(connected):
+def test_each_answer_restarts_the_silence_timer(connected):
     protocol = connected()
     protocol.now = 103.0
     protocol.on_response_complete()
@@ -69,7 +69,7 @@ def test_silence_begins_anew_with_each_answer(connected):
         assert protocol.done == done
 
 
-def test_a_connection_that_is_closing_has_until_the_next_look_and_a_lost_connection_none(connected):
+def test_closing_connections_have_until_the_next_check_and_lost_ones_are_dropped(connected):
     protocol = connected()
     protocol.done.append("closing")
     protocol._watch()

@@ -26,7 +26,7 @@ constant = "?"  # force or torque for one A
 """
 
 
-def test_what_is_changed_is_changed_and_all_else_stays():
+def test_an_edit_changes_one_field_and_keeps_the_rest():
     text = edited(TEXT, {"effort.constant": "61 N/A", "columns.position.unit": "um", "kind": "translational"})
     assert tomllib.loads(text) == tomllib.loads(TEXT) | {
         "kind": "translational",
@@ -38,7 +38,7 @@ def test_what_is_changed_is_changed_and_all_else_stays():
     assert read_axis(text.encode()).columns["effort"].scale == -61.0
 
 
-def test_a_column_is_added_changed_and_taken_away_again():
+def test_a_column_is_added_changed_and_removed():
     text = edited(TEXT, {"columns.velocity.column": "v", "columns.velocity.unit": "mm/s", "columns.effort.column": "j"})
     columns = tomllib.loads(text)["columns"]
     assert columns["velocity"] == {"column": "v", "unit": "mm/s"}
@@ -78,14 +78,14 @@ def test_the_short_form_of_a_column_is_shown_and_changed_as_the_long_one(edits, 
     ("edits", "words"),
     [({"a.b.c.d": 1}, "no key"), ({"columns..x": 1}, "no key"), ({"columns": []}, "text or a number"), ({"schema.x": 1}, "no table")],
 )
-def test_what_is_no_key_of_an_axis_file_is_refused(edits, words):
+def test_an_unknown_key_of_an_axis_file_is_refused(edits, words):
     with pytest.raises(InputError, match=words):
         edited(TEXT, edits)
     with pytest.raises(InputError, match="not valid TOML"):
         edited("=", {})
 
 
-def test_a_form_shows_what_is_open_and_what_was_remarked():
+def test_a_form_shows_gaps_and_remarks():
     form = form_of(Content("axis.toml", TEXT.encode()))
     assert form["missing"] == ["effort.constant"]
     assert form["remarks"]["columns.effort"] == "moves like the acceleration"

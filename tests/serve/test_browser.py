@@ -148,7 +148,7 @@ def test_reload_two_tabs_and_cancel(server, folder, tmp_path):
             time.sleep(0.1)
 
 
-def test_a_motion_is_designed_and_a_damaged_log_is_told(server, tmp_path):
+def test_a_motion_is_designed_and_a_damaged_log_is_reported(server, tmp_path):
     (tmp_path / "damaged.mat").write_bytes(b"MATLAB 5.0 MAT-file" + bytes(range(256)) * 3)
     (tmp_path / "axis.toml").write_text(
         'schema = 1\nkind = "translational"\n[limits]\nvelocity = "0.2 m/s"\nacceleration = "4 m/s^2"\n'

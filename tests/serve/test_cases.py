@@ -45,7 +45,7 @@ def test_numbers_are_never_given_twice(case):
         ("held_out", {"checked", "predicted"}),
     ],
 )
-def test_what_was_made_of_a_file_is_old_once_that_is_another(case, role, old):
+def test_a_result_is_old_after_a_change_of_its_file(case, role, old):
     names = ("looked", "checked", "identified", "predicted", "exported", "excited")
     for name in names:
         left(case, name, name)
@@ -55,12 +55,12 @@ def test_what_was_made_of_a_file_is_old_once_that_is_another(case, role, old):
     assert {name for name, part in case.as_data()["parts"].items() if part["old"]} == old
 
 
-def test_what_is_not_there_is_not_old(case):
+def test_a_missing_result_is_not_old(case):
     case.changed("fit")
     assert not case.is_old("looked")
 
 
-def test_a_new_part_removes_the_files_of_the_one_before(case):
+def test_a_new_part_removes_the_files_of_the_previous_part(case):
     first, second = left(case, "looked", "first"), left(case, "looked", "second")
     assert (first.exists(), second.exists()) == (False, True)
     assert case.parts["looked"].folder == second
@@ -73,7 +73,7 @@ def test_logs_come_in_their_order_by_role(case):
     assert case.logs() == []
 
 
-def test_a_page_is_told_all_of_an_analysis(case):
+def test_the_page_gets_the_complete_state_of_an_analysis(case):
     dropped(case, "held_out", 7, "later.csv")
     case.axis, case.axis_label = "schema = 1\n", "stage.toml"
     left(case, "looked")
@@ -105,7 +105,7 @@ def test_an_analysis_is_found_by_its_name_until_it_is_closed(cases):
     cases.close(first)
     assert not first.folder.exists()
     assert list(cases) == [second]
-    with pytest.raises(RefusedRequestError, match="not open any more") as refused:
+    with pytest.raises(RefusedRequestError, match="no longer open") as refused:
         cases[first.identifier]
     assert refused.value.status == 404
 
@@ -116,7 +116,7 @@ def test_looking_at_an_analysis_keeps_it(cases):
     assert time.monotonic() - cases[first.identifier].seen_at < 10.0
 
 
-def test_the_analysis_that_was_not_looked_at_for_longest_makes_room(cases):
+def test_the_longest_unused_analysis_makes_room(cases):
     first, second = cases.new(), cases.new()
     first.seen_at -= 700.0
     second.seen_at -= 800.0
@@ -163,7 +163,7 @@ def test_a_file_has_the_room_that_all_others_leave(cases):
     assert refused.value.status == 413
 
 
-def test_a_file_for_which_the_others_leave_no_room_is_refused_for_that(cases):
+def test_a_file_beyond_the_total_size_is_refused_for_the_total(cases):
     case = cases.new()
     dropped(case, size=100)
     dropped(case, size=80)
@@ -174,23 +174,23 @@ def test_a_file_for_which_the_others_leave_no_room_is_refused_for_that(cases):
 
 
 @pytest.mark.parametrize("announced", [101, 1000])
-def test_a_file_that_is_too_large_by_itself_is_told_how_large_files_may_be(cases, announced):
+def test_a_file_beyond_the_file_size_is_refused_with_the_limit(cases, announced):
     assert cases.room_for(cases.new(), announced) == 100
 
 
-def test_so_many_files_are_taken_and_no_more(cases):
+def test_the_number_of_files_is_limited(cases):
     case = cases.new()
     for _ in range(3):
         cases.room_for(case, 1)
         dropped(case, size=1)
-    with pytest.raises(RefusedRequestError, match=r"3 files are there.*up to 3"):
+    with pytest.raises(RefusedRequestError, match=r"the analysis has 3 files already.*up to 3"):
         cases.room_for(case, 1)
 
 
 # --- jobs -----------------------------------------------------------------------------------------------------------
 
 
-def test_a_job_that_was_not_begun_says_where_it_stands():
+def test_a_waiting_job_has_a_state():
     job = Job("look", LIMITS)
     assert job.runs
     assert job.as_data() == {
@@ -206,9 +206,9 @@ def test_a_job_that_was_not_begun_says_where_it_stands():
     assert job.as_data()["seconds"] == 2.3
 
 
-def test_a_job_says_how_it_ended():
+def test_a_job_reports_its_end():
     job = Job("look", Limits(job_seconds=90.0))
-    assert job._ending(-9, "").startswith("the process of this job was ended by signal 9, perhaps for want of memory")
+    assert job._ending(-9, "").startswith("signal 9 ended the process of this job, perhaps because memory ran out")
     assert job._ending(3, "the end") == "the process of this job ended with code 3. the end"
     assert job._ending(3, "") == "the process of this job ended with code 3."
     job._late = True
@@ -229,7 +229,7 @@ def test_a_job_says_how_it_ended():
         ({"_cancelled": True, "_answered": True}, 0, "done"),
     ],
 )
-def test_how_a_job_ends_decides_its_state(monkeypatch, facts, code, state):
+def test_the_end_of_a_job_decides_its_state(monkeypatch, facts, code, state):
     job = Job("look", LIMITS)
     vars(job).update(facts)
 
@@ -243,7 +243,7 @@ def test_how_a_job_ends_decides_its_state(monkeypatch, facts, code, state):
     assert job._ended >= job._begun
 
 
-def test_a_job_that_cannot_be_run_says_why(monkeypatch):
+def test_a_job_that_cannot_run_gives_a_reason(monkeypatch):
     job = Job("look", LIMITS)
 
     async def breaks(request):
@@ -331,10 +331,10 @@ def test_a_body_is_stored_whole_and_its_size_is_returned(tmp_path, size):
 @pytest.mark.parametrize(
     ("request_", "status", "words"),
     [
-        (Request(b"abc", b"def"), 413, "is larger than is taken.*up to 5 B"),
-        (Request(b"ab", size=6), 413, "is larger than is taken"),
-        (Request(b"ab", 5.0, b"c"), 408, "has said nothing for 0.02 s"),
-        (Request(b"ab", ClientDisconnect()), 400, "was broken off"),
+        (Request(b"abc", b"def"), 413, "is larger than allowed.*up to 5 B"),
+        (Request(b"ab", size=6), 413, "is larger than allowed"),
+        (Request(b"ab", 5.0, b"c"), 408, "has been silent for 0.02 s"),
+        (Request(b"ab", ClientDisconnect()), 400, "was cut off"),
     ],
 )
 def test_a_body_that_is_refused_leaves_no_file(tmp_path, request_, status, words):
@@ -350,7 +350,7 @@ def test_a_file_that_is_there_is_not_written_over(tmp_path):
         asyncio.run(stored(Request(b"ab"), tmp_path / "log", 5, 1.0))
 
 
-def test_a_message_is_a_json_object_and_nothing_else():
+def test_a_message_is_a_json_object():
     assert asyncio.run(json_of(Request(b'{"task":', b' "look"}'), 100, 1.0)) == {"task": "look"}
     for text in (b"[1]", b"{", b"\xff", b"null", b"[" * 99_999):
         with pytest.raises(RefusedRequestError, match="must be a JSON object") as refused:

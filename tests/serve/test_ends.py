@@ -47,7 +47,7 @@ def test_a_signal_ends_it_in_good_order_with_its_job_and_its_folder(temporary, n
         assert process.stderr.read().splitlines()[1:] == ["bristle: the lab is closed"]
 
 
-def test_what_a_killed_server_left_is_removed_by_the_next_one_and_nothing_else(temporary):
+def test_only_the_folder_of_a_killed_server_is_removed_by_the_next(temporary):
     with lab_process(temporary, "--no-open") as (process, client, _):
         case = begun(client)
         put(client, case, b"time,position\n0,1\n")
@@ -130,13 +130,13 @@ def test_the_folder_of_a_dead_server_of_another_user_is_left_to_him(dead, monkey
         assert (dead / "case" / "file-1").exists()
 
 
-def test_where_the_file_system_knows_no_locks_nothing_is_known_for_sure(dead, monkeypatch):
+def test_without_file_locks_no_folder_is_removed(dead, monkeypatch):
     monkeypatch.setattr("bristle.server.run.lock", lambda opened: False)
     with own_folder():
         assert (dead / "case" / "file-1").exists()
 
 
-def test_what_is_raised_as_it_starts_leaves_nothing(temporary):
+def test_an_error_at_the_start_leaves_no_files(temporary):
     def begin():
         with own_folder() as folder:
             (folder / "case").mkdir()

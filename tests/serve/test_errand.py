@@ -26,7 +26,7 @@ def errand_of(tmp_path, **changed):
     return Errand.of(request | changed, lambda share, text: None, nullcontext)
 
 
-def test_an_errand_is_what_the_server_asks_for(tmp_path):
+def test_an_errand_is_the_request_of_the_server(tmp_path):
     errand = errand_of(tmp_path, results=str(tmp_path / "results"))
     assert (errand.folder, errand.model) == (tmp_path, tmp_path / "results")
     assert [(log.label, log.role, log.place.name) for log in errand.logs] == [
@@ -43,8 +43,8 @@ def test_a_log_is_its_bytes_under_its_label(tmp_path):
     assert (content.source, bytes(content.data)) == (Path("log.csv"), b"time,x\n")
 
 
-def test_what_is_missing_is_told(tmp_path):
-    with pytest.raises(InputError, match="Drop a log that is to be fitted to"):
+def test_missing_files_are_reported(tmp_path):
+    with pytest.raises(InputError, match="Drop a log to fit"):
         _ = errand_of(tmp_path, logs=[("file-2", "later.csv", "held_out")]).fitted
     with pytest.raises(InputError, match="Identify first"):
         _ = errand_of(tmp_path).model
@@ -84,7 +84,7 @@ def test_a_long_curve_keeps_its_ends_and_every_extreme():
         assert len(set(np.round(extremes, 5)) & kept) > 0.95 * BUCKETS
 
 
-def test_what_is_no_number_is_a_gap_on_the_page():
+def test_a_missing_number_is_a_gap_on_the_page():
     rows = thinned(np.arange(3.0), np.array([1.0, np.nan, np.inf]))
     assert rows == [[0.0, 1.0, 2.0], [1.0, None, None]]
     gap = np.where(np.arange(4.0 * BUCKETS) < 10, np.nan, 1.0)

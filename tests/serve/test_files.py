@@ -24,7 +24,7 @@ LIMITS = Limits(file_size=1000, total_size=2500, body_size=500, files=4, cases=3
         ("é" * 300 + ".mat", ".mat"),
     ],
 )
-def test_a_path_in_the_name_of_a_file_is_a_label_and_names_nothing(app, client, tmp_path, name, label):
+def test_a_path_in_a_file_name_is_only_a_label(app, client, tmp_path, name, label):
     case = begun(client)
     (file,) = put(client, case, b"abc", name).json()["files"]
     assert file["label"].endswith(label)
@@ -36,7 +36,7 @@ def test_a_path_in_the_name_of_a_file_is_a_label_and_names_nothing(app, client, 
     assert stored.place.parent.stat().st_mode & 0o077 == 0
 
 
-def test_what_is_removed_or_closed_is_gone(app, client):
+def test_removed_files_and_closed_analyses_are_deleted(app, client):
     case, kept = begun(client), begun(client)
     for each in (case, kept):
         put(client, each, b"abc")
@@ -48,7 +48,7 @@ def test_what_is_removed_or_closed_is_gone(app, client):
     assert client.get(case).status_code == 404
 
 
-def test_a_file_beyond_the_limit_is_refused_and_leaves_nothing(app, client):
+def test_a_file_beyond_the_limit_is_refused_without_a_trace(app, client):
     case = begun(client)
 
     for data in (b"0" * 1001, iter([b"0" * 100] * 11)):  # the second one does not announce its size
@@ -66,11 +66,11 @@ def test_files_together_and_their_number_are_limited(client):
     assert put(client, case, b"0" * 501, "axis.toml", "axis").status_code == 413
 
 
-def test_so_many_analyses_are_open_and_no_more(client):
+def test_the_number_of_analyses_is_limited(client):
     assert [client.post("/api/cases").status_code for _ in range(4)] == [201, 201, 201, 429]
 
 
-def test_a_message_that_is_none_is_refused(client):
+def test_an_invalid_message_is_refused(client):
     case = begun(client)
     for body, status in (
         (b"x" * 501, 413),

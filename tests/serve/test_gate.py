@@ -49,7 +49,7 @@ def test_a_page_of_another_site_is_refused(client, origin, path):
     assert "access-control-allow-origin" not in answer.headers
 
 
-def test_a_link_from_another_site_is_refused_and_one_that_is_typed_is_not(client):
+def test_a_link_from_another_site_is_refused_and_a_typed_address_is_not(client):
     for site, status in (("cross-site", 403), ("same-site", 403), ("none", 200), ("same-origin", 200)):
         assert client.get("/", headers={"sec-fetch-site": site}).status_code == status
 
@@ -77,7 +77,7 @@ def test_without_the_token_there_is_only_the_page(app, token):
     assert "set-cookie" not in page.headers
 
 
-def test_the_host_is_asked_before_anything_is_read(client):
+def test_the_host_is_checked_before_reading(client):
     def never():
         raise AssertionError("the body was read")
         yield b""
@@ -85,7 +85,7 @@ def test_the_host_is_asked_before_anything_is_read(client):
     assert client.put("/api/cases/x/files", content=never(), headers={"host": "evil.example"}).status_code == 421
 
 
-def test_what_runs_is_what_the_policy_names(client):
+def test_the_policy_allows_exactly_the_scripts_of_the_page(client):
     answer = client.get("/")
     rules = dict(rule.strip().split(" ", 1) for rule in answer.headers["content-security-policy"].split(";"))
     assert rules["default-src"] == "'none'"
@@ -100,13 +100,13 @@ def test_what_runs_is_what_the_policy_names(client):
     assert answer.headers["referrer-policy"] == "no-referrer"
 
 
-def test_the_page_names_nothing_outside_itself(client):
+def test_the_page_is_self_contained(client):
     page = client.get("/").text
     assert not re.search(r"https?:|//[a-z]+\.|@import|XMLHttp|importScripts|eval\(|innerHTML = `", page)
     assert set(re.findall(r'(?:src|href)="([^"$]*)"', page)) == {"data:,", "#step-1", "#excite"}
 
 
-def test_every_answer_says_what_a_browser_may_do_with_it(client):
+def test_every_answer_has_security_headers(client):
     for answer in (client.get("/"), client.post("/api/cases"), client.get("/api/cases/none"), client.get("/nowhere")):
         assert answer.headers["x-content-type-options"] == "nosniff"
         assert "default-src 'none'" in answer.headers["content-security-policy"]

@@ -62,13 +62,13 @@ def started(server, client, case, task="identify"):
     return job_of(server, case)._process
 
 
-def test_a_killed_worker_is_told_and_the_next_one_does_its_work(server, client, case, work):
+def test_a_killed_worker_is_reported_and_the_next_one_works(server, client, case, work):
     work(SLEEPS)
     os.kill(started(server, client, case).pid, signal.SIGKILL)
     job = settled(client, case)["job"]
     assert job["state"] == "failed"
     assert "signal 9" in job["message"]
-    assert "run it again" in job["message"]
+    assert "Run it again" in job["message"]
     work('return {"word": "done"}, {"number": float("nan")}')
     state = ended(client, case, "check")
     assert state["job"]["state"] == "done"
@@ -82,7 +82,7 @@ def folder_of(server, case):
     return opened.folder
 
 
-def test_cancelled_it_keeps_the_best_so_far(server, client, case, work):
+def test_a_cancelled_job_keeps_its_best_result(server, client, case, work):
     work(KEEPS_THE_BEST)
     started(server, client, case)
     while client.get(case).json()["job"]["share"] < 0.5:
@@ -93,17 +93,17 @@ def test_cancelled_it_keeps_the_best_so_far(server, client, case, work):
     assert state["parts"]["identified"]["unfinished"] == "stopped early"
 
 
-def test_what_has_nothing_yet_is_cancelled_without_a_result(server, client, case, work):
+def test_an_early_cancellation_gives_no_result(server, client, case, work):
     work("with errand.interruptible():\n    " + SLEEPS)
     started(server, client, case)
     client.post(f"{case}/cancel", json={})
     state = settled(client, case)
     assert state["job"]["state"] == "cancelled"
-    assert "before anything was found" in state["job"]["message"]
+    assert "before the first result" in state["job"]["message"]
     assert state["parts"] == {}
 
 
-def test_it_ends_at_once_where_that_is_asked_for(server, client, case, work):
+def test_a_job_ends_at_once_on_request(server, client, case, work):
     work(SLEEPS)
     process = started(server, client, case)
     client.post(f"{case}/cancel", json={"at_once": True})
@@ -113,7 +113,7 @@ def test_it_ends_at_once_where_that_is_asked_for(server, client, case, work):
 
 
 @pytest.mark.slow
-def test_after_its_time_it_is_asked_to_end_and_then_ended(server, client, case, work):
+def test_after_its_time_a_job_is_asked_to_end_and_then_killed(server, client, case, work):
     work(KEEPS_THE_BEST)
     begin = time.monotonic()
     assert ended(client, case, "identify")["parts"]["identified"]["unfinished"] == "stopped early"
@@ -124,7 +124,7 @@ def test_after_its_time_it_is_asked_to_end_and_then_ended(server, client, case, 
     assert "stopped after 6 s" in job["message"]
 
 
-def test_it_gets_so_much_memory_and_no_more(client, case, work):
+def test_the_memory_of_a_job_is_limited(client, case, work):
     work("bytearray(2**31)\nreturn {}, {}")
     job = ended(client, case, "look")["job"]
     assert job["state"] == "failed"
@@ -133,18 +133,18 @@ def test_it_gets_so_much_memory_and_no_more(client, case, work):
     assert ended(client, case, "look")["job"]["state"] == "done"
 
 
-def test_an_array_that_has_no_room_is_told_in_the_same_words(client, case, work):
+def test_an_array_without_memory_gives_the_same_message(client, case, work):
     work("import numpy\nnumpy.zeros(2**45)")
     assert ended(client, case, "look")["job"]["message"] == "there is not enough memory for this. Take a shorter log"
 
 
-def test_a_library_that_prints_or_complains_without_end_does_no_harm(client, case, work):
+def test_a_library_with_endless_output_does_no_harm(client, case, work):
     work('print("x" * 200000); sys.stderr.write("y" * 200000 + "\\nthe end\\n"); os._exit(3)')
     job = ended(client, case, "look")["job"]
     assert job["message"] == "the process of this job ended with code 3. the end"
 
 
-def test_one_job_an_analysis_and_so_many_at_all(server, client, case, work):
+def test_the_number_of_jobs_is_limited_per_analysis_and_in_total(server, client, case, work):
     work(SLEEPS)
     cases = [case, begun(client), begun(client)]
     try:
@@ -153,7 +153,7 @@ def test_one_job_an_analysis_and_so_many_at_all(server, client, case, work):
         assert client.post(f"{cases[1]}/jobs", json={"task": "look"}).status_code == 202
         answer = client.post(f"{cases[2]}/jobs", json={"task": "look"})
         assert answer.status_code == 429
-        assert "2 jobs run already" in answer.json()["message"]
+        assert "2 jobs are running" in answer.json()["message"]
     finally:
         processes = [started_process(server, each) for each in cases[:2]]
         for each in cases[1:]:
@@ -169,7 +169,7 @@ def started_process(server, case):
     return job_of(server, case)._process
 
 
-def test_what_a_job_leaves_is_old_once_a_log_or_the_axis_is_another(client, case, work):
+def test_results_are_old_after_a_change_of_log_or_axis(client, case, work):
     work('return {"axis_text": "schema = 1"} if errand.task == "look" else {}, {}')
     state = ended(client, case, "look")
     assert state["axis"]["text"] == "schema = 1"
@@ -183,7 +183,7 @@ def test_what_a_job_leaves_is_old_once_a_log_or_the_axis_is_another(client, case
     assert all(part["old"] for part in state["parts"].values())
 
 
-def test_what_is_held_out_is_predicted_right_after(client, case, work):
+def test_held_out_logs_are_predicted_after_the_identification(client, case, work):
     work('return {"task": errand.task}, {}')
     put(client, case, b"1,2\n", "other.csv", "held_out")
     client.post(f"{case}/jobs", json={"task": "identify"})
@@ -205,7 +205,7 @@ def test_a_worker_ends_with_its_server(work):
         os.kill(process.pid, 0)
 
 
-def test_a_report_is_shown_once_apart_from_the_page_and_for_a_ticket(server, client, case, work):
+def test_a_report_is_shown_once_isolated_from_the_page(server, client, case, work):
     work('(errand.folder / "results").mkdir(); (errand.folder / "results" / "report.html").write_text("<p>good")\nreturn {}, {}')
     ended(client, case, "identify")
     address = client.post(f"{case}/parts/identified/ticket").json()["address"]

@@ -39,7 +39,7 @@ def test_a_column_may_be_named_in_short(looked):
     assert read_axis(facts["axis_text"].encode()).columns["position"].unit == "mm"
 
 
-def test_before_an_axis_file_serves_its_columns_are_shown_as_recorded(looked):
+def test_columns_are_shown_as_recorded_until_the_axis_file_is_complete(looked):
     facts, data = looked('schema = 1\n[columns]\ntime = "time"\nposition = "x"\neffort = { column = "force", unit = "?" }\n')
     assert not facts["ready"]
     assert facts["missing"] == ["columns.effort.unit"]
@@ -62,7 +62,7 @@ def test_before_an_axis_file_serves_its_columns_are_shown_as_recorded(looked):
         '[effort]\nlag = 10:00:00\n[columns]\nposition = "x"',
     ],
 )
-def test_what_is_no_column_is_refused_as_at_a_terminal(looked, columns):
+def test_an_unknown_column_is_refused_as_in_the_terminal(looked, columns):
     text = f"schema = 1\n{columns}\n"
     with pytest.raises(InputError) as refused:
         read_axis(Content(Path("axis.toml"), text.encode()))
@@ -71,6 +71,6 @@ def test_what_is_no_column_is_refused_as_at_a_terminal(looked, columns):
     assert data["refusal"] == str(refused.value)
 
 
-def test_what_is_no_toml_is_told_of_the_file_that_was_dropped(looked):
+def test_invalid_toml_is_reported_for_the_dropped_file(looked):
     with pytest.raises(InputError, match=r"^axis\.toml: .*line 2"):
         looked("schema = 1\n=\n")

@@ -51,7 +51,7 @@ def led_to(file):
     return f"/{path}", fragment
 
 
-def test_a_file_that_no_browser_comes_for_is_gone_after_a_minute(opening, monkeypatch):
+def test_an_unused_file_is_removed_after_a_minute(opening, monkeypatch):
     begun = []
 
     class Timer:
@@ -86,7 +86,7 @@ def test_the_file_is_for_this_user_only_and_leads_to_the_page_with_the_token(ope
     assert answer.headers["content-security-policy"] == (f"default-src 'none'; script-src 'sha256-{digest}'; frame-ancestors 'none'")
 
 
-def test_once_a_browser_has_come_the_file_is_gone_and_nobody_else_enters(opening, client):
+def test_after_its_use_the_file_is_removed_and_its_ticket_invalid(opening, client):
     file = opening.offer()
     path, _ = led_to(file)
     for wrong in ("x", path.rpartition("/")[2][:-1], "%c3%a9"):
@@ -100,7 +100,7 @@ def test_once_a_browser_has_come_the_file_is_gone_and_nobody_else_enters(opening
     assert client.get("/").status_code == 403  # it is the entrance that may be come to from elsewhere
 
 
-def test_a_browser_that_does_not_come_is_not_waited_for(opening, client):
+def test_the_server_does_not_wait_for_a_browser(opening, client):
     file = opening.offer(0.05)
     path, _ = led_to(file)
     until = time.monotonic() + 5.0
@@ -110,12 +110,12 @@ def test_a_browser_that_does_not_come_is_not_waited_for(opening, client):
     assert client.get(path).status_code == 404
 
 
-def test_there_is_no_way_in_where_no_browser_is_opened(client):
+def test_without_a_browser_there_is_no_entrance(client):
     assert client.get("/opened/x").status_code == 404
     assert client.get("/opened/").status_code == 404
 
 
-def test_what_lies_in_place_of_the_file_is_not_written_through(opening, tmp_path):
+def test_an_existing_link_is_not_written_through(opening, tmp_path):
     (tmp_path / "open.html").symlink_to(tmp_path / "elsewhere")
     with pytest.raises(FileExistsError):
         opening.offer()

@@ -41,7 +41,7 @@ def running(state="runs"):
     return job
 
 
-def test_a_part_is_handed_out_once_it_is_there(client, case, opened):
+def test_a_result_is_served_once_it_exists(client, case, opened):
     assert client.get(f"{case}/parts/looked").status_code == 404
     left(opened, "looked", data_json='{"a": 1}')
     answer = client.get(f"{case}/parts/looked")
@@ -52,14 +52,14 @@ def test_a_part_is_handed_out_once_it_is_there(client, case, opened):
     ("name", "file", "label"),
     [("identified", "results_zip", "results.zip"), ("exported", "export_zip", "export.zip"), ("excited", "motion_zip", "motion.zip")],
 )
-def test_an_archive_has_the_name_of_what_it_holds(client, case, opened, name, file, label):
+def test_an_archive_is_named_after_its_contents(client, case, opened, name, file, label):
     left(opened, name, **{file: "zip"})
     answer = client.get(f"{case}/parts/{name}/archive")
     assert (answer.content, answer.headers["content-type"]) == (b"zip", "application/zip")
     assert f'filename="{label}"' in answer.headers["content-disposition"]
 
 
-def test_an_export_is_called_as_its_job_says(client, case, opened):
+def test_an_export_has_the_name_from_its_job(client, case, opened):
     left(opened, "exported", {"file": "axis_table.zip"}, export_zip="zip")
     assert 'filename="axis_table.zip"' in client.get(f"{case}/parts/exported/archive").headers["content-disposition"]
 
@@ -82,7 +82,7 @@ def test_a_report_is_shown_once(client, case, opened, name, file):
     assert shown.headers["content-security-policy"].startswith("sandbox allow-scripts allow-downloads; default-src 'none'")
     again = client.get(address)
     assert again.status_code == 404
-    assert "is shown no more" in again.json()["message"]
+    assert "is no longer available" in again.json()["message"]
 
 
 @pytest.mark.parametrize(("ago", "status"), [(59.0, 200), (61.0, 404)])
@@ -100,14 +100,14 @@ def test_a_ticket_holds_for_a_minute(client, case, opened, monkeypatch, ago, sta
     assert client.get(address).status_code == status
 
 
-def test_a_new_ticket_lets_go_of_those_whose_time_is_over(client, case, opened, app):
+def test_a_new_ticket_removes_expired_tickets(client, case, opened, app):
     left(opened, "identified", results__report_html="x")
     addresses = [client.post(f"{case}/parts/identified/ticket").json()["address"] for _ in range(3)]
     assert len(set(addresses)) == 3
     assert [client.get(address).status_code for address in addresses] == [200, 200, 200]
 
 
-def test_a_report_whose_analysis_is_closed_is_shown_no_more(client, case, opened):
+def test_the_report_of_a_closed_analysis_is_unavailable(client, case, opened):
     left(opened, "identified", results__report_html="x")
     address = client.post(f"{case}/parts/identified/ticket").json()["address"]
     client.delete(case)
@@ -125,13 +125,13 @@ def test_an_axis_file_is_the_axis_and_no_log(client, case, opened):
     assert client.get(case).json()["axis"]["label"] == "stage.toml"
 
 
-def test_a_role_that_is_none_is_refused(client, case):
+def test_an_unknown_role_is_refused(client, case):
     answer = put(client, case, b"x", role="other")
     assert answer.status_code == 400
     assert "allowed fit, held_out, axis" in answer.json()["message"]
 
 
-def test_files_change_their_role_and_go(client, case, opened):
+def test_files_change_their_role_and_are_removed(client, case, opened):
     put(client, case, b"1")
     put(client, case, b"2", "later.csv", "held_out")
     for name in ("looked", "predicted"):
@@ -147,21 +147,21 @@ def test_files_change_their_role_and_go(client, case, opened):
     assert client.delete(f"{case}/files/2").status_code == 404
 
 
-def test_what_is_being_received_takes_room_until_it_is_there(client, case, app):
+def test_a_file_in_transfer_counts_towards_the_limit(client, case, app):
     put(client, case, b"x" * 900)
     assert app.state.cases.receiving == 0
     put(client, case, b"x" * 1001)
     assert app.state.cases.receiving == 0
 
 
-def test_a_job_is_not_started_where_another_runs(client, case, opened, app):
+def test_a_second_job_of_an_analysis_is_refused(client, case, opened, app):
     opened.job = running()
     answer = client.post(f"{case}/jobs", json={"task": "look"})
-    assert (answer.status_code, "another job runs for this analysis" in answer.json()["message"]) == (409, True)
+    assert (answer.status_code, "this analysis has a running job" in answer.json()["message"]) == (409, True)
     others = [begun(client), begun(client)]
     app.state.cases[others[0].rpartition("/")[2]].job = running()
     answer = client.post(f"{others[1]}/jobs", json={"task": "look"})
-    assert (answer.status_code, "2 jobs run already" in answer.json()["message"]) == (429, True)
+    assert (answer.status_code, "2 jobs are running" in answer.json()["message"]) == (429, True)
     assert client.post(f"{others[1]}/jobs", json={"task": "remove"}).status_code == 400
 
 
@@ -177,7 +177,7 @@ def test_only_a_job_that_runs_is_cancelled(client, case, opened):
     opened.job = None
 
 
-def test_a_job_has_what_it_needs_and_leaves_its_part(client, case, opened, monkeypatch):
+def test_a_job_gets_its_inputs_and_stores_its_result(client, case, opened, monkeypatch):
     put(client, case, b"1", "a.csv")
     put(client, case, b"2", "b.csv", "held_out")
     put(client, case, b"schema = 1\n", "stage.toml", "axis")
@@ -204,7 +204,7 @@ def test_a_job_has_what_it_needs_and_leaves_its_part(client, case, opened, monke
     assert len(requested) == 3
 
 
-def test_a_job_that_fails_leaves_nothing(client, case, opened, monkeypatch):
+def test_a_failing_job_stores_no_result(client, case, opened, monkeypatch):
     async def run(job, request):
         job.state = "failed"
         return False

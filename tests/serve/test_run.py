@@ -14,23 +14,23 @@ from bristle.server.run import NOTE, PREFIX, listening_on, own_folder, serve, se
 
 
 @pytest.mark.parametrize("port", [-1, 2**16, 10**9])
-def test_what_is_no_port_is_refused(port):
-    with pytest.raises(InputError, match=r"--port: is no port.*0 to 65535, 0 for one that is free"):
+def test_an_invalid_port_is_refused(port):
+    with pytest.raises(InputError, match=r"--port: is not a port.*0 to 65535, 0 for any free port"):
         listening_on(port)
 
 
-def test_this_machine_alone_is_heard_and_a_port_once():
+def test_only_this_machine_connects_and_a_port_is_used_once():
     with listening_on(0) as listening:
         host, port = listening.getsockname()
         assert host == "127.0.0.1"
         assert port > 0
-        with pytest.raises(InputError, match=r"--port: cannot be listened to: .*a free one is taken"):
+        with pytest.raises(InputError, match=r"--port: cannot be listened to: .*bristle takes a free port"):
             listening_on(port)
         with socket.create_connection(("127.0.0.1", port), timeout=5):
             pass
 
 
-def test_a_folder_is_this_user_s_and_goes_with_all_that_is_in_it(temporary):
+def test_a_folder_is_private_and_removed_with_its_contents(temporary):
     with own_folder() as folder:
         assert folder.parent == temporary
         assert folder.name.startswith(PREFIX)
@@ -43,7 +43,7 @@ def test_a_folder_is_this_user_s_and_goes_with_all_that_is_in_it(temporary):
     assert list(temporary.iterdir()) == []
 
 
-def test_the_folder_of_a_server_that_lives_is_left_alone(temporary):
+def test_the_folder_of_a_live_server_is_kept(temporary):
     with own_folder() as first, own_folder() as second:
         assert first.exists()
         assert second.exists()
@@ -59,7 +59,7 @@ def dead(temporary, name=f"{PREFIX}dead"):
 
 
 @pytest.mark.skipif(os.name != "posix", reason="owners of POSIX")
-def test_what_a_dead_server_left_is_removed_and_a_copy_of_it_is_not(temporary):
+def test_the_folder_of_a_dead_server_is_removed_and_a_copy_kept(temporary):
     left, copy = dead(temporary), dead(temporary, f"{PREFIX}copy")
     (copy / NOTE).write_text((left / NOTE).read_text())
     elsewhere = dead(temporary, "bristle-else")
@@ -98,7 +98,7 @@ def test_an_address_is_announced_and_a_browser_opened_with_a_file(temporary, mon
     assert list(temporary.iterdir()) == []
 
 
-def test_a_server_says_nothing_of_itself_and_trusts_no_proxy():
+def test_a_server_sends_no_server_header_and_trusts_no_proxy():
     async def app(scope, receive, send):
         raise AssertionError
 

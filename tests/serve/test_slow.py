@@ -35,7 +35,7 @@ def closed_after(connection):
         text += piece
 
 
-def test_a_head_that_never_ends_is_not_waited_for(server):
+def test_an_endless_head_is_cut_off(server):
     with server.raw(b"GET / HTTP/1.1\r\n") as connection:
         begin = time.monotonic()
         with pytest.raises(OSError):  # noqa: PT012  (which of the lines fails is a matter of time)
@@ -45,14 +45,14 @@ def test_a_head_that_never_ends_is_not_waited_for(server):
         assert time.monotonic() - begin < 10 * SILENCE
 
 
-def test_nothing_at_all_is_not_waited_for(server):
+def test_a_silent_connection_is_closed(server):
     with server.raw() as connection:
         seconds, text = closed_after(connection)
     assert text == b""
     assert seconds < 10 * SILENCE
 
 
-def test_a_body_that_stops_is_not_waited_for(server):
+def test_a_stalled_body_is_cut_off(server):
     with server.client() as client:
         case = begun(client)
     with server.raw(head(server, "PUT", f"{case}/files", "content-length: 1000\r\n\r\n"), b"abc") as connection:
@@ -63,7 +63,7 @@ def test_a_body_that_stops_is_not_waited_for(server):
         assert client.get(case).json()["files"] == []
 
 
-def test_an_answer_that_nobody_reads_is_dropped(server):
+def test_an_unread_answer_is_dropped(server):
     with server.client() as client:
         case = begun(client)
         (opened,) = [each for each in server.cases if case.endswith(each.identifier)]

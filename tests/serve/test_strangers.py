@@ -65,7 +65,7 @@ def longest_wait(server, requests, pause=0.0):
     return max(waits)
 
 
-def test_the_owner_is_answered_while_strangers_hold_all_that_they_can(server):
+def test_the_owner_is_answered_while_strangers_occupy_all_connections(server):
     with strangers(server, 40) as rest:
         assert longest_wait(server, 8, pause=0.05) < 1.0
         with server.client() as client:
@@ -75,7 +75,7 @@ def test_the_owner_is_answered_while_strangers_hold_all_that_they_can(server):
 
 
 @pytest.mark.parametrize(("count", "dropped"), [(3, 0), (6, 2)])
-def test_the_last_strangers_stay_and_no_more_than_there_may_be(server, count, dropped):
+def test_only_the_latest_strangers_stay_up_to_the_limit(server, count, dropped):
     with strangers(server, count) as rest:
         time.sleep(0.3)
         assert list(map(closed, rest)) == [True] * dropped + [False] * (count - dropped)
@@ -118,7 +118,7 @@ def test_a_connection_that_had_the_token_is_not_dropped_for_a_stranger(server):
 
 
 @pytest.mark.slow
-def test_forty_of_forty_requests_are_answered_within_a_second_beside_ninety_half_open_connections():
+def test_forty_requests_are_answered_within_a_second_despite_half_open_connections():
     with served() as server, strangers(server, 90, stubborn=True):
         assert longest_wait(server, 40, pause=0.2) < 1.0
 

@@ -60,7 +60,7 @@ def test_warnings_are_counted_and_notes_are_not(errand, monkeypatch):
     assert data["logs"][0]["passages"] is None
 
 
-def test_a_command_holds_options_with_a_value():
+def test_a_command_contains_options_with_a_value():
     command = tasks._command("identify", ["a b.csv", "c.csv"], {"--axis": "x.toml", "--draws": "", "--cutoff": None, "--out": "results"})
     assert command == "bristle identify 'a b.csv' c.csv --axis x.toml --out results"
 
@@ -84,17 +84,17 @@ def test_columns_are_shown_as_recorded_until_their_units_are_known():
     assert (bare["unit"], bare["time_unit"], bare["curve"][0]) == ("as recorded", "sample", [0.0, 1.0, 2.0])
 
 
-def test_a_log_without_an_axis_file_is_looked_at_with_a_proposal(errand):
+def test_a_log_without_an_axis_file_is_read_with_a_proposal(errand):
     facts, data = tasks.look(errand([("a.csv", "fit", log())], text=""))
     assert "[columns]" in facts["axis_text"]
     assert "columns.position.unit" in facts["missing"] or facts["ready"]
     assert data["log"] == "a.csv"
     assert errand.told == [(0.1, "reading the log")]
-    with pytest.raises(InputError, match="Drop a log that is to be fitted to"):
+    with pytest.raises(InputError, match="Drop a log to fit"):
         tasks.look(errand([("a.csv", "held_out", log())]))
 
 
-def test_an_axis_file_that_serves_shows_channels_in_si(errand):
+def test_a_complete_axis_file_shows_channels_in_si(errand):
     facts, data = tasks.look(errand([("a.csv", "fit", log())]))
     assert (facts["ready"], facts["missing"], data["refusal"]) == (True, [], "")
     assert [(plot["word"], plot["unit"], plot["time_unit"]) for plot in data["plots"]] == [("position", "m", "s"), ("effort", "N", "s")]
@@ -104,7 +104,7 @@ def test_an_axis_file_that_serves_shows_channels_in_si(errand):
     assert (data["problems"], data["diagnostics"]) == ([], [])
 
 
-def test_a_model_is_held_against_each_log_that_was_held_out(errand, monkeypatch):
+def test_each_held_out_log_is_predicted(errand, monkeypatch):
     import bristle
 
     class Prediction:
@@ -128,7 +128,7 @@ def test_a_model_is_held_against_each_log_that_was_held_out(errand, monkeypatch)
     assert errand.told == [(0.0, "predicting b.csv"), (0.5, "predicting c.csv")]
 
 
-def test_a_table_tells_which_columns_are_numbers():
+def test_a_table_marks_columns_of_numbers():
     from bristle.report.table import Table
 
     data = tasks._table(Table("T", ("Name", "Value", "Empty"), [("a", "1.5", ""), ("b", "2", "")]))
@@ -175,7 +175,7 @@ def test_the_first_short_text_of_an_export_is_shown(errand, monkeypatch, files, 
     assert (made.folder / "export.zip").is_file()
 
 
-def test_an_export_is_a_table_of_twenty_points_unless_told_otherwise(errand, monkeypatch):
+def test_an_export_is_a_table_of_twenty_points_by_default(errand, monkeypatch):
     requested = []
 
     def exported(model, target, **how):

@@ -68,7 +68,7 @@ def test_a_worker_has_limits_and_a_folder_and_prints_to_the_complaints(process, 
 
 
 @pytest.mark.parametrize("refusal", [ValueError, OSError])
-def test_a_limit_that_the_system_does_not_take_is_no_fault(process, monkeypatch, refusal):
+def test_a_limit_rejected_by_the_system_is_no_fault(process, monkeypatch, refusal):
     def refused(*limit):
         raise refusal
 
@@ -79,14 +79,14 @@ def test_a_limit_that_the_system_does_not_take_is_no_fault(process, monkeypatch,
 @pytest.mark.parametrize(
     ("error", "code", "words"),
     [
-        (KeyboardInterrupt(), 2, "cancelled before anything was found"),
+        (KeyboardInterrupt(), 2, "cancelled before the first result"),
         (MemoryError("x"), 2, "there is not enough memory for this. Take a shorter log"),
         (np._core._exceptions._ArrayMemoryError((9,), np.dtype(float)), 2, "there is not enough memory for this. Take a shorter log"),
         (InputError("is wrong", path="log"), 2, "log: is wrong"),
         (ValueError("a bug"), None, "this is a fault of bristle, not yours: ValueError: a bug"),
     ],
 )
-def test_work_that_fails_says_why_and_leaves_no_data(process, tmp_path, error, code, words):
+def test_failing_work_gives_a_reason_and_leaves_no_data(process, tmp_path, error, code, words):
     def task(errand):
         raise error
 
@@ -147,7 +147,7 @@ def test_no_work_is_interrupted_after_its_end(orders):
     ("files", "imports"),
     [((), False), (("a.py", "b.py"), False), (("a.py", "<frozen importlib._bootstrap>", "b.py"), True), (("<frozen importlib>",), True)],
 )
-def test_an_import_is_seen_wherever_it_stands_among_the_frames(monkeypatch, files, imports):
+def test_an_import_is_detected_anywhere_in_the_stack(monkeypatch, files, imports):
     frame = None
     for file in reversed(files):
         frame = Some(f_code=Some(co_filename=file), f_back=frame)

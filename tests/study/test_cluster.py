@@ -218,7 +218,7 @@ def test_a_scheduler_without_workers_is_reported(bench, own_dask, monkeypatch):
 def test_options_of_this_machine_exclude_a_cluster(bench, capsys, option):
     file = str(bench.write())
     assert main(["study", file, "--out", str(bench.folder / "out"), "--scheduler", "tcp://a:1", *option]) == 2
-    assert f"{option[0]}: simulates on this machine, and --scheduler does not" in capsys.readouterr().err
+    assert f"{option[0]}: simulates on this machine, --scheduler on a cluster" in capsys.readouterr().err
     assert not (bench.folder / "out").exists()
 
 
@@ -267,7 +267,7 @@ def test_ctrl_c_keeps_written_blocks_and_cancels_the_rest(slow_bench, dask):
     process.send_signal(signal.SIGINT)
     text = process.communicate(timeout=60.0)[1].decode()
     assert process.returncode == 130
-    assert text.splitlines() == [f"bristle: {out} keeps the runs that are done; the same command goes on", "bristle: interrupted"]
+    assert text.splitlines() == [f"bristle: {out} keeps the finished runs. The same command continues", "bristle: interrupted"]
     assert len(content(out)) < 100
     with distributed.Client(dask.address, set_as_default=False) as client:
         until(lambda: not any(client.processing().values()), "workers without work")
@@ -335,7 +335,7 @@ def test_a_block_that_ends_all_its_workers_is_left_out_with_a_report(bench, tmp_
     with closing(DaskCluster(tmp_path_factory.mktemp("dask"), **tries_once)) as cluster:
         cluster.worker(PYTHONPATH=str(deadly))
         assert main(["study", str(file), "--out", str(out), "--scheduler", cluster.address]) == 1
-    assert "runs 4 to 7 are missing: each process that simulated them ended" in capsys.readouterr().err
+    assert "runs 4 to 7 are missing: every process that simulated them crashed" in capsys.readouterr().err
     assert numbers(out) == [0, 1, 2, 3, 8, 9, 10, 11]
     monkeypatch.undo()
     assert run_study(read_study_file(file), out, workers=1).is_whole

@@ -41,11 +41,11 @@ def test_a_sound_model_is_admitted_without_a_word(model):
     ],
 )
 def test_a_model_that_cannot_run_is_refused_with_its_file(tmp_path, new, said):
-    with pytest.raises(InputError, match=rf"own\.py: is not fit to be used .*{said}.* Try: bristle check .*own\.py"):
+    with pytest.raises(InputError, match=rf"own\.py: cannot be used .*{said}.* Try: bristle check .*own\.py"):
         admit(edited(tmp_path, SPEED, f"    {new}\n"))
 
 
-def test_the_text_that_was_read_is_tried_whatever_has_become_of_its_file(tmp_path):
+def test_the_text_read_first_is_tested_even_if_its_file_changes(tmp_path):
     text = EXAMPLE.read_text(encoding="utf-8") + "# one of many copies\n"
     file = tmp_path / "own.py"
     for later in ("", "raise ValueError('another text')\n", None):
@@ -63,16 +63,16 @@ def test_an_example_of_something_else_is_refused(tmp_path):
         with_slots(model, ["asymmetry"])
 
 
-def test_friction_that_drives_is_warned_of(tmp_path):
+def test_friction_that_creates_energy_causes_a_warning(tmp_path):
     model = edited(tmp_path, "return p.F_C * ", "return -p.F_C * ")
-    with pytest.warns(InputWarning, match=r"does not meet the contract.*opposes sliding, dissipates.*bristle check"):
+    with pytest.warns(InputWarning, match=r"fails the contract.*opposes sliding, dissipates.*bristle check"):
         admit(model(F_C=20.0, F_q=125.0))
 
 
 @pytest.mark.parametrize(
     ("new", "said"), [("v = undefined_thing * p.F_q", "name 'undefined_thing' is not"), ("v = motion.v * p.F_Q", "'F_Q'")]
 )
-def test_what_does_not_compile_is_a_fault_of_the_file_and_not_of_bristle(tmp_path, new, said):
+def test_a_compile_error_is_a_fault_of_the_file(tmp_path, new, said):
     model = edited(tmp_path, SPEED, f"    {new}\n")(F_C=20.0, F_q=125.0)
     with pytest.raises(InputError, match=rf"own\.py.*: cannot be compiled: .*{said}.*Try: bristle check"):
         response(model, [0.0, 1e-3], 1e-3)

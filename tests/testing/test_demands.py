@@ -59,14 +59,14 @@ def stops(subject):
     raise ZeroDivisionError("by nought")
 
 
-def test_outcomes_come_in_order_with_what_was_seen():
+def test_results_are_in_order_with_their_observations():
     first, second, third = outcomes([fits, misses, stops], None, ())
     assert first == Check("fits", True, "seen", "", True, 2.0, "N", 3.0)
     assert second == Check("misses", False, "too much", "less", True, 4.0, "N", 3.0)
     assert (third.passed, third.detail, third.advice) == (False, "stops with ZeroDivisionError: by nought", "Kernels never raise")
 
 
-def test_after_a_demand_of_the_form_the_others_are_not_tried():
+def test_a_failed_demand_of_the_form_skips_the_others():
     assert [check.name for check in outcomes([misses, fits], None, (misses,))] == ["misses"]
     assert [check.name for check in outcomes([fits, misses], None, (fits,))] == ["fits", "misses"]
     assert len(outcomes([stops, fits], None, (stops,), "why")) == 1
@@ -78,14 +78,14 @@ def test_after_a_demand_of_the_form_the_others_are_not_tried():
         outcomes([interrupted], None, ())
 
 
-def test_a_fact_is_handed_on_where_its_demand_is_met():
+def test_a_fact_is_returned_if_its_demand_is_met():
     fact = Fact("x")
     assert judged(fact, "y", unmet=False) is fact
     missed = unmet(lambda: judged(fact, "y", unmet=True))
     assert (missed.fact, missed.advice, str(missed)) == (fact, "y", "x")
 
 
-def test_bits_that_differ_are_told_by_their_size():
+def test_differing_bits_are_reported_with_their_size():
     runs = iter([np.array([1.0, 2.0]), np.array([1.0, 2.5])])
     missed = unmet(lambda: compiled_as_plain(lambda: next(runs), "rotational"))
     assert (missed.fact.value, missed.fact.unit, missed.fact.threshold) == (0.5, "N*m", 0.0)
@@ -112,7 +112,7 @@ def test_a_trial_that_writes_or_remembers_is_no_trial():
         calls.append(1)
         return float(len(calls)), Move()
 
-    assert "another result later" in str(unmet(contract.pure_trial, model(counts)))
+    assert "later gave a different result" in str(unmet(contract.pure_trial, model(counts)))
 
 
 def test_a_force_is_finite_at_every_speed_and_step():
@@ -170,7 +170,7 @@ def test_a_force_opposes_sliding_apart_from_its_mean(monkeypatch):
     monkeypatch.setattr(contract, "_steady", lambda model, v: 5.0 + 2.0 * np.sign(v) + 10.0 * v)
     fact = contract.opposes_sliding(model())
     assert fact.value == pytest.approx(4.0 + 20.0 * 1e-4)
-    assert fact.detail.startswith("least at 0.0001 m/s: 7.001 forward, 2.999 backward")
+    assert fact.detail.startswith("smallest force at 0.0001 m/s: 7.001 forward, 2.999 backward")
     monkeypatch.setattr(contract, "_steady", lambda model, v: -v if abs(v) > 0.05 else v)
     assert unmet(contract.opposes_sliding, model()).fact.value == pytest.approx(-0.2)
 
@@ -296,7 +296,7 @@ def factor(values, **changed):
     return item
 
 
-def test_a_slot_changes_nothing_by_its_defaults():
+def test_the_defaults_of_a_slot_have_no_effect():
     assert slot.neutral_defaults(factor([1.0, 1.0])).value == 0.0
     missed = unmet(slot.neutral_defaults, factor([1.0, 1.25]))
     assert (missed.fact.value, missed.fact.threshold) == (0.25, 1e-12)
@@ -312,7 +312,7 @@ def test_a_factor_stays_above_zero_and_varies():
     assert unmet(slot.factor_above_zero, factor([2.0, 2.0])).advice.startswith("Give the slot example")
 
 
-def test_what_is_sampled_returns_a_number_and_a_state():
+def test_a_sampled_component_returns_a_number_and_a_state():
     law = SimpleNamespace(component=SimpleNamespace(State=State), kind="rotational")
     fact = slot._sampled(law, "effort", lambda: (3.0, State(1.0)), "force")
     assert (fact.value, fact.unit) == (3.0, "N*m")
@@ -320,10 +320,10 @@ def test_what_is_sampled_returns_a_number_and_a_state():
     assert "the effort is list" in str(unmet(slot._sampled, law, "effort", lambda: ([], State()), "force"))
     assert "as its state" in str(unmet(slot._sampled, law, "effort", lambda: (1.0, 2.0), "force"))
     later = iter(range(9))
-    assert "another result later" in str(unmet(slot._sampled, law, "effort", lambda: (float(next(later)), State()), "force"))
+    assert "later gave a different result" in str(unmet(slot._sampled, law, "effort", lambda: (float(next(later)), State()), "force"))
 
 
-def test_a_walk_goes_a_millisecond_at_each_speed_in_whatever_units():
+def test_a_walk_takes_a_millisecond_at_each_speed_in_any_units():
     from bristle.testing import dimensions
 
     tried = []

@@ -9,7 +9,7 @@ from bristle.testing.check import UnmetError
 from bristle.testing.figures import EXAMPLES, _experiment, _study
 
 
-def test_an_example_loop_is_run_with_and_without_its_friction_fed_forward():
+def test_an_example_loop_runs_with_and_without_friction_feedforward():
     fed, plain = _experiment("rotational").variants
     assert (fed.name, plain.name, plain.feedforward.friction) == ("base", "uncompensated", None)
     assert fed.friction == fed.feedforward.friction == plain.friction
@@ -32,7 +32,7 @@ def test_runs_of_an_example_study_have_an_error_that_grows_with_friction(kind, u
     assert list(runs.columns["run"]) == list(range(40))
 
 
-def test_an_example_comparison_is_of_a_log_that_misses_its_reference_twice_as_far(monkeypatch):
+def test_an_example_comparison_has_a_log_with_twice_the_error(monkeypatch):
     monkeypatch.setattr(figures, "compare", lambda before, after: (before, after))
     ((before, none),), ((after, nothing),) = EXAMPLES["comparison"]("rotational")
     apart = [float(np.mean(np.abs(log.reference.values - log.position.values))) for log in (before, after)]

@@ -64,14 +64,14 @@ def test_a_figure_is_tried_with_the_results_that_it_may_take():
     assert None not in taken
 
 
-def test_the_example_and_a_sound_one_meet_it():
+def test_the_example_and_a_sound_figure_meet_the_contract():
     assert unmet(load_figure_file(EXAMPLE)) == []
     assert unmet(figure_of()) == []
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("takes", EXAMPLES)
-def test_each_result_is_there_to_be_drawn(takes):
+def test_each_result_can_be_drawn(takes):
     seen = []
 
     def draw(result):
@@ -86,11 +86,11 @@ def test_each_result_is_there_to_be_drawn(takes):
 @pytest.mark.parametrize(
     ("figure", "demand", "said"),
     [
-        (figure_of(caption="What to see"), "described figure", "the caption is no sentence"),
+        (figure_of(caption="What to see"), "described figure", "the caption is not a sentence"),
         (figure_of(title="Two\nlines"), "described figure", "title has several lines"),
         (figure_of(changed(lambda figure, axes, log: 3)), "draws each kind", "returned a int, not a Figure"),
         (figure_of(changed(lambda figure, axes, log: log.nothing)), "draws each kind", "AttributeError"),
-        (figure_of(changed(lambda figure, axes, log: axes.lines[0].remove())), "shows numbers", "nothing is drawn"),
+        (figure_of(changed(lambda figure, axes, log: axes.lines[0].remove())), "shows numbers", "the drawing is empty"),
         (figure_of(changed(lambda figure, axes, log: axes.set_ylabel("Share") and None)), "labelled axes", "no unit"),
         (figure_of(changed(lambda figure, axes, log: axes.set_xlabel("") and None)), "labelled axes", "has no label"),
         (
@@ -106,13 +106,13 @@ def test_each_result_is_there_to_be_drawn(takes):
         (figure_of(changed(by_pyplot)), "nothing left open", "pyplot keeps the figure"),
     ],
 )
-def test_each_fault_is_told(figure, demand, said):
+def test_each_fault_is_reported(figure, demand, said):
     missed = unmet(figure)
     assert [name for name, _ in missed] == [demand]
     assert said in missed[0][1]
 
 
-def test_what_a_figure_writes_to_results_is_lost():
+def test_changes_of_results_by_a_figure_are_discarded():
     before = example_facts("translational")["identification"].best.traces.measured.copy()
     zeroed = figure_of(changed(lambda figure, axes, result: result.best.traces.measured.fill(0.0)), takes="identification")
     assert unmet(zeroed) == []

@@ -26,7 +26,7 @@ def unmet(folder: Path, name: str, old: str, new: str) -> tuple[str, str, str]:
 
 
 @pytest.mark.parametrize("component", [*CONTROLLERS.values(), *SENSORS.values()], ids=lambda one: one.name)
-def test_those_of_the_package_meet_it(component):
+def test_built_in_laws_and_sensors_meet_the_contract(component):
     assert [item.name for item in check_model(component) if not item.passed] == []
 
 
@@ -45,13 +45,13 @@ def test_those_of_the_package_meet_it(component):
         ("resolver.py", "@kernel\ndef step", "def step", "sensor kernels", "step is not a kernel"),
     ],
 )
-def test_each_fault_is_told(tmp_path, name, old, new, demand, said):
+def test_each_fault_is_reported(tmp_path, name, old, new, demand, said):
     failed, detail, _ = unmet(tmp_path, name, old, new)
     assert failed == demand
     assert said in detail
 
 
-def test_a_law_that_remembers_outside_its_state_is_told(tmp_path):
+def test_a_law_with_memory_outside_its_state_is_reported(tmp_path):
     remembered = "state = state if state.total != 0.0 else State(state.e, LAST.pop() if LAST else 1.0)\n    " + EFFORT
     text = (FOLDER / "pid.py").read_text(encoding="utf-8").replace(EFFORT, remembered)
     (tmp_path / "pid.py").write_text(text.replace("@kernel\ndef step", "LAST = [2.0]\n\n\n@kernel\ndef step"))
@@ -60,6 +60,6 @@ def test_a_law_that_remembers_outside_its_state_is_told(tmp_path):
     assert failed[0].name in ("law kernels", "law results")
 
 
-def test_what_has_no_contract_is_refused():
-    with pytest.raises(InputError, match="is no friction model, slot, control law or sensor"):
+def test_an_object_without_a_contract_is_refused():
+    with pytest.raises(InputError, match="is not a friction model, slot, control law or sensor"):
         check_model(inertia(M=1.0))

@@ -56,7 +56,7 @@ def test_an_export_is_proved_at_both_ends_of_the_channel(monkeypatch):
     assert usual == [SLOT.channel.usual] * 2 if not SLOT.channel.is_own else list(range_of(SLOT))
 
 
-def test_an_export_that_is_off_at_one_end_is_told(monkeypatch):
+def test_an_export_with_an_error_at_one_end_is_reported(monkeypatch):
     with pytest.raises(UnmetError, match="the last bit differs"):
         exported(monkeypatch, ["", "the last bit differs"])
 

@@ -1,4 +1,4 @@
-"""The command ``bristle``: its commands, and how one is run."""
+"""The command ``bristle``: its subcommands, and the function that runs them."""
 
 from typing import Annotated, cast
 
@@ -10,7 +10,7 @@ from bristle.cli.options import REMOVED, as_command, command_told
 from bristle.cli.signals import INTERRUPTED
 from bristle.cli.terminal import BAD_INPUT, complain
 
-# Newer releases of typer carry their own copy of click: its errors are found through what typer makes public.
+# Newer releases of typer contain their own copy of click: its errors are reached through public classes of typer.
 UsageError = cast("type[typer.BadParameter]", typer.BadParameter.__mro__[1])
 
 app = typer.Typer(
@@ -24,11 +24,11 @@ for module in (demo, excite, identify, predict, run_command, study, compare, des
 
 @app.callback(invoke_without_command=True)
 def bristle(
-    context: typer.Context, version: Annotated[bool, typer.Option("--version", help="Print the version and stop.")] = False
+    context: typer.Context, version: Annotated[bool, typer.Option("--version", help="Print the version and exit.")] = False
 ) -> None:
-    """From the log of a motion axis to a friction model, a compensated loop, and numbers for the drive.
+    """From the log of a motion axis to a friction model, a compensated loop and drive tables.
 
-    Exit codes: 0 done, 1 the answer is no, 2 bad input, 130 interrupted, 70 a fault of bristle.
+    Exit codes: 0 success, 1 negative answer, 2 bad input, 130 interrupted, 70 fault of bristle.
     """
     if version:
         from importlib.metadata import version as installed
@@ -40,7 +40,7 @@ def bristle(
 
 
 def run(arguments: list[str]) -> int:
-    """Run one command and return its exit code; a mistyped command line is told as one line."""
+    """Run one command and return its exit code. Report a mistyped command line in one line."""
     if arguments and arguments[0] in REMOVED:
         complain(f"bristle {arguments[0]} was removed. {REMOVED[arguments[0]]}")
         return BAD_INPUT

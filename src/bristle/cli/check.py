@@ -1,4 +1,4 @@
-"""``bristle check``: whether a model is fit to be used, and what a log determines."""
+"""``bristle check``: test a model or user code, and find the parameters that a log determines."""
 
 from __future__ import annotations
 
@@ -24,35 +24,37 @@ def check(
         Path,
         typer.Argument(
             metavar="RESULTS|MODEL.toml|OWN.py",
-            help="Results of identify, a model file, or a model, slot, law, sensor, reader, figure or target of the export of your own.",
+            help="Results of identify, a model file, or your model, slot, law, sensor, reader, figure or export target.",
         ),
     ],
-    force_ripple: Annotated[str | None, typer.Option(metavar="LOW,HIGH", help="Forces between which drift is looked for.")] = None,
-    loop: Annotated[str | None, typer.Option(metavar="X1,X2", help="Where the loop turns that has to close.")] = None,
+    force_ripple: Annotated[str | None, typer.Option(metavar="LOW,HIGH", help="Range of the force ripple in the drift test.")] = None,
+    loop: Annotated[str | None, typer.Option(metavar="X1,X2", help="Reversal points of the loop in the closure test.")] = None,
     log: Annotated[
-        list[Path] | None, typer.Option("--log", metavar="LOG", help="With RESULTS: their log, where it was moved; repeated for several.")
+        list[Path] | None, typer.Option("--log", metavar="LOG", help="With RESULTS: their log, if it was moved; repeatable.")
     ] = None,
     draws: Annotated[
-        int | None, typer.Option("--draws", metavar="COUNT", min=3, max=1000, help="With RESULTS: simulated logs; 10 by default.")
+        int | None, typer.Option("--draws", metavar="COUNT", min=3, max=1000, help="With RESULTS: number of simulated logs, by default 10.")
     ] = None,
     as_json: Json = False,
 ) -> int:
-    """Check a model, what else you wrote, or what a log determines.
+    """Check a model, your own code, or the information in a log.
 
-    Tells whether a model or code of your own is fit to be used, and where not, what to change.
-    Of RESULTS, the folder that identify wrote or its summary.json, the identified axis is simulated along its own log,
-    and each simulated log is identified with the same model and settings: the truth is known, and a table tells which
-    parameters this log determines, how well, and how many intervals hold the truth.
-    A model file has its certificates: bounded deflection, passivity, drift, closure of a minor loop, dissipation.
-    A Python file is executed, and its friction model, slot, control law, sensor, reader of logs, figure or target of
-    the export held against its contract.
-    The exit code is 1 if one of them fails.
+    RESULTS (the folder written by identify, or its summary.json): bristle simulates the identified axis along its own
+    log and identifies each simulated log with the same model and settings. The true values are known, so a table shows
+    which parameters this log determines, how accurately, and how many intervals contain the true value.
+
+    Model file: bristle computes its certificates: bounded deflection, passivity, drift, closure of a minor loop, dissipation.
+
+    Python file: bristle runs it and tests its friction model, slot, control law, sensor, log reader, figure or export target
+    against the contract.
+
+    Every failed test comes with advice. The exit code is 1 if a test fails.
     """
     options = {"--force-ripple": force_ripple, "--loop": loop}
     if model.is_dir() or model.name == "summary.json":
-        refuse(options, "is for a model file", "Leave it out, or check model.toml in that folder")
+        refuse(options, "applies to a model file", "Leave it out, or check model.toml in that folder")
         return _of_results(model, log or None, draws or 10, as_json=as_json)
-    refuse({"--log": log, "--draws": draws}, "is for a folder of results")
+    refuse({"--log": log, "--draws": draws}, "applies to a folder of results")
     judged = _of_values(model, options) if model.suffix == ".toml" else _of_code(model, options)
     if as_json:
         print_json({"model": judged.name, "passed": not judged.failures, "certificates": judged.certificates})
@@ -64,7 +66,7 @@ def check(
 
 
 def _of_results(results: Path, log: list[Path] | None, draws: int, *, as_json: bool) -> int:
-    """Tell what the log of an identification can determine."""
+    """Report how well the log of an identification determines its parameters."""
     from bristle.core import InputError
     from bristle.files import SUMMARY
     from bristle.report.known_truth import NOTE
@@ -72,8 +74,8 @@ def _of_results(results: Path, log: list[Path] | None, draws: int, *, as_json: b
 
     folder = results.parent if results.name == SUMMARY else results
     if not (folder / SUMMARY).is_file():
-        mend = "Name a folder that bristle identify --out wrote"
-        raise InputError("is no folder of results", path=str(folder), allowed=f"a folder with {SUMMARY}", mend=mend)
+        mend = "Name a folder written by bristle identify --out"
+        raise InputError("is not a folder of results", path=str(folder), allowed=f"a folder with {SUMMARY}", mend=mend)
     with progress("simulating") as report:
         truth = load(folder).known_truth(log, draws=draws, progress=report)
     if as_json:
@@ -84,7 +86,7 @@ def _of_results(results: Path, log: list[Path] | None, draws: int, *, as_json: b
 
 
 class _Judged(NamedTuple):
-    """A checked model: its name, each certificate as data, why some fail, and all as a table."""
+    """A checked model: its name, its certificates as data, the reasons of failures, and a table."""
 
     name: str
     certificates: dict[str, Any]
@@ -106,14 +108,14 @@ def _of_values(model: Path, options: dict[str, str | None]) -> _Judged:
         certificates = certificates_of(chosen, force_ripple=ripple, loop=loop)  # type: ignore[arg-type]
     failures = [f"{name}: {certificate.advice}" for name, certificate in certificates.items() if certificate.passed is False]
     if not failures and not of_operator:
-        # Refuses what breaks a condition that no certificate speaks of, such as F_S >= F_C.
+        # Refuses a broken condition that no certificate covers, such as F_S >= F_C.
         read_model(file)
     data = {name: vars(certificate) for name, certificate in certificates.items()}
     return _Judged(chosen.name, data, failures, certificate_table(chosen.name, certificates))
 
 
 def _of_code(model: Path, options: dict[str, str | None]) -> _Judged:
-    """Return how what a file of code defines meets its contract; naming the code allows it."""
+    """Return the result of a code file against its contract; naming the file allows its code."""
     from bristle.core import InputError
     from bristle.exports import load_target_file
     from bristle.figures import load_figure_file
@@ -123,26 +125,26 @@ def _of_code(model: Path, options: dict[str, str | None]) -> _Judged:
 
     if model.suffix != ".py":
         raise InputError(
-            "is neither a model file, a model of your own, nor a folder of results",
+            "is neither a model file, nor user code, nor a folder of results",
             path=str(model),
             allowed="a file .toml or .py, or a folder of results",
-            mend="For the models of bristle itself see: bristle models",
+            mend="For the built-in models see: bristle models",
         )
     mend = f'Write a model file with file = "{model.name}" and its parameters, and check that'
-    refuse(options, "needs a model with parameters", mend)
+    refuse(options, "needs a model with parameter values", mend)
     content = code_in(model)
     module = SourceText(content).module()
     kinds = (
-        ("TARGET", load_target_file, "target of the export", check_target),
+        ("TARGET", load_target_file, "export target", check_target),
         ("FIGURE", load_figure_file, "figure", check_figure),
-        ("FORMAT", load_reader_file, "reader of logs", check_reader),
+        ("FORMAT", load_reader_file, "log reader", check_reader),
     )
     if not {"MODEL", "SLOT", *(name for name, *_ in kinds)} & vars(module).keys():
         raise InputError(
-            "defines nothing that can be checked",
+            "defines no object that can be checked",
             path=str(model),
-            allowed="MODEL, of a friction model, control law or sensor, SLOT, FORMAT, TARGET or FIGURE",
-            mend="End the file with one of them, such as MODEL = FrictionModel(...)",
+            allowed="MODEL (friction model, control law or sensor), SLOT, FORMAT, TARGET or FIGURE",
+            mend="End the file with such an object, for example MODEL = FrictionModel(...)",
         )
     kind = next((kind for kind in kinds if hasattr(module, kind[0]) and not hasattr(module, "MODEL")), None)
     subject: Any = load_checked(content) if kind is None else kind[1](content)
@@ -162,4 +164,4 @@ def _of_code(model: Path, options: dict[str, str | None]) -> _Judged:
     ]
     data = {check.name: {key: getattr(check, key) for key in keys} for check in results}
     failures = [f"{check.name}: {check.detail}. {check.advice}" for check in results if not check.passed]
-    return _Judged(subject.name, data, failures, Table.of(f"The contract of a {title}: {subject.name}", rows))
+    return _Judged(subject.name, data, failures, Table.of(f"Contract of the {title} {subject.name}", rows))

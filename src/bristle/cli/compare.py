@@ -1,4 +1,4 @@
-"""``bristle compare``: whether it helped on the machine."""
+"""``bristle compare``: whether a change improved the machine."""
 
 from pathlib import Path
 from typing import Annotated
@@ -13,15 +13,15 @@ EXAMPLE = """Example:
 
 
 def compare(
-    before: Annotated[Path, typer.Argument(metavar="BEFORE", help="The log from before a change.")],
-    after: Annotated[Path, typer.Argument(metavar="AFTER", help="The log from after it, of the same axis with the same reference.")],
+    before: Annotated[Path, typer.Argument(metavar="BEFORE", help="Log recorded before a change.")],
+    after: Annotated[Path, typer.Argument(metavar="AFTER", help="Log recorded after it: same axis, same reference.")],
     *,
     axis: AxisFiles = None,
     before_too: Annotated[
-        list[Path] | None, typer.Option("--before", metavar="LOG", help="A further log from before; may be given several times.")
+        list[Path] | None, typer.Option("--before", metavar="LOG", help="Another log from before the change; repeatable.")
     ] = None,
     after_too: Annotated[
-        list[Path] | None, typer.Option("--after", metavar="LOG", help="A further log from after; may be given several times.")
+        list[Path] | None, typer.Option("--after", metavar="LOG", help="Another log from after the change; repeatable.")
     ] = None,
     output: Output,
     figure: FigureFiles = None,
@@ -29,9 +29,9 @@ def compare(
 ) -> int:
     """Compare two logs of one axis, from before and after a change.
 
-    Did it help on the machine? Following error, its peaks at reversals, effort and friction, each with the 95 %
-    interval of its change. Only what both logs move alike is compared. The exit code is 1 if the following error is
-    not told to be lower.
+    Shows whether the change helped: following error, its peaks at reversals, effort and friction, each with the 95 %
+    interval of its change. Only motion common to both logs is compared. The exit code is 1 if the following error is
+    not significantly lower.
 
     Writes summary.json and report.html into DIR.
     """

@@ -1,4 +1,4 @@
-"""``bristle demo``: the main job on a simulated axis, start to finish."""
+"""``bristle demo``: the whole workflow on a simulated axis."""
 
 from pathlib import Path
 from typing import Annotated
@@ -16,32 +16,30 @@ USUAL_PLACE = Path("bristle-demo")
 
 def demo(
     context: typer.Context,
-    out: Annotated[
-        Path, typer.Option("--out", metavar="DIR", parser=folder_named, help="Write the results into this folder.")
-    ] = USUAL_PLACE,
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", parser=folder_named, help="Write the results to this folder.")] = USUAL_PLACE,
     force: Force = False,
     as_json: Json = False,
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Do the main job on a simulated axis.
+    """Show the whole workflow on a simulated axis.
 
-    A log, the identification, a log that it has not seen, the compensated loop, the report. Ends by saying how to do
-    it with a log of your own.
+    Log, identification, prediction of a second log, compensated loop, report. The last lines list the commands for a
+    log of your own.
     """
     from bristle.demo import BANNER, run
     from bristle.report.brief import Line
     from bristle.report.prediction import metrics_in_words
 
-    # Nobody keeps the results of a demonstration where it puts them unasked.
+    # Results in the default folder are disposable.
     with Output(context, out, force=force or out == USUAL_PLACE, quiet=quiet).opened("demonstration") as (folder, report):
         demonstration = run(folder, command=context.obj, progress=report)
     if as_json:
         print_json(demonstration.summary)
         return
-    found = ", ".join(f"{word} {value}" for word, value in metrics_in_words(demonstration.prediction)[:1])
+    metrics = ", ".join(f"{word} {value}" for word, value in metrics_in_words(demonstration.prediction)[:1])
     results = [
-        Line("Unseen log", f"predicted in closed loop: {found}"),
+        Line("Unseen log", f"predicted in closed loop: {metrics}"),
         Line("Results", f"{out}: report.html, drive_table.csv, model.toml, log.csv, unseen.csv"),
     ]
     following = [

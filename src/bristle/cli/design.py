@@ -1,4 +1,4 @@
-"""``bristle design``: what limits a loop, what it errs by, and which gains it allows."""
+"""``bristle design``: limits, error budget and gains of a loop."""
 
 import math
 from pathlib import Path
@@ -16,20 +16,20 @@ EXAMPLE = """Example:
 def design(
     experiment: Annotated[Path, typer.Argument(metavar="EXPERIMENT.toml", help="An experiment file.")],
     variant: Annotated[
-        str | None, typer.Option(metavar="NAME", help="The variant to design; by default the first that feeds friction forward.")
+        str | None, typer.Option(metavar="NAME", help="Variant to design; by default the first with friction feedforward.")
     ] = None,
     bandwidth: Annotated[
-        str | None, typer.Option(metavar="FREQUENCY", help='Of the gains to propose, such as "30 Hz"; by default the widest.')
+        str | None, typer.Option(metavar="FREQUENCY", help='Bandwidth of the proposed gains, such as "30 Hz"; by default the largest.')
     ] = None,
     *,
     output: Output,
     figure: FigureFiles = None,
     allow_code: AllowCode = False,
 ) -> int:
-    """Margins, error budget and gains of a loop.
+    """Compute margins, error budget and gains of a loop.
 
-    Poles and margins of the sampled loop with all its delays, what the loop errs by, gains that keep margins, and the
-    circle that two such axes run. The exit code is 1 if the loop is unstable.
+    Shows poles and margins of the sampled loop with all its delays, the sources of the following error, gains that
+    keep the margins, and the circle driven by two such axes. The exit code is 1 if the loop is unstable.
     """
     from bristle.core import Variable, quantity
     from bristle.files import provenance

@@ -1,4 +1,4 @@
-"""``bristle excite``: the motion to run on an axis, and what it will identify."""
+"""``bristle excite``: the motion to record on an axis, and the parameters it will identify."""
 
 from pathlib import Path
 from typing import Annotated
@@ -14,24 +14,26 @@ OPTIONS = {"duration": "--duration", "travel": "--travel", "start": "--start", "
 
 
 def excite(
-    axis: Annotated[Path, typer.Argument(metavar="AXIS.toml", help="The file that describes the axis.")],
+    axis: Annotated[Path, typer.Argument(metavar="AXIS.toml", help="Axis file.")],
     *,
     output: Output,
-    duration: Annotated[str, typer.Option("--duration", metavar="TIME", help="How long the motion may take.")] = "60 s",
+    duration: Annotated[str, typer.Option("--duration", metavar="TIME", help="Longest duration of the motion.")] = "60 s",
     travel: Annotated[str | None, typer.Option("--travel", metavar="LENGTH", help="Stay within this distance around the start.")] = None,
     start: Annotated[
-        str | None, typer.Option("--start", metavar="LENGTH", help="Where the axis stands; the middle of the stroke by default.")
+        str | None, typer.Option("--start", metavar="LENGTH", help="Start position; by default the middle of the stroke.")
     ] = None,
     purposes: Annotated[
-        str | None, typer.Option("--for", metavar="NAME[,NAME...]", help="Of presliding, break-away, damping, stribeck: all by default.")
+        str | None,
+        typer.Option("--for", metavar="NAME[,NAME...]", help="Goals: presliding, break-away, damping, stribeck; by default all."),
     ] = None,
     model: Annotated[
-        Path | None, typer.Option("--model", metavar="MODEL.toml", help="An earlier model of the axis, to rehearse with.")
+        Path | None, typer.Option("--model", metavar="MODEL.toml", help="An earlier model of the axis, for the simulation.")
     ] = None,
 ) -> None:
-    """Design the motion to run on an axis, within its limits.
+    """Design the motion to record on an axis, within its limits.
 
-    Tells what its log would identify, and how well: it is run on what is believed of the axis, and identified.
+    Shows which parameters its log would identify, and how accurately: bristle simulates the motion on a model of the
+    axis and identifies the simulated log.
 
     Writes motion.csv, moves.csv, motion.nc, axis.toml, summary.json and report.html into DIR.
     """

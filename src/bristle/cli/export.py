@@ -1,4 +1,4 @@
-"""``bristle export``: a model as files for another world."""
+"""``bristle export``: a model as files for other programs."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ if TYPE_CHECKING:
     from bristle.exports import Target
     from bristle.report.exported import ExportedModel
 
-Speed = Annotated[str | None, typer.Option(metavar="SPEED", help="Largest of a table; that of the log that was fitted, if known.")]
-Points = Annotated[int, typer.Option(metavar="COUNT", help="Entries of a table, at most; 3: gravity and two levels.")]
-LogOfTable = Annotated[Path | None, typer.Option(metavar="LOG", help="Tell how far a table is from the model along this log.")]
-VariantOfLaw = Annotated[str | None, typer.Option("--variant", metavar="NAME", help="Which variant of that experiment.")]
-Step = Annotated[
-    str | None, typer.Option(metavar="TIME", help="Time step of self-test and example, or inside of an FMU; 0.5 ms by default.")
+Speed = Annotated[str | None, typer.Option(metavar="SPEED", help="Largest speed of a table; by default that of the fitted log.")]
+Points = Annotated[int, typer.Option(metavar="COUNT", help="Largest number of table entries; 3: gravity and two levels.")]
+LogOfTable = Annotated[Path | None, typer.Option(metavar="LOG", help="Report the error of a table along this log.")]
+VariantOfLaw = Annotated[str | None, typer.Option("--variant", metavar="NAME", help="Variant of that experiment.")]
+Step = Annotated[str | None, typer.Option(metavar="TIME", help="Time step of self-test and example, or in an FMU; by default 0.5 ms.")]
+Rest = Annotated[
+    str | None, typer.Option(metavar="held|middle", help="Force at rest without memory: that of the last direction, or the mean.")
 ]
-Rest = Annotated[str | None, typer.Option(metavar="held|middle", help="Force at rest, without memory: of the last direction, or the mean.")]
-AcceptHarm = Annotated[bool, typer.Option("--accept-harm", help="Write files that make the simulated following error larger.")]
-To = Annotated[str, typer.Option("--to", metavar="TARGET|TARGET.py", help="One of the targets below, or a file with one of your own.")]
+AcceptHarm = Annotated[bool, typer.Option("--accept-harm", help="Write the files even if they increase the simulated following error.")]
+To = Annotated[str, typer.Option("--to", metavar="TARGET|TARGET.py", help="A target of the list below, or a file with your own target.")]
 EXAMPLE = """Example:
   bristle export results --to c --out axis_c"""
 
@@ -35,15 +35,15 @@ def export(
         Path | None, typer.Argument(metavar="[MODEL.toml|RESULTS]", help="A model file, or results of identify with one.")
     ] = None,
     to: To,
-    out: Annotated[Path, typer.Option("--out", metavar="DIR", parser=folder_named, help="Write the files into this new folder.")],
-    name: Annotated[str, typer.Option(metavar="NAME", help="What files and functions are called.")] = "axis_x",
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", parser=folder_named, help="Write the files to this new folder.")],
+    name: Annotated[str, typer.Option(metavar="NAME", help="Name of files and functions.")] = "axis_x",
     law: Annotated[
         Path | None, typer.Option("--law", metavar="EXPERIMENT.toml", help="Write the control law of an experiment, not a model.")
     ] = None,
     variant: VariantOfLaw = None,
     step: Step = None,
-    tunable: Annotated[bool, typer.Option("--tunable", help="Let parameters be changed at run time.")] = False,
-    float32: Annotated[bool, typer.Option("--float32", help="Write single precision.")] = False,
+    tunable: Annotated[bool, typer.Option("--tunable", help="Make parameters changeable at run time.")] = False,
+    float32: Annotated[bool, typer.Option("--float32", help="Use single precision.")] = False,
     axis: AxisFile = None,
     speed: Speed = None,
     points: Points = 20,
@@ -56,28 +56,28 @@ def export(
 ) -> None:
     """Write a model or a control law as C, for a PLC or a drive.
 
-    Where a target loses something or does it otherwise, that is told. A target of your own is a file of Python with a
-    TARGET, which is executed; bristle check tries it.
+    The summary states every simplification of a target. A target of your own is a Python file with a TARGET; bristle
+    runs it, and bristle check tests it.
 
-    With --law, what a variant of an experiment commands: its controller and all that is fed forward.
+    With --law: the command of a variant of an experiment, that is its controller with all feedforward.
     """
     from bristle.core import InputError
     from bristle.report.exported import export_model_file
 
     read = model if law is None else law
     if read is None or (law is not None and model is not None):
-        raise InputError("must be a model or a law, and one of them", path="export", mend="Name a model file, or --law EXPERIMENT.toml")
+        raise InputError("needs either a model or a law", path="export", mend="Name a model file, or --law EXPERIMENT.toml")
     if step == "":
         raise InputError("is empty", path="--step", mend='Write a time, such as "1 ms", or leave --step out')
     of_model = {"step": step, "axis": axis, "speed": speed, "log": log, "rest": rest}
     refuse({"--to draws": to == "draws"}, "was removed", REMOVED["export --draws"])
     if law is None:
-        refuse({"--variant": variant}, "belongs to --law")
+        refuse({"--variant": variant}, "applies to --law only")
     else:
-        refuse({f"--{option}": value for option, value in of_model.items()}, "belongs to a model")
+        refuse({f"--{option}": value for option, value in of_model.items()}, "applies to a model only")
     file = read / "model.toml" if read.is_dir() else read
     target: str | Target = to
-    if to.endswith(".py"):  # naming its code allows it
+    if to.endswith(".py"):  # naming the file allows its code
         from bristle.exports import load_target_file
 
         target = loaded_code([to], load_target_file)[0][0]
@@ -95,13 +95,13 @@ def export(
 
 
 class _OfTargets(Listing):
-    """A command whose help lists the targets."""
+    """Command whose help lists the targets."""
 
-    heads = ("Target", "What it writes")
+    heads = ("Target", "Output")
 
     @staticmethod
     def rows() -> list[tuple[str, str]]:
-        """Return the targets, and what each writes."""
+        """Return the targets, and the output of each."""
         from bristle.exports import TARGETS
 
         return [(target.name, told_of(target)) for target in TARGETS.values()]
@@ -111,7 +111,7 @@ COMMAND = _OfTargets
 
 
 def told_of(target: Target) -> str:
-    """Return what a target writes, and what else it can do."""
+    """Return the description of a target, and its further options."""
     able = {
         "--tunable": target.tunable,
         "--float32": target.single,
@@ -140,7 +140,7 @@ def _law(path: Path, variant: str | None, to: str | Target, *, command: str, nam
 
 
 def variant_of(experiment: Experiment, name: str | None) -> Variant:
-    """Return the variant of this name; the only one where none is named."""
+    """Return the variant of this name, or the only variant if the name is missing."""
     variants = {variant.name: variant for variant in experiment.variants}
     if name is None and len(variants) == 1:
         return experiment.variants[0]

@@ -1,4 +1,4 @@
-"""``bristle identify``: from a log to a friction model, its uncertainty, and what it gains."""
+"""``bristle identify``: from a log to a friction model, its uncertainty, and the gain of compensation."""
 
 from __future__ import annotations
 
@@ -49,24 +49,29 @@ EXAMPLE = """Example:
 
 Method = Annotated[
     str | None,
-    typer.Option("--method", metavar="METHOD", help="prediction_error, inverse_dynamics or output_error, else as the axis file says."),
+    typer.Option(
+        "--method", metavar="METHOD", help="prediction_error, inverse_dynamics or output_error; by default that of the axis file."
+    ),
 ]
-Separate = Annotated[bool, typer.Option("--each", help="Each log by itself: a row each in DIR, which is gone on with and may grow.")]
-Workers = Annotated[int | None, typer.Option(metavar="COUNT", min=1, max=1024, help="With --each: processes; as many as cores by default.")]
+Separate = Annotated[bool, typer.Option("--each", help="Identify each log separately: one row per log in DIR, which later runs extend.")]
+Workers = Annotated[
+    int | None, typer.Option(metavar="COUNT", min=1, max=1024, help="With --each: number of processes; by default one per core.")
+]
 Logs = Annotated[list[Path], typer.Argument(metavar="LOG...", help=f"One log or several: {LOG_FILE}")]
 ModelNames = Annotated[
     str | None,
     typer.Option(
         "--model",
         metavar="NAME[+slot][,NAME...]",
-        help="Models to fit and compare, or a file my_model.py; 'all' for every one of bristle. By default "
-        "coulomb_viscous, stribeck+asymmetry and lugre+asymmetry, with --each coulomb_viscous. A slot may be a file "
-        "my_slot.py.",
+        help="Models to compare: built-in names, 'all', or a file my_model.py. A slot may be a file my_slot.py. By default "
+        "coulomb_viscous, stribeck+asymmetry and lugre+asymmetry; with --each coulomb_viscous.",
     ),
 ]
-Cutoff = Annotated[str | None, typer.Option("--cutoff", metavar="FREQUENCY", help="Of the zero-phase filter, such as '100 Hz'.")]
-Draws = Annotated[int, typer.Option("--draws", metavar="COUNT", help="Simulated logs for the 95 % intervals: 0, or 20 to 100000.")]
-Free = Annotated[str, typer.Option("--free", metavar="NAME[,NAME...]", help="Shapes to identify too, such as exponent of dahl.")]
+Cutoff = Annotated[str | None, typer.Option("--cutoff", metavar="FREQUENCY", help="Cut-off of the zero-phase filter, such as '100 Hz'.")]
+Draws = Annotated[
+    int, typer.Option("--draws", metavar="COUNT", help="Number of simulated logs for the 95 % intervals: 0, or 20 to 100000.")
+]
+Free = Annotated[str, typer.Option("--free", metavar="NAME[,NAME...]", help="Shape parameters to identify too, such as exponent of dahl.")]
 
 
 def identify(
@@ -87,18 +92,16 @@ def identify(
 ) -> int:
     """Identify friction models from one log or several.
 
-    Several models are compared on stretches of the log that they were not fitted to, or, of several logs, on each of
-    them in turn. The method output_error simulates the axis, in the loop of its controller where the axis file has one,
-    and fits all parameters to that. Where the axis file names the columns input and output, hysteresis operators are
-    identified.
+    bristle compares several models on stretches of the log that were not fitted, or on each of several logs in turn.
+    Method output_error simulates the axis and fits all parameters to the simulation, in closed loop if the axis file
+    has a controller. An axis file with the columns input and output identifies hysteresis operators.
 
-    Writes model.toml, drive_table.csv, summary.json, report.html and, for bristle run, experiment.toml into DIR, and
-    beside them what other programs and bristle.load read. Interrupted (Ctrl-C), it ends with the best found until then,
-    marked unfinished, and exit code 130.
+    Writes model.toml, drive_table.csv, summary.json, report.html, experiment.toml (for bristle run) and files for other
+    programs and bristle.load into DIR. Ctrl-C ends the search with the best result so far, marked unfinished, and exit
+    code 130.
 
-    With --each, every log is a row of its own in DIR, which br.read_study reads; one that fails is a row with its
-    reason. LOG may be a folder then, and FILE::* is every table of a file. The same command does what is missing, and
-    with further logs those.
+    With --each, every log is a separate row in DIR, for br.read_study. A failed log is a row with the reason. LOG may
+    be a folder, and FILE::* selects every table of a file. The same command adds missing and new logs.
     """
     from bristle.core import Variable, amount
     from bristle.files import describes_curves
@@ -116,7 +119,7 @@ def identify(
 
         refuse({"--figure": figure}, "is for friction, not for recorded curves")
         return identify_operators(log, axes, model, output)
-    # Parameters of several models do not compare.
+    # Parameters of different models cannot be compared.
     names = model if model is not None else "coulomb_viscous" if separate else DEFAULT_MODELS
     hertz = amount(Variable("frequency", "cut-off of the filter", min=0.0), exclusive=True)
     options = {
@@ -202,7 +205,7 @@ def _steps(outcome: Outcome, out: Path | None, motion: NextMotion | None, axis: 
 def _identify_each(
     logs: Sequence[Path], axes: Sequence[Any], options: Mapping[str, Any], output: Output, *, readers: Sequence[Path], workers: int | None
 ) -> int:
-    """Identify each of many logs."""
+    """Identify each of many logs separately."""
     from bristle.files import provenance, read_axis
     from bristle.fleet.identify import FleetStore, Identifier, fleet_of
     from bristle.report.results import write_report
@@ -238,7 +241,7 @@ def _identify_each(
 def identification_parts(
     identification: Identification, simulation: SimulationResult | None, following: Following | None = None
 ) -> list[str | Table]:
-    """Return everything that a terminal shows with -v: parameters, models compared, gain, warnings and notes."""
+    """Return the full output of -v: parameters, comparison of models, gain, warnings and notes."""
     from bristle.report.compensation import about_loop, gain_of
     from bristle.report.judgement import misfit
     from bristle.report.log import break_away_table
@@ -259,7 +262,7 @@ def identification_parts(
 def show_identification(
     outcome: Outcome, *, verbose: bool, quiet: bool, results: Sequence[Line] = (), following: Sequence[Line] = ()
 ) -> None:
-    """Write an identification to the standard output: in brief, with all details, or its verdict alone; then the next steps."""
+    """Write an identification to the standard output: in brief, in full or only its verdict, then the next steps."""
     from bristle.report.brief import brief
 
     identification = outcome.identification

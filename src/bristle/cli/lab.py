@@ -1,4 +1,4 @@
-"""``bristle lab``: friction to be touched, as one page."""
+"""``bristle lab``: an interactive page of friction models."""
 
 import hashlib
 import os
@@ -27,34 +27,33 @@ def lab(
     model: Annotated[
         Path | None, typer.Argument(metavar="[MODEL.toml|RESULTS]", help="A model file, or results of identify with one.")
     ] = None,
-    out: Annotated[Path | None, typer.Option("--out", metavar="LAB.html", help="Write the page into this new file.")] = None,
-    serve: Annotated[bool, typer.Option("--serve", help="Open the main job in a browser instead: from a log to the drive.")] = False,
-    port: Annotated[int, typer.Option("--port", metavar="PORT", help="Where to serve; 0 for any that is free.")] = 0,
-    no_open: Annotated[bool, typer.Option("--no-open", help="Print the address, and open no browser.")] = False,
+    out: Annotated[Path | None, typer.Option("--out", metavar="LAB.html", help="Write the page to this new file.")] = None,
+    serve: Annotated[bool, typer.Option("--serve", help="Open the workflow from log to drive in a browser instead.")] = False,
+    port: Annotated[int, typer.Option("--port", metavar="PORT", help="Port of the server; 0 for any free port.")] = 0,
+    no_open: Annotated[bool, typer.Option("--no-open", help="Print the address without opening a browser.")] = False,
     allow_code: AllowCode = False,
-    force: Annotated[bool, typer.Option("--force", help="Replace a page of the lab that is there already.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Replace an existing page of the lab.")] = False,
     as_json: Json = False,
 ) -> None:
-    """Write a page on which friction can be touched.
+    """Write an interactive page: move parameters, watch loops.
 
-    Parameters are moved, and loops, curves and stick-slip move with them. The page holds every friction model with its
-    physics, and first of all the one that is given: with its slots, its values and how sure they are. One file that
-    asks for nothing, for any browser, disk, mail or host.
-    LAB.html#selftest tells whether a browser computes the bits of Python.
+    The page contains every friction model with its physics. Move a parameter, and loops, curves and stick-slip follow.
+    It starts with the given model, its slots, values and intervals. One self-contained HTML file; works offline.
+    LAB.html#selftest shows whether a browser computes the same bits as Python.
 
-    With --serve, identification in the browser, on this machine and for it alone: drop logs, see columns, units and
-    signs, check, identify, compensate, export, or design the motion to record. Ctrl-C ends it.
+    With --serve, the workflow runs in the browser, on this machine only: drop logs, see columns, units and signs,
+    check, identify, compensate, export, or design the motion to record. Ctrl-C ends it.
     """
     from bristle.core import InputError
 
     if serve:
         unfit = {"MODEL.toml": model, "--out": out, "--force": force, "--json": as_json}
-        refuse(unfit, "does not go with --serve", "Leave it away: files are dropped on the page")
+        refuse(unfit, "cannot be combined with --serve", "Leave it out and drop files on the page")
         _serve(port, opens=not no_open)
         return
-    refuse({"--port": port, "--no-open": no_open}, "belongs to --serve", "Add --serve")
+    refuse({"--port": port, "--no-open": no_open}, "applies to --serve only", "Add --serve")
     if out is None:
-        raise InputError("is missing", path="--out", mend="Name the page to write, or serve: bristle lab --serve")
+        raise InputError("is missing", path="--out", mend="Name the page to write, or type: bristle lab --serve")
     from bristle.files import origins_of_code, provenance, read_model, write_whole
     from bristle.friction import MODELS
     from bristle.lab import lab_page
@@ -100,37 +99,37 @@ def _serve(port: int, *, opens: bool) -> None:
     def announce(address: str) -> None:
         sys.stdout.write(f"{address}\n")
         sys.stdout.flush()
-        complain("open this address in a browser of this machine; who has it can use the lab. Ctrl-C ends it")
+        complain("open this address in a browser on this machine. Anybody who knows it can use the lab. Ctrl-C ends it")
 
     limits = Limits(file_size=size_limit(), total_size=4 * size_limit())
-    with suppress(KeyboardInterrupt):  # which is how it ends
+    with suppress(KeyboardInterrupt):  # the usual end
         serve(port=port, opens=opens, limits=limits, announce=announce)
     complain("the lab is closed")
 
 
 def _refuse_taken(out: Path, file: Path | None, *, force: bool) -> None:
-    """Refuse to replace anything but a page of the lab, and that only where it is asked for."""
+    """Refuse to replace any file but a page of the lab, and that only on request."""
     from bristle.core import InputError
 
     if not os.path.lexists(out):
         return
     if file is not None and file.exists() and out.exists() and out.samefile(file):
-        raise InputError("is the model that is read", path=str(out), mend="Name another file")
+        raise InputError("is the model file itself", path=str(out), mend="Name another file")
     if out.is_dir():
         raise InputError("is a folder", path=str(out), mend=f"Name a file, such as {out / 'lab.html'}")
     if not is_sealed(out):
-        raise InputError("is no page of the lab, or was changed since", path=str(out), mend="Name another file")
+        raise InputError("is not an unchanged page of the lab", path=str(out), mend="Name another file")
     if not force:
-        raise InputError("is there already", path=str(out), mend="Add --force to replace it, or name another file")
+        raise InputError("already exists", path=str(out), mend="Add --force to replace it, or name another file")
 
 
 def sealed(text: str) -> str:
-    """Return a page with its checksum behind it."""
+    """Return a page followed by its checksum."""
     return text + _SEAL.format(hashlib.sha256(text.encode("utf-8", "backslashreplace")).hexdigest())
 
 
 def is_sealed(path: Path) -> bool:
-    """Return whether a file, and no link to one, holds a page as it was sealed."""
+    """Return whether a file (not a link) is an unchanged sealed page."""
     size = len(_SEAL.format(64 * "0"))
     try:
         if not stat.S_ISREG(path.lstat().st_mode):

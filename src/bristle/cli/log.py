@@ -1,4 +1,4 @@
-"""``bristle log``: what is in a log."""
+"""``bristle log``: contents and problems of a log."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -11,22 +11,24 @@ from bristle.cli.terminal import NO, complain, show
 
 
 class _OfFormats(Listing):
-    """A command whose help lists the formats of logs."""
+    """Command whose help lists the log formats."""
 
     heads = ("Format", "Needs")
 
     @staticmethod
     def rows() -> list[tuple[str, str]]:
-        """Return the formats, and what each needs."""
+        """Return the formats, and the package that each one needs."""
         from bristle.logs import FORMATS
 
-        return [(known.title, f'pip install "bristle[{known.extra}]"' if known.extra else "nothing more") for known in reversed(FORMATS)]
+        return [
+            (known.title, f'pip install "bristle[{known.extra}]"' if known.extra else "no extra package") for known in reversed(FORMATS)
+        ]
 
 
 COMMAND = _OfFormats
 EXAMPLE = """Example:
   bristle log recording.csv --write axis.toml
-  bristle log recording.csv --axis axis.toml --out what-is-in-it"""
+  bristle log recording.csv --axis axis.toml --out inspected"""
 MOST_COLUMNS = 100  # in the terminal
 
 
@@ -34,20 +36,18 @@ def log(
     file: Annotated[Path, typer.Argument(metavar="FILE", help=f"A log: {LOG_FILE}")],
     *,
     axis: AxisFile = None,
-    write: Annotated[
-        Path | None, typer.Option("--write", metavar="AXIS.toml", help="Write the axis file that the log itself speaks of.")
-    ] = None,
+    write: Annotated[Path | None, typer.Option("--write", metavar="AXIS.toml", help="Write an axis file guessed from the log.")] = None,
     output: Output,
     reader: Readers = None,
 ) -> int:
-    """Tell what is in a log.
+    """Show the contents and problems of a log.
 
-    Columns, channels, rates, ranges, the experiments that it contains, and every problem.
-    Without an axis file, columns are told by their names and units, and by what moves like what; --write makes an axis
-    file of that, in which "?" marks what is to be filled in. Where AXIS.toml is there already, it is not replaced: the
-    log is looked at with it. The exit code is 1 if the log has problems.
+    Lists columns, channels, rates, ranges, the experiments in the log, and every problem.
+    Without an axis file, bristle recognizes columns by their names, their units and correlated motion. --write makes an
+    axis file of that guess, in which "?" marks the gaps to fill in. If AXIS.toml already exists, --write keeps it and
+    reads the log with it. The exit code is 1 if the log has problems.
 
-    Writes summary.json and report.html into DIR; the report needs a log without problems, in units that are known.
+    Writes summary.json and report.html into DIR. The report needs a log without problems, in known units.
     """
     from bristle.files import provenance, read_axis, write_whole
     from bristle.report.log import inspect_log
@@ -66,12 +66,12 @@ def log(
     proposal = inspected.proposal
     if write is not None and proposal is None:
         used = write.exists()
-        complain(f"{write} is there already: it was used, not replaced" if used else f"{write} was not written")
+        complain(f"{write} already exists: it was used, not replaced" if used else f"{write} was not written")
     elif write is not None and proposal is not None:
         write_whole(write, proposal.text, new=True)
         complain(f"wrote {write}")
         for key in proposal.missing:
-            complain(f"to be filled in: {key}")
+            complain(f"fill in: {key}")
     if output.as_json:
         print_json(summary)
     else:
@@ -87,7 +87,7 @@ def _parts(summary: dict[str, Any]) -> list[Any]:
     columns = summary["columns"]
     parts: list[Any] = [_table("Columns of the file", columns[:MOST_COLUMNS])]
     if len(columns) > MOST_COLUMNS:
-        parts.append(f"... and {len(columns) - MOST_COLUMNS} columns more. --json has all of them.")
+        parts.append(f"... and {len(columns) - MOST_COLUMNS} more columns. --json lists all.")
     parts += [_table(f"Channels of the axis, {summary['kind']}", summary["channels"])] if summary["channels"] else []
     parts += [passage_table(summary["passages"], summary["kind"])] if summary["passages"] else []
     if summary["rate"]:

@@ -1,4 +1,4 @@
-"""The entry point of ``bristle``. It imports nothing that takes time before it can be interrupted in good order."""
+"""The entry point of ``bristle``. It imports slow modules only after signals are handled."""
 
 import gc
 import os
@@ -15,23 +15,23 @@ LEAST_MEMORY = 512 * 2**20  # [byte]
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line and return the exit code."""
     if arguments is None:
-        # Nearly all that a command makes lives until its end: looking for garbage as often as by default costs a tenth.
+        # Nearly all objects live until the end: garbage collection at the default rate costs a tenth of the time.
         gc.set_threshold(20_000, 100)
         _own_the_compiler()
         try:
             code = _ended_well(list(sys.argv[1:]))
             if any(not thread.daemon and thread is not threading.main_thread() for thread in threading.enumerate()):
-                # Threads of a person's own model still run, and the interpreter would wait for them for ever.
-                os._exit(code)  # all that was said has left the streams already
+                # Threads of a user's model still run, and the interpreter would wait for them forever.
+                os._exit(code)  # the streams are already flushed
             return code
         finally:
-            # The interpreter would look for garbage in all of it once more as it ends: a seventh of the time.
+            # A last garbage collection at exit would take a seventh of the time.
             gc.freeze()
     return _ended_well(list(arguments))
 
 
 def _ended_well(arguments: list[str]) -> int:
-    """Run a command line; return the exit code, whatever happens."""
+    """Run a command line and return the exit code. Turn every error into a message."""
     with ended_by_signals() as signals, errors_let_go():
         try:
             refuse_little_memory()
@@ -42,32 +42,32 @@ def _ended_well(arguments: list[str]) -> int:
             streams_that_take_all()
             with warnings_as_lines() as faults:
                 code = run(arguments)
-                if faults:  # of a signal a library may have made an error of its own
+                if faults:  # a library may have replaced a signal by another error
                     code = report(faults[0]) if signals.exit_code is None else INTERRUPTED
                 try:
                     sys.stdout.flush()
-                except BrokenPipeError:  # a reader that has gone does not change it
+                except BrokenPipeError:  # a closed pipe does not change the exit code
                     let_go(sys.stdout)
-        except BaseException as error:  # noqa: BLE001  (a fault of ours is told as one message)
+        except BaseException as error:  # noqa: BLE001  (a fault of bristle becomes one message)
             from bristle.cli.terminal import report
 
             has_results = arguments[:1] in (["demo"], ["paper"]) or any(argument.partition("=")[0] == "--out" for argument in arguments)
             code = report(error, results=has_results)
-        # An identification that was interrupted does not know which of the signals it was.
+        # An interrupted identification does not know the number of the signal.
         return signals.exit_code or code if code == INTERRUPTED else code
 
 
 def _own_the_compiler() -> None:
-    """Drop settings of the compiler: made for other programs, they change numbers here, or end the process."""
+    """Drop compiler settings made for other programs: they change numbers here, or end the process."""
     for name in [name for name in os.environ if name.startswith("NUMBA_") and name != "NUMBA_DISABLE_JIT"]:
         del os.environ[name]
     dated = os.environ.get("SOURCE_DATE_EPOCH", "0")
-    if not (dated.isdecimal() and len(dated) <= 10):  # libraries that look at it end over one beyond the year 2286
+    if not (dated.isdecimal() and len(dated) <= 10):  # libraries that read it fail beyond the year 2286
         del os.environ["SOURCE_DATE_EPOCH"]
 
 
 def refuse_little_memory() -> None:
-    """Refuse to begin where the libraries of linear algebra would not find their memory, and one looks for it for ever."""
+    """Refuse to start with too little memory for linear algebra: a library would wait for memory forever."""
     try:
         import resource
     except ImportError:  # no such limits on this system
@@ -78,7 +78,7 @@ def refuse_little_memory() -> None:
             from bristle.core import InputError
 
             raise InputError(
-                "is too little memory for the libraries that are needed",
+                "is too little memory for the required libraries",
                 path=f"ulimit {option} {limit // 1024}",
                 allowed=f"{LEAST_MEMORY // 1024} or more",
                 mend=f"Run ulimit {option} unlimited",
@@ -87,7 +87,7 @@ def refuse_little_memory() -> None:
 
 @contextmanager
 def errors_let_go() -> Iterator[None]:
-    """Leave nothing for the standard error stream that cannot be written: the interpreter would fail on it later."""
+    """Discard unwritable text for the standard error stream: the interpreter would fail on it at exit."""
     try:
         yield
     finally:

@@ -1,4 +1,4 @@
-"""``bristle models``: what there is, with parameters and units."""
+"""``bristle models``: list of models, with parameters and units."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ EXAMPLE = """Example:
 
 
 def models(
-    name: Annotated[str | None, typer.Argument(metavar="[NAME]", help="Show the equations and parameters of this one.")] = None,
+    name: Annotated[str | None, typer.Argument(metavar="[NAME]", help="Show the equations and parameters of this model.")] = None,
     as_json: Json = False,
 ) -> None:
     """List models, with parameters and units.
 
-    Friction models, hysteresis operators, plants, controllers, sensors and references; with NAME, the equations and
-    parameters of one, or of one of your own by its file, my_slot.py.
+    Friction models, hysteresis operators, plants, controllers, sensors and references. With NAME: the equations and
+    parameters of one model, or of your own by its file, such as my_slot.py.
     """
     chosen = _families() if name is None else _selected(name)
     if as_json:
@@ -56,7 +56,7 @@ def _selected(name: str) -> dict[str, list[Component]]:
 
     if holds_own(name) and "+" in name:
         return {"friction": [own_model(name, "NAME").inner]}
-    if holds_own(name):  # what is in a file alone: a slot, a model, a law or a sensor
+    if holds_own(name):  # a file without a base model: a slot, a model, a law or a sensor
         from bristle.files import load_checked
 
         described = loaded_code([name], load_checked)[0][0]
@@ -65,13 +65,13 @@ def _selected(name: str) -> dict[str, list[Component]]:
     family_of = {member.name: family for family, members in _families().items() for member in members}
     named = {member.name: member for members in _families().values() for member in members}
     if base not in named:
-        mend = f"{did_you_mean(base, named)} All of them: bristle models".lstrip()
-        raise InputError("there is no such model", path="NAME", value=name, mend=mend)
+        mend = f"{did_you_mean(base, named)} For a list type: bristle models".lstrip()
+        raise InputError("is not a known model", path="NAME", value=name, mend=mend)
     chosen: Any = named[base]
     if plus and family_of[base] == "plant":
-        return {"plant": [plants.find(name, ("motor_6_cos", "known_NAME"), "NAME")]}  # examples of terms that a plant takes any number of
+        return {"plant": [plants.find(name, ("motor_6_cos", "known_NAME"), "NAME")]}  # examples of terms that can be repeated
     if plus and family_of[base] != "friction":
-        raise InputError(f"a {family_of[base]} takes no slots", path="NAME", value=name, mend=f"Write {base}")
+        raise InputError(f"a {family_of[base]} has no slots", path="NAME", value=name, mend=f"Write {base}")
     if plus:
         chosen = friction.with_slots(chosen, slots.split("+"), "NAME")
     return {family_of[base]: [chosen]}
@@ -107,15 +107,15 @@ def _show_families(families: dict[str, list[Component]]) -> None:
     from bristle.report.table import Table
 
     for family, members in families.items():
-        if family == "slot":  # they stand among all slots, below
+        if family == "slot":  # listed with all slots, below
             continue
         rows = [(member.name, ", ".join(key_of(name) for name in member.variables), member.description) for member in members]
-        show_table(Table(family.capitalize(), ("Name", "Parameters", "What it is"), rows))
+        show_table(Table(family.capitalize(), ("Name", "Parameters", "Description"), rows))
     rows = [(f"+{name}", ", ".join(PARAMETERS_OF_SLOTS[name]), what) for name, what in WHAT_SLOTS_DO.items()]
-    show_table(Table("Slots", ("Name", "Parameters", "What they give"), rows))
+    show_table(Table("Slots", ("Name", "Parameters", "Description"), rows))
     say(
-        "Every friction model takes an offset, and slots behind its name; one of your own by its file, +my_slot.py. "
-        "Plants take terms: +gravity, +cogging, +known."
+        "Every friction model accepts an offset, and slots after its name: built-in, or your own by its file, +my_slot.py. "
+        "Plants accept terms: +gravity, +cogging, +known."
     )
 
 
@@ -141,16 +141,13 @@ def _show_one(component: Component) -> None:
     for relation in component.relations:
         say(f"{'Should have' if relation.advisory else 'Needs'} {relation.condition}.")
     for channel in component.channels_needed:
-        say(
-            f"Needs {channel.name} of the log: {channel.variable.description}, {channel.variable.allowed()}; "
-            f"{channel.usual:g} where nobody tells it."
-        )
+        say(f"Needs {channel.name} of the log: {channel.variable.description}, {channel.variable.allowed()}; {channel.usual:g} by default.")
     if component.reference:
         say(f"Source: {component.reference}")
 
 
 def _range(variable: Variable) -> str:
-    """Return the allowed range without the unit, which stands in a column of its own."""
+    """Return the allowed range without the unit, which has a separate column."""
     if variable.quantity == "1":
         return variable.allowed()
     return variable.allowed().removesuffix(f" {variable.unit()}").removesuffix(" in")

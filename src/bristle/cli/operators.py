@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def identify_operators(logs: list[Path], axes: list[Content], model: str | None, output: Output) -> int:
-    """Identify hysteresis operators from recorded curves, write them where that is asked for, and return the exit code."""
+    """Identify hysteresis operators from recorded curves, write the results, and return the exit code."""
     from bristle.core import InputError
     from bristle.files import provenance, read_curves, write_operator
     from bristle.hysteresis.identification import identify_operator
@@ -23,10 +23,10 @@ def identify_operators(logs: list[Path], axes: list[Content], model: str | None,
 
     if len(logs) > 1 or len(axes) > 1:
         raise InputError(
-            "takes one file of curves, and its axis file",
+            "needs a single file of curves, with its axis file",
             path="LOG",
             value=f"{len(logs)} files",
-            mend="Put all curves into one file, a column telling them apart",
+            mend="Put all curves into one file, with a column that numbers them",
         )
     log, axis = logs[0], axes[0]
     with output.opened("identifying", [log, axis]) as (folder, report):
@@ -63,7 +63,7 @@ def predict_operator(model: Content, log: Path, axis: Content | None, output: Ou
 
     if axis is None:
         raise InputError(
-            "is needed: it says which columns are input and output", path="--axis", mend="Name them under [columns] of an axis file"
+            "is required: it names the columns of input and output", path="--axis", mend="Name them under [columns] of an axis file"
         )
     with output.opened("predicting", [model, log, axis]) as (folder, _):
         operator, offset, _ = read_operator(model)
@@ -79,4 +79,4 @@ def predict_operator(model: Content, log: Path, axis: Content | None, output: Ou
             write_report(folder, page, summary)
 
     rmse, notes = with_unit(prediction.rmse, unit_of("force", operator.kind)), (f"Note: {note}" for note in recorded.notes)
-    output.tell(summary, f"Error: {rmse} root mean square, {prediction.error_percent:.3g} % of full scale", *notes)
+    output.tell(summary, f"Error: {rmse} rms, {prediction.error_percent:.3g} % of full scale", *notes)

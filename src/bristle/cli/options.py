@@ -1,4 +1,4 @@
-"""Options that several commands share, and what they ask for: folders, figures, readers, code of a person's own."""
+"""Options shared by several commands, and the objects behind them: folders, figures, readers, user code."""
 
 from __future__ import annotations
 
@@ -25,33 +25,33 @@ if TYPE_CHECKING:
     from bristle.figures import ReportFigure
     from bristle.report.table import Table
 
-LOG_FILE = "text, also of TwinCAT and LabVIEW, or another format that bristle log --help lists; FILE::TABLE names a table in it."
+LOG_FILE = "text (also TwinCAT, LabVIEW) or a format listed by bristle log --help; FILE::TABLE selects a table in it."
 SEPARATORS = f"{os.sep}{os.altsep or ''}"
 SIZE_SETTING = "BRISTLE_SIZE_LIMIT"
-# What to write in place of commands and options that an earlier release had; with its command where another one still has it.
+# Replacements of the commands and options of earlier releases; with a command if another command still has the option.
 REMOVED = {
-    "watch": "Use bristle identify LOGS --each, whose report says which axis differs from the others",
+    "watch": "Use bristle identify LOGS --each. Its report shows which axis differs from the others",
     "--data": "Write --format csv",
     "--size-limit": f'Set {SIZE_SETTING}="2 GB" in the environment',
     "--decimation": "Write decimation = 5 under [identification] of the axis file",
-    "--global": "Leave it out: a search begins where inverse dynamics ends",
-    "--no-global": "Leave it out: no search looks over the whole range of each parameter",
+    "--global": "Leave it out: the search starts from the result of inverse dynamics",
+    "--no-global": "Leave it out: the search never covers the full range of each parameter",
     "--set": "Write NAME = VALUE under [identification.settings] of the axis file",
-    "--truth": "Name the frictions behind --robust: bristle paper --robust gms bouc_wen",
+    "--truth": "Give the frictions after --robust: bristle paper --robust gms bouc_wen",
     "--window": "Call br.compare(..., window=...) in Python",
-    "lab --log": "Identify that log: the report of bristle identify moves along it",
-    "lab --axis": "Identify a log with it: the report of bristle identify moves along it",
-    "paper --axis": "Name model files behind --robust: bristle identify LOG --axis AXIS.toml writes one",
+    "lab --log": "Identify that log: the report of bristle identify animates it",
+    "lab --axis": "Identify a log with it: the report of bristle identify animates the log",
+    "paper --axis": "Give model files after --robust: bristle identify LOG --axis AXIS.toml writes a model file",
     "demo --format": "Write bristle identify DIR/log.csv --axis DIR/axis.toml --out OTHER --format svg",
-    "--dry-run": "Begin: on a terminal a bar tells how long it takes, and what is done is kept and gone on with",
-    "export --draws": "The results of identify hold draws.parquet, or draws.npz without pyarrow: a row a draw, in SI",
-    "check --allow-code": "Check the file with that code first, which allows it: bristle check OWN.py",
-    "excite --allow-code": "Check the file with that code first, which allows it: bristle check OWN.py",
+    "--dry-run": "Start the command: a terminal shows the remaining time, and an interrupted run continues from its finished parts",
+    "export --draws": "The results of identify contain draws.parquet, or draws.npz without pyarrow: one row per draw, in SI units",
+    "check --allow-code": "Check the file with the code first, which allows it: bristle check OWN.py",
+    "excite --allow-code": "Check the file with the code first, which allows it: bristle check OWN.py",
 }
 
 
 class Format(StrEnum):
-    """A format of figures, or of the numbers that they draw."""
+    """Format of figures, or of the numbers behind them."""
 
     svg = "svg"
     pdf = "pdf"
@@ -60,39 +60,35 @@ class Format(StrEnum):
 
 
 class Listing(TyperCommand):
-    """A command whose help has a list in front of its example, made when somebody asks for help."""
+    """Command whose help shows a list above its example. The list is made on request."""
 
     heads: tuple[str, str]
     rows: Callable[[], list[tuple[str, str]]]
 
     def format_epilog(self, ctx: Any, formatter: Any) -> None:
-        """Write the list in front of the example."""
+        """Write the list above the example."""
         with formatter.section(f"{self.heads[0]}s"):
             formatter.write_dl(self.rows())
         super().format_epilog(ctx, formatter)
 
 
 def folder_named(text: str | Path) -> Path:
-    """Return the folder for results; an empty name, as of a variable that is not set, is none."""
+    """Return the folder for results. Refuse an empty name, such as that of an unset variable."""
     if isinstance(text, str) and not text.strip():
-        raise typer.BadParameter("the name of the folder is empty: name a new one, or leave the option away")
+        raise typer.BadParameter("the name of the folder is empty: name a new folder, or leave the option out")
     return Path(text)
 
 
-AxisFile = Annotated[Path | None, typer.Option("--axis", metavar="AXIS.toml", help="The file that describes the axis.")]
-AxisFiles = Annotated[
-    list[Path] | None,
-    typer.Option("--axis", metavar="AXIS.toml", help="The file that describes the axis; one for all logs, or each its own."),
-]
-Out = Annotated[Path | None, typer.Option("--out", metavar="DIR", parser=folder_named, help="Write the results into this new folder.")]
-Force = Annotated[bool, typer.Option("--force", help="Replace results that are in DIR already.")]
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print no progress and no tables: a verdict and warnings only.")]
+AxisFile = Annotated[Path | None, typer.Option("--axis", metavar="AXIS.toml", help="Axis file.")]
+AxisFiles = Annotated[list[Path] | None, typer.Option("--axis", metavar="AXIS.toml", help="Axis file: one for all logs, or one per log.")]
+Out = Annotated[Path | None, typer.Option("--out", metavar="DIR", parser=folder_named, help="Write the results to this new folder.")]
+Force = Annotated[bool, typer.Option("--force", help="Replace existing results in DIR.")]
+Json = Annotated[bool, typer.Option("--json", help="Print only one JSON object.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print only a verdict and warnings: no progress, no tables.")]
 Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="Print all tables, warnings and notes.")]
-AllowCode = Annotated[bool, typer.Option("--allow-code", help="Run models of your own that a file names. Read their code first.")]
+AllowCode = Annotated[bool, typer.Option("--allow-code", help="Run user models named in the file. Read their code first.")]
 Readers = Annotated[
-    list[Path] | None,
-    typer.Option("--reader", metavar="READER.py", help="A reader of your own for logs of another format; may be repeated."),
+    list[Path] | None, typer.Option("--reader", metavar="READER.py", help="Your reader for another log format; repeatable.")
 ]
 Formats = Annotated[
     list[Format] | None,
@@ -100,17 +96,15 @@ Formats = Annotated[
         "--format",
         metavar="svg|pdf|png|csv",
         case_sensitive=False,
-        help="Write each figure into DIR/figures too, to be published, or as csv its numbers; may be repeated.",
+        help="Also write each figure to DIR/figures for publication, or its numbers as csv; repeatable.",
     ),
 ]
-FigureFiles = Annotated[
-    list[Path] | None, typer.Option("--figure", metavar="FIGURE.py", help="A figure of your own for the report; may be repeated.")
-]
+FigureFiles = Annotated[list[Path] | None, typer.Option("--figure", metavar="FIGURE.py", help="Your figure for the report; repeatable.")]
 
 
 @dataclass(frozen=True)
 class Output:
-    """The options of what a command writes and prints."""
+    """Options for the output of a command."""
 
     context: typer.Context
     out: Out = None
@@ -121,14 +115,14 @@ class Output:
 
     @property
     def command(self) -> str:
-        """The command line, as results tell it."""
+        """The command line, as in the results."""
         return self.context.obj
 
     @contextmanager
     def opened(self, words: str, reads: Iterable[Any] = (), *, draws: bool = True) -> Iterator[tuple[Any, Callable[[float, str], None]]]:
-        """Give the folder of results, None where none is asked for, and what work reports its share to."""
+        """Give the folder of results, or None without --out, and the callback for progress."""
         if self.out and draws:
-            import_module("bristle.figures")  # settings with which matplotlib cannot be imported end a command before its work
+            import_module("bristle.figures")  # a broken matplotlib configuration ends a command before its work
         from bristle.files import results_folder
         from bristle.report.results import figure_files
 
@@ -137,7 +131,7 @@ class Output:
             yield folder, report
 
     def tell(self, summary: Any, *parts: str | Table | None, warnings: Iterable[str] = (), files: str = "") -> None:
-        """Print numbers as JSON, or paragraphs and tables of them with warnings; say where results lie."""
+        """Print a summary as JSON, or as paragraphs, tables and warnings. Report the folder of the results."""
         if self.as_json:
             print_json(summary)
         else:
@@ -156,7 +150,7 @@ def print_json(data: Any) -> None:
 
 
 def as_command(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a command with an option for each field of those parameters that are groups of options."""
+    """Return a command with one option for each field of its option groups."""
     hints, groups, parameters = get_type_hints(function, include_extras=True), {}, {}
     for name, parameter in inspect.signature(function).parameters.items():
         group = hints[name]
@@ -180,7 +174,7 @@ def as_command(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def size_limit() -> int:
-    """Return how large a log may be [byte]: as the environment says, or the usual limit."""
+    """Return the largest size of a log [byte], from the environment or by default."""
     from bristle.core import SIZE_LIMIT, size_of
 
     text = os.environ.get(SIZE_SETTING)
@@ -188,7 +182,7 @@ def size_limit() -> int:
 
 
 def refuse(options: dict[str, Any], message: str, mend: str = "") -> None:
-    """Refuse the first of these options that was given."""
+    """Refuse the first given option of these."""
     option = next((option for option, value in options.items() if value), None)
     if option is not None:
         from bristle.core import InputError
@@ -197,7 +191,7 @@ def refuse(options: dict[str, Any], message: str, mend: str = "") -> None:
 
 
 def toml_content(file: Path | None) -> Any:
-    """Return what a file in TOML holds; None where there is none."""
+    """Return the contents of a TOML file, or None without a file."""
     from bristle.core import content_of
     from bristle.files import TOML_LIMIT
 
@@ -205,7 +199,7 @@ def toml_content(file: Path | None) -> Any:
 
 
 def code_in(file: str | Path) -> Content:
-    """Return what a file of code holds."""
+    """Return the contents of a code file."""
     from bristle.core import content_of
     from bristle.files import CODE_LIMIT
 
@@ -213,7 +207,7 @@ def code_in(file: str | Path) -> Content:
 
 
 def loaded_code(files: Sequence[str | Path], load: Callable[[Content], Any]) -> tuple[list[Any], list[Content]]:
-    """Return what files of a person's own code define, and what they hold; naming their code allows it."""
+    """Load user code. Return its objects and the contents of the files; naming the files allows their code."""
     from bristle.files import allow
 
     contents = [code_in(file) for file in files]
@@ -224,7 +218,7 @@ def loaded_code(files: Sequence[str | Path], load: Callable[[Content], Any]) -> 
 
 
 def own_readers(files: list[Path] | None) -> AbstractContextManager[None]:
-    """Return while which logs of formats of a person's own are read, too."""
+    """Return a context in which user formats of logs can be read."""
     if not files:
         return nullcontext()
     from bristle.files import load_reader_file
@@ -234,14 +228,14 @@ def own_readers(files: list[Path] | None) -> AbstractContextManager[None]:
 
 
 class OwnFigures(NamedTuple):
-    """Figures of a person's own, and the files that define them."""
+    """User figures, and the files that define them."""
 
     figures: tuple[ReportFigure, ...] = ()
     origins: tuple[Origin, ...] = ()
 
 
 def own_figures(files: list[Path] | None, command: str, *, has_folder: bool) -> OwnFigures:
-    """Return the figures that files of a person's own define, and those files."""
+    """Return the figures in user files, and those files."""
     if not files:
         return OwnFigures()
     from bristle.figures.own import load_figure_file, refuse_unfit
@@ -254,12 +248,12 @@ def own_figures(files: list[Path] | None, command: str, *, has_folder: bool) -> 
 
 
 def holds_own(name: str) -> bool:
-    """Return whether a name holds a file of a model or a slot, ``my_model.py+asymmetry`` or ``lugre+my_slot.py``."""
+    """Return whether a name contains a file of a model or a slot, ``my_model.py+asymmetry`` or ``lugre+my_slot.py``."""
     return any(part.endswith(".py") for part in name.split("+"))
 
 
 def own_model(name: str, path: str) -> Any:
-    """Return the friction model of a name that holds files; they are executed, tried, and allowed from now on."""
+    """Return the friction model of a name that contains files. Run, test and then allow their code."""
     from bristle.files import allow, friction_named
     from bristle.testing import admit
 
@@ -277,7 +271,7 @@ def own_model(name: str, path: str) -> Any:
 
 
 def experiment_in(path: Path, *, allow_code: bool, progress: Callable[[float, str], None] | None = None) -> Experiment:
-    """Return the experiment in a file, whose friction is tried; what it identifies is identified where it is not there."""
+    """Return the experiment in a file after a test of its friction. Identify its models if their results are missing."""
     from bristle.core import content_of
     from bristle.files import TOML_LIMIT, read_experiment
     from bristle.report.prepared import prepare
@@ -285,7 +279,7 @@ def experiment_in(path: Path, *, allow_code: bool, progress: Callable[[float, st
     content = content_of(path, limit=TOML_LIMIT, path="experiment", what="an experiment file")
     for model in prepare(content, allow_code=allow_code, size_limit=size_limit(), progress=progress):
         if model.best is None:
-            complain(f"{model.name}: as identified before, {model.folder}")
+            complain(f"{model.name}: identified earlier; see {model.folder}")
         else:
             error = f"{model.best.name}, error {model.best.error_percent:.3g} %"
             complain(f"{model.name}: identified ({error}); see {model.folder / 'report.html'}")
@@ -293,7 +287,7 @@ def experiment_in(path: Path, *, allow_code: bool, progress: Callable[[float, st
 
 
 def command_told(arguments: Iterable[str], separators: str = SEPARATORS) -> str:
-    """Return a command line as it is told: files without their folders, nothing that cannot be printed.
+    """Return a printable command line, with files named without their folders.
 
     Examples
     --------
@@ -302,7 +296,7 @@ def command_told(arguments: Iterable[str], separators: str = SEPARATORS) -> str:
     """
     words = [_without_folders(argument, separators) for argument in arguments]
     if not all(word.isprintable() for word in words):
-        # The names of files are bytes, and whoever passes one on may be of another opinion on its letters.
+        # The names of files are bytes, and the next program may decode them differently.
         from bristle.core import escaped
 
         words = ["".join(letter if letter.isprintable() else "?" for letter in escaped(word)) for word in words]

@@ -1,4 +1,4 @@
-"""``bristle paper``: the source paper, figure by figure, or its compensation on other frictions."""
+"""``bristle paper``: the source paper, figure by figure, or its compensation with other frictions."""
 
 from pathlib import Path
 from typing import Annotated
@@ -13,27 +13,27 @@ EXAMPLE = """Example:
   bristle paper --figure 8 --format pdf --format csv
   bristle paper --write experiments
   bristle paper --robust gms bouc_wen --seeds 4 --out robust"""
-Robust = Annotated[bool, typer.Option("--robust", help="Try the compensation on other frictions and changed conditions instead.")]
-Seeds = Annotated[int | None, typer.Option(metavar="COUNT", min=1, max=1000, help="With --robust: runs of each loop; 20 by default.")]
+Robust = Annotated[bool, typer.Option("--robust", help="Test the compensation with other frictions and conditions instead.")]
+Seeds = Annotated[int | None, typer.Option(metavar="COUNT", min=1, max=1000, help="With --robust: runs of each loop; by default 20.")]
 
 
 def paper(
     context: typer.Context,
     truths: Annotated[
-        list[str] | None, typer.Argument(metavar="[TRUTH...]", help="With --robust: only these frictions: names or model files.")
+        list[str] | None, typer.Argument(metavar="[TRUTH...]", help="With --robust: only these frictions (names or model files).")
     ] = None,
     *,
-    figure: Annotated[list[int] | None, typer.Option("--figure", metavar="N", help="Only this figure; may be given several times.")] = None,
+    figure: Annotated[list[int] | None, typer.Option("--figure", metavar="N", help="Only this figure; repeatable.")] = None,
     write: Annotated[
-        Path | None, typer.Option("--write", metavar="DIR", parser=folder_named, help="Copy the experiments into DIR, and stop.")
+        Path | None, typer.Option("--write", metavar="DIR", parser=folder_named, help="Copy the experiments to DIR and exit.")
     ] = None,
     source: Annotated[
-        Path | None, typer.Option("--from", metavar="DIR", parser=folder_named, help="Take the experiments from DIR, as changed.")
+        Path | None, typer.Option("--from", metavar="DIR", parser=folder_named, help="Read the (changed) experiments from DIR.")
     ] = None,
     out: Annotated[
         Path | None,
         typer.Option(
-            "--out", metavar="DIR", parser=folder_named, help="Write the results there; bristle-paper or bristle-robust by default."
+            "--out", metavar="DIR", parser=folder_named, help="Write the results to DIR; by default bristle-paper or bristle-robust."
         ),
     ] = None,
     formats: Formats = None,
@@ -43,23 +43,23 @@ def paper(
     force: Force = False,
     as_json: Json = False,
 ) -> None:
-    """Rebuild the source paper, figure by figure.
+    """Reproduce the source paper, figure by figure.
 
-    Each figure is an experiment on a simulated rig, shown in one report beside what the paper says of it, with what was
-    found and why it differs; and all that is wrong in the paper, corrected. To be published, --format writes each
-    figure as a file beside captions.txt, or as csv the numbers that it draws.
+    Each figure is an experiment on a simulated rig. One report compares every result with the statement of the paper,
+    explains the differences, and lists the errors of the paper with corrections. --format writes each figure as a file
+    with captions.txt for publication, or its numbers as csv.
 
-    With --robust the loops of the paper run with frictions of other kinds, from 0.7 to 1.6 times as strong, with
-    compensators of several families, each identified from a log of that friction.
+    --robust runs the loops of the paper with other kinds of friction, 0.7 to 1.6 times as strong, and with compensators
+    of several families. Each compensator is identified from a log of that friction.
     """
-    # Results in the usual place are replaced: nobody keeps them there.
+    # Results in the default folder are disposable.
     usual = Path("bristle-robust" if robust else "bristle-paper")
     output = Output(context, out or usual, formats, force or out in (None, usual), as_json)
     if robust:
-        refuse({"--figure": figure, "--write": write, "--from": source}, "says nothing beside --robust")
+        refuse({"--figure": figure, "--write": write, "--from": source}, "has no effect with --robust")
         _try_robustness(output, truths or [], seeds or 20, allow_code=allow_code)
         return
-    refuse({"TRUTH": truths, "--seeds": seeds}, "says nothing without --robust")
+    refuse({"TRUTH": truths, "--seeds": seeds}, "has no effect without --robust")
     if write is not None:
         from bristle.paper import write_experiments
 
@@ -88,7 +88,7 @@ def paper(
 
 
 def _try_robustness(output: Output, names: list[str], seeds: int, *, allow_code: bool) -> None:
-    """Run the trial of the compensation, write its report, and show its first tables."""
+    """Test the compensation, write the report, and show its first tables."""
     from bristle.files import provenance
     from bristle.paper.robust.findings import best_table, claim_table
     from bristle.paper.robust.page import robust_report, robust_summary, words_of
@@ -97,7 +97,7 @@ def _try_robustness(output: Output, names: list[str], seeds: int, *, allow_code:
     from bristle.report.results import write_report
     from bristle.testing import admit
 
-    # Names may have commas between them, and the name of a file may hold one.
+    # Names may be separated by commas, and a file name may contain a comma.
     separated = [name for text in names for name in ([text] if Path(text).is_file() else text.split(","))]
     truths = truths_named(separated, allow_code=allow_code)
     for truth in truths:

@@ -1,4 +1,4 @@
-"""``bristle predict``: what a model says of a log."""
+"""``bristle predict``: prediction of a log by a model."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -26,7 +26,7 @@ EXAMPLE = """Example:
 
 
 def predict(
-    model: Annotated[Path, typer.Argument(metavar="MODEL.toml", help="A model file, as identify writes it.")],
+    model: Annotated[Path, typer.Argument(metavar="MODEL.toml", help="A model file written by identify.")],
     log: Annotated[Path, typer.Argument(metavar="LOG", help=f"A log: {LOG_FILE}")],
     *,
     axis: AxisFile = None,
@@ -38,9 +38,8 @@ def predict(
 ) -> int:
     """Predict a log with an identified model.
 
-    inverse: the effort from the measured motion. closed-loop: effort and motion from the reference, with the
-    controller of the axis file. open-loop: the motion from the measured effort. A model of a hysteresis operator
-    predicts recorded curves.
+    inverse: effort from the measured motion. closed-loop: effort and motion from the reference, with the controller of
+    the axis file. open-loop: motion from the measured effort. A hysteresis operator predicts recorded curves.
     """
     from bristle.core import InputError, Status
     from bristle.files import holds_operator, origins_of_code, provenance, read_axis, read_model
@@ -57,7 +56,7 @@ def predict(
     if holds_operator(file):
         from bristle.cli.operators import predict_operator
 
-        refuse({"--figure": figure}, "is for friction, not for recorded curves")
+        refuse({"--figure": figure}, "applies to friction, not to recorded curves")
         predict_operator(file, log, axis_file, output)
         return 0
     further, code = own_figures(figure, "predict", has_folder=output.out is not None)
@@ -103,7 +102,7 @@ def predict(
 
 
 def _was_fitted(recorded: Any, fitted: Mapping[str, Any]) -> bool:
-    """Return whether a model was fitted to this log: to the same columns of the same file, at a time that both have."""
+    """Return whether a model was fitted to this log: same file and columns, and a common span of time."""
     checksum = recorded.origin.checksum
     keys = [key.removesuffix("_sha256") for key, value in fitted.items() if key.endswith("_sha256") and value == checksum]
     return bool(checksum) and any(recorded.is_part(fitted.get(f"{key}_part", "")) for key in keys)

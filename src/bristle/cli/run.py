@@ -19,15 +19,15 @@ def run(
     output: Output,
     figure: FigureFiles = None,
     allow_code: AllowCode = False,
-    log: Annotated[bool, typer.Option("--log", help="Write what the drive would record of each variant into DIR, as CSV.")] = False,
+    log: Annotated[bool, typer.Option("--log", help="Write the log that the drive would record of each variant to DIR, as CSV.")] = False,
 ) -> int:
     """Simulate an experiment.
 
-    With [compare] in the file, several variants of the loop side by side. A loop that is unstable is named before it
-    is simulated, and one that would diverge is not simulated at all. The exit code is 1 if a loop diverges.
+    [compare] in the file simulates several variants of the loop. bristle reports an unstable loop before the simulation
+    and skips the simulation of a loop that would diverge. The exit code is 1 if a loop diverges.
 
-    With [effort] in place of [controller] and [reference] an open loop: the effort is given. There a tolerance in
-    [run] takes the place of substeps, and the steps are as long as it allows.
+    [effort] instead of [controller] and [reference] simulates an open loop with a given effort. A tolerance in [run]
+    then replaces substeps, and sets the length of the steps.
 
     Writes summary.json and report.html into DIR, and with --log log.csv: reference, encoder and commanded effort.
     """

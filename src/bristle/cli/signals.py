@@ -1,7 +1,7 @@
-"""Signals that end a program end it in good order: what was half written is removed, and one line says why.
+"""Handling of signals that end the program: unfinished files are removed, and one line names the signal.
 
-The interpreter sees a signal between two of its own steps, and native code may take long, or for ever, for one. A
-thread watches: what was not seen after a while, that ends the program from there.
+The interpreter handles a signal between two of its own steps. Native code may delay it, even forever, so a thread
+watches and ends a process that does not react in time.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from typing import Any, NoReturn
 
 SENTENCES = {"SIGINT": "interrupted", "SIGTERM": "terminated", "SIGHUP": "hung up", "SIGBREAK": "interrupted"}
 INTERRUPTED = 130  # the exit code
-PATIENCE = 20.0  # [s] for a program that was told to terminate; Ctrl-C can be pressed again
+PATIENCE = 20.0  # [s] until the end after a request to terminate; Ctrl-C can be pressed again
 _MARK = b"\xff"
 
 
 class SignalledError(KeyboardInterrupt):
-    """A signal asks the program to end; `exit_code` is 128 and its number."""
+    """A signal that ends the program; `exit_code` is 128 plus its number."""
 
     def __init__(self, number: int) -> None:
         self.exit_code = 128 + number
@@ -29,12 +29,12 @@ class SignalledError(KeyboardInterrupt):
 
 
 class ended_by_signals:  # noqa: N801  (used as a context)
-    """Inside this block the signals that ask a program to end raise `SignalledError`.
+    """Context in which the signals that end a program raise `SignalledError`.
 
-    Those that are ignored (``nohup``, jobs in the background) stay so. What repeats within a second, as a closing
-    terminal does, is one signal: it must not end the cleaning up. Where native code keeps the interpreter from seeing
-    a signal, the process is ended after two seconds, by Ctrl-C once that was pressed again; so is a process that was told
-    to terminate and has not after `PATIENCE`, for a thread or a lock may keep it.
+    Ignored signals (``nohup``, background jobs) stay ignored. Signals repeated within a second, as from a closing
+    terminal, count once, so that they do not end the cleanup. If native code blocks the interpreter, the process ends
+    after two seconds, or for Ctrl-C at the second press. A process that is still alive `PATIENCE` after a request to
+    terminate also ends: a thread or a lock may block it.
     """
 
     def __init__(self) -> None:
@@ -65,11 +65,11 @@ class ended_by_signals:  # noqa: N801  (used as a context)
 
     @property
     def exit_code(self) -> int | None:
-        """128 and the number of the signal that asked the program to end; None if there was none."""
+        """128 plus the number of the signal that ended the program; None without a signal."""
         return None if self._first is None else 128 + self._first[0]
 
     def check(self) -> None:
-        """Raise what was received while modules were imported: called where none is."""
+        """Raise the signal received during the import of modules; call outside any import."""
         number = self._waiting if self._first is None else self._first[0]
         if number is not None:
             self._end(number)
@@ -80,7 +80,7 @@ class ended_by_signals:  # noqa: N801  (used as a context)
         if self._first is not None and now - self._first[1] < 1.0:
             return
         if _imports(frame):
-            # A module that is being imported may drop what is raised in it, or call it an error of its own.
+            # A module that is being imported may drop the exception, or turn it into its own error.
             self._waiting = number
             _send_again(number)
             return
@@ -91,7 +91,7 @@ class ended_by_signals:  # noqa: N801  (used as a context)
         raise SignalledError(number)
 
     def _lost(self, unraisable: Any) -> None:
-        """Send the signal again where the interpreter drops what is raised, as in a finalizer."""
+        """Send the signal again if the interpreter dropped its exception, as in a finalizer."""
         if not isinstance(unraisable.exc_value, SignalledError) or self._first is None:
             self._unraisable(unraisable)
             return
@@ -100,7 +100,7 @@ class ended_by_signals:  # noqa: N801  (used as a context)
 
 
 class _Watch:
-    """A thread that is told of each signal when it arrives, and ends the process if nobody else sees it."""
+    """A thread that receives each signal on arrival and ends the process if the interpreter does not react."""
 
     def __init__(self) -> None:
         self.observed = threading.Event()
@@ -120,7 +120,7 @@ class _Watch:
         self._thread.start()
 
     def end(self) -> None:
-        """Watch no more."""
+        """Stop watching."""
         if self._pipe is None or self._thread is None:
             return
         signal.set_wakeup_fd(self._before)
@@ -135,9 +135,9 @@ class _Watch:
         while number := pipe.next():
             if number not in self._numbers:
                 continue
-            # Native code that takes longer [s] counts as code that does not return.
+            # Native code that takes longer [s] is treated as code that never returns.
             if self.observed.wait(2.0):
-                # Signals of a number that arrive together are seen as one: what has arrived by now was seen.
+                # Signals of one number that arrive together count as one: those received so far were seen.
                 self.observed.clear()
                 pipe.drain()
                 if number != signal.SIGINT and self._last is None:
@@ -153,7 +153,7 @@ class _Watch:
 
 
 class _Pipe:
-    """A pipe into which the interpreter writes the number of each signal at once."""
+    """A pipe to which the interpreter immediately writes the number of each signal."""
 
     def __init__(self) -> None:
         self._read, self.write_to = os.pipe()
@@ -165,24 +165,24 @@ class _Pipe:
         return (os.read(self._read, 1) or b"\0")[0]
 
     def drain(self) -> None:
-        """Forget the numbers that are there."""
+        """Discard the numbers in the pipe."""
         os.write(self.write_to, _MARK)
         while (byte := os.read(self._read, 1)) not in (_MARK, b""):
             if byte == b"\0":
                 self.end()
 
     def end(self) -> None:
-        """Let the reader come to its end."""
+        """Let the reader finish."""
         os.write(self.write_to, b"\0")
 
     def close(self) -> None:
-        """Let go of it."""
+        """Close both ends."""
         os.close(self._read)
         os.close(self.write_to)
 
 
 def _say(text: str) -> None:
-    """Write to the standard error stream, whatever the rest of the program holds at the moment."""
+    """Write to the standard error stream without the locks of Python's streams."""
     try:
         os.write(2, f"bristle: {text}\n".encode())
     except OSError:
@@ -215,7 +215,7 @@ def _interrupt_main(number: int) -> None:
     if not callable(signal.getsignal(number)):  # the block has been left
         return
     if hasattr(signal, "pthread_kill"):
-        signal.pthread_kill(threading.main_thread().ident or 0, number)  # wakes it up, should it sleep
+        signal.pthread_kill(threading.main_thread().ident or 0, number)  # wakes a sleeping main thread
     else:
         import _thread
 

@@ -1,4 +1,4 @@
-"""``bristle study``: thousands of runs of an experiment, drawn, kept whole, gone on with after an interruption."""
+"""``bristle study``: thousands of runs of an experiment with drawn values; an interrupted study continues."""
 
 from __future__ import annotations
 
@@ -40,13 +40,15 @@ def study(
     *,
     out: Annotated[
         Path | None,
-        typer.Option("--out", metavar="DIR", parser=folder_named, help="Write the results there; those of the same study go on."),
+        typer.Option("--out", metavar="DIR", parser=folder_named, help="Write the results to DIR, or continue the study in it."),
     ] = None,
-    workers: Annotated[int | None, typer.Option(metavar="COUNT", min=1, max=1024, help="Processes; as many as cores by default.")] = None,
+    workers: Annotated[
+        int | None, typer.Option(metavar="COUNT", min=1, max=1024, help="Number of processes; by default one per core.")
+    ] = None,
     scheduler: Annotated[
-        str | None, typer.Option(metavar="tcp://HOST:PORT", help="Simulate on the workers of a Dask cluster; the results are written here.")
+        str | None, typer.Option(metavar="tcp://HOST:PORT", help="Simulate on a Dask cluster; results are written on this machine.")
     ] = None,
-    run: Annotated[int | None, typer.Option(metavar="NUMBER", min=0, help="Repeat this run alone, with its signals.")] = None,
+    run: Annotated[int | None, typer.Option(metavar="NUMBER", min=0, help="Repeat only this run, and record its signals.")] = None,
     formats: Formats = None,
     figure: FigureFiles = None,
     allow_code: AllowCode = False,
@@ -54,14 +56,14 @@ def study(
 ) -> int:
     """Run an experiment thousands of times with other values.
 
-    What varies, and how, stands in the study file: distributions, joint draws of a fit, a grid. A run has a number,
-    and its values and its seed follow from it: any number of workers gives the same files.
+    The study file defines the values that vary: distributions, joint draws of a fit, a grid. Values and seed of a run
+    follow from its number, so that any number of workers writes the same files.
 
-    Whatever ends it, give the command again: it does what is missing. The exit code is 1 if runs are missing then, or
-    if none ended well.
+    After an interruption give the same command again: it simulates the missing runs. The exit code is 1 if runs are
+    missing, or if no run succeeded.
 
-    Writes runs/*.parquet, study.json, summary.json and report.html into DIR. With --run a new folder gets report.html
-    and the log of that run.
+    Writes runs/*.parquet, study.json, summary.json and report.html into DIR. --run writes report.html and the log of
+    that run into a new folder.
     """
     from bristle.core import library
     from bristle.study import read_study_file
@@ -72,7 +74,7 @@ def study(
         library(*CLUSTER)
         of_this_machine = {"--workers": workers is not None, "--run": run is not None}
         option = next((option for option, is_chosen in of_this_machine.items() if is_chosen), "")
-        refuse(of_this_machine, "simulates on this machine, and --scheduler does not", f"Leave {option} or --scheduler out")
+        refuse(of_this_machine, "simulates on this machine, --scheduler on a cluster", f"Leave {option} or --scheduler out")
     own = own_figures(figure, "study" if run is None else "run", has_folder=out is not None)
     described = read_study_file(study, allow_code=allow_code, size_limit=size_limit())
     admit_friction_of(described.experiment)
@@ -84,7 +86,7 @@ def study(
 
 
 def _repeat(study: Study, number: int, output: Output, own: OwnFigures) -> int:
-    """Simulate one run of a study again and tell it as ``bristle run`` does, with what it was made with."""
+    """Repeat one run of a study and report it like ``bristle run``, with its drawn values."""
     from bristle.files import provenance
     from bristle.report.loops import variant_table
     from bristle.report.results import write_logs, write_report
@@ -116,7 +118,7 @@ def _in_words(values: Mapping[str, Any], units: Mapping[str, str]) -> str:
             cells.append(f"{path} = {with_unit(value, units[path] or '1', 4)}")
         else:
             cells.append(f"{path} = {f'{len(value)} numbers' if isinstance(value, list) else value}")
-    return ", ".join(cells) or "nothing varies but the seed"
+    return ", ".join(cells) or "only the seed varies"
 
 
 def _run(study: Study, file: Path, output: Output, workers: int | None, scheduler: str | None, own: OwnFigures) -> int:
@@ -134,7 +136,7 @@ def _run(study: Study, file: Path, output: Output, workers: int | None, schedule
         report(1.0, "writing the report")
         for name in store.grown.names:
             if name.startswith("figures/"):
-                store.grown.remove(name)  # those of an earlier report, whose numbers were others
+                store.grown.remove(name)  # figures of an earlier report with other numbers
         with figure_files(store.grown, output.formats):
             runs, repeat = runs_in(store.folder), command_told(["study", str(file)])
             figures = {key: text for key, text in provenance(command, figure=own.origins).items() if key.startswith("figure")}
@@ -148,22 +150,22 @@ def _run(study: Study, file: Path, output: Output, workers: int | None, schedule
 
 @contextmanager
 def interruptible(folder: Path, parts: str) -> Iterator[None]:
-    """Tell who interrupts the work in this block what is kept of it."""
+    """Report on an interruption that the finished parts are kept."""
     try:
         yield
     except KeyboardInterrupt:
-        complain(f"{folder} keeps the {parts} that are done; the same command goes on")
+        complain(f"{folder} keeps the finished {parts}. The same command continues")
         raise
 
 
 def exit_code(ran: Ran, summary: Mapping[str, Any]) -> int:
-    """Return the exit code of a study or a fleet; runs are told that no process lived through, and how these ended."""
+    """Return the exit code of a study or a fleet. Report runs whose processes crashed, with the reason."""
     from bristle.study.store import OK
 
     for block, code in ran.lost:
-        ended = "as the cluster tells it" if code is None else f"by signal {-code}" if code < 0 else f"with code {code}"
+        ended = "reported by the cluster" if code is None else f"by signal {-code}" if code < 0 else f"with code {code}"
         complain(
-            f"runs {block.first} to {block.last - 1} are missing: each process that simulated them ended ({ended}). "
-            "Is there enough memory? The same command tries again"
+            f"runs {block.first} to {block.last - 1} are missing: every process that simulated them crashed ({ended}). "
+            "Check the memory. The same command tries again"
         )
     return 0 if ran.is_whole and OK in summary["statuses"] else NO

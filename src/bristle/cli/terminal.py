@@ -1,4 +1,4 @@
-"""What a person sees, on any terminal, in a pipe, and without Unicode: text, tables, progress, and every way to fail as one line."""
+"""Text, tables, progress bars and one-line errors on any terminal, in a pipe, and without Unicode."""
 
 from __future__ import annotations
 
@@ -37,9 +37,9 @@ VERDICT_STYLES = {"gain": "bold", "usable": "bold green", "with_care": "bold yel
 
 
 def streams_that_take_all() -> None:
-    """Let the standard streams write plain letters where their encoding lacks a character.
+    """Let the standard streams replace characters that their encoding lacks.
 
-    One that was closed before the program began (``>&-``) takes what is written and drops it.
+    A stream closed before the program started (``>&-``) discards its text.
     """
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
@@ -59,14 +59,14 @@ def _plain(error: UnicodeError) -> tuple[str, int]:
 
 
 def one_line(text: str) -> str:
-    """Return text as one line without control characters, such as those that a file's name may smuggle in."""
+    """Return text in one line without control characters, such as those in a file name."""
     from bristle.core import printable
 
     return " ".join(printable(text).split())
 
 
 def complain(text: str) -> None:
-    """Write one readable line to the standard error stream, where anybody still reads it and there is room."""
+    """Write one line to the standard error stream. Ignore a closed or full stream."""
     with suppress(OSError):
         print(f"bristle: {one_line(text)}", file=sys.stderr)
 
@@ -85,20 +85,20 @@ def _console(stream: TextIO) -> Console:
 
 
 def say(text: str) -> None:
-    """Write a paragraph to the standard output; numbers may part from their units there, as pages do not let them."""
+    """Write a paragraph to the standard output; a line may break between number and unit, unlike in pages."""
     _console(sys.stdout).print(text.replace("\u00a0", " "))
 
 
 def say_laid_out(lay_out: Callable[[int], str]) -> None:
-    """Write to the standard output what is laid out in lines of a width: that of the terminal, or one read well."""
+    """Write text laid out for the width of the terminal, or for a readable width if the terminal is wider."""
     console = _console(sys.stdout)
     console.print(f"{lay_out(min(console.width, READ_WELL))}\n", soft_wrap=True)
 
 
 def show_table(table: Table) -> None:
-    """Write a table to the standard output; where the terminal is too narrow for one, row by row.
+    """Write a table to the standard output, or row by row if the terminal is too narrow.
 
-    A column in which no row says anything is left out.
+    Empty columns are dropped.
     """
     trimmed, console = table.without_empty_columns(), _console(sys.stdout)
     cells = [[one_line(row[i]) for row in (trimmed.heads, *trimmed.rows)] for i in range(len(trimmed.heads))]
@@ -142,7 +142,7 @@ def show_lines(lines: Iterable[Line]) -> None:
 
 
 def show(*parts: str | Table | None) -> None:
-    """Write paragraphs and tables to the standard output, one after the other; None is left out."""
+    """Write paragraphs and tables to the standard output. Skip None."""
     for part in parts:
         if isinstance(part, str):
             say(part)
@@ -152,7 +152,7 @@ def show(*parts: str | Table | None) -> None:
 
 @contextmanager
 def progress(text: str, *, quiet: bool = False) -> Iterator[Callable[[float, str], None]]:
-    """Give what work reports its share to; a bar is shown on a terminal once the work takes longer than a second."""
+    """Give the callback for progress. A terminal shows a bar if the work takes longer than a second."""
     if quiet or not sys.stderr.isatty():
         yield lambda share, text: None
         return
@@ -179,7 +179,7 @@ def stage(report: Callable[[float, str], None], begin: float, end: float) -> Cal
 
 @contextmanager
 def warnings_as_lines() -> Iterator[list[BaseException]]:
-    """Show each warning once, as one line without the place in the code that it comes from; collect the faults of bristle among them."""
+    """Show each warning once, as one line without its place in the code. Collect the faults of bristle among them."""
     printed: set[str] = set()
     faults: list[BaseException] = []
 
@@ -198,7 +198,7 @@ def warnings_as_lines() -> Iterator[list[BaseException]]:
 
 
 def report(error: BaseException, *, results: bool = False) -> int:
-    """Tell a person what went wrong and return the exit code."""
+    """Report an error and return the exit code."""
     from bristle.core import BristleError, told_by
 
     if isinstance(error, KeyboardInterrupt):
@@ -244,7 +244,7 @@ def report(error: BaseException, *, results: bool = False) -> int:
 
 
 def _place_in_own_file(error: BaseException) -> tuple[str, int] | None:
-    """Return file and line where a model of a person's own raised, or called what did; None where bristle did."""
+    """Return the file and line of user code at the origin of an error, or None for an error of bristle."""
     for frame, line in reversed(list(traceback.walk_tb(error.__traceback__))):
         module = str(frame.f_globals.get("__name__", ""))
         if module.startswith("bristle_user_"):
@@ -255,7 +255,7 @@ def _place_in_own_file(error: BaseException) -> tuple[str, int] | None:
 
 
 def let_go(stream: TextIO) -> None:
-    """Leave nothing in a stream for the interpreter to write at its end, where it would fail again."""
+    """Redirect a stream so that the interpreter does not fail on it at exit."""
     nowhere = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, stream.fileno())
     os.close(nowhere)

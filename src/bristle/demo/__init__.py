@@ -1,4 +1,4 @@
-"""The demonstration: the main job on a simulated axis, whose friction no fitted model has."""
+"""The demonstration: the whole workflow on a simulated axis whose friction differs in structure from every fitted model."""
 
 from bristle.demo.run import BANNER, run
 

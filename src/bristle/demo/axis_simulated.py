@@ -1,4 +1,4 @@
-"""The simulated axis: what it is made of, and the logs that it writes as a real drive would."""
+"""The simulated axis: its components, and its logs in the form of a real drive."""
 
 import io
 from importlib.resources import files
@@ -18,7 +18,7 @@ SAMPLE_TIME = 1e-3
 
 
 def axis() -> Axis:
-    """Return the axis as its file describes it."""
+    """Return the axis of the axis file."""
     return read_axis(AXIS_FILE)
 
 
@@ -28,7 +28,7 @@ def plant() -> Model:
 
 
 def friction() -> Model:
-    """Return the friction of the simulated axis: thirty elements that slip one after the other."""
+    """Return the friction of the simulated axis: thirty elements that slip in sequence."""
     return truth.MODEL(**truth.MODEL.example)
 
 
@@ -60,7 +60,7 @@ def _move(start: float, end: float, speed: float, acceleration: float) -> np.nda
 
 
 def write_log(path: Path, seed: int) -> None:
-    """Run the axis along a motion and write the log that its drive would have recorded, as CSV."""
+    """Run the axis along a motion and write the log of its drive, as CSV."""
     described, reference = axis(), motion(seed)
     velocity = np.gradient(reference, SAMPLE_TIME)
     desired = np.stack((reference, velocity, np.gradient(velocity, SAMPLE_TIME), np.zeros_like(reference)))

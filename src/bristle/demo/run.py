@@ -1,4 +1,4 @@
-"""The main job on the simulated axis, start to finish, into a folder of results."""
+"""The whole workflow on the simulated axis, with a folder of results."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -12,16 +12,15 @@ from bristle.report.identified import Outcome, identify
 from bristle.simulation import Prediction, compensation_experiment, simulate
 
 BANNER = (
-    "This axis is simulated. Its friction, thirty spring-slider elements and a thinning oil film, has another "
-    "structure than every model fitted here, and the loop with and without compensation is run on that axis, not on "
-    "the model."
+    "This axis is simulated. Its friction, thirty spring-slider elements and a thinning oil film, differs in structure "
+    "from every fitted model. The loop with and without compensation runs on that simulated axis, not on the model."
 )
 FITTED, UNSEEN = 1, 2  # seeds of the two motions
 
 
 @dataclass(frozen=True)
 class Demonstration:
-    """The outcome of the identification with the loop of the simulated axis, and the prediction of an unseen log."""
+    """Results of the demonstration: the models, the prediction of the unseen log, the loop of the simulated axis."""
 
     outcome: Outcome
     prediction: Prediction
@@ -29,9 +28,9 @@ class Demonstration:
 
 
 def run(folder: Results, *, command: str, progress: Progress | None = None) -> Demonstration:
-    """Simulate an axis, identify it, predict an unseen log, and compensate it; write all of it into `folder`.
+    """Simulate an axis, identify it, predict an unseen log, compensate it, and write the results into `folder`.
 
-    The folder also holds the axis file and both logs, to be used with the other commands. `command` repeats it.
+    The folder also contains the axis file and both logs for other commands. The results state `command`.
     """
 
     def at(share: float, text: str) -> None:

@@ -4,9 +4,9 @@ r"""The friction of the simulated axis: thirty spring-slider elements with limit
     F = \sum_i f_i + \frac{F_v\,v}{1 + |v|/v_v}, \qquad
     |f_i| \le \alpha_i\,\gamma_\pm S(v), \qquad S(v) = F_C + (F_S - F_C)\,e^{-(v/v_S)^2}
 
-Element `i` has the stiffness :math:`\alpha_i F_S / r_i` and breaks away after :math:`r_i`; the oil film thins as the
-speed grows. None of the models that the demonstration fits has this structure, and that is its purpose: an
-identification that is tested on its own model is not tested. It is also an example of a user's model: one file.
+Element `i` has the stiffness :math:`\alpha_i F_S / r_i` and breaks away after :math:`r_i`. The oil film thins with
+speed. No model fitted by the demonstration has this structure: identification must be tested on friction that differs
+from its model. This file is also an example of a user's model.
 """
 
 from typing import Annotated, NamedTuple
@@ -24,7 +24,7 @@ class Parameters(NamedTuple):
     F_S: Annotated[float, Variable("force", "static (break-away) friction force", min=1e-9)]
     v_S: Annotated[float, Variable("length/time", "Stribeck velocity", min=1e-9)]
     F_v: Annotated[float, Variable("force*time/length", "viscous friction coefficient at rest", min=0.0)]
-    v_v: Annotated[float, Variable("length/time", "speed at which the viscous friction has halved", min=1e-9)]
+    v_v: Annotated[float, Variable("length/time", "speed at which the viscous friction is halved", min=1e-9)]
     forward: Annotated[float, Variable("1", "factor on the limits in forward motion", min=0.0)]
     backward: Annotated[float, Variable("1", "factor on the limits in backward motion", min=0.0)]
     alpha_i: Annotated[np.ndarray, Variable("1", "share of each element in the force", min=0.0, max=1.0)]
@@ -32,11 +32,11 @@ class Parameters(NamedTuple):
 
 
 class State(NamedTuple):
-    """The state is the memory: the force of each element over its share."""
+    """State and memory: the force of each element over its share."""
 
 
 class Move(NamedTuple):
-    """What a trial hands to commit."""
+    """The result of a trial for commit."""
 
     dx: float
     limit: float
@@ -52,7 +52,7 @@ def limit_of(v, p):
 
 @kernel
 def pulled(f, dx, stiffness, limit):
-    """Return the force of an element that had `f`, after a displacement `dx`; it yields to a falling limit."""
+    """Return the force of an element with the force `f` after a displacement `dx`; a falling limit lowers it."""
     if dx > 0.0:
         return min(f + stiffness * dx, limit)
     if dx < 0.0:
@@ -62,7 +62,7 @@ def pulled(f, dx, stiffness, limit):
 
 @kernel
 def trial(state, memory, motion, dt, p):
-    """Return the force [N or N*m] of a step at constant velocity, the mean of its begin and end."""
+    """Return the mean force [N or N*m] of a step at constant velocity."""
     v = motion.v
     dx = v * dt
     limit = limit_of(v, p)
@@ -98,7 +98,12 @@ MODEL = FrictionModel(
     memory_size=memory_size,
     relations=(
         Relation("F_S >= F_C", lambda p: p.F_S >= p.F_C, "Raise F_S or lower F_C"),
-        Relation("alpha_i and r_i of the same length", lambda p: len(p.alpha_i) == len(p.r_i), "Give one of each", structural=True),
+        Relation(
+            "alpha_i and r_i of the same length",
+            lambda p: len(p.alpha_i) == len(p.r_i),
+            "Give one value of each per element",
+            structural=True,
+        ),
     ),
     example={
         "F_C": 32.0,

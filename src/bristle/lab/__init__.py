@@ -1,4 +1,4 @@
-"""The lab: one page on which friction is touched, with the physics in it; the same in a notebook and in a report."""
+"""The lab: an interactive page of friction models with the physics in it; also in notebooks and reports."""
 
 from typing import TYPE_CHECKING
 

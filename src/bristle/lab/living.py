@@ -1,4 +1,4 @@
-"""The part of a report in which parameters move: its scripts, and the data that they compute with."""
+"""The interactive part of a report: its scripts, and the data for their computation."""
 
 from collections.abc import Mapping
 from functools import partial
@@ -16,11 +16,11 @@ from bristle.simulation import SimulationResult
 SHARED = ("inflate.js", "numbers.js", "physics.js", "loop.js", "move.js")
 SCRIPTS = ("paths.js", "rows.js", "plot.js", "pointing.js", "controls.js", "asking.js", "following.js", "living.js")
 STYLES = ("controls.css", "living.css")
-AROUND = 3.0  # times up and down from an identified value
+AROUND = 3.0  # factor up and down from an identified value
 
 
 class Living(NamedTuple):
-    """A part of a report in which parameters are moved; without scripts it is not there."""
+    """The part of a report with movable parameters; hidden without scripts."""
 
     policy: str
     style: Markup
@@ -34,11 +34,11 @@ class Living(NamedTuple):
 def living_part(
     identification: Identification, axis: Axis | None, simulation: SimulationResult | None = None, following: Following | None = None
 ) -> Living | None:
-    """Return what makes the report of an identification move; None where the model cannot be computed on a page."""
+    """Return the interactive part for an identification, or None if a page cannot compute the model."""
     from bristle.figures.style import envelope
 
     uncertainty = uncertainty_of(identification.best)
-    thinned = partial(envelope, columns=1000)  # as few points as look the same, by columns of the line
+    thinned = partial(envelope, columns=1000)  # the fewest points with the same picture, by columns of the line
     data = living_described(identification, axis, simulation, following, uncertainty=uncertainty, around=AROUND, thinned=thinned)
     if data is None:
         return None
@@ -48,5 +48,5 @@ def living_part(
 
 
 def uncertainty_of(fit: Fit) -> dict[str, Mapping[str, Any]]:
-    """Return of each parameter whether it is identified, and its 95 % interval where there is one."""
+    """Return the status of each parameter, with its 95 % interval if it has an interval."""
     return {name: {"status": estimate.status, "interval": estimate.ends} for name, estimate in fit.parameters.items()}

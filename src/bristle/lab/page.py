@@ -1,4 +1,4 @@
-"""The page of the lab: one file that asks for nothing else, with its scripts and styles named by their hashes."""
+"""The page of the lab: one self-contained file, with its scripts and styles identified by their hashes."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from bristle.files import read_experiment
 if TYPE_CHECKING:
     import jinja2
 
-MARK = "<!-- A page of bristle lab -->"  # what a page begins with, so that it is known as one
-FIRST = "preisach_lugre"  # the model that is shown first, where none is given
-SHARED = ("inflate.js", "physics.js", "loop.js")  # what a worker runs too
+MARK = "<!-- A page of bristle lab -->"  # first line of a page, for recognition
+FIRST = "preisach_lugre"  # the default model
+SHARED = ("inflate.js", "physics.js", "loop.js")  # also run by a worker
 SCRIPTS = (
     "paths.js",
     "certificates.js",
@@ -47,22 +47,22 @@ def lab_page(
     source: str = "",
     provenance: Mapping[str, str] | None = None,
 ) -> str:
-    """Return the page: every friction model with the values of its example, and one with values of its own.
+    """Return the page: every friction model with example values, and one given model with its values.
 
     Parameters
     ----------
     model : Model, optional
-        The friction model that is shown first.
+        The first model on the page.
     uncertainty : mapping, optional
-        For its parameters, what a model file knows of how sure they are.
+        Status and intervals of its parameters, from its model file.
     mass : float, optional
-        What it moves [kg or kg*m^2].
+        Moved mass or inertia [kg or kg*m^2].
     fastest : float
-        Largest speed that it was fitted to, where known [m/s or rad/s].
+        Largest speed of the fit, if known [m/s or rad/s].
     source : str
-        The file that it is from.
+        The file of the model.
     provenance : mapping of str to str, optional
-        What the page was made from.
+        Origin of the page.
     """
     named = f"{model.name} of {source}" if model is not None and source else ""
     options = {"uncertainty": uncertainty, "mass": mass, "fastest": fastest, "named": named}
@@ -90,13 +90,13 @@ def paper_experiment() -> Experiment:
 
 @cache
 def paper_loop() -> dict[str, Any]:
-    """Return what the page knows of the loop: its module, and the numbers of the paper."""
+    """Return the module of the closed loop, and the numbers of the paper."""
     variants = {variant.name: variant for variant in paper_experiment().variants}
     return tracking_described(variants["none"], variants["observer"])
 
 
 def policy(scripts: Iterable[str], styles: Iterable[str] | None = None) -> str:
-    """Return what a page may do: run these scripts and their modules, by a worker too, use these styles."""
+    """Return the content security policy of a page: run these scripts, also in a worker, and use these styles."""
     script = " ".join(hash_of(text) for text in scripts)
     style = "'unsafe-inline'" if styles is None else " ".join(hash_of(text) for text in styles)
     return (
@@ -106,7 +106,7 @@ def policy(scripts: Iterable[str], styles: Iterable[str] | None = None) -> str:
 
 
 def hash_of(text: str) -> str:
-    """Return a script or a style as a policy names it."""
+    """Return the hash of a script or a style for a policy."""
     return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode('utf-8')).digest()).decode('ascii')}'"
 
 
@@ -118,7 +118,7 @@ def joined(names: Iterable[str], package: str = "bristle.lab") -> str:
 
 @cache
 def environment(package: str = "bristle.lab") -> jinja2.Environment:
-    """Return what fills the templates of a package."""
+    """Return the environment for the templates of a package."""
     import jinja2
 
     return jinja2.Environment(

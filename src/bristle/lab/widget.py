@@ -1,7 +1,7 @@
-"""A friction model to be touched in a notebook: what the lab shows of it, with values that go both ways.
+"""An interactive friction model in a notebook: a view of the lab with values shared by page and Python.
 
-Scripts and module are those of the lab. A notebook adds a root of its own to draw in, and traits: what a slider sets
-comes to Python, and what Python sets moves the sliders.
+Scripts and module are those of the lab. The notebook adds a root element and traits: a slider sets the values in
+Python, and Python moves the sliders.
 """
 
 import json
@@ -33,19 +33,19 @@ class Widget(anywidget.AnyWidget):
     model : Model
         A friction model with parameters.
     uncertainty : mapping of str to mapping, optional
-        For a parameter, its ``interval``, which is drawn under its slider: (low, high) in SI.
+        For a parameter, its ``interval``, drawn under its slider: (low, high) in SI.
     fastest : float
-        Largest speed that is shown [m/s or rad/s]; told from the model where it is 0.
+        Largest speed on the plot [m/s or rad/s]; 0 derives it from the model.
 
     Attributes
     ----------
     model : Model
-        The model with the values of now, a trait: it follows the sliders, and they follow it. Another model may be set.
+        The present model, a trait: it follows the sliders, and they follow it. You may set another model.
 
     Raises
     ------
     InputError
-        If it is no friction model, or a page cannot compute it.
+        If it is not a friction model, or a page cannot compute it.
     MissingExtraError
         If anywidget is not installed.
 
@@ -58,7 +58,7 @@ class Widget(anywidget.AnyWidget):
     (25.0, 80.0)
     """
 
-    # The scripts of the lab, and what draws them in a notebook.
+    # The scripts of the lab, and the code that draws them in a notebook.
     _esm = f"{joined(SCRIPTS)}\nconst STYLE = {json.dumps(joined(STYLES))};\nexport {{ walked }};\nexport default {{ render }};\n"
     model = traitlets.Any()
     _described = traitlets.Dict().tag(sync=True)
@@ -71,7 +71,7 @@ class Widget(anywidget.AnyWidget):
 
     @property
     def parameters(self) -> dict[str, Any]:
-        """The parameters by name, in SI; to set some of them, hand in those: numbers, or text with units."""
+        """The parameters by name, in SI. Set some or all of them as numbers, or as text with units."""
         return dict(self.model.values)
 
     @parameters.setter
@@ -102,12 +102,12 @@ class Widget(anywidget.AnyWidget):
         try:
             self.model = self.model.with_values(**_written(self.model, values))
         except InputError as error:
-            # The sliders stay where a person put them, and say what is wrong; the model stays the last one that holds.
+            # The sliders keep the values of the user and show the error; the model keeps its last valid values.
             self._problem = str(error)
 
 
 def _written(model: Model, values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return values of a page as those of a model."""
+    """Convert values from a page to those of a model."""
     rows: dict[str, Any] = {}
     for name, variable in model.component.variables.items():
         numbers = [float(number) for number in values[name]]

@@ -1,4 +1,4 @@
-"""The source paper as experiments: every figure rebuilt, every claim tested, its errors corrected in the open."""
+"""The source paper as experiments: every figure reproduced, every claim tested, every error corrected with a test."""
 
 from bristle.paper.page import paper_report, paper_summary
 from bristle.paper.reproduce import FIGURES, reproduce

@@ -1,14 +1,14 @@
-r"""The bench of the figures that are measured: a motor, a torque sensor, a screw with its table.
+r"""The bench of the measured figures: a motor, a torque sensor, a screw with its table.
 
-The motor leads the screw slowly along a path, or drives it with a torque. The inertia behind the sensor hangs on the
-shaft beside the friction :math:`F_p` of (18), so that what the shaft carries, and what its sensor reads, is
+The motor moves the screw slowly along a path, or drives it with a torque. The shaft carries the friction :math:`F_p`
+of (18) and the torque of the inertia behind the sensor. The torque of the shaft and the reading of its sensor are
 
 .. math:: T = F_p + (J - J_m)\,\dot\omega, \qquad \tau\,\dot{\tilde T} = T - \tilde T
 
 The screw is rigid, as in (18): an angle of the motor is a travel of the table.
 
-A contact is also led without a bench, slowly, where friction itself is asked for; what is recorded of either is read in
-counts of the encoder, with noise.
+A contact can also be moved slowly without a bench, to measure friction itself. Both records are read in counts of the
+encoder, with noise.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ STEP = 5e-9  # of the table [m]
 
 
 class Walk(NamedTuple):
-    """Where the table went and what friction was there."""
+    """Positions of the table, and friction there."""
 
     x: np.ndarray
     torque: np.ndarray
@@ -40,18 +40,18 @@ class Walk(NamedTuple):
 
     @property
     def at_turns(self) -> np.ndarray:
-        """Friction torque where it turned [N*m]."""
+        """Friction torque at the turning points [N*m]."""
         return self.torque[self.turns]
 
     def leg(self, index: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return positions and torques between turning point `index` and the one before it."""
+        """Return positions and torques between turning point `index` and the previous one."""
         start = self.turns[index - 1] if index else 0
         part = slice(int(start), int(self.turns[index]) + 1)
         return self.x[part], self.torque[part]
 
 
 def walk(model: Model, turns: Iterable[float], speed: float, arm: float, *, step: float = STEP) -> Walk:
-    """Lead a virgin contact from the origin from turning point to turning point."""
+    """Move a virgin contact from the origin through the turning points."""
     contact, position, path = Contact(model), 0.0, list(turns)
     start = arm * contact.force(math.copysign(0.0, path[0])) if path else 0.0
     x, torque, ends = [np.zeros(1)], [np.array([start])], []
@@ -69,7 +69,7 @@ def walk(model: Model, turns: Iterable[float], speed: float, arm: float, *, step
 
 
 def follow(operator: Model, turns: Iterable[float], arm: float) -> Walk:
-    """Lead a hysteresis operator, virgin at the origin, from turning point to turning point."""
+    """Move a hysteresis operator, virgin at the origin, through the turning points."""
     path = [0.0, *turns]
     counts = [max(math.ceil(abs(b - a) / STEP - 1e-9), 1) for a, b in pairwise(path)]
     legs = [np.linspace(a, b, n + 1)[1:] for (a, b), n in zip(pairwise(path), counts, strict=True)]
@@ -82,7 +82,7 @@ MOST = 4_000_000  # samples: a slower motion is sampled more rarely
 
 
 class Bench(NamedTuple):
-    """What the torque sensor sits between."""
+    """Inertia on both sides of the torque sensor."""
 
     J: float
     J_m: float
@@ -98,7 +98,7 @@ class Sensed(NamedTuple):
 
 
 class Reading(NamedTuple):
-    """A path of the table, as the torque sensor reads it and as friction is."""
+    """A path of the table, with the reading of the torque sensor and the true friction."""
 
     sensor: Walk
     friction: Walk
@@ -110,7 +110,7 @@ def bench_of(setting: Setting) -> Bench:
     J, J_m = float(setting["bench", "J"]), float(setting["bench", "J_m"])
     if J_m > J:
         raise InputError(
-            "is more than all inertia together, of which it is a part",
+            "exceeds the total inertia, of which it is a part",
             path=f"{setting.source}: bench.J_m",
             value=f"{J_m:g} kg*m^2",
             allowed=f"0 to bench.J = {J:g} kg*m^2",
@@ -119,23 +119,23 @@ def bench_of(setting: Setting) -> Bench:
 
 
 def plant_of(setting: Setting) -> Model:
-    """Return what a torque drives: the bench, its inertia counted at the table, or the plant of the experiment."""
+    """Return the driven plant: the bench, with its inertia at the table, or the plant of the experiment."""
     if "bench" not in setting.numbers:
         return setting.mass
     return inertia(M=bench_of(setting).J / setting.arm**2)
 
 
 def read_torque(bench: Bench, effort: np.ndarray, omega: np.ndarray, friction: np.ndarray, dt: float) -> Sensed:
-    """Return what the torque sensor makes of a motion."""
+    """Return the readings of the torque sensor along a motion."""
     shaft = torque_seen(np.append(effort, 0.0), omega, dt, bench.J_m)
-    # Behind a filter of first order that has settled on its first value.
+    # After a filter of first order, settled on its first value.
     gain = 1.0 - math.exp(-2.0 * math.pi * bench.cutoff * dt)
     read = np.fromiter(accumulate(shaft.tolist(), lambda was, now: was + gain * (now - was)), float, shaft.size)
     return Sensed(friction, shaft, read)
 
 
 def led(setting: Setting, friction: Model, turns: Iterable[float], speed: float) -> Reading:
-    """Lead a virgin contact on the bench from the origin from turning point to turning point."""
+    """Move a virgin contact on the bench from the origin through the turning points."""
     bench, arm = bench_of(setting), setting.arm
     dt, x, v, ends = _motion(list(turns), speed, float(setting["bench", "acceleration"]))
     force = arm * force_along(friction, np.diff(x) / dt, dt, x[1:])
@@ -147,10 +147,10 @@ def led(setting: Setting, friction: Model, turns: Iterable[float], speed: float)
 
 def _motion(turns: list[float], speed: float, acceleration: float) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
     """Return sample time [s], positions [m], speeds [m/s], and the steps that end at the turning points."""
-    # Each leg is stretched to whole samples, by less than one, so that the table turns exactly where it is to.
+    # Each leg is stretched to whole samples, by less than one, so that the table turns exactly at its turning points.
     legs = [legs_through([b - a], speed, acceleration) for a, b in zip([0.0, *turns], turns, strict=False)]
     fastest = max((float(np.max(np.abs(leg.velocity))) for leg in legs), default=0.0)
-    # What a change of speed does is read in some samples, however short it is.
+    # A change of speed takes several samples, however short it is.
     dt = min(SAMPLE_TIME, STEP / fastest, 0.25 * fastest / acceleration) if fastest > 0.0 else SAMPLE_TIME
     dt = max(dt, sum(leg.end for leg in legs) / MOST)
     x, v, ends, position = [np.zeros(1)], [np.zeros(1)], [], 0.0
@@ -165,7 +165,7 @@ def _motion(turns: list[float], speed: float, acceleration: float) -> tuple[floa
 
 
 def sensor_numbers(runs: Sequence[Sensed]) -> dict[str, float]:
-    """Return how far what the sensor reads is from friction, at most."""
+    """Return the largest differences between sensor and friction."""
     largest = max(float(np.max(np.abs(run.friction))) for run in runs)
     return {
         "apart": max(float(np.max(np.abs(run.read - run.friction))) for run in runs) / largest,
@@ -175,11 +175,11 @@ def sensor_numbers(runs: Sequence[Sensed]) -> dict[str, float]:
 
 
 def sensor_says(bench: Bench, apart: Mapping[str, float], condition: str) -> str:
-    """Return in words how far what the sensor reads is from friction."""
+    """Return the difference between sensor and friction, in words."""
     parts = [f"the inertia behind it, {with_unit(bench.J - bench.J_m, 'kg*m^2')}, adds up to {in_millinewtons(apart['inertia'], 2)}"]
     if math.isfinite(bench.cutoff):
-        parts.append(f"its filter of {with_unit(bench.cutoff, 'Hz')} holds back up to {in_millinewtons(apart['filter'], 2)}")
-    return f"{condition} the torque sensor reads friction to {percent(apart['apart'])} of the largest: {', '.join(parts)}."
+        parts.append(f"its filter of {with_unit(bench.cutoff, 'Hz')} removes up to {in_millinewtons(apart['filter'], 2)}")
+    return f"{condition} the error of the torque sensor is {percent(apart['apart'])} of the largest friction: {', '.join(parts)}."
 
 
 SWEEP = 6  # rounds of falling amplitude
@@ -187,7 +187,7 @@ APART = 5e-8  # of the table between two readings [m]
 
 
 class Record(NamedTuple):
-    """What was read while the table moved from turning point to turning point."""
+    """Readings while the table moves through the turning points."""
 
     x: np.ndarray
     torque: np.ndarray
@@ -195,11 +195,11 @@ class Record(NamedTuple):
     actual: Walk
 
     def since(self, turn: int) -> Record:
-        """Return what was read from a turning point on."""
+        """Return the readings from a turning point on."""
         return self.part(int(self.turns[turn]), self.x.size, turn)
 
     def part(self, start: int, end: int, turn: int) -> Record:
-        """Return what was read from one sample to another, and the turning points from one on."""
+        """Return the readings between two samples, with the turning points from one on."""
         part, turns = slice(start, end), self.turns[turn:]
         turns = turns[turns < end] - start
         actual = Walk(self.actual.x[part], self.actual.torque[part], turns)
@@ -207,7 +207,7 @@ class Record(NamedTuple):
 
 
 def measured(setting: Setting, friction: Model, turns: Iterable[float], generator: np.random.Generator) -> Record:
-    """Return the record of a motion of the table."""
+    """Return the readings of a motion of the table."""
     resolution, noise = setting["measurement", "resolution"], setting["measurement", "noise"]
     speed = setting["measurement", "speed"]
     if "bench" in setting.numbers:
@@ -224,9 +224,9 @@ def measured(setting: Setting, friction: Model, turns: Iterable[float], generato
 
 
 def measured_loop(setting: Setting, friction: Model, amplitude: float, rounds: int, generator: np.random.Generator) -> list[Record]:
-    """Return the last rounds of a symmetric loop, after a sweep from the largest one down to it.
+    """Return the last rounds of a symmetric loop, after a sweep from the largest loop down to it.
 
-    The sweep is what puts loops of every amplitude around one middle, where both directions are not alike.
+    The sweep centres loops of every amplitude around one point, although the directions differ.
     """
     largest = float(np.max(setting["measurement", "amplitudes"]))
     falling = np.linspace(largest, amplitude, SWEEP).repeat(2)

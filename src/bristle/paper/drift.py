@@ -1,4 +1,4 @@
-"""Figures 2 and 3: an inertia on a contact, pushed over break-away, let rest, then loaded up and down below it."""
+"""Figures 2 and 3: an inertia on a contact, pushed beyond break-away, at rest, then under a torque ripple below it."""
 
 from typing import NamedTuple
 
@@ -15,7 +15,7 @@ SAMPLE_TIME = 2.5e-4  # [s]
 
 
 class Rippled(NamedTuple):
-    """What a torque up and down does to a contact."""
+    """The response of a contact to a torque ripple."""
 
     time: np.ndarray
     driving: np.ndarray
@@ -26,21 +26,21 @@ class Rippled(NamedTuple):
 
     @property
     def settled(self) -> np.ndarray:
-        """How far the table went in each cycle of the second half [m]."""
+        """Displacement of the table in each cycle of the second half [m]."""
         moved = np.diff(self.x[self.cycles])
         return moved[moved.size // 2 :]
 
     @property
     def width(self) -> float:
-        """How wide the last orbit is [m]."""
+        """Width of the last orbit [m]."""
         return float(np.ptp(self.x[self.cycles[-2] : self.cycles[-1]]))
 
 
 def torque_of(setting: Setting) -> tuple[np.ndarray, np.ndarray]:
-    """Return the driving torque of an experiment [N*m], sample by sample, and the samples at which cycles begin.
+    """Return the driving torque of an experiment [N*m] at each sample, and the samples at which cycles start.
 
-    It rises over four periods to where the contact breaks away, falls over two to the upper level of the ripple,
-    and goes down and up from there.
+    It rises over four periods to break-away, falls over two periods to the upper level of the ripple,
+    and alternates from there.
     """
     top, low, high = (float(setting["torque", key]) for key in ("break_away", "low", "high"))
     if not low < high < top:
@@ -54,28 +54,28 @@ def torque_of(setting: Setting) -> tuple[np.ndarray, np.ndarray]:
 
 
 def rippled(setting: Setting, friction: Model) -> Rippled:
-    """Return what the torque of an experiment does to a contact."""
+    """Return the response of a contact to the torque of an experiment."""
     driving, cycles = torque_of(setting)
     arm = setting.arm
     trace = run_open_loop(plant_of(setting), friction, driving / arm, SAMPLE_TIME, steps=4, hold="linear")
     torque, sensed = trace.friction * arm, None
     if "bench" in setting.numbers:
-        # Between samples the torque runs straight from one to the next.
+        # Between samples the torque is linear.
         mean = 0.5 * (driving[:-1] + driving[1:])
         sensed = read_torque(bench_of(setting), mean, trace.velocity / arm, torque[:-1], SAMPLE_TIME)
     return Rippled(trace.time, driving, trace.position, torque, cycles, sensed)
 
 
 LUGRE, RIG, SENSOR = "LuGre", "virtual rig", "torque sensor"
-RESTS = 0.02  # of the width of the orbit: what counts as no drift where limits scatter
+RESTS = 0.02  # of the width of the orbit: tolerance for no drift, if limits scatter
 
 
 def figure_2(setting: Setting) -> Reproduced:
-    """Return figure 2: LuGre drifts under an oscillating torque, and so does what is to mend it."""
+    """Return figure 2: LuGre drifts under an oscillating torque, and the equations of the paper drift too."""
     setting.contact(LUGRE)
     runs = {name: rippled(setting, model) for name, model in setting.contacts.items()}
     drifts = {name: float(np.mean(run.settled)) for name, run in runs.items()}
-    findings = [f"{name}: {with_unit(step, 'm')} in every cycle." for name, step in drifts.items()]
+    findings = [f"{name}: {with_unit(step, 'm')} per cycle." for name, step in drifts.items()]
     for name, step in drifts.items():
         if name != LUGRE and step > 0.0 and drifts[LUGRE] > 0.0:
             more = step / drifts[LUGRE] - 1.0
@@ -91,7 +91,7 @@ def figure_2(setting: Setting) -> Reproduced:
 
 
 def figure_3(setting: Setting) -> Reproduced:
-    """Return figure 3: the rig goes round closed orbits, by its torque sensor and by its friction."""
+    """Return figure 3: closed orbits of the rig, by its torque sensor and by its friction."""
     bench = bench_of(setting)
     setting.contact(RIG)
     runs = {name: rippled(setting, model) for name, model in setting.contacts.items()}
@@ -109,14 +109,14 @@ def figure_3(setting: Setting) -> Reproduced:
         verdict="built in" if max(shares.values()) < RESTS else "refuted",
         found=[
             *(
-                f"{name}: {f'{spread(1e9 * run.settled)} nm' if shares[name] > 1e-5 else 'nothing'} in a cycle, on an orbit "
+                f"{name}: {f'{spread(1e9 * run.settled)} nm' if shares[name] > 1e-5 else 'no drift'} per cycle, on an orbit "
                 f"{with_unit(run.width, 'm')} wide."
                 for name, run in runs.items()
             ),
-            sensor_says(bench, ripple, "While the torque goes up and down"),
-            f"In a cycle friction takes {spread(1e6 * dissipated)} µJ; the orbit by the torque sensor encloses "
-            f"{spread(1e6 * enclosed)} µJ, as its filter is late.",
-            f"Where the rig is pushed over break-away, it reads up to {percent(push['apart'])} beside friction.",
+            sensor_says(bench, ripple, "During the torque ripple"),
+            f"Friction dissipates {spread(1e6 * dissipated)} µJ per cycle. The orbit of the torque sensor encloses "
+            f"{spread(1e6 * enclosed)} µJ, because its filter lags.",
+            f"While the rig is pushed beyond break-away, its error is up to {percent(push['apart'])} of the largest friction.",
         ],
         draw=lambda: _draw(runs, drifts, runs[RIG]),
         origin=setting.origin,
@@ -126,7 +126,7 @@ def figure_3(setting: Setting) -> Reproduced:
 
 
 def _draw(runs: dict[str, Rippled], drifts: dict[str, float], measured: Rippled | None = None):
-    """Draw the driving torque and what it does; of a rig that is `measured`, what the torque sensor reads as well."""
+    """Draw the driving torque and the response; for a `measured` rig also the reading of the torque sensor."""
     first = next(iter(runs.values()))
     start, end = int(first.cycles[0]), int(first.cycles[1])
     widest = max(run.width for run in runs.values())
@@ -145,5 +145,5 @@ def _draw(runs: dict[str, Rippled], drifts: dict[str, float], measured: Rippled 
 
 
 def _since(run: Rippled, torque: np.ndarray, start: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return how far the table has gone since the ripple began [m], and a torque [N*m], from a sample on."""
+    """Return the displacement since the start of the ripple [m], and a torque [N*m], from a sample on."""
     return run.x[start : torque.size] - run.x[run.cycles[0]], torque[start:]

@@ -1,16 +1,15 @@
-"""How many loops have to be measured: error on motions that were not measured, for three ways to a model.
+"""How many loops must be measured: error on unseen motions, for three ways to a model.
 
-The paper replaces the many experiments that a Preisach plane asks for by the two numbers of the reformed Dahl model.
-Here the contact is measured along a growing number of transition branches (first-order reversal curves), and from the
-same records come
+The paper replaces the many experiments for a Preisach plane by the two numbers of the reformed Dahl model. Here the
+contact is measured along a growing number of transition branches (first-order reversal curves). The same records give
 
 * the operator with the loops of the reformed Dahl model, stiffness and saturation by least squares;
 * a Prandtl-Ishlinskii operator, its weights by non-negative least squares;
 * an Everett function tabulated from the branches.
 
-Each has an offset, and is judged on random pre-sliding motions of the same contact. A contact that scatters from
-reversal to reversal does not repeat itself either: two runs of its own along the same path tell what a model that
-knew its mean would still leave.
+Each has an offset, and is tested on random pre-sliding motions of the same contact. A contact that scatters from
+reversal to reversal does not repeat exactly: two of its runs along the same path show the error that remains even with
+its mean as the model.
 """
 
 import math
@@ -33,14 +32,14 @@ TURNS = 24  # of each
 
 
 class Fitted(NamedTuple):
-    """An operator at the table, the offset beside it [N*m], and the torque of the screw over the force."""
+    """An operator at the table, its additional offset [N*m], and the torque of the screw over the force."""
 
     operator: Model
     offset: float
     arm: float
 
     def torque(self, x: np.ndarray) -> np.ndarray:
-        """Return the friction torque [N*m] along a path of the table [m] that begins at the end of the run-in."""
+        """Return the friction torque [N*m] along a path of the table [m] that starts after the run-in."""
         return self.offset + self.arm * response(self.operator, x, history=[x[0]])
 
 
@@ -54,28 +53,28 @@ class Economy(NamedTuple):
 
     @property
     def means(self) -> dict[str, np.ndarray]:
-        """The mean over seeds by the way to the model, in the order of the branches; NaN where there is no model."""
+        """The mean over seeds for each kind of model, in the order of the branches; NaN without a model."""
         return {name: errors.mean(axis=1) for name, errors in self.errors.items()}
 
 
 def seeded(friction: Model, seed: int) -> Model:
-    """Return a contact with another seed of its scatter; one that repeats itself exactly as it is."""
+    """Return a contact with another seed of its scatter; unchanged if it has no scatter."""
     return friction.with_values(seed=seed) if "seed" in friction.values else friction
 
 
 def repeated(setting: Setting, friction: Model) -> list[Model]:
-    """Return a contact for each of the `seeds` of an experiment, the first one as it is."""
+    """Return a contact for each of the `seeds` of an experiment, the first one unchanged."""
     first = round(friction.values.get("seed", 0))
     return [seeded(friction, first + index) for index in range(round(setting["measurement", "seeds"]))]
 
 
 def quiet(friction: Model) -> Model:
-    """Return a contact that repeats itself exactly."""
+    """Return a contact without scatter."""
     return friction.with_values(scatter=0.0) if "scatter" in friction.values else friction
 
 
 def economy(setting: Setting, friction: Model, seeds: int, progress: Callable[[float, str], None] | None = None) -> Economy:
-    """Return the errors of models made from few and many measured branches of a contact."""
+    """Return the errors of models from few to many measured branches of a contact."""
     counts = [round(count) for count in setting["measurement", "branches"]]
     extent, speed = setting["measurement", "extent"], setting["measurement", "speed"]
     unseen = [_unseen(setting, friction, index) for index in range(UNSEEN)]
@@ -84,7 +83,7 @@ def economy(setting: Setting, friction: Model, seeds: int, progress: Callable[[f
         for seed in range(seeds):
             if progress is not None:
                 progress((row * seeds + seed) / (len(counts) * seeds), f"branches measured: {count}")
-            # A contact run in at its lower end, and this many branches from there.
+            # A contact run in at its lower end, with this many branches from there.
             tops = extent * (1.0 - 2.0 * np.arange(count) / count)
             turns = [-extent, extent, -extent, *(turn for top in tops.tolist() for turn in (top, -extent))]
             record = measured(setting, seeded(friction, seed), turns, np.random.default_rng(seed)).since(2)
@@ -98,7 +97,7 @@ def economy(setting: Setting, friction: Model, seeds: int, progress: Callable[[f
 
 
 def _unseen(setting: Setting, friction: Model, index: int) -> tuple[Record, Record]:
-    """Return two runs of the contact along one random motion, with other scatter and noise."""
+    """Return two runs of the contact along one random motion, with different scatter and noise."""
     generator = np.random.default_rng(1000 + index)
     extent = setting["measurement", "extent"]
     turns = [-extent, extent, -extent, *(0.9 * extent * generator.uniform(-1.0, 1.0, TURNS))]
@@ -135,7 +134,7 @@ def fitted_stops(record: Record, arm: float) -> Fitted:
     reach = float(np.ptp(x))
     thresholds = reach * np.append(np.geomspace(5e-3, 0.5, STOPS - 1), 10.0)  # the last one never slips: a spring
     columns = [response(hysteresis.stop(r=r), x, history=[x[0]]) for r in thresholds.tolist()]
-    # What the constant leaves over has the same sign both ways, so that weights stay non-negative.
+    # The residual of the constant has the same sign both ways, so that weights stay non-negative.
     design = np.column_stack([*columns, np.ones(x.size), -np.ones(x.size)])
     size = np.linalg.norm(design, axis=0)
     weights = non_negative(design / size, force) / size
@@ -144,19 +143,19 @@ def fitted_stops(record: Record, arm: float) -> Fitted:
 
 
 def fitted_table(record: Record, arm: float) -> Fitted | None:
-    """Return the operator with an Everett function tabulated from descending branches; None from fewer than two."""
+    """Return the operator with an Everett function tabulated from descending branches; None with fewer than two."""
     turns, curves = record.turns, []
     if turns.size < 5:
         return None
     for top, bottom in zip(turns[1::2], turns[2::2], strict=True):
-        # One point for each count of the encoder, the mean of what was read there.
+        # One point for each count of the encoder: the mean of the readings there.
         counts, index = np.unique(-record.x[top : bottom + 1], return_inverse=True)
         curves.append((-counts, np.bincount(index, record.torque[top : bottom + 1]) / np.bincount(index) / arm))
     return _with_offset(hysteresis.from_reversal_curves(curves), record, arm)
 
 
 def _with_offset(operator: Model, record: Record, arm: float) -> Fitted:
-    """Return an operator with the offset that is left over."""
+    """Return an operator with the mean residual as its offset."""
     x, torque = _decimated(record.x), _decimated(record.torque)
     return Fitted(operator, float(np.mean(torque - arm * response(operator, x, history=[x[0]]))), arm)
 
@@ -173,18 +172,17 @@ WAYS: dict[str, Callable[[Record, float], Fitted | None]] = {
 
 
 CAPTION = (
-    "Error on motions that were not measured, over the number of branches measured",
-    "Error on random motions that were not measured, of models made from more and more measured branches: the mean "
-    "over seeds, and the range. Dotted: what a model that knew the mean of the rig would leave, because the rig does "
-    "not repeat itself.",
+    "Error on unseen motions, over the number of measured branches",
+    "Error on random unseen motions, for models from more and more measured branches: mean and range over the seeds. "
+    "Dotted: error of the mean of the rig, because the rig does not repeat exactly.",
 )
 AS_GOOD = 1.5  # ratio of errors up to which two numbers from few loops replace a surface from many
 
 
 def verdict(cost: Economy) -> Verdict:
-    """Return whether the reformed Dahl model from the fewest branches does about as well as the surface from the most.
+    """Return whether the reformed Dahl model from the fewest branches is about as good as the surface from the most.
 
-    In part, where an operator fitted to the same few branches does better.
+    In part, if an operator fitted to the same few branches is better.
     """
     means = cost.means
     few, many = float(means["reformed Dahl"][0]), float(means["tabulated surface"][-1])
@@ -194,23 +192,23 @@ def verdict(cost: Economy) -> Verdict:
 
 
 def sentences(cost: Economy, still: Economy) -> list[str]:
-    """Return in words what measuring more brings."""
+    """Return the gain of more measurements, in sentences."""
     first, second = list(WAYS)[:2]
     gained, branches = cost.errors[first][0] - cost.errors[second][0], "branch" if cost.counts[0] == 1 else "branches"
     nearer = [
-        f"From the same {branches}, {second} is nearer than {first} in {np.count_nonzero(gained > 0.0)} of {gained.size} "
+        f"From the same {branches}, {second} is better than {first} in {np.count_nonzero(gained > 0.0)} of {gained.size} "
         f"repetitions, by {spread(gained)} %."
     ]
     return [
-        f"On motions that were not measured: {_both_ends(cost)}. A branch takes {number(cost.duration, digits=2)} s.",
+        f"On unseen motions: {_both_ends(cost)}. One branch takes {number(cost.duration, digits=2)} s.",
         *(nearer if gained.size > 1 else []),
-        f"The scatter of the rig alone is {number(cost.floor, digits=2)} %; no model of it does better.",
-        f"On a rig that repeated itself exactly: {_both_ends(still)}.",
+        f"The scatter of the rig alone is {number(cost.floor, digits=2)} %, a lower bound for every model.",
+        f"On a rig without scatter: {_both_ends(still)}.",
     ]
 
 
 def _both_ends(cost: Economy) -> str:
-    """Return the errors from the fewest branches and from the most, in words."""
+    """Return the errors with the fewest and with the most branches, in words."""
     ends = []
     for row in [0] if len(cost.counts) == 1 else [0, -1]:
         complete = {name: errors[row] for name, errors in cost.errors.items() if np.all(np.isfinite(errors[row]))}
@@ -221,7 +219,7 @@ def _both_ends(cost: Economy) -> str:
 
 
 def numbers(cost: Economy, still: Economy) -> dict[str, Any]:
-    """Return the errors [%] for the summary, by the way to the model, in the order of the branches."""
+    """Return the errors [%] for the summary, by kind of model, in the order of the branches."""
     repeated = cost.errors[next(iter(WAYS))].shape[1] > 1
     deviations = {name: np.std(errors, axis=1, ddof=1) if repeated else np.zeros(len(errors)) for name, errors in cost.errors.items()}
     means = {"error_percent": cost.means, "error_percent_without_scatter": still.means}
@@ -233,5 +231,5 @@ def table(cost: Economy, still: Economy) -> Table:
     columns = [economy.errors[name] for economy in (cost, still) for name in WAYS]
     rows = [(str(count), *(spread(column[row], 0.1) for column in columns)) for row, count in enumerate(cost.counts)]
     heads = ("Branches", *WAYS, *(f"{name}, no scatter" for name in WAYS))
-    caption = "Error on motions that were not measured [%], of the largest torque; mean and standard deviation over seeds"
+    caption = "Error on unseen motions [% of the largest torque]; mean and standard deviation over seeds"
     return Table(caption, heads, rows)

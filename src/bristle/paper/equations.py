@@ -1,4 +1,4 @@
-"""The equations of the paper, (1) to (23): how each stands here, what computes it, what tests it, how to see it."""
+"""The equations of the paper, (1) to (23): their status, code, test, and a command that shows them."""
 
 from pathlib import Path
 from typing import Literal, NamedTuple
@@ -24,4 +24,4 @@ class Equation(NamedTuple):
 
 _DATA = read_toml(Path(__file__).with_suffix(".toml")).data
 EQUATIONS = tuple(Equation(**row) for row in _DATA["equation"])
-SETUP = tuple(_DATA["setup"])  # lines of Python before those in `run`
+SETUP = tuple(_DATA["setup"])  # Python code before that in `run`

@@ -1,4 +1,4 @@
-"""What in the paper cannot stand as printed, or not in every reading: what is right, and the test that shows it."""
+"""Errors, gaps and remarks on the printed paper: the correction, and the test that proves it."""
 
 from pathlib import Path
 from typing import Literal, NamedTuple
@@ -9,7 +9,7 @@ Kind = Literal["misprint", "gap", "reading", "remark"]
 
 
 class Erratum(NamedTuple):
-    """One place of the paper."""
+    """One passage of the paper."""
 
     kind: Kind
     location: str

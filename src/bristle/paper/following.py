@@ -1,4 +1,4 @@
-"""Figures 11 to 14: the loop of the rig, without a compensator, with the paper's equations, and with one calibrated."""
+"""Figures 11 to 14: the loop of the rig without compensator, with the paper's equations, and with a calibrated operator."""
 
 from dataclasses import asdict
 
@@ -13,16 +13,16 @@ from bristle.report.messages import message
 from bristle.report.table import Table
 from bristle.simulation import on_another_rig
 
-RANGE_WITHOUT, RANGE_WITH = (-0.4e-6, 1.0e-6), (-0.2e-6, 0.49e-6)  # as they can be read [m]
-HALVED = 0.1  # how near to the share of the paper counts as the same
-ALIKE = 0.05  # relative change of the effort that is none
+RANGE_WITHOUT, RANGE_WITH = (-0.4e-6, 1.0e-6), (-0.2e-6, 0.49e-6)  # in a plausible reading [m]
+HALVED = 0.1  # tolerance for agreement with the share in the paper
+ALIKE = 0.05  # relative change of the effort that counts as no change
 FED_FORWARD = {
     BEFORE: "no compensator",
     "lugre": "LuGre, F_C and F_S of both directions’ mean",
     PRINTED: "(5)–(7) as printed, s and f_p fitted over x, gain 1, no constant",
-    tracking.WITH_CONSTANT: "the same and the constant that its loops leave over",
+    tracking.WITH_CONSTANT: "the same with the constant residual of its loops",
     "gate": "(5)–(7) with a gate, no constant",
-    CALIBRATED: "operator on x, fitted as well, × 0.64: calibrated to 0.69 µm",
+    CALIBRATED: "operator on x, also fitted, × 0.64: calibrated to 0.69 µm",
     "identified": "Maxwell slip, identified from encoder and effort",
     "observer": "observer, no model",
     "observer_feedforward": "observer and identified model",
@@ -39,7 +39,7 @@ def figure_11(tracked: Tracked) -> Reproduced:
         verdict="found" if true[PRINTED] < true[BEFORE] else "refuted",
         found=[
             f"The command stays below {in_micrometres(reach, 2)}.",
-            f"What the table really misses it by, which no encoder tells, peak to peak: {errors}.",
+            f"True error of the table, which the encoder cannot measure, peak to peak: {errors}.",
         ],
         draw=lambda: loop_rows.tracking(tracked.pictured, tracked.settle, tracked.turn(0.6, 0.9)),
         origin=tracked.origin,
@@ -48,20 +48,20 @@ def figure_11(tracked: Tracked) -> Reproduced:
 
 
 def figure_12(tracked: Tracked, sound: Sound) -> Reproduced:
-    """Return figure 12: the following error, and by direction; and the same motion at sound margins."""
+    """Return figure 12: the following error, also by direction, and the same motion at sound margins."""
     variants = tracked.result.variants
     peaks = {name: loop.following_error.peak_to_peak for name, loop in variants.items()}
     worse = {name: loop.by_direction["forward"].rms / loop.by_direction["backward"].rms for name, loop in variants.items()}
-    # What is to be said of compensators that were identified on another rig.
+    # Sentences on compensators identified on another rig.
     strangers = [
         f"{loops.experiment.name}, {name}: {message(about)}."
         for loops in (tracked, sound.loop)
         for name, about in on_another_rig(loops.experiment).items()
     ]
     ratios = ", ".join(f"{number(worse[name], digits=3)} {NAMES[name]}" for name in tracked.published)
-    directions = [f"Root mean square forward over backward: {ratios}."]
+    directions = [f"Ratio of rms forward to backward: {ratios}."]
     if worse[PRINTED] < 1.0 < worse[CALIBRATED]:
-        directions.append("At gain 1 forward is not the worse: that takes half of the asymmetry known and two thirds of the gain.")
+        directions.append("At gain 1 forward motion is not worse. That takes half of the asymmetry known and two thirds of the gain.")
     rows = [
         (NAMES[name], direction, *(quoted(loop, "by_direction", direction, key) for key in ("mean", "rms", "peak_to_peak")))
         for name, loop in tracked.published.items()
@@ -90,7 +90,7 @@ def figure_12(tracked: Tracked, sound: Sound) -> Reproduced:
 
 
 def _verdict_12(tracked: Tracked, peaks: dict[str, float], worse: dict[str, float]) -> Verdict:
-    """Return what became of the claim: half of the error gone, and forward motion the worse, by its own equations."""
+    """Return the status of the claim: half of the error removed, and forward motion worse, with the equations of the paper."""
     reduction = 1.0 - IN_PAPER[COMPENSATED] / IN_PAPER[BEFORE]
     halved = {name: abs(1.0 - peaks[name] / peaks[BEFORE] - reduction) <= HALVED for name in tracked.published}
     if not halved[PRINTED]:
@@ -104,9 +104,9 @@ def _sentences_12(tracked: Tracked, peaks: dict[str, float]) -> list[str]:
     paper = percent(1.0 - IN_PAPER[COMPENSATED] / IN_PAPER[BEFORE], 1.0)
     sentences = [f"Without compensator {texts[BEFORE]} peak to peak (the paper: {in_micrometres(IN_PAPER[BEFORE])})."]
     for name, condition in (
-        (PRINTED, "With (5)–(7) as printed, nothing scaled and no constant"),
-        (tracking.WITH_CONSTANT, "With the constant beside them that their loops leave over"),
-        (CALIBRATED, "With one calibrated"),
+        (PRINTED, "With (5)–(7) as printed, without scaling or constant"),
+        (tracking.WITH_CONSTANT, "With the constant residual of their loops added"),
+        (CALIBRATED, "With a calibrated operator"),
     ):
         sentences.append(
             f"{condition} {texts[name]}, {percent(abs(less[name]), 1.0)} {'less' if less[name] > 0.0 else 'more'} "
@@ -122,9 +122,9 @@ def _by_variant(tracked: Tracked) -> Table:
         cells = [quoted(loop, "following_error", key) for key in ("peak_to_peak", "mean", "std")]
         driven = quoted(loop, "effort", "rms", factor=1e3 * tracked.arm, step=0.1)
         rows.append((name, FED_FORWARD.get(name, ""), *cells, quoted(loop, "true_error", "peak_to_peak"), driven))
-    heads = ("Variant", "What is fed forward", "Peak to peak [µm]", "Mean [µm]", "Std [µm]", "True error [µm]", "Effort rms [mN·m]")
+    heads = ("Variant", "Feedforward", "Peak to peak [µm]", "Mean [µm]", "Std [µm]", "True error [µm]", "Effort rms [mN·m]")
     runs = next(iter(tracked.result.variants.values())).runs
-    caption = f"Following error: mean ± standard deviation over {runs} runs with other noise and scatter"
+    caption = f"Following error: mean ± standard deviation over {runs} runs with different noise and scatter"
     return Table(caption, heads, rows).without_empty_columns()
 
 
@@ -134,13 +134,13 @@ def figure_13(tracked: Tracked) -> Reproduced:
     resolution = tracked.experiment.variants[0].sensor.values.get("resolution", 0.0)
     after, before = errors[PRINTED], errors[BEFORE]
     ranges = {NAMES[name]: RANGE_WITHOUT if name == BEFORE else RANGE_WITH for name in errors}
-    narrower, nearer = after.std < before.std, abs(after.mean) < (1.0 - ALIKE) * abs(before.mean)  # by more than the runs spread
+    narrower, nearer = after.std < before.std, abs(after.mean) < (1.0 - ALIKE) * abs(before.mean)  # by more than the spread of the runs
     return Reproduced(
         number=13,
         verdict="found" if narrower and nearer else "found in part" if narrower or nearer else "refuted",
         found=[
-            f"With {NAMES[PRINTED]} the error is {'narrower' if narrower else 'no narrower'}, and its mean is "
-            f"{'nearer to zero' if nearer else 'no nearer to zero'}.",
+            f"With {NAMES[PRINTED]} the error is {'narrower' if narrower else 'not narrower'}, and its mean is "
+            f"{'nearer to zero' if nearer else 'not nearer to zero'}.",
             *(
                 f"{NAMES[name]}: mean {quoted(loop, 'following_error', 'mean', step=0.001)} µm, "
                 f"standard deviation {quoted(loop, 'following_error', 'std', step=0.001)} µm, "
@@ -172,8 +172,8 @@ def figure_14(tracked: Tracked) -> Reproduced:
         number=14,
         verdict="found" if abs(more) < ALIKE else "refuted",
         found=[
-            f"Root mean square: {'; '.join(efforts)}.",
-            f"With the compensator that is {percent(abs(more))} {'more' if more > 0.0 else 'less'}.",
+            f"Rms: {'; '.join(efforts)}.",
+            f"With the compensator the effort is {percent(abs(more))} {'higher' if more > 0.0 else 'lower'}.",
         ],
         draw=lambda: loop_rows.control_effort(tracked.pictured, tracked.settle, close_up, tracked.arm),
         origin=tracked.origin,

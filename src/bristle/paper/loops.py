@@ -17,14 +17,14 @@ RIG = "virtual rig"
 
 
 def figure_5(setting: Setting) -> Reproduced:
-    """Return figure 5: loops before break-away, as the torque sensor of the rig reads them."""
+    """Return figure 5: loops before break-away, read by the torque sensor of the rig."""
     bench, rig, repeats = bench_of(setting), setting.contact(RIG), round(setting["measurement", "repeats"])
     rounds = _loops(setting, repeats)
     loops, largest = [first for first, *_ in rounds.values()], max(rounds)
     again = measured_loop(setting, rig, largest, repeats, np.random.default_rng(1))
     tops = np.array([record.torque.max() for record in again])
     top, bottom = float(loops[-1].torque.max()), float(loops[-1].torque.min())
-    # Beyond six standard deviations of the noise a difference is one of friction.
+    # A difference beyond six standard deviations of the noise comes from friction.
     noise, uneven, apart = 6.0 * setting["measurement", "noise"], abs(top + bottom), float(np.ptp(tops))
     sensor = sensor_numbers([led(setting, rig, [largest, -largest, largest], setting["measurement", "speed"]).sensed])
     rows = [
@@ -38,10 +38,10 @@ def figure_5(setting: Setting) -> Reproduced:
         verdict="built in" if uneven > noise and apart > noise else "refuted",
         found=[
             f"The largest loop runs from {number(1e3 * bottom, digits=3)} to {in_millinewtons(top)}.",
-            f"Repeated {repeats} times, its forward tip is at {spread(1e3 * tops)} mN·m, within {in_millinewtons(apart, 2)}.",
+            f"Repeated {repeats} times, its forward tip is at {spread(1e3 * tops)} mN·m, with a range of {in_millinewtons(apart, 2)}.",
             sensor_says(bench, sensor, "At this speed"),
         ],
-        # Loops as they are read, narrow and dark, over friction itself.
+        # Measured loops, narrow and dark, over friction itself.
         draw=lambda: loop_family(
             {
                 title: {
@@ -60,12 +60,12 @@ def figure_5(setting: Setting) -> Reproduced:
 
 
 def _tips(records: list[Record], edge: Callable[[np.ndarray], float]) -> str:
-    """Return the torque at the ends of loops, as text."""
+    """Return the torque at the tips of loops, as text."""
     return spread(1e3 * np.array([edge(record.torque) for record in records]))
 
 
 def _loops(setting: Setting, rounds: int = 1) -> dict[float, list[Record]]:
-    """Return rounds of each amplitude [m], the smallest first, each on a contact that scatters in its own way."""
+    """Return rounds of each amplitude [m], the smallest first, each on a contact with its own scatter."""
     amplitudes = sorted(setting["measurement", "amplitudes"].tolist())
     return {
         amplitude: measured_loop(setting, seeded(setting.contact(RIG), index), amplitude, rounds, np.random.default_rng(index))
@@ -74,12 +74,12 @@ def _loops(setting: Setting, rounds: int = 1) -> dict[float, list[Record]]:
 
 
 def figure_6(setting: Setting, progress: Callable[[float, str], None] | None = None) -> Reproduced:
-    """Return figure 6: loops of the reformed Dahl model beside those measured, and the error over what was measured."""
+    """Return figure 6: measured loops and those of the reformed Dahl model, and the error over the number of branches."""
     loops = [record for (record,) in _loops(setting).values()]
     extent = setting["measurement", "extent"]
     run_in = measured(setting, setting.contact(RIG), [-extent, extent, -extent, extent, -extent], np.random.default_rng(0)).since(2)
     fitted = fitted_reformed_dahl(run_in, setting.arm)
-    modelled = [fitted.torque(np.tile(record.x, 2))[record.x.size :] for record in loops]  # after a round that runs it in
+    modelled = [fitted.torque(np.tile(record.x, 2))[record.x.size :] for record in loops]  # after a run-in round
     shares = [
         float(np.sqrt(np.mean((m - record.torque) ** 2)) / np.max(np.abs(record.torque))) for m, record in zip(modelled, loops, strict=True)
     ]
@@ -92,13 +92,13 @@ def figure_6(setting: Setting, progress: Callable[[float, str], None] | None = N
         verdict=verdict(cost),
         found=[
             f"One large loop gives s = {number(1e-6 * s, digits=3)} N/µm and f_p = {number(f_p, digits=3)} N at the "
-            f"table, beside a constant of {number(offset, digits=3)} N; the loops of other amplitudes, which were not "
-            f"fitted, are then missed by {percent(min(shares))} to {percent(max(shares))} of their largest torque.",
+            f"table, with a constant of {number(offset, digits=3)} N. The error of the other amplitudes, which were not "
+            f"fitted, is {percent(min(shares))} to {percent(max(shares))} of their largest torque.",
             *sentences(cost, still),
         ],
         draw=lambda: loop_family(
             {
-                "as measured, and the model fitted to one loop": {
+                "measured, and the model fitted to one loop": {
                     "measured": [(record.x, record.torque) for record in loops],
                     "reformed Dahl": [(record.x, m) for record, m in zip(loops, modelled, strict=True)],
                 }

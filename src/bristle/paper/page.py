@@ -1,4 +1,4 @@
-"""The report of the paper: each figure beside what the paper says, what was found, and why it differs."""
+"""The report of the paper: each figure with the statement of the paper, the result, and the reason for any difference."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -12,59 +12,59 @@ from bristle.paper.tracking import BEFORE, CALIBRATED, COMPENSATED, IN_PAPER, NA
 from bristle.report.page import Front, Picture, Ruling, about, answered, picture, render
 from bristle.report.table import Table, length_text
 
-HEADING = "The source paper, rebuilt figure by figure"
+HEADING = "The source paper, reproduced figure by figure"
 STANDS = {
-    "found": ("nothing chosen", "holds here with nothing chosen for it"),
-    "built in": ("built into the rig", "is built into the rig"),
+    "found": ("independent of the setup", "holds here, independently of the setup"),
+    "built in": ("built into the rig", "follows from the construction of the rig"),
     "calibrated": ("calibrated", "holds here by calibration"),
-    "found in part": ("nothing chosen, holds in part", "holds here in part"),
-    "built in in part": ("nothing chosen for one half, the other built into the rig", "holds here, one half of it built into the rig"),
+    "found in part": ("holds in part, independent of the setup", "holds here in part"),
+    "built in in part": ("one half independent, the other built into the rig", "holds here; one half is built into the rig"),
     "refuted": ("does not hold", "does not hold here"),
 }
-"""How claims stand, among others and alone."""
+"""Status of claims: in a list, and of a single claim."""
 REPORTED = {BEFORE: "the paper, no compensator", COMPENSATED: "the paper, its compensator"}
 
 
 def paper_ruling(figures: Sequence[Reproduced]) -> Ruling:
-    """Return how many claims of the paper hold here, and which do not, or not as it says."""
+    """Return the number of claims that hold here, and the claims that fail or hold in part."""
     tested = [figure for figure in figures if figure.verdict != "shown"]
     if not tested:
-        return Ruling("with_care", "Nothing was claimed that could be tested")
+        return Ruling("with_care", "The figure makes no testable claim")
     held = sum(figure.verdict == "found" for figure in tested)
     reasons = []
     for verdict, (stands, _) in STANDS.items():
         group = [f"{figure.words.short} ({figure.number})" for figure in tested if figure.verdict == verdict]
         reasons += [f"{stands}: {len(group)}, {', '.join(group)}"] if group else []
     refuted = all(figure.verdict == "refuted" for figure in tested)
-    words = f"{held} of {len(tested)} claims of the paper hold here with nothing chosen for them"
+    words = f"{held} of {len(tested)} claims of the paper hold here, independently of the setup"
     words = words if len(tested) > 1 else f"Its claim {STANDS[tested[0].verdict][1]}"
     return Ruling("usable" if held == len(tested) else "no" if refuted else "with_care", words, tuple(reasons))
 
 
 def paper_front(figures: Sequence[Reproduced]) -> Front:
-    """Return the first page of the figures that were rebuilt."""
+    """Return the first page of the reproduced figures."""
     ruling, by_number = paper_ruling(figures), {figure.number: figure for figure in figures}
     loop, effort = by_number.get(12), by_number.get(14)
     kinds = Counter(erratum.kind for erratum in ERRATA)
-    if effort:  # the effort of the loop, without and with what is fed forward
+    if effort:  # the effort of the loop, without and with feedforward
         rms = {name: value for name, value in effort.numbers["rms"].items() if name in PUBLISHED}
         efforts = ", ".join(f"{in_millinewtons(value)} {NAMES[name]}".replace(" mN", "\u00a0mN") for name, value in rms.items())
-        cost = f"effort, root mean square: {efforts}"
+        cost = f"effort, rms: {efforts}"
     else:
-        cost = "figure 14 has it: `bristle paper`"
+        cost = "see figure 14: `bristle paper`"
     wrong = ", ".join(f"{count} {kind}{'s' if count > 1 else ''}" for kind, count in kinds.items())
     answers = answered(
         _quality(loop) if loop else [figure.found[0].rstrip(".") for figure in figures[:3]],
-        ["its experiments, to be changed: `bristle paper --write DIR`, then `bristle run DIR/set_a.toml`"],
+        ["to change its experiments: `bristle paper --write DIR`, then `bristle run DIR/set_a.toml`"],
         [cost],
         [
-            "the rig is of another structure than the compensators of the paper: thirty elements that scatter",
-            f"{len(ERRATA)} remarks on what is printed, each with a test: {wrong}",
+            "the rig differs in structure from the compensators of the paper: thirty elements with scatter",
+            f"{len(ERRATA)} remarks on the printed paper, each with a test: {wrong}",
         ],
-        ["what you have changed: `bristle paper --from DIR`", "your own axis: `bristle identify log.csv --axis axis.toml --model all`"],
+        ["your changes: `bristle paper --from DIR`", "your own axis: `bristle identify log.csv --axis axis.toml --model all`"],
     )
     facts = about("simulated rig", f"{len(figures)} {'figure' if len(figures) == 1 else 'figures'}")
-    all_hold = "Each claim comes out with nothing chosen for it."
+    all_hold = "Each claim holds, independently of the setup."
     return Front(HEADING, facts, ruling, answers, "claims", all_hold, _picture(loop) if loop else None)
 
 
@@ -79,18 +79,18 @@ def _quality(loop: Reproduced) -> list[str]:
     lines = [
         f"following error, peak to peak: {errors[BEFORE]} without a compensator, {errors[PRINTED]} with "
         f"{NAMES[PRINTED]}; the paper: {paper}",
-        f"that is {less} less; the paper: {less_in_paper}",
+        f"reduction: {less}; the paper: {less_in_paper}",
     ]
     sound = loop.numbers.get("at_sound_margins", {})
     if BEFORE in sound:
         peaks = {name: float(sound[name]["following_error"]["peak_to_peak"]) for name in NAMES if name in sound and name != CALIBRATED}
         listed = "; ".join(f"{NAMES[name]} {length_text(value, 'translational')}" for name, value in peaks.items())
-        lines.append(f"in a loop of sound margins: {listed}")
+        lines.append(f"in a loop with sound margins: {listed}")
     return lines
 
 
 def _picture(loop: Reproduced) -> Picture:
-    """Return the following error of each loop and that of the paper."""
+    """Return the following error of each loop, and that of the paper."""
     peaks, spreads = (loop.numbers[name] for name in ("peak_to_peak", "peak_to_peak_spread"))
     names = {name: NAMES.get(name, name) for name in peaks}
     best = min(peaks, key=peaks.get)
@@ -109,11 +109,11 @@ def _picture(loop: Reproduced) -> Picture:
 
 
 TITLE = "Pre-sliding friction control using the sliding mode controller with hysteresis friction compensator"
-BANNER = "The rig in these figures is simulated; nothing here was measured on a machine."
+BANNER = "The rig in these figures is simulated; no data come from a machine."
 RIG = (
-    "The rig is thirty spring-slider elements with Stribeck limits, larger forward than backward, that scatter from "
-    "reversal to reversal. The compensator called identified is of the same kind, eighteen elements without these "
-    "three; the others are not."
+    "The rig consists of thirty spring-slider elements with Stribeck limits that are larger forward than backward and "
+    "scatter from reversal to reversal. The compensator named identified is of the same kind: eighteen elements without "
+    "these three properties. The others are of other kinds."
 )
 SIMULATED = "The rig is simulated."
 
@@ -126,9 +126,9 @@ class Section(NamedTuple):
 
 
 def claim_table(figures: Sequence[Reproduced]) -> Table:
-    """Return what became of the claims of the paper, figure by figure."""
+    """Return the status of the claims of the paper, figure by figure."""
     rows = [(str(figure.number), figure.words.title, figure.words.claim, figure.verdict) for figure in figures]
-    return Table("What the paper claims, and what became of it", ("Figure", "Shows", "Claim", "Here"), rows)
+    return Table("Claims of the paper, and their status here", ("Figure", "Shows", "Claim", "Here"), rows)
 
 
 def paper_report(figures: Sequence[Reproduced], *, command: str, provenance: Mapping[str, str]) -> str:
@@ -149,7 +149,7 @@ def paper_report(figures: Sequence[Reproduced], *, command: str, provenance: Map
             [(f"({equation.number})", equation.title, equation.stands, equation.file, equation.run) for equation in EQUATIONS],
         ),
         errata=Table(
-            "What is printed, what is right, and where that is tested. "
+            "Printed text, correction, and test.  "
             + " ".join(f"{kind.capitalize()}: {meaning[0].lower()}{meaning[1:]}" for kind, meaning in KINDS.items()),
             ("Place", "Kind", "As printed", "Correct", "Test"),
             [(erratum.location, erratum.kind, erratum.printed, erratum.correct, erratum.test.partition("::")[2]) for erratum in ERRATA],

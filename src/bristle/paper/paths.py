@@ -1,4 +1,4 @@
-"""Figures 1 and 8 to 10: contacts and operators led along paths, up to break-away and through loops inside loops."""
+"""Figures 1 and 8 to 10: contacts and operators along paths, up to break-away and through nested loops."""
 
 import math
 from collections.abc import Mapping
@@ -16,20 +16,20 @@ from bristle.paper.rig import BREAK_AWAY
 from bristle.paper.setting import Setting
 from bristle.report.table import Table
 
-CLOSED = 0.005  # of the largest torque: what a torque sensor would not tell from nothing
-NEARLY = 0.95  # of the break-away torque: where an eye sees it
+CLOSED = 0.005  # of the largest torque: the resolution of a torque sensor
+NEARLY = 0.95  # of the break-away torque: visible in a plot
 LUGRE, RIG = "LuGre", "virtual rig"
 FRICTION, SENSOR = f"{RIG}, friction", f"{RIG}, torque sensor"
 LETTERS = "ABCDEDBF"
-RETURNS = {"D": (2, 4), "B": (0, 5)}  # where the inner loop closes, and where the outer one does
-REPEATS = 0.1  # of the largest torque: what a contact that scatters by some per cent may miss
+RETURNS = {"D": (2, 4), "B": (0, 5)}  # closing points of the inner loop and of the outer loop
+REPEATS = 0.1  # of the largest torque: allowed for a contact with some per cent of scatter
 
 Walks = Mapping[str, Walk]
 Missing = dict[str, float]
 
 
 def figure_1(setting: Setting) -> Reproduced:
-    """Return figure 1: from A over B, C and B again to D, LuGre beside a contact that closes its loops."""
+    """Return figure 1: from A over B, C and B again to D, for LuGre and for a contact that closes its loops."""
     _must_return(setting, ((0, 2),))
     walks = _walks_of(setting, LUGRE, RIG)
     missing = {name: _missing_at(path, (0, 2)) for name, path in walks.items()}
@@ -44,14 +44,14 @@ def figure_1(setting: Setting) -> Reproduced:
 
 
 def figure_8(setting: Setting) -> Reproduced:
-    """Return figure 8: where friction breaks away when the table is moved one way."""
+    """Return figure 8: the break-away of the table in one direction."""
     if np.any(setting["path", "turns"] <= 0.0):
-        raise InputError("must lead forward", path=f"{setting.source}: path.turns", allowed="> 0 m")
+        raise InputError("must move forward", path=f"{setting.source}: path.turns", allowed="> 0 m")
     walks, bench, rig = _walks_of(setting, RIG), bench_of(setting), setting.contact(RIG)
     runs = [led(setting, contact, setting["path", "turns"], setting["path", "speed"]) for contact in repeated(setting, rig)]
     sensor = sensor_numbers([run.sensed for run in runs])
     walks[RIG] = runs[0].sensor
-    # A limit that scatters may lie above the one that it starts with.
+    # A limit with scatter may exceed its initial value.
     break_away_torques = {
         name: max(setting.arm * holding_of(model).forward, float(np.max(walks[name].torque))) for name, model in setting.contacts.items()
     }
@@ -77,7 +77,7 @@ def figure_8(setting: Setting) -> Reproduced:
 
 
 def figure_9(setting: Setting) -> Reproduced:
-    """Return figure 9: wiping-out on the rig, as its torque sensor reads it."""
+    """Return figure 9: wiping-out on the rig, read by its torque sensor."""
     _must_return(setting, tuple(RETURNS.values()))
     setting.contact(RIG)
     turns, speed = setting["path", "turns"], setting["path", "speed"]
@@ -91,7 +91,7 @@ def figure_9(setting: Setting) -> Reproduced:
         (name, str(len(shares)), *(spread([100.0 * run[letter] for run in shares], 0.1) for letter in RETURNS))
         for name, shares in by_run.items()
     ]
-    caption = "Torque back at D and B, less that at the turn [%], of the largest; mean and standard deviation over the runs"
+    caption = "Torque on return to D and B minus that at the turn [% of the largest]; mean and standard deviation over the runs"
     return Reproduced(
         number=9,
         verdict="built in" if worst < REPEATS else "refuted",
@@ -105,7 +105,7 @@ def figure_9(setting: Setting) -> Reproduced:
 
 
 def figure_10(setting: Setting) -> Reproduced:
-    """Return figure 10: the same path through the paper's construction, its equations, and what mends them."""
+    """Return figure 10: the same path with the paper's construction, its equations, and their corrections."""
     _must_return(setting, tuple(RETURNS.values()))
     rig = led(setting, setting.contact(RIG), setting["path", "turns"], setting["path", "speed"]).sensor
     s, f_p, x_r, count = (setting["transition_branches", key] for key in ("s", "f_p", "x_r", "count"))
@@ -123,18 +123,18 @@ def figure_10(setting: Setting) -> Reproduced:
         shares = [*(missing[name][letter] for letter in RETURNS), difference["as_it_is"], difference["with_offset"]]
         *before, last = (number(100.0 * share, resolution=1.0) for share in shares)
         rows.append((name, *before, number(1e3 * difference["offset"], resolution=1.0), last))
-    heads = ("Model", "At D [%]", "At B [%]", "From the rig [%]", "Offset [mN·m]", "With it [%]")
-    table = Table("Models at the returns, and beside the rig (root mean square), of the largest torque", heads, rows)
+    heads = ("Model", "At D [%]", "At B [%]", "Distance from the rig [%]", "Offset [mN·m]", "Distance with offset [%]")
+    table = Table("Models at the returns, and rms distance from the rig, of the largest torque", heads, rows)
     return Reproduced(
         number=10,
         verdict="found in part" if open_ and constructed not in open_ else "found" if not open_ else "refuted",
         found=[
             *_sentences(missing),
-            f"As branches that leave one loop the {number_of_branches} are not those of an operator: at the end of the descending "
-            f"ones {percent(branches.corner_error)} of the tip is missing, and the two directions differ by "
+            f"As branches of one outer loop, the {number_of_branches} do not belong to an operator: at the end of the descending "
+            f"branches {percent(branches.corner_error)} of the tip is missing, and the two directions differ by "
             f"{percent(branches.symmetry_error)} of the largest Everett value.",
-            f"Laid over what the torque sensor of the rig reads (figure 9), {constructed}: {percent(beside['as_it_is'])} of "
-            f"the largest torque apart, root mean square; raised by {in_millinewtons(beside['offset'], 2)}, "
+            f"Compared with the torque sensor of the rig (figure 9), {constructed}: rms distance {percent(beside['as_it_is'])} "
+            f"of the largest torque; raised by {in_millinewtons(beside['offset'], 2)}, "
             f"{percent(beside['with_offset'])}.",
         ],
         draw=lambda: _draw(walks, _worst(missing), LETTERS, beneath, names),
@@ -146,7 +146,7 @@ def figure_10(setting: Setting) -> Reproduced:
 
 
 def _walks_of(setting: Setting, *needed: str) -> dict[str, Walk]:
-    """Return the walks of all contacts along the path; those that are `needed` must be among them."""
+    """Return the walks of all contacts along the path, among which the `needed` contacts are required."""
     for name in needed:
         setting.contact(name)
     turns, speed = setting["path", "turns"], setting["path", "speed"]
@@ -154,12 +154,12 @@ def _walks_of(setting: Setting, *needed: str) -> dict[str, Walk]:
 
 
 def _must_return(setting: Setting, pairs: tuple[tuple[int, int], ...]) -> None:
-    """Refuse a path that does not come back to where it turned."""
+    """Refuse a path that does not return to its turning points."""
     turns = setting["path", "turns"]
     for first, second in pairs:
         if turns.size <= max(first, second) or turns[first] != turns[second]:
             raise InputError(
-                f"must come back: its entries {first + 1} and {second + 1} must be the same",
+                f"must return: its entries {first + 1} and {second + 1} must be the same",
                 path=f"{setting.source}: path.turns",
                 value=turns.tolist(),
             )
@@ -176,10 +176,10 @@ def _missing_of(path: Walk) -> Missing:
 
 
 def _comes_back(share: float, letter: str) -> str:
-    """Return in words what is missing back at a letter."""
+    """Return the missing torque on return to a letter, in words."""
     if abs(share) < CLOSED:
         return f"closes at {letter}"
-    return f"back at {letter}, {percent(abs(share))} of the largest torque is {'missing' if share < 0.0 else 'too much'}"
+    return f"on return to {letter}, the torque is {percent(abs(share))} of the largest torque too {'small' if share < 0.0 else 'large'}"
 
 
 def _sentences(missing: Mapping[str, Missing]) -> list[str]:
@@ -187,7 +187,7 @@ def _sentences(missing: Mapping[str, Missing]) -> list[str]:
 
 
 def _at_return(share: float) -> str:
-    """Return for a title what is missing at a return."""
+    """Return the missing torque on return, for a title."""
     return f"{percent(share)} at the return" if abs(share) >= CLOSED else "closes"
 
 
@@ -196,7 +196,7 @@ def _worst(missing: Mapping[str, Missing]) -> dict[str, str]:
 
 
 def _reached(path: Walk, torque: float) -> float:
-    """Return where a torque is first reached [m]; NaN where it is not."""
+    """Return the position at which a torque is first reached [m], or NaN."""
     beyond = np.flatnonzero(path.torque >= torque)
     return float(path.x[beyond[0]]) if beyond.size else math.nan
 
@@ -205,13 +205,13 @@ def _breaks_away(name: str, path: Walk, break_away: float, at: float) -> str:
     torque = in_millinewtons(break_away)
     if math.isnan(at):
         last = percent(float(path.torque[-1]) / break_away, 1.0)
-        return f"{name} breaks away at {torque}, of which it has {last} after {in_micrometres(float(path.x[-1]))}."
-    return f"{name} breaks away at {torque}, and has {percent(NEARLY, 1.0)} of it after {in_micrometres(at)}."
+        return f"{name} breaks away at {torque}, and reaches {last} of it after {in_micrometres(float(path.x[-1]))}."
+    return f"{name} breaks away at {torque}, and reaches {percent(NEARLY, 1.0)} of it after {in_micrometres(at)}."
 
 
 def _apart(model: Walk, rig: Walk) -> dict[str, float]:
-    """Return how far a model is from the rig along its path: root mean square [N*m], and with one `offset` [N*m] added."""
-    # Both are over the position, leg by leg, as an eye compares them.
+    """Return the rms distance of a model from the rig along its path [N*m], also with an added `offset` [N*m]."""
+    # Both are over the position, leg by leg, as in the plot.
     left = []
     for leg in range(rig.turns.size):
         (x, torque), (at, modelled) = rig.leg(leg), model.leg(leg)
@@ -227,7 +227,7 @@ def _traces(walks: Walks) -> dict[str, tuple[np.ndarray, np.ndarray]]:
 
 
 def _draw(walks: Walks, words: Mapping[str, str], letters: str, beneath: Walks | None = None, names: tuple[str, str] | None = None):
-    """Draw walks with letters at their turns, in the title of each what is said of it; over others, where there are some."""
+    """Draw walks with letters at their turns and results in the titles, optionally over other walks."""
     turns = {name: [0, *path.turns] for name, path in walks.items()}
     titles = {name: f"{name}: {text}" for name, text in words.items()}
     compared = {"beneath": _traces(beneath), "names": names} if beneath and names else {}

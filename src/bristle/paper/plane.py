@@ -1,4 +1,4 @@
-"""Figure 4: the Preisach plane at each turn, and the sums of (14) and (15) beside the operator."""
+"""Figure 4: the Preisach plane at each turn, and the sums of (14) and (15) compared with the operator."""
 
 from functools import partial
 
@@ -16,17 +16,19 @@ LETTERS = "abcdefgh"
 
 
 def figure_4(setting: Setting) -> Reproduced:
-    """Return figure 4: how the staircase comes about, and the force by (14) and (15)."""
+    """Return figure 4: the origin of the staircase, and the force by (14) and (15)."""
     operator = setting.operator
     path, arm = setting["path", "turns"].tolist(), setting.arm
-    # The sums stand for the turns that remain.
+    # The sums cover the remaining turning points.
     nested = all(min(a, b) < c < max(a, b) for a, b, c in zip(path, path[1:], path[2:], strict=False))
     if len(path) < 3 or path[0] >= 0.0 or not nested or abs(path[1]) >= -path[0]:
         raise InputError(
-            "must begin far down and turn inside the two before, at least twice", path=f"{setting.source}: path.turns", value=path
+            "must start far down, with each turning point between the previous two, at least twice",
+            path=f"{setting.source}: path.turns",
+            value=path,
         )
     constant = arm * half_the_loop(operator, -path[0])
-    # The torque [N*m] at each stage: by turning points, by the sums corrected, and as printed in both readings.
+    # The torque [N*m] at each stage: by turning points, by the corrected sums, and as printed in both readings.
     by_turns, right, unit, signed = (
         [arm * float(force(path[:count])) for count in range(2, len(path) + 1)]
         for force in (
@@ -45,18 +47,18 @@ def figure_4(setting: Setting) -> Reproduced:
         equation = "(14)" if path[i + 1] > path[i] else "(15)"
         rows.append((f"({LETTERS[i]})", equation, *(number(1e3 * torque, resolution=0.1) for torque in stage)))
     table = Table(
-        f"Torque in mN·m where the input is at each stage: half the saturation loop is {half}",
-        ("Stage", "Equation", "By turning points", "As printed, relays of 0 and 1", "Too much by", "As printed, relays of ±1"),
+        f"Torque in mN·m at the input of each stage; half the saturation loop is {half}",
+        ("Stage", "Equation", "By turning points", "As printed, relays of 0 and 1", "Excess", "As printed, relays of ±1"),
         rows,
     )
     return Reproduced(
         number=4,
         verdict="refuted" if max(apart, constant_to) > 1e-9 * constant else "found in part" if constant > 0.0 else "found",
         found=[
-            f"Read with relays of 0 and 1, the sums as printed are the operator and one constant, {half}, half of "
+            f"With relays of 0 and 1, the printed sums equal the operator plus one constant, {half}, half of "
             f"the height of the saturation loop: at every stage, to {_rounding(constant_to)}.",
-            f"Read with relays of ±1 they need a factor 2 too, and miss by up to {in_millinewtons(wrong)} "
-            f"without both. Corrected they are the operator, to {_rounding(apart)}.",
+            f"With relays of ±1 they also lack a factor 2, with an error of up to {in_millinewtons(wrong)} "
+            f"without both corrections. Corrected, they equal the operator, to {_rounding(apart)}.",
         ],
         draw=lambda: preisach_stages(operator, path[0], path[1:], arm, "rotational"),
         origin=setting.origin,

@@ -1,4 +1,4 @@
-"""All figures of the paper, or some of them, from their experiments."""
+"""All or some figures of the paper, from their experiments."""
 
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -36,13 +36,13 @@ def reproduce(
     Parameters
     ----------
     numbers : iterable of int
-        Which ones.
+        Numbers of the figures.
     folder : Path
-        Where the experiments are: those of the package, or a changed copy of them.
+        Folder of the experiments: those of the package, or a changed copy.
     allow_code : bool
-        Whether models of a person's own that they name may run without having been allowed before.
+        Whether user models in the experiments may run without earlier permission.
     progress : callable, optional
-        Called with the share done and what comes next.
+        Called with the share of the work and the next step.
 
     Returns
     -------
@@ -64,7 +64,7 @@ def reproduce(
         part(0.0, "")
         tracked.report = part
         setting = None if number in ALL_LOOPS else read_setting(folder / f"fig_{number:02d}.toml", allow_code=allow_code)
-        if number == 12:  # its own loop is simulated first, then those beside it
+        if number == 12:  # first its own loop, then the additional loops
             tracked.report, at_loop, at_levels = (_part_of(part, third / 3.0, 1.0 / 3.0) for third in range(3))
             loop = Tracked(folder / "set_c.toml", allow_code, (BEFORE,), at_loop)
             levels = Tracked(folder / "set_a_break_away.toml", allow_code, (), at_levels)
@@ -79,7 +79,7 @@ def reproduce(
 
 
 def _part_of(progress: Progress | None, start: float, share: float, name: str = "") -> Progress:
-    """Return what a part of the work reports to."""
+    """Return the progress callback for a part of the work."""
 
     def report(completed: float, text: str) -> None:
         if progress is not None:

@@ -1,4 +1,4 @@
-"""What the report tells of one figure of the paper."""
+"""The contents of the report for one figure of the paper."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Verdict = Literal["found", "found in part", "built in in part", "built in", "cal
 
 
 class Words(NamedTuple):
-    """What is said of a figure whatever comes out."""
+    """The fixed texts of a figure."""
 
     title: str
     claim: str
@@ -52,7 +52,7 @@ class Reproduced:
 
     @property
     def words(self) -> Words:
-        """What is said of the figure whatever came out."""
+        """The fixed texts of the figure."""
         return Words(**_all_words()[str(self.number)])
 
 
@@ -72,7 +72,7 @@ def in_millinewtons(torque: float, digits: int = 3) -> str:
 
 
 def spread(values: ArrayLike, step: float = 0.0) -> str:
-    """Return mean and standard deviation of what was repeated, as text; the mean alone where nothing is spread.
+    """Return mean and standard deviation of repeated values, as text; only the mean without a spread.
 
     Examples
     --------

@@ -1,18 +1,18 @@
-r"""The virtual rig: a ball-screw table with the friction of thirty elements that slip one after the other.
+r"""The virtual rig: a ball-screw table with the friction of thirty elements that slip in sequence.
 
-Thirty spring-slider elements in parallel break away one after the other, the last one after 7 µm: distances
+Thirty spring-slider elements in parallel break away in sequence, the last one after 7 µm: distances
 :math:`r_j = 7\,\text{µm} \cdot \rho_j^{1.6}`, :math:`\rho_j` even from 0.15 to 1, weights
 :math:`w_j = (r_j/7\,\text{µm})^{-0.75} e^{0.35\,\xi_j}` with :math:`\xi_j` standard normal from one fixed seed, shares
 :math:`\nu_j \propto w_j r_j`. Their limits follow a Stribeck curve, may be larger forward than backward,
-and scatter by 5 % from reversal to reversal; an offset is added. A Maxwell-slip model is its kin, and what is
-identified as one knows neither the fall with speed, nor the directions, nor the scatter. Everything is told for the
-table: a torque of the screw is a force :math:`2\pi/\ell` times as large, an inertia a mass :math:`(2\pi/\ell)^2` times.
+and scatter by 5 % from reversal to reversal; an offset is added. A Maxwell-slip model is related, but an identified one
+lacks the fall with speed, the asymmetry and the scatter. All values are those at the table: a torque of the screw is a
+force :math:`2\pi/\ell` times as large, an inertia a mass :math:`(2\pi/\ell)^2` times.
 
-Nothing here comes from a measurement: inertia, torque and lead of the rig in the paper are not told, and these are
-values with which its figures come out.
+No number here is measured: the paper omits inertia, torque and lead of its rig. With these values its figures are
+reproduced.
 
 Its friction and the compensators identified from its logs are numbers in files, so that an experiment can be run, read
-and changed without this module. `write_models` makes them again, to the bit on one machine.
+and changed without this module. `write_models` computes them again, to the bit on one machine.
 """
 
 import math
@@ -49,7 +49,7 @@ def spectrum(count: int, distance: float, seed: int) -> tuple[np.ndarray, np.nda
 
 
 def rig_friction(lead: float, inertia: float, offset: float, asymmetry: float) -> Model:
-    """Return the friction of the virtual rig as the table feels it."""
+    """Return the friction of the virtual rig at the table."""
     ratio, (nu, r) = screw_ratio(lead), spectrum(ELEMENTS, BREAK_AWAY, SEED)
     k = nu * STATIC * ratio / r
     levels = {}
@@ -62,7 +62,7 @@ def rig_friction(lead: float, inertia: float, offset: float, asymmetry: float) -
 
 
 class Rig(NamedTuple):
-    """What the two sets differ in: lead [m], inertia [kg*m^2], offset [N*m] and asymmetry of the friction."""
+    """Differences of the two sets: lead [m], inertia [kg*m^2], offset [N*m] and asymmetry of the friction."""
 
     lead: float
     inertia: float
@@ -74,25 +74,25 @@ SETS = {"set_a": Rig(5e-3, 4e-4, 5e-3, 0.3), "set_b": Rig(10e-3, 8e-4, 12.6e-3, 
 
 
 def write_models(folder: str | PathLike[str]) -> None:
-    """Write the friction of the rig and the identified compensator of each set beside its experiments in a folder."""
+    """Write the friction of the rig and the identified compensator of each set next to its experiments in a folder."""
     target = Path(folder)
     for name, rig in SETS.items():
         write_model(target / f"{name}_rig.toml", None, rig_friction(*rig), provenance={"made by": "bristle.paper.rig"})
         log = target / f"{name}_log.toml"
         source = {"identified from a run of": log.name, FITTED_TO: digest(read_experiment(log).variants[0].friction)}
         write_model(target / f"{name}_identified.toml", None, compensator_from_log(log), provenance=source)
-        if name == "set_a":  # what stands beside it in baselines.toml
+        if name == "set_a":  # its neighbour in baselines.toml
             write_model(target / f"{name}_gms.toml", None, compensator_from_log(log, "gms"), provenance=source)
 
 
 def compensator_from_log(experiment: str | PathLike[str], model: str = "maxwell_slip") -> Model:
-    """Return the friction that is identified from the encoder and the effort command of an experiment's run."""
+    """Return the friction identified from the encoder and the effort command of an experiment's run."""
     described = read_experiment(experiment)
     return identify(logged(described), model, axis=axis_of(described), blocks=0, draws=0).finished.best.friction
 
 
 def logged(described: Experiment) -> Log:
-    """Return what the first loop of an experiment logs of itself: the encoder, and the effort command as it acted."""
+    """Return the log of the first loop of an experiment: the encoder, and the effort command at its time of effect."""
     variant = described.variants[0]
     result, run = simulate(described).variants[variant.name], variant.run
     samples = np.arange(result.command.size)
@@ -104,8 +104,8 @@ def logged(described: Experiment) -> Log:
 
 
 def axis_of(described: Experiment) -> Axis:
-    """Return what is known of the axis of an experiment before anything is identified from its log."""
+    """Return the axis of an experiment, before the identification of a log."""
     variant = described.variants[0]
-    treated = {"cutoff": 15.0, "decimation": 33}  # [Hz], samples: the motion to be compensated is slow
+    treated = {"cutoff": 15.0, "decimation": 33}  # [Hz], samples: the compensated motion is slow
     resolution = variant.sensor.values["resolution"]
     return Axis(kind=described.kind, mass=variant.plant.values["M"], held=True, resolution=resolution, **treated)

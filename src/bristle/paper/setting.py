@@ -1,24 +1,24 @@
-"""Experiments on a contact or an operator: what is moved, along which path, by which torque, what is measured.
+"""Experiments on a contact or an operator: the moved part, its path or its torque, and the measurement.
 
-The tables of such a file, all but the first line optional; an experiment refuses to run without those that it needs:
+The tables of such a file; all but the first line are optional. An experiment refuses to run without those it needs:
 
 ========================= ==============================================================================================
-``lead``                  travel of the table for one turn of the screw: models are told at the table, in lengths and
-                          forces, and what is driven and shown is the torque of the screw
+``lead``                  travel of the table for one turn of the screw: models are described at the table, in lengths
+                          and forces; driving and plotted torques are those of the screw
 ``[contact.NAME]``        friction models by name, each as in the ``[friction]`` of an experiment file
 ``[operator.NAME]``       hysteresis operators by name, with ``model`` and its parameters
 ``[plant]``               the inertia that a torque drives
-``[bench]``               where torques are measured: a motor of inertia ``J_m``, the torque sensor, and behind it the
-                          rest of ``J``, screw and table, all counted at the screw; ``torque_filter`` of the sensor,
-                          and the ``acceleration`` with which a table that is led changes its speed
-``[path]``                where the table turns (``turns``) and how fast it moves (``speed``)
-``[torque]``              a torque that breaks the contact away (``break_away``) and then goes up and down between
+``[bench]``               the torque measurement: a motor of inertia ``J_m``, the torque sensor, and behind it the rest
+                          of ``J``, screw and table, all at the screw; ``torque_filter`` of the sensor, and the
+                          ``acceleration`` of a table that is moved along a path
+``[path]``                turning points of the table (``turns``) and its speed (``speed``)
+``[torque]``              a torque that breaks the contact away (``break_away``) and then alternates between
                           ``low`` and ``high``, with a ``period``, for a number of ``cycles``
-``[measurement]``         loops of ``amplitudes`` at a ``speed``, ``repeats`` of the largest one, read to a
-                          ``resolution``, the torque with ``noise``; ``branches`` from a loop to ``extent``, and how
-                          often everything is measured (``seeds``)
+``[measurement]``         loops of ``amplitudes`` at a ``speed``, ``repeats`` of the largest loop, read with a
+                          ``resolution``, the torque with ``noise``; ``branches`` from a loop to ``extent``, and the
+                          number of repetitions (``seeds``)
 ``[transition_branches]`` stiffness ``s`` and saturation ``f_p`` of the reformed Dahl model, the amplitude ``x_r`` of
-                          its loop, and how many branches leave it (``count``)
+                          its loop, and the number of its branches (``count``)
 ========================= ==============================================================================================
 """
 
@@ -38,7 +38,7 @@ KIND: Kind = "translational"
 
 
 class Key(NamedTuple):
-    """What a key of a table holds: a number, or a list of them."""
+    """A key of a table: a number, or a list of numbers."""
 
     variable: Variable
     kind: Kind = KIND
@@ -46,7 +46,7 @@ class Key(NamedTuple):
     is_integer: bool = False
 
 
-FARTHEST, MOST = 0.01, 10_000.0  # in steps of nanometres, one after the other: beyond, it would take hours
+FARTHEST, MOST = 0.01, 10_000.0  # in steps of nanometres: larger numbers would take hours
 LENGTHS = Key(Variable("length", "travels of the table", min=-FARTHEST, max=FARTHEST), is_list=True)
 LENGTH = Key(Variable("length", "travel of the table", min=0.0, max=FARTHEST))
 SPEED = Key(Variable("length/time", "speed of the table", min=1e-9))
@@ -55,9 +55,9 @@ COUNT = Key(Variable("1", "a number of times", min=1.0, max=MOST), is_integer=Tr
 COUNTS = Key(Variable("1", "numbers of branches", min=1.0, max=MOST), is_list=True, is_integer=True)
 SECTIONS: dict[str, dict[str, Key]] = {
     "bench": {
-        "J": Key(Variable("mass", "inertia of all that turns or is pulled along", min=1e-12), "rotational"),
+        "J": Key(Variable("mass", "inertia of all moving parts", min=1e-12), "rotational"),
         "J_m": Key(Variable("mass", "inertia of the motor, before the torque sensor", min=0.0), "rotational"),
-        "acceleration": Key(Variable("length/time^2", "of the table where it starts, turns and stops", min=1e-9)),
+        "acceleration": Key(Variable("length/time^2", "acceleration of the table at starts, turns and stops", min=1e-9)),
         "torque_filter": Key(Variable("frequency", "cut-off of the torque sensor", min=1e-3)),
     },
     "path": {"turns": LENGTHS, "speed": SPEED},
@@ -88,7 +88,7 @@ class Setting:
     numbers: Mapping[str, Mapping[str, Any]]
 
     def __getitem__(self, path: tuple[str, str]) -> Any:
-        """Return a number, or a list of them, by table and key."""
+        """Return a number or a list of numbers, by table and key."""
         section, key = path
         if key not in self.numbers.get(section, {}):
             raise self._missing(f"{section}.{key}")
@@ -109,17 +109,17 @@ class Setting:
 
     @property
     def mass(self) -> Model:
-        """What a torque drives."""
+        """The mass driven by a torque."""
         if self.plant is None:
             raise self._missing("plant")
         return self.plant
 
     def _missing(self, key: str, mend: str = "") -> InputError:
-        return InputError("is missing, and this experiment needs it", path=f"{self.source}: {key}", mend=mend)
+        return InputError("is missing, but required by this experiment", path=f"{self.source}: {key}", mend=mend)
 
 
 def read_setting(path: Path, *, allow_code: bool = False) -> Setting:
-    """Return the experiment on a contact or an operator that a file describes."""
+    """Return the experiment on a contact or an operator in a file."""
     content = content_of(path, limit=TOML_LIMIT)
     data, source, _ = read_toml(content)
     sources = Sources(source.parent, allow_code)
@@ -165,9 +165,9 @@ EXPERIMENTS = Path(str(files("bristle.paper") / "experiments"))
 
 
 def write_experiments(folder: Path, *, force: bool = False) -> list[Path]:
-    """Copy the experiments of the paper into a new folder, to be read, changed and run; return the files written.
+    """Copy the experiments of the paper into a new folder, for reading, changes and runs; return the files written.
 
-    Its parent must exist. Where that is asked for, an earlier copy is replaced, if nobody changed it.
+    Its parent must exist. `force` replaces an earlier copy without changes.
     """
     sources = sorted(source for source in EXPERIMENTS.iterdir() if source.suffix == ".toml")
     with results_folder(folder, force=force) as written:

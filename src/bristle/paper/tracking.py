@@ -1,4 +1,4 @@
-"""The loop of the rig, simulated once for all figures that show it; the same at sound margins; and figure 7, what it is."""
+"""The loop of the rig, simulated once for all its figures; the same loop with sound margins; and figure 7."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 BEFORE, PRINTED, WITH_CONSTANT, CALIBRATED = "none", "printed", "printed_constant", "paper"
-PUBLISHED = (BEFORE, PRINTED, WITH_CONSTANT, CALIBRATED)  # The loops that figures show
+PUBLISHED = (BEFORE, PRINTED, WITH_CONSTANT, CALIBRATED)  # The loops in figures
 NAMES = {
     BEFORE: "no compensator",
     PRINTED: "(5)–(7) as printed",
@@ -43,14 +43,14 @@ IN_PAPER = {BEFORE: 1.46e-6, COMPENSATED: 0.69e-6}  # peak to peak [m]
 
 
 class DivergedError(BristleError):
-    """A loop that was to be shown left the finite numbers."""
+    """A loop of a figure diverged."""
 
     exit_code = 1
 
 
 @dataclass
 class Tracked:
-    """The tracking experiment, simulated once for all figures that show it."""
+    """The tracking experiment, simulated once for all its figures."""
 
     source: Path
     allow_code: bool = False
@@ -64,12 +64,12 @@ class Tracked:
         names = [variant.name for variant in experiment.variants]
         for name in self.needed:
             if name not in names:
-                raise InputError("is missing, and the figures of the paper need it", path=f"{self.source}: compare.{name}")
+                raise InputError("is missing, but required by the figures of the paper", path=f"{self.source}: compare.{name}")
         return experiment
 
     @property
     def origin(self) -> Origin:
-        """Name and checksum of its file."""
+        """Name and checksum of the experiment file."""
         return self.experiment.origins["experiment"][0]
 
     @cached_property
@@ -83,17 +83,17 @@ class Tracked:
 
     @property
     def published(self) -> dict[str, VariantResult]:
-        """The loops that figures show, by name."""
+        """The loops in figures, by name."""
         return {name: self.result.variants[name] for name in PUBLISHED}
 
     @property
     def pictured(self) -> dict[str, VariantResult]:
-        """The same under the names that stand at their panels."""
+        """The same loops, with the names of their panels."""
         return {NAMES[name]: loop for name, loop in self.published.items()}
 
     @property
     def settle(self) -> float:
-        """Time at the start that is left out [s]."""
+        """Omitted time at the start [s]."""
         return self.experiment.variants[0].run.settle
 
     @property
@@ -118,13 +118,13 @@ def spread_of(loop: VariantResult, *keys: str) -> float:
 
 
 def with_spread(value: float, spread: float, step: float = 0.01) -> str:
-    """Return a number with its spread as text, both to this step; without it where there is none."""
+    """Return a number with its spread as text, both rounded to this step; without NaN spread."""
     text = number(value, resolution=step)
     return text if math.isnan(spread) else f"{text} ± {number(spread, resolution=step)}"
 
 
 def quoted(loop: VariantResult, *keys: str, factor: float = 1e6, step: float = 0.01) -> str:
-    """Return a number of `VariantResult.as_dict`, so many times as large, with its spread over the runs as text."""
+    """Return a scaled number of `VariantResult.as_dict`, with its spread over the runs, as text."""
     value: Any = loop.as_dict()
     for key in keys:
         value = value[key]
@@ -133,14 +133,14 @@ def quoted(loop: VariantResult, *keys: str, factor: float = 1e6, step: float = 0
 
 @dataclass(frozen=True)
 class Sound:
-    """Two experiments beside that of figures 11 to 14."""
+    """Two experiments in addition to that of figures 11 to 14."""
 
     loop: Tracked
     levels: Tracked
 
     @cached_property
     def margins(self) -> dict[str, tuple[float, float]]:
-        """Smallest phase margin [degrees] and gain margin of each variant, whatever its friction does."""
+        """Smallest phase margin [degrees] and gain margin of each variant, independent of friction."""
         return {variant.name: least_margins(variant) for variant in self.loop.experiment.variants}
 
     @property
@@ -154,7 +154,7 @@ class Sound:
 
     @property
     def numbers(self) -> dict[str, Any]:
-        """What was found, for the summary."""
+        """The results, for the summary."""
         errors = [(level, loop.following_error) for level, loop in self.at_levels]
         levels = [{"break_away": level, "peak_to_peak": error.peak_to_peak, "mean": error.mean} for level, error in errors]
         margins = {name: {"phase_deg": phase, "gain": gain} for name, (phase, gain) in self.margins.items()}
@@ -163,30 +163,30 @@ class Sound:
 
 
 def sound_table(sound: Sound) -> Table:
-    """Return what each part brings at sound margins."""
+    """Return the gain of each part of the control at sound margins."""
     rows = []
     for name, loop in sound.loop.result.variants.items():
         phase, gain = sound.margins[name]
         cells = [quoted(loop, key, "peak_to_peak") for key in ("following_error", "true_error")]
         rows.append((name, NAMES.get(name, ""), *cells, number(phase, digits=3), number(gain, digits=3)))
-    heads = ("Variant", "Against friction works", "Peak to peak [µm]", "True error [µm]", "Phase margin [°]", "Gain margin")
-    return Table("The same motion in a loop of sound margins", heads, rows)
+    heads = ("Variant", "Friction compensation", "Peak to peak [µm]", "True error [µm]", "Phase margin [°]", "Gain margin")
+    return Table("The same motion in a loop with sound margins", heads, rows)
 
 
 def sound_extra(sound: Sound) -> tuple[Callable[[], Figure], str, str]:
-    """Return the following error at sound margins: how to draw it, what it is, what to see in it."""
+    """Return the following error at sound margins: drawing, description, caption."""
     loops = {NAMES[name]: loop for name, loop in sound.loop.result.variants.items() if name in NAMES}
     least = min(phase for phase, _ in sound.margins.values())
     return (
         lambda: tracking_error(loops, sound.loop.settle),
-        "Following error over time in a loop of sound margins, by what works against friction",
-        f"The same motion with gains that a person would run, at phase margins of {number(least, digits=2)}° and more: "
-        "what each part brings.",
+        "Following error over time in a loop with sound margins, by friction compensation",
+        f"The same motion with practical gains, at phase margins of {number(least, digits=2)}° and more: "
+        "the gain of each part of the control.",
     )
 
 
 def break_away_extra(sound: Sound) -> tuple[Callable[[], Figure], str, str]:
-    """Return the error over the break-away torque: how to draw it, what it is, what to see in it."""
+    """Return the error over the break-away torque: drawing, description, caption."""
 
     def draw() -> Figure:
         errors = np.array([loop.following_error.peak_to_peak for _, loop in sound.at_levels])
@@ -197,14 +197,13 @@ def break_away_extra(sound: Sound) -> tuple[Callable[[], Figure], str, str]:
 
     return (
         draw,
-        "Following error with the printed equations over the break-away torque that is assumed in them",
-        "Equations (5) to (7) with gain 1, by the break-away torque that they assume; the paper tells none. Bars: "
-        "standard deviation over the runs.",
+        "Following error with the printed equations over their break-away torque",
+        "Equations (5) to (7) with gain 1, over their break-away torque, which the paper omits. Bars: standard deviation over the runs.",
     )
 
 
 def least_margins(variant: Variant) -> tuple[float, float]:
-    """Return the smallest phase margin [degrees] and gain margin; infinite where the open loop does not cross over."""
+    """Return the smallest phase margin [degrees] and gain margin; infinite without a crossover of the open loop."""
     margins = [point.margins for point in assess(variant).points]
     phase = min((margin.phase for margin in margins if margin.phase is not None), default=math.inf)
     return phase, min((margin.gain for margin in margins if margin.gain is not None), default=math.inf)
@@ -222,10 +221,10 @@ def figure_7(tracked: Tracked, setting: Setting) -> Reproduced:
         number=7,
         verdict="shown",
         found=[
-            f"A screw with a lead of {with_unit(lead, 'm')}. Of an inertia of {total} at the screw, which is "
-            f"{number(bench.J / setting.arm**2, digits=3)} kg at the table, {before} is before the torque sensor.",
+            f"A screw with a lead of {with_unit(lead, 'm')}. The total inertia at the screw is {total}, or "
+            f"{number(bench.J / setting.arm**2, digits=3)} kg at the table. Of it {before} is on the motor side of the torque sensor.",
             f"A loop at {number(1e-3 / run.sample_time, digits=2)} kHz with {run.delay} sample of delay and an encoder "
-            f"of {in_micrometres(resolution)}; control is {law}, the compensator {compensator}.",
+            f"of {in_micrometres(resolution)}; control law {law}, compensator {compensator}.",
         ],
         draw=lambda: rig_layout(Mechanics(lead, bench.J, bench.J_m, bench.cutoff, resolution), variant),
         origin=tracked.origin,

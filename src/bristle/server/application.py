@@ -1,4 +1,4 @@
-"""The application: what answers, behind what lets in."""
+"""The application: routes behind a gate."""
 
 import asyncio
 from collections.abc import AsyncIterator
@@ -44,7 +44,7 @@ def _html(page: str, policy: str) -> Response:
 
 
 async def _refused(_: Request, error: Exception) -> Response:
-    """Tell why a request is not answered; the rest of its body is not waited for."""
+    """Answer a refused request with the reason; do not wait for the rest of its body."""
     assert isinstance(error, RefusedRequestError)
     return JSONResponse({"message": str(error)}, error.status, headers={"connection": "close"})
 
@@ -52,7 +52,7 @@ async def _refused(_: Request, error: Exception) -> Response:
 OF_LAB = ("paths.js", "plot.js", "controls.js")
 SCRIPTS = ("asking.js", "tables.js", "curves.js", "columns.js", "excitation.js", "steps.js", "server.js")
 TO_PAGE = 'location.replace("/" + location.hash)'
-# What leads on to the page with the fragment as it is, and the policy under which a browser runs it.
+# The page that redirects to the main page and keeps the fragment, with its content security policy.
 ENTER = (
     f'<!DOCTYPE html><html lang="en"><title>bristle</title><script>{TO_PAGE}</script></html>',
     f"default-src 'none'; script-src {hash_of(TO_PAGE)}; frame-ancestors 'none'",
@@ -60,7 +60,7 @@ ENTER = (
 
 
 def server_page(limits: Limits) -> tuple[str, str]:
-    """Return the page, and the policy under which a browser runs it."""
+    """Return the page, and its content security policy."""
     first = DEFAULT_MODELS.split(",")
     names = dict.fromkeys([*first, *MODELS])
     models = [{"name": name, "description": find(name).description, "first": name in first} for name in names]
@@ -74,7 +74,7 @@ def server_page(limits: Limits) -> tuple[str, str]:
     style = joined(("lab.css", "controls.css")) + joined(("server.css",), "bristle.server")
     template = environment("bristle.server").get_template("server.html")
     page = template.render(style=Markup(style), script=Markup(script), data=Markup(data), version=__version__)
-    # It may run its script, use its style, speak to its server and show a report of it.
+    # It may run its script, use its style, talk to its server and show a report.
     policy = (
         f"default-src 'none'; script-src {hash_of(script)}; style-src {hash_of(style)}; img-src data:; "
         "connect-src 'self'; frame-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
@@ -83,16 +83,16 @@ def server_page(limits: Limits) -> tuple[str, str]:
 
 
 def protocol_with_limits(limits: Limits) -> type[H11Protocol]:
-    """Return the protocol of a connection that ends it where no request is whole within a time."""
+    """Return a protocol that closes a connection without a complete request in a given time."""
 
     class PatientProtocol(H11Protocol):
-        """HTTP/1.1 with a watch over the time in which no request is being answered."""
+        """HTTP/1.1 with a limit on the time between requests."""
 
         def connection_made(self, transport: Any) -> None:
             super().connection_made(transport)
             self._begun = self._connected_at = self.loop.time()
             self._watch()
-            self.loop.call_later(0.1, self._make_room)  # until then what was sent with a connection is read [s]
+            self.loop.call_later(0.1, self._make_room)  # time to read the first bytes of a connection [s]
 
         def connection_lost(self, exc: Exception | None) -> None:
             self._timer.cancel()
@@ -107,7 +107,7 @@ def protocol_with_limits(limits: Limits) -> type[H11Protocol]:
             return self.scope is not None and HAS_TOKEN in self.scope.get("state", {})
 
         def _make_room(self) -> None:
-            """Drop the oldest connections without the token where there are too many."""
+            """Drop the oldest connections without the token if there are too many."""
             strangers = [protocol for protocol in self.connections if isinstance(protocol, PatientProtocol) and not protocol._has_token()]
             strangers.sort(key=lambda protocol: protocol._connected_at)
             for oldest in strangers[: max(0, len(strangers) - limits.strangers)]:

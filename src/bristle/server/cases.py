@@ -1,4 +1,4 @@
-"""What is open: analyses with their files, what came out, the job that runs in a process of its own; what a request brings."""
+"""Open analyses with their files and results, the job in a separate process, and the parsing of requests."""
 
 import asyncio
 import json
@@ -20,12 +20,12 @@ from starlette.requests import ClientDisconnect, Request
 from bristle.core import InputError, in_one_line, shortened, size_in_words
 from bristle.server.limits import Limits
 
-TAIL = 2000  # of what a library complains of
+TAIL = 2000  # of the error output of a library
 CODE = "from bristle.server.worker import main; main()"
 
 
 class Job:
-    """Work in a process of its own."""
+    """Work in a separate process."""
 
     def __init__(self, task: str, limits: Limits) -> None:
         self.task, self._limits = task, limits
@@ -37,21 +37,21 @@ class Job:
 
     @property
     def runs(self) -> bool:
-        """Whether it has not ended."""
+        """Whether the job is running."""
         return self.state == "runs"
 
     def as_data(self) -> dict[str, Any]:
-        """Return what the page is told."""
+        """Return the state for the page."""
         facts = {name: getattr(self, name) for name in ("task", "state", "share", "text", "message")}
         seconds = (self._ended or time.monotonic()) - self._begun
         return facts | {"seconds": round(seconds, 1), "cancelled": self._cancelled}
 
     async def run(self, request: Mapping[str, Any]) -> bool:
-        """Do the work; return whether it was done."""
+        """Do the work; return whether it succeeded."""
         code, complaint = 1, ""
         try:
             code, complaint = await self._ended_with(request)
-        except Exception as error:  # noqa: BLE001  (whatever it is, the page is told, and the application goes on)
+        except Exception as error:  # noqa: BLE001  (the page shows any error, and the application continues)
             self.message = f"the job could not be run: {error}"
         self._ended = time.monotonic()
         if self._answered and code == 0:
@@ -62,7 +62,7 @@ class Job:
         return self.state == "done"
 
     async def _ended_with(self, request: Mapping[str, Any]) -> tuple[int, str]:
-        """Let a process do the work; return its exit code and the last line that it complained of."""
+        """Run the work in a process; return its exit code and the last line of its error output."""
         self._process = process = await asyncio.create_subprocess_exec(
             sys.executable,
             "-P",
@@ -73,7 +73,7 @@ class Job:
             stderr=subprocess.PIPE,
             env=os.environ | {"PYTHONPATH": os.pathsep.join(place for place in sys.path if place)},
             limit=2**20,
-            # A group of its own: Ctrl-C goes to the server, which ends its jobs.
+            # A separate group: Ctrl-C goes to the server, which ends its jobs.
             start_new_session=sys.platform != "win32",
             creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),
         )
@@ -94,7 +94,7 @@ class Job:
     async def _listen(self, process: asyncio.subprocess.Process, request: Mapping[str, Any]) -> None:
         assert process.stdin is not None
         assert process.stdout is not None
-        if self._killed:  # while it was starting
+        if self._killed:  # during its start
             _kill(process)
         with suppress(ConnectionError):
             process.stdin.write(json.dumps(request).encode() + b"\n")
@@ -115,13 +115,13 @@ class Job:
             return f"stopped after {self._limits.job_seconds:g} s. Take fewer models, or a shorter log"
         if code < 0:
             return (
-                f"the process of this job was ended by signal {-code}, perhaps for want of memory. Nothing else is "
-                "lost: run it again, or take a shorter log"
+                f"signal {-code} ended the process of this job, perhaps because memory ran out. All other results are kept. "
+                "Run it again, or take a shorter log"
             )
         return f"the process of this job ended with code {code}. {complaint}".strip()
 
     def cancel(self) -> None:
-        """Ask it to end with the best that it has."""
+        """Ask the job to end with its best result."""
         if not self.runs or self._process is None or self._process.stdin is None:
             return
         self._cancelled = True
@@ -129,7 +129,7 @@ class Job:
             self._process.stdin.write(b"cancel\n")
 
     def kill(self) -> None:
-        """End it at once."""
+        """End the job at once."""
         self._killed = True
         if self._process is not None:
             _kill(self._process)
@@ -142,7 +142,7 @@ def _kill(process: asyncio.subprocess.Process) -> None:
 
 
 async def _last_of(stream: asyncio.StreamReader | None) -> str:
-    """Return the last line of what a process complained of."""
+    """Return the last line of the error output of a process."""
     tail = b""
     while stream is not None and (piece := await stream.read(TAIL)):
         tail = (tail + piece)[-TAIL:]
@@ -151,7 +151,7 @@ async def _last_of(stream: asyncio.StreamReader | None) -> str:
 
 
 class RefusedRequestError(InputError):
-    """A request that is not answered; `status` is that of HTTP."""
+    """A refused request; `status` is that of HTTP."""
 
     def __init__(self, status: int, message: str, **facts: Any) -> None:
         self.status = status
@@ -159,7 +159,7 @@ class RefusedRequestError(InputError):
 
 
 async def stored(request: Request, target: Path, most: int, silence: float) -> int:
-    """Write the body of a request into a new file and return its size [byte]."""
+    """Write the body of a request to a new file and return its size [byte]."""
     size = 0
     try:
         with target.open("xb") as file:
@@ -173,7 +173,7 @@ async def stored(request: Request, target: Path, most: int, silence: float) -> i
 
 
 async def json_of(request: Request, most: int, silence: float) -> dict[str, Any]:
-    """Return the body of a request as the JSON object that it must be."""
+    """Return the body of a request as a JSON object, or refuse it."""
     text = b"".join([piece async for piece in _pieces(request, most, silence)])
     try:
         data = json.loads(text)
@@ -185,14 +185,14 @@ async def json_of(request: Request, most: int, silence: float) -> dict[str, Any]
 
 
 def announced_by(request: Request) -> int:
-    """Return the size of the body as its head states it, 0 where that is silent [byte]; h11 lets no other text through."""
+    """Return the size of the body in the header, or 0 without one [byte]; h11 accepts only digits."""
     return int(request.headers.get("content-length", 0))
 
 
 async def _pieces(request: Request, most: int, silence: float) -> AsyncIterator[bytes]:
     too_large = RefusedRequestError(
         413,
-        "is larger than is taken",
+        "is larger than allowed",
         path="file",
         allowed=f"up to {size_in_words(most)}",
         mend='Cut the log, or start again with BRISTLE_SIZE_LIMIT="2 GB" in the environment',
@@ -211,13 +211,13 @@ async def _pieces(request: Request, most: int, silence: float) -> AsyncIterator[
                 raise too_large
             yield piece
     except TimeoutError:
-        raise RefusedRequestError(408, f"has said nothing for {silence:g} s", path="request") from None
+        raise RefusedRequestError(408, f"has been silent for {silence:g} s", path="request") from None
     except ClientDisconnect:
-        raise RefusedRequestError(400, "was broken off", path="request") from None
+        raise RefusedRequestError(400, "was cut off", path="request") from None
 
 
-ROLES = ("fit", "held_out", "axis")  # what a file is for: to be fitted to, to be predicted only, to describe the axis
-# What came out -> what it was made of; once that changes, it is told to be old.
+ROLES = ("fit", "held_out", "axis")  # use of a file: fit, prediction only, description of the axis
+# Result -> its inputs. A result becomes old when an input changes.
 DEPENDS = {
     "looked": ("fit", "axis"),
     "checked": ("fit", "axis", "held_out"),
@@ -230,7 +230,7 @@ DEPENDS = {
 
 @dataclass(frozen=True)
 class StoredFile:
-    """A file that was dropped: its label is what a person calls it, and names nothing on this machine."""
+    """A dropped file. Its label is its name for the user, and never a path on this machine."""
 
     number: int
     label: str
@@ -239,13 +239,13 @@ class StoredFile:
     place: Path
 
     def as_data(self) -> dict[str, Any]:
-        """Return what the page is told."""
+        """Return the data for the page."""
         return {"number": self.number, "label": self.label, "role": self.role, "size": self.size}
 
 
 @dataclass(frozen=True)
 class Part:
-    """What a job left."""
+    """The result of a job."""
 
     revision: int
     folder: Path
@@ -255,7 +255,7 @@ class Part:
 
 @dataclass
 class Case:
-    """One analysis: from logs to numbers for a drive."""
+    """One analysis: from logs to drive tables."""
 
     identifier: str
     folder: Path
@@ -269,35 +269,35 @@ class Case:
     _changes: dict[str, int] = field(default_factory=lambda: dict.fromkeys(ROLES, 0))
 
     def number(self) -> int:
-        """Return a number that was never given out in this analysis."""
+        """Return a number that is new in this analysis."""
         self._numbers += 1
         return self._numbers
 
     def changed(self, role: str) -> None:
-        """Take note that files of a role, or the axis, are others now."""
+        """Record a change of the files of a role, or of the axis."""
         self._changes[role] += 1
 
     def inputs_of(self, part: str) -> tuple[int, ...]:
-        """Return how often what a part depends on has changed."""
+        """Return how often each input of a part has changed."""
         return tuple(self._changes[role] for role in DEPENDS[part])
 
     def is_old(self, name: str) -> bool:
-        """Return whether a part was made of what has changed since."""
+        """Return whether an input of a part has changed since."""
         return name in self.parts and self.parts[name].made_of != self.inputs_of(name)
 
     def logs(self, *roles: str) -> list[StoredFile]:
-        """Return the files of these roles, in their order."""
+        """Return the files of these roles, in order."""
         return [file for file in self.files.values() if file.role in roles]
 
     def keep(self, name: str, part: Part) -> None:
-        """Keep what a job left, and remove what an earlier one did."""
+        """Keep the result of a job, and remove the earlier result."""
         before = self.parts.get(name)
         self.parts[name] = part
         if before is not None:
             shutil.rmtree(before.folder, ignore_errors=True)
 
     def as_data(self) -> dict[str, Any]:
-        """Return all that the page is told at once."""
+        """Return the complete state for the page."""
         return {
             "id": self.identifier,
             "files": [file.as_data() for file in self.files.values()],
@@ -308,7 +308,7 @@ class Case:
 
 
 class Cases:
-    """All that is open, in a folder of its own."""
+    """All open analyses, in a separate folder."""
 
     def __init__(self, folder: Path, limits: Limits) -> None:
         self._folder, self._limits, self._cases = folder, limits, dict[str, Case]()
@@ -317,7 +317,7 @@ class Cases:
     def __getitem__(self, identifier: str) -> Case:
         case = self._cases.get(identifier)
         if case is None:
-            raise RefusedRequestError(404, "is not open any more", path="analysis", mend="Begin a new one")
+            raise RefusedRequestError(404, "is no longer open", path="analysis", mend="Begin a new analysis")
         case.seen_at = time.monotonic()
         return case
 
@@ -325,13 +325,17 @@ class Cases:
         return iter(list(self._cases.values()))
 
     def new(self) -> Case:
-        """Return a new analysis; one that no tab has looked at for long makes room for it."""
+        """Return a new analysis. Remove an abandoned analysis to make room."""
         if len(self._cases) >= self._limits.cases:
             oldest = min(self, key=lambda case: case.seen_at)
             # Ten minutes without a tab.
             if time.monotonic() - oldest.seen_at < 600.0 or (oldest.job is not None and oldest.job.runs):
                 raise RefusedRequestError(
-                    429, f"{len(self._cases)} analyses are open", path="analysis", allowed=f"up to {self._limits.cases}", mend="Close one"
+                    429,
+                    f"{len(self._cases)} analyses are open",
+                    path="analysis",
+                    allowed=f"up to {self._limits.cases}",
+                    mend="Close an analysis",
                 )
             self.close(oldest)
         identifier = secrets.token_urlsafe(12)
@@ -341,17 +345,21 @@ class Cases:
         return self._cases[identifier]
 
     def close(self, case: Case) -> None:
-        """Forget an analysis, and remove its files."""
+        """Drop an analysis, and remove its files."""
         if case.job is not None:
             case.job.kill()
         del self._cases[case.identifier]
         shutil.rmtree(case.folder, ignore_errors=True)
 
     def room_for(self, case: Case, announced: int) -> int:
-        """Return how large a file may be that is received next [byte]."""
+        """Return the largest size of the next file [byte]."""
         if len(case.files) >= self._limits.files:
             raise RefusedRequestError(
-                413, f"{len(case.files)} files are there", path="file", allowed=f"up to {self._limits.files}", mend="Remove some"
+                413,
+                f"the analysis has {len(case.files)} files already",
+                path="file",
+                allowed=f"up to {self._limits.files}",
+                mend="Remove some",
             )
         stored_size = sum(file.size for open_case in self for file in open_case.files.values()) + self.receiving
         available = self._limits.total_size - stored_size
@@ -361,7 +369,7 @@ class Cases:
 
 
 def label_of(name: str) -> str:
-    r"""Return what a file is called, of a name as a browser sends it: without folders, printable, not long.
+    r"""Return the label of a file from its name in the browser: without folders, printable, short.
 
     Examples
     --------

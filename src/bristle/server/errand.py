@@ -1,4 +1,4 @@
-"""`Errand`: what a job is to do, with bytes and labels and no name of a file on this machine that a browser chose."""
+"""`Errand`: the input of a job, as bytes and labels. A browser never chooses a path on this machine."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ import numpy as np
 
 from bristle.core import TEXT, Axis, Content, InputError, whole
 
-Answer = tuple[dict[str, Any], dict[str, Any]]  # what the page is told at once, and the rest, which it asks for
+Answer = tuple[dict[str, Any], dict[str, Any]]  # the state for the page, and the data that it requests later
 COUNT = whole(0)
-BUCKETS = 1500  # of a curve: points of a screen in pairs
-DATA = "data.json"  # what a job leaves for the page, in its folder
+BUCKETS = 1500  # of a curve: pairs of points on a screen
+DATA = "data.json"  # the data of a job for the page, in its folder
 
 
 @dataclass(frozen=True)
 class LabelledLog:
-    """A log that was dropped."""
+    """A dropped log."""
 
     place: Path
     label: str
@@ -29,13 +29,13 @@ class LabelledLog:
 
     @property
     def content(self) -> Content:
-        """The bytes under the label."""
+        """The bytes, with the label."""
         return Content(Path(self.label), self.place.read_bytes())
 
 
 @dataclass(frozen=True)
 class Errand:
-    """What a job is to do."""
+    """The input of a job."""
 
     folder: Path
     logs: tuple[LabelledLog, ...]
@@ -51,7 +51,7 @@ class Errand:
     def of(
         cls, request: Mapping[str, Any], report: Callable[[float, str], None], interruptible: Callable[[], AbstractContextManager[None]]
     ) -> Errand:
-        """Return the errand that the server asks for."""
+        """Return the errand of a request from the server."""
         own = {name: request[name] for name in ("axis_text", "axis_label", "options", "size_limit")}
         logs = tuple(LabelledLog(Path(place), label, role) for place, label, role in request["logs"])
         results = None if request["results"] is None else Path(request["results"])
@@ -59,10 +59,10 @@ class Errand:
 
     @property
     def fitted(self) -> list[LabelledLog]:
-        """The logs that are fitted to."""
+        """The logs of the fit."""
         logs = [log for log in self.logs if log.role == "fit"]
         if not logs:
-            raise InputError("is missing", path="log", mend="Drop a log that is to be fitted to")
+            raise InputError("is missing", path="log", mend="Drop a log to fit")
         return logs
 
     @property
@@ -74,7 +74,7 @@ class Errand:
 
     @property
     def axis_file(self) -> Content:
-        """The axis file under its label."""
+        """The axis file with its label."""
         return Content(Path(self.axis_label), self.axis_text.encode())
 
     def axis(self) -> Axis:
@@ -84,16 +84,16 @@ class Errand:
         return bristle.read_axis(self.axis_file)
 
     def text(self, name: str, default: str = "") -> str:
-        """Return an option that is text."""
+        """Return a text option."""
         return TEXT(self.options.get(name, default), name, None).strip()
 
     def count(self, name: str, default: int) -> int:
-        """Return an option that is a whole number."""
+        """Return an option that is an integer."""
         return COUNT(self.options.get(name, default), name, None)
 
 
 def zipped(folder: Path) -> None:
-    """Write the files of a folder into an archive beside it, without the note by which bristle knows its own folders."""
+    """Write the files of a folder into an archive next to it, without the marker of bristle's own folders."""
     import zipfile
 
     from bristle.files import NOTE
@@ -101,13 +101,13 @@ def zipped(folder: Path) -> None:
     with zipfile.ZipFile(folder.with_suffix(".zip"), "w", zipfile.ZIP_DEFLATED) as archive:
         for file in sorted(folder.rglob("*")):
             if file.is_file() and file.name != NOTE:
-                entry = zipfile.ZipInfo(str(file.relative_to(folder)))  # without a time: the same results are the same archive
+                entry = zipfile.ZipInfo(str(file.relative_to(folder)))  # without a time, so that equal results give equal archives
                 entry.compress_type = zipfile.ZIP_DEFLATED
                 archive.writestr(entry, file.read_bytes())
 
 
 def thinned(time: np.ndarray, *signals: np.ndarray) -> list[list[Any]]:
-    """Return a time and signals along it, each reduced to the smallest and the largest sample of many in turn."""
+    """Return a time and its signals, each reduced to the minimum and maximum of every group of samples."""
     count = time.size
     places = np.arange(count)
     if count > 2 * BUCKETS:

@@ -1,9 +1,9 @@
-"""Who is let in: asked before anything else looks at a request.
+"""Access control, before any other code sees a request.
 
-A page of another site can send requests to a server on this machine, and a name that it owns can be made to point here
-(DNS rebinding). So the name in ``Host`` must be that of this machine, ``Origin``, where a browser sends one, that of
-this server, and everything but the page itself takes the token, which stands in the fragment of the address: browsers
-send fragments to nobody, and other sites cannot read them.
+A page of another site can send requests to a server on this machine, and can point its host name to this machine
+(DNS rebinding). So the name in ``Host`` must be that of this machine, and ``Origin``, if sent, that of this server.
+Everything but the page needs the token. The token is in the fragment of the address: browsers never send fragments,
+and other sites cannot read them.
 """
 
 import asyncio
@@ -18,9 +18,9 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 LOOPBACK = "127.0.0.1"
 TOKEN = "x-bristle-token"  # the header that carries the token
-HAS_TOKEN = "bristle.has_token"  # what stands in the state of a request that had the token
-ENTRANCE = "/opened/"  # where a browser enters that was opened with a file: it comes from elsewhere, once, with a ticket
-# What takes no token, as the page does, which holds no data: reports and the entrance, once and for a ticket each.
+HAS_TOKEN = "bristle.has_token"  # key in the state of a request with the token
+ENTRANCE = "/opened/"  # entry for a browser opened with a file: cross-site, once, with a ticket
+# Paths without a token, like the page, which contains no data: reports and the entrance, once for each ticket.
 HEADERS = {
     "cache-control": "no-store",
     "x-content-type-options": "nosniff",
@@ -32,7 +32,7 @@ HEADERS = {
 
 
 class Gate:
-    """Lets requests of the page through, and gives clients that do not read a limited time."""
+    """Let requests of the page pass, and limit the time of clients that do not read."""
 
     def __init__(self, app: ASGIApp, *, token: str, port: int, silence_seconds: float) -> None:
         self._app, self._token, self._patience = app, token.encode("ascii"), silence_seconds
@@ -40,7 +40,7 @@ class Gate:
         self._origins = {f"http://{host}" for host in self._hosts}
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Answer a request, or let it through."""
+        """Answer a request, or pass it on."""
         if scope["type"] != "http":
             if scope["type"] == "lifespan":
                 await self._app(scope, receive, send)
@@ -61,9 +61,9 @@ class Gate:
     def _refusal(self, scope: Scope) -> JSONResponse | None:
         headers = Headers(scope=scope)
         if len(hosts := headers.getlist("host")) != 1 or hosts[0] not in self._hosts:
-            return _refused(421, "Host: is not this machine. Open the address that bristle printed")
+            return _refused(421, "Host: is not this machine. Open the address printed by bristle")
         if any(origin not in self._origins for origin in headers.getlist("origin")):
-            return _refused(403, "Origin: is another site")
+            return _refused(403, "Origin: belongs to another site")
         sites = () if scope["path"].startswith(ENTRANCE) else headers.getlist("sec-fetch-site")
         if any(site not in ("same-origin", "none") for site in sites):
             return _refused(403, "Sec-Fetch-Site: the request comes from another site. Type the address instead")
@@ -71,7 +71,7 @@ class Gate:
             return None
         tokens = headers.getlist(TOKEN)
         if len(tokens) != 1 or not secrets.compare_digest(tokens[0].encode("latin-1"), self._token):
-            return _refused(401, "the token is missing or old. Open the address that bristle printed last")
+            return _refused(401, "the token is missing or old. Open the latest address printed by bristle")
         return None
 
 
@@ -90,14 +90,14 @@ LEADS_ON = """<!DOCTYPE html>
 
 
 class Opening:
-    """The way in for a browser that is opened."""
+    """The entrance for a browser started by bristle."""
 
     def __init__(self, folder: Path, port: int, token: str) -> None:
         self._file, self._ticket = folder / "open.html", ""
         self._base, self._token = f"http://{LOOPBACK}:{port}{ENTRANCE}", token
 
     def offer(self, seconds: float = 60.0) -> Path:
-        """Return the file to open a browser with; it is gone once that has come, or after a time [s]."""
+        """Return the file to open a browser with. bristle removes it after its use, or after a time [s]."""
         ticket = secrets.token_urlsafe(32)
         with os.fdopen(os.open(self._file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w", encoding="ascii") as file:
             file.write(LEADS_ON.format(address=f"{self._base}{ticket}#{self._token}"))
@@ -108,13 +108,13 @@ class Opening:
         return self._file
 
     def redeem(self, ticket: str) -> bool:
-        """Return whether this is the ticket of the file, which serves once."""
+        """Return whether this is the unused ticket of the file."""
         fits = bool(self._ticket) and secrets.compare_digest(ticket.encode(), self._ticket.encode())
         if fits:
             self.end()
         return fits
 
     def end(self) -> None:
-        """Remove the file; its ticket is worth nothing then."""
+        """Remove the file and invalidate its ticket."""
         self._ticket = ""
         self._file.unlink(missing_ok=True)

@@ -1,4 +1,4 @@
-"""`Limits`: how much of anything a browser may ask for."""
+"""`Limits`: largest resources for requests of a browser."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ from bristle.core import SIZE_LIMIT
 
 @dataclass(frozen=True)
 class Limits:
-    """What is refused beyond, so that nothing a browser sends takes all of the machine.
+    """Limits of requests, so that a browser cannot exhaust the machine.
 
     Parameters
     ----------
@@ -16,26 +16,25 @@ class Limits:
     total_size : int
         All files of all analyses together [byte].
     body_size : int
-        Largest message that is no file [byte].
+        Largest message other than a file [byte].
     files : int
         Files of one analysis.
     cases : int
-        Analyses that are open.
+        Open analyses.
     jobs : int
-        Jobs that run at once.
+        Jobs at the same time.
     job_seconds : float
-        Time of a job; an identification then ends with the best found so far [s].
+        Time of a job; an identification then ends with its best result [s].
     grace_seconds : float
-        Time in which a job that was asked to end has to do so [s].
+        Time for a job to end on request [s].
     job_memory : int
-        Addresses of a job [byte].
+        Address space of a job [byte].
     silence_seconds : float
-        How long a client may say nothing, or read nothing, within a request [s].
+        Longest silence of a client within a request, sending or reading [s].
     strangers : int
-        Connections whose last request did not have the token, or that have sent none; the oldest one makes room for a
-        new one.
+        Connections without the token, or without any request yet. The oldest is dropped for a new connection.
     stranger_seconds : float
-        How long one of those may take for the lines of a request, or for the rest of one that was answered [s].
+        Time of such a connection for the lines of a request, or for the rest of an answered request [s].
     """
 
     file_size: int = SIZE_LIMIT

@@ -1,4 +1,4 @@
-"""What the page may ask for."""
+"""The requests of the page."""
 
 import asyncio
 import secrets
@@ -19,12 +19,12 @@ from bristle.server.gate import ENTRANCE, HAS_TOKEN, Opening
 from bristle.server.limits import Limits
 
 REPORT, LONGEST_REPORT_TICKET = "report.html", 60.0  # [s]
-# Job -> what it leaves.
+# Job -> its result.
 LEAVES = {"look": "looked", "check": "checked", "identify": "identified", "predict": "predicted", "export": "exported", "excite": "excited"}
-# What a job left -> the archive of it, which an export calls by its own name.
+# Result of a job -> its archive; an export names its own.
 DOWNLOADS = {"identified": "results.zip", "exported": "export.zip", "excited": "motion.zip"}
 REPORTS = {"identified": Path("results") / REPORT, "excited": Path("motion") / REPORT}
-# A report is a page of its own: it runs apart from this one and from the server, and asks for nothing.
+# A report is a separate page. It runs isolated from this page and from the server, and requests no data.
 SHOWN_POLICY = (
     "sandbox allow-scripts allow-downloads; default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline' "
     "'wasm-unsafe-eval'; img-src data:; frame-ancestors 'self'"
@@ -32,7 +32,7 @@ SHOWN_POLICY = (
 
 
 class Routes:
-    """The answers to what the page asks."""
+    """The answers to the requests of the page."""
 
     def __init__(self, cases: Cases, opening: Opening, limits: Limits, page: Response, entrance: Response) -> None:
         self._cases, self._opening, self._limits, self._page, self._entrance = cases, opening, limits, page, entrance
@@ -40,7 +40,7 @@ class Routes:
         self._tickets: dict[str, tuple[Path, float]] = {}
 
     def all(self) -> list[Route]:
-        """Return what there is."""
+        """Return all routes."""
         case = "/api/cases/{case}"
         return [
             Route("/", self.page, methods=["GET"]),
@@ -60,21 +60,21 @@ class Routes:
         ]
 
     async def page(self, request: Request) -> Response:
-        """Return the page, in which nothing stands that not everybody may see."""
+        """Return the page, which contains no secrets."""
         return self._page
 
     async def enter(self, request: Request) -> Response:
-        """Lead a browser that was opened to the page, which is asked for from this server then."""
+        """Redirect a browser started by bristle to the page, which it then requests from this server."""
         if not self._opening.redeem(request.path_params["ticket"]):
-            raise RefusedRequestError(404, "is no way in any more", path="file", mend="Open the address that bristle printed")
+            raise RefusedRequestError(404, "is no longer valid", path="file", mend="Open the address printed by bristle")
         return self._entrance
 
     async def begin(self, request: Request) -> Response:
-        """Open an analysis."""
+        """Start an analysis."""
         return JSONResponse(self._cases.new().as_data(), 201)
 
     async def state(self, request: Request) -> Response:
-        """Return where an analysis stands."""
+        """Return the state of an analysis."""
         return JSONResponse(self._case(request).as_data())
 
     async def close(self, request: Request) -> Response:
@@ -83,10 +83,10 @@ class Routes:
         return JSONResponse({})
 
     async def receive(self, request: Request) -> Response:
-        """Take a file, piece by piece, under a name that the server chooses."""
+        """Receive a file in pieces, under a name chosen by the server."""
         case, role = self._case(request), request.headers.get("x-bristle-role", ROLES[0])
         if role not in ROLES:
-            raise RefusedRequestError(400, "is no role of a file", path="role", value=role, allowed=", ".join(ROLES))
+            raise RefusedRequestError(400, "is not a role of a file", path="role", value=role, allowed=", ".join(ROLES))
         announced = announced_by(request)
         most = self._cases.room_for(case, announced)
         if role == "axis":
@@ -120,10 +120,10 @@ class Routes:
         return JSONResponse(case.as_data())
 
     async def assign(self, request: Request) -> Response:
-        """Say whether a log is fitted to or held out."""
+        """Assign a log to the fit, or hold it out."""
         role = (await self._body(request)).get("role")
         if role not in ROLES[:2]:
-            raise RefusedRequestError(400, "is no role of a log", path="role", value=role, allowed=", ".join(ROLES[:2]))
+            raise RefusedRequestError(400, "is not a role of a log", path="role", value=role, allowed=", ".join(ROLES[:2]))
         case, file = self._file(request)
         case.files[file.number] = replace(file, role=role)
         for changed in ROLES[:2]:
@@ -131,16 +131,16 @@ class Routes:
         return JSONResponse(case.as_data())
 
     async def start(self, request: Request) -> Response:
-        """Begin a job, where none runs for this analysis and not too many run at all."""
+        """Start a job, unless this analysis has a running job or too many run in total."""
         body, case = await self._body(request), self._case(request)
         task, options = body.get("task"), body.get("options", {})
         if task not in LEAVES or not isinstance(options, dict):
-            raise RefusedRequestError(400, "is no job", path="task", value=task, allowed=", ".join(LEAVES))
+            raise RefusedRequestError(400, "is not a job", path="task", value=task, allowed=", ".join(LEAVES))
         if case.job is not None and case.job.runs:
-            raise RefusedRequestError(409, "another job runs for this analysis", path="job", mend="Wait for it, or cancel it")
+            raise RefusedRequestError(409, "this analysis has a running job", path="job", mend="Wait for its end, or cancel it")
         running = sum(open_case.job is not None and open_case.job.runs for open_case in self._cases)
         if running >= self._limits.jobs:
-            raise RefusedRequestError(429, f"{running} jobs run already", path="job", mend="Wait until one has ended")
+            raise RefusedRequestError(429, f"{running} jobs are running", path="job", mend="Wait until a job has ended")
         work = asyncio.create_task(self._run(case, Job(task, self._limits), options))
         self._work.add(work)
         work.add_done_callback(self._work.discard)
@@ -148,7 +148,7 @@ class Routes:
         return JSONResponse(case.as_data(), 202)
 
     async def _run(self, case: Case, job: Job, options: Mapping[str, Any]) -> None:
-        """Do a job and keep what it leaves; what is held out is predicted right after an identification."""
+        """Run a job and keep its result. After an identification predict the held-out logs."""
         case.job, part, number = job, LEAVES[job.task], case.number()
         folder, made_of = case.folder / f"job-{number}", case.inputs_of(LEAVES[job.task])
         folder.mkdir(mode=0o700)
@@ -179,18 +179,18 @@ class Routes:
             await self._run(case, Job("predict", self._limits), {})
 
     async def cancel(self, request: Request) -> Response:
-        """End a job with the best found so far, or at once."""
+        """End a job with its best result, or at once."""
         body, case = await self._body(request), self._case(request)
         if case.job is not None and case.job.runs:
             case.job.kill() if body.get("at_once") else case.job.cancel()
         return JSONResponse(case.as_data())
 
     async def part(self, request: Request) -> Response:
-        """Return what a job left for the page."""
+        """Return the data of a result for the page."""
         return FileResponse(self._part(request).folder / DATA, media_type="application/json")
 
     async def archive(self, request: Request) -> Response:
-        """Return what a job left, as an archive."""
+        """Return the archive of a result."""
         part, name = self._part(request), request.path_params["part"]
         if name not in DOWNLOADS:
             raise RefusedRequestError(404, "has no archive", path=name)
@@ -198,7 +198,7 @@ class Routes:
         return FileResponse(part.folder / DOWNLOADS[name], media_type="application/zip", filename=label)
 
     async def ticket(self, request: Request) -> Response:
-        """Return an address at which a report is shown once: a frame sends no token."""
+        """Return an address that shows a report once: a frame sends no token."""
         part, name = self._part(request), request.path_params["part"]
         if name not in REPORTS:
             raise RefusedRequestError(404, "has no report", path=name)
@@ -212,17 +212,17 @@ class Routes:
         """Show a report, once."""
         file, until = self._tickets.pop(request.path_params["ticket"], (None, 0.0))
         if file is None or time.monotonic() > until or not file.is_file():
-            raise RefusedRequestError(404, "is shown no more", path="report", mend="Open it from the lab again")
-        request.scope["state"][HAS_TOKEN] = True  # who has a ticket had the token
+            raise RefusedRequestError(404, "is no longer available", path="report", mend="Open it from the lab again")
+        request.scope["state"][HAS_TOKEN] = True  # a ticket is given for a token only
         return FileResponse(file, media_type="text/html", headers={"content-security-policy": SHOWN_POLICY})
 
     async def end(self) -> None:
-        """End all jobs, and wait until they have: none writes any more then."""
+        """End all jobs and wait for them, so that no job writes later."""
         for case in self._cases:
             if case.job is not None:
                 case.job.kill()
         if self._work:
-            await asyncio.wait(self._work, timeout=5.0)  # until processes that were killed are gone
+            await asyncio.wait(self._work, timeout=5.0)  # until killed processes are gone
 
     def _case(self, request: Request) -> Case:
         return self._cases[request.path_params["case"]]
@@ -231,13 +231,13 @@ class Routes:
         case = self._case(request)
         file = case.files.get(request.path_params["number"])
         if file is None:
-            raise RefusedRequestError(404, "is not there any more", path="file")
+            raise RefusedRequestError(404, "no longer exists", path="file")
         return case, file
 
     def _part(self, request: Request) -> Part:
         part = self._case(request).parts.get(request.path_params["part"])
         if part is None:
-            raise RefusedRequestError(404, "is not there yet", path=request.path_params["part"])
+            raise RefusedRequestError(404, "does not exist yet", path=request.path_params["part"])
         return part
 
     async def _body(self, request: Request) -> dict[str, Any]:

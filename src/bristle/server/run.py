@@ -1,8 +1,8 @@
-"""`serve`: the application on this machine, until it is ended, and the folder that is removed with it.
+"""`serve`: the application on this machine, and its temporary folder.
 
-A server that is killed removes nothing. So each folder has a note, which its server holds locked as long as it lives,
-however it ends. The note names the folder, so that it speaks for no copy of it. What has such a note, locked by nobody,
-is what a dead server left; all else that is called alike stays as it is. The next server removes it.
+A killed server removes no files. So each folder has a note, locked by its server as long as the server lives. The note
+names the folder, so that a copy of the note is not valid for another folder. An unlocked note marks the folder of a dead
+server, which the next server removes. All other folders with similar names stay.
 """
 
 import os
@@ -29,16 +29,16 @@ NOTE = ".bristle-lab"
 
 @contextmanager
 def own_folder() -> Iterator[Path]:
-    """Give a new folder that only this user can look into, and remove it at the end, with all that is in it.
+    """Give a new folder that only this user can read, and remove it with its contents at the end.
 
-    Folders that servers of this user left, as they were killed, are removed first.
+    First remove the folders of killed servers of this user.
     """
     _remove_left_behind()
     folder = Path(tempfile.mkdtemp(prefix=PREFIX))
     try:
         note = os.open(folder / NOTE, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o600)
         try:
-            # Locked before anything stands in it: a note that can be read and is not locked is that of a dead server.
+            # Locked while it is empty: a readable, unlocked note marks a dead server.
             lock(note)
             os.write(note, _words_of(folder.name, folder.stat()))
             yield folder
@@ -48,7 +48,7 @@ def own_folder() -> Iterator[Path]:
         for inside in folder.glob("*"):
             if inside.is_dir():
                 shutil.rmtree(inside, ignore_errors=True)
-        shutil.rmtree(folder, ignore_errors=True)  # with the note, which goes last
+        shutil.rmtree(folder, ignore_errors=True)  # with the note last
 
 
 def _words_of(name: str, status: os.stat_result) -> bytes:
@@ -57,10 +57,10 @@ def _words_of(name: str, status: os.stat_result) -> bytes:
 
 def _remove_left_behind() -> None:
     """Remove the folders of dead servers of this user."""
-    if os.name != "posix":  # where folders have no owner, and what is open cannot be removed
+    if os.name != "posix":  # there folders have no owner, and open files cannot be removed
         return
     for path in sorted(Path(tempfile.gettempdir()).glob(f"{PREFIX}*")):
-        with suppress(OSError):  # it is somebody else's, lives, or is being removed by another server that starts
+        with suppress(OSError):  # another user's folder, a live server, or a removal by another server
             opened = os.open(path, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
             try:
                 _remove_if_dead(path, opened)
@@ -69,13 +69,13 @@ def _remove_left_behind() -> None:
 
 
 def _remove_if_dead(path: Path, folder: int) -> None:
-    """Remove a folder that is held open, whatever its path is now, if its note says so."""
+    """Remove an open folder, whether or not it was moved, if its note allows it."""
     note = os.open(NOTE, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK, dir_fd=folder)
     try:
         status = os.fstat(folder)
         is_ours = {status.st_uid, os.fstat(note).st_uid} == {os.getuid()}
         if is_ours and os.read(note, 200) == _words_of(path.name, status) and lock(note):
-            for name in os.listdir(folder):  # the note goes last: what could not be removed is found again
+            for name in os.listdir(folder):  # the note is last, so that a failed removal is repeated
                 if stat.S_ISDIR(os.stat(name, dir_fd=folder, follow_symlinks=False).st_mode):
                     shutil.rmtree(name, dir_fd=folder)
                 elif name != NOTE:
@@ -91,9 +91,9 @@ BACKLOG = 128  # connections waiting
 
 
 def serve(*, port: int = 0, opens: bool = True, limits: Limits | None = None, announce: Callable[[str], None] = print) -> None:
-    """Serve the lab to browsers of this machine until the process is ended; port 0 is any that is free.
+    """Serve the lab to browsers of this machine until the process ends; port 0 takes any free port.
 
-    `announce` is called once with the address, which holds the token.
+    `announce` is called once with the address, which contains the token.
     """
     for package in ("starlette", "uvicorn"):
         if find_spec(package) is None:
@@ -112,7 +112,7 @@ def serve(*, port: int = 0, opens: bool = True, limits: Limits | None = None, an
 
 
 def server_of(app: Any, limits: Limits) -> Any:
-    """Return what serves an application to a socket, and has no patience with clients that are silent."""
+    """Return a server of an application on a socket, with timeouts for silent clients."""
     import uvicorn
 
     from bristle.server.application import protocol_with_limits
@@ -134,13 +134,13 @@ def server_of(app: Any, limits: Limits) -> Any:
 
 
 def listening_on(port: int) -> socket.socket:
-    """Return a socket that hears this machine only."""
+    """Return a socket that accepts connections from this machine only."""
     if not 0 <= port < 2**16:
-        raise InputError("is no port", path="--port", value=port, allowed="0 to 65535, 0 for one that is free")
+        raise InputError("is not a port", path="--port", value=port, allowed="0 to 65535, 0 for any free port")
     try:
-        return socket.create_server((LOOPBACK, port), backlog=BACKLOG)  # a browser that is faster than the server waits for it
+        return socket.create_server((LOOPBACK, port), backlog=BACKLOG)  # queue for a browser that is faster than the server
     except OSError as error:
-        reason = str(error.strerror).partition(" (while")[0]  # behind it is the address
+        reason = str(error.strerror).partition(" (while")[0]  # followed by the address
         raise InputError(
-            f"cannot be listened to: {reason}", path="--port", value=port, mend="Leave --port away: a free one is taken"
+            f"cannot be listened to: {reason}", path="--port", value=port, mend="Leave --port out: bristle takes a free port"
         ) from None

@@ -1,4 +1,4 @@
-"""What jobs do: each a function of an errand, all of it through the public face of bristle; and the axis file as a form."""
+"""The jobs: each is a function of an errand that calls the public API of bristle. Also the axis file as a form."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ PLOTTED = ("position", "velocity", "reference", "effort")
 
 
 def look(errand: Errand) -> Answer:
-    """Return the axis file of the first log, proposed where there is none, and the data as it reads them."""
+    """Return the axis file of the first log, or a proposed file, and the data read with it."""
     content = errand.fitted[0].content
     errand.report(0.1, "reading the log")
     text, proposed = errand.options.get("text") or errand.axis_text, None
@@ -38,7 +38,7 @@ def look(errand: Errand) -> Answer:
     axis, refusal = None, ""
     try:
         axis = errand.axis()
-    except InputError as error:  # why its file does not serve yet
+    except InputError as error:  # why its file is incomplete
         refusal = str(error)
     if axis is not None or proposed is None:
         inspected = inspect_log(content, axis, size_limit=errand.size_limit)
@@ -67,7 +67,7 @@ def _plot(word: str, unit: str, column: str, curve: list[list[Any]], time_unit: 
 
 
 def _of_columns(inspected: Inspected, columns: dict[str, Any]) -> list[dict[str, Any]]:
-    """Return columns as they are recorded, as long as the axis file does not say what they are."""
+    """Return columns as recorded, as long as the axis file does not describe them."""
     plots, recorded = [], inspected.table.columns
     time = recorded.get(columns.get("time", {}).get("column"))
     for name in PLOTTED:
@@ -83,7 +83,7 @@ def _of_columns(inspected: Inspected, columns: dict[str, Any]) -> list[dict[str,
     return plots
 
 
-POINTS = 20  # of a table of a drive
+POINTS = 20  # of a drive table
 DRAWS = 100
 MODE = "inverse"
 
@@ -108,7 +108,7 @@ def check(errand: Errand) -> Answer:
 
 
 def identify(errand: Errand) -> Answer:
-    """Return the verdict of an identification, and leave its results."""
+    """Return the verdict of an identification, and keep its results."""
     import bristle
     from bristle.files import results_folder
 
@@ -131,13 +131,13 @@ def identify(errand: Errand) -> Answer:
 
 
 def _command(name: str, files: Sequence[str], options: Mapping[str, str | None]) -> str:
-    """Return the command that does the same at a terminal, with the options that have a value."""
+    """Return the equivalent terminal command, with the options that have a value."""
     words = [word for option, value in options.items() if value for word in (option, value)]
     return shlex.join(["bristle", name, *files, *words])
 
 
 def _findings(identified: Identified, outcome: Outcome) -> dict[str, Any]:
-    """Return what the page shows: the verdict, the models, what to type in."""
+    """Return the contents of the page: the verdict, the models, the drive tables."""
     from bristle.report.identification import answers
     from bristle.report.judgement import judged
     from bristle.report.messages import warnings_of
@@ -170,7 +170,7 @@ def _table(table: Table) -> dict[str, Any]:
 
 
 def predict(errand: Errand) -> Answer:
-    """Return the error of the model on each log that was held out."""
+    """Return the error of the model on each held-out log."""
     import bristle
     from bristle.report.prediction import prediction_ruling
 
@@ -196,7 +196,7 @@ def predict(errand: Errand) -> Answer:
 
 
 def export(errand: Errand) -> Answer:
-    """Leave the model as an archive of files for a target, and return what the target loses."""
+    """Write the model as an archive for a target, and return the simplifications of the target."""
     from bristle.files import results_folder
     from bristle.report.exported import export_model_file
 
@@ -211,7 +211,7 @@ def export(errand: Errand) -> Answer:
     with results_folder(errand.folder / "export") as folder:
         exported.write(folder)
     zipped(errand.folder / "export")
-    # The first short text, which a person may want to see before it is loaded.
+    # The first short text, for display before the download.
     texts = [{"file": file, "text": text} for file, text in exported.product.files.items() if isinstance(text, str)]
     short = [shown for shown in texts if len(shown["text"]) < 6000]
     facts = {"target": target, "file": f"{name}_{target}.zip"}
@@ -220,7 +220,7 @@ def export(errand: Errand) -> Answer:
 
 
 def excite(errand: Errand) -> Answer:
-    """Leave a motion as an archive of files, and return what its log will tell."""
+    """Write a motion as an archive, and return the parameters that its log will identify."""
     from bristle.files import results_folder
     from bristle.report.excitation import designed_motion, outlook_table, piece_table
 
@@ -249,5 +249,5 @@ def excite(errand: Errand) -> Answer:
     return {"duration": float(excitation.motion.time[-1])}, data
 
 
-# By the name that the page knows.
+# By their names in the page.
 TASKS = {"look": look, "check": check, "identify": identify, "predict": predict, "export": export, "excite": excite}

@@ -1,4 +1,4 @@
-"""The other side of a job: a process that does one piece of work, says how far it is, and ends."""
+"""The process of a job: does one piece of work, reports its progress, and ends."""
 
 import json
 import os
@@ -12,11 +12,11 @@ from typing import Any
 
 from bristle.core import BristleError, told_by
 
-REFUSED = {KeyboardInterrupt: "cancelled before anything was found", MemoryError: "there is not enough memory for this. Take a shorter log"}
+REFUSED = {KeyboardInterrupt: "cancelled before the first result", MemoryError: "there is not enough memory for this. Take a shorter log"}
 
 
 class Interruption:
-    """What the server says while the work goes on: to end with what there is, or, by hanging up, to end at once."""
+    """Requests of the server during the work: end with the best result, or, if the server disconnects, at once."""
 
     def __init__(self) -> None:
         self._lock, self._allowed, self._requested = threading.Lock(), False, False
@@ -28,10 +28,10 @@ class Interruption:
                 with self._lock:
                     self._requested = True
                 self._interrupt()
-        os._exit(1)  # the server is gone: nobody waits for this any more
+        os._exit(1)  # the server is gone, so that the result is useless
 
     def _interrupt(self) -> None:
-        """Raise `KeyboardInterrupt` in the work, but in no import: a module that is half there stays so."""
+        """Raise `KeyboardInterrupt` in the work, but never in an import, which would stay incomplete."""
         while True:
             with self._lock:
                 if not self._allowed:
@@ -46,7 +46,7 @@ class Interruption:
 
     @contextmanager
     def allowed(self) -> Iterator[None]:
-        """Let the work in this block be interrupted, at once where that was asked for before."""
+        """Allow interruption of the work in this block; an earlier request takes effect at once."""
         with self._lock:
             self._allowed, requested = True, self._requested
         if requested:
@@ -68,14 +68,14 @@ def _imports() -> bool:
 
 
 def main() -> None:
-    """Do one piece of work, as the first line of the standard input says."""
+    """Do the piece of work in the first line of the standard input."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
     request: dict[str, Any] = json.loads(sys.stdin.readline())
     stream = os.fdopen(os.dup(1), "w", encoding="utf-8")
-    os.dup2(2, 1)  # what a library prints must not come between
+    os.dup2(2, 1)  # output of libraries must not mix with the events
 
     def tell(**event: Any) -> None:
-        """Tell the server an event: one line of JSON."""
+        """Send an event to the server: one line of JSON."""
         stream.write(json.dumps(event) + "\n")
         stream.flush()
 
@@ -83,10 +83,10 @@ def main() -> None:
         import resource
 
         for name, most in (("AS", request["memory"]), ("CORE", 0)):
-            # Some systems know a limit and do not take it, or have a smaller one already.
+            # Some systems have this limit but reject it, or have a smaller limit already.
             with suppress(AttributeError, ValueError, OSError):
                 resource.setrlimit(getattr(resource, f"RLIMIT_{name}"), (most, most))
-    os.chdir(request["folder"])  # files that results name lie beside them, as for a person who works there
+    os.chdir(request["folder"])  # results name files relative to their folder
     interruption = Interruption()
     try:
         from bristle.files import plain
@@ -97,11 +97,11 @@ def main() -> None:
         facts, data = TASKS[request["task"]](errand)
         (errand.folder / DATA).write_text(json.dumps(plain(data), allow_nan=False), encoding="utf-8")
     except (KeyboardInterrupt, BristleError, MemoryError) as error:
-        # numpy has a MemoryError of its own.
+        # numpy has a separate MemoryError.
         tell(refused=next((text for kind, text in REFUSED.items() if isinstance(error, kind)), str(error)))
         os._exit(2)
     except Exception as error:
         tell(refused=f"this is a fault of bristle, not yours: {type(error).__name__}: {told_by(error)}")
         raise
     tell(facts=facts)
-    os._exit(0)  # threads of a search that was interrupted are not waited for
+    os._exit(0)  # without waiting for threads of an interrupted search

@@ -1,4 +1,4 @@
-"""Public tests: the contract suites of models, slots, laws, sensors, readers, figures and targets, ours or a user's."""
+"""Public contract suites for built-in and user models, slots, laws, sensors, log readers, figures and export targets."""
 
 from typing import TYPE_CHECKING
 

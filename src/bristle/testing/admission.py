@@ -1,4 +1,4 @@
-"""Whether a model of a person's own may be used: the demands of the contract that are quick to try."""
+"""The quick demands of the contract, tested before a user's model runs."""
 
 import warnings
 from collections.abc import Sequence
@@ -21,14 +21,14 @@ NAMES_OF_FORM = ("example", *(check.__name__.replace("_", " ") for check in (*FO
 
 
 def admit(model: FrictionModel | Model) -> None:
-    """Refuse a model or slot of a person's own that has not the form of one, and warn of demands of physics it misses.
+    """Refuse a user's model or slot without the required form; warn if it fails demands of physics.
 
-    Nothing is compiled. Models of bristle itself pass untried.
+    No code is compiled. Built-in models pass untested.
 
     Parameters
     ----------
     model : FrictionModel or Model
-        A descriptor, tried with its example parameters, or a model with parameters of its own.
+        A descriptor, tested with its example parameters, or a model with its own parameters.
 
     Raises
     ------
@@ -53,17 +53,17 @@ def _admit(tried: Any, file: str, checks: Sequence[Any], word: str) -> None:
     for check in unmet:
         if check.name in NAMES_OF_FORM:
             raise InputError(
-                f"is not fit to be used ({check.name}): {check.detail.rstrip('.')}",
+                f"cannot be used ({check.name}): {check.detail.rstrip('.')}",
                 path=file,
                 mend=f"{check.advice}. Try: bristle check {file}" if check.advice else f"Try: bristle check {file}",
             )
     if unmet:
         names = ", ".join(check.name for check in unmet)
-        warnings.warn(f"{file}: does not meet the contract of a {word}: {names}. See: bristle check {file}", InputWarning, stacklevel=3)
+        warnings.warn(f"{file}: fails the contract of a {word}: {names}. See: bristle check {file}", InputWarning, stacklevel=3)
 
 
 def admit_friction_of(experiment: Experiment) -> None:
-    """Admit all that an experiment takes for friction, on the axis or fed forward: each model once."""
+    """Admit every friction model of an experiment, of the axis or of the feedforward, once."""
     used = [model for variant in experiment.variants for model in (variant.friction, variant.feedforward.friction)]
     for friction in {model for model in used if model}:
         admit(friction)

@@ -1,4 +1,4 @@
-"""The outcome of one demand of the contract suite."""
+"""The result of one demand of the contract suite."""
 
 from collections.abc import Callable, Collection, Iterable
 from dataclasses import asdict, dataclass
@@ -15,26 +15,26 @@ Demand = Callable[[Any], Any]
 
 @dataclass(frozen=True)
 class Check:
-    """One demand of the contract: whether the model meets it, what was seen, and what to do.
+    """One demand of the contract: whether the model meets it, the observation, and the advice.
 
     Parameters
     ----------
     name : str
         The demand.
     passed : bool
-        Whether it is met; a demand that does not apply is.
+        Whether it is met; true for a demand that does not apply.
     detail : str
-        What was seen, in words.
+        The observation, in words.
     advice : str
-        What to change where it is not met.
+        The remedy, if it is not met.
     applies : bool
-        Whether the model has what the demand is about.
+        Whether the demand applies to the model.
     value : float or None
-        What was measured; None where nothing was, or where the check stopped before.
+        The measured number; None without a number, or if the check stopped early.
     unit : str
         Unit of value and threshold; ``"1"`` is a ratio or a count.
     threshold : float or None
-        What the value is compared with.
+        Limit of the value.
     """
 
     name: str
@@ -49,7 +49,7 @@ class Check:
 
 @dataclass(frozen=True)
 class Fact:
-    """What a check saw: in words, as a number, and what that number must keep to."""
+    """The observation of a check: in words, as a number, and the limit of that number."""
 
     detail: str = ""
     value: float | None = None
@@ -59,7 +59,7 @@ class Fact:
 
 
 class UnmetError(Exception):
-    """A demand is not met; carries what was seen and the advice."""
+    """A demand is not met; carries the observation and the advice."""
 
     def __init__(self, fact: Fact | str, advice: str = "") -> None:
         self.fact, self.advice = fact if isinstance(fact, Fact) else Fact(fact), advice
@@ -67,16 +67,16 @@ class UnmetError(Exception):
 
 
 def judged(fact: Fact, advice: str, *, unmet: bool) -> Fact:
-    """Return what was seen; raise it with the advice where the demand is not met."""
+    """Return the observation; raise it with the advice if the demand is not met."""
     if unmet:
         raise UnmetError(fact, advice)
     return fact
 
 
 def outcomes(checks: Iterable[Demand], subject: Any, form: Collection[Demand], where_it_stops: str = "Kernels never raise") -> list[Check]:
-    """Return what became of several demands, in order; after one of `form` that is not met the others are not tried.
+    """Return the results of several demands, in order. If a demand of `form` is not met, the others are skipped.
 
-    `where_it_stops` tells what to do where the code of a demand stops.
+    `where_it_stops` is the advice if user code raises an error.
     """
     results: list[Check] = []
     for check in checks:
@@ -87,7 +87,7 @@ def outcomes(checks: Iterable[Demand], subject: Any, form: Collection[Demand], w
             outcome = Check(name, False, advice=failure.advice, **asdict(failure.fact))
         except KeyboardInterrupt:
             raise
-        except BaseException as error:  # noqa: BLE001  (a user's code may raise anything: that is the fact)
+        except BaseException as error:  # noqa: BLE001  (user code may raise any error: it is the observation)
             place = place_in_own_code(error)
             detail = f"stops with {type(error).__name__}: {told_by(error)}{f' ({place})' if place else ''}"
             outcome = Check(name, False, detail, where_it_stops)
@@ -98,7 +98,7 @@ def outcomes(checks: Iterable[Demand], subject: Any, form: Collection[Demand], w
 
 
 def compiled_as_plain(forces: Callable[[], np.ndarray], kind: Kind) -> Fact:
-    """Return that some signals are the same in plain Python and compiled, to the bit."""
+    """Check that signals are the same in plain Python and compiled, to the bit."""
     fast = forces()
     with interpreted():
         slow = forces()

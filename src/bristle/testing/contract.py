@@ -1,6 +1,6 @@
-"""The contract suite: what every friction model, ours or a user's, must do. It needs no test framework.
+"""The contract suite: requirements for every friction model, built-in or a user's. It needs no test framework.
 
-Each check runs the model itself; the first sentence of its docstring says what is demanded.
+Each check runs the model. The first sentence of its docstring states the demand.
 """
 
 from collections.abc import Iterator, Sequence
@@ -41,15 +41,15 @@ def check_model(model: FrictionModel | Slot | Controller | Sensor | Model | str,
     Parameters
     ----------
     model : FrictionModel, Slot, Controller, Sensor, Model or str
-        A descriptor or the name of a friction model, checked with its example parameters, or one with parameters of its
-        own.
+        A descriptor or the name of a friction model, checked with its example parameters, or a model with its own
+        parameters.
     checks : sequence of callable, optional
-        Some of `CHECKS`; by default all that are demanded of this kind.
+        Some of `CHECKS`; by default all demands for this kind.
 
     Returns
     -------
     list of Check
-        One for each demand, in order; after a demand of the form is not met, those of the physics are not tried.
+        One for each demand, in order; if a demand of the form is not met, those of the physics are skipped.
     """
     resolved = find(model, "model") if isinstance(model, str) else model
     demands = next(
@@ -57,11 +57,14 @@ def check_model(model: FrictionModel | Slot | Controller | Sensor | Model | str,
     )
     if demands is None:
         raise InputError(
-            "is no friction model, slot, control law or sensor", path="model", value=model, mend="Give a model, its descriptor or its name"
+            "is not a friction model, slot, control law or sensor",
+            path="model",
+            value=model,
+            mend="Give a model, its descriptor or its name",
         )
     try:
         bound: Any = resolved if isinstance(resolved, (Model, Slot)) else example_of(resolved)
-    except Exception as error:  # noqa: BLE001  (a user's descriptor may hold anything)
+    except Exception as error:  # noqa: BLE001  (a user's descriptor may have any content)
         return [Check("example", False, told_by(error), "Give the descriptor example={...} with typical values")]
     return outcomes(demands if checks is None else checks, bound, FORM_OF_ALL)
 
@@ -70,7 +73,7 @@ def check_model(model: FrictionModel | Slot | Controller | Sensor | Model | str,
 
 
 def described_variables(model: Model) -> Fact:
-    """Every parameter and every state variable carries a Variable; states are scalars with a default."""
+    """Every parameter and every state variable has a Variable; states are scalars with a default."""
     component = model.component
     if not component.variables and component.Parameters._fields:
         raise UnmetError("no parameter is described", "Annotate each field with Variable(...)")
@@ -81,12 +84,12 @@ def described_variables(model: Model) -> Fact:
         raise UnmetError(f"State() has no defaults ({error})", "Give every field of State a virgin value") from None
     for name, value in state._asdict().items():
         if not isinstance(value, (int, float)):
-            raise UnmetError(f"State.{name} is not a scalar", "Arrays belong into memory, not into the state")
+            raise UnmetError(f"State.{name} is not a scalar", "Put arrays into the memory, not into the state")
     return Fact(f"{len(component.variables)} parameters, {len(state)} states")
 
 
 def exportable_kernels(model: Model) -> Fact:
-    """Keep the functions in the part of Python that can be compiled and exported: each is built for other targets."""
+    """Keep the functions in the subset of Python that can be compiled and exported; each is built for other targets."""
     component = model.component
     optional = component.rate, component.piece, component.flow, component.arrival
     functions = [component.trial, component.commit, *(function for function in optional if function)]
@@ -101,7 +104,7 @@ def exportable_kernels(model: Model) -> Fact:
 
 
 def scalar_results(model: Model) -> Fact:
-    """Return a finite force and a NamedTuple of scalars from a trial, a state from a commit."""
+    """Return a finite force and a NamedTuple of scalars from a trial, and a state from a commit."""
     state, memory = _virgin(model)
     force, move = model.component.trial(state, memory, Motion(1e-3, 1e-6), 1e-3, model.parameters)
     if not isinstance(force, (float, int)) or not np.isfinite(force):
@@ -110,7 +113,7 @@ def scalar_results(model: Model) -> Fact:
         raise UnmetError(f"the move is a {type(move).__name__}", "Return (force, move), move a NamedTuple of scalars")
     after = model.component.commit(state, memory, move, model.parameters)
     if type(after) is not type(state):
-        raise UnmetError(f"commit returned a {type(after).__name__}", "commit returns a State")
+        raise UnmetError(f"commit returned a {type(after).__name__}", "Return a State from commit")
     return Fact(value=float(force), unit=unit_of("force", model.kind))
 
 
@@ -118,7 +121,7 @@ def scalar_results(model: Model) -> Fact:
 
 
 def pure_trial(model: Model) -> Fact:
-    """Change nothing in a trial: the same call gives the same bits, 1000 random trials leave the memory alone."""
+    """Change no state in a trial: the same call gives the same bits, and 1000 random trials leave the memory unchanged."""
     state, memory = _used(model)
     before = _bytes_of(memory)
     p, trial = model.parameters, model.component.trial
@@ -129,12 +132,12 @@ def pure_trial(model: Model) -> Fact:
             raise UnmetError(f"a trial at v = {motion.v:g} wrote into the memory", "Write in commit only")
     again = trial(state, memory, Motion(1e-3, 0.0), 1e-3, p)
     if first != again:
-        raise UnmetError("the same trial gave another result later", "Keep no state outside State and memory")
+        raise UnmetError("the same trial later gave a different result", "Keep no state outside State and memory")
     return Fact("1000 trials")
 
 
 def finite_everywhere(model: Model) -> Fact:
-    """Give a finite force for every velocity and step: zero of both signs, tiny, huge, and a step of length 0."""
+    """Give a finite force for every velocity and step: zero of both signs, tiny, huge, and a step of zero length."""
     state, memory = _used(model)
     speeds = (0.0, -0.0, 1e-300, -1e-300, 1e-12, 1e-3, -1e-3, 1.0, -1e3, 1e6)
     tried = [(v, dt) for v in speeds for dt in (0.0, 1e-9, 1e-3, 1.0)]
@@ -151,14 +154,14 @@ def finite_everywhere(model: Model) -> Fact:
 
 
 def one_sided_limits(model: Model) -> Fact:
-    """At rest the limit from forward motion is not below the one from backward motion: friction opposes both."""
+    """At rest the limit from forward motion is not below that from backward motion: friction opposes both."""
     state, memory = _used(model)
     forward, _ = model.component.trial(state, memory, Motion(0.0, 0.0), 1e-3, model.parameters)
     backward, _ = model.component.trial(state, memory, Motion(-0.0, 0.0), 1e-3, model.parameters)
     least = -1e-12 * abs(backward)
     return judged(
         Fact(f"F(+0) = {forward:g}, F(-0) = {backward:g}", forward - backward, unit_of("force", model.kind), least),
-        "Check signs" if forward == -backward else "Use direction(v), which tells +0 from -0, in place of a comparison with zero",
+        "Check signs" if forward == -backward else "Use direction(v), which distinguishes +0 and -0, instead of a comparison with zero",
         unmet=forward - backward < least,
     )
 
@@ -167,12 +170,12 @@ def opposes_sliding(model: Model) -> Fact:
     """In steady sliding the force, less its mean over both directions, opposes the motion."""
     steady = [(_steady(model, speed), _steady(model, -speed), speed) for speed in (1e-4, 1e-3, 1e-2, 1e-1)]
     forward, backward, speed = min(steady, key=lambda entry: entry[0] - entry[1])
-    detail = f"least at {speed:g} {unit_of('length/time', model.kind)}: {forward:g} forward, {backward:g} backward"
+    detail = f"smallest force at {speed:g} {unit_of('length/time', model.kind)}: {forward:g} forward, {backward:g} backward"
     return judged(Fact(detail, forward - backward, unit_of("force", model.kind), 0.0), "Check signs", unmet=forward < backward)
 
 
 def dissipates(model: Model) -> Fact:
-    """Over closed cycles of random amplitude the force takes energy out, after the first cycle."""
+    """Over closed cycles of random amplitude, the force dissipates energy after the first cycle."""
     generator = np.random.default_rng(SEED)
     least = np.inf
     for _ in range(20):
@@ -186,11 +189,11 @@ def dissipates(model: Model) -> Fact:
     if least < -1e-9:
         detail = f"a closed cycle returned {number(-100.0 * least, digits=2)} % of the work"
         raise UnmetError(Fact(detail, least, "1", -1e-9), "Friction cannot produce energy")
-    return Fact(f"least share taken out {least:.3f}", least, "1", -1e-9)
+    return Fact(f"smallest dissipated share {least:.3f}", least, "1", -1e-9)
 
 
 def refines(model: Model) -> Fact:
-    """Halving the step changes the mean force less and less: the step has an order."""
+    """Halving the step reduces the change of the mean force: the step has an order of convergence."""
     errors = []
     for division in (1, 2, 4, 8):
         count = 200 * division
@@ -209,7 +212,7 @@ def refines(model: Model) -> Fact:
 
 
 def rate_agrees(model: Model) -> Fact:
-    """Where a rate is given, small steps of trial and commit follow it."""
+    """If the model has a rate, small steps of trial and commit follow it."""
     component, p = model.component, model.parameters
     if component.rate is None:
         return Fact("no rate", applies=False)
@@ -226,18 +229,18 @@ def rate_agrees(model: Model) -> Fact:
             worst = max(worst, float(error), abs(mean - force) / (abs(force) + 1e-9))
             state = after
     return judged(
-        Fact(f"largest relative difference {worst:.1e}", worst, "1", 1e-3), "rate and trial are the same equations", unmet=worst > 1e-3
+        Fact(f"largest relative difference {worst:.1e}", worst, "1", 1e-3), "Use the same equations in rate and trial", unmet=worst > 1e-3
     )
 
 
 def flow_agrees(model: Model) -> Fact:
-    """Where a flow is given, small steps of trial and commit follow it from event to event."""
+    """If the model has a flow, small steps of trial and commit follow it from event to event."""
     component, p = model.component, model.parameters
     parts = component.piece, component.flow, component.arrival
     if not any(parts):
         return Fact("no flow", applies=False)
     if not all(parts):
-        raise UnmetError("piece, flow and arrival are not all given", "They work together: give all three, or none")
+        raise UnmetError("piece, flow and arrival are not all given", "They work together: give all three, or leave all out")
     dt, worst = 1e-7, 0.0
     for v in (1e-3, -2e-3, 5e-3, -1e-4):
         state, memory = _used(model)
@@ -246,7 +249,7 @@ def flow_agrees(model: Model) -> Fact:
             contact, piece = component.piece(state, memory, motion, p)
             force, slope, margin = component.flow(contact, piece, motion, p)
             if margin < 0.0:
-                raise UnmetError(f"a piece begins {-margin:.1e} past its end", "piece and flow must see the same event")
+                raise UnmetError(f"a piece begins {-margin:.1e} past its end", "Use the same event in piece and flow")
             mean, move = component.trial(state, memory, motion, dt, p)
             state = component.commit(state, memory, move, p)
             for name, before, change in zip(contact._fields, contact, slope, strict=True):
@@ -254,7 +257,7 @@ def flow_agrees(model: Model) -> Fact:
                 worst = max(worst, abs(getattr(state, name) - expected) / (abs(expected) + 1e-300))
             worst = max(worst, abs(mean - force) / (abs(force) + 1e-9))
     return judged(
-        Fact(f"largest relative difference {worst:.1e}", worst, "1", 1e-3), "flow and trial are the same equations", unmet=worst > 1e-3
+        Fact(f"largest relative difference {worst:.1e}", worst, "1", 1e-3), "Use the same equations in flow and trial", unmet=worst > 1e-3
     )
 
 
@@ -269,9 +272,9 @@ def same_bits_compiled(model: Model) -> Fact:
 
 
 def derivatives_agree(model: Model) -> Fact:
-    """Have finite derivatives along a motion, which agree with differences to one side or the other."""
+    """Have finite derivatives along a motion that agree with one-sided differences."""
     x, unpack = np.cumsum(np.random.default_rng(SEED).standard_normal(150)) * 1e-6, unpacker(structure_of(model.parameters))
-    # A little beside the example: a law may have a form of its own for one value of an exponent.
+    # A little off the example: a law may have a special form for one value of an exponent.
     numbers, reals = pack(model.parameters), np.array(_reals(model.parameters), dtype=bool)
     numbers[reals] *= BESIDE
     directions = np.diag(np.where(np.isfinite(numbers) & reals, numbers, 0.0))[:, np.isfinite(numbers) & reals & (numbers != 0.0)]
@@ -288,12 +291,12 @@ def derivatives_agree(model: Model) -> Fact:
             error = np.median(np.min(np.abs(derivative - differences), axis=0)) / max(float(np.max(np.abs(differences))), 1e-300)
             worst = max(worst, float(error) if np.all(np.isfinite(derivative)) else np.inf)
     if not worst <= LIKE_DIFFERENCES:
-        raise UnmetError(f"derivatives and differences are {worst:.2g} of the largest apart", "Report it: the rules are bristle's")
+        raise UnmetError(f"derivatives and differences differ by {worst:.2g} of the largest", "Report it: this is a fault of bristle")
     return Fact(f"{directions.shape[1]} derivatives", worst, "1", LIKE_DIFFERENCES)
 
 
 def same_bits_exported(model: Model) -> Fact:
-    """Give the bits of plain Python when exported to C and compiled, where there is a C compiler."""
+    """Give the bits of plain Python when exported to C and compiled, if there is a C compiler."""
     command = compiler()
     if command is None:
         return Fact("no C compiler here", applies=False)
@@ -304,7 +307,7 @@ def same_bits_exported(model: Model) -> Fact:
 
 
 def drives_a_mass(model: Model) -> Fact:
-    """Let a mass driven by a sine move and stay finite, every implicit step converging."""
+    """Drive a mass by a sine: it moves and stays finite, and every implicit step converges."""
     t = np.arange(2000) * 1e-3
     level = max(abs(_steady(model, 1e-3)), abs(_steady(model, -1e-3)), 1e-6)
     trace = run_open_loop(inertia(M=1.0), model, 2.0 * level * np.sin(8.0 * t), 1e-3, steps=4)
@@ -349,7 +352,7 @@ DEMANDS: dict[type[Documented], tuple[Demand, ...]] = {
     Slot: OF_SLOT,
 }
 COMPILED = ("same bits compiled", "same bits along its channel", "same bits exported", "drives a mass")
-"""Demands that compile something, by name."""
+"""Names of the demands that compile code."""
 
 
 def _virgin(model: Model) -> tuple[Any, np.ndarray]:
@@ -382,7 +385,7 @@ def _bytes_of(memory: Any) -> bytes:
 
 
 def _reals(value: Any) -> list[bool]:
-    """Return which of the packed numbers are reals: no whole number, and no length of an array."""
+    """Return which packed numbers are reals, not integers or lengths of arrays."""
     if hasattr(value, "_fields"):
         return [real for part in value for real in _reals(part)]
     return [False, *[True] * value.size] if isinstance(value, np.ndarray) else [isinstance(value, float)]

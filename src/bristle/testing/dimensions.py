@@ -1,4 +1,4 @@
-"""Whether a friction model has one dimension: in other units of length, time and force it is the same model."""
+"""Whether a friction model is dimensionally consistent: it is the same model in other units of length, time and force."""
 
 from __future__ import annotations
 
@@ -12,27 +12,27 @@ from bristle.core.dimensions import exponents_of
 from bristle.core.variable import variables_of
 from bristle.testing.check import Fact, UnmetError
 
-WALK = (1e-4, 1e-3, 5e-3, -1e-4, -1e-3, 0.0, -0.0, 2e-3, -5e-3, 1e-4, -2e-3)  # speeds: forward, back, at rest on either side
-OTHER_UNIT = 16.0  # a power of two, of which the root is one: numbers of a sound formula change by their exponents alone
+WALK = (1e-4, 1e-3, 5e-3, -1e-4, -1e-3, 0.0, -0.0, 2e-3, -5e-3, 1e-4, -2e-3)  # speeds: forward, back, at rest after either direction
+OTHER_UNIT = 16.0  # a power of two with an integer root: numbers of a consistent formula change by their exponents only
 
 
 def one_dimension(model: Model) -> Fact:
-    """Give the same force in other units of length, time or force: sums, comparisons and functions have one dimension."""
+    """Give the same force in other units of length, time or force: sums, comparisons and functions are consistent."""
     expected, names = _walked(model, {}), ("force", *(f"state {name}" for name in model.component.State._fields))
     for unit in ("length", "time", "force"):
-        # The work of a force of travel over a travel is that of a force over a length.
+        # Work has the units of force times length, also if the force depends on travel.
         units = dict.fromkeys([unit] if unit == "time" else [unit, "force of travel"], OTHER_UNIT)
         for name, wanted, result in zip(names, expected, _walked(model, units), strict=True):
             if not np.allclose(result, wanted, rtol=1e-6, atol=1e-9 * np.max(np.abs(wanted))):
                 raise UnmetError(
                     f"the {name} changes with the unit of {unit}",
-                    "Compare the quantity of each parameter and state with the formulas, in which a plain number has no unit",
+                    "Compare the quantity of each parameter and state with the formulas; a plain number has no unit",
                 )
     return Fact(f"{len(WALK)} steps, in other units of length, time and force")
 
 
 def _walked(model: Model, units: Mapping[str, float]) -> list[np.ndarray]:
-    """Return force and states along a short walk, computed in units smaller by these factors, in SI again."""
+    """Return force and states along a short walk, computed in units smaller by these factors, and converted to SI."""
 
     def factor(quantity: str) -> float:
         return math.prod(units.get(name, 1.0) ** power for name, power in exponents_of(quantity).items())

@@ -1,4 +1,4 @@
-"""The contract of a figure for reports, ours or a user's: what it draws of small results on both kinds of axis."""
+"""The contract of a report figure, built-in or a user's: drawings of small results for both kinds of axis."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ if TYPE_CHECKING:
 
     from bristle.figures.report_figure import Facts, ReportFigure
 
-SAMPLES, STEP = 6000, 1e-3  # of the log that is made up [s]
+SAMPLES, STEP = 6000, 1e-3  # of the synthetic log [s]
 DRAWS = 40  # of the study
 FORMS = ("svg", "pdf", "png")
-ADVICE = "Draw with bristle.figures.style.panels, from what is handed in, and return its figure"
+ADVICE = "Draw the given results with bristle.figures.style.panels, and return its figure"
 
 
 @cache
@@ -42,12 +42,12 @@ def _example(kind: Kind, name: str) -> Any:
 
 
 def example_facts(kind: Kind, names: Collection[str] = ()) -> Facts:
-    """Return small results of a made-up axis of this kind, as reports have them; all of them, or those of some names."""
+    """Return small results of a synthetic axis of this kind, as in reports: all of them, or those of some names."""
     return {name: _example(kind, name) for name in EXAMPLES if name in names or not names}
 
 
 def _log(kind: Kind, seed: int, off: float) -> Any:
-    """Return a log of one motion, which misses its reference by so much where it slides [m or rad]."""
+    """Return a log of one motion with a constant following error while it slides [m or rad]."""
     t, noise = STEP * np.arange(SAMPLES), np.random.default_rng(seed).normal(size=(2, SAMPLES))
     reference = 0.02 * np.sin(3.0 * t) + 0.01 * np.sin(12.0 * t)
     velocity = np.gradient(reference, t)
@@ -57,7 +57,7 @@ def _log(kind: Kind, seed: int, off: float) -> Any:
 
 
 def _experiment(kind: Kind) -> Any:
-    """Return a loop with and without friction fed forward."""
+    """Return a loop with and without friction feedforward."""
     friction = {"model": "coulomb_viscous", "F_C": 5.0, "F_v": 80.0}
     described = {
         "schema": 1,
@@ -75,7 +75,7 @@ def _experiment(kind: Kind) -> Any:
 
 
 def _study(kind: Kind) -> Any:
-    """Return the runs of a study as its folder holds them."""
+    """Return the runs of a study in the form of its folder."""
     force, length = (unit_of(quantity, kind) for quantity in ("force", "length"))
     columns = {
         "run": {"role": "run", "unit": ""},
@@ -125,13 +125,13 @@ def check_figure(figure: ReportFigure) -> list[Check]:
     Returns
     -------
     list of Check
-        One for each demand, in order; where nothing is drawn, the others are not tried.
+        One for each demand, in order; if the figure cannot be drawn, the others are skipped.
     """
     return outcomes(FIGURE_CHECKS, _Trial(figure), FORM, ADVICE)
 
 
 class _Trial:
-    """A figure, and what it draws of the results of each kind of axis."""
+    """A figure, and its drawings for each kind of axis."""
 
     def __init__(self, figure: ReportFigure) -> None:
         self.figure, self.takes = figure, (*figure.needs, *figure.may_take)
@@ -142,35 +142,35 @@ class _Trial:
         return {kind: self.draw(kind) for kind in KINDS}
 
     def draw(self, kind: Kind) -> Figure:
-        """Return the figure of this kind of axis, drawn anew."""
+        """Draw the figure again for this kind of axis."""
         from bristle.figures.own import draw_own
 
         return draw_own(self.figure, example_facts(kind, self.takes))
 
     def refuse(self, faults_of: Callable[[Figure], list[str]], advice: str) -> None:
-        """Refuse the first fault that is found in what is drawn."""
+        """Refuse the first fault in the drawings."""
         for kind, drawing in self.drawn.items():
             for fault in faults_of(drawing):
                 raise UnmetError(f"{fault} ({kind} axis)", advice)
 
 
 def described_figure(trial: _Trial) -> Fact:
-    """Say under which title it stands, what to see in it, and what it is for people who cannot see it."""
+    """Give a title, a caption, and a description for people who cannot see the figure."""
     for part in ("title", "alternative"):
         if "\n" in getattr(trial.figure, part).strip():
             raise UnmetError(f"{part} has several lines", "Write it in one line")
     if not str(trial.figure.caption).rstrip().endswith((".", "!", "?")):
-        raise UnmetError("the caption is no sentence", "Say in whole sentences what to see in it")
+        raise UnmetError("the caption is not a sentence", "Describe the content in whole sentences")
     return Fact(f"takes {', '.join(trial.figure.needs)}")
 
 
 def draws_each_kind(trial: _Trial) -> Fact:
-    """Draw the results of both kinds of axis, which stay as they are."""
+    """Draw the results of both kinds of axis without changing them."""
     return Fact(f"{sum(len(drawing.axes) for drawing in trial.drawn.values())} panels")
 
 
 def shows_numbers(trial: _Trial) -> Fact:
-    """Show numbers: lines, points or areas in the units of the axes, which are written as CSV, too."""
+    """Show numbers: lines, points or areas in the units of the axes, which are also written as CSV."""
     from bristle.figures import numbers_of
 
     counts = {
@@ -184,38 +184,38 @@ def shows_numbers(trial: _Trial) -> Fact:
     }
     for kind, count in counts.items():
         if count < 2:
-            raise UnmetError(f"nothing is drawn ({kind} axis)", "Plot into the axes of the figure that is returned")
+            raise UnmetError(f"the drawing is empty ({kind} axis)", "Plot into the axes of the returned figure")
     return Fact(f"{sum(counts.values())} points")
 
 
 def labelled_axes(trial: _Trial) -> Fact:
-    """Say at each axis what it is and in which unit, which is that of the kind of axis."""
+    """Label each axis with its quantity and its unit, which depends on the kind of axis."""
     from bristle.figures.legibility import unlabelled_axes
 
-    trial.refuse(unlabelled_axes, "Take scale.label(word) of bristle.figures.style: Position [mm]")
+    trial.refuse(unlabelled_axes, "Use scale.label(word) of bristle.figures.style: Position [mm]")
     return Fact()
 
 
 def legible_texts(trial: _Trial) -> Fact:
-    """Let no text lie on another one, or outside of the figure."""
+    """Let no texts overlap or leave the figure."""
     from bristle.figures.legibility import illegible_texts
 
-    trial.refuse(illegible_texts, "Give style.panels more height or room at that side, or write less")
+    trial.refuse(illegible_texts, "Give style.panels more height or a wider margin, or shorten the text")
     return Fact()
 
 
 def same_figure_twice(trial: _Trial) -> Fact:
-    """Draw the same figure when it is asked again, to the byte."""
+    """Draw the same figure again, to the byte."""
     from bristle.figures import inline_svg
 
     first, again = (inline_svg(drawing, "trial", "") for drawing in (trial.drawn[KINDS[0]], trial.draw(KINDS[0])))
     if first != again:
-        raise UnmetError("the second drawing differs", "Draw nothing random, no date, and no set in its own order")
+        raise UnmetError("the second drawing differs", "Draw no random number, no date, and no unordered set")
     return Fact(f"{len(first)} bytes")
 
 
 def saved_in_each_form(trial: _Trial) -> Fact:
-    """Let itself be saved in every form that figures are published in."""
+    """Can be saved in every format for publication."""
     from bristle.figures import figure_file
 
     sizes = {form: len(figure_file(trial.drawn[KINDS[0]], form, trial.figure.title)) for form in FORMS}
@@ -223,7 +223,7 @@ def saved_in_each_form(trial: _Trial) -> Fact:
 
 
 def nothing_left_open(trial: _Trial) -> Fact:
-    """Leave no figure open: pyplot keeps each that it makes until it is closed."""
+    """Close every figure: pyplot keeps its figures until they are closed."""
     from bristle.figures import style
 
     before = _open_figures()
@@ -232,7 +232,7 @@ def nothing_left_open(trial: _Trial) -> Fact:
     if left:
         for number in left:
             sys.modules["matplotlib.pyplot"].close(number)
-        raise UnmetError("pyplot keeps the figure", "Make it by bristle.figures.style.panels, not by pyplot")
+        raise UnmetError("pyplot keeps the figure", "Make it with bristle.figures.style.panels, not with pyplot")
     return Fact()
 
 

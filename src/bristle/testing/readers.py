@@ -1,4 +1,4 @@
-"""The contract of a reader of logs, ours or a user's: what it makes of an example, whole and cut off, and of others."""
+"""The contract of a log reader, built-in or a user's: reading its example, truncated parts of it, and other files."""
 
 import io
 from collections.abc import Mapping
@@ -23,45 +23,45 @@ FILE = "example.log"
 ENDINGS = ("", ".log", ".csv", ".dat")
 CUTS, LAST = (0.1, 0.4, 0.7, 0.9), (1, 2, 4)  # of the bytes of a file, and bytes before its end
 FEWEST_COLUMNS, FEWEST_ROWS = 2, 4
-RAISE = f"Raise InputError(message, path=str(request.source)) from bristle.core, or any error: it is told with {FILE}"
+RAISE = f"Raise InputError(message, path=str(request.source)) from bristle.core, or any error: the message names {FILE}"
 
 
 def check_reader(log_format: LogFormat, example: bytes = b"") -> list[Check]:
-    """Run the contract suite on a reader of logs.
+    """Run the contract suite on a log reader.
 
     Parameters
     ----------
     log_format : LogFormat
-        Of bristle or of a user's own.
+        A built-in format, or your own.
     example : bytes
-        What a small file of this format holds; by default the `example` of the format.
+        The contents of a small file of this format; by default the `example` of the format.
 
     Returns
     -------
     list of Check
-        One for each demand, in order; after one of the form is not met, the others are not tried.
+        One for each demand, in order; if a demand of the form is not met, the others are skipped.
     """
     trial = _Trial(log_format, example or log_format.example)
     return outcomes(READER_CHECKS, trial, FORM, "Let it read the bytes of its example")
 
 
 class _Trial:
-    """A format, and what comes of its example."""
+    """A format, and the result of reading its example."""
 
     def __init__(self, log_format: LogFormat, example: bytes) -> None:
         self.format, self.example = log_format, example
 
     @cached_property
     def table(self) -> Table:
-        """What the example holds, as every command is given it."""
+        """The contents of the example, as every command receives them."""
         return self.read(self.example)
 
     def read(self, data: bytes) -> Table:
-        """Return what bytes hold that are of this format."""
+        """Return the contents of bytes in this format."""
         content = Content(Path(FILE), data)
         if self.format.read is None:
             return read_table(content)
-        # A part of a file need not begin as the whole one does: what counts is what the reader makes of it.
+        # A part of a file may start differently from the whole: only the result of the reader counts.
         with reading(self.format._replace(recognises=lambda head, ending: True)):
             return read_table(content)
 
@@ -74,120 +74,114 @@ class _Trial:
 
 
 def described_reader(trial: _Trial) -> Fact:
-    """Say what people call the format, and give an example: the bytes of a small file of this format."""
+    """State the usual name of the format, and give an example: the bytes of a small file of this format."""
     title = str(trial.format.title)
     if not title.strip() or not title.isprintable():
-        raise UnmetError(f"the title is {title!r:.60}", "Say in a few words what people call such files")
+        raise UnmetError(f"the title is {title!r:.60}", "Give the usual name of such files in a few words")
     if not isinstance(trial.example, bytes) or not trial.example.strip():
-        raise UnmetError(
-            "there are no bytes of an example", f'Write LogFormat(..., example=b"...") with the bytes of {FEWEST_ROWS} rows or more'
-        )
+        raise UnmetError("there is no example", f'Write LogFormat(..., example=b"...") with the bytes of {FEWEST_ROWS} rows or more')
     return Fact(f"{title}: {len(trial.example)} bytes")
 
 
 def recognises_its_example(trial: _Trial) -> Fact:
-    """Know a file by its first bytes, whatever the ending of its name: names lie."""
+    """Recognize a file by its first bytes, whatever its file extension."""
     for ending in ENDINGS:
         if not trial.format.recognises(trial.example[:START], ending):
             raise UnmetError(
-                f"its example is not known as {trial.format.title} in a file named so: log{ending}",
-                f"Let recognises look at head, the first {START} bytes",
+                f"its example is not recognized as {trial.format.title} in a file named log{ending}",
+                f"Use head, the first {START} bytes, in recognises",
             )
     return Fact(f"with {len(ENDINGS)} endings")
 
 
 def columns_of_numbers(trial: _Trial) -> Fact:
-    """Give columns of numbers by name, of one length or with times of their own."""
+    """Give columns of numbers by name, of equal length or with separate times."""
     table = trial.table
     if len(table.columns) < FEWEST_COLUMNS:
         raise UnmetError(f"it gives {len(table.columns)} columns of numbers", "Return arrays of numbers by their names")
     for name, values in table.columns.items():
         if values.ndim != 1 or values.dtype.kind != "f" or values.size < FEWEST_ROWS:
             raise UnmetError(
-                f"column {name!r} holds {values.dtype} in the shape {values.shape}",
+                f"column {name!r} has the type {values.dtype} and the shape {values.shape}",
                 f"Return one array of numbers for each column; the example has {FEWEST_ROWS} rows or more",
             )
     if not {*table.columns, *table.stamps.values()} <= set(table.names):
-        raise UnmetError("names lacks columns that are there", "Leave names out, or name every column there")
+        raise UnmetError("names lacks existing columns", "Leave names out, or name every column there")
     plain = [name for name in table.columns if name not in {*table.stamps, *table.stamps.values()}]
-    # Each column is as long as that of its time, or as the first of all others; tables of one file need not be so.
+    # Each column is as long as its time column, or as the first other column; tables of one file may differ.
     pairs = [] if table.tables else [*table.stamps.items(), *((name, plain[0]) for name in plain)]
     for name, beside in pairs:
         rows, expected = table.columns[name].size, table.columns[beside].size
         if rows != expected:
             raise UnmetError(
                 f"column {name!r} has {rows} rows, and {beside!r} has {expected}",
-                "Return all columns of one length, or a Table with stamps: the column of time of each",
+                "Return columns of equal length, or a Table with stamps: the time column of each column",
             )
     return Fact(f"{len(table.columns)} columns, {next(iter(table.columns.values())).size} rows")
 
 
 def units_that_exist(trial: _Trial) -> Fact:
-    """Give units that exist, to columns that are there."""
+    """Give existing units to existing columns."""
     for name, unit in trial.table.units.items():
         if name not in trial.table.names:
-            raise UnmetError(f"there is a unit of {name!r}, and no such column", "Give units by the names of columns")
+            raise UnmetError(f"there is a unit for {name!r}, but no such column", "Give units by the names of columns")
         try:
             units.si_of(unit)
         except InputError as error:
             raise UnmetError(
-                f"column {name!r} is told to be in {unit!r}, which is no unit",
-                error.mend or "Write mm, N, A, %, or leave it out: the axis file tells it then",
+                f"column {name!r} has the unit {unit!r}, which does not exist",
+                error.mend or "Write mm, N, A, %, or leave it out: the axis file then states it",
             ) from None
     return Fact(", ".join(f"{name} [{unit}]" for name, unit in trial.table.units.items()) or "no units")
 
 
 def time_in_order(trial: _Trial) -> Fact:
-    """Give times that are numbers and rise, or the time between samples."""
+    """Give times that are numbers and increase, or the time between samples."""
     for name, values in trial.times.items():
         if not np.all(np.isfinite(values)):
-            raise UnmetError(f"column {name!r} holds times that are no numbers", "Leave out rows without a time")
+            raise UnmetError(f"column {name!r} has times that are not numbers", "Leave out rows without a time")
         falls = np.flatnonzero(np.diff(values) < 0.0)
         if falls.size:
             raise UnmetError(
-                f"column {name!r} goes back after row {falls[0] + 1}",
-                "Return rows in the order of their times, and count on where a counter begins anew",
+                f"column {name!r} decreases after row {falls[0] + 1}", "Return rows in the order of their times, and unwrap a counter"
             )
     period = trial.table.sample_time
     if period is not None and not (np.isfinite(period) and period > 0.0):
         raise UnmetError(f"the time between samples is {period!r}", "Give sample_time in seconds, or leave it out")
     if not trial.times and period is None:
-        return Fact("no time: the axis file tells the time between samples", applies=False)
+        return Fact("no time: the axis file states the time between samples", applies=False)
     return Fact(", ".join(trial.times) or f"every {period:g} s")
 
 
 def same_log_twice(trial: _Trial) -> Fact:
-    """Give the same numbers, units and notes when it reads the same bytes again."""
+    """Give the same numbers, units and notes for the same bytes."""
     first, again = trial.table, trial.read(trial.example)
     facts = [(table.units, table.notes, table.stamps, table.sample_time, list(table.columns)) for table in (first, again)]
     if facts[0] != facts[1] or any(again.columns[name].tobytes() != values.tobytes() for name, values in first.columns.items()):
-        raise UnmetError("the second reading differs", "Go by the bytes alone: no clock, no counter, no set in its own order")
+        raise UnmetError("the second reading differs", "Use only the bytes: no clock, no counter, no unordered set")
     return Fact(f"{sum(values.size for values in first.columns.values())} numbers")
 
 
 def leaves_other_files(trial: _Trial) -> Fact:
-    """Claim no file of another format, and stop at none: recognises is asked of every file, of an empty one too."""
+    """Claim no file of another format, and never fail: recognises is called for every file, even an empty one."""
     if trial.format is FORMATS[-1]:
-        return Fact("it is asked last, and takes what no other format does", applies=False)
+        return Fact("it is called last, for files that no other format claims", applies=False)
     foreign = {title: data for title, data in other_files().items() if format_of(data, "") is not trial.format}
     for title, data in foreign.items():
         for ending in ENDINGS:
             try:
                 claimed = trial.format.recognises(data[:START], ending)
-            except Exception as error:  # noqa: BLE001  (a user's code may raise anything)
+            except Exception as error:  # noqa: BLE001  (user code may raise any error)
                 raise UnmetError(
-                    f"recognises stops with {type(error).__name__}: {told_by(error)} ({title})",
-                    "Let it return False for what it does not know",
+                    f"recognises stops with {type(error).__name__}: {told_by(error)} ({title})", "Return False for unknown files"
                 ) from None
             if claimed:
-                raise UnmetError(
-                    f"a file of another kind is taken for one of it: {title}", "Let recognises look at more of the first bytes"
-                )
-    return Fact(f"{len(foreign)} files of other kinds")
+                raise UnmetError(f"it claims a file of another format: {title}", "Check more of the first bytes in recognises")
+    return Fact(f"{len(foreign)} files of other formats")
 
 
 def tells_where_a_file_ends_early(trial: _Trial) -> Fact:
-    """Refuse a file that is cut off, with its name, or give its whole rows and note that the last one may be cut."""
+    """Refuse a truncated file with its name, or give its whole rows and note that the last row may be cut."""
     refused, short = 0, 0
     ends = {*(round(share * len(trial.example)) for share in CUTS), *(len(trial.example) - last for last in LAST)}
     for part in [trial.example[:end] for end in sorted(ends) if trial.example[:end].strip()]:
@@ -195,27 +189,27 @@ def tells_where_a_file_ends_early(trial: _Trial) -> Fact:
             table = trial.read(part)
         except InputError as error:
             if FILE not in str(error.path):
-                raise UnmetError(f"after {len(part)} bytes it is refused without its name: {error}", RAISE) from None
+                raise UnmetError(f"truncated to {len(part)} bytes, it is refused without its name: {error}", RAISE) from None
             refused += 1
         else:
             _refuse_other_rows(trial.table, table, len(part))
             short += 1
-    return Fact(f"{refused} parts refused, {short} read as far as they go")
+    return Fact(f"{refused} parts refused, {short} read up to their end")
 
 
 def _refuse_other_rows(complete: Table, part: Table, size: int) -> None:
-    """Refuse rows that are not those of the whole file; the last one may be cut where that is said."""
+    """Refuse rows that differ from the whole file; a note may declare the last row as cut."""
     for name, values in complete.columns.items():
         read = part.columns.get(name, np.empty(0))
         if not 0 < read.size <= values.size:
-            raise UnmetError(f"after {size} bytes column {name!r} has {read.size} rows, and nothing is said", RAISE)
+            raise UnmetError(f"truncated to {size} bytes, column {name!r} has {read.size} rows, without a note", RAISE)
         differs = np.flatnonzero(~((read == values[: read.size]) | (np.isnan(read) & np.isnan(values[: read.size]))))
         may_be_cut = part.notes != complete.notes
         if differs.size and not (may_be_cut and differs[0] == read.size - 1):
             raise UnmetError(
-                f"after {size} bytes row {differs[0] + 1} of {name!r} is {read[differs[0]]:g}, and not "
-                f"{values[differs[0]]:g} as in the whole file",
-                "Leave out a last row that has no end, or refuse the file",
+                f"truncated to {size} bytes, row {differs[0] + 1} of {name!r} is {read[differs[0]]:g} instead of "
+                f"{values[differs[0]]:g} in the whole file",
+                "Leave out an incomplete last row, or refuse the file",
             )
 
 
@@ -225,7 +219,7 @@ READER_CHECKS = (*FORM, units_that_exist, time_in_order, same_log_twice, leaves_
 
 @cache
 def other_files() -> Mapping[str, bytes]:
-    """Return files of many kinds, as far as a format is told by: by what people call them."""
+    """Return files of many kinds, by their usual names, each long enough to be recognized."""
     rows = [(0.001 * k, 1.5 * k, -3.25) for k in range(40)]
     archive, array = io.BytesIO(), io.BytesIO()
     np.savez(archive, t=np.arange(40.0), q=np.arange(40.0))
@@ -252,7 +246,7 @@ def other_files() -> Mapping[str, bytes]:
         "TDMS": b"TDSm" + bytes(64),
         "a spreadsheet": b"PK\x03\x04" + bytes(22) + b"xl/workbook.xml",
         "a document": b"%PDF-1.7\n1 0 obj\n",
-        "what is compressed": b"\x1f\x8b\x08" + bytes(64),
+        "compressed data": b"\x1f\x8b\x08" + bytes(64),
         "nothing": b"",
         "blanks": b" \r\n\n",
         "noise": np.random.default_rng(SEED).bytes(START),

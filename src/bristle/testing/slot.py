@@ -1,6 +1,6 @@
-"""What is demanded of what runs once a sample (control laws, sensors), and of a slot of a person's own.
+"""The contract of control laws and sensors, which run once a sample, and of user slots.
 
-Each check runs the slot itself, around models of bristle; the first sentence of its docstring says what is demanded.
+Each check runs the slot on built-in models. The first sentence of its docstring states the demand.
 """
 
 import math
@@ -28,12 +28,12 @@ from bristle.translation.scope import NotExportableError, is_kernel
 from bristle.translation.tree import REAL, struct_of, type_of
 
 SEED, COUNT = 20260, 41
-WIDTH = 0.2  # of the usual value, where a channel has no range
+WIDTH = 0.2  # of the usual value, if a channel has no range
 ROUNDING = 1e-12
 
 
 def range_of(slot: Slot) -> tuple[float, float]:
-    """Return between which values a channel is tried: its range, else around its usual value."""
+    """Return the range of a channel for tests: its own, or a range around its usual value."""
     variable, usual = slot.channel.variable, slot.channel.usual
     beside = WIDTH * max(abs(usual), variable.nominal)
     low, high = variable.min, variable.max
@@ -41,7 +41,7 @@ def range_of(slot: Slot) -> tuple[float, float]:
 
 
 def model_with(slot: Slot, base: Any = lugre) -> Model:
-    """Return a model of bristle with a slot, with the example parameters of both."""
+    """Return a built-in model with a slot, with the example parameters of both."""
     component = with_slots(base, [slot])
     return component(kind="translational", **component.example)
 
@@ -52,7 +52,7 @@ def _factors(slot: Slot, parameters: Any) -> np.ndarray:
 
 
 def described_parameters(slot: Slot) -> Fact:
-    """Every parameter carries a Variable and a default, and one at least is told by a log."""
+    """Every parameter has a Variable and a default, and at least one is identified from a log."""
     try:
         refuse_unfit(slot)
     except InputError as error:
@@ -64,7 +64,7 @@ def described_parameters(slot: Slot) -> Fact:
 
 
 def neutral_defaults(slot: Slot) -> Fact:
-    """With its defaults a slot changes nothing: the factor is 1, whatever the channel."""
+    """With its defaults a slot has no effect: the factor is 1 for every value of the channel."""
     apart = float(np.max(np.abs(_factors(slot, slot.neutral) - 1.0)))
     return judged(
         Fact(f"largest difference from 1: {apart:.3g}", apart, "1", ROUNDING),
@@ -74,21 +74,21 @@ def neutral_defaults(slot: Slot) -> Fact:
 
 
 def factor_above_zero(slot: Slot) -> Fact:
-    """Over the range of its channel the factor of the example is finite, above zero, and not everywhere the same."""
+    """Over the range of its channel the factor of the example is finite and positive, and varies."""
     factors = _factors(slot, slot.assemble(slot.defaults | dict(slot.example)))
     low, high = range_of(slot)
     ends = f"{slot.channel.name} from {low:g} to {high:g} {slot.channel.variable.unit().removesuffix('1')}".rstrip()
     detail = f"{np.min(factors):.4g} to {np.max(factors):.4g} for {ends}"
     fact = Fact(detail, float(np.min(factors)), "1", SMALLEST_FACTOR)
     if not np.all(np.isfinite(factors)) or np.min(factors) <= SMALLEST_FACTOR:
-        raise UnmetError(fact, "Friction must not change its sign: take another equation, example or range")
+        raise UnmetError(fact, "Friction must not change its sign: change the equation, the example or the range")
     if np.ptp(factors) <= ROUNDING:
-        raise UnmetError(fact, "Give the slot example={...} with values by which friction varies")
+        raise UnmetError(fact, "Give the slot example={...} with values that make friction vary")
     return fact
 
 
 def on_a_model(check: Demand) -> Demand:
-    """Return a demand on friction models as one on a slot: a model of bristle with the slot meets it."""
+    """Turn a demand on friction models into a demand on slots: a built-in model with the slot meets it."""
 
     @wraps(check)
     def demand(slot: Any) -> Any:
@@ -98,7 +98,7 @@ def on_a_model(check: Demand) -> Demand:
 
 
 def same_bits_along_its_channel(slot: Slot) -> Fact:
-    """Plain Python and compiled code agree to the bit while the channel changes."""
+    """Plain Python and compiled code agree to the bit with a changing channel."""
     model, generator = model_with(slot), np.random.default_rng(SEED)
     x = np.cumsum(generator.standard_normal(400)) * 1e-6
     v, name = np.diff(x) / 1e-3, slot.channel.name
@@ -107,15 +107,15 @@ def same_bits_along_its_channel(slot: Slot) -> Fact:
 
 
 def same_bits_exported(slot: Slot) -> Fact:
-    """Give the bits of plain Python when exported to C, at both ends of the channel, where there is a C compiler."""
+    """Give the bits of plain Python when exported to C, at both ends of the channel, if there is a C compiler."""
     command = compiler()
     if command is None:
         return Fact("no C compiler here", applies=False)
     total = 0
     for usual in (slot.channel.usual,) if slot.channel.field == "x" else range_of(slot):
-        # What is the usual value of a channel is what the self-test of an export runs with.
+        # The self-test of an export runs with the usual value of the channel.
         channel = replace(slot.channel, usual=usual) if slot.channel.is_own else slot.channel
-        # There is one model for slots that are equal, and one that was made here would stand in no module.
+        # Equal slots share one model; a model made here would belong to no module.
         tried = slot if channel == slot.channel else replace(slot, channel=channel)
         steps, message = proved(model_with(tried, coulomb_viscous), command)
         total += steps
@@ -129,7 +129,7 @@ AMPLITUDE, FREQUENCY = 1e-3, 5.0  # [m] [Hz]
 
 
 def law_kernels(model: Model) -> Fact:
-    """Keep the functions of a law in the part of Python that can be compiled and exported."""
+    """Keep the functions of a law in the subset of Python that can be compiled and exported."""
     reference = struct_of(Reference, [REAL] * len(Reference._fields))
     state, p = type_of(_begun(model)), type_of(model.parameters)
     built = [_built(model.component.start, [REAL, REAL, REAL, REAL, p]), _built(model.component.step, [state, reference, REAL, REAL, p])]
@@ -139,22 +139,22 @@ def law_kernels(model: Model) -> Fact:
 
 
 def sensor_kernels(model: Model) -> Fact:
-    """Keep the functions of a sensor in the part of Python that can be compiled and exported."""
+    """Keep the functions of a sensor in the subset of Python that can be compiled and exported."""
     state, p = (type_of(value) for value in (model.component.State(), model.parameters))
     return Fact(f"{_built(model.component.step, [state, REAL, REAL, p])} kernels", 0.0, "1", 0.0)
 
 
 def law_results(model: Model) -> Fact:
-    """Return a finite effort and a state from a step, a state from a start; the same call gives the same twice."""
+    """Return a finite effort and a state from a step, and a state from a start; the same call gives the same result."""
     reference, p = Reference(2e-6, 1e-3, 0.0, 0.5), model.parameters
     state = _begun(model)
     if type(state) is not model.component.State:
-        raise UnmetError(f"start returned a {type(state).__name__}", "start returns a State")
+        raise UnmetError(f"start returned a {type(state).__name__}", "Return a State from start")
     return _sampled(model, "effort", lambda: model.component.step(state, reference, 1e-6, DT, p), "force")
 
 
 def sensor_results(model: Model) -> Fact:
-    """Return a finite position and a state from a step; the same call gives the same twice."""
+    """Return a finite position and a state from a step; the same call gives the same result."""
     state = model.component.State()
     return _sampled(model, "position", lambda: model.component.step(state, 1e-6, DT, model.parameters), "length")
 
@@ -176,7 +176,7 @@ def _begun(model: Model) -> Any:
 
 
 def _built(function: Any, types: list[Any]) -> int:
-    """Return how many functions of the tree a kernel becomes."""
+    """Return the number of functions in the tree of a kernel."""
     if not is_kernel(function):
         raise UnmetError(f"{function.__name__} is not a kernel", "Decorate it with @kernel from bristle.core")
     builder = Builder()
@@ -194,7 +194,7 @@ def _sampled(model: Model, output: str, step: Any, quantity: str) -> Fact:
     if type(after) is not model.component.State:
         raise UnmetError(f"step returned a {type(after).__name__} as its state", f"Return ({output}, State(...))")
     if step() != (value, after):
-        raise UnmetError("the same step gave another result later", "Keep no state outside State")
+        raise UnmetError("the same step later gave a different result", "Keep no state outside State")
     return Fact(value=float(value), unit=unit_of(quantity, model.kind))
 
 

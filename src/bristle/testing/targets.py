@@ -1,4 +1,4 @@
-"""The contract of a target of the export, ours or a user's: what it writes of models that differ in what they hold."""
+"""The contract of an export target, built-in or a user's: files written for different kinds of models."""
 
 import math
 from collections.abc import Mapping
@@ -23,9 +23,9 @@ from bristle.testing.check import Check, Fact, UnmetError, outcomes
 
 STEP = 1e-3  # [s]
 LONGEST_NOTE = 400  # letters
-LEAST_SHARE = 0.2  # of the effort that the axis takes: what feeds less, or so many times as much, has another unit
-FEWEST_LETTERS = 4  # of a folder by which a machine is known: "/" is in every text
-REFUSE = "Refuse what it cannot hold: raise InputError(message, path=..., mend=...) from bristle.core"
+LEAST_SHARE = 0.2  # of the effort of the axis: a target that feeds less, or more than the inverse times as much, has a wrong unit
+FEWEST_LETTERS = 4  # of the path of a folder of this machine: "/" occurs in every text
+REFUSE = "Refuse unsupported models: raise InputError(message, path=..., mend=...) from bristle.core"
 AXIS = {
     "schema": 1,
     "kind": "translational",
@@ -36,7 +36,7 @@ AXIS = {
 
 
 class _Trial:
-    """A target, and what it wrote of the models, by name, when it was asked the first time, and again."""
+    """A target, and its products of the first call by name of the model, and of a second call."""
 
     def __init__(self, target: Target) -> None:
         self.target = target
@@ -44,11 +44,11 @@ class _Trial:
 
     @cached_property
     def first(self) -> dict[str, Product]:
-        """The products of the first time."""
+        """The products of the first call."""
         return self.written()
 
     def written(self) -> dict[str, Product]:
-        """Return what the target writes of the models; those that it refuses are noted."""
+        """Return the products of the target for each model; note the refused models."""
         products: dict[str, Product] = {}
         for name, request in example_requests().items():
             try:
@@ -60,7 +60,7 @@ class _Trial:
 
 @cache
 def example_requests() -> Mapping[str, Request]:
-    """Return what every target is tried with: models of both kinds of axis, with an axis file and without, by name."""
+    """Return the test requests for every target by name: models of both kinds of axis, with and without an axis file."""
     source = Source({"model": "model.toml", "command": "bristle export model.toml"}, {"F_C": {"interval": (7.0, 9.0)}})
     cogging = with_terms(inertia, cogging={"motor": [6]})(
         kind="rotational", M=1e-3, motor_turn=2.0 * math.pi, motor_6_cos=1e-2, motor_6_sin=2e-2
@@ -80,40 +80,40 @@ def example_requests() -> Mapping[str, Request]:
 
 
 def check_target(target: Target) -> list[Check]:
-    """Run the contract suite on a target of the export.
+    """Run the contract suite on an export target.
 
     Parameters
     ----------
     target : Target
-        Of bristle or of a user's own.
+        A built-in target, or your own.
 
     Returns
     -------
     list of Check
-        One for each demand, in order; where nothing is written, the others are not tried.
+        One for each demand, in order; if no file is written, the others are skipped.
     """
     return outcomes(TARGET_CHECKS, _Trial(target), FORM, REFUSE)
 
 
 def described_target(trial: _Trial) -> Fact:
-    """Say in one line what is written."""
+    """Describe the output in one line."""
     if not trial.target.description.strip() or "\n" in trial.target.description.strip():
-        raise UnmetError(f"the description is {trial.target.description!r:.60}", "Say in one line what is written")
+        raise UnmetError(f"the description is {trial.target.description!r:.60}", "Describe the output in one line")
     return Fact(trial.target.description)
 
 
 def writes_or_refuses(trial: _Trial) -> Fact:
-    """Write each model or refuse it with an `InputError`, and write one of them at least."""
+    """Write each model or refuse it with an `InputError`; write at least one."""
     written, refused = trial.first, trial.refused
     if not written:
         name, error = next(iter(refused.items()))
-        raise UnmetError(f"it refuses every model: {name}, {error}", "Let it write one of the models tried")
+        raise UnmetError(f"it refuses every model: {name}, {error}", "Write at least one of the test models")
     words = "".join(f"; refuses {name}" for name in refused)
     return Fact(f"{len(written)} of {len(written) + len(refused)} models{words}")
 
 
 def results_of_export(trial: _Trial) -> Fact:
-    """Give files with plain names, text or bytes, and notes."""
+    """Return files with plain names, as text or bytes, and notes."""
     written = trial.first
     for product in written.values():
         try:
@@ -125,20 +125,19 @@ def results_of_export(trial: _Trial) -> Fact:
 
 
 def same_bytes_twice(trial: _Trial) -> Fact:
-    """Write the same bytes when it is asked again: results are compared by their checksums."""
+    """Write the same bytes again on a second call: results are compared by their checksums."""
     written, again = trial.first, trial.written()
     for model, product in written.items():
         for name, content in product.files.items():
             if model not in again or again[model].files.get(name) != content or again[model].notes != product.notes:
                 raise UnmetError(
-                    f"{name} of {model} has other content the second time",
-                    "Write no date, no counter, nothing random, and no set in its own order",
+                    f"{name} of {model} differs in the second call", "Write no date, no counter, no random number, and no unordered set"
                 )
     return Fact(f"{sum(len(product.files) for product in written.values())} files")
 
 
 def names_no_folder(trial: _Trial) -> Fact:
-    """Name no folder of this machine: what is exported is mailed."""
+    """Name no folder of this machine: exported files are mailed."""
     places = [str(place) for place in (Path.home(), Path.cwd()) if len(str(place)) >= FEWEST_LETTERS]
     written = trial.first
     for product in written.values():
@@ -146,12 +145,12 @@ def names_no_folder(trial: _Trial) -> Fact:
             text = content if isinstance(content, str) else content.decode("latin-1")
             place = next((place for place in places if place in text), None)
             if place is not None:
-                raise UnmetError(f"{name} names {place}", "Take what request.source.lines tells of files: their names")
+                raise UnmetError(f"{name} names {place}", "Use the file names in request.source.lines")
     return Fact()
 
 
 def notes_in_words(trial: _Trial) -> Fact:
-    """Tell in notes what is lost: one line each, in words."""
+    """State every simplification in a note of one line, in words."""
     written = trial.first
     notes = [note for product in written.values() for note in product.notes]
     for note in notes:
@@ -161,11 +160,11 @@ def notes_in_words(trial: _Trial) -> Fact:
 
 
 def lowers_the_error(trial: _Trial) -> Fact:
-    """Lower the error of the axis: a reversed sign or another unit makes it larger, or feeds next to nothing."""
+    """Lower the error of the axis: a reversed sign or a wrong unit raises the error, or feeds almost no force."""
     target = trial.target
     if target.reads is None:
-        return Fact("no reads: what a drive computes from the files is not known", applies=False)
-    advice = "Write the sign and the units that the drive takes, and let reads return the force in N or N*m, positive forward"
+        return Fact("no reads: the result of a drive is unknown", applies=False)
+    advice = "Write the sign and the units of the drive, and return the force in N or N*m from reads, positive forward"
     ratios = [1.0]
     for name, product in trial.first.items():
         request = replace(example_requests()[name], rest=target.rest)
@@ -176,13 +175,13 @@ def lowers_the_error(trial: _Trial) -> Fact:
         if effect is not None and not effect.ratio <= 1.0:
             raise UnmetError(f"{effect.lines()[0]} ({name})", advice)
         if not LEAST_SHARE <= share <= 1.0 / LEAST_SHARE:
-            raise UnmetError(f"it feeds {share:.2g} times the effort that the axis takes ({name})", advice)
+            raise UnmetError(f"it feeds {share:.2g} times the effort of the axis ({name})", advice)
         ratios += [] if effect is None else [effect.ratio]
-    return Fact(f"error at best {min(ratios):.2g} times that without", min(ratios), "1", 1.0)
+    return Fact(f"error at best {min(ratios):.2g} times that without the target", min(ratios), "1", 1.0)
 
 
 def _share_fed(request: Request, drive: Drive, target: Target) -> float:
-    """Return how much of the friction, or of the cogging, a drive feeds along a sine of 1 s, by least squares."""
+    """Return the share of friction, or of cogging, that a drive feeds along a sine of 1 s, by least squares."""
     turn = 2.0 * np.pi * np.arange(0.0, 2.0, request.dt)
     x = (request.speed or 0.1) / (2.0 * np.pi) * np.sin(turn)
     if target.of_cogging:

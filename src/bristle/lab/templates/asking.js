@@ -1,7 +1,7 @@
-// Questions that take their time: asked of a worker of the shared script, one after the other, of those that wait the newest.
+// Long computations in a worker of the shared script, one at a time; of waiting requests only the newest is kept.
 
 class Asked {
-  // `name` is that of a function of the shared script, `compute` the function; `answer` is called with what it gives.
+  // `name` is that of a function of the shared script, `compute` the function; `answer` is called with its result.
   constructor(name, compute, answer) {
     Object.assign(this, { name, compute, answer, worker: null, busy: false, next: null, found: null });
   }
@@ -32,7 +32,7 @@ class Asked {
     this.ask();
   }
 
-  // "none" where the host forbids a worker, and the page computes itself.
+  // "none" if the host forbids a worker; then the page computes.
   newWorker() {
     try {
       const code = [byId("shared").textContent, `onmessage = async ({ data }) => postMessage(await ${this.name}(data));`];

@@ -1,4 +1,4 @@
-// A model on the bench: its values, those that it began with, and the path that it is led along.
+// A model on the bench: its values, its initial values, and its path.
 
 function newBench(theme) {
   return {
@@ -9,7 +9,7 @@ function newBench(theme) {
       this.contact.hold();
       for (const [name, list] of Object.entries(values)) this.contact.set(name, list);
     },
-    // Something computed as it is in the middle of the axis: without what varies along it.
+    // Compute in the middle of the axis, without any variation along it.
     inTheMiddle(compute) {
       const { placed } = this.model;
       if (!placed?.size) return compute();
@@ -24,13 +24,13 @@ function newBench(theme) {
       return this.start.model.model !== this.model.model
         || [...variables, ...around].some(({ name }) => this.values[name].some((value, i) => value !== this.first[name][i]));
     },
-    // `start` is the model that the page began with, where slots were put on or taken off since.
+    // `start` is the initial model of the page, before slots were added or removed.
     take(model, contact, settings, start = { model, contact }) {
       Object.assign(this, { model, contact, settings, start, ghosts: new Map(), moment: 1 });
       this.first = Object.fromEntries(this.all().map(({ name, values }) => [name, numbersOf(values)]));
       this.values = Object.fromEntries(Object.entries(this.first).map(([name, values]) => [name, [...values]]));
     },
-    // The values of the start, set: something is computed with them.
+    // Compute with the initial values.
     atStart(compute) {
       const { model, contact } = this.start;
       contact.hold();
@@ -39,13 +39,13 @@ function newBench(theme) {
       this.setAll(this.values);
       return result;
     },
-    // Move the contact along another path, which begins with an amplitude of its own.
+    // Move the contact along another path, with the initial amplitude of that path.
     aim(preset) {
       Object.assign(this, { preset, moment: 1 });
       this.first.amplitude = [round(PRESETS[preset].amplitude * this.model.scales.reach)];
       this.values.amplitude = [...this.first.amplitude];
     },
-    // A value that was moved, and where it is one of several shares the others with it.
+    // Set a value; if it is one of several shares, adjust the others.
     move(name, index, value) {
       const moved = this.values[name].map((old, i) => (i === index ? value : old));
       this.values[name] = this.model.shares.includes(name) && moved.length > 1 ? shared(moved, index) : moved;

@@ -1,4 +1,4 @@
-// Whether the friction of these values drifts and closes its loops: what `bristle check` asks, asked of the module
+// Whether friction with these values drifts and closes its loops: the tests of `bristle check`, run with the module
 // itself. The contact is moved so slowly that neither viscosity nor micro-damping shows.
 
 const CREEP = 1e-15, LONGEST = 1e3, RESOLUTION = 200, SETTLED = 1e-3, MOST_STEPS = 20000; // [m/s or rad/s], [m or rad]
@@ -14,7 +14,7 @@ function moveTo(contact, place, to) {
   return to;
 }
 
-// The largest force that the contact holds on one side; infinite where it grows with the position for ever.
+// The break-away force of one side; infinite if the force grows with the position without limit.
 function slidToTheEnd(contact, side) {
   contact.begin();
   contact.advance(0, 1);
@@ -26,7 +26,7 @@ function slidToTheEnd(contact, side) {
   return Math.abs(after - before) <= SETTLED * Math.abs(after) ? after : side * Infinity;
 }
 
-// What a contact holds at rest, and over what distance a virgin one builds up half of it.
+// The break-away force, and the distance over which a virgin contact builds up half of it.
 function holdingOf(contact) {
   const forward = slidToTheEnd(contact, 1), backward = slidToTheEnd(contact, -1), half = 0.5 * (forward - backward);
   const level = (share) => 0.5 * (forward + backward) + share * half;
@@ -42,7 +42,7 @@ function holdingOf(contact) {
   return holding;
 }
 
-// A virgin contact led from force to force, or from place to place.
+// A virgin contact moved from force to force, or from position to position.
 class Led {
   constructor(contact, holding) {
     Object.assign(this, { contact, step: holding.distance / RESOLUTION, place: 0, kept: contact.kept() });
@@ -55,7 +55,7 @@ class Led {
     for (let k = 1; k <= count; k++) this.place = moveTo(this.contact, this.place, k < count ? start + (place - start) * (k / count) : place);
   }
 
-  // False where the force is not reached.
+  // False if the force is not reached.
   toForce(target) {
     const side = this.contact.rest(0, 0) < target ? 1 : this.contact.rest(-0, 0) > target ? -1 : 0;
     for (let k = 0; k < MOST_STEPS && side !== 0; k++) {
@@ -65,7 +65,7 @@ class Led {
       };
       this.contact.kept(this.kept);
       if (!beyond(start + side * this.step)) continue;
-      // The force lies within this step: its place is closed in by halves.
+      // The force lies within this step: find its position by bisection.
       let low = 0, high = this.step;
       for (let i = 0; i < 52; i++) {
         const middle = 0.5 * (low + high);
@@ -80,7 +80,7 @@ class Led {
   }
 }
 
-// How far the contact walks in a cycle of a force that never breaks it away, and how far it may.
+// Drift in a cycle of a force below break-away, and the allowed drift.
 function driftOf(contact, holding) {
   if (!holding.breaksAway) return null;
   if (holding.distance === 0) return { moved: 0, allowed: 0, passed: true };
@@ -98,7 +98,7 @@ function driftOf(contact, holding) {
   return { moved, allowed, passed: Math.abs(moved) <= allowed };
 }
 
-// What is missing of the force on return to where a loop began, over break-away.
+// Missing force on return to the start of a loop, over break-away.
 function closureOf(contact, holding) {
   if (!holding.breaksAway || holding.distance === 0) return null;
   const scout = new Led(contact, holding);
@@ -112,7 +112,7 @@ function closureOf(contact, holding) {
   return { missing, passed: Math.abs(missing) <= GAP_ALLOWED };
 }
 
-// Both; null where a question does not apply.
+// Both; null if a test does not apply.
 function judged(contact) {
   contact.hold();
   const holding = holdingOf(contact);
@@ -121,15 +121,15 @@ function judged(contact) {
 
 // --- in words ----------------------------------------------------------------------------------------------------------
 
-// Two lines: what is asked, whether it is so (null where nothing can be said), and by how much not.
+// Two lines: the property, whether it holds (null if not applicable), and the deviation.
 function verdicts(model, { holding, drift, closure }) {
   const lines = [], say = (asked, passed, text) => lines.push({ asked, passed, text });
-  const resting = holding.breaksAway ? "the force is not reached" : "it has no break-away force";
-  if (!drift) say("Drift", null, `not asked: ${resting}`);
-  else if (drift.passed) say("Drift", true, "it stays where it is put");
-  else say("Drift", false, `it walks ${told(Math.abs(drift.moved), model.units.position)} in each cycle of a force between ${RIPPLE.join(" and ")} of break-away`);
-  if (!closure) say("Closure", null, "not asked: no force builds up over a distance");
-  else if (closure.passed) say("Closure", true, "minor loops come back to the force they left");
+  const resting = holding.breaksAway ? "the force is not reached" : "no break-away force";
+  if (!drift) say("Drift", null, `not applicable: ${resting}`);
+  else if (drift.passed) say("Drift", true, "no drift under a force ripple");
+  else say("Drift", false, `it drifts by ${told(Math.abs(drift.moved), model.units.position)} per cycle of a force between ${RIPPLE.join(" and ")} of break-away`);
+  if (!closure) say("Closure", null, "not applicable: no force builds up over a distance");
+  else if (closure.passed) say("Closure", true, "minor loops return to their initial force");
   else say("Closure", false, `on return, ${withDigits(100 * Math.abs(closure.missing), 3)} % of break-away is missing`);
   return lines;
 }

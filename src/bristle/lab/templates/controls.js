@@ -25,7 +25,7 @@ function numbered(symbol, number) {
 
 let controls = 0;
 
-// A field and a slider for one number of a variable. `input` is called while it moves, `change` when it stays.
+// A field and a slider for one number of a variable. `input` is called during a move, `change` at its end.
 function control(variable, index, { input, change, start, text = typed }) {
   const slider = { ...variable.sliders[index], low: Number(variable.sliders[index].low), high: Number(variable.sliders[index].high) };
   const name = variable.array ? `${variable.name}[${index + 1}]` : variable.name;
@@ -51,7 +51,7 @@ function control(variable, index, { input, change, start, text = typed }) {
   field.addEventListener("change", () => {
     const value = read(field.value);
     if (!(value >= Number(variable.min) && value <= Number(variable.max))) {
-      return refuse(`${field.value || "Nothing"} is not allowed: ${allowedIn(variable)}`);
+      return refuse(`${field.value || "An empty field"} is not allowed: ${allowedIn(variable)}`);
     }
     refuse("");
     input(value, "field");
@@ -70,7 +70,7 @@ function control(variable, index, { input, change, start, text = typed }) {
   };
 }
 
-// The conditions that the values break, each with its mend: symbols and mends are written by bristle, escaped there.
+// The broken conditions of the values, each with a remedy: bristle writes and escapes the symbols and remedies.
 function brokenLines(model, values) {
   const symbols = Object.fromEntries(model.variables.map(({ name, symbol }) => [name, symbol]));
   const said = (factors) => factors.map((factor) => symbols[factor] ?? factor).join(" · ");
@@ -89,7 +89,7 @@ function markOf(variable, slider) {
   return mark;
 }
 
-// A variable that is one of several names.
+// A variable with a choice of names.
 function choice(variable, { input, change }) {
   const id = `number-${controls++}`;
   const select = element("select", { id, name: variable.name, disabled: variable.fixed },
@@ -101,22 +101,22 @@ function choice(variable, { input, change }) {
   return { root, show(value) { select.value = value; } };
 }
 
-// Variables of the views, which no model describes: as Python describes those of models.
+// Variables of the views, in the form in which Python describes those of models.
 function setting(name, symbol, unit, description, value, low, high, logarithmic = true) {
   return { name, key: name, symbol, unit, description, values: [value], min: low, max: high, choices: [], array: false,
     whole: false, fixed: false, interval: null, sliders: [{ low, high, logarithmic, to_zero: false, endless: false }] };
 }
 
-// The loop: stiff beside the contact, where no mass is known.
+// The loop: stiff compared with the contact if the mass is unknown.
 function loopSettings(model, loop) {
   const { reach, speed, force } = model.scales, { paper } = loop, gain = 150, { units } = model;
   const mass = model.mass ?? round(2 * force / (reach * gain * gain)), amplitude = round(2.8 * reach);
-  const bodies = ["this model, as it began", "the rig of the paper"];
+  const bodies = ["this model, initial values", "the rig of the paper"];
   return [
     { ...setting("loop_body", "", "", "friction of the mass", 0, 0, 1), choices: model.kind === loop.rig.kind ? bodies : bodies.slice(0, 1) },
-    setting("loop_M", "<i>M</i>", model.pull[0].unit, "mass that the law moves", mass, mass / 100, 100 * mass),
-    setting("loop_gain", "<i>λ</i>", "1/s", "gain λ of the law, and its K₁", gain, 10, 400),
-    setting("loop_K_2", "<i>K</i><sub>2</sub>", `${units.velocity}²`, "switching gain of the law", 0, 0, 10 * paper.K_2, false),
+    setting("loop_M", "<i>M</i>", model.pull[0].unit, "mass driven by the control law", mass, mass / 100, 100 * mass),
+    setting("loop_gain", "<i>λ</i>", "1/s", "gain λ of the control law, and its K₁", gain, 10, 400),
+    setting("loop_K_2", "<i>K</i><sub>2</sub>", `${units.velocity}²`, "switching gain of the control law", 0, 0, 10 * paper.K_2, false),
     setting("loop_g", "<i>g</i>", "1/s", "bandwidth of the observer", paper.g, 1, 400),
     setting("loop_A", "<i>A</i>", units.position, "amplitude of the motion", amplitude, reach / 20, 200 * reach),
     setting("loop_f", "<i>f</i>", "Hz", "frequency of the motion", paper.frequency, 0.05, 20),
@@ -130,12 +130,12 @@ function settingsOf(model, loop = null) {
   const natural = 2 * Math.PI * Math.sqrt(m.values[0] / k.values[0]);
   return [
     setting("amplitude", "<i>A</i>", model.units.position, "amplitude of the path", round(amplitude), reach / 20, 200 * reach),
-    setting("period", "<i>T</i>", "s", "time of one oscillation over this amplitude", 10, 1e-3, 1e4),
+    setting("period", "<i>T</i>", "s", "period of one oscillation with this amplitude", 10, 1e-3, 1e4),
     ...(loop ? loopSettings(model, loop) : []),
     ...(model.around ?? []),
-    setting("top", "<i>v</i><sub>max</sub>", model.units.velocity, "fastest of the sweep", round(model.fastest || 10 * speed), speed / 10, 1e4 * speed),
+    setting("top", "<i>v</i><sub>max</sub>", model.units.velocity, "largest velocity of the sweep", round(model.fastest || 10 * speed), speed / 10, 1e4 * speed),
     ...[m, k, v].map((variable) => ({ ...variable, values: numbersOf(variable.values) })),
-    setting("time", "<i>t</i><sub>end</sub>", "s", "how long it is pulled", round(150 * natural), 5 * natural, 2000 * natural),
+    setting("time", "<i>t</i><sub>end</sub>", "s", "duration of the pull", round(150 * natural), 5 * natural, 2000 * natural),
   ];
 }
 

@@ -1,13 +1,13 @@
-// How the axis followed, as the report has it, and how it would with what is fed forward now.
+// The following error in the report, and with the present feedforward.
 
 const LOOKS = {
   measured: { word: "log", colour: "measured", width: 3.4 },
   as_recorded: { word: "as recorded", colour: "ghost", width: 1.8 },
-  feedforward: { word: "velocity and inertia fed forward", colour: "soft", width: 1.2, dash: [6, 4] },
-  compensated: { word: "friction fed forward too", colour: "accent", width: 1.4 },
+  feedforward: { word: "velocity and inertia feedforward", colour: "soft", width: 1.2, dash: [6, 4] },
+  compensated: { word: "with friction feedforward", colour: "accent", width: 1.4 },
   moved: { word: "with these values", colour: "alert", width: 2 },
 };
-const AWAIT = 120, DWARFS = 10; // [ms], times the least: such lines are shown when they are asked for
+const AWAIT = 120, DWARFS = 10; // [ms], times the smallest: such large lines start hidden
 const following = { view: newView(), traces: [], plot: null, asked: null, key: "", wanted: "", later: 0, start: null, hidden: new Set() };
 
 function tracesOf(parts) {
@@ -102,11 +102,11 @@ function followed(found) {
 
 function tellFollowing() {
   const { loop, reason } = data.loop, words = [];
-  if (!loop) words.push(`It is not computed with other values: ${reason}.`);
+  if (!loop) words.push(`No simulation with other values: ${reason}.`);
   else if (following.start) {
     const part = loop.count < loop.all ? `the first ${told(loop.count * loop.sampleTime, "s")} of the loop` : "the loop";
     const now = allTraces().at(-1).name === "moved" ? `, with these values ${peakToPeak(following.asked.found)}` : "";
-    words.push(`Computed here, ${part} errs peak to peak by ${peakToPeak(following.start)} with the identified values fed forward${now}.`);
+    words.push(`Following error of ${part}, peak to peak, computed on this page: ${peakToPeak(following.start)} with feedforward of the identified values${now}.`);
   }
   const text = words.join(" ");
   if (byId("alive-following-told").textContent !== text) byId("alive-following-told").textContent = text;

@@ -1,5 +1,5 @@
 "use strict";
-// What Python deflated (RFC 1951), unpacked at once: a stream of the browser would give it later.
+// Unpack deflated data (RFC 1951) synchronously, unlike a stream of the browser.
 
 const LENGTHS = [3, 4, 5, 6, 7, 8, 9, 10, 11, 13, 15, 17, 19, 23, 27, 31, 35, 43, 51, 59, 67, 83, 99, 115, 131, 163, 195, 227, 258];
 const DISTANCES = [1, 2, 3, 4, 5, 7, 9, 13, 17, 25, 33, 49, 65, 97, 129, 193, 257, 385, 513, 769, 1025, 1537, 2049, 3073, 4097,
@@ -9,7 +9,7 @@ const ORDER = [16, 17, 18, 0, 8, 7, 9, 6, 10, 5, 11, 4, 12, 3, 13, 2, 14, 1, 15]
 function lengthBits(i) { return i === 28 || i < 4 ? 0 : (i >> 2) - 1; }
 function distanceBits(i) { return i < 2 ? 0 : (i >> 1) - 1; }
 
-// A code from the lengths of its words: how many words there are of each length, and what they stand for in order.
+// A code from the lengths of its words: the count of words of each length, and their symbols in order.
 function codeOf(lengths) {
   const counts = new Array(16).fill(0), symbols = [];
   for (let length = 1; length < 16; length++) {
@@ -18,7 +18,7 @@ function codeOf(lengths) {
   return { counts, symbols };
 }
 
-// `before` is what the text may go back to: it was packed as what follows that.
+// `before` is the preceding data that the text may refer to.
 function inflated(source, size, before = new Uint8Array()) {
   const target = new Uint8Array(before.length + size);
   let at = 0, bits = 0, held = 0, written = before.length, last = false;

@@ -1,4 +1,4 @@
-// The page: what stands where, what was before, and what is computed anew when something moves.
+// The page: layout, history, and computation after a move.
 
 const byId = (id) => document.getElementById(id);
 const { code: packedData, size: sizeOfData } = JSON.parse(byId("data").textContent);
@@ -20,7 +20,7 @@ const lab = newBench(colours());
 
 // --- drawing ----------------------------------------------------------------------------------------------------------
 
-// While a slider moves, a loop that takes long has fewer samples; once it stands still it has all of them.
+// While a slider moves, a slow loop has fewer samples; at rest it has all of them.
 function drawNow(moves = false) {
   const before = performance.now(), isLong = moves && loopTook > LONG_LOOP;
   clearTimeout(settling);
@@ -42,7 +42,7 @@ function drawRest() {
   restTook = performance.now() - before;
 }
 
-// Verdicts change on the way, but not with every frame.
+// Verdicts change during a move, but not in every frame.
 function judge() {
   const before = performance.now();
   judging = 0;
@@ -50,7 +50,7 @@ function judge() {
   verdictTook = performance.now() - before;
 }
 
-// The loop is drawn at once, the rest after it: less often where it takes so long that a slider would lag.
+// The loop is drawn at once, the rest later: less often if it is so slow that a slider would lag.
 function draw(moves = false) {
   drawNow(moves);
   if (!waiting) waiting = setTimeout(drawRest, restTook > LONG ? PAUSE : 0);
@@ -114,9 +114,9 @@ function buildCards() {
   }
 }
 
-// --- what was before, and the link --------------------------------------------------------------------------------------
+// --- the history, and the link --------------------------------------------------------------------------------------
 
-// Everything that was moved away from where it began, as it stands in the link.
+// Every value that differs from its initial value, for the link.
 function stateText() {
   const changed = new URLSearchParams();
   const { plain, slots, name } = lab.model;
@@ -148,7 +148,7 @@ function settle(text) {
   byId("redo").disabled = future.length === 0;
   try {
     history.replaceState(null, "", text ? `#${text}` : location.pathname + location.search);
-  } catch { /* where a host forbids it, "Copy link" still gives the link */ }
+  } catch { /* if a host forbids it, "Copy link" still gives the link */ }
 }
 
 async function go(text) {
@@ -188,16 +188,16 @@ async function show(plain, slots = ownSlots(plain)) {
   byId("model").value = String(data.models.indexOf(plain));
   byId("description").textContent = `${model.description[0].toUpperCase()}${model.description.slice(1)}.`;
   byId("view-plane").hidden = !model.stack && !model.elements;
-  byId("plane-title").textContent = `What the ${model.stack ? "operator remembers" : "elements remember"}`;
+  byId("plane-title").textContent = `Memory of the ${model.stack ? "operator" : "elements"}`;
   byId("plane").setAttribute("aria-label", model.stack
     ? "Preisach plane with the staircase between relays that are up and relays that are down"
-    : "What each element keeps, as a bar between the lines at which it slips");
+    : "Force of each element, as a bar between its slip limits");
   byId("python").disabled = !model.head.python;
   buildSlots();
   buildCards();
 }
 
-// Another set of slots; what was moved stays, and what is watched too.
+// Another set of slots; moved values and the path stay.
 async function putSlots(slots) {
   const { values, preset, turns, moment } = lab;
   await show(lab.model.plain, slots);
@@ -227,7 +227,7 @@ function take(preset) {
 
 // --- the contact under the mouse ------------------------------------------------------------------------------------------
 
-// Move the contact on by a distance over the amplitude; a path that goes on the same way has no turn there.
+// Move the contact on by a distance over the amplitude; without a reversal the path gets no turn.
 function moveBy(distance) {
   if (lab.preset !== "drawn") {
     const { amplitude } = lab.values;
@@ -238,7 +238,7 @@ function moveBy(distance) {
   if (to === at) return;
   if (turns.length > 1 && (to - at) * (at - turns.at(-2)) > 0) turns[turns.length - 1] = to;
   else if (turns.length < MOST_TURNS) turns.push(to);
-  else return say(`The path has ${MOST_TURNS} turns: begin it anew with “${PRESETS.drawn.word}”.`);
+  else return say(`The path has ${MOST_TURNS} turns. Restart it with “${PRESETS.drawn.word}”.`);
   lab.moment = 1;
   drawNow();
   for (const button of byId("presets").children) button.setAttribute("aria-pressed", String(button.value === "drawn"));
@@ -282,7 +282,7 @@ async function copy(text, what) {
     area.select();
     const done = document.execCommand("copy");
     area.remove();
-    if (!done) return say(`The browser does not let this page copy. ${what}: ${text}`);
+    if (!done) return say(`The browser does not allow copying. ${what}: ${text}`);
   }
   return say(`${what} copied.`);
 }

@@ -1,4 +1,4 @@
-// The report moves: what the model leaves over in the rows that it was fitted to, with values that are not the identified ones.
+// The interactive report: the residual in the fitted rows, with changed values.
 
 const byId = (id) => document.getElementById(id);
 const data = JSON.parse(byId("alive-data").textContent);
@@ -45,7 +45,7 @@ function effortPlot(canvas, view) {
 
 function residualPlot(canvas, view) {
   const { theme, found, start } = alive, before = isMoved() ? [[start.residual, { colour: theme.ghost, width: 2.4 }]] : [];
-  return timeFrame(canvas, view, "left over", [...before, [found.residual, { colour: theme.accent, width: 1 }]]);
+  return timeFrame(canvas, view, "residual", [...before, [found.residual, { colour: theme.accent, width: 1 }]]);
 }
 
 function rowAt(frame, x) { return nearest(alive.rows.t, frame.valueAt(x)); }
@@ -57,7 +57,7 @@ function rowFurther(frame, row, way) {
 
 function rowTold(row) {
   const { rows, found } = alive, say = (value) => told(value, data.effort);
-  return `At ${told(rows.t[row], "s", 6)}: measured ${say(rows.measured[row])}, predicted ${say(found.predicted[row])}, left over ${say(found.residual[row])}; velocity ${told(rows.velocity[row], data.model.units.velocity)}.`;
+  return `At ${told(rows.t[row], "s", 6)}: measured ${say(rows.measured[row])}, predicted ${say(found.predicted[row])}, residual ${say(found.residual[row])}; velocity ${told(rows.velocity[row], data.model.units.velocity)}.`;
 }
 
 function markRow(frame, row, values) {
@@ -94,7 +94,7 @@ function markPoint(frame, row) {
     frame.dot(at, found.taken[row], theme.ink, 4);
     frame.dot(at, found.friction[row], theme.accent, 4);
   });
-  return `At ${told(at, data.model.units.velocity)}: friction measured ${told(found.taken[row], data.effort)}, of the model ${told(found.friction[row], data.effort)}; ${told(rows.t[row], "s", 6)} into the log.`;
+  return `At ${told(at, data.model.units.velocity)}: friction measured ${told(found.taken[row], data.effort)}, model ${told(found.friction[row], data.effort)}; ${told(rows.t[row], "s", 6)} into the log.`;
 }
 
 function buildPlots() {
@@ -112,9 +112,9 @@ function buildPlots() {
 // --- values ---------------------------------------------------------------------------------------------------------------
 
 function summed() {
-  const { found, start, rows } = alive, say = ({ rms, share }) => `${told(rms, data.effort)} root mean square, ${withDigits(100 * share, 3)} % of the effort`;
+  const { found, start, rows } = alive, say = ({ rms, share }) => `${told(rms, data.effort)} rms, ${withDigits(100 * share, 3)} % of the effort`;
   const fit = `the report has ${told(rows.rms, data.effort)}`;
-  return isMoved() ? `Left over: ${say(found)}. With the identified values ${told(start.rms, data.effort)}; ${fit}.` : `Left over: ${say(found)}; ${fit}.`;
+  return isMoved() ? `Residual: ${say(found)}. With the identified values ${told(start.rms, data.effort)}; ${fit}.` : `Residual: ${say(found)}; ${fit}.`;
 }
 
 function update() {
@@ -148,7 +148,7 @@ function cardsFor(variable) {
 }
 
 function buildCards() {
-  const others = element("details", {}, element("summary", { text: "Not identified from this log, or held" }));
+  const others = element("details", {}, element("summary", { text: "Not identified from this log, or held constant" }));
   for (const variable of variables) {
     const made = alive.shown[variable.name] = cardsFor(variable), roots = made.map(({ root }) => root);
     (variable.status === "identified" ? byId("alive-cards") : others).append(...roots);

@@ -1,10 +1,10 @@
-// A mass with friction follows a motion in a loop with an encoder and a delay: what a law alone, with friction fed
-// forward, with an observer, and with both leaves of the error. It runs in a worker where the host lets it.
+// The following error of a mass with friction in a loop with an encoder and a delay: control law alone, with friction
+// feedforward, with an observer, and with both. It runs in a worker if the host allows it.
 
 const CUTOFF = 400, LAYER = 2e-5, NOISE = 0.08, SUBSTEPS = 2; // [Hz], [m/s or rad/s], of a count, steps of a sample
 const WAYS = { none: "sliding", model: "sliding", observer: "observer", both: "observer" };
 
-// Laws and encoder, ready to run. A law reads what it is told from what lasts of it.
+// Laws and encoder, ready to run. A law reads its inputs from its persistent memory.
 async function loadedParts(loop) {
   const { exports } = new WebAssembly.Instance(await moduleOf(loop));
   const numbers = new Float64Array(exports.memory.buffer), virgin = numbers.slice();
@@ -24,8 +24,8 @@ async function loadedParts(loop) {
   };
 }
 
-// What a friction model says is to be fed forward along a motion, from each sample to the next. At rest, a model without
-// memory holds the force of the side that the motion came from.
+// The friction feedforward of a model along a motion, from each sample to the next. At rest, a model without
+// memory keeps the force of the last direction.
 function fedForward(contact, places, dt) {
   const forces = new Float64Array(places.length - 1);
   let side = 0;
@@ -39,7 +39,7 @@ function fedForward(contact, places, dt) {
   return forces;
 }
 
-// Where the mass goes at each sample, and where it is read to be.
+// True and measured position of the mass at each sample.
 function followed(parts, body, law, desired, told, { dt, delay, count, values }) {
   const x = new Float64Array(count), read = new Float64Array(count), commands = new Float64Array(count);
   parts.begin(values);
@@ -65,7 +65,7 @@ function sineOf(amplitude, frequency, count, dt, phase) {
   return { x, v, a };
 }
 
-// Two periods by all four ways, of which the second is shown; for the circle the other axis by two ways.
+// Two periods in all four variants, of which the second is shown; for the circle the other axis in two variants.
 async function tracked({ loop, model, values, body, bodyValues, settings }) {
   const [parts, contact, mass] = [await loadedParts(loop), await loaded(model), await loaded(body)];
   const { M, gain, K_2, g, resolution, A, f } = settings, { delay } = loop, dt = Math.min(loop.sampleTime, 1 / (500 * f));

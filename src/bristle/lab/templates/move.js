@@ -1,4 +1,4 @@
-// The loop of a log: the axis follows the recorded reference, with what a model feeds forward.
+// The loop of a log: the axis follows the recorded reference, with the feedforward of a model.
 
 function slopes(x, dt) {
   const last = x.length - 1;
@@ -18,7 +18,7 @@ function fedAlong({ places, a }, contact, mass, { delay, sampleTime }) {
   return a.map((_, k) => friction[k + delay] + mass * 0.5 * (at(k + delay) + at(Math.min(k + delay + 1, last))));
 }
 
-// The following error at each sample, as the encoder reads it.
+// The following error at each sample, measured by the encoder.
 async function followedMove({ loop, model, values, mass }) {
   const { sampleTime: dt, substeps, delay, limit, lag, begin } = loop, next = columnsOf(loop.numbers), count = loop.count;
   const reference = next(count, 2, loop.step), disturbance = next(count, 1, loop.pushed);

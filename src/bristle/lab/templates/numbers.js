@@ -1,6 +1,6 @@
 // Columns of numbers, unpacked.
 
-// Whole numbers as Python packed them: of either sign in turn, their bytes by value.
+// Integers packed by Python: zigzag signs, bytes grouped by significance.
 function unpackedNumbers({ code, count }) {
   const bytes = inflated(Uint8Array.from(atob(code), (letter) => letter.charCodeAt(0)), 4 * count), numbers = new Int32Array(count);
   for (let k = 0; k < count; k++) {
@@ -10,7 +10,7 @@ function unpackedNumbers({ code, count }) {
   return numbers;
 }
 
-// The next so many of them, which were summed up so many times before only their differences were kept.
+// The next `count` integers; undo `sums` differences.
 function columnsOf(packed) {
   const numbers = unpackedNumbers(packed);
   let at = 0;

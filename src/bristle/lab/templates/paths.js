@@ -1,7 +1,7 @@
 "use strict";
-// The paths that a contact is moved along, and what is read off them.
+// The paths of a contact, and the numbers read off them.
 
-// In each preset, where the contact turns, over the amplitude; the amplitude over the distance of pre-sliding.
+// For each preset: the turning points over the amplitude, and the amplitude over the pre-sliding distance.
 const PRESETS = {
   triangle: { word: "Triangle", turns: [0, 1, -1, 1, -1, 1], amplitude: 5 },
   loops: { word: "Inner loops", turns: [0, 1, -1, 0.8, -0.8, 0.6, -0.6, 0.4, -0.4, 0.2, -0.2, 0], amplitude: 3 },
@@ -11,11 +11,11 @@ const PRESETS = {
 };
 const SAMPLES = 20000, MOST_HALVED = 3;
 
-// How many samples take so many times less: some half of a half of all, so that the values of the start, which are drawn
-// beside those of now, need not be computed anew with each move.
+// A smaller number of samples: a power of two fewer than all, so that the curves of the initial values, which are drawn
+// next to the present curves, need no new computation with each move.
 function samplesWithin(times) { return SAMPLES / 2 ** Math.min(Math.ceil(Math.log2(times)), MOST_HALVED); }
 
-// Positions at one speed from turn to turn, a sample at each turn: `at` holds the samples of the turns.
+// Positions at constant speed from turn to turn, with a sample at each turn: `at` contains the samples of the turns.
 function pathThrough(turns, amplitude, count) {
   const lengths = turns.slice(1).map((turn, i) => Math.abs(turn - turns[i]));
   const total = lengths.reduce((sum, length) => sum + length, 0);
@@ -32,7 +32,7 @@ function pathThrough(turns, amplitude, count) {
   return { x, at, length: total * amplitude };
 }
 
-// Where the contact is while its velocity goes evenly from one end to the other, and back: mean velocities of steps.
+// Positions while the velocity rises and falls linearly between two ends: mean velocities of steps.
 function sweep(top, time, count) {
   const x = new Float64Array(count), v = new Float64Array(count), dt = time / (count - 1), half = (count - 1) / 2;
   for (let k = 1; k < count; k++) {
@@ -43,7 +43,7 @@ function sweep(top, time, count) {
   return { x, v, dt };
 }
 
-// The work that a loop takes between two samples: the sum of mean force times step.
+// The work of friction between two samples: the sum of mean force times step.
 function lossBetween(x, force, first, last) {
   let work = 0;
   for (let k = first + 1; k <= last; k++) work += force[k] * (x[k] - x[k - 1]);
@@ -73,7 +73,7 @@ function extent(values, first = 0) {
 
 const PREFIXES = [[1e6, 1e-6, "M"], [1e4, 1e-3, "k"], [1, 1, ""], [1e-3, 1e3, "m"], [1e-6, 1e6, "µ"], [0, 1e9, "n"]];
 
-// The multiple of a unit in which a number of this magnitude is read best; a prefix before a power is left alone.
+// The most readable multiple of a unit for a number of this magnitude; a prefix before a power stays.
 function scaleOf(unit, magnitude) {
   if (!/^(m|N|rad|s|J)(?![A-Za-z²³^])/.test(unit) || !(magnitude > 0)) return { factor: 1, unit };
   const prefixes = /^[ms]/.test(unit) || unit.startsWith("rad") ? PREFIXES.slice(2) : PREFIXES;
@@ -93,7 +93,7 @@ function withDigits(value, digits) {
   return size !== 0 && (size >= 1e6 || size < 1e-4) ? rounded.toExponential().replace("e+", "e") : String(rounded);
 }
 
-// A number as it is typed into a field or a file: to the bit.
+// A number as typed into a field or a file: exact to the bit.
 function typed(value) {
   if (!Number.isFinite(value)) return value > 0 ? "inf" : "-inf";
   const size = Math.abs(value);
@@ -132,7 +132,7 @@ function product(factors, values) {
   return factors.reduce((whole, factor) => whole * (values[factor] ? values[factor][0] : Number(factor)), 1);
 }
 
-// The least factor of friction along the axis.
+// The smallest factor of friction along the axis.
 function leastFactor([p_1], [p_2]) {
   const turn = p_2 ? Math.max(-1, Math.min(-0.5 * p_1 / p_2, 1)) : 0;
   return Math.min(...[-1, 1, turn].map((at) => 1 + at * p_1 + at * at * p_2));
@@ -147,7 +147,7 @@ function broken(model, values) {
   return model.conditions.filter((condition) => !met(condition, values));
 }
 
-// Shares that add up to one again after one of them was moved: the others keep their proportions.
+// Shares with sum 1 after a change of one share: the others keep their proportions.
 function shared(shares, moved) {
   const left = 1 - shares[moved];
   const rest = shares.reduce((sum, share, i) => sum + (i === moved ? 0 : share), 0);

@@ -1,8 +1,8 @@
-// The physics of the page: modules of WebAssembly, and what is asked of them.
+// The physics of the page: modules of WebAssembly, and their functions.
 
 function numbersOf(values) { return values.map(Number); }
 
-// A module, compiled at once; older browsers do so only where it is small, and take their time else.
+// A module, compiled synchronously; older browsers allow this for small modules only, and compile others asynchronously.
 async function compiled(bytes) {
   try {
     return new WebAssembly.Module(bytes);
@@ -14,7 +14,7 @@ async function compiled(bytes) {
 
 function bytesOf(code) { return Uint8Array.from(atob(code), (letter) => letter.charCodeAt(0)); }
 
-// A binary may be packed as what follows others.
+// A binary may be packed as the continuation of others.
 function binaryOf({ code, size, before = [] }) {
   return inflated(bytesOf(code), size, Uint8Array.from(before.flatMap((each) => [...binaryOf(each)])));
 }
@@ -26,7 +26,7 @@ async function moduleOf(model) {
   return modules.get(model.code);
 }
 
-// Where the numbers of a parameter are: the forward ones first where it stands for both directions.
+// The memory of a parameter: forward numbers first if it has both directions.
 function placesOf(places, name) {
   const side = ["_pos", "_neg"].indexOf(name.slice(-4)), both = places[name.slice(0, -4)];
   if (places[name]) return places[name];
@@ -34,7 +34,7 @@ function placesOf(places, name) {
   return [...(places[`${name}_pos`] ?? []), ...(places[`${name}_neg`] ?? [])];
 }
 
-// A friction model, ready to be moved. What lasts from step to step lies before its parameters in the memory.
+// A friction model, ready to be moved. Its state lies before its parameters in the memory.
 async function loaded(model) {
   const instance = new WebAssembly.Instance(await moduleOf(model));
   const { memory, advance, step, rest } = instance.exports;
@@ -44,7 +44,7 @@ async function loaded(model) {
   return {
     model, advance, rest,
     begin() { numbers.set(virgin); },
-    // What lasts of the contact, to come back to.
+    // A copy of the state of the contact.
     kept(into = new Float64Array(body - lasting)) {
       into.set(numbers.subarray(lasting, body));
       return into;
@@ -52,22 +52,22 @@ async function loaded(model) {
     back(kept) { numbers.set(kept, lasting); },
     lasts(place, number) { numbers[lasting + place] = number; },
     bodyLasts(place, number) { numbers[body + place] = number; },
-    // The mass, put somewhere at a velocity and pushed.
+    // The mass, released at a position with a velocity and pushed.
     put(x, v) {
       numbers[body] = x;
       numbers[body + 1] = v;
     },
     push(effort, dt) { return step(effort, dt); },
     get x() { return numbers[body]; },
-    // Nothing varies with the place, the load and so on, until parameters are set again.
+    // No variation with position, load and so on, until parameters are set again.
     hold() { for (const [at, value] of model.still) numbers[at / 8] = value; },
-    // Of a level of nothing no share can be told: it is one of infinity.
+    // A share of a zero level is undefined: use that of infinity.
     set(name, values) {
       for (const place of placesOf(model.places, name)) {
         place.forEach((at, i) => { numbers[at / 8] = values[i] === 0 && model.levels?.includes(at) ? Infinity : values[i]; });
       }
     },
-    // Forces along positions; element 0 is 0, and the contact begins anew. At some sample it may be looked at.
+    // Forces along positions; element 0 is 0, and the contact starts without memory. A callback sees it at one sample.
     forces(x, dt, moment = -1, look = () => {}) {
       const forces = new Float64Array(x.length), first = Math.min(moment + 1, x.length);
       numbers.set(virgin);
@@ -76,7 +76,7 @@ async function loaded(model) {
       for (let k = first; k < x.length; k++) forces[k] = advance(x[k], dt);
       return forces;
     },
-    // The mass pushed by an effort that a function gives for each step: position, far end of the spring, friction.
+    // The mass pushed by the effort of a function for each step: position, far end of the spring, friction.
     moved(count, dt, effort) {
       numbers.set(virgin);
       const motion = { x: new Float64Array(count), end: new Float64Array(count), force: new Float64Array(count) };
@@ -88,7 +88,7 @@ async function loaded(model) {
       return motion;
     },
     get overflow() { return numbers[lasting + model.overflow] !== 0; },
-    // What an operator with turning points remembers, the present input last, or what elements do; else nothing.
+    // The memory of an operator: turning points with the present input last, or elements; otherwise empty.
     remembered() {
       if (model.elements) return [...numbers.subarray(contact, contact + model.elements.numbers)];
       if (!model.stack) return null;
@@ -99,7 +99,7 @@ async function loaded(model) {
 }
 
 // Corners of the staircase between relays that are up and relays that are down, from the line of the virgin contact
-// to the present input: pairs of what the input turned at, one after the other, larger one first.
+// to the present input: consecutive pairs of turning points, larger value first.
 function staircase(remembered) {
   const inputs = [-remembered[0], ...remembered];
   const corners = inputs.slice(1).map((input, i) => [Math.max(input, inputs[i]), Math.min(input, inputs[i])]);
@@ -107,13 +107,13 @@ function staircase(remembered) {
   return [...corners, [last, last]];
 }
 
-// The least and the largest that each element keeps before it slips.
+// The smallest and largest value of each element before it slips.
 function limitsOf({ limits, numbers }, values) {
   const at = (names, i) => names.reduce((whole, name) => whole * (values[name][i] ?? values[name][0]), 1);
   return Array.from({ length: numbers }, (_, i) => limits.map(({ times, over }, side) => (2 * side - 1) * at(times, i) / at(over, i)));
 }
 
-// --- the walks that show that the same bits come out ----------------------------------------------------------------
+// --- the walks that compare the bits ----------------------------------------------------------------
 
 const SEED = 20260, FACTOR = 1664525, TERM = 1013904223, PART = 125, RESTS = 16, BLOCK = 1000;
 
@@ -147,7 +147,7 @@ function differing(values, hashes, block = BLOCK) {
   return hashes.filter((hash, i) => hashOf(values.subarray(i * block, (i + 1) * block)) !== hash).length;
 }
 
-// Where a mass is that is pushed another way in every step.
+// Positions of a mass with a different push in every step.
 function pushedAbout(contact, { count, dt, push }) {
   let bits = SEED;
   return contact.moved(count, dt, () => {
@@ -156,7 +156,7 @@ function pushedAbout(contact, { count, dt, push }) {
   }).x;
 }
 
-// Walk a model as Python did, and return how many blocks of steps differ, and of how many.
+// Repeat the walk of Python, and return the number of differing blocks of steps, and of all blocks.
 async function walked(model) {
   const contact = await loaded(model), { contact: walk, mass } = model.walks;
   for (const variable of [...model.variables, ...model.pull]) contact.set(variable.name, numbersOf(variable.values));

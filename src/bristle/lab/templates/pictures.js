@@ -1,6 +1,6 @@
-// A view as a file: drawn once more, onto paper of its own.
+// A view as a file: drawn again on a separate canvas.
 
-// What of a canvas the views use, as SVG. A group is open for each clip and each turn, until what was saved is restored.
+// The canvas functions used by the views, as SVG. Each clip and each rotation opens a group until the state is restored.
 class Paper {
   constructor(width, height, ground) {
     Object.assign(this, { width, height, parts: [`<rect width="${width}" height="${height}" fill="${ground}"/>`], clips: 0, open: 0, saved: [], path: "",
@@ -47,7 +47,7 @@ class Paper {
     this.parts.push(`<text x="${near(x)}" y="${near(y + lower * size)}" text-anchor="${anchor}" fill="${this.fillStyle}" font-size="${near(size)}" font-family="system-ui, DejaVu Sans, sans-serif">${plain}</text>`);
   }
   text() {
-    // The name of the language is an address, and no address stands on this page: the browser knows it.
+    // The namespace is an address, and this page contains no addresses: the browser knows it.
     const language = new DOMParser().parseFromString("<svg></svg>", "text/html").body.firstChild.namespaceURI;
     return `<svg xmlns="${language}" width="${this.width}" height="${this.height}" viewBox="0 0 ${this.width} ${this.height}">${this.parts.join("\n")}</svg>\n`;
   }
@@ -55,7 +55,7 @@ class Paper {
 
 function near(value) { return Number(value.toFixed(2)); }
 
-// What a view draws onto a canvas, drawn onto paper.
+// The drawing of a view, as SVG.
 function asSvg(canvas, redraw) {
   const ground = getComputedStyle(document.body).backgroundColor;
   const paper = new Paper(canvas.clientWidth, canvas.clientHeight, ground);
@@ -63,7 +63,7 @@ function asSvg(canvas, redraw) {
   return paper.text();
 }
 
-// The same as it stands on the page, in three times as many points, on the ground of the page.
+// The view with three times as many pixels, on the background of the page.
 function asPng(canvas, redraw) {
   const big = document.createElement("canvas"), context = big.getContext("2d"), times = 3;
   Object.assign(big, { width: times * canvas.clientWidth, height: times * canvas.clientHeight });

@@ -12,7 +12,7 @@ function roundStep(rough) {
   return [1, 2, 2.5, 5, 10].map((factor) => factor * power).find((each) => each >= rough * 0.999);
 }
 
-// Round numbers between two ends, about so many.
+// About `count` round numbers between two ends.
 function ticks(low, high, most) {
   const step = roundStep((high - low) / Math.max(most, 1));
   const list = [];
@@ -24,7 +24,7 @@ function tickText(value) {
   return withDigits(value, 6).replace("-", "−");
 }
 
-// An axis around values, to round numbers: it stays while values move a little, so that the curve is seen to move.
+// An axis around values, with round ends. It stays during small changes, so that the curve visibly moves.
 function axis(low, high, margin = 0.06) {
   const wide = high - low || Math.abs(high) || 1, a = low - margin * wide, b = high + margin * wide;
   const step = roundStep(wide / 12);
@@ -118,7 +118,7 @@ class Frame {
   }
 
   curve(x, y, { colour, width = 2, dash = [], first = 0, last = x.length - 1 }) {
-    const { context } = this, bold = Math.max(1, this.theme.size / 16); // where letters are large, lines are too
+    const { context } = this, bold = Math.max(1, this.theme.size / 16); // larger letters, wider lines
     const a = (this.right - this.left) / (this.x.high - this.x.low), b = this.left - this.x.low * a;
     const c = (this.top - this.bottom) / (this.y.high - this.y.low), d = this.bottom - this.y.low * c;
     this.clip(() => {
@@ -140,7 +140,7 @@ class Frame {
     });
   }
 
-  // A line from top to bottom at a value, or what lies between two of them.
+  // A vertical line at a value, or the band between two values.
   upright(x, colour) { this.curve([x, x], [this.y.low, this.y.high], { colour, width: 1 }); }
 
   dot(x, y, colour, size = 5) {
@@ -155,8 +155,8 @@ class Frame {
 
 const STRAYS = 0.2; // [px]
 
-// A line through points, of as few as leave none of them further off: what takes time is to draw corners. From the last
-// corner on there is a cone of directions that do; a point outside it, or further back, makes the one before it a corner.
+// A polyline with as few corners as the tolerance allows, because drawing corners is slow. From the last
+// corner a cone of directions is within tolerance; a point outside it, or further back, makes the previous point a corner.
 function straightened(context, first, last, across, up) {
   let atX = across(first), atY = up(first), beforeX = atX, beforeY = atY, reach = 0, lowX = 0, lowY = 0, highX = 0, highY = 0;
   context.moveTo(atX, atY);
@@ -171,7 +171,7 @@ function straightened(context, first, last, across, up) {
     }
     beforeX = px, beforeY = py;
     if (!(r >= STRAYS)) continue;
-    // The directions that pass this point closely enough, and of these what is in the cone.
+    // The directions within tolerance of this point, cut with the cone.
     const turn = STRAYS / r, rightX = dx + turn * dy, rightY = dy - turn * dx, leftX = dx - turn * dy, leftY = dy + turn * dx;
     if (reach < STRAYS || lowX * rightY - lowY * rightX > 0) lowX = rightX, lowY = rightY;
     if (reach < STRAYS || leftX * highY - leftY * highX > 0) highX = leftX, highY = leftY;
@@ -184,10 +184,10 @@ function labelOf({ word, unit }) { return unit ? `${word} [${unit}]` : word; }
 
 const sizes = new WeakMap();
 
-// Have a canvas measured before it is drawn next: not at each drawing, which would lay out the page anew.
+// Measure a canvas before the next drawing, not at each drawing, which would repeat the layout of the page.
 function resized(canvas) { sizes.delete(canvas); }
 
-// What is drawn onto a canvas next goes elsewhere, until it is drawn.
+// Redirect the next drawing of a canvas.
 let elsewhere = null;
 
 function drawnOnto(canvas, context, draw) {
@@ -195,7 +195,7 @@ function drawnOnto(canvas, context, draw) {
   try { draw(); } finally { elsewhere = null; }
 }
 
-// A context of a canvas as large as it is shown, wiped.
+// A cleared context of a canvas, in its size on the page.
 function wiped(canvas) {
   if (elsewhere?.canvas === canvas) {
     return { context: elsewhere.context, area: { left: 0, top: 0, width: canvas.clientWidth, height: canvas.clientHeight } };

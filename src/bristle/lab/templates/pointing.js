@@ -1,21 +1,21 @@
-// A plot that is pointed at and enlarged: drag across a part of it, turn the wheel with Ctrl, click twice to see all of it.
-// On the keyboard, arrows point, + and - enlarge and go back, Escape shows all.
+// A plot with pointer and zoom: drag to enlarge a part, Ctrl and wheel to zoom, double-click to show all.
+// Keyboard: arrows move the pointer, + and - zoom, Escape shows all.
 
-const SMALLEST = 6, TURNED = 1.0015, CLOSER = 1.5; // [pixels], of the wheel for each unit it turns, of a key
+const SMALLEST = 6, TURNED = 1.0015, CLOSER = 1.5; // [pixels], zoom per wheel unit, zoom per key
 
-// What is seen of plots that move together: null where all of it is.
+// The visible range of linked plots: null for the full range.
 function newView() { return { x: null, y: null, plots: [] }; }
 
 class Pointed {
-  // `draw` draws what a view shows and returns the frame; `pick` returns what lies at a place, `shift` what is a step
-  // further, and `tell` marks it in the frame and says what it is.
+  // `draw` draws a view and returns the frame; `pick` returns the item at a position, `shift` the item a step
+  // further, and `tell` marks it in the frame and describes it.
   constructor(canvas, reading, view, { draw, pick, shift, tell, both = false }) {
     Object.assign(this, { canvas, reading, view, draw, pick, shift, tell, both, at: null, from: null, to: null, waits: false });
     view.plots.push(this);
     this.listen();
   }
 
-  get hint() { return "Point at the plot to read it; drag to enlarge a part, click twice for all of it."; }
+  get hint() { return "Point at the plot to read values. Drag to enlarge a part, double-click to show all."; }
 
   show() {
     this.waits = false;
@@ -47,7 +47,7 @@ class Pointed {
     for (const plot of this.view.plots) plot.later();
   }
 
-  // Both axes, or the one of time, by a factor around a place.
+  // Zoom both axes, or the time axis, by a factor around a point.
   enlarge(factor, place) {
     if (!this.frame) return;
     const around = (axis, value) => [value - (value - axis.low) / factor, value + (axis.high - value) / factor];
@@ -108,7 +108,7 @@ class Pointed {
   }
 }
 
-// The place in a rising list that is nearest to a value.
+// The index in a rising list nearest to a value.
 function nearest(list, value) {
   let low = 0, high = list.length - 1;
   while (high - low > 1) {

@@ -1,4 +1,4 @@
-// The rows of an identification: the motion that the model is led along, and what filters and the plant make of its forces.
+// The rows of an identification: the motion of the model, and its forces after filters and plant.
 
 function rowsOf(rows) {
   const { step, sampleTime } = rows, next = columnsOf(rows.numbers);
@@ -25,7 +25,7 @@ function meanVelocities({ places, ends, origin }, sampleTime) {
   return places.map((place, k) => (place - (k ? places[k - 1] : origin)) / (sampleTime * (k ? ends[k] - ends[k - 1] : ends[0] + 1)));
 }
 
-// The mean force of each interval of a stretch. After a move backward, rest is where the force of that side holds.
+// The mean force of each interval of a stretch. At rest after a backward move, the backward force applies.
 function forcesIn(contact, { places, ends, begin, origin }, sampleTime) {
   let last = origin, side = 1;
   contact.begin();
@@ -39,7 +39,7 @@ function forcesIn(contact, { places, ends, begin, origin }, sampleTime) {
   });
 }
 
-// What the filters make of a signal over the intervals, in each row; what lies beyond the ends is as at the ends.
+// The filtered signal in each row; beyond the ends it is constant.
 function weighed({ response, stretches, t }, signals) {
   const values = new Float64Array(t.length), middle = response.length >> 1, whole = response[response.length - 1];
   let row = 0;
@@ -65,7 +65,7 @@ function frictionInRows(contact, rows) {
   return weighed(rows, rows.stretches.map((stretch) => forcesIn(contact, stretch, rows.sampleTime)));
 }
 
-// What the plant takes in each row, with these values of its parameters.
+// The effort of the plant in each row, with these values of its parameters.
 function mechanicalInRows({ mechanical, t }, values) {
   const effort = new Float64Array(t.length);
   for (const { name, values: column } of mechanical) {

@@ -1,10 +1,10 @@
-// Slots put on and taken off: what the page knows of a model with them, made of what Python tells of it without any.
+// Adding and removing slots: the description of a model with slots, made from that of the model without slots.
 
 const RISING = ["transmitted", "ripple"];
-const ALONG = ["position", "periodic", "ripple"]; // what varies along the axis
+const ALONG = ["position", "periodic", "ripple"]; // variation along the axis
 const ONE_WAY = [["_pos", "+", ", moving forward", 1.1], ["_neg", "−", ", moving backward", 0.9]];
 
-// A number without the digits that a product adds to it.
+// A number without the additional digits of a product.
 function rounded(value) { return Number(value.toPrecision(12)); }
 
 function symbolOf({ name, symbol }, side, sign) {
@@ -17,14 +17,14 @@ function oneWay(row) {
     description: row.description + words, values: row.values.map((value) => rounded(share * Number(value))), interval: null, status: "" }));
 }
 
-// A number of a slot, which is told over a scale of the model.
+// A number of a slot, given over a scale of the model.
 function scaled({ scale, ...row }, scales) {
   if (!scale) return row;
   const times = scales[scale], sliders = row.sliders.map((slider) => ({ ...slider, low: slider.low * times, high: slider.high * times }));
   return { ...row, values: row.values.map((value) => round(value * times)), sliders };
 }
 
-// What a parameter is called: for each direction where some differ.
+// The name of a parameter, with the direction if the model distinguishes directions.
 function namings(directional) {
   return directional.size ? ONE_WAY.map(([side]) => (name) => (directional.has(name) ? name + side : name)) : [(name) => name];
 }
@@ -60,13 +60,13 @@ function headWith({ toml, python }, on) {
   return { toml: toml.endsWith("]") ? toml.replace(/\]$/, `, ${quoted}]`) : `${toml}\nslots = [${quoted}]`, python };
 }
 
-// The module with every slot, and where to put what so that nothing varies.
+// The module with every slot, and the memory of its parameters with neutral values.
 function wideOf({ wide }, offers) {
   const rows = Object.values(offers).flatMap((slot) => [...(slot.rows ?? []), ...(slot.around ? [slot.around] : [])]);
   return { ...wide, still: rows.flatMap(({ name, nothing }) => placesOf(wide.places, name).flat().map((at) => [at, nothing])) };
 }
 
-// A model with these slots, as Python tells of one that has them: `offers` tells of the slots on this kind of axis.
+// A model with these slots, in the form of Python: `offers` describes the slots for this kind of axis.
 function withSlots(model, slots, offers) {
   const on = model.offered.filter((slot) => slots.includes(slot)), sided = on.includes("asymmetry"), varies = on.some((slot) => slot !== "asymmetry");
   const added = new Map(on.flatMap((slot) => offers[slot]?.rows ?? []).map((row) => [row.name, scaled(row, model.scales)]));
@@ -84,7 +84,7 @@ function withSlots(model, slots, offers) {
     elements: elementsWith(model.elements, directional) };
 }
 
-// What is around it: for a slot that it had from the beginning as it usually is, else as a slot begins with it.
+// The surroundings: usual values for an initial slot, otherwise the initial values of the slot.
 function aroundWith(model, on, offers) {
   const put = on.filter((slot) => offers[slot]?.around).map((slot) => {
     const row = scaled(offers[slot].around, model.scales);
@@ -95,7 +95,7 @@ function aroundWith(model, on, offers) {
 
 function ownSlots(model) { return model.own?.slots ?? []; }
 
-// Values that were moved, where another set of slots has the same parameters, or one for each direction, or one for both.
+// Transfer moved values to another set of slots, also between one parameter and one per direction.
 function carried(values, variables) {
   return Object.fromEntries(variables.map(({ name, values: first }) => {
     const side = ONE_WAY.find(([end]) => name.endsWith(end)), both = side && values[name.slice(0, -4)];

@@ -1,7 +1,7 @@
-// The loop beside the page: asked for when something moved, drawn when it is there. One question at a time.
+// The closed loop, computed in the background after a move. One request at a time.
 
-const WORDS = { none: "the law alone", model: "friction fed forward", observer: "an observer", both: "both" };
-const SHARE = 0.25; // of the radius, that the largest error of the circle is drawn with
+const WORDS = { none: "control law alone", model: "friction feedforward", observer: "observer", both: "both" };
+const SHARE = 0.25; // of the radius: drawn size of the largest error of the circle
 const STILL = 150; // [ms]
 const asked = new Asked("tracked", tracked, () => drawTracked(lab));
 let askedKey = "", askedLater = 0;
@@ -9,7 +9,7 @@ let askedKey = "", askedLater = 0;
 function loopSetup(lab) {
   const value = (name) => lab.values[`loop_${name}`][0], names = ["M", "gain", "K_2", "g", "resolution", "A", "f"];
   const isRig = value("body") === 1, { model } = lab, body = isRig ? data.loop.rig : lab.start.model;
-  // Load and temperature are the same for both; what passes on to the load, the mass tells its friction itself.
+  // Load and temperature are the same for both; the mass passes the transmitted force to its friction.
   const around = Object.fromEntries(model.around.filter(({ name }) => name !== "around_transmitted").map(({ name }) => [name, lab.values[name]]));
   const values = { ...Object.fromEntries(model.variables.map(({ name }) => [name, lab.values[name]])), ...around };
   const first = () => ({ ...Object.fromEntries(body.variables.map((row) => [row.name, numbersOf(row.values)])), ...around });
@@ -50,7 +50,7 @@ function trackView(lab, canvas, reading) {
     observer: { colour: theme.measured, width: 1.8, dash: [7, 4] }, both: { colour: theme.ink, width: 1.4 } };
   for (const [way, look] of Object.entries(looks)) frame.curve(t, errors[way], look);
   const told_ = Object.entries(errors).map(([way, error]) => `${WORDS[way]} ${told(widthOf(error), units.position)}`);
-  tell(reading, `Error peak to peak, of the second period: grey ${told_[0]}; blue ${told_[1]}; dashed ${told_[2]}; thin and dark ${told_[3]}.`, false);
+  tell(reading, `Peak-to-peak error of the second period: grey ${told_[0]}; blue ${told_[1]}; dashed ${told_[2]}; thin and dark ${told_[3]}.`, false);
 }
 
 function circleView(lab, canvas, reading) {
@@ -64,7 +64,7 @@ function circleView(lab, canvas, reading) {
   const largest = Math.max(...extent(deviations.none).map(Math.abs), Number.MIN_VALUE), times = SHARE * radius / largest;
   const [low, high] = axis(-(1 + SHARE) * radius, (1 + SHARE) * radius, 0), { context, area } = wiped(canvas);
   const side = Math.min(area.width, area.height), frame = new Frame(context, { ...area, left: (area.width - side) / 2, width: side },
-    { word: "one axis", unit: units.position, low, high }, { word: "the other", unit: units.position, low, high }, theme);
+    { word: "one axis", unit: units.position, low, high }, { word: "other axis", unit: units.position, low, high }, theme);
   frame.axes();
   const ring = (deviation, look) => {
     const x = new Float64Array(period), y = new Float64Array(period);
@@ -79,5 +79,5 @@ function circleView(lab, canvas, reading) {
   ring(deviations.none, { colour: theme.ghost, width: 2.2 });
   ring(deviations.both, { colour: theme.accent, width: 1.8 });
   const size = (way) => told(Math.max(...extent(deviations[way]).map(Math.abs)), units.position);
-  tell(reading, `A circle of two such axes, errors ${withDigits(times, 2)} times as large: grey the law alone, off by up to ${size("none")}; blue with observer and friction fed forward, up to ${size("both")}.`, false);
+  tell(reading, `Circle of two such axes, errors enlarged ${withDigits(times, 2)} times: control law alone (grey), up to ${size("none")}; with observer and friction feedforward (blue), up to ${size("both")}.`, false);
 }

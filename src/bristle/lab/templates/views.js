@@ -8,7 +8,7 @@ function pathKey(lab) {
   return [lab.preset, lab.samples, valueOf(lab, "amplitude"), valueOf(lab, "period"), lab.preset === "drawn" ? lab.turns.join() : ""].join(" ");
 }
 
-// The path that the contact is moved along, and the time step at which it keeps its speed.
+// The path of the contact, and the time step for its speed.
 function pathOf(lab) {
   const key = pathKey(lab);
   if (lab.path?.key !== key) lab.path = { key, ...newPath(lab) };
@@ -52,18 +52,18 @@ function loopWords(lab, path, forces, closing) {
   const { units } = lab.model, [low, high] = extent(forces), at = path.at, turns = at.length;
   const words = [`Force from ${told(low, units.force)} to ${told(high, units.force)}`];
   if (["triangle", "presliding"].includes(lab.preset)) {
-    words.push(`the last loop takes ${told(lossBetween(path.x, forces, at[turns - 3], at[turns - 1]), "J")}`);
+    words.push(`the last loop dissipates ${told(lossBetween(path.x, forces, at[turns - 3], at[turns - 1]), "J")}`);
   }
   if (closing) {
-    words.push(`back where the minor loop began, the force is ${told(Math.abs(closing.gap), units.force)} off: it ${closing.closes ? "closes" : "does not close"}`);
+    words.push(`on return to the start of the minor loop the force differs by ${told(Math.abs(closing.gap), units.force)}: the loop ${closing.closes ? "closes" : "does not close"}`);
   }
-  if (lab.isMoved()) words.push("dashed are the values of the start");
-  if (lab.samples < SAMPLES) words.push(`${lab.samples} samples while it moves`);
-  if (lab.contact.overflow) words.push("a force was no number and was left out");
+  if (lab.isMoved()) words.push("dashed: initial values");
+  if (lab.samples < SAMPLES) words.push(`${lab.samples} samples during the move`);
+  if (lab.contact.overflow) words.push("a force is not a number and is left out");
   return `${words.join("; ")}.`;
 }
 
-// By how much the force differs on return to where a minor loop began; it closes where that is a thousandth of the range.
+// Force difference on return to the start of a minor loop; it closes if that is below a thousandth of the range.
 function closingOf(lab, path, forces, range) {
   const ends = PRESETS[lab.preset].closes;
   if (!ends) return null;
@@ -71,11 +71,11 @@ function closingOf(lab, path, forces, range) {
   return { gap, closes: Math.abs(gap) <= CLOSED * range };
 }
 
-// The forces that the values gave that the page began with, where others stand now.
+// The forces of the initial values, if the present values differ.
 function ghostOf(lab, path) {
   if (!lab.isMoved()) return null;
   const key = pathKey(lab);
-  // Two of them: while a slider moves there may be fewer samples.
+  // Two sets: during a move there may be fewer samples.
   if (!lab.ghosts.has(key)) {
     if (lab.ghosts.size > 1) lab.ghosts.delete(lab.ghosts.keys().next().value);
     lab.ghosts.set(key, lab.atStart((contact) => contact.forces(path.x, path.dt)));
@@ -85,7 +85,7 @@ function ghostOf(lab, path) {
 
 function speedView(lab, canvas, reading) {
   const theme = lab.theme, { units, scales } = lab.model, top = valueOf(lab, "top");
-  // So slowly that the velocity changes little while the contact moves by ten times its distance of pre-sliding.
+  // So slow that the velocity changes little over ten pre-sliding distances.
   const time = 8000 * top * scales.reach / scales.speed ** 2;
   const { x, v, dt } = sweep(top, time, SWEPT), half = (SWEPT - 1) / 2;
   const forces = lab.inTheMiddle(() => lab.contact.forces(x, dt));
@@ -96,13 +96,13 @@ function speedView(lab, canvas, reading) {
   frame.axes();
   frame.curve(v, forces, { colour: theme.accent, width: 2.2, first: 1, last: half });
   frame.curve(v, forces, { colour: theme.ink, width: 1.5, dash: [6, 4], first: half + 1 });
-  const along = lab.model.placed?.size ? " As it is in the middle of the axis, without what varies along it." : lab.model.varies && !lab.model.placed ? " This friction varies on the way too." : "";
-  tell(reading, `Solid while the velocity rises, dashed while it falls; there and back in ${told(time, "s")}.${along}`, lab.contact.overflow);
+  const along = lab.model.placed?.size ? " In the middle of the axis, without variation along it." : lab.model.varies && !lab.model.placed ? " This friction also varies during the sweep." : "";
+  tell(reading, `Rising velocity solid, falling velocity dashed; sweep in ${told(time, "s")}.${along}`, lab.contact.overflow);
 }
 
 function pulledView(lab, canvas, reading) {
   const theme = lab.theme, { units } = lab.model, time = valueOf(lab, "time"), dt = time / PULLED;
-  // What passes on to this mass is what moves it.
+  // The force transmitted to this mass is the force that moves it.
   lab.contact.set("around_transmitted", [0]);
   const { x, end, force } = lab.contact.moved(PULLED, dt, () => 0);
   lab.contact.set("around_transmitted", lab.values.around_transmitted ?? [0]);
@@ -126,7 +126,7 @@ function pulledView(lab, canvas, reading) {
   let still = 0;
   const slow = 0.01 * Math.abs(valueOf(lab, "v_e")) * dt;
   for (let k = 1; k < PULLED; k++) still += Math.abs(x[k] - x[k - 1]) < slow;
-  tell(reading, `Solid the mass, dashed the far end of the spring. The mass stands, or moves slower than a hundredth of the far end, in ${Math.round(100 * still / (PULLED - 1))} % of the time.`, false);
+  tell(reading, `Mass solid, far end of the spring dashed. The mass sticks (moves slower than a hundredth of the far end) in ${Math.round(100 * still / (PULLED - 1))} % of the time.`, false);
 }
 
 function planeView(lab, canvas, reading) {
@@ -146,7 +146,7 @@ function planeView(lab, canvas, reading) {
   const input = lab.remembered.at(-1);
   frame.dot(input, input, theme.ink);
   const points = lab.remembered.length - 1;
-  tell(reading, `Relays in the shaded part are up. ${points} turning point${points === 1 ? "" : "s"} remembered; the input is ${told(input, units.position)}.`, false);
+  tell(reading, `Relays in the shaded part are up. ${points} turning point${points === 1 ? "" : "s"} in memory; the input is ${told(input, units.position)}.`, false);
 }
 
 function elementsView(lab, canvas, reading) {
@@ -166,10 +166,10 @@ function elementsView(lab, canvas, reading) {
     context.fillRect(left, Math.min(frame.up(0), frame.up(value)), right - left, Math.abs(frame.up(value) - frame.up(0)));
     for (const limit of [least, most]) frame.curve([i + 0.65, i + 1.35], [limit, limit], { colour: theme.ink, width: 1.5 });
   });
-  tell(reading, `Bars: what each element keeps; lines: where it slips at rest. ${full} of ${count} ${full === 1 ? "is" : "are"} there.`, false);
+  tell(reading, `Bars: force of each element; lines: its slip limits at rest. ${full} of ${count} ${full === 1 ? "slips" : "slip"}.`, false);
 }
 
-// Whether it drifts and closes: with a mark, so that colour does not say it alone.
+// The verdicts on drift and closure, with a mark in addition to the colour.
 function verdictView(lab, list) {
   const judge = lab.judge ?? lab.contact;
   for (const { name } of lab.model.variables) judge.set(name, lab.values[name]);
@@ -180,7 +180,7 @@ function verdictView(lab, list) {
   if (list.innerHTML !== html) list.innerHTML = html;
 }
 
-// How far the plane is shown: as far as the input went, kept while it only gets less.
+// The range of the plane: that of the input, kept while the input only shrinks.
 function planeReach(lab) {
   const farthest = Math.max(...lab.remembered.map(Math.abs), 1e-3 * lab.model.scales.reach);
   const key = `${lab.model.name} ${lab.model.model} ${lab.preset} ${valueOf(lab, "amplitude")}`;

@@ -1,4 +1,4 @@
-// A model in a notebook: the views of the lab in a root of their own, its values those of a model of Python.
+// A model in a notebook: the views of the lab in a separate root, with the values of a Python model.
 
 const SHOWN = ["triangle", "loops", "minor", "presliding"];
 const SETTINGS = { loop: ["amplitude", "period"], speed: ["top"] };
@@ -36,12 +36,12 @@ class Bench {
         element("div", { class: "cards", role: "group", "aria-label": "Parameters" }),
         view("loop", "Force over position", "Friction force over position"),
         view("speed", "Friction over velocity", "Friction force over velocity"),
-        view("plane", "What it remembers", "What the model remembers of the path")));
+        view("plane", "Memory", "Memory of the model")));
   }
 
   at(name) { return this.root.getElementById(name); }
 
-  // Once for a model; another one takes its place when Python hands one over.
+  // Once for each model; Python may set another model.
   async build() {
     const turn = ++this.turn, described = this.model.get("_described"), contact = await loaded(described);
     if (turn !== this.turn) return;
@@ -75,7 +75,7 @@ class Bench {
       element("button", { type: "button", value: name, text: PRESETS[name].word, onclick: () => { this.bench.aim(name); this.showAll(); } })));
   }
 
-  // A slider was moved: the page draws at once, and Python is told once a frame.
+  // After a slider move the page draws at once, and Python gets the values once a frame.
   set(variable, index, value, from) {
     const { bench } = this;
     bench.move(variable.name, index, value);
@@ -84,10 +84,10 @@ class Bench {
     this.later();
   }
 
-  // Python set values, or the page did, which then are the same.
+  // Python or the page set values; those of the page are the same.
   read() {
     const { bench } = this, given = this.model.get("_values");
-    // Values of another model are for the bench that is being built.
+    // Values of another model belong to the bench under construction.
     if (!bench || !bench.model.variables.every(({ name }) => given[name]?.length === bench.values[name].length)) return;
     for (const { name } of bench.model.variables) bench.values[name] = numbersOf(given[name]);
     this.tellProblem();

@@ -1,1 +1,1 @@
-"""Compensation on frictions of other kinds and under changed conditions: who is compensated is not who was modelled."""
+"""Compensation with other kinds of friction and under changed conditions: the plant differs from the model."""

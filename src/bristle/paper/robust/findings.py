@@ -1,4 +1,4 @@
-"""What came out of a trial: means with intervals, the best family of each truth, what was promised, and the tables of it."""
+"""Results of a trial: means with intervals, the best family of each truth, the claims, and their tables."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -49,33 +49,33 @@ def interval(errors: Sequence[float] | np.ndarray) -> Interval:
 
 
 def error_of(trial: Trial, place: str, truth: str, variant: str, condition: str = NOMINAL, family: str = CHOSEN) -> Interval | None:
-    """Return the error of a loop; None where it was not simulated."""
+    """Return the error of a loop, or None if it was not simulated."""
     errors = trial.errors.get(Cell(place, truth, condition, variant, family if "feedforward" in variant else ""))
     return interval(errors) if errors is not None and errors.size else None
 
 
 def share_left(trial: Trial, place: str, truth: str, variant: str, family: str = CHOSEN) -> float:
-    """Return which share of the error without compensation a loop leaves under nominal conditions; NaN if not known."""
+    """Return the remaining share of the error without compensation, under nominal conditions; NaN if unknown."""
     before, after = error_of(trial, place, truth, "none"), error_of(trial, place, truth, variant, family=family)
     return after.peak_to_peak / before.peak_to_peak if before and after else math.nan
 
 
 def best_family(trial: Trial, place: str, truth: Truth, *, strangers: bool = False) -> str:
-    """Return the family whose feedforward leaves least of the error of a truth; empty where none was fitted."""
+    """Return the family with the smallest error with feedforward on a truth; empty without a fit."""
     families = [family for family in trial.plan.compensators if not (strangers and family in truth.families)]
     errors = _peaks({family: error_of(trial, place, truth.name, "feedforward", family=family) for family in families})
     return min(errors, key=errors.__getitem__, default="")
 
 
 def _peaks(errors: Mapping[str, Interval | None]) -> dict[str, float]:
-    """Return the means of the errors that are known."""
+    """Return the means of the known errors."""
     return {case: error.peak_to_peak for case, error in errors.items() if error is not None}
 
 
 def no_better(trial: Trial, place: str) -> list[str]:
-    """Return the truths on which observer and feedforward together leave no less than the observer alone.
+    """Return the truths on which observer and feedforward together are not better than the observer alone.
 
-    The difference of both means has to exceed its own 95 % interval, under nominal conditions.
+    The difference of both means has to exceed its 95 % interval, under nominal conditions.
     """
     names = []
     for truth in trial.plan.truths:
@@ -89,7 +89,7 @@ def no_better(trial: Trial, place: str) -> list[str]:
 
 
 class Claim(NamedTuple):
-    """What the table is to show, and whether it does."""
+    """A claim on the table, and its result."""
 
     claim: str
     limit: float
@@ -97,24 +97,24 @@ class Claim(NamedTuple):
 
     @property
     def holds(self) -> bool:
-        """Whether no case exceeds the limit."""
+        """Whether every case is within the limit."""
         return all(error <= self.limit for error in self.errors.values())
 
 
 def claims(trial: Trial, place: str = SET_A) -> list[Claim]:
-    """Return what is claimed of observer and feedforward together, as far as the trial has the cases."""
+    """Return the claims for observer and feedforward together, if the trial contains their cases."""
     first, *strangers = "thirty_sliders", *(truth.name for truth in trial.plan.truths if truth.name != "thirty_sliders")
     levels = _peaks({condition: error_of(trial, place, first, TOGETHER, condition) for condition in LEVELS})
     strange = _peaks({name: error_of(trial, place, name, TOGETHER) for name in strangers})
     listed = [
         Claim("observer and feedforward on the thirty sliders, at 0.7 to 1.6 times the level, without a refit", 0.45e-6, levels),
-        Claim("observer and feedforward on every other truth, nothing changed", ON_ALL_TRUTHS, strange),
+        Claim("observer and feedforward on every other truth, without changes", ON_ALL_TRUTHS, strange),
     ]
     return [claim for claim in listed if claim.errors]
 
 
 def numbers(trial: Trial) -> dict[str, Any]:
-    """Return what came out for the summary, lengths in m."""
+    """Return the results for the summary, lengths in m."""
     plan = trial.plan
     return {
         **{("robust" if place == SET_A else f"robust_{place}"): _table(trial, place) for place in plan.sets},
@@ -155,7 +155,7 @@ def _best(trial: Trial, place: str, truth: Truth) -> dict[str, Any]:
 
 
 SET_NAMES = {"set_a": "Set A", "set_c": "Set C"}
-LOOPS = {"none": "nothing", "feedforward": "a model, fed forward", "observer": "an observer", "observer_feedforward": "both"}
+LOOPS = {"none": "no compensation", "feedforward": "model feedforward", "observer": "observer", "observer_feedforward": "both"}
 OWN = "*"
 DIVERGED = "diverged"
 
@@ -183,25 +183,25 @@ def error_table(trial: Trial, place: str) -> Table:
         for condition in trial.plan.conditions
     ]
     caption = (
-        f"{SET_NAMES[place]}: following error peak to peak [µm], mean over {trial.plan.seeds} runs with other noise "
+        f"{SET_NAMES[place]}: following error peak to peak [µm], mean over {trial.plan.seeds} runs with different noise "
         "and scatter, and its 95 % interval"
     )
     return Table(caption, ("Friction of the rig", "Condition", *LOOPS.values()), rows)
 
 
 def claim_table(trial: Trial) -> Table:
-    """Return what was to be shown, and whether it is."""
+    """Return the claims and their results."""
     rows = []
     for place in trial.plan.sets:
         for claim in claims(trial, place):
             worst, error = max(claim.errors.items(), key=lambda case: case[1])
             rows.append((f"{SET_NAMES[place]}: {claim.claim}", tenths(claim.limit), tenths(error), worst, "yes" if claim.holds else "no"))
-    heads = ("What", "At most [µm]", "Largest mean [µm]", "On", "Holds")
+    heads = ("Claim", "At most [µm]", "Largest mean [µm]", "On", "Holds")
     return Table("Following error peak to peak", heads, rows)
 
 
 def best_table(trial: Trial) -> Table:
-    """Return the best family of each truth, and the best that has not its structure."""
+    """Return the best family of each truth, and the best family with a different structure."""
     rows = []
     for truth in trial.plan.truths:
         for place in trial.plan.sets:
@@ -210,19 +210,19 @@ def best_table(trial: Trial) -> Table:
             own = best["family"]
             is_own = "yes" if own in truth.families else "no"
             rows.append((truth.name, SET_NAMES[place], own or "–", is_own, left, best["stranger"] or "–", stranger_left, chosen_left))
-    best_heads = ("Best family", "Of the truth’s structure", "Leaves [%]", "Best of another structure", "It leaves [%]")
-    heads = ("Friction of the rig", "Set", *best_heads, f"{CHOSEN} leaves [%]")
-    return Table("Which family fed forward leaves least of the error without compensation", heads, rows)
+    best_heads = ("Best family", "Structure of the truth", "Remaining error [%]", "Best with another structure", "Its remaining error [%]")
+    heads = ("Friction of the rig", "Set", *best_heads, f"Remaining error of {CHOSEN} [%]")
+    return Table("Families with the smallest remaining error with feedforward", heads, rows)
 
 
 def family_table(trial: Trial, place: str) -> Table:
-    """Return the share that feedforward of each family leaves, truth by truth."""
+    """Return the remaining share of the error with feedforward of each family, truth by truth."""
     rows = []
     for family in trial.plan.compensators:
         shares = [(truth, _percent(share_left(trial, place, truth.name, "feedforward", family))) for truth in trial.plan.truths]
         rows.append((family, *(share + (OWN if family in truth.families else "") for truth, share in shares)))
     caption = (
-        f"{SET_NAMES[place]}: share of the error without compensation that feedforward leaves [%]; with {OWN} where "
+        f"{SET_NAMES[place]}: remaining error with feedforward [% of the error without compensation]; {OWN} if "
         "the family has the structure of the truth"
     )
     return Table(caption, ("Family", *(truth.name for truth in trial.plan.truths)), rows)
@@ -235,7 +235,7 @@ def _percent(share: float) -> str:
 
 
 def margins_of_sets(sets: tuple[str, ...]) -> dict[str, dict[str, dict[str, float]]]:
-    """Return the smallest margins of the loops of each set, whatever friction does: what is fed forward has none."""
+    """Return the smallest margins of the loops of each set, independent of friction: feedforward has no margin."""
     return {
         place: {
             name: dict(zip(("phase_deg", "gain"), least_margins(loop), strict=True))
@@ -253,5 +253,5 @@ def margin_table(margins: Mapping[str, Mapping[str, Mapping[str, float]]]) -> Ta
         for place, loops in margins.items()
         for name, loop in loops.items()
     ]
-    heads = ("Set", "Against friction works", "Phase margin [°]", "Gain margin")
-    return Table("Smallest margins of the loops; a model that is fed forward changes none", heads, rows)
+    heads = ("Set", "Friction compensation", "Phase margin [°]", "Gain margin")
+    return Table("Smallest margins of the loops; feedforward does not change margins", heads, rows)

@@ -1,4 +1,4 @@
-"""The loops of sets A and C with another friction, and the compensators: families identified from a log of that friction."""
+"""The loops of sets A and C with other friction, and the compensators: families identified from a log of that friction."""
 
 from dataclasses import replace
 from typing import NamedTuple
@@ -16,12 +16,12 @@ from bristle.simulation import simulate
 
 SETS = {"set_a": EXPERIMENTS / "set_a.toml", "set_c": EXPERIMENTS / "set_c.toml"}
 VARIANTS = {"none": "none", "feedforward": "identified", "observer": "observer", "observer_feedforward": "observer_feedforward"}
-"""Variants of both sets by what they are called here."""
-SUBSTEPS = 4  # Steps of the integration in a sample; with the 25 of the sets means over runs stay within their intervals
+"""Variants of both sets by their names here."""
+SUBSTEPS = 4  # Steps of the integration in a sample; means over runs agree with those of the 25 of the sets
 
 
 def setting(name: str) -> dict[str, Variant]:
-    """Return the loops of a set by what they are called here."""
+    """Return the loops of a set by their names here."""
     variants = {variant.name: variant for variant in read_experiment(SETS[name]).variants}
     return {name: variants[source] for name, source in VARIANTS.items()}
 
@@ -35,7 +35,7 @@ def loop(variant: Variant, friction: Model, compensator: Model | None) -> Varian
 
 
 def peak_to_peak(variant: Variant, number: int) -> float:
-    """Return the following error peak to peak of one run of a loop [m]; infinite for one that diverged."""
+    """Return the peak-to-peak following error of one run of a loop [m]; infinite after divergence."""
     seeded = {
         name: model.with_values(seed=model.values["seed"] + number)
         for name, model in (("friction", variant.friction), ("sensor", variant.sensor))
@@ -49,23 +49,23 @@ def peak_to_peak(variant: Variant, number: int) -> float:
 PRINTED, GATED = "printed", "preisach_lugre"
 """Equations (5) to (7) of the paper as printed, and the same with a gate: below nine tenths of break-away z is x."""
 FAMILIES = ("coulomb_viscous", "dahl", "reformed_dahl", "bouc_wen", "lugre", "maxwell_slip", "gms", GATED, PRINTED)
-CHOSEN = "maxwell_slip"  # The family of the compensator of the bench: it is taken for every truth and under every condition
+CHOSEN = "maxwell_slip"  # The family of the compensator of the bench: used for every truth and every condition
 LOG = EXPERIMENTS / "set_a_log.toml"
 SEED = 501  # of the scatter in that log
 
 
 class Fitted(NamedTuple):
-    """A model of a family, or why there is none."""
+    """A model of a family, or the reason of a failed fit."""
 
     friction: Model | None
     reason: str = ""
 
 
 def log_of(truth: Truth) -> tuple[Log, Axis]:
-    """Return what compensators are identified from, and how it is to be read.
+    """Return the log for the identification of compensators, and its axis.
 
-    It is the log of the bench: a minute of triangles in the loop of set A without compensation, encoder and effort
-    command alone.
+    It is the log of the bench: a minute of triangles in the loop of set A without compensation, only encoder and effort
+    command.
     """
     described = read_experiment(LOG)
     variant = replace(described.variants[0], friction=truth.friction.with_values(seed=SEED))
@@ -74,10 +74,10 @@ def log_of(truth: Truth) -> tuple[Log, Axis]:
 
 
 def fitted(family: str, log: Log, axis: Axis) -> Fitted:
-    """Return a model of a family, identified from the log and the axis of `log_of`; where it cannot be, why.
+    """Return a model of a family, identified from the log and the axis of `log_of`, or the reason of a failure.
 
-    As in the paper, the operator of the printed equations is fitted over the position, and then driven by z: they are
-    identified with the gate, which is then left out.
+    As in the paper, the operator of the printed equations is fitted over the position, and then driven by z: the
+    identification uses the gate, which is removed afterwards.
     """
     try:
         name = GATED if family == PRINTED else family

@@ -1,4 +1,4 @@
-"""The report of a trial: one picture that tells it, all of its numbers, and what it cannot show."""
+"""The report of a trial: one picture of the result, all of its numbers, and its limits."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -14,31 +14,31 @@ from bristle.report.page import Front, Picture, Ruling, about, answered, picture
 from bristle.report.table import Table
 
 HEADING = "Compensation on other truths"
-SIMULATED = "The loops are simulated; no machine was compensated."
+SIMULATED = "The loops are simulated, without a real machine."
 PIPELINE = (
-    "One pipeline for all: a log of the loop without compensation, a Maxwell-slip model identified from it, fed "
-    "forward along the desired motion, an observer for the rest. Whatever changes afterwards, nothing is fitted again."
+    "One pipeline for all: a log of the loop without compensation, a Maxwell-slip model identified from it, "
+    "feedforward along the desired motion, and an observer. Changes come afterwards, without another identification."
 )
 FAMILIES = (
-    "Each family is identified from the same log by bristle identify, and fed forward with nothing changed on the rig. "
+    "Each family is identified from the same log by bristle identify. Feedforward acts on the unchanged rig. "
     "The family `printed` is equations (5) to (7): identified over the position, as in the paper, and driven by z. "
-    "A star stands where the family has the structure of the truth or of a limit of it, which nobody at a machine "
-    "can count on."
+    "A star marks a family with the structure of the truth or of a limit of it, which a user at a machine "
+    "cannot expect."
 )
 LIMITS = (
-    "Truths are equations with chosen numbers; real contacts wear, warm up and are not alike along the axis.",
+    "Truths are equations with chosen numbers; real contacts wear, warm up and vary along the axis.",
     "Inertia, delay and encoder are known exactly; gains are not tuned for any truth.",
 )
 
 
 def words_of(trial: Trial) -> list[str]:
-    """Return what came out in sentences: how much of the error goes, on which truths."""
+    """Return the results in sentences: the removed share of the error, by truth."""
     sentences = []
     for place in trial.plan.sets:
         lines = [
-            _taken_off(trial, place, "feedforward", CHOSEN, f"{findings.LOOPS['feedforward']} takes"),
-            _taken_off(trial, place, "feedforward", PRINTED, "equations (5)–(7) as printed, fed forward, take"),
-            _taken_off(trial, place, findings.TOGETHER, CHOSEN, f"{findings.LOOPS[findings.TOGETHER]} take"),
+            _taken_off(trial, place, "feedforward", CHOSEN, f"{findings.LOOPS['feedforward']} removes"),
+            _taken_off(trial, place, "feedforward", PRINTED, "feedforward of equations (5)–(7) as printed removes"),
+            _taken_off(trial, place, findings.TOGETHER, CHOSEN, f"{findings.LOOPS[findings.TOGETHER]} remove"),
         ]
         sentences += [f"{findings.SET_NAMES[place]}: {line}" for line in lines if line]
         if names := findings.no_better(trial, place):
@@ -50,7 +50,7 @@ def words_of(trial: Trial) -> list[str]:
 
 
 def _taken_off(trial: Trial, place: str, variant: str, family: str, subject: str) -> str:
-    """Return how much of the error a loop takes off, in a sentence; empty where it was not simulated."""
+    """Return the removed share of the error of a loop, in a sentence; empty without a simulation."""
     names = [truth.name for truth in trial.plan.truths]
     shares = [100.0 * (1.0 - findings.share_left(trial, place, name, variant, family)) for name in names]
     finite = [share for share in shares if math.isfinite(share)]
@@ -58,28 +58,28 @@ def _taken_off(trial: Trial, place: str, variant: str, family: str, subject: str
         return ""
     errors = [findings.error_of(trial, place, name, variant, family=family) for name in names]
     means = [1e6 * error.peak_to_peak for error in errors if error is not None]
-    leaving = "leaves" if subject.endswith("takes") else "leave"
-    return f"{subject} {_range(finite, 10.0)} % off, by truth, and {leaving} {_range(means, 0.1)} µm."
+    leaving = "leaves" if subject.endswith("removes") else "leave"
+    return f"{subject} {_range(finite, 10.0)} % of the error, by truth, and {leaving} {_range(means, 0.1)} µm."
 
 
 def _range(values: Sequence[float], resolution: float) -> str:
-    """Return the smallest and the largest number as text; one, where both read alike."""
+    """Return the smallest and the largest number as text; a single number if they round to the same."""
     low, high = (number(end, resolution=resolution) for end in (min(values), max(values)))
     return low if low == high else f"{low} to {high}"
 
 
 def ruling_of(trial: Trial) -> Ruling:
-    """Return whether what was to be shown is."""
+    """Return the verdict on the claims."""
     listed = [(place, claim) for place in trial.plan.sets for claim in findings.claims(trial, place)]
     missed = [(place, claim) for place, claim in listed if not claim.holds]
     if not missed:
-        return Ruling("usable", "Observer and feedforward hold on every truth that was tried")
+        return Ruling("usable", "The claims for observer and feedforward hold on every tested truth")
     reasons = []
     for place, claim in missed:
         errors = [f"{case} {findings.tenths(error)} µm" for case, error in claim.errors.items() if error > claim.limit]
         reasons.append(f"{findings.SET_NAMES[place]}, above {findings.tenths(claim.limit)} µm: {', '.join(errors)}")
     level = "with_care" if len(missed) < len(listed) else "no"
-    return Ruling(level, "Observer and feedforward do not hold everywhere", tuple(reasons))
+    return Ruling(level, "The claims for observer and feedforward do not hold everywhere", tuple(reasons))
 
 
 def robust_report(trial: Trial, *, command: str, provenance: Mapping[str, str]) -> str:
@@ -96,7 +96,7 @@ def robust_report(trial: Trial, *, command: str, provenance: Mapping[str, str]) 
         claims=findings.claim_table(trial),
         pipeline=PIPELINE,
         tables=[findings.error_table(trial, place) for place in plan.sets],
-        conditions=Table("Conditions, which no compensator knows", ("Condition", "The rig"), conditions),
+        conditions=Table("Conditions, unknown to every compensator", ("Condition", "The rig"), conditions),
         margins=findings.margin_table(findings.margins_of_sets(plan.sets)),
         families_in_words=FAMILIES,
         best=findings.best_table(trial),
@@ -110,7 +110,7 @@ def _front(trial: Trial) -> Front:
     ruling = ruling_of(trial)
     answers = answered(
         words_of(trial),
-        ['An observer, `model = "disturbance_observer"` of the controller, and a model of your log fed forward'],
+        ['An observer, `model = "disturbance_observer"` of the controller, and feedforward of a model of your log'],
         ["a log of a minute, and an observer in the controller"],
         [PIPELINE, LIMITS[0]],
         ["your own friction as a truth: `bristle paper --robust model.toml`"],
@@ -120,7 +120,7 @@ def _front(trial: Trial) -> Front:
 
 
 def _picture(trial: Trial) -> Picture:
-    """Return the error of each loop on each truth, and how far it goes under all conditions."""
+    """Return the error of each loop on each truth, and its range under all conditions."""
     errors = {
         findings.SET_NAMES[place]: {
             truth.name.replace("_", " "): {findings.LOOPS[variant]: _spread(trial, place, truth.name, variant) for variant in VARIANTS}
@@ -130,8 +130,8 @@ def _picture(trial: Trial) -> Picture:
     }
     alternative = "Following error peak to peak of each loop on each friction, and its range under all conditions"
     caption = (
-        f"{alternative}. Marks: the mean with nothing changed; wide lines: its 95 % interval; thin lines: from the "
-        "smallest to the largest mean when level, scatter, place or creep change, without a refit."
+        f"{alternative}. Marks: the mean without changes; wide lines: its 95 % interval; thin lines: from the "
+        "smallest to the largest mean under changes of level, scatter, place or creep, without another identification."
     )
     return picture(
         "robust",
@@ -152,7 +152,7 @@ def _spread(trial: Trial, place: str, truth: str, variant: str) -> Any:
 
 
 def robust_summary(trial: Trial, *, provenance: Mapping[str, str]) -> dict[str, Any]:
-    """Return what came out in numbers, lengths in m."""
+    """Return the results in numbers, lengths in m."""
     return {
         "verdict": ruling_of(trial).as_data(),
         "sentences": words_of(trial),

@@ -1,4 +1,4 @@
-"""The trial: every truth under every condition in the loops of both sets, with compensators that know none of it."""
+"""The trial: every truth under every condition in the loops of both sets, with compensators identified beforehand."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -24,7 +24,7 @@ class Cell(NamedTuple):
 
 @dataclass(frozen=True)
 class Plan:
-    """What is tried."""
+    """The cases of the trial."""
 
     truths: tuple[Truth, ...]
     seeds: int
@@ -34,12 +34,12 @@ class Plan:
 
     @property
     def compensators(self) -> tuple[str, ...]:
-        """All families that are identified: the chosen one is, whichever else are."""
+        """All families to identify, always with the chosen family."""
         return tuple(dict.fromkeys((*self.families, CHOSEN)))
 
     @property
     def cells(self) -> list[Cell]:
-        """Everything that is simulated."""
+        """All simulated cells."""
         chosen = [
             Cell(name, truth.name, condition, variant, CHOSEN if "feedforward" in variant else "")
             for truth in self.truths
@@ -47,7 +47,7 @@ class Plan:
             for condition in self.conditions
             for variant in VARIANTS
         ]
-        # Fed forward, each family stands in.
+        # With feedforward only, each family is simulated.
         return chosen + [
             Cell(name, truth.name, NOMINAL, "feedforward", family)
             for truth in self.truths
@@ -59,7 +59,7 @@ class Plan:
 
 @dataclass
 class Trial:
-    """What came out."""
+    """The results."""
 
     plan: Plan
     fits: dict[tuple[str, str], Fitted] = field(default_factory=dict)

@@ -1,9 +1,9 @@
-"""The truths: frictions of different kinds that one pipeline is tried on, as files.
+"""The truths: different kinds of friction for one pipeline, as files.
 
 They have the stiffness at a reversal, the break-away force, the asymmetry and the offset of the rig
-(`bristle.paper.rig`) as far as their equations know them, and scatter by 5 % from reversal to reversal.
+(`bristle.paper.rig`) as far as their equations allow, and scatter by 5 % from reversal to reversal.
 
-Conditions are what changes on the rig after its compensator was identified, which nobody tells it.
+Conditions are changes of the rig after the identification of its compensator, which does not know them.
 """
 
 from collections.abc import Sequence
@@ -30,14 +30,14 @@ OF_FAMILY = {
     "printed": ("preisach_lugre", "printed"),
     "lugre": ("lugre", "dahl"),
 }
-"""Families that have the structure of a truth, or are what it becomes in slow motion or at the ends of its ranges."""
+"""Families with the structure of a truth, or of its limit in slow motion or at the ends of its ranges."""
 AMPLITUDE = 6.8e-6  # [m] of the motion of sets A and C
-TRAVEL = 0.15  # of the amplitude, after which 1/e of a change of level is left
+TRAVEL = 0.15  # of the amplitude, travel over which a change of level decays to 1/e
 
 
 @dataclass(frozen=True)
 class Truth:
-    """A friction that the rig has."""
+    """A friction of the rig."""
 
     name: str
     friction: Model
@@ -46,11 +46,11 @@ class Truth:
 
 
 def truths_named(names: Sequence[str] = (), *, allow_code: bool = False) -> list[Truth]:
-    """Return truths by their names, or by the model files that hold them; all that there are where none is named."""
+    """Return truths by name or model file; by default all."""
     truths = [_truth(name, allow_code) for name in dict.fromkeys(names or SIMULATED)]
     if len({truth.name for truth in truths}) < len(truths):
         raise InputError(
-            "two truths have one name", path="TRUTH", value=", ".join(truth.name for truth in truths), mend="Rename one of the files"
+            "two truths have the same name", path="TRUTH", value=", ".join(truth.name for truth in truths), mend="Rename one of the files"
         )
     return truths
 
@@ -60,9 +60,9 @@ def _truth(name: str, allow_code: bool) -> Truth:
     if not file.is_file() or file.suffix != ".toml":
         allowed = ", ".join([*SIMULATED, "a model file"])
         mend = "bristle identify writes a model file of a log" if file.is_file() else did_you_mean(name, SIMULATED)
-        raise InputError("no such truth", path="TRUTH", value=name, allowed=allowed, mend=mend)
+        raise InputError("is not a known truth", path="TRUTH", value=name, allowed=allowed, mend=mend)
     friction = read_model(file, allow_code=allow_code).friction
-    # The thirty elements have a scatter of their own; what a person names stands as it is.
+    # The thirty elements have their own scatter; a user's model stays unchanged.
     scatter = SCATTER if name in SIMULATED and "scatter" not in friction.values else 0.0
     families = OF_FAMILY.get(name, (friction.name.split("+")[0],))
     around = uneven(friction, unevenness=scatter, travel=TRAVEL * AMPLITUDE)
@@ -70,7 +70,7 @@ def _truth(name: str, allow_code: bool) -> Truth:
 
 
 class Condition(NamedTuple):
-    """Its meaning in words, and the parameters of the layer around a truth."""
+    """A description, and the parameters of the layer around a truth."""
 
     words: str
     changes: dict[str, float]
@@ -78,16 +78,16 @@ class Condition(NamedTuple):
 
 NOMINAL = "nominal"
 CONDITIONS = {
-    NOMINAL: Condition("as when the log for the compensator was made", {}),
+    NOMINAL: Condition("as in the log for the compensator", {}),
     "level_0.7": Condition("friction 0.7 times as large", {"level": 0.7}),
     "level_1.3": Condition("friction 1.3 times as large", {"level": 1.3}),
     "level_1.6": Condition("friction 1.6 times as large", {"level": 1.6}),
     "scatter_10": Condition("the level scatters by 10 % from reversal to reversal", {"unevenness": 0.1}),
     "position_wave": Condition(
-        "the level waves by 20 % over three quarters of the amplitude", {"wave": 0.2, "wavelength": 0.75 * AMPLITUDE}
+        "the level varies by 20 % over three quarters of the amplitude", {"wave": 0.2, "wavelength": 0.75 * AMPLITUDE}
     ),
     "creep": Condition(
-        "beside it a spring and a damper in series, 10 N over the amplitude, 5 s", {"k_creep": 10.0 / AMPLITUDE, "tau": 5.0}
+        "in parallel a spring and a damper in series, 10 N over the amplitude, 5 s", {"k_creep": 10.0 / AMPLITUDE, "tau": 5.0}
     ),
 }
 
@@ -95,6 +95,6 @@ CONDITIONS = {
 def under(condition: str, truth: Truth) -> Model:
     """Return the friction of a truth under a condition."""
     changes = CONDITIONS[condition].changes
-    if "scatter" in truth.friction.values and "unevenness" in changes:  # a model that scatters by itself has that scatter
+    if "scatter" in truth.friction.values and "unevenness" in changes:  # a model with its own scatter uses that
         changes = {"scatter": changes["unevenness"]}
     return truth.friction.with_values(**changes)

@@ -1,4 +1,4 @@
-// What is asked of the server: each request carries the token, which stands in the fragment of the address and nowhere else.
+// Requests to the server: each carries the token, which exists only in the fragment of the address.
 
 const settings = JSON.parse(document.getElementById("data").textContent);
 const byId = (id) => document.getElementById(id);
@@ -11,7 +11,7 @@ async function asked(method, path, { body = null, headers = {} } = {}) {
   try {
     answer = await fetch(path, { method, body, headers: { "X-Bristle-Token": token, ...headers }, cache: "no-store", redirect: "error" });
   } catch {
-    throw new Refusal("bristle does not answer. Does it still run? Start it again: bristle lab --serve");
+    throw new Refusal("bristle does not answer. Start it again: bristle lab --serve");
   }
   if (!answer.ok) {
     const told_ = await answer.json().catch(() => ({}));
@@ -31,7 +31,7 @@ function fail(message) {
   if (message) byId("failed").scrollIntoView({ block: "nearest" });
 }
 
-// What a person did, done; what goes wrong is told above.
+// Do the work of an action and show its error at the top.
 async function doing(work) {
   try {
     fail("");

@@ -1,11 +1,11 @@
-// Step 2: what the columns are, as proposed, to be changed; each change is made in the axis file.
+// Step 2: the proposed meaning of the columns; each change is written to the axis file.
 
 const USUAL = { time: ["s", "ms", "us"], effort: ["N", "N*m", "A", "V", "%", "‰"],
   length: ["m", "mm", "um", "rad", "deg", "rev", "count"], velocity: ["m/s", "mm/s", "mm/min", "rad/s", "deg/s", "rpm"] };
 
 function usualUnits(channel) { return USUAL[channel] ?? USUAL.length; }
 
-// Text of a field as it stands in the axis file: a number where it is one.
+// Value of a field for the axis file: a number if possible.
 function valueIn(text) {
   const trimmed = text.trim();
   return trimmed === "" ? null : /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i.test(trimmed) ? Number(trimmed) : trimmed;
@@ -26,14 +26,14 @@ function channelRow(channel, looked, edit) {
   unit.addEventListener("change", () => edit({ [`${key}.unit`]: unit.value.trim() || null }));
   const negative = entry.sign === -1;
   const sign = channel === "time" ? null : element("button", { type: "button", text: negative ? "× −1" : "× +1", disabled: !entry.column, name: `${key}.sign`,
-    "aria-pressed": String(negative), "aria-label": `Sign of the ${channel} turned round` });
+    "aria-pressed": String(negative), "aria-label": `Invert the sign of the ${channel}` });
   sign?.addEventListener("click", () => edit({ [`${key}.sign`]: negative ? null : -1 }));
   return element("div", { class: `channel${open ? " open" : ""}` }, element("span", { text: channel.replace("_", " ") }), select, unit, sign,
     element("datalist", { id: `units-${channel}` }, ...usualUnits(channel).map((value) => element("option", { value }))),
     remark ? element("p", { class: "note", text: remark }) : null);
 }
 
-// Every other number and text of the axis file, with what is still open first.
+// All other fields of the axis file, missing values first.
 function furtherFields(looked, edit) {
   const fields = [];
   for (const [table, entries] of Object.entries(looked.form.tables)) {
@@ -60,7 +60,7 @@ function kindChoice(looked, edit) {
     return element("label", {}, input, ` ${word}`);
   };
   return element("div", { class: "choices", role: "radiogroup", "aria-label": "Kind of axis" },
-    choice("", `as the units say${now === "" && looked.kind ? ` (${looked.kind})` : ""}`), choice("translational", "translational"), choice("rotational", "rotational"));
+    choice("", `from the units${now === "" && looked.kind ? ` (${looked.kind})` : ""}`), choice("translational", "translational"), choice("rotational", "rotational"));
 }
 
 function axisFileEditor(text, label, use) {
@@ -79,17 +79,17 @@ function axisFileEditor(text, label, use) {
 
 function columnsView(looked, state, { edit, use, check }) {
   const part = state.parts.looked, ready = part.ready && !part.old;
-  const go = element("button", { type: "button", id: "check-now", class: "main", text: "This is right: check the logs", disabled: !ready });
+  const go = element("button", { type: "button", id: "check-now", class: "main", text: "Confirm and check the logs", disabled: !ready });
   go.addEventListener("click", check);
-  const missing = part.missing.length ? [`To be filled in: ${part.missing.join(", ")}`] : [];
+  const missing = part.missing.length ? [`Fill in: ${part.missing.join(", ")}`] : [];
   return [
-    element("p", { class: "note", text: `Proposed from ${looked.log}; change what is not right.` }),
+    element("p", { class: "note", text: `Proposed from ${looked.log}. Correct it if necessary.` }),
     ...looked.channels.map((channel) => channelRow(channel, looked, edit)),
     kindChoice(looked, edit),
     element("div", { class: "fields" }, ...furtherFields(looked, edit)),
     listOf([...missing, ...(looked.refusal && !missing.length ? [looked.refusal] : []), ...looked.problems], "told problems"),
     element("div", { class: "plots" }, ...looked.plots.map(signalPicture)),
-    folded("How the columns were told apart", listOf(looked.notes)),
+    folded("How the columns were recognized", listOf(looked.notes)),
     axisFileEditor(state.axis.text ?? "", state.axis.label, use),
     element("p", {}, go),
   ];

@@ -24,7 +24,7 @@ function effortPicture([time, measured, predicted], unit, label) {
     const frame = frameOn(canvas, theme, { word: "time", unit: "s", values: time }, { word: "effort", unit, values: [...measured, ...predicted] });
     frame.curve(time, measured, { colour: theme.measured, width: 2.4 });
     frame.curve(time, predicted, { colour: theme.accent, width: 1 });
-  }, `${label}: wide and light measured, thin and dark the model`);
+  }, `${label}: measured (wide, light) and model (thin, dark)`);
 }
 
 function frictionPicture([velocity, measured, modelled], units) {
@@ -37,7 +37,7 @@ function frictionPicture([velocity, measured, modelled], units) {
     });
     dots(measured, theme.measured, 3.4);
     dots(modelled, theme.accent, 1.8);
-  }, "Friction over velocity: large and light measured, small and dark the model");
+  }, "Friction over velocity: measured (large, light) and model (small, dark)");
 }
 
 function unitsOf(kind) {

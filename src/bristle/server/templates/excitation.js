@@ -20,10 +20,10 @@ function excitationForm(design) {
   });
   const field = (word, input) => element("label", {}, element("span", { text: word }), input);
   return [
-    element("p", { class: "note", text: "What the axis allows, each with its unit. What an axis file of step 1 says is taken from there." }),
+    element("p", { class: "note", text: "Limits of the axis, with units. Empty fields take the values of the axis file in step 1." }),
     element("div", { class: "choices", role: "radiogroup", "aria-label": "Kind of axis" }, ...kinds.map((input) => element("label", {}, input, ` ${input.value}`))),
-    element("div", { class: "fields" }, ...inputs.map(([, word, input]) => field(word, input)), field("Stays within, where the stroke is not known", travel), field("Duration", duration)),
-    element("div", { class: "choices", role: "group", "aria-label": "What it is to tell" }, ...purposes.map(([, word, input]) => element("label", {}, input, ` ${word}`))),
+    element("div", { class: "fields" }, ...inputs.map(([, word, input]) => field(word, input)), field("Travel, if the stroke is unknown", travel), field("Duration", duration)),
+    element("div", { class: "choices", role: "group", "aria-label": "Purpose of the motion" }, ...purposes.map(([, word, input]) => element("label", {}, input, ` ${word}`))),
     element("p", {}, button),
     element("div", { id: "excited" }),
   ];
@@ -40,7 +40,7 @@ function excitedView(excited, { download, report }) {
     excited.outlook ? tableOf(excited.outlook) : null,
     listOf(excited.notes),
     element("div", { class: "tools" }, button("Download motion.zip", download), button("Show the report", report)),
-    element("p", { class: "note", text: "motion.csv holds the motion by its samples, moves.csv and motion.nc by its moves." }),
+    element("p", { class: "note", text: "motion.csv contains the motion as samples, moves.csv and motion.nc as moves." }),
   ];
 }
 

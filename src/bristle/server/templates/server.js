@@ -1,10 +1,10 @@
-// The page follows the server: where an analysis stands is asked for again and again, and shown. A second tab, or a reload, shows the same.
+// The page follows the server: it polls the state of an analysis and shows it. A second tab, or a reload, shows the same state.
 
-const BUSY = 300, IDLE = 2500; // [ms] between two questions
+const BUSY = 300, IDLE = 2500; // [ms] between two polls
 const WORDS = { look: "Reading", check: "Checking", identify: "Identifying", predict: "Predicting", export: "Exporting", excite: "Designing" };
 const SHORT = ["look", "check", "predict", "export"];
 const STEPS = ["Log", "Columns", "Check", "Identify", "Verdict", "Compensate"];
-const WAITS = ["", "waits for a log", "waits for columns and units", "waits for logs that can be used", "waits for a model", "waits for a model"];
+const WAITS = ["", "waits for a log", "waits for columns and units", "waits for usable logs", "waits for a model", "waits for a model"];
 const shown = {}, contents = {};
 let state = null, timer = null, toldJob = null;
 
@@ -31,7 +31,7 @@ async function follow() {
 const waitsForShort = () => state.job?.state === "runs" && SHORT.includes(state.job.task);
 let turn = Promise.resolve();
 
-// One job after another, in the order asked for. A short one is waited for, also one of another tab; one that takes long is told of by the server.
+// One job after another, in order. A short job delays the next one, also from another tab; the server reports a long job.
 function start(task, options = {}, needed = () => true) {
   const mine = turn.then(() => started(task, options, needed));
   turn = mine.catch(() => {});
@@ -89,7 +89,7 @@ function showLogs() {
   replace("logs", state.files.map((file) => {
     const other = file.role === "fit" ? "held_out" : "fit";
     return element("li", {}, element("span", { class: "label", text: file.label }), element("span", { class: "note", text: `${sizeText(file.size)}, ${file.role === "fit" ? "to fit" : "held out"}` }),
-      button(other === "fit" ? "Fit to it" : "Hold it out", () => doing(async () => { await take(await json("POST", pathTo(`/files/${file.number}/role`), { role: other })); await look(); })),
+      button(other === "fit" ? "Use for the fit" : "Hold out", () => doing(async () => { await take(await json("POST", pathTo(`/files/${file.number}/role`), { role: other })); await look(); })),
       button("Remove", () => doing(async () => { await take(await json("DELETE", pathTo(`/files/${file.number}`))); await look(); }), { "aria-label": `Remove ${file.label}` }));
   }));
 }
@@ -99,7 +99,7 @@ function showJob() {
   byId("job").hidden = !runs;
   if (runs) {
     byId("job-task").textContent = WORDS[job.task];
-    byId("job-text").textContent = `${job.cancelled ? "ending with the best so far" : job.text}, ${job.seconds.toFixed(0)} s`;
+    byId("job-text").textContent = `${job.cancelled ? "ending with the best result" : job.text}, ${job.seconds.toFixed(0)} s`;
     byId("job-share").value = job.share;
     byId("cancel").hidden = job.task !== "identify" || job.cancelled;
   }
@@ -165,7 +165,7 @@ async function look() {
 async function receive(files) {
   const role = document.querySelector('input[name="role"]:checked').value;
   for (const file of files) {
-    if (file.size > settings.file_size) throw new Refusal(`${file.name} has ${sizeText(file.size)}; up to ${sizeText(settings.file_size)} are taken. Start again with BRISTLE_SIZE_LIMIT`);
+    if (file.size > settings.file_size) throw new Refusal(`${file.name} has ${sizeText(file.size)}; the limit is ${sizeText(settings.file_size)}. Start again with a larger BRISTLE_SIZE_LIMIT`);
     byId("said").textContent = `receiving ${file.name}`;
     const headers = { "X-Bristle-Name": encodeURIComponent(file.name), "X-Bristle-Role": /\.toml$/i.test(file.name) ? "axis" : role, "Content-Type": "application/octet-stream" };
     state = await (await asked("PUT", pathTo("/files"), { body: file, headers })).json();
@@ -176,13 +176,13 @@ async function receive(files) {
 
 function chosenModels() {
   const names = [...document.querySelectorAll('input[name="model"]:checked')].map(({ value }) => value);
-  if (!names.length) throw new Refusal("Tick a model");
+  if (!names.length) throw new Refusal("Select a model");
   return names.flatMap((name) => byId("asymmetry").checked ? [name, `${name}+asymmetry`] : [name]).join(",");
 }
 
 function countIn(id) {
   const value = valueIn(byId(id).value);
-  if (!Number.isInteger(value)) throw new Refusal(`${byId(id).value || "Nothing"} is no whole number`);
+  if (!Number.isInteger(value)) throw new Refusal(`${byId(id).value || "An empty field"} is not a whole number`);
   return value;
 }
 
@@ -207,7 +207,7 @@ doing(async () => {
   byId("targets").append(...targetChoices(settings.targets));
   replace("excitation", excitationForm((options) => doing(() => start("excite", options))));
   listen();
-  if (!token) throw new Refusal("The address lacks its token. Open the one that bristle printed");
+  if (!token) throw new Refusal("The address lacks its token. Open the address printed by bristle");
   try {
     if (!opened) await begin();
     else await take(await json("GET", `/api/cases/${opened}`));

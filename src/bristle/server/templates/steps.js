@@ -1,13 +1,13 @@
-// Steps 3 to 6: what came out, in words, tables and pictures.
+// Steps 3 to 6: the results, as text, tables and pictures.
 
 function checkView(checked) {
   return checked.logs.flatMap((log) => [
     element("h3", { text: `${log.label}${log.role === "held_out" ? " (held out)" : ""}` }),
     log.rate ? element("p", { class: "note", text: `${withDigits(log.rate, 6)} samples a second, ${withDigits(log.duration, 5)} s, ${log.kind}` }) : null,
     listOf(log.problems, "told problems"),
-    log.problems.length ? null : element("p", { text: log.diagnostics.length ? "It can be used. What it says of itself:" : "It can be used; nothing speaks against it." }),
+    log.problems.length ? null : element("p", { text: log.diagnostics.length ? "Usable. Findings in this log: " : "Usable, without findings." }),
     listOf(log.diagnostics?.map(({ severity, message }) => `${severity}: ${message}`)),
-    log.passages ? folded("Experiments that it contains", tableOf(log.passages)) : null,
+    log.passages ? folded("Experiments in the log", tableOf(log.passages)) : null,
     log.notes?.length ? folded("Notes", listOf(log.notes)) : null,
   ]).filter(Boolean);
 }
@@ -15,7 +15,7 @@ function checkView(checked) {
 function verdictView(told_, state, { download, report }) {
   const units = unitsOf(told_.kind), old = state.parts.identified.old;
   return [
-    old ? element("p", { class: "old", text: "Logs or axis have changed since. Check and identify again." }) : null,
+    old ? element("p", { class: "old", text: "Logs or axis have changed. Check and identify again." }) : null,
     element("p", { class: `ruling ${told_.verdict.level}`, id: "ruling", text: told_.verdict.words }),
     told_.unfinished ? element("p", { class: "alert", text: `Unfinished: ${told_.unfinished}` }) : null,
     listOf(told_.verdict.reasons),
@@ -27,15 +27,15 @@ function verdictView(told_, state, { download, report }) {
     listOf(told_.warnings),
     element("div", { id: "predicted" }),
     element("div", { class: "tools" }, button("Show the report", report, { id: "show-report" }), button("Download results.zip", download, { id: "results" })),
-    element("p", { class: "note" }, "The same at a terminal: ", element("code", { text: told_.command })),
+    element("p", { class: "note" }, "The same in a terminal: ", element("code", { text: told_.command })),
     element("div", { id: "report" }),
   ].filter(Boolean);
 }
 
 function predictedView(predicted) {
   const units = unitsOf(predicted.kind);
-  return [element("h3", { text: "Logs that were held out" }), ...predicted.logs.flatMap((log) => [
-    element("p", { text: `${log.label}: ${log.verdict.words}; the model misses ${withDigits(log.error_percent, 3)} % of the effort${log.inside_percent === null ? "" : `, ${withDigits(log.inside_percent, 3)} % of the samples are within the 95 % band`}.` }),
+  return [element("h3", { text: "Held-out logs" }), ...predicted.logs.flatMap((log) => [
+    element("p", { text: `${log.label}: ${log.verdict.words}; model error ${withDigits(log.error_percent, 3)} % of the effort${log.inside_percent === null ? "" : `, ${withDigits(log.inside_percent, 3)} % of the samples are within the 95 % band`}.` }),
     effortPicture(log.time, units.force, `Effort of ${log.label}`),
   ])];
 }

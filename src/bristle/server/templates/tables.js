@@ -14,7 +14,7 @@ function listOf(lines, name = "told") {
   return lines?.length ? element("ul", { class: name }, ...lines.map((text) => element("li", {}, ...withCode(text)))) : null;
 }
 
-// Text in which what is typed at a terminal stands between grave accents.
+// Text with terminal commands between grave accents.
 function withCode(text) { return text.split("`").map((part, i) => (i % 2 ? element("code", { text: part }) : part)); }
 
 function answersOf(answers) {
@@ -31,7 +31,7 @@ function folded(summary, ...children) {
   return element("details", {}, element("summary", { text: summary }), ...children);
 }
 
-// A picture with its words; it is drawn once it stands on the page, and again when its size changes.
+// A picture with its caption, drawn when it is on the page and again when its size changes.
 const drawn = new Map();
 const watch = new ResizeObserver((entries) => {
   for (const { target } of entries) {
