@@ -272,7 +272,7 @@ MODEL = FrictionModel(name="mine", description="mine", Parameters=Parameters, St
 
 def test_two_models_cannot_share_their_parameters():
     model = faulty(sound_trial)
-    with pytest.raises(TypeError, match="Parameters class of its own"):
+    with pytest.raises(TypeError, match="separate Parameters class"):
         faulty(pulls, Parameters=model.Parameters)
 
 

@@ -101,7 +101,7 @@ def test_columns_are_channels_the_following_error_or_ones_own_with_a_unit():
     assert list(Axis(columns={"humidity": Column("h", "%", "1")}).columns) == ["humidity"]
     assert list(Axis(columns={"humidity": Column("h", "", "", shift=1.0)}).columns) == ["humidity"]
     for name, column in (("humidity", Column("h", "", "")), ("a b", Column("h", "%", "1")), (3, Column("h", "%", "1"))):
-        refused("columns", "has an unknown name.*following_error, or a further channel, with its unit", columns={name: column})
+        refused("columns", "has an unknown name.*following_error, or a further channel with a unit", columns={name: column})
     refused("columns.position", "must be a Column", columns={"position": "q"})
 
 

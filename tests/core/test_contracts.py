@@ -75,7 +75,7 @@ def test_models_are_equal_where_component_kind_and_numbers_are():
 
 def test_a_surrounding_kernel_brings_the_values_that_it_tells():
     operator = hysteresis.prandtl_ishlinskii(thresholds=[0.0, 1e-6], weights=[1e6, 1e6])
-    with pytest.raises(InputError, match="has no kernel that an operator could take the place of"):
+    with pytest.raises(InputError, match="has no kernel that an operator can replace"):
         made({"F_C": 1.0, "kernel": operator}, component=friction.coulomb)
     with pytest.raises(InputError, match=r"is translational, and this friction is rotational"):
         made({"kernel": operator}, component=friction.preisach_lugre, kind="rotational")
@@ -139,5 +139,5 @@ def test_what_the_operator_tells_is_not_told_beside_it():
     sliding = {"F_C": 20.0, "F_S": 28.0, "v_S": 2e-3}
     model = made(sliding | {"kernel": operator}, component=friction.preisach_lugre)
     assert (model.s, model.f_p, model.kind) == (1e7, 40.0, "translational")
-    with pytest.raises(InputError, match=r"s: is told by the operator; found 1000000\.0.*Leave s out"):
+    with pytest.raises(InputError, match=r"s: is already set by the operator; found 1000000\.0.*Remove s"):
         made(sliding | {"kernel": operator, "s": 1e6}, component=friction.preisach_lugre)

@@ -103,9 +103,9 @@ def test_a_unit_of_no_axis_is_found_on_none(unit):
 @pytest.mark.parametrize(
     ("quantity", "said"),
     [
-        ("forse*time^2/length^2", "there is no 'forse'.*Did you mean 'force'"),
-        ("mas of travel", "there is no 'mas of travel'.*Did you mean 'mass of travel'"),
-        ("N*s/m", "there is no 'N'.*not its unit"),
+        ("forse*time^2/length^2", "'forse' is unknown.*Did you mean 'force'"),
+        ("mas of travel", "'mas of travel' is unknown.*Did you mean 'mass of travel'"),
+        ("N*s/m", "'N' is unknown.*not its unit"),
         ("velocity", 'Write "length/time" for velocity'),
         ("Torque/angle", 'Write "force" for Torque'),
         ("force//time", "is not a quantity; found 'force//time'.*such as"),

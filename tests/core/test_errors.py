@@ -45,7 +45,7 @@ def test_values_are_shown_in_sixty_letters_and_large_ones_by_their_shape():
         def __repr__(self):
             raise RuntimeError
 
-    assert result(Silent()) == "a value of the kind Silent"
+    assert result(Silent()) == "a value of type Silent"
 
 
 def test_an_error_is_located_before_its_own_place():

@@ -68,12 +68,12 @@ def test_a_tolerance_goes_with_open_loops_that_no_drive_is_part_of():
     effort = Effort(np.zeros(100))
     loose = Run(0.1, 1e-3, tolerance=1e-9)
     assert variant(run=loose, effort=effort).run is loose
-    with pytest.raises(InputError, match="chooses the steps itself"):
+    with pytest.raises(InputError, match="determines the steps"):
         Run(0.1, 1e-3, tolerance=1e-9, substeps=4)
     for wrong, words in (
-        ({"run": loose}, "is for open loops"),
-        ({"run": replace(loose, delay=1), "effort": effort}, "no drive is part"),
-        ({"run": replace(loose, current_lag=1e-3), "effort": effort}, "no drive is part"),
+        ({"run": loose}, "is only for open loops"),
+        ({"run": replace(loose, delay=1), "effort": effort}, "cannot include the drive"),
+        ({"run": replace(loose, current_lag=1e-3), "effort": effort}, "cannot include the drive"),
     ):
         with pytest.raises(InputError, match=words):
             variant(**wrong)
@@ -100,7 +100,7 @@ def test_loops_are_alike_where_every_sample_is():
 def test_variants_have_names_of_their_own():
     loop = variant()
     assert Experiment("e", "translational", loop).variants == (loop,)
-    with pytest.raises(InputError, match="has two of one name"):
+    with pytest.raises(InputError, match="has two variants with the same name"):
         Experiment("e", "translational", (loop, variant()))
     assert len(Experiment("e", "translational", (loop, variant(name="other"))).variants) == 2
 
@@ -143,6 +143,6 @@ def test_a_number_of_a_loop_is_taken_at_its_ends_and_refused_beyond(made, name, 
 
 def test_a_tolerance_is_for_a_plant_of_one_mass():
     screw = plants.ball_screw(J=1e-4, M=20.0, lead=5e-3, k=1e8, kind="rotational")
-    with pytest.raises(InputError, match=r"run\.tolerance: needs a plant of one mass, and ball_screw"):
+    with pytest.raises(InputError, match=r"run\.tolerance: needs a plant with one mass, but ball_screw"):
         variant(plant=screw, run=Run(0.1, 1e-3, tolerance=1e-9), effort=Effort(np.zeros(100)))
     assert variant(plant=screw).plant is screw

@@ -33,16 +33,16 @@ def slot(**changes):
 
 @pytest.mark.parametrize("name", ["", "a b", "class", "_x", "größe", "1x", 3])
 def test_a_channel_has_a_name_that_can_be_asked_for(name):
-    with pytest.raises(InputError, match="is no name of a channel"):
+    with pytest.raises(InputError, match="is not a valid name of a channel"):
         Surrounding(name, HUMID, 0.5)
 
 
 def test_a_channel_of_ones_own_is_no_channel_of_bristle_and_has_a_usual_value_in_its_range():
-    with pytest.raises(InputError, match="is the name of a channel of bristle"):
+    with pytest.raises(InputError, match="is already the name of a channel of bristle"):
         Surrounding("load", HUMID, 0.5)
     with pytest.raises(InputError, match="usual value of humidity"):
         Surrounding("humidity", HUMID, 1.5)
-    with pytest.raises(InputError, match="carries no Variable"):
+    with pytest.raises(InputError, match="needs a Variable"):
         Surrounding("humidity", "1", 0.5)
 
 
@@ -60,7 +60,7 @@ def test_a_motion_holds_what_is_asked_of_it_once():
     wider = motion_with([HUMIDITY, OF_MOTION["load"], HUMIDITY])
     assert wider._fields == (*Motion._fields, "humidity")
     assert wider(1.0, 2.0).humidity == 0.5
-    with pytest.raises(InputError, match="described by two slots, and not alike"):
+    with pytest.raises(InputError, match="different descriptions in two slots"):
         motion_with([HUMIDITY, Surrounding("humidity", HUMID, usual=0.4)])
 
 
@@ -78,9 +78,9 @@ def test_a_slot_tells_what_a_log_is_to_identify():
     assert slot().neutral == (0.0, 0.5)
     assert slot(channel="load").channel == OF_MOTION["load"]
     refuse_unfit(slot())
-    with pytest.raises(InputError, match="is no channel of a log"):
+    with pytest.raises(InputError, match="is not a channel of a log"):
         slot(channel="wind")
-    with pytest.raises(InputError, match="none of the choices"):
+    with pytest.raises(InputError, match="is not a valid choice"):
         slot(of="all")
 
 
@@ -105,8 +105,8 @@ def of_one(c):
     ("changes", "words"),
     [
         ({"Parameters": NoDefault}, "has no default"),
-        ({"Parameters": NothingToTell}, "no parameter that a log could tell"),
-        ({"Parameters": OtherNeed}, "is not what a slot needs of a log"),
+        ({"Parameters": NothingToTell}, "no parameter to identify from a log"),
+        ({"Parameters": OtherNeed}, "is not an excitation for a slot"),
         ({"factor": lambda c, p: 1.0}, "is not a kernel"),
         ({"factor": of_one}, r"takes 1 arguments.*factor\(channel, p\)"),
     ],
@@ -118,7 +118,7 @@ def test_what_is_no_slot_is_refused(changes, words):
 
 @pytest.mark.parametrize("name", ["v", "x", "dt", "p", "memory", "state", "motion", "force"])
 def test_a_word_of_the_contract_of_a_model_is_no_name_of_a_channel(name):
-    with pytest.raises(InputError, match="is no name of a channel"):
+    with pytest.raises(InputError, match="is not a valid name of a channel"):
         Surrounding(name, HUMID, 0.5)
     assert Surrounding(f"{name}_2", HUMID, 0.5).name == f"{name}_2"
 
@@ -133,7 +133,7 @@ class OfChoices(NamedTuple):
 
 @pytest.mark.parametrize("parameters", [OfMany, OfChoices])
 def test_a_slot_takes_numbers(parameters):
-    with pytest.raises(InputError, match=r"Parameters\.k_H: is no number"):
+    with pytest.raises(InputError, match=r"Parameters\.k_H: is not a number"):
         refuse_unfit(slot(Parameters=parameters))
 
 
@@ -141,7 +141,7 @@ def test_a_slot_is_a_factor_of_all_friction_unless_it_is_of_the_level():
     assert (slot().of, slot(of="level").of, slot().family) == ("friction", "level", "slot")
     assert [slot(channel=name).channel.name for name in ("position", "load", "temperature")] == ["position", "load", "temperature"]
     for name in ("transmitted", "velocity", "time"):
-        with pytest.raises(InputError, match="allowed load, temperature, position, or one of your own"):
+        with pytest.raises(InputError, match="allowed load, temperature, position, or a further channel"):
             slot(channel=name)
 
 
@@ -154,5 +154,5 @@ def test_the_channels_of_bristle_keep_their_meaning():
         "position": 0.0,
     }
     for name in ("velocity", "effort", "transmitted", "following_error"):
-        with pytest.raises(InputError, match="is the name of a channel of bristle"):
+        with pytest.raises(InputError, match="is already the name of a channel of bristle"):
             Surrounding(name, HUMID, 0.5)

@@ -101,7 +101,7 @@ def test_numbers_that_no_check_lets_through_arrive_as_they_are():
 
 def test_a_changed_copy_of_a_component_does_not_arrive_as_what_it_was_made_from():
     other = replace(SLOTTED[0], description="changed")
-    with pytest.raises(pickle.PicklingError, match="stands in no module"):
+    with pytest.raises(pickle.PicklingError, match="is not defined in a module"):
         pickle.dumps(other)
 
 
@@ -257,7 +257,7 @@ def test_one_made_inside_a_function_says_what_to_do():
 
     component = of_nobody(Parameters)
     for thing in (component, component(), with_slots(component, [])(F_C=2.0)):
-        with pytest.raises(pickle.PicklingError, match=r"friction nobodys: stands in no module.* Put it into a file"):
+        with pytest.raises(pickle.PicklingError, match=r"friction nobodys: is not defined in a module.* Define it in a separate file"):
             pickle.dumps(thing)
     assert copy.deepcopy(component) is copy.copy(component) is component
     assert copy.deepcopy(component()) == component()
@@ -266,7 +266,7 @@ def test_one_made_inside_a_function_says_what_to_do():
 def test_one_that_the_other_process_does_not_hold_says_what_to_do():
     typed = USER.format(factor=3.0) + "import pickle, sys; sys.stdout.buffer.write(pickle.dumps(MODEL()))"
     sent = in_a_new_process(typed)
-    with pytest.raises(pickle.UnpicklingError, match=r"__main__\.MODEL: is not to be found .* Put it into a file"):
+    with pytest.raises(pickle.UnpicklingError, match=r"__main__\.MODEL: does not exist .* Define it in a separate file"):
         pickle.loads(sent)
 
 

@@ -43,8 +43,8 @@ def test_thresholds_are_those_that_are_given_and_else_at_their_defaults():
         ({"ratio": math.nan}, "out of range"),
         ({"ratio": True}, "out of range"),
         ({"ratio": "2"}, "out of range"),
-        ({"FIXED": 4.0}, "is fixed, and no longer set"),
-        ({"other": 4.0}, "is no threshold.*share, ratio"),
+        ({"FIXED": 4.0}, "is now fixed"),
+        ({"other": 4.0}, "is not a threshold.*share, ratio"),
     ],
 )
 def test_a_threshold_out_of_its_range_is_refused(values, words):

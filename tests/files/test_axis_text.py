@@ -79,12 +79,15 @@ def test_harmonics_and_known_columns_are_told_once_and_in_order():
 @pytest.mark.parametrize(
     ("tables", "words"),
     [
-        ({"known": [{"column": "a"}, {"column": "a"}]}, r"known\[1\]\.name.*is there twice"),
-        ({"transmission": {"lead": "10 mm"}, "cogging": [{"turn": "motor", "harmonics": [1]}] * 2}, r"cogging\[1\]\.turn.*is there twice"),
-        ({"cogging": [{"turn": "motor", "harmonics": [1]}]}, r"cogging\[0\]\.turn.*how far a turn moves the axis.*lead"),
+        ({"known": [{"column": "a"}, {"column": "a"}]}, r"known\[1\]\.name.*is defined twice"),
+        (
+            {"transmission": {"lead": "10 mm"}, "cogging": [{"turn": "motor", "harmonics": [1]}] * 2},
+            r"cogging\[1\]\.turn.*is defined twice",
+        ),
+        ({"cogging": [{"turn": "motor", "harmonics": [1]}]}, r"cogging\[0\]\.turn.*the travel of the axis per turn.*lead"),
         ({"plant": {"inertia": "1 kg*m^2"}}, "plant.inertia.*is not what a translational axis has"),
-        ({"plant": {"stiffness": "1 N/m"}}, "plant.stiffness.*belongs to an oscillator"),
-        ({"plant": {"damping": "1 N*s/m"}}, "plant.damping.*belongs to an oscillator"),
+        ({"plant": {"stiffness": "1 N/m"}}, "plant.stiffness.*needs an oscillator as the plant"),
+        ({"plant": {"damping": "1 N*s/m"}}, "plant.damping.*needs an oscillator as the plant"),
         ({"encoder": {"resolution": "0 mm"}}, "encoder.resolution.*must be positive and finite"),
     ],
 )

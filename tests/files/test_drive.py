@@ -70,7 +70,7 @@ def test_percent_of_what_is_rated_are_those_of_the_motor():
     [
         (Drive(LINEAR), "A", r"x: is no effort by itself.*constant = \"0\.12 N\*m/A\""),
         (Drive(LINEAR), "%", r"x: is no effort by itself.*rated = \"2\.4 N\*m\""),
-        (Drive(LINEAR), "mm", "x: is not the unit of an effort"),
+        (Drive(LINEAR), "mm", "x: is not a unit of effort"),
         (Drive(LINEAR, Constant("A", "N", 1.0)), "V", "x: does not match the constant under .effort..*A or a multiple"),
         (Drive(LINEAR, rated="30 %"), "%", "effort.rated: is no effort"),
         (Drive(LINEAR, rated="30"), "%", "effort.rated: is no effort"),
@@ -94,9 +94,9 @@ def test_a_movement_is_carried_to_the_axis():
 @pytest.mark.parametrize(
     ("drive", "unit", "side", "words"),
     [
-        (Drive(LINEAR), "count", None, "needs to know what a count is"),
-        (Drive(LINEAR), "mm", "motor", "is linear, so it is not on the motor's side of a gear"),
-        (Drive(TURNING), "rad", None, "does not say on which side of the gear"),
+        (Drive(LINEAR), "count", None, "needs the movement per count"),
+        (Drive(LINEAR), "mm", "motor", "is linear, so it cannot be on the motor side of a gear"),
+        (Drive(TURNING), "rad", None, "does not state the side of the gear"),
         (Drive(LINEAR), "N", None, "x"),
     ],
 )
@@ -160,7 +160,7 @@ def test_a_further_channel_is_in_si_of_its_unit():
         ("load", {"nominal_load": "0 N"}, {}, r"plant\.nominal_load.*must be positive and finite"),
         ("load", {"nominal_load": "5 N"}, {"unit": "mm"}, r"columns\.load\.unit"),
         ("temperature", None, {"unit": "mm"}, r"columns\.temperature\.unit"),
-        ("temperature", None, {"unit": "degF"}, r"columns\.temperature\.unit.*has a zero of its own.*degC"),
+        ("temperature", None, {"unit": "degF"}, r"columns\.temperature\.unit.*has another zero than its SI unit.*degC"),
         ("oil", None, {}, r"columns\.oil.*unknown key.*A further channel.*has its unit"),
         ("positon", None, {"unit": "mm"}, r"columns\.positon: unknown key.*Did you mean 'position'"),
     ],

@@ -206,7 +206,7 @@ def test_an_identified_model_gives_plant_kind_and_friction(experiment):
 
 def test_a_users_own_model_by_file(experiment, own_model):
     text = PLAIN.replace('model = "coulomb_viscous"\nF_C = "3 N"\nF_v = 4', 'file = "own.py"\nF_0 = "3 N"\nlambda = 0.5')
-    with pytest.raises(InputError, match="not run unasked"):
+    with pytest.raises(InputError, match="needs permission to run"):
         experiment(text)
     with pytest.warns(InputWarning, match="is run"):
         result = experiment(text, allow_code=True)
@@ -322,7 +322,7 @@ def test_a_model_is_identified_anew_where_its_inputs_changed_and_never_taken_whe
     assert plan.is_current
     assert not planned(plan.folder, "d2").is_current
     (plan.folder / "model.toml").write_text("schema = 2\n")
-    with pytest.raises(InputError, match="was changed since it was identified"):
+    with pytest.raises(InputError, match="was changed after its identification"):
         _ = plan.is_current
 
 

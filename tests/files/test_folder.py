@@ -188,7 +188,7 @@ def test_a_folder_is_wanted_without_links(tmp_path):
 @pytest.mark.parametrize(
     ("path", "words"),
     [
-        ("a\0b", "holds a NUL character"),
+        ("a\0b", "contains a NUL character"),
         ("/", "is the root of a file system"),
         ("/no/such/place", "the folder that is to hold it does not exist.*Make /no/such first"),
     ],

@@ -49,7 +49,7 @@ def test_a_file_that_was_changed_is_neither_read_nor_replaced_nor_removed(out):
         (out / "a.csv").write_text("of a person")
         assert grown.read("a.csv") is None
         assert not grown.is_whole("a.csv")
-        with pytest.raises(InputError, match="was changed since, or was not written here"):
+        with pytest.raises(InputError, match="was changed, or bristle did not write it"):
             grown.write("a.csv", "1,2\n")
         grown.remove("a.csv")
         assert (out / "a.csv").read_text() == "of a person"
@@ -65,13 +65,13 @@ def test_a_name_that_leads_elsewhere_is_no_file(out):
 
 def test_damaged_files_are_told_and_kept_aside(out):
     (out / "a.csv").write_text("dama")
-    with pytest.raises(InputError, match=r"holds files that were changed since: a\.csv"), growing_folder(out, "study"):
+    with pytest.raises(InputError, match=r"contains files that were changed: a\.csv"), growing_folder(out, "study"):
         pass
     with growing_folder(out, "study", made_anew=lambda name: name == "a.csv") as (grown, damaged):
         assert damaged == ["a.csv"]
         for kept in ("a.csv.damaged", "a.csv.damaged-2"):
             (out / "a.csv").write_text("dama")
-            with pytest.warns(InputWarning, match=rf"a\.csv is damaged: it is made anew, and kept as {kept}$"):
+            with pytest.warns(InputWarning, match=rf"a\.csv is damaged: bristle writes it again and keeps the damaged file as {kept}$"):
                 grown.set_all_aside(["a.csv"])
             assert (out / kept).read_text() == "dama"
         grown.write("a.csv", "1,2\n")
@@ -148,7 +148,11 @@ def test_what_a_person_put_beside_is_refused_where_it_would_be_used(out):
 
 
 def test_a_process_writes_alone(out):
-    with growing_folder(out, "study"), pytest.raises(InputError, match=r"another process.*writes there"), growing_folder(out, "study"):
+    with (
+        growing_folder(out, "study"),
+        pytest.raises(InputError, match=r"another process.*is writing to this folder"),
+        growing_folder(out, "study"),
+    ):
         pass
 
 

@@ -124,7 +124,7 @@ def test_the_plane_of_a_hundred_branches_is_written_in_no_time(tmp_path):
         ('model = "preisach_contact"\nkernel = { file = 3 }', "friction.kernel.file: must be the name of a file"),
         ('model = "preisach_contact"\nkernel = { model = "play", r = 1 }', "friction.kernel: gives no force"),
         ('model = "preisach_contact"\nkernel = { thresholds = [1] }', "friction.kernel: names no model"),
-        ('model = "preisach_contact"\nkernel = "magic"\ns = 1\nf_p = 1', "friction.kernel: is none of the choices"),
+        ('model = "preisach_contact"\nkernel = "magic"\ns = 1\nf_p = 1', "friction.kernel: is not a valid choice"),
         ('model = "preisach_contact"\nkernel = "bare.toml"\ns = 1', "friction.s: preisach_contact+reversal"),
         ('model = "lugre"\nkernel = "bare.toml"', "friction.kernel: unknown key"),
     ],

@@ -75,7 +75,7 @@ def refusal(data):
 
 def test_what_is_to_be_filled_in_is_named_until_it_is():
     data = table(columns__position={"column": "q", "unit": "?"}, columns__effort={"column": "u", "unit": "‰"}, effort={"rated": "?"})
-    with pytest.raises(InputError, match=r"columns\.position\.unit: is still to be filled in.*So are effort\.rated"):
+    with pytest.raises(InputError, match=r"columns\.position\.unit: is not filled in.*Also fill in effort\.rated"):
         axis_from(data)
 
 

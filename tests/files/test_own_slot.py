@@ -50,7 +50,7 @@ def test_a_saved_model_is_the_same_one_wherever_it_is_read(oiled, bench):
     assert model.name == "coulomb_viscous+temperature+oiled+asymmetry"
     (bench / "elsewhere").mkdir()
     write_model(bench / "elsewhere" / "model.toml", None, model)
-    with pytest.raises(InputError, match=r"friction\.model: names code, which is not run unasked: oiled\.py"):
+    with pytest.raises(InputError, match=r"friction\.model: names code, that needs permission to run: oiled\.py"):
         read_model(bench / "elsewhere" / "model.toml")
     with pytest.warns(InputWarning, match=r"oiled\.py .* is run"):
         again = read_model(bench / "elsewhere" / "model.toml", allow_code=True).friction
@@ -85,7 +85,7 @@ def test_in_a_loop_the_channel_has_its_usual_value(bench):
     less = float(np.exp(-3e-6 * 1e5))
     custom = {"model": "coulomb_viscous+oiled.py", "F_C": 8.0, "F_v": 40.0, "a": 3e-6, "b_0": 1e5}
     Path("own.toml").write_text(tomlkit.dumps(tables | {"friction": custom}))
-    with pytest.raises(InputError, match=r"oiled\.py .*not run unasked|names code, which is not run unasked: oiled"):
+    with pytest.raises(InputError, match=r"oiled\.py .*needs permission to run|names code, that needs permission to run: oiled"):
         read_experiment("own.toml")
     with pytest.warns(InputWarning, match=r"oiled\.py .* is run"):
         experiment = read_experiment("own.toml", allow_code=True)
@@ -146,7 +146,7 @@ def test_it_may_depend_on_a_channel_of_bristle_and_beside_another_one(oiled):
 
 def test_two_slots_do_not_take_one_name_for_two_things(oiled):
     other = edited(("2e5)", "1e5)"), ('"oiled"', '"another"'), ("    a:", "    c:"), ("p.a ", "p.c "), ("b_0", "b_1"), ('{"a"', '{"c"'))
-    with pytest.raises(InputError, match=r"channel pressure: is described by two slots, and not alike"):
+    with pytest.raises(InputError, match=r"channel pressure: has different descriptions in two slots"):
         with_slots(lugre, [oiled, other])
     clash = edited(("b_0", "F_C"))
     with pytest.raises(InputError, match=r"F_C.*Give the parameter of the slot another name"):
@@ -160,18 +160,18 @@ def test_two_slots_do_not_take_one_name_for_two_things(oiled):
     [
         ("SLOT = Slot(", "SLUT = Slot(", r"defines no slot\. End the file with SLOT = Slot\(name=\.\.\., description"),
         ("SLOT = Slot(", "SLOT = dict(", r"SLOT is not a Slot; found 'dict'"),
-        ('name="oiled"', 'name="load"', r"a name that cannot be asked for; found 'load'"),
+        ('name="oiled"', 'name="load"', r"an invalid name for its slot; found 'load'"),
         ('name="oiled"', 'name="a+b"', r"a name that cannot be asked for; found 'a\+b'"),
         ("@kernel\n", "", r"factor: is not a kernel\. Decorate it with @kernel"),
         ("factor(pressure, p)", "factor(pressure)", r"factor: takes 1 arguments; allowed factor\(channel, p\)"),
         ('excitation="channel"', 'excitation="speed"', r"excitation of a: is not what a slot .* allowed \"channel\""),
-        (', excitation="channel"', "", r"has no parameter that a log could tell\. Write Variable\(.*\"channel\""),
+        (', excitation="channel"', "", r"has no parameter to identify from a log\. Write Variable\(.*\"channel\""),
         ('"force/length^2", "pressure of', '"presure", "pressure of', r"presure"),
-        ('Surrounding("pressure"', 'Surrounding("effort"', r"is the name of a channel of bristle"),
-        ('Surrounding("pressure"', 'Surrounding("my pressure"', r"is no name of a channel"),
+        ('Surrounding("pressure"', 'Surrounding("effort"', r"is already the name of a channel of bristle"),
+        ('Surrounding("pressure"', 'Surrounding("my pressure"', r"is not a valid name of a channel"),
         ("usual=2e5", "usual=-1.0", r"usual value of pressure: out of range"),
-        (CHANNEL, '"humidity"', r"is no channel of a log; found 'humidity'"),
-        ("example=", 'of="all", example=', r"of, of oiled: is none of the choices; found 'all'"),
+        (CHANNEL, '"humidity"', r"is not a channel of a log; found 'humidity'"),
+        ("example=", 'of="all", example=', r"of, of oiled: is not a valid choice; found 'all'"),
     ],
 )
 def test_a_wrong_file_is_refused_with_what_to_change(bench, old, new, said):
@@ -212,7 +212,7 @@ def test_a_further_channel_comes_in_si(bench):
         ('pressure = "oil"', r'A further channel.* has its unit: pressure = \{ column = "oil", unit = "%" \}'),
         ('velocty = { column = "oil", unit = "m/s" }', r"columns\.velocty: unknown key.*Did you mean 'velocity'"),
         ('pressure = { column = "oil", unit = "barr" }', r"columns\.pressure\.unit: is not a unit"),
-        ('pressure = { column = "oil", unit = "degF" }', r"has a zero of its own"),
+        ('pressure = { column = "oil", unit = "degF" }', r"has another zero than its SI unit"),
         ('pressure = { column = "oil", unit = "bar", side = 3 }', r"columns\.pressure\.side"),
     ],
 )

@@ -52,11 +52,11 @@ def test_what_was_allowed_is_that_very_content_for_this_person_only(tmp_path, tr
     with pytest.warns(InputWarning, match="is run"):
         read_model(named(tmp_path, "own.py"))
     treacherous.write_text(treacherous.read_text() + "# one more letter\n")
-    with pytest.raises(InputError, match="not run unasked"):
+    with pytest.raises(InputError, match="needs permission to run"):
         read_model(named(tmp_path, "own.py"))
     allow(content_of(treacherous))
     monkeypatch.setenv("BRISTLE_STATE_DIR", str(tmp_path / "another person"))
-    with pytest.raises(InputError, match="not run unasked"):
+    with pytest.raises(InputError, match="needs permission to run"):
         read_model(named(tmp_path, "own.py"))
 
 
@@ -88,7 +88,7 @@ def test_code_elsewhere_is_not_run_even_where_it_is_allowed(tmp_path, treacherou
     folder = tmp_path / "mailed"
     (folder / "x").mkdir(parents=True)
     allow(content_of(treacherous))
-    with pytest.raises(InputError, match="names code elsewhere"):
+    with pytest.raises(InputError, match="names code in another folder"):
         read_model(named(folder, name(folder, treacherous)), allow_code=True)
     assert not (tmp_path / "ran").exists()
 
@@ -170,7 +170,7 @@ def test_a_name_that_is_no_text_is_refused(tmp_path):
 @pytest.mark.parametrize(
     ("name", "found", "mend"),
     [
-        ("own.toml", ".toml", r'A model file is read by bristle\.read_model\("own\.toml"\)'),
+        ("own.toml", ".toml", r'Read a model file with bristle\.read_model\("own\.toml"\)'),
         ("own.txt", ".txt", r"rename it to own\.py"),
         ("own.PY", ".PY", r"rename it to own\.py"),
         ("own.py.bak", ".bak", r"rename it to own\.py"),
@@ -181,7 +181,7 @@ def test_a_name_that_is_no_text_is_refused(tmp_path):
 @pytest.mark.parametrize("load", [load_code, load_slot_file, load_checked, load_reader_file, load_target_file])
 def test_what_is_not_called_py_is_refused_and_not_run(treacherous, load, name, found, mend):
     path = treacherous.rename(treacherous.with_name(name))
-    text = rf"{name}: is not a Python file and is not run; found '{found}', allowed a name that ends with \.py\. "
+    text = rf"{name}: is not a Python file, so bristle does not run it; found '{found}', allowed a name that ends with \.py\. "
     for values in (path, content_of(path)):
         with pytest.raises(InputError, match=f"{text}.*{mend}$"):
             load(values)
@@ -208,7 +208,7 @@ def test_where_nothing_can_be_remembered_it_is_told(tmp_path, treacherous, monke
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("BRISTLE_STATE_DIR", str(tmp_path / "file"))
     assert not is_allowed(content_of(treacherous).checksum)
-    with pytest.warns(InputWarning, match="cannot be remembered"):
+    with pytest.warns(InputWarning, match="cannot save the permission"):
         allow(content_of(treacherous))
 
 

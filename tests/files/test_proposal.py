@@ -41,19 +41,19 @@ def test_a_log_whose_units_are_told_leaves_nothing_open(tmp_path):
 
 def test_the_steps_of_a_position_are_shown(tmp_path):
     item = propose_axis(written(tmp_path, "time [s],position [mm],force [N]", T, 0.05 * np.round(POSITION / 0.05), FRICTION))
-    assert '\n\n# [encoder]\n# resolution = "0.05 mm"  # the position moves in such steps' in item.text
+    assert '\n\n# [encoder]\n# resolution = "0.05 mm"  # smallest step of the position' in item.text
 
 
 def test_what_is_not_known_is_to_be_filled_in(tmp_path):
     item = propose_axis(written(tmp_path, "time,position,current [A]", T, POSITION, FRICTION))
     assert "columns.position.unit" in item.missing
-    assert f"# Fill in the question marks ({', '.join(item.missing)}), then look at the log with it." in item.text
+    assert f"# Fill in the question marks ({', '.join(item.missing)}), then inspect the log with this file." in item.text
     assert '# kind = "translational" or "rotational": the unit of the position decides' in item.text
     assert "[encoder]" not in item.text
     assert "effort.constant" in item.missing
     assert 'constant = "?"  # force or torque for one A, such as "61.2 N/A"' in item.text
     for key in item.missing:
-        assert f"{key} is not known: it is taken as 1 in SI" in item.notes
+        assert f"{key} is unknown: bristle uses 1 in SI units" in item.notes
 
 
 def test_without_a_position_the_unit_of_the_velocity_decides(tmp_path):
@@ -79,7 +79,7 @@ def test_an_effort_that_goes_with_the_angle_is_that_of_a_link(tmp_path):
     angle = 120.0 * np.sin(TURN)
     torque = 4.0 * np.sin(np.radians(angle)) + 0.05 * np.tanh(VELOCITY)
     item = propose_axis(written(tmp_path, "time [s],position [deg],torque [Nm]", T, angle, torque))
-    assert 'gravity = "link"  # the effort goes with sine and cosine of the angle' in item.text
+    assert 'gravity = "link"  # the effort depends on sine and cosine of the angle' in item.text
     assert item.axis.gravity
     straight = propose_axis(written(tmp_path, "time [s],position [mm],force [N]", T, angle, torque))
     assert not straight.axis.gravity

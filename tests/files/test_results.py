@@ -59,7 +59,7 @@ def test_a_remark_in_the_note_is_kept(tmp_path):
     write_results(tmp_path / "out")
     with (tmp_path / "out" / NOTE).open("a") as note:
         note.write("# my remark\n")
-    with pytest.raises(InputError, match=f"holds files that were changed since: {NOTE}"):
+    with pytest.raises(InputError, match=f"contains files that were changed: {NOTE}"):
         write_results(tmp_path / "out")
     assert "# my remark" in (tmp_path / "out" / NOTE).read_text()
 
@@ -236,7 +236,7 @@ def copied(source: str, target: str) -> str:
     [
         (
             lambda out: (out / "notes.txt").write_text("mine"),
-            r"besides the results: notes\.txt\. Move them elsewhere, for the whole folder is replaced",
+            r"besides the results: notes\.txt\. Move them to another place, because the whole folder would be replaced",
         ),
         (lambda out: (out / "plots").mkdir(), "besides the results: plots"),
         (lambda out: (out / "model.toml").write_text("mended by hand"), r"changed since: model\.toml"),
@@ -389,7 +389,7 @@ def test_a_place_that_cannot_be_is_refused(tmp_path, monkeypatch, place, words):
     [
         (lambda place: (place / "run").write_text(""), "is a file"),
         (lambda place: (place / "run").mkdir(), "did not make it"),
-        (lambda place: (place / "run").symlink_to(place), "holds something else than results"),
+        (lambda place: (place / "run").symlink_to(place), "contains other files than results"),
         (lambda place: (place / "run").symlink_to("run"), "cannot be written|loop"),
         (lambda place: os.mkfifo(place / "run"), "is a file"),
     ],

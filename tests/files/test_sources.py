@@ -51,7 +51,7 @@ def test_friction_is_that_of_a_table_or_of_a_model_file_with_its_plant(sources):
     plant, model = sources.friction({"file": "model.toml"}, "translational", "friction")
     assert (plant.values, model.values["F_C"]) == ({"M": 2.0}, 3.0)
     assert sources.friction({"file": "model.toml", "F_C": "4 N"}, "translational", "friction")[1].values["F_C"] == 4.0
-    with pytest.raises(InputError, match=r"friction\.file: holds a translational axis, and this one is rotational"):
+    with pytest.raises(InputError, match=r"friction\.file: is the model of a translational axis, but this axis is rotational"):
         sources.friction({"file": "model.toml"}, "rotational", "friction")
 
 

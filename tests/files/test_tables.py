@@ -21,7 +21,7 @@ from bristle.files.varied import with_changes, with_columns
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("a = 3 mm\n", r'A value with a unit stands in quotation marks: "3 mm"'),
+        ("a = 3 mm\n", r'Write a value with a unit in quotation marks: "3 mm"'),
         ("b = 1\na = [1,\n", "Is a bracket or a quotation mark missing at its end|The line reads"),
         ("b = 1\nnot a line\n", "The line reads: not a line"),
         (f"a = {'1' * 5000}\n", r"holds what cannot be read as TOML .a number of thousands of digits"),

@@ -30,7 +30,7 @@ HOSTILE = {
     "no TOML": ("a = = 1", r"not valid TOML.*line 1"),
     "a value twice": ("a = 1\na = 2", "not valid TOML"),
     "a unit without quotation marks": ("a = 3 mm", 'quotation marks: "3 mm"'),
-    "too much": (b"#" * (TOML_LIMIT + 1), "more than is read"),
+    "too much": (b"#" * (TOML_LIMIT + 1), "more than the limit"),
 }
 
 
@@ -100,5 +100,5 @@ def test_what_is_no_file_is_told_by_the_name_of_the_argument(read, values):
 
 @pytest.mark.parametrize("schema", [True, 1.0, "1", 0, [1]])
 def test_only_one_is_one(schema):
-    with pytest.raises(InputError, match="schema: is not one that this bristle reads"):
+    with pytest.raises(InputError, match="schema: is a schema that this version of bristle cannot read"):
         read_axis(AXIS | {"schema": schema})

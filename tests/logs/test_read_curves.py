@@ -59,7 +59,7 @@ def test_each_array_is_a_curve(family):
     assert result.curves[1].f[[0, -1]] == pytest.approx([-1e-4, 1e-4])
     assert (result.kind, result.start, result.low, result.high) == ("magnetic", "saturated", -0.1, 0.1)
     assert result.full_scale == pytest.approx(1e-4)
-    assert any("1 curves of less than 5 samples were left out" in note for note in result.notes)
+    assert any("bristle ignored 1 curves with less than 5 samples" in note for note in result.notes)
     assert len(result.origin.checksum) == 64
 
 
@@ -89,10 +89,10 @@ def test_an_axis_file_of_curves_is_told_from_one_of_an_axis(family, loops, tmp_p
     ("was", "now", "said"),
     [
         ('unit = "mT"', 'unit = "mm"', "columns.input.unit"),
-        ('kind = "magnetic"', 'kind = "electric"', "kind: does not fit"),
-        ('"curve_*"', '"loop_*"', "fits the name of no table"),
+        ('kind = "magnetic"', 'kind = "electric"', "kind: is not valid"),
+        ('"curve_*"', '"loop_*"', "does not match any table"),
         ('"column_2"', '"column_3"', "no column 'curve_0/column_3'"),
-        ("shortest = 5", "shortest = 50", "holds no curve that is long enough"),
+        ("shortest = 5", "shortest = 50", "has only curves that are too short"),
         ("shortest = 5", "longest = 5", "curves.longest: unknown key"),
         ('start = "saturated"', 'start = "rest"', "curves.start"),
     ],

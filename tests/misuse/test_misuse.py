@@ -321,7 +321,7 @@ def test_of_a_list_without_end_only_the_first_are_shown():
 
 
 def test_two_variants_of_one_name_are_refused_since_one_would_be_lost():
-    with pytest.raises(InputError, match="variants: has two of one name; found 'base'"):
+    with pytest.raises(InputError, match="variants: has two variants with the same name; found 'base'"):
         Experiment("two", "translational", (variant(), variant()))
 
 

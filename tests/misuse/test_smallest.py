@@ -31,5 +31,5 @@ def test_the_harmonics_of_a_cogging_are_named_as_in_the_file(tmp_path):
         'schema = 1\nkind = "translational"\ncolumns.position = { column = "x", unit = "m" }\n'
         'cogging = [{ turn = "motor", harmonics = [0] }]\n'
     )
-    with pytest.raises(InputError, match=r"cogging\[0\]\.harmonics\[0\]: does not fit"):
+    with pytest.raises(InputError, match=r"cogging\[0\]\.harmonics\[0\]: is not valid"):
         br.read_axis(path)

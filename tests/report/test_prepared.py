@@ -118,7 +118,7 @@ def test_what_is_there_is_kept(copied):
 def test_a_changed_rig_never_meets_a_stale_fit(copied, seen, instead):
     assert seen in RIG
     copied.write_text(RIG.replace(seen, instead))
-    with pytest.raises(InputError, match="something else than what the file says now"):
+    with pytest.raises(InputError, match="other inputs than the file states now"):
         br.read_experiment(copied)
     assert br.prepare(copied)[0].best is not None
     now = br.read_experiment(copied).variants[0].friction.F_C
@@ -129,7 +129,7 @@ def test_a_digest_that_was_written_by_hand_is_not_believed(copied):
     folder = copied.parent / "rig_identified" / "axis_x"
     note = folder / "depends_on.json"
     note.write_text(note.read_text() + " ")
-    with pytest.raises(InputError, match="something else than what the file says now"):
+    with pytest.raises(InputError, match="other inputs than the file states now"):
         br.read_experiment(copied)
 
 
@@ -158,7 +158,7 @@ def test_a_model_that_a_person_changed_is_neither_taken_nor_replaced(copied):
     custom = model.read_text().replace("F_C =", "F_C = 1.0 #")
     model.write_text(custom)
     for use in (br.read_experiment, br.prepare):
-        with pytest.raises(InputError, match="was changed since it was identified"):
+        with pytest.raises(InputError, match="was changed after its identification"):
             use(copied)
     copied.write_text(RIG.replace('F_C = "20 N"', 'F_C = "26 N"'))
     with pytest.raises(InputError, match="was changed since"):
@@ -193,7 +193,7 @@ def test_a_log_is_fitted_and_another_one_again(rig, tmp_path):
     [
         ('excite = "learning"', 'excite = "lerning"', 'identify.axis_x.excite.*is no variant.*"?learning'),
         ('excite = "learning"', "", "identify.axis_x: needs something to be fitted to"),
-        ('excite = "learning"', 'excite = "identified"', "is excited before there is a model"),
+        ('excite = "learning"', 'excite = "identified"', "is not identified yet when this loop is excited"),
         ('excite = "learning"', 'excit = "learning"', "unknown key"),
         ('identified = "axis_x"', 'identified = "axis_y"', r"friction\.identified.*not identified in this file.*axis_x"),
         ('excite = "learning"', 'log = "none.csv"', "identify.axis_x.log"),

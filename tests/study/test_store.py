@@ -285,7 +285,7 @@ def test_one_process_at_a_time_and_the_lock_of_a_dead_one_is_none(bench):
     study, out = bench.study(), bench.folder / "out"
     with subprocess.Popen([sys.executable, "-c", HOLDS, bench.folder / "study.toml", out], stdout=subprocess.PIPE) as holder:
         assert holder.stdout.readline() == b"held\n"
-        with pytest.raises(InputError, match=rf"another process \(process {holder.pid}\) writes there"):
+        with pytest.raises(InputError, match=rf"another process \(process {holder.pid}\) is writing to this folder"):
             run_study(study, out, workers=1)
         holder.kill()
     assert run_study(study, out, workers=1).is_whole
