@@ -55,7 +55,7 @@ def test_an_amount_lies_within_its_range_ends_included():
     assert amount(POSITIVE, endless=True)(math.inf, "t", None) == math.inf
 
 
-def test_numbers_too_small_for_a_quotient_are_none():
+def test_numbers_close_to_zero_are_refused():
     refused(amount(POSITIVE), 1e-301, "is too close to 0")
     refused(amount(LENGTH), -1e-301, "is too close to 0")
     assert amount(POSITIVE)(1e-299, "t", None) == 1e-299
@@ -67,7 +67,7 @@ def test_an_amount_of_an_unknown_kind_of_axis_has_the_unit_of_either():
     refused(amount(LENGTH), "5 kg", "place")
 
 
-def test_counts_are_whole_and_may_stand_for_none():
+def test_counts_are_whole_and_zero_may_be_allowed():
     assert [whole(1, 5)(value, "n", None) for value in (1, 5, 3.0, np.array(2), np.int64(4))] == [1, 5, 3, 2, 4]
     assert whole(2, none=True)(0, "n", None) == 0
     for value, words in ((0, "1 to 5"), (6, "out of range"), (2.5, "whole number"), (True, "whole number"), ("3", "whole number")):
@@ -79,7 +79,7 @@ def test_counts_are_whole_and_may_stand_for_none():
     refused(whole(2), math.nan, "whole number")
 
 
-def test_choices_are_named_where_a_word_is_none():
+def test_invalid_choices_are_refused_with_the_allowed_words():
     assert among("load", "motor")("load", "side", None) == "load"
     refused(among("load", "motor"), "lod", "allowed load, motor.*load")
     refused(among("load"), 1, "is not a valid choice")
@@ -92,7 +92,7 @@ def test_an_instance_may_be_read_from_something_else():
     refused(instance(int, "an integer", "Write one"), "x", "must be an integer.*Write one")
 
 
-def test_models_are_told_from_components_and_from_other_families():
+def test_components_and_models_of_other_families_are_refused():
     friction = coulomb(F_C=2.0)
     assert model("friction")(friction, "f", None) is friction
     assert model("plant", "friction")(friction, "f", None) is friction
@@ -117,7 +117,7 @@ def test_lists_have_as_many_entries_as_are_asked_for():
     assert many(whole(0))([], "n", None) == ()
 
 
-def test_a_dictionary_keeps_its_keys_and_tells_the_place_of_each_value():
+def test_errors_in_a_dictionary_name_the_key():
     assert mapping(whole(0))({"a": 1}, "n", None) == {"a": 1}
     refused(mapping(whole(0)), {"a": -1}, r"place\.a")
     refused(mapping(whole(0)), [1], "must be a dictionary")
@@ -125,7 +125,7 @@ def test_a_dictionary_keeps_its_keys_and_tells_the_place_of_each_value():
     assert optional(whole(1))(2, "n", None) == 2
 
 
-def test_names_are_parted_by_commas_and_truths_are_no_numbers():
+def test_names_are_separated_by_commas_and_truth_values_are_not_numbers():
     assert NAMES("a, b,,c ", "names", None) == NAMES(["a", "b", "c"], "names", None) == ("a", "b", "c")
     assert NAMES("", "names", None) == ()
     refused(NAMES, " , ", "is an empty list of names")
@@ -185,7 +185,7 @@ def test_a_guarded_function_takes_the_kind_of_axis_of_its_first_model():
         guarded(other=whole(1))(lambda friction: friction)
 
 
-def test_fields_of_a_guarded_class_are_converted_and_tell_their_variables():
+def test_fields_of_a_guarded_class_are_converted_and_have_variables():
     @guarded()
     @dataclass(frozen=True)
     class Moves:

@@ -37,7 +37,7 @@ def test_a_channel_has_a_name_that_can_be_asked_for(name):
         Surrounding(name, HUMID, 0.5)
 
 
-def test_a_channel_of_ones_own_is_no_channel_of_bristle_and_has_a_usual_value_in_its_range():
+def test_a_user_channel_has_a_new_name_and_a_usual_value_within_its_range():
     with pytest.raises(InputError, match="is already the name of a channel of bristle"):
         Surrounding("load", HUMID, 0.5)
     with pytest.raises(InputError, match="usual value of humidity"):
@@ -46,7 +46,7 @@ def test_a_channel_of_ones_own_is_no_channel_of_bristle_and_has_a_usual_value_in
         Surrounding("humidity", "1", 0.5)
 
 
-def test_what_must_be_recorded_beside_the_motion_is_told():
+def test_required_channels_besides_the_motion_are_listed():
     assert (HUMIDITY.field, HUMIDITY.is_own, HUMIDITY.is_recorded) == ("humidity", True, True)
     load, position, transmitted = (OF_MOTION[name] for name in ("load", "position", "transmitted"))
     assert (load.field, load.is_own, load.is_recorded) == ("load", False, True)
@@ -55,7 +55,7 @@ def test_what_must_be_recorded_beside_the_motion_is_told():
     assert position.usual == 0.0
 
 
-def test_a_motion_holds_what_is_asked_of_it_once():
+def test_a_motion_has_each_requested_channel_once():
     assert motion_with([OF_MOTION["load"]]) is Motion
     wider = motion_with([HUMIDITY, OF_MOTION["load"], HUMIDITY])
     assert wider._fields == (*Motion._fields, "humidity")
@@ -64,7 +64,7 @@ def test_a_motion_holds_what_is_asked_of_it_once():
         motion_with([HUMIDITY, Surrounding("humidity", HUMID, usual=0.4)])
 
 
-def test_a_motion_at_rest_passes_nothing_on_and_one_of_a_side_does():
+def test_only_a_moving_axis_transmits_effort():
     motion = motion_with([HUMIDITY])(3.0, 2.0, 1.5, 300.0, 7.0, 0.9)
     assert at_rest(-0.0, motion) == (0.0, 2.0, 1.5, 300.0, 0.0, 0.9)
     assert on_side(-0.0, motion) == (0.0, 2.0, 1.5, 300.0, 7.0, 0.9)
@@ -73,7 +73,7 @@ def test_a_motion_at_rest_passes_nothing_on_and_one_of_a_side_does():
     assert reader_of(OF_MOTION["position"])(motion) == 2.0
 
 
-def test_a_slot_tells_what_a_log_is_to_identify():
+def test_a_slot_lists_its_identified_parameters():
     assert slot().identified == ("k_H",)
     assert slot().neutral == (0.0, 0.5)
     assert slot(channel="load").channel == OF_MOTION["load"]
@@ -111,13 +111,13 @@ def of_one(c):
         ({"factor": of_one}, r"takes 1 arguments.*factor\(channel, p\)"),
     ],
 )
-def test_what_is_no_slot_is_refused(changes, words):
+def test_invalid_slots_are_refused(changes, words):
     with pytest.raises(InputError, match=words):
         refuse_unfit(slot(**changes))
 
 
 @pytest.mark.parametrize("name", ["v", "x", "dt", "p", "memory", "state", "motion", "force"])
-def test_a_word_of_the_contract_of_a_model_is_no_name_of_a_channel(name):
+def test_reserved_words_of_the_contract_are_not_names_of_channels(name):
     with pytest.raises(InputError, match="is not a valid name of a channel"):
         Surrounding(name, HUMID, 0.5)
     assert Surrounding(f"{name}_2", HUMID, 0.5).name == f"{name}_2"

@@ -100,17 +100,17 @@ def test_a_choice_is_a_name_for_people_and_a_place_for_kernels():
         ({"count": 12}, "1 to 9"),
     ],
 )
-def test_what_is_no_choice_or_no_whole_number_is_refused(values, words):
+def test_invalid_choices_and_fractions_are_refused(values, words):
     with pytest.raises(InputError, match=words):
         CHOSEN(**values)
 
 
-def test_an_advisory_relation_warns_and_lets_through():
+def test_an_advisory_relation_only_warns():
     with pytest.warns(InputWarning, match=r"should have level >= 0.5, but level = 0.2. Raise level"):
         CHOSEN(level=0.2)
     assert CHOSEN(level=0.2, validate=False).values["level"] == 0.2
 
 
-def test_a_variable_with_one_text_is_refused():
+def test_a_variable_without_a_description_is_refused():
     with pytest.raises(InputError, match=r"Variable\('Coulomb friction'\): lacks the quantity or the description"):
         Variable("Coulomb friction")

@@ -52,7 +52,7 @@ def test_the_axis_file_of_the_positioning_system():
     assert (axis.cutoff, axis.decimation, axis.offset, axis.mass) == (100.0, 10, "identify", None)
 
 
-def test_all_that_an_axis_file_may_say():
+def test_a_complete_axis_file_is_read():
     axis = axis_from(
         changed(
             plant={"mass": "95 kg", "offset": "-3 N", "presliding": "10 um"},
@@ -119,7 +119,7 @@ def test_percent_of_a_rated_current():
     assert si(axis.columns["effort"], 50.0) == pytest.approx(0.75)
 
 
-def test_a_linear_scale_on_an_axis_told_as_an_angle():
+def test_a_linear_scale_on_a_rotational_axis_is_converted():
     axis = axis_from(
         changed(
             kind="rotational",
@@ -172,13 +172,13 @@ BAD = [
     (column(effort={"column": "u", "unit": "V"}), 'Write constant = "0.12 N*m/V" under [effort]'),
     (column(effort={"column": "u", "unit": "%"}), 'Write rated = "2.4 N*m" under [effort]'),
     (column(effort={"column": "u", "unit": "m"}), "columns.effort.unit: is not a unit of effort"),
-    ({"effort": {"force_constant": "35 N"}}, "effort.force_constant: is not the constant of a drive"),
-    ({"effort": {"force_constant": "35 N*m/A"}}, "effort.force_constant: is not the constant of a drive"),
+    ({"effort": {"force_constant": "35 N"}}, "effort.force_constant: is not a drive constant"),
+    ({"effort": {"force_constant": "35 N*m/A"}}, "effort.force_constant: is not a drive constant"),
     ({"effort": {"force_constant": "0 N/V"}}, "effort.force_constant: must be finite and not zero"),
     ({"effort": {"force_constant": 35.0}}, "effort.force_constant: is not valid"),
     ({"effort": {"force_constant": "1 N/V", "torque_constant": "1 N*m/A"}}, "Keep only one"),
     ({"effort": {"limit": "-0 N"}}, "effort.limit: must be positive"),
-    ({"effort": {"limit": "10 A"}}, "effort.limit: is no effort by itself; found '10 A'"),
+    ({"effort": {"limit": "10 A"}}, "effort.limit: is an effort only with a drive constant; found '10 A'"),
     ({"effort": {"limit": "300 J"}}, "effort.limit: has the wrong unit; found '300 J'"),
     (column(effort={"column": "u", "unit": "J"}), "columns.effort.unit: has the wrong unit; found 'J'"),
     ({"encoder": {"resolution": "5 N"}}, "encoder.resolution: has the wrong unit; found '5 N'"),
@@ -186,7 +186,7 @@ BAD = [
     ({"transmission": {"gear_ratio": -2.0}}, "transmission.gear_ratio: is not valid; found -2.0"),
     ({"plant": {"mass": "95 N"}}, "plant.mass: has the wrong unit"),
     ({"plant": {"mass": -1}}, "plant.mass: must be positive"),
-    ({"plant": {"inertia": "1 kg*m^2"}}, "plant.inertia: is not what a translational axis has. Write mass"),
+    ({"plant": {"inertia": "1 kg*m^2"}}, "plant.inertia: does not apply to a translational axis. Write mass"),
     ({"plant": {"offset": "guess"}}, "plant.offset: is not a number with a unit; found 'guess', allowed \"identify\""),
     ({"timing": {"sample_time": "1 kHz"}}, "timing.sample_time: has the wrong unit"),
     ({"timing": {"sample_time": 0}}, "timing.sample_time: must be positive"),
@@ -202,8 +202,8 @@ BAD = [
     ({"controller": {"k_p": 1}}, "controller: names no model"),
     ({"controller": {"model": "cascde"}}, "controller.model: "),
     ({"controller": 3}, "controller: is not valid; found 3"),
-    ({"effort": {"held": True, "hold": "linear"}}, "effort.hold: contradicts `held`; found 'linear'"),
-    ({"effort": {"held": False, "hold": "zero"}}, "effort.hold: contradicts `held`; found 'zero'"),
+    ({"effort": {"held": True, "hold": "linear"}}, "effort.hold: contradicts the key `held`; found 'linear'"),
+    ({"effort": {"held": False, "hold": "zero"}}, "effort.hold: contradicts the key `held`; found 'zero'"),
     ({"timing": {"sample_time": "1 ms", "sample_rate": "1 kHz"}}, "timing: has both a sample_time and a sample_rate"),
     ({"timing": {"sample_rate": 0}}, "timing.sample_rate: must be positive and finite"),
     ({"columns": {"position": None}}, "columns.position: is missing"),
@@ -214,26 +214,26 @@ BAD = [
     ({"encoder": {"resolution": "0 mm"}}, "encoder.resolution: must be positive and finite"),
     ({"plant": {"gravity": "link"}}, "bristle identifies the weight on a vertical axis as the constant offset"),
     ({"injected": [{"column": "a", "gain": 1}, {"column": "b"}]}, "injected[1].gain: is missing"),
-    ({"injected": [{"column": "a", "gain": 1.0, "unit": "N"}]}, "injected[0].unit: was removed. Write the unit behind the number"),
+    ({"injected": [{"column": "a", "gain": 1.0, "unit": "N"}]}, "injected[0].unit: was removed. Write the unit after the number"),
     ({"injected": [{"column": "a", "gain": "1 m"}]}, "injected[0].gain: is not a unit of effort"),
 ]
 
 
 @pytest.mark.parametrize(("tables", "said"), BAD, ids=[message[:50] for _, message in BAD])
-def test_what_is_refused_names_key_value_and_mend(tables, said):
+def test_refusals_name_key_value_and_remedy(tables, said):
     with pytest.raises(InputError) as caught:
         axis_from(changed(**tables))
     assert said in str(caught.value)
 
 
-def test_with_a_gear_the_side_must_be_said():
+def test_a_gear_requires_the_side():
     with pytest.raises(InputError, match=r"does not state the side of the gear .* side = \"motor\""):
         axis_from(
             changed(kind="rotational", transmission={"gear_ratio": 50}, columns={"position": {"column": "q", "unit": "rad"}, "effort": "u"})
         )
 
 
-def test_a_misspelt_column_is_told_before_the_one_that_is_missing_for_it():
+def test_a_misspelt_column_is_reported_before_a_missing_column():
     data = changed()
     data["columns"]["positon"] = data["columns"].pop("position")
     with pytest.raises(InputError, match=r"columns\.positon: unknown key.*Did you mean 'position'"):
@@ -241,7 +241,7 @@ def test_a_misspelt_column_is_told_before_the_one_that_is_missing_for_it():
 
 
 @pytest.mark.parametrize("key", ["schema", "kind", "columns"])
-def test_what_is_missing_is_named(key):
+def test_missing_keys_are_named(key):
     data = {name: value for name, value in LINEAR.items() if name != key}
     if key == "kind":
         data["columns"] = {"position": "q"}  # nothing else tells it
@@ -268,7 +268,7 @@ def test_errors_carry_the_name_of_the_file(tmp_path):
         ("schema = " + 5000 * "1", "a number of thousands of digits"),
     ],
 )
-def test_what_is_no_toml_is_refused_with_the_line(tmp_path, text, said):
+def test_invalid_toml_is_refused_with_the_line(tmp_path, text, said):
     path = tmp_path / "axis.toml"
     path.write_text(text)
     with pytest.raises(InputError, match=said) as caught:
@@ -276,7 +276,7 @@ def test_what_is_no_toml_is_refused_with_the_line(tmp_path, text, said):
     assert caught.value.path == str(path)
 
 
-def test_a_file_that_is_not_there_no_text_or_a_folder(tmp_path):
+def test_missing_files_binary_files_and_folders_are_refused(tmp_path):
     with pytest.raises(InputError, match="there is no such file"):
         read_toml(tmp_path / "axis.toml")
     with pytest.raises(InputError, match="is a folder"):
@@ -287,7 +287,7 @@ def test_a_file_that_is_not_there_no_text_or_a_folder(tmp_path):
 
 
 def test_a_key_that_was_removed_is_refused_by_name():
-    with pytest.raises(InputError, match=r"identification\.global_search.* was removed.*Leave it out"):
+    with pytest.raises(InputError, match=r"identification\.global_search.* was removed.*Remove it"):
         axis_from(changed(identification={"global_search": True}))
 
 
@@ -303,7 +303,7 @@ def test_a_key_that_was_removed_is_refused_by_name():
         ({"held": False, "hold": "linear"}, False),
     ],
 )
-def test_an_effort_is_held_where_either_key_says_so(effort, held):
+def test_either_key_sets_a_zero_order_hold(effort, held):
     assert axis_from(changed(effort=effort)).held is held
 
 
@@ -323,7 +323,7 @@ def test_a_delay_is_looked_for_unless_it_is_stated(timing, delay, seeks):
 
 
 @pytest.mark.parametrize(("lag", "expected"), [(None, (0.0, False)), ("identify", (0.0, True)), ("2 ms", (2e-3, False))])
-def test_a_lag_is_looked_for_where_that_is_asked_for(lag, expected):
+def test_the_lag_is_identified_on_request(lag, expected):
     axis = axis_from(changed(effort={} if lag is None else {"lag": lag}))
     assert (axis.lag or 0.0, axis.seeks_lag) == expected
 
@@ -360,7 +360,7 @@ def test_a_turn_of_cogging_is_that_of_the_motor_or_of_the_screw(turn, travel):
         axis_from(changed(transmission=transmission, cogging=2 * [{"turn": turn, "harmonics": [6]}]))
 
 
-def test_one_radian_of_the_motor_moves_an_axis_that_turns_or_has_a_lead():
+def test_the_movement_per_radian_is_known_for_rotational_axes_and_with_a_lead():
     assert axis_from(changed()).arm is None
     assert axis_from(changed(transmission={"gear_ratio": 2.0, "lead": "10 mm"})).arm == pytest.approx(0.005 / (2.0 * math.pi))
     turning = {"schema": 1, "kind": "rotational", "columns": {"position": {"column": "q", "unit": "rad", "side": "load"}}}

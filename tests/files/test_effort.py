@@ -63,7 +63,7 @@ def test_functions_of_time_are_efforts(tmp_path, table, check):
     assert variant.effort.description.startswith(table.split('"')[1])
 
 
-def test_the_effort_of_a_log_gives_its_length_and_is_held(tmp_path):
+def test_the_effort_of_a_log_sets_the_duration_with_zero_order_hold(tmp_path):
     (tmp_path / "log.csv").write_text(LOG)
     text = OPEN.replace('model = "constant"', 'model = "recorded"\nfile = "log.csv"').replace('duration = "6 s"', "")
     finer = read(tmp_path, text)
@@ -97,7 +97,7 @@ def test_variants_differ_in_their_efforts(tmp_path):
         ('model = "constant"', 'model = "recorded"', "effort.file: "),
     ],
 )
-def test_what_does_not_fit_is_said(tmp_path, old, new, message):
+def test_conflicting_keys_are_refused(tmp_path, old, new, message):
     with pytest.raises(InputError, match=message):
         read(tmp_path, OPEN.replace(old, new))
 

@@ -56,7 +56,7 @@ def test_friction_is_that_of_a_table_or_of_a_model_file_with_its_plant(sources):
 
 
 @pytest.mark.parametrize(("file", "shift"), [("log.csv", 0.1), ("motion.csv", 0.1)])
-def test_a_reference_is_that_of_a_log_or_the_motion_where_nothing_was_recorded(sources, file, shift):
+def test_a_reference_is_from_a_log_or_a_planned_motion(sources, file, shift):
     axis = sources.axis("axis.toml", "axis.file")
     values = sources.recorded({"model": "recorded", "file": file}, axis, "reference").values
     assert values["position"] == pytest.approx(np.sin(9.0 * T) + shift)

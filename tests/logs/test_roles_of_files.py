@@ -150,8 +150,8 @@ def unit_lines(text):
 def test_a_unit_that_is_not_known_is_asked_for_with_the_words_of_the_file():
     proposal = propose_axis(text_log("Skt", "bla", reference="Skt"))
     lines = unit_lines(proposal.text)
-    assert 'unit = "?" }  # the file says "Skt", which is no unit that is known here; unit of the' in lines["position"]
-    assert 'unit = "?" }  # the file says "bla", which is no unit' in lines["effort"]
+    assert 'unit = "?" }  # the file states the unknown unit "Skt"; unit of the' in lines["position"]
+    assert 'unit = "?" }  # the file states the unknown unit "bla"' in lines["effort"]
     assert lines["reference"] == 'reference = { column = "position_ref" }  # in the unit of the position'
     assert proposal.unknown == {"position": "Skt", "effort": "bla"}
     assert "columns.position.unit is unknown: bristle uses 1 in SI units" not in proposal.notes
@@ -165,14 +165,14 @@ def test_a_reference_in_another_unit_that_is_not_known_is_not_taken_for_one():
 def test_numbers_do_not_tell_the_unit_of_time_or_effort_where_the_file_says_another():
     proposal = propose_axis(text_log("mm", "N", time="Takte"))
     assert proposal.missing == ("columns.time.unit",)
-    assert '# the file says "Takte"' in unit_lines(proposal.text)["time"]
+    assert '# the file states the unknown unit "Takte"' in unit_lines(proposal.text)["time"]
     assert propose_axis(text_log("mm", "Dig").replace(b"force", b"current")).missing == ("columns.effort.unit",)
 
 
 def test_a_recorded_velocity_tells_a_unit_that_is_not_known():
     proposal = propose_axis(text_log("Skt", "N", speed="m/s"))
     assert proposal.missing == ()
-    assert 'unit = "m" }  # unit from the velocity; the file says "Skt"' in unit_lines(proposal.text)["position"]
+    assert 'unit = "m" }  # unit from the velocity; the file states the unknown unit "Skt"' in unit_lines(proposal.text)["position"]
 
 
 @pytest.mark.parametrize("channel", ["position", "time"])

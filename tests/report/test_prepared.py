@@ -161,7 +161,7 @@ def test_a_model_that_a_person_changed_is_neither_taken_nor_replaced(copied):
         with pytest.raises(InputError, match="was changed after its identification"):
             use(copied)
     copied.write_text(RIG.replace('F_C = "20 N"', 'F_C = "26 N"'))
-    with pytest.raises(InputError, match="was changed since"):
+    with pytest.raises(InputError, match="was changed after"):
         br.prepare(copied)
     assert model.read_text() == custom
 
@@ -192,7 +192,7 @@ def test_a_log_is_fitted_and_another_one_again(rig, tmp_path):
     ("seen", "instead", "said"),
     [
         ('excite = "learning"', 'excite = "lerning"', 'identify.axis_x.excite.*is no variant.*"?learning'),
-        ('excite = "learning"', "", "identify.axis_x: needs something to be fitted to"),
+        ('excite = "learning"', "", "identify.axis_x: needs a log or an excitation for the fit"),
         ('excite = "learning"', 'excite = "identified"', "is not identified yet when this loop is excited"),
         ('excite = "learning"', 'excit = "learning"', "unknown key"),
         ('identified = "axis_x"', 'identified = "axis_y"', r"friction\.identified.*not identified in this file.*axis_x"),
@@ -223,5 +223,5 @@ def test_a_study_takes_what_was_identified(copied, tmp_path):
     )
     assert {v.name for v in read_study_file(study).experiment.variants} == {"base", "identified"}
     copied.write_text(RIG.replace('F_C = "20 N"', 'F_C = "26 N"'))
-    with pytest.raises(InputError, match="something else"):
+    with pytest.raises(InputError, match="other inputs"):
         read_study_file(study)

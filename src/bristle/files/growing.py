@@ -71,7 +71,7 @@ class Growing:
                     raise InputError("is a link or a file, not a folder", path=place, mend="Move it to another place") from error
                 if error.errno not in _FULL:
                     raise
-                reason, mend = os.strerror(error.errno or 0).lower(), "Existing files stay. Free disk space and repeat the command"
+                reason, mend = os.strerror(error.errno or 0).lower(), "Existing files stay. Make room on the disk and repeat the command"
                 raise InputError(f"cannot be written: {reason}", path=str(self.path / name), mend=mend) from error
         return self.path / name
 

@@ -223,7 +223,7 @@ def _abandon(results: Results) -> None:
         # If the limit of open files was reached, closing one may help.
         removed = removed or owned.remove_own(results.path, half_written=True)
     if not removed and os.path.lexists(results.path):
-        warnings.warn(f"{results.path} remains: it contains other files, or it cannot be removed", InputWarning, stacklevel=2)
+        warnings.warn(f"{results.path} stays: it contains other files, or it cannot be removed", InputWarning, stacklevel=2)
 
 
 def _unfinished_in(parent: Path) -> Iterator[tuple[Path, Note, State]]:
@@ -306,5 +306,5 @@ def _unwritable(target: Path, error: OSError | RuntimeError) -> InputError:
     return InputError(
         f"the results cannot be written: {reason}",
         path=str(target),
-        mend="The old results are unchanged. Close programs that use these files, free disk space, or name another folder",
+        mend="The old results are unchanged. Close programs that use these files, make room on the disk, or name another folder",
     )
