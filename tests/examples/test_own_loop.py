@@ -27,7 +27,7 @@ def folder(tmp_path) -> Path:
 
 def test_code_files_need_permission_to_run(folder, capsys):
     assert main(["run", str(folder / "rig.toml")]) == 2
-    assert "sensor.file: names code, that needs permission to run: resolver.py" in capsys.readouterr().err
+    assert "sensor.file: names code that needs permission to run: resolver.py" in capsys.readouterr().err
     for custom in ("pid.py", "resolver.py"):
         assert main(["check", str(folder / custom)]) == 0
     assert main(["run", str(folder / "rig.toml"), "--json"]) == 0

@@ -141,7 +141,7 @@ def test_a_folder_of_another_kind_or_of_a_person_is_refused(out, tmp_path):
 
 def test_user_files_that_would_be_used_are_refused(out):
     (out / "runs/mine.csv").write_text("mine")
-    with pytest.raises(InputError, match=r"holds what was not written here: runs/mine\.csv"), growing_folder(out, "study"):
+    with pytest.raises(InputError, match=r"contains files that bristle did not write: runs/mine\.csv"), growing_folder(out, "study"):
         pass
     with growing_folder(out, "study", used=lambda name: name != "runs/mine.csv") as (_, damaged):
         assert damaged == []

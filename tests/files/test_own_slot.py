@@ -50,7 +50,7 @@ def test_a_saved_model_is_read_back_equal(oiled, bench):
     assert model.name == "coulomb_viscous+temperature+oiled+asymmetry"
     (bench / "elsewhere").mkdir()
     write_model(bench / "elsewhere" / "model.toml", None, model)
-    with pytest.raises(InputError, match=r"friction\.model: names code, that needs permission to run: oiled\.py"):
+    with pytest.raises(InputError, match=r"friction\.model: names code that needs permission to run: oiled\.py"):
         read_model(bench / "elsewhere" / "model.toml")
     with pytest.warns(InputWarning, match=r"oiled\.py .* is run"):
         again = read_model(bench / "elsewhere" / "model.toml", allow_code=True).friction
@@ -85,7 +85,7 @@ def test_in_a_loop_the_channel_has_its_usual_value(bench):
     less = float(np.exp(-3e-6 * 1e5))
     custom = {"model": "coulomb_viscous+oiled.py", "F_C": 8.0, "F_v": 40.0, "a": 3e-6, "b_0": 1e5}
     Path("own.toml").write_text(tomlkit.dumps(tables | {"friction": custom}))
-    with pytest.raises(InputError, match=r"oiled\.py .*needs permission to run|names code, that needs permission to run: oiled"):
+    with pytest.raises(InputError, match=r"oiled\.py .*needs permission to run|names code that needs permission to run: oiled"):
         read_experiment("own.toml")
     with pytest.warns(InputWarning, match=r"oiled\.py .* is run"):
         experiment = read_experiment("own.toml", allow_code=True)
@@ -164,7 +164,7 @@ def test_two_slots_must_agree_on_a_channel(oiled):
         ('name="oiled"', 'name="a+b"', r"an invalid name for its slot; found 'a\+b'"),
         ("@kernel\n", "", r"factor: is not a kernel\. Decorate it with @kernel"),
         ("factor(pressure, p)", "factor(pressure)", r"factor: takes 1 arguments; allowed factor\(channel, p\)"),
-        ('excitation="channel"', 'excitation="speed"', r"excitation of a: is not an excitation for a slot .* allowed \"channel\""),
+        ('excitation="channel"', 'excitation="speed"', r"excitation of a: is not an excitation for a slot; .* allowed \"channel\""),
         (', excitation="channel"', "", r"has no parameter to identify from a log\. Write Variable\(.*\"channel\""),
         ('"force/length^2", "pressure of', '"presure", "pressure of', r"presure"),
         ('Surrounding("pressure"', 'Surrounding("effort"', r"is already the name of a channel of bristle"),

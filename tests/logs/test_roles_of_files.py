@@ -182,7 +182,7 @@ def test_of_a_log_in_a_unit_that_is_not_known_nothing_is_said_in_si(channel):
     assert inspected.log is None
     assert summary["problems"] == summary["channels"] == summary["passages"] == summary["diagnostics"] == []
     assert {column["unit"] for column in summary["columns"]} & {"Skt", "Takt"}
-    assert any(f"for the unit of the {channel}, which is not known" in note for note in summary["notes"])
+    assert any(f"for the {channel}: bristle cannot convert it" in note for note in summary["notes"])
 
 
 def test_a_channel_in_a_unit_that_is_not_known_is_left_out_of_a_log_that_is_usable_without_it():
