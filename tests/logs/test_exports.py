@@ -89,7 +89,7 @@ def arm_log(pull, unit="Nm"):
 )
 def test_an_arm_is_proposed_to_be_one(pull, named):
     proposal = propose_axis(arm_log(pull))
-    assert ('gravity = "link"  # the effort goes with' in proposal.text) is named
+    assert ('gravity = "link"  # the effort depends on' in proposal.text) is named
     assert proposal.axis.gravity is named
     assert read_axis(proposal.text.encode()).gravity is named
 

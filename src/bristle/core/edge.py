@@ -278,7 +278,7 @@ def array(*, ndim: int = 1, least: int = 0, single: bool = False, finite: bool =
         if finite and not is_finite(numbers):
             place = int(np.flatnonzero(~np.isfinite(numbers))[0])
             value, mend = f"{numbers.flat[place]} at {place}", "Remove NaN and infinity first"
-            raise InputError("contains numbers that are not finite", path=path, value=value, mend=mend)
+            raise InputError("is not finite everywhere", path=path, value=value, mend=mend)
         return numbers
 
     return convert
