@@ -40,7 +40,7 @@ def test_a_block_with_fewer_runs_is_simulated_again(bench):
     run_study(study, out, workers=1)
     before, file = content(out), out / "runs" / "0000000004.parquet"
     pyarrow.parquet.write_table(pyarrow.parquet.read_table(file).slice(0, 3), file)
-    with pytest.warns(InputWarning, match=r"runs/0000000004\.parquet is damaged.*kept as .*\.damaged"):
+    with pytest.warns(InputWarning, match=r"runs/0000000004\.parquet is damaged.*keeps the damaged file as .*\.damaged"):
         assert run_study(study, out, workers=1).before == 2
     assert content(out) == before
 
@@ -178,7 +178,7 @@ def test_nothing_is_written_through_a_link(bench):
         path.unlink()
     (out / "runs").rmdir()
     (out / "runs").symlink_to(mine)
-    with pytest.raises(InputError, match="not written here: runs"):
+    with pytest.raises(InputError, match="did not write: runs"):
         run_study(study, out, workers=1)
     assert [path.name for path in mine.iterdir()] == ["thesis.tex"]
 
@@ -247,7 +247,7 @@ def test_what_a_study_left_that_ended_before_it_began_is_no_hindrance(bench):
 def test_a_foreign_file_among_the_runs_is_told(bench):
     run_study(bench.study(), bench.folder / "out", workers=1)
     (bench.folder / "out" / "runs" / "more.parquet").write_bytes(b"")
-    with pytest.raises(InputError, match=r"not written here: runs/more\.parquet"):
+    with pytest.raises(InputError, match=r"did not write: runs/more\.parquet"):
         run_study(bench.study(), bench.folder / "out", workers=1)
 
 
