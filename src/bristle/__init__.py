@@ -1,6 +1,6 @@
 """bristle: from the log of a motion axis to an identified friction model and a compensated loop.
 
-Nothing is loaded before it is used: ``import bristle`` costs next to nothing.
+Modules are loaded at first use, so ``import bristle`` is fast.
 
 Examples
 --------

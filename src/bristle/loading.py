@@ -1,4 +1,4 @@
-"""Names that packages offer, each loaded from its module when it is first asked for. It loads nothing itself."""
+"""Lazy loading: each name of a package is imported from its module at first use."""
 
 import sys
 from collections.abc import Callable
@@ -8,15 +8,15 @@ from typing import Any
 
 
 def loaded_from(package: str) -> Callable[[str], Any]:
-    """Return the ``__getattr__`` of a package that loads names when they are first asked for, as its ``if TYPE_CHECKING:`` imports them."""
+    """Return a ``__getattr__`` for a package that imports its names at first use, from the ``if TYPE_CHECKING:`` block."""
 
     @cache
     def places() -> dict[str, tuple[str, str]]:
-        """Return the module of each name, and its name there."""
-        import ast  # which nobody waits for who asks for no name
+        """Return the module of each name and the name in it."""
+        import ast  # only when needed
 
         loader: Any = sys.modules[package].__loader__
-        tree = ast.parse(loader.get_source(package))  # which a loader has of a folder, and of a zip file
+        tree = ast.parse(loader.get_source(package))  # works for folders and zip files
         blocks = [node for node in tree.body if isinstance(node, ast.If)]
         imports = [node for block in blocks for node in block.body if isinstance(node, ast.ImportFrom)]
         return {alias.asname or alias.name: (str(node.module), alias.name) for node in imports for alias in node.names}

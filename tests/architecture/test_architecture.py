@@ -43,16 +43,16 @@ def loaded_after(code):
     return set(out.stdout.split()[-400:]) & {*HEAVY, "numpy"}
 
 
-def test_import_bristle_loads_nothing_heavy():
+def test_import_bristle_loads_no_heavy_module():
     assert loaded_after("import bristle") == set()
 
 
-def test_the_help_loads_nothing_heavy():
+def test_the_help_loads_no_heavy_module():
     code = "from bristle.cli.main import main\nsys.argv = ['bristle', '--help']\ntry:\n    main()\nexcept SystemExit:\n    pass"
     assert loaded_after(code) & set(HEAVY) == set()
 
 
-def test_the_list_of_targets_loads_nothing_heavy():
+def test_the_list_of_targets_loads_no_heavy_module():
     assert loaded_after("from bristle.exports import TARGETS") == set()
 
 
@@ -112,7 +112,7 @@ def test_every_kernel_stays_in_the_exportable_subset():
         "    return g",
     ],
 )
-def test_what_is_outside_the_subset_is_found(body, tmp_path, monkeypatch):
+def test_code_outside_the_subset_is_found(body, tmp_path, monkeypatch):
     path = tmp_path / "outside.py"
     path.write_text(f"import math\ng = []\ndef f(v, p):\n{body}\n")
     monkeypatch.syspath_prepend(str(tmp_path))
@@ -185,7 +185,7 @@ def test_no_function_takes_more_than_a_few_arguments_by_their_place():
             assert taken <= MOST_ARGUMENTS, f"{path.relative_to(ROOT)}:{function.lineno} {function.name} takes {taken}"
 
 
-def test_no_exception_is_swallowed_and_nothing_is_left_for_later():
+def test_exceptions_are_not_swallowed_and_no_todo_remains():
     for path in ROOT.rglob("*.py"):
         text, module = read(path)
         for node in ast.walk(module):

@@ -102,7 +102,7 @@ def test_no_files_import_each_other_in_a_circle(arrows):
     assert [sorted(circle) for circle in circles(arrows) if circle not in ALLOWED] == []
 
 
-def test_what_is_allowed_is_needed(arrows):
+def test_allowed_circles_are_needed(arrows):
     assert set(ALLOWED) <= set(circles(arrows))
 
 
@@ -130,7 +130,7 @@ def test_all_files_are_looked_at(arrows):
         ({"a": "import p.b, p.c", "b": "import p.c", "c": "import os"}, None),
     ],
 )
-def test_what_counts(files, members, tmp_path):
+def test_the_search_finds_circles(files, members, tmp_path):
     (tmp_path / "p").mkdir()
     for name, text in files.items():
         (tmp_path / "p" / f"{name}.py").write_text(text + "\n")

@@ -281,7 +281,7 @@ def test_every_entry_is_needed():
         ({"a": "class C:\n    def f(self): pass\nC().f()"}, []),
     ],
 )
-def test_what_counts(files, dead, tmp_path, monkeypatch):
+def test_the_search_finds_dead_names(files, dead, tmp_path, monkeypatch):
     (tmp_path / "p").mkdir()
     for name, text in ({"__init__": ""} | files).items():
         (tmp_path / "p" / f"{name}.py").write_text(text + "\n")

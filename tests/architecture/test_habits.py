@@ -56,7 +56,7 @@ def commit(folder, lines, *paragraphs):
         (20, ("core: " + 67 * "x",), "more than 72"),
     ],
 )
-def test_growth_of_the_package_names_what_gives_way(repository, lines, paragraphs, fault):
+def test_growth_of_the_package_requires_an_offset(repository, lines, paragraphs, fault):
     commit(repository, lines, *paragraphs)
     judged = subprocess.run([BASH, repository / ".ci" / "growth", "HEAD~1"], check=False, capture_output=True, text=True)
     assert judged.returncode == (1 if fault else 0)

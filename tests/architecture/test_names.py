@@ -92,7 +92,7 @@ def test_the_package_without_the_folders_that_wait_holds_the_rate(package):
         ("found_peaks = one.other(told=those)", []),
     ],
 )
-def test_what_counts(code, names):
+def test_the_count_finds_vague_names(code, names):
     assert sorted(name for name in identifiers(ast.parse(code)) if is_vague(name)) == sorted(names)
 
 

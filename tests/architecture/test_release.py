@@ -23,14 +23,14 @@ def first(pattern, file):
     return re.search(pattern, (ROOT / file).read_text(encoding="utf-8"), re.MULTILINE)[1]
 
 
-def test_one_version_stands_everywhere():
+def test_the_version_is_the_same_everywhere():
     assert PROJECT["version"] == bristle.__version__
     assert first(r"^version: (\S+)$", "CITATION.cff") == bristle.__version__
     assert re.search(r'set version = "([^"]+)"', RECIPE)[1] == bristle.__version__
     assert first(r"^## (\d\S+)", "CHANGELOG.md") == bristle.__version__
 
 
-def test_the_recipe_asks_for_what_the_package_asks_for():
+def test_the_recipe_has_the_dependencies_of_the_package():
     run = RECIPE.partition("  run:\n")[2].partition("\n\n")[0].splitlines()
     requested = {tuple(line.strip("- ").split(" ", 1)) for line in run if not line.strip().startswith("- python ")}
     assert {NAMES.get(name, name) + limits for name, limits in requested} == set(PROJECT["dependencies"])

@@ -49,6 +49,6 @@ def test_identification_names_no_model_and_no_parameter():
     assert result == {}
 
 
-def test_what_is_allowed_is_needed():
+def test_allowed_roles_are_needed():
     for name, allowed in ALLOWED.items():
         assert allowed <= literals_of(ROOT / name), name

@@ -81,7 +81,7 @@ def writes(call):
     return "File" if name == "File" and "w" in modes_of(call) else ""
 
 
-def test_each_call_that_changes_a_file_stands_in_an_owner_or_is_listed():
+def test_each_call_that_changes_a_file_is_in_an_owner_or_listed():
     result = {}
     for path in sorted(ROOT.rglob("*.py")):
         module = path.relative_to(ROOT).as_posix()
@@ -94,7 +94,7 @@ def test_each_call_that_changes_a_file_stands_in_an_owner_or_is_listed():
     assert {name for name in OTHERS if name not in result} == set()
 
 
-def test_the_search_sees_what_it_is_for():
+def test_the_search_finds_calls_that_change_files():
     seen = """
 open(path, "w"); path.open("ab"); os.replace(a, b); path.unlink(); path.write_bytes(b""); shutil.rmtree(x)
 os.open(path, os.O_WRONLY | os.O_CREAT); parquet.write_table(table, path); h5py.File(path, "w"); np.savetxt(path, a)

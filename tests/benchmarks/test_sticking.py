@@ -33,7 +33,7 @@ def test_coulomb_friction_rests_and_preisach_gives_way_by_nanometres(answers):
     assert 1e-6 < 9.0 * answers["lugre"].axis < 2e-6
 
 
-def test_the_pulled_axis_moves_as_its_equation_says():
+def test_the_pulled_axis_follows_its_equation():
     later = np.arange(BREAKS_AWAY, PULLED, DT)
     moved = solve_ivp(
         lambda t, y: (y[1], (spring(t, y[0]) - F_C) / M), (BREAKS_AWAY, PULLED), [0.0, 0.0], t_eval=later, rtol=1e-10, atol=1e-14

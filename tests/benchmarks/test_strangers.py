@@ -63,7 +63,7 @@ def test_momentum_of_a_record(linear):
 
 @pytest.mark.fast_cases(3)
 @pytest.mark.parametrize("family", FAMILIES)
-def test_half_the_step_changes_nothing(family):
+def test_half_the_step_gives_the_same_result(family):
     """Everything on but the encoder's steps, whose flips would tell rounding errors apart."""
     truth = shortened(draw(7, family))
     truth = replace(truth, encoder=replace(truth.encoder, resolution=0.0))
@@ -102,7 +102,7 @@ def test_bristles_against_another_solver():
     assert z[0] == pytest.approx(exact[2], rel=1e-3)
 
 
-def test_a_thrown_mass_stops_where_coulomb_says():
+def test_a_thrown_mass_stops_at_the_coulomb_distance():
     f = replace(draw(2, "coulomb").friction, F_C=(2.0, 1.0), F_S=(2.0, 1.0), F_v=(0.0, 0.0))
     c, v, q, h, steps = contact_of(f), 0.3, 0.0, 1.7e-5, 0
     while v != 0.0:
@@ -215,7 +215,7 @@ def test_effort_late_and_position_filter_are_exact():
     np.testing.assert_allclose(c.position[1:] - keep * c.position[:-1], (1.0 - keep) * a.position[1:], atol=1e-12)
 
 
-def test_the_encoder_rounds_and_errs_periodically():
+def test_the_encoder_rounds_and_has_a_periodic_error():
     truth = plain(shortened(draw(9, "lugre", "one_direction", False), 10.0))
     encoder = replace(truth.encoder, resolution=2.0 * np.pi / 20_000, amplitudes=(6.0, 3.0, 1.5))
     truth = replace(truth, encoder=encoder)
@@ -239,7 +239,7 @@ def test_a_seed_reproduces_itself_and_another_does_not():
     assert np.array_equal(record.effort, second.effort)
 
 
-def test_what_is_drawn_spans_what_was_promised():
+def test_drawn_axes_span_the_documented_ranges():
     truths = [draw(seed, family) for family in FAMILIES for seed in range(60)]
     linear = np.array([t.mass for t in truths if t.axis.linear])
     rotary = np.array([t.mass for t in truths if not t.axis.linear])

@@ -334,7 +334,7 @@ def test_an_axis_without_a_controller_gets_two_gaps_for_gains(bristle, place):
     command = next_command(result)
     refused = bristle(*command)
     assert refused.code == 2
-    assert "controller.k_p: is still to be filled in" in refused.err
+    assert "controller.k_p: is not filled in" in refused.err
     file = Path("run/experiment.toml")
     filled = re.sub(r'"\?"( +# [^\n]*such as )("[^"]+")', r"\2\1\2", file.read_text())
     filled, hints = re.subn(r"(?m)^# (T_n|k_ff)", r"\1", filled)

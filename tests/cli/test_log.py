@@ -135,7 +135,7 @@ def test_a_log_of_another_program_needs_two_values_at_most(bristle, tmp_path, mo
     assert text == result.data["proposal"]["text"]
     if export.filled:
         refused = bristle("log", path, "--axis", "axis.toml")
-        assert (refused.code, "is still to be filled in" in refused.err) == (2, True)
+        assert (refused.code, "is not filled in" in refused.err) == (2, True)
     for value in export.filled.values():
         text = text.replace('"?"', f'"{value}"', 1)
     Path("axis.toml").write_text(text, encoding="utf-8")
@@ -156,7 +156,7 @@ def test_without_an_axis_file_a_log_is_described_with_its_gaps(bristle, tmp_path
         "reference": "goal_position",
         "effort": "force",
     }
-    assert "columns.position.unit is not known: it is taken as 1 in SI" in data["notes"]
+    assert "columns.position.unit is unknown: bristle uses 1 in SI units" in data["notes"]
     assert "unit_suspect" not in {item["code"] for item in data["diagnostics"]}
 
 

@@ -100,7 +100,7 @@ def test_an_operator_has_its_certificates_and_its_reports(bristle, loops):  # no
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"), [(("--model", "lugre"), "is none of the choices"), (("--model", "reversal_table"), "needs reversal curves")]
+    ("arguments", "said"), [(("--model", "lugre"), "is not a valid choice"), (("--model", "reversal_table"), "needs reversal curves")]
 )
 def test_unsuitable_curves_end_with_a_message(bristle, loops, arguments, said):  # noqa: F811
     refused = bristle("identify", loops / "loops.csv", "--axis", loops / "axis.toml", *arguments)

@@ -43,7 +43,7 @@ def test_from_the_log_to_the_prediction(bristle, tmp_path, monkeypatch):
     refused = bristle("predict", "results/model.toml", "log.csv", "--axis", "axis.toml")
     assert refused.code != 0
     assert "oiled.py (SHA-256" in refused.err
-    assert "not run unasked" in refused.err
+    assert "needs permission to run" in refused.err
     assert bristle("predict", "results/model.toml", "log.csv", "--axis", "axis.toml", "--allow-code").code == 0
 
 

@@ -51,7 +51,7 @@ def test_experiments_are_written_changed_and_run(bristle):
     assert abs(after) > 2.0 * abs(before)
     assert bristle("paper", "--write", "mine").code == 2
     kept = bristle("paper", "--write", "mine", "--force")
-    assert (kept.code, "changed since: fig_09.toml" in kept.err) == (2, True)
+    assert (kept.code, "were changed: fig_09.toml" in kept.err) == (2, True)
     assert bristle("paper", "--write", "theirs", "--json").data["written"]
     assert bristle("paper", "--write", "theirs", "--force", "--json").data["written"]
 

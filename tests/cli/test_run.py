@@ -97,7 +97,7 @@ def test_a_user_model_runs_from_its_file(bristle, place):
     Path("experiment.toml").write_text(text)
     refused = bristle("run", "experiment.toml", "--json")
     assert refused.code == 2
-    assert "not run unasked: own.py (SHA-256 " in refused.err
+    assert "needs permission to run: own.py (SHA-256 " in refused.err
     assert "--allow-code" in refused.err
     result = bristle("run", "experiment.toml", "--allow-code", "--json")
     assert result.code == 0

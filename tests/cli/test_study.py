@@ -86,7 +86,7 @@ def test_figures_of_a_study_replace_those_of_an_earlier_report(bench, capsys):
     (figures / "captions.txt").write_text("of a person")
     capsys.readouterr()
     assert main(["study", "study.toml", "--out", "out", "--format", "svg"]) == 2
-    assert "changed since: figures/captions.txt" in capsys.readouterr().err
+    assert "were changed: figures/captions.txt" in capsys.readouterr().err
     assert (figures / "captions.txt").read_text() == "of a person"
     assert (figures / "spread.pdf").is_file()
     (figures / "captions.txt").write_text(captions)
@@ -94,7 +94,7 @@ def test_figures_of_a_study_replace_those_of_an_earlier_report(bench, capsys):
     for damaged in (note.splitlines(keepends=True)[0], b"[]\n", b"\xff"):
         (bench.folder / "out" / NOTE).write_bytes(damaged)
         assert main(["study", "study.toml", "--out", "out", "--format", "svg"]) == 2
-        assert re.search("not written here|something else than a study", capsys.readouterr().err)
+        assert re.search("did not write|not a folder of a study", capsys.readouterr().err)
         assert (figures / "spread.pdf").is_file()
     (bench.folder / "out" / NOTE).write_bytes(note)
     assert main(["study", "study.toml", "--out", "out", "--format", "svg"]) == 0

@@ -28,7 +28,7 @@ def test_every_model_meets_the_contract(name):
     assert len(checks) == len(CHECKS)
 
 
-def test_a_new_model_is_tested_among_the_fast_ones(monkeypatch):
+def test_a_new_model_is_part_of_the_fast_tests(monkeypatch):
     assert friction.MODELS.keys() >= KNOWN
     monkeypatch.setitem(friction.MODELS, "new_model", friction.coulomb)
     assert [case.values[0] for case in with_fast("lugre") if not case.marks][-1] == "new_model"
@@ -42,7 +42,7 @@ def test_the_composite_meets_it_with_every_operator_and_slip_law(kernel, transit
 
 
 @pytest.mark.parametrize(("factor", "words"), [(1.01, "apart"), (float("nan"), "apart"), (1.0, None)])
-def test_derivatives_that_are_not_those_of_the_force_are_told(monkeypatch, factor, words):
+def test_wrong_derivatives_of_the_force_are_reported(monkeypatch, factor, words):
     def wrong(*arguments):
         force, derivatives = force_with_derivatives(*arguments)
         return force, factor * derivatives
@@ -208,7 +208,7 @@ def test_each_fault_is_found_by_name(model, demand):
     assert demand in failed
 
 
-def test_a_reversed_sign_is_called_one():
+def test_a_reversed_sign_is_reported():
     (check,) = check_model(faulty(kernel(reversed_sign)), checks=[one_sided_limits])
     assert check.advice == "Check signs"
 
@@ -220,7 +220,7 @@ def test_a_trial_that_writes_is_found_by_running_it_too():
 
 
 @pytest.mark.skipif(compiler() is None, reason="needs a C compiler")
-def test_what_is_exported_is_compared(monkeypatch):
+def test_exported_code_is_compared(monkeypatch):
     (check,) = check_model(faulty(sound_trial), checks=[same_bits_exported])
     assert check.applies
     assert check.passed, check.detail
@@ -229,7 +229,7 @@ def test_what_is_exported_is_compared(monkeypatch):
     assert not check.passed
 
 
-def test_without_a_compiler_nothing_is_compared(monkeypatch):
+def test_the_comparison_needs_a_compiler(monkeypatch):
     monkeypatch.setattr(proof, "builds", lambda command, *flags: False)
     (check,) = check_model(faulty(sound_trial), checks=[same_bits_exported])
     assert check.passed
@@ -272,7 +272,7 @@ MODEL = FrictionModel(name="mine", description="mine", Parameters=Parameters, St
 
 def test_two_models_cannot_share_their_parameters():
     model = faulty(sound_trial)
-    with pytest.raises(TypeError, match="Parameters class of its own"):
+    with pytest.raises(TypeError, match="separate Parameters class"):
         faulty(pulls, Parameters=model.Parameters)
 
 

@@ -103,12 +103,12 @@ def move_along(component, change, parameters=None, states=None):
 
 @pytest.mark.fast_cases(15)
 @pytest.mark.parametrize("name", [name for name in CASES if name not in CANNOT])
-def test_every_formula_of_a_friction_model_has_one_dimension(measuring, name):
+def test_formulas_of_friction_models_are_dimensionally_consistent(measuring, name):
     move_along(*CASES[name])
 
 
 @pytest.mark.parametrize("name", CANNOT)
-def test_what_cannot_run_on_numbers_with_units_cannot(measuring, name):
+def test_exceptions_for_numbers_with_units_are_needed(measuring, name):
     with pytest.raises(pint.DimensionalityError):
         move_along(*CASES[name])
 
@@ -187,7 +187,7 @@ def test_other_units_change_no_model_of_bristle(name):
     assert check.passed != (name in CANNOT), check.detail
 
 
-def test_a_parameter_or_state_that_is_declared_with_another_quantity_is_seen(tmp_path):
+def test_a_wrong_quantity_of_a_parameter_or_state_is_detected(tmp_path):
     text = EXAMPLE.read_text(encoding="utf-8")
     assert "force*time^2/length^2" in text
     (tmp_path / "own.py").write_text(text.replace("force*time^2/length^2", "force*time/length"), encoding="utf-8")
@@ -256,7 +256,7 @@ def test_every_control_law_is_among_those_that_are_run():
 
 
 @pytest.mark.parametrize("name", LAWS)
-def test_every_formula_of_a_control_law_has_one_dimension(measuring, name):
+def test_formulas_of_control_laws_are_dimensionally_consistent(measuring, name):
     control_along(*LAWS[name])
 
 
@@ -268,7 +268,7 @@ def test_a_wrong_unit_of_any_gain_or_state_is_seen(measuring, name):
     assert unseen(states, lambda selected: control_along(component, values, states=selected)) == []
 
 
-def test_what_is_fed_forward_has_the_dimension_of_a_force(measuring):
+def test_feedforward_has_the_dimension_of_a_force(measuring):
     component, change = CASES["lugre"]
     p = measured_parameters(component, values_of(component, change), component.variables)
     shape = dict(zip(Shape._fields, (0.8, 0.5, 0.1, 30.0, 1e4), strict=True))
@@ -283,7 +283,7 @@ def test_what_is_fed_forward_has_the_dimension_of_a_force(measuring):
 
 
 @pytest.mark.parametrize("name", hysteresis.OPERATORS)
-def test_every_formula_of_an_operator_has_one_dimension(measuring, name):
+def test_formulas_of_operators_are_dimensionally_consistent(measuring, name):
     operator = hysteresis.OPERATORS[name]
     p = measured_parameters(operator, values_of(operator, {}), operator.variables)
     state, memory = operator.State(), Several([0.0] * operator.memory_size(p))
@@ -296,7 +296,7 @@ def test_every_formula_of_an_operator_has_one_dimension(measuring, name):
 
 
 @pytest.mark.parametrize("name", plants.PLANTS)
-def test_every_formula_of_a_plant_has_one_dimension(measuring, name):
+def test_formulas_of_plants_are_dimensionally_consistent(measuring, name):
     plant = plants.PLANTS[name]
     values = {key: plant.example.get(key, item.nominal) for key, item in plant.variables.items()}
     p, dt = measured_parameters(plant, values, plant.variables), Measured(DT, "s")

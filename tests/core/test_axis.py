@@ -22,7 +22,7 @@ def refused(path, words=None, **values):
     assert reported.value.path == path
 
 
-def test_an_axis_of_which_nothing_is_said_is_a_mass_that_is_driven_and_fitted_by_its_efforts():
+def test_the_default_axis_is_a_driven_mass_with_fitted_efforts():
     axis = Axis()
     assert (axis.name, axis.kind, axis.plant) == ("axis", "translational", "inertia")
     assert (axis.columns, axis.injected, axis.settings, axis.cogging, axis.regressors, axis.text) == ({}, (), {}, (), (), b"")
@@ -34,14 +34,14 @@ def test_an_axis_of_which_nothing_is_said_is_a_mass_that_is_driven_and_fitted_by
 
 
 @pytest.mark.parametrize("name", POSITIVE)
-def test_what_is_measured_of_an_axis_is_positive_and_finite(name):
+def test_quantities_of_an_axis_are_positive_and_finite(name):
     assert getattr(Axis(**{name: 1e-9}), name) == 1e-9
     for wrong in (0.0, -1e-9, math.inf, math.nan):
         refused(name, **{name: wrong})
 
 
 @pytest.mark.parametrize("name", OF_THE_GROUND)
-def test_a_spring_and_a_damper_to_the_ground_may_be_nothing_but_do_not_push(name):
+def test_stiffness_and_damping_to_the_ground_may_be_zero_but_not_negative(name):
     assert getattr(Axis(plant="oscillator", **{name: 0.0}), name) == 0.0
     refused(name, **{name: -1e-9})
 
@@ -67,13 +67,13 @@ def test_a_span_may_have_no_end_and_a_stroke_has_both():
         refused(name, "must be two values", **{name: (1.0, 2.0, 3.0)})
 
 
-def test_one_of_every_so_many_samples_is_kept():
+def test_decimation_is_a_positive_whole_number():
     assert [Axis(decimation=count).decimation for count in (1, 10_000)] == [1, 10_000]
     for wrong in (0, 10_001, 2.5):
         refused("decimation", decimation=wrong)
 
 
-def test_axes_are_the_same_whatever_units_their_gains_were_told_in():
+def test_axes_with_gains_in_different_units_are_equal():
     # The movement for a radian of the motor and the rated effort only help to read a file; its text is where it came from.
     assert Axis(arm=0.01) == Axis(arm=0.02) == Axis(rated=5.0) == Axis(text=b"schema = 1") == Axis()
     assert Axis(pitch=0.01) != Axis(pitch=0.02)
@@ -81,7 +81,7 @@ def test_axes_are_the_same_whatever_units_their_gains_were_told_in():
     assert "text" not in repr(Axis(text=b"schema = 1"))
 
 
-def test_a_column_is_taken_as_it_is_and_must_be_there():
+def test_columns_are_required_and_unscaled_by_default():
     column = Column("q", "mm", "m")
     assert (column.scale, column.shift, column.optional) == (1.0, 0.0, False)
     assert Column("T", "degC", "K", 1.0, True, 273.15).shift == 273.15
@@ -94,14 +94,14 @@ def test_a_column_is_taken_as_it_is_and_must_be_there():
             Injected("pulses", wrong)
 
 
-def test_columns_are_channels_the_following_error_or_ones_own_with_a_unit():
+def test_columns_are_channels_following_error_or_further_channels_with_a_unit():
     for name in COLUMNS:
         assert list(Axis(columns={name: Column("c", "", "m")}).columns) == [name]
     assert set(COLUMNS) == {"time", "position", "velocity", "effort", "reference", "load", "temperature", "following_error"}
     assert list(Axis(columns={"humidity": Column("h", "%", "1")}).columns) == ["humidity"]
     assert list(Axis(columns={"humidity": Column("h", "", "", shift=1.0)}).columns) == ["humidity"]
     for name, column in (("humidity", Column("h", "", "")), ("a b", Column("h", "%", "1")), (3, Column("h", "%", "1"))):
-        refused("columns", "has an unknown name.*following_error, or a further channel, with its unit", columns={name: column})
+        refused("columns", "has an unknown name.*following_error, or a further channel with a unit", columns={name: column})
     refused("columns.position", "must be a Column", columns={"position": "q"})
 
 

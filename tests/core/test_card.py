@@ -16,12 +16,12 @@ def test_it_is_never_longer_than_a_screen():
     assert MANY.html().count("<tr>") < 30
 
 
-def test_columns_stand_below_one_another():
+def test_columns_are_aligned():
     text = Card("t", ("Name", "Value"), (("a", "1 m"), ("longer", "2 m"))).text()
     assert text.splitlines()[1:] == ["  Name    Value", "  a       1 m", "  longer  2 m"]
 
 
-def test_what_a_file_says_is_no_markup_and_no_new_line():
+def test_text_from_files_is_escaped_and_kept_in_one_line():
     card = Card("<b>", ("<i>",), (("<script>alert(1)</script>\n",),), ("a & b\x1b[31m",))
     html = card.html()
     assert "<script>" not in html

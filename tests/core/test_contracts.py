@@ -20,7 +20,7 @@ def made(values=None, component=friction.stribeck, **options):
 
 
 @pytest.mark.parametrize("path", ["", "friction"])
-def test_what_is_wrong_is_told_below_the_place_that_the_model_has(path):
+def test_errors_include_the_path_of_the_model(path):
     before = f"{path}." if path else ""
     for values, place in (
         (STRIBECK | {"F_X": 1.0}, f"{before}F_X"),
@@ -41,14 +41,14 @@ def test_what_is_wrong_is_told_below_the_place_that_the_model_has(path):
     assert reported.value.path == f"{before}validate"
 
 
-def test_a_parameter_that_is_missing_is_described():
+def test_a_missing_parameter_is_described():
     with pytest.raises(InputError, match=r"needs v_S.*Give v_S, .*\[m/s\]"):
         made({"F_C": 8.0, "F_S": 11.0})
     with pytest.raises(InputError, match=r"\[rad/s\]"):
         made({"F_C": 8.0, "F_S": 11.0}, kind="rotational")
 
 
-def test_the_kind_of_axis_is_given_or_told_by_units():
+def test_the_kind_of_axis_is_given_or_follows_from_units():
     assert made().kind == "translational"
     assert made(STRIBECK | {"F_C": "8 N*m"}).kind == "rotational"
     assert made(kind="rotational").kind == "rotational"
@@ -73,9 +73,9 @@ def test_models_are_equal_where_component_kind_and_numbers_are():
     assert repr(friction.coulomb(F_C=2.0)).startswith("coulomb(F_C=2 N")
 
 
-def test_a_surrounding_kernel_brings_the_values_that_it_tells():
+def test_a_kernel_for_a_channel_provides_its_values():
     operator = hysteresis.prandtl_ishlinskii(thresholds=[0.0, 1e-6], weights=[1e6, 1e6])
-    with pytest.raises(InputError, match="has no kernel that an operator could take the place of"):
+    with pytest.raises(InputError, match="has no kernel that an operator can replace"):
         made({"F_C": 1.0, "kernel": operator}, component=friction.coulomb)
     with pytest.raises(InputError, match=r"is translational, and this friction is rotational"):
         made({"kernel": operator}, component=friction.preisach_lugre, kind="rotational")
@@ -98,7 +98,7 @@ def test_memory_begins_empty():
     assert friction.coulomb.new_memory(None).size == 0
 
 
-def test_a_component_knows_its_module_and_nobody_changes_its_example():
+def test_a_component_knows_its_module_and_its_example_is_read_only():
     made = replace(friction.coulomb, module="", example={"F_C": 3.0})
     assert made.module == friction.coulomb.Parameters.__module__ == "bristle.friction.coulomb"
     assert replace(friction.coulomb, module="elsewhere").module == "elsewhere"
@@ -106,7 +106,7 @@ def test_a_component_knows_its_module_and_nobody_changes_its_example():
     assert example_of(made).values["F_C"] == 3.0
 
 
-def test_an_operator_that_remembers_nothing_has_no_room_for_it():
+def test_an_operator_without_memory_has_an_empty_memory():
     part = hysteresis.stop
     bare = HysteresisOperator(
         name="bare", description="none", Parameters=part.Parameters, State=part.State, trial=part.trial, commit=part.commit
@@ -123,21 +123,21 @@ class Given(NamedTuple):
     left: Annotated[float, Variable("1", "by default", nominal=9.0)] = 2.0
 
 
-def test_an_example_that_nobody_gives_is_typical_and_within_the_range():
+def test_default_examples_are_nominal_and_within_the_range():
     values = example_of(Component(name="given", description="of no use", Parameters=Given, State=Given)).values
     assert (values["few"], values["many"], values["usual"], values["listed"].tolist(), values["left"]) == (0.5, 3.0, 7.0, [4.0], 2.0)
 
 
-def test_a_relation_of_structure_is_held_where_values_are_not_validated():
+def test_structural_relations_are_checked_without_validation():
     for options in ({"validate": False}, {"related": False}):
         with pytest.raises(InputError, match="k_i"):
             made({"F_C": 1.0, "k_i": [1.0, 2.0], "nu_i": [1.0]}, component=friction.maxwell_slip, **options)
 
 
-def test_what_the_operator_tells_is_not_told_beside_it():
+def test_values_of_the_operator_cannot_be_set_twice():
     operator = hysteresis.preisach(s=1e7, f_p=40.0, kind="translational")
     sliding = {"F_C": 20.0, "F_S": 28.0, "v_S": 2e-3}
     model = made(sliding | {"kernel": operator}, component=friction.preisach_lugre)
     assert (model.s, model.f_p, model.kind) == (1e7, 40.0, "translational")
-    with pytest.raises(InputError, match=r"s: is told by the operator; found 1000000\.0.*Leave s out"):
+    with pytest.raises(InputError, match=r"s: is already set by the operator; found 1000000\.0.*Remove s"):
         made(sliding | {"kernel": operator, "s": 1e6}, component=friction.preisach_lugre)

@@ -30,7 +30,7 @@ def failing(seen):
     raise ZeroDivisionError
 
 
-def test_linear_algebra_has_one_thread_inside_and_its_own_after_an_error():
+def test_linear_algebra_has_a_single_thread_inside_and_recovers_after_an_error():
     seen = []
     with pytest.raises(ZeroDivisionError):
         failing(seen)
@@ -77,7 +77,7 @@ def test_a_block_holds_whoever_set_the_threads_before(other):
 
 
 @pytest.mark.parametrize("is_last", [True, False])
-def test_of_blocks_that_overlap_none_ends_for_the_others(other, is_last):
+def test_overlapping_blocks_do_not_end_each_other(other, is_last):
     mine = cores_for_simulations()
     mine.__enter__()
     other.enter()
@@ -92,7 +92,7 @@ def test_there_is_a_core():
     assert core_count() >= 1
 
 
-def test_a_fork_that_leaves_a_block_of_its_parent_counts_its_own_blocks_from_none():
+def test_a_fork_inside_a_block_starts_without_active_blocks():
     parent = cores_for_simulations()
     parent.__enter__()
     cores._leave_blocks()  # as after a fork
@@ -106,7 +106,7 @@ def test_a_fork_that_leaves_a_block_of_its_parent_counts_its_own_blocks_from_non
     assert max(threads()) == 2
 
 
-def test_one_value_is_worked_on_where_it_is_and_several_in_their_order():
+def test_a_single_value_needs_no_thread_and_results_keep_their_order():
     here = threading.get_ident()
     assert abreast(lambda value: (value, threading.get_ident()))([3]) == [(3, here)]
     several = abreast(lambda value: (2 * value, threading.get_ident()))([1, 2, 3])

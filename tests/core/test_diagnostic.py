@@ -20,7 +20,7 @@ def test_the_best_is_the_cheapest_point_and_its_numbers_stay():
     assert (best.at.tolist(), best.cost) == ([7.0, 2.0], 2.0)
 
 
-def test_a_descent_that_ended_is_kept_where_none_is_cheaper():
+def test_the_cheapest_completed_descent_is_kept():
     best = BestSoFar()
     assert not best.is_known(np.zeros(2))
     first = SimpleNamespace(cost=2.0, theta=np.array([1.0, -1.0]))

@@ -22,13 +22,13 @@ def written(powers):
 
 
 @pytest.mark.parametrize(("quantity", "pair"), UNITS.items())
-def test_units_are_what_they_have_always_been(quantity, pair):
+def test_units_of_quantities_are_unchanged(quantity, pair):
     assert tuple(unit_of(quantity, kind) for kind in KINDS) == pair
     assert Variable(quantity, "any").quantity == quantity
 
 
 @pytest.mark.parametrize(("quantity", "unit"), MAGNETIC.items())
-def test_units_of_magnets_are_what_they_have_always_been(quantity, unit):
+def test_units_of_magnets_are_unchanged(quantity, unit):
     assert unit_of(quantity, "magnetic") == unit
 
 
@@ -59,13 +59,13 @@ def test_the_unit_of_a_product_follows_from_it(quantity, translational, rotation
         ("length/length", "1"),
     ],
 )
-def test_a_quantity_has_one_spelling(quantity, spelling):
+def test_quantities_have_a_canonical_spelling(quantity, spelling):
     assert Variable(quantity, "any").quantity == spelling
     assert Variable(quantity, "any") == Variable(spelling, "any")
 
 
 @given(powers=PRODUCTS)
-def test_the_spelling_says_the_same_as_what_was_written(powers):
+def test_the_canonical_spelling_keeps_the_dimension(powers):
     quantity = written(powers)
     assert canonical(canonical(quantity)) == canonical(quantity)
     assert exponents_of(canonical(quantity)) == pytest.approx(exponents_of(quantity))
@@ -82,13 +82,13 @@ def test_the_unit_of_a_product_is_the_product_of_the_units(powers, kind):
 
 
 @pytest.mark.parametrize("name", [name for name in NAMES if NAMES[name].product])
-def test_a_name_has_the_dimension_of_what_it_is_short_for(name):
+def test_a_name_has_the_dimension_of_its_product(name):
     assert exponents_of(name) == exponents_of(NAMES[name].product)
     assert units.compatible(unit_of(name), unit_of(NAMES[name].product))
 
 
 @given(powers=st.dictionaries(st.sampled_from(["mass", "force", "length", "time", "temperature"]), POWERS, max_size=4))
-def test_a_unit_of_one_kind_of_axis_is_found_on_the_other(powers):
+def test_units_convert_between_kinds_of_axis(powers):
     quantity = written(powers)
     straight, turning = (unit_of(quantity, kind) for kind in KINDS)
     assert unit_elsewhere(turning, "rotational", "translational") == straight
@@ -96,16 +96,16 @@ def test_a_unit_of_one_kind_of_axis_is_found_on_the_other(powers):
 
 
 @pytest.mark.parametrize("unit", ["V", "N/V", "count", "7 N", "N*", "deg"])
-def test_a_unit_of_no_axis_is_found_on_none(unit):
+def test_foreign_units_do_not_convert_between_kinds_of_axis(unit):
     assert unit_elsewhere(unit, "translational", "rotational") is None
 
 
 @pytest.mark.parametrize(
     ("quantity", "said"),
     [
-        ("forse*time^2/length^2", "there is no 'forse'.*Did you mean 'force'"),
-        ("mas of travel", "there is no 'mas of travel'.*Did you mean 'mass of travel'"),
-        ("N*s/m", "there is no 'N'.*not its unit"),
+        ("forse*time^2/length^2", "'forse' is unknown.*Did you mean 'force'"),
+        ("mas of travel", "'mas of travel' is unknown.*Did you mean 'mass of travel'"),
+        ("N*s/m", "'N' is unknown.*not its unit"),
         ("velocity", 'Write "length/time" for velocity'),
         ("Torque/angle", 'Write "force" for Torque'),
         ("force//time", "is not a quantity; found 'force//time'.*such as"),
@@ -119,7 +119,7 @@ def test_a_unit_of_no_axis_is_found_on_none(unit):
         (["force"], "must be the text of a quantity"),
     ],
 )
-def test_what_is_no_quantity_is_refused_with_its_place_and_what_is_allowed(quantity, said):
+def test_invalid_quantities_are_refused_with_place_and_allowed_values(quantity, said):
     with pytest.raises(InputError, match=said) as caught:
         Variable(quantity, "drag of a seal")
     assert caught.value.path == "quantity of 'drag of a seal'"

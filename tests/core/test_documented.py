@@ -31,7 +31,7 @@ def section_of(text, head):
 
 
 @EVERY
-def test_the_help_tells_equations_and_every_parameter_with_unit_and_range(component):
+def test_the_help_has_equations_and_parameters_with_unit_and_range(component):
     shown = pydoc.render_doc(component, renderer=pydoc.plaintext)
     assert all(line.split()[0] in shown for line in component.equations)
     message = section_of(component.__doc__, "Parameters")
@@ -47,13 +47,13 @@ def test_the_help_tells_equations_and_every_parameter_with_unit_and_range(compon
 
 
 @pytest.mark.parametrize("component", COMPONENTS, ids=lambda member: f"{member.family} {member.name}")
-def test_what_the_file_says_first_is_what_the_help_says_first(component):
+def test_the_help_begins_like_the_docstring_of_the_file(component):
     first = inspect.getmodule(component.Parameters).__doc__.splitlines()[0]
     assert " ".join(component.__doc__.split()).replace("`", "").startswith(first.split(":")[0].replace("`", ""))
 
 
 @EVERY
-def test_the_signature_takes_what_a_call_takes(component):
+def test_the_signature_matches_the_call(component):
     parameters = inspect.signature(component).parameters
     assert list(parameters) == [*component.variables, "kind", "validate"]
     assert {name for name, parameter in parameters.items() if parameter.default is parameter.empty} == {
@@ -62,7 +62,7 @@ def test_the_signature_takes_what_a_call_takes(component):
     assert all(parameter.kind is parameter.KEYWORD_ONLY for parameter in parameters.values())
 
 
-def test_the_signature_tells_units_and_defaults():
+def test_the_signature_has_units_and_defaults():
     message = str(inspect.signature(friction.lugre))
     assert "F_C: 'N or N*m', " in message
     assert "sigma_1: 'N*s/m or N*m*s/rad' = 0.0" in message
@@ -87,7 +87,7 @@ def test_a_component_is_shown_in_a_line():
     assert max(len(repr(component)) for component in COMPONENTS) < 300
 
 
-def test_slots_are_told_behind_the_model_that_has_them():
+def test_slots_are_explained_after_their_model():
     bare, varied = friction.lugre.equations, friction.find("lugre+position").equations
     assert varied[: len(bare)] == bare
     assert any("x" in line or "ξ" in line for line in varied[len(bare) :])
@@ -121,7 +121,7 @@ MODEL = FrictionModel(name="drag", description="mine", Parameters=Parameters, St
 '''
 
 
-def test_a_model_of_ones_own_is_told_from_its_file(tmp_path):
+def test_a_user_model_is_explained_by_its_file(tmp_path):
     (tmp_path / "drag.py").write_text(OWN)
     component = load_code(tmp_path / "drag.py")
     assert component.equations == ("F = q v²",)
@@ -144,7 +144,7 @@ def test_completion_lists_the_parameters():
     assert {"F_C", "sigma_0", "v_d", "values", "with_values"} <= set(dir(friction.lugre(**LUGRE)))
 
 
-def test_a_name_that_is_none_says_which_one_was_meant():
+def test_an_unknown_attribute_suggests_a_parameter():
     model = friction.lugre(**LUGRE)
     with pytest.raises(AttributeError, match=r"lugre has no parameter 'F_c'\. Did you mean 'F_C'\?"):
         model.F_c  # noqa: B018
@@ -165,13 +165,13 @@ def test_models_travel_as_before():
         assert other.F_C == 20.0
 
 
-def test_no_parameter_hides_behind_what_a_model_has():
+def test_parameters_do_not_collide_with_attributes_of_models():
     custom = {name for name in dir(Model) if not name.startswith("_")} | {"component", "parameters", "kind"}
     assert [item.name for item in [*COMPONENTS, *SLOTTED] if custom & set(item.variables)] == []
 
 
 @pytest.mark.parametrize("family", FAMILIES, ids=lambda member: member.__name__)
-def test_a_family_shows_what_people_ask_for_and_nothing_else(family):
+def test_completion_shows_only_public_attributes(family):
     shown = set(dir(family))
     assert set(FAMILIES[family]) <= shown
     assert all(callable(getattr(family, name)) for name in shown)
@@ -187,13 +187,13 @@ def test_channels_that_a_model_needs_are_those_that_a_log_records():
     assert friction.lugre.channels_needed == []
 
 
-def test_a_call_validates_unless_it_is_told_not_to_and_finds_the_kind_of_axis_by_itself():
+def test_a_call_validates_by_default_and_infers_the_kind_of_axis():
     parameters = inspect.signature(friction.lugre).parameters
     assert (parameters["validate"].default, parameters["kind"].default) == (True, None)
     assert parameters["sigma_1"].default == 0.0
 
 
-def test_what_a_slot_encloses_stays_a_count_or_a_list():
+def test_enclosed_parameters_keep_their_type():
     varied = friction.find("leuven+position")
     assert [name for name in varied.variables if varied.is_integer(name)] == ["kernel", "capacity"]
     assert not varied.is_integer("no such name")

@@ -55,9 +55,9 @@ def test_an_amount_lies_within_its_range_ends_included():
     assert amount(POSITIVE, endless=True)(math.inf, "t", None) == math.inf
 
 
-def test_numbers_too_small_for_a_quotient_are_none():
-    refused(amount(POSITIVE), 1e-301, "out of any range")
-    refused(amount(LENGTH), -1e-301, "out of any range")
+def test_numbers_close_to_zero_are_refused():
+    refused(amount(POSITIVE), 1e-301, "is too close to 0")
+    refused(amount(LENGTH), -1e-301, "is too close to 0")
     assert amount(POSITIVE)(1e-299, "t", None) == 1e-299
 
 
@@ -67,7 +67,7 @@ def test_an_amount_of_an_unknown_kind_of_axis_has_the_unit_of_either():
     refused(amount(LENGTH), "5 kg", "place")
 
 
-def test_counts_are_whole_and_may_stand_for_none():
+def test_counts_are_whole_and_zero_may_be_allowed():
     assert [whole(1, 5)(value, "n", None) for value in (1, 5, 3.0, np.array(2), np.int64(4))] == [1, 5, 3, 2, 4]
     assert whole(2, none=True)(0, "n", None) == 0
     for value, words in ((0, "1 to 5"), (6, "out of range"), (2.5, "whole number"), (True, "whole number"), ("3", "whole number")):
@@ -79,10 +79,10 @@ def test_counts_are_whole_and_may_stand_for_none():
     refused(whole(2), math.nan, "whole number")
 
 
-def test_choices_are_named_where_a_word_is_none():
+def test_invalid_choices_are_refused_with_the_allowed_words():
     assert among("load", "motor")("load", "side", None) == "load"
     refused(among("load", "motor"), "lod", "allowed load, motor.*load")
-    refused(among("load"), 1, "none of the choices")
+    refused(among("load"), 1, "is not a valid choice")
 
 
 def test_an_instance_may_be_read_from_something_else():
@@ -92,16 +92,16 @@ def test_an_instance_may_be_read_from_something_else():
     refused(instance(int, "an integer", "Write one"), "x", "must be an integer.*Write one")
 
 
-def test_models_are_told_from_components_and_from_other_families():
+def test_components_and_models_of_other_families_are_refused():
     friction = coulomb(F_C=2.0)
     assert model("friction")(friction, "f", None) is friction
     assert model("plant", "friction")(friction, "f", None) is friction
     refused(model("friction"), coulomb, r"must be a model with parameters, a friction model.*Call it with its parameters: coulomb\(F_C=")
-    refused(model("friction"), 3.0, "Give one such as")
-    refused(model("plant", "friction"), play(r=1.0), "must be a plant model or friction model, and is a hysteresis operator")
+    refused(model("friction"), 3.0, "Give a model such as")
+    refused(model("plant", "friction"), play(r=1.0), "must be a plant model or friction model, but is a hysteresis operator")
     assert component("plant")(inertia, "p", None) is inertia
     refused(component("plant"), coulomb, "must be a plant model without parameters")
-    refused(component("friction"), friction, "Give model.component of one with parameters")
+    refused(component("friction"), friction, "Give model.component of this model")
 
 
 def test_lists_have_as_many_entries_as_are_asked_for():
@@ -117,7 +117,7 @@ def test_lists_have_as_many_entries_as_are_asked_for():
     assert many(whole(0))([], "n", None) == ()
 
 
-def test_a_dictionary_keeps_its_keys_and_tells_the_place_of_each_value():
+def test_errors_in_a_dictionary_name_the_key():
     assert mapping(whole(0))({"a": 1}, "n", None) == {"a": 1}
     refused(mapping(whole(0)), {"a": -1}, r"place\.a")
     refused(mapping(whole(0)), [1], "must be a dictionary")
@@ -125,10 +125,10 @@ def test_a_dictionary_keeps_its_keys_and_tells_the_place_of_each_value():
     assert optional(whole(1))(2, "n", None) == 2
 
 
-def test_names_are_parted_by_commas_and_truths_are_no_numbers():
+def test_names_are_separated_by_commas_and_truth_values_are_not_numbers():
     assert NAMES("a, b,,c ", "names", None) == NAMES(["a", "b", "c"], "names", None) == ("a", "b", "c")
     assert NAMES("", "names", None) == ()
-    refused(NAMES, " , ", "holds no name")
+    refused(NAMES, " , ", "is an empty list of names")
     assert FLAG(np.bool_(True), "flag", None) is True
     refused(FLAG, 1, "True or False")
 
@@ -159,8 +159,8 @@ def test_numbers_are_finite_though_their_sum_is_not():
 def test_a_curve_has_an_output_for_each_input():
     u, f = CURVE(([0.0, 1.0], [2.0, 3.0]), "curve", None)
     assert (u.tolist(), f.tolist()) == ([0.0, 1.0], [2.0, 3.0])
-    refused(CURVE, ([0.0, 1.0], [2.0]), "has 2 inputs and 1 outputs")
-    refused(CURVE, ([0.0],), "must be the input and the output")
+    refused(CURVE, ([0.0, 1.0], [2.0]), "has 2 inputs but 1 outputs")
+    refused(CURVE, ([0.0],), "must be a pair of input and output")
     refused(CURVE, ([], []), "too short")
 
 
@@ -185,7 +185,7 @@ def test_a_guarded_function_takes_the_kind_of_axis_of_its_first_model():
         guarded(other=whole(1))(lambda friction: friction)
 
 
-def test_fields_of_a_guarded_class_are_converted_and_tell_their_variables():
+def test_fields_of_a_guarded_class_are_converted_and_have_variables():
     @guarded()
     @dataclass(frozen=True)
     class Moves:

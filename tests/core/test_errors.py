@@ -18,7 +18,7 @@ def test_a_message_has_its_parts_in_order():
 
 
 @pytest.mark.parametrize(("part", "most"), [("path", 400), ("message", 800), ("allowed", 1200), ("mend", 800)])
-def test_a_part_of_any_length_is_cut_to_what_can_be_read(part, most):
+def test_long_parts_of_a_message_are_shortened(part, most):
     def reported(length):
         parts = {"message": "is wrong"} | {part: "x" * length}
         return str(InputError(**parts))
@@ -29,7 +29,7 @@ def test_a_part_of_any_length_is_cut_to_what_can_be_read(part, most):
     assert reported(most + 1).count("x") == most - 3
 
 
-def test_values_are_shown_in_sixty_letters_and_large_ones_by_their_shape():
+def test_values_are_shortened_and_arrays_are_shown_by_shape():
     def result(value):
         return str(InputError("is wrong", value=value)).partition("found ")[2]
 
@@ -45,7 +45,7 @@ def test_values_are_shown_in_sixty_letters_and_large_ones_by_their_shape():
         def __repr__(self):
             raise RuntimeError
 
-    assert result(Silent()) == "a value of the kind Silent"
+    assert result(Silent()) == "a value of type Silent"
 
 
 def test_an_error_is_located_before_its_own_place():
@@ -66,7 +66,7 @@ def test_names_that_are_meant_are_close_and_not_too_long_or_too_many():
     assert did_you_mean("xyz", ["position"]) == ""
 
 
-def test_texts_come_into_one_line_of_letters():
+def test_messages_are_a_single_printable_line():
     assert in_one_line("a\nb\x07") == "a b\\x07"
     assert in_one_line("plain") == "plain"
     assert told_by(ValueError("two\n  lines")) == "two lines"

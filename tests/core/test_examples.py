@@ -100,5 +100,5 @@ from bristle.report.table import interval_text, stiffness_text
         ),
     ],
 )
-def test_an_example_returns_what_is_told_of_it(call, value):
+def test_examples_return_the_documented_result(call, value):
     assert repr(call()) == repr(value)

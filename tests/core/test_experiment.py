@@ -46,14 +46,14 @@ def test_a_run_counts_from_its_first_sample_once_without_lag_or_limit():
         *({"current_lag": -1e-3}, {"effort_limit": -1.0}, {"duration": 0.0}, {"sample_time": 0.0}, {"duration": 2e4}),
     ],
 )
-def test_a_run_out_of_its_ranges_is_refused_by_the_name_of_what_is_wrong(wrong):
+def test_a_run_out_of_range_is_refused_by_key(wrong):
     (name,) = wrong
     with pytest.raises(InputError) as reported:
         Run(**{"duration": 2.0, "sample_time": 1e-3} | wrong)
     assert reported.value.path == name
 
 
-def test_as_many_samples_are_allowed_as_told():
+def test_the_documented_number_of_samples_is_allowed():
     assert Run(1e4, 1e-3).duration == 1e4
     with pytest.raises(InputError, match="up to 10000000 samples"):
         Run(1.001e4, 1e-3)
@@ -64,16 +64,16 @@ def test_steps_of_the_integration_are_a_quarter_of_a_millisecond_at_most_and_fou
     assert substeps_for(1e-3 * (1.0 + 1e-9)) == 4
 
 
-def test_a_tolerance_goes_with_open_loops_that_no_drive_is_part_of():
+def test_a_tolerance_needs_an_open_loop_without_a_drive():
     effort = Effort(np.zeros(100))
     loose = Run(0.1, 1e-3, tolerance=1e-9)
     assert variant(run=loose, effort=effort).run is loose
-    with pytest.raises(InputError, match="chooses the steps itself"):
+    with pytest.raises(InputError, match="determines the steps"):
         Run(0.1, 1e-3, tolerance=1e-9, substeps=4)
     for wrong, words in (
-        ({"run": loose}, "is for open loops"),
-        ({"run": replace(loose, delay=1), "effort": effort}, "no drive is part"),
-        ({"run": replace(loose, current_lag=1e-3), "effort": effort}, "no drive is part"),
+        ({"run": loose}, "is only for open loops"),
+        ({"run": replace(loose, delay=1), "effort": effort}, "cannot include the drive"),
+        ({"run": replace(loose, current_lag=1e-3), "effort": effort}, "cannot include the drive"),
     ):
         with pytest.raises(InputError, match=words):
             variant(**wrong)
@@ -87,7 +87,7 @@ def test_the_first_samples_of_a_loop_have_the_disturbances_of_these():
     assert variant().first(40).disturbance is None
 
 
-def test_loops_are_alike_where_every_sample_is():
+def test_loops_are_equal_if_all_samples_are_equal():
     loop = variant(effort=Effort(np.arange(3.0)), disturbance=np.arange(5.0))
     assert loop.is_like(variant(effort=Effort(np.arange(3.0), "again"), disturbance=np.arange(5.0)))
     assert not loop.is_like(variant(effort=Effort(np.arange(3.0) + 1.0), disturbance=np.arange(5.0)))
@@ -97,10 +97,10 @@ def test_loops_are_alike_where_every_sample_is():
     assert not variant().is_like(variant(sensor_at="motor"))
 
 
-def test_variants_have_names_of_their_own():
+def test_names_of_variants_are_unique():
     loop = variant()
     assert Experiment("e", "translational", loop).variants == (loop,)
-    with pytest.raises(InputError, match="has two of one name"):
+    with pytest.raises(InputError, match="has two variants with the same name"):
         Experiment("e", "translational", (loop, variant()))
     assert len(Experiment("e", "translational", (loop, variant(name="other"))).variants) == 2
 
@@ -141,8 +141,8 @@ def test_a_number_of_a_loop_is_taken_at_its_ends_and_refused_beyond(made, name, 
             made(**{name: value})
 
 
-def test_a_tolerance_is_for_a_plant_of_one_mass():
+def test_a_tolerance_needs_a_plant_with_a_single_mass():
     screw = plants.ball_screw(J=1e-4, M=20.0, lead=5e-3, k=1e8, kind="rotational")
-    with pytest.raises(InputError, match=r"run\.tolerance: needs a plant of one mass, and ball_screw"):
+    with pytest.raises(InputError, match=r"run\.tolerance: needs a plant with one mass, but ball_screw"):
         variant(plant=screw, run=Run(0.1, 1e-3, tolerance=1e-9), effort=Effort(np.zeros(100)))
     assert variant(plant=screw).plant is screw

@@ -45,13 +45,13 @@ def defined(level):
     return fingerprint(scope["reads"]), fingerprint(scope["asks"])
 
 
-def test_what_a_module_calls_as_an_attribute_is_called_is_no_part_of_the_code():
+def test_attributes_with_names_of_globals_are_not_followed():
     (reads, asks), (reads_other, asks_other) = defined(1.0), defined(2.0)
     assert reads != reads_other
     assert asks == asks_other
 
 
-def test_more_components_leave_the_number_of_what_is_there(monkeypatch):
+def test_further_components_keep_existing_fingerprints(monkeypatch):
     # What a kernel asks of its parameters may be called as the decorator is, which knows every kernel there is.
     functions = functions_of(type(example_of(OPERATORS["preisach"]).parameters))
     before = [fingerprint(function) for function in functions]

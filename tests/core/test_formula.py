@@ -44,7 +44,7 @@ SLOTTED = [friction.find(f"{name}+asymmetry+position+periodic") for name in fric
         (r"2\pi f t", "2π f t"),
     ],
 )
-def test_it_reads_as_it_is_set(latex, text):
+def test_plain_text_matches_the_typeset_formula(latex, text):
     assert as_text(latex) == text
 
 
@@ -55,7 +55,7 @@ def test_each_equation_and_each_case_has_a_line():
 
 
 @pytest.mark.parametrize("component", [*COMPONENTS, *SLOTTED], ids=lambda item: item.name)
-def test_nothing_of_the_source_is_left_in_what_a_component_tells(component):
+def test_explanations_contain_no_latex_source(component):
     text = laid_out(component.explanation)
     assert not re.search(r"\\[A-Za-z]|[{}]\w|:math:|``|\bqquad\b|\bfrac\b", text.replace("{ ", "")), text
     assert max(map(len, text.splitlines())) <= 100
@@ -76,24 +76,24 @@ TOKENS = [*r"\{}_^&|()[] ab1+-=,'/~", r"\frac", r"\left", r"\dot", r"\sqrt", r"\
 
 
 @given(st.lists(st.sampled_from(TOKENS)).map("".join))
-def test_whatever_a_person_writes_becomes_some_text(latex):
+def test_any_input_becomes_text(latex):
     assert "\n" not in as_text(latex.replace("\n", " "))
     lines_of(latex)
     laid_out(paragraphs_of(f"Mine.\n\n.. math:: {latex}\n\nWith :math:`{latex}`."), 30)
 
 
-def test_an_equation_may_stand_below_an_empty_line():
+def test_an_equation_may_follow_an_empty_line():
     _, only = paragraphs_of("Mine.\n\n.. math::\n\n    a = b \\\\\n    c = d")
     assert only.kind == EQUATION
     assert lines_of(only.text) == ("a = b", "c = d")
 
 
-def test_what_nests_without_end_is_given_up():
+def test_very_deep_nesting_is_cut_off():
     assert as_text("{" * 3000 + "x" + "}" * 3000)
     assert as_text(r"\sqrt" * 3000)
 
 
-def test_help_stands_in_lines_of_eighty_eight_letters():
+def test_help_is_wrapped_at_88_characters():
     (line, *_) = laid_out(paragraphs_of("ab " * 100)).splitlines()
     assert len(line) == 86  # the next word would end behind the 88th
     (line, *_) = laid_out(paragraphs_of(f"{'a' * 43} {'b' * 44} c")).splitlines()

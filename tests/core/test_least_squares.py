@@ -38,7 +38,7 @@ def test_no_scale_costs_a_digit(name, of_columns, of_target):
     np.testing.assert_allclose(result * of_columns / of_target, reference, rtol=1e-12)
 
 
-def test_what_is_at_a_bound_is_told():
+def test_active_bounds_are_reported():
     result, active = bounded(A, A @ TRUTH, LOW, HIGH)
     assert active[0] == 1
     assert result[0] == 1.0
@@ -55,22 +55,22 @@ def test_no_part_is_negative_and_the_rest_fits_best():
 
 @pytest.mark.parametrize("name", SOLVERS)
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
-def test_what_is_not_finite_never_reaches_a_solver(name, bad):
+def test_only_finite_numbers_reach_a_solver(name, bad):
     solve, _ = SOLVERS[name]
     for spoiled in (A, TRUTH @ A.T):
         item = spoiled.copy()
         item[(3,) * item.ndim] = bad
-        with pytest.raises(InputError, match="leaves the range of numbers"):
+        with pytest.raises(InputError, match="exceeds the range of numbers"):
             solve(*((item, A @ TRUTH) if item.ndim == 2 else (A, item)))
 
 
-def test_solvers_are_called_nowhere_else():
+def test_solvers_are_called_only_in_this_module():
     calls = re.compile(r"\b(lstsq|nnls|lsq_linear)\(")
     result = {file.name for file in SOURCE.rglob("*.py") if calls.search(file.read_text(encoding="utf-8"))}
     assert result == {"least_squares.py"}
 
 
-def test_normal_equations_are_solved_whatever_the_sizes_of_their_unknowns():
+def test_normal_equations_are_solved_for_unknowns_of_any_scale():
     sizes = np.array([1e-6, 1.0, 1e4, 1e8])
     columns = A * sizes
     result = normal(columns.T @ columns, columns.T @ (A @ TRUTH), rcond=1e-12)
@@ -93,7 +93,7 @@ def test_without_each_block_the_others_are_solved():
         assert np.max(np.abs(parts[number][2] - TRUTH)) > 0.1
 
 
-def test_a_problem_without_target_or_columns_has_the_solution_nothing():
+def test_a_problem_without_target_or_columns_has_a_zero_solution():
     assert unbounded(A, np.zeros(30)).tolist() == [0.0] * 4
     assert unbounded(np.zeros((30, 4)), A @ TRUTH).tolist() == [0.0] * 4
     assert non_negative(np.zeros((30, 4)), A @ TRUTH).tolist() == [0.0] * 4

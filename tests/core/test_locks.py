@@ -90,7 +90,7 @@ print(json.dumps(found))
 """
 
 
-def test_a_fork_finds_nothing_held():
+def test_all_locks_are_free_in_a_fork():
     done = subprocess.run([sys.executable, "-c", HELD], capture_output=True, text=True, check=False, timeout=60)
     assert done.returncode == 0, done.stderr
     data = json.loads(done.stdout)

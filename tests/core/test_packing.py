@@ -54,7 +54,7 @@ def test_numbers_lie_field_by_field_and_arrays_behind_their_length():
     assert number_count(structure_of(VALUE)) == 6
 
 
-def test_a_structure_is_its_class_and_what_each_field_holds():
+def test_a_structure_is_its_class_and_the_structures_of_its_fields():
     assert structure_of(VALUE) == (Outer, ((Inner, ("number", "number")), "integer", (Inner, ("number", "number")), "number"))
     assert structure_of(Inner(True, np.float64(2.0)))[1] == ("number", "number")
     assert structure_of(Inner(np.int64(1), 2))[1] == ("integer", "integer")
@@ -68,7 +68,7 @@ def test_a_structure_is_its_class_and_what_each_field_holds():
 
 
 @pytest.mark.parametrize("value", [VALUE, ARRAYS])
-def test_what_is_packed_is_unpacked(value):
+def test_packing_and_unpacking_are_inverse(value):
     back = unpacker(structure_of(value))(pack(value))
     assert type(back) is type(value)
     assert back == value if value is VALUE else same_array(back, value)
@@ -92,7 +92,7 @@ def test_a_lane_is_every_so_many_numbers_of_a_block(value):
         assert np.array_equal(written, block)
 
 
-def test_what_is_infinite_or_the_same_in_every_lane_is_known_of_the_structure():
+def test_infinite_and_equal_numbers_of_all_lanes_are_detected():
     rows = np.array([[1.0, 2.0, 7.0, 1.0, 2.0, np.inf], [3.0, 4.0, 8.0, 3.0, 4.0, np.inf]])
     constants = lane_constants(structure_of(VALUE), rows)
     assert constants.infinite == {5}
@@ -108,7 +108,7 @@ def test_what_is_infinite_or_the_same_in_every_lane_is_known_of_the_structure():
     assert lane_constants(structure_of(VALUE), negative).infinite == frozenset()
 
 
-def test_a_lane_that_is_known_to_have_twins_reads_them_once():
+def test_equal_parts_of_a_lane_are_read_once():
     structure = structure_of(VALUE)
     rows = np.array([[1.0, 2.0, 7.0, 1.0, 2.0, np.inf]])
     unpack = lane_unpacker(structure, lane_constants(structure, rows))

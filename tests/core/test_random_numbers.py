@@ -22,14 +22,14 @@ def test_uniform_numbers_are_uniform_and_uncorrelated(seed):
     assert stats.chisquare(cells.ravel()).pvalue > 1e-3
 
 
-def test_normal_numbers_are_normal_and_neighbouring_seeds_have_nothing_in_common():
+def test_normal_numbers_are_normal_and_neighbouring_seeds_are_independent():
     first, second = (np.array([normal(seed, k) for k in range(COUNT)]) for seed in (41, 42))
     assert stats.kstest(first, "norm").pvalue > 1e-3
     assert abs(np.corrcoef(first, second)[0, 1]) < 4.0 / np.sqrt(COUNT)
     assert abs(np.corrcoef(first[1:], second[:-1])[0, 1]) < 4.0 / np.sqrt(COUNT)
 
 
-def test_counts_beyond_32_bits_go_on():
+def test_counts_beyond_32_bits_continue():
     assert len({uniform(3, count) for count in (5, 5 + 2**32, 5 + 2**33)}) == 3
 
 
@@ -37,7 +37,7 @@ def test_the_numbers_can_be_exported():
     assert [item for kernel in reachable_kernels(normal) for item in violations_of(kernel)] == []
 
 
-def test_one_seed_gives_one_record_compiled_or_not():
+def test_a_seed_gives_the_same_record_compiled_or_not():
     from bristle import controllers, friction
     from bristle.plants import inertia
 
@@ -54,7 +54,7 @@ def test_one_seed_gives_one_record_compiled_or_not():
     assert not np.array_equal(fast.measured, other.measured)
 
 
-def test_the_noise_of_an_encoder_is_as_large_as_told():
+def test_the_noise_of_an_encoder_has_the_given_size():
     encoder = sensors.encoder(noise=2e-6, seed=5)
     state, read = encoder.component.initial_state(encoder.parameters), []
     for _ in range(4000):

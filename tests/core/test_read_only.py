@@ -36,14 +36,14 @@ TOLD = {
 
 @pytest.mark.parametrize("change", CHANGES.values(), ids=CHANGES)
 @pytest.mark.parametrize("message", TOLD.values(), ids=TOLD)
-def test_a_change_is_refused_and_says_what_to_do(message, change):
+def test_a_change_is_refused_with_a_remedy(message, change):
     before = list(message)
     with pytest.raises(TypeError, match=r"read-only.*dict\(\.\.\.\).*with_values"):
         change(message)
     assert list(message) == before
 
 
-def test_numbers_inside_are_copies_that_nobody_writes_to():
+def test_arrays_inside_are_read_only_copies():
     for fixed in (ELEMENTS.values["k_i"], ReadOnly({"k_i": ELEMENTS.parameters.forward.k_i})["k_i"]):
         assert not np.shares_memory(fixed, ELEMENTS.parameters.forward.k_i)
         with pytest.raises(ValueError, match="read-only"):

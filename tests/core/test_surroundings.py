@@ -33,20 +33,20 @@ def slot(**changes):
 
 @pytest.mark.parametrize("name", ["", "a b", "class", "_x", "größe", "1x", 3])
 def test_a_channel_has_a_name_that_can_be_asked_for(name):
-    with pytest.raises(InputError, match="is no name of a channel"):
+    with pytest.raises(InputError, match="is not a valid name of a channel"):
         Surrounding(name, HUMID, 0.5)
 
 
-def test_a_channel_of_ones_own_is_no_channel_of_bristle_and_has_a_usual_value_in_its_range():
-    with pytest.raises(InputError, match="is the name of a channel of bristle"):
+def test_a_user_channel_has_a_new_name_and_a_usual_value_within_its_range():
+    with pytest.raises(InputError, match="is already the name of a channel of bristle"):
         Surrounding("load", HUMID, 0.5)
     with pytest.raises(InputError, match="usual value of humidity"):
         Surrounding("humidity", HUMID, 1.5)
-    with pytest.raises(InputError, match="carries no Variable"):
+    with pytest.raises(InputError, match="needs a Variable"):
         Surrounding("humidity", "1", 0.5)
 
 
-def test_what_must_be_recorded_beside_the_motion_is_told():
+def test_required_channels_besides_the_motion_are_listed():
     assert (HUMIDITY.field, HUMIDITY.is_own, HUMIDITY.is_recorded) == ("humidity", True, True)
     load, position, transmitted = (OF_MOTION[name] for name in ("load", "position", "transmitted"))
     assert (load.field, load.is_own, load.is_recorded) == ("load", False, True)
@@ -55,16 +55,16 @@ def test_what_must_be_recorded_beside_the_motion_is_told():
     assert position.usual == 0.0
 
 
-def test_a_motion_holds_what_is_asked_of_it_once():
+def test_a_motion_has_each_requested_channel_once():
     assert motion_with([OF_MOTION["load"]]) is Motion
     wider = motion_with([HUMIDITY, OF_MOTION["load"], HUMIDITY])
     assert wider._fields == (*Motion._fields, "humidity")
     assert wider(1.0, 2.0).humidity == 0.5
-    with pytest.raises(InputError, match="described by two slots, and not alike"):
+    with pytest.raises(InputError, match="different descriptions in two slots"):
         motion_with([HUMIDITY, Surrounding("humidity", HUMID, usual=0.4)])
 
 
-def test_a_motion_at_rest_passes_nothing_on_and_one_of_a_side_does():
+def test_only_a_moving_axis_transmits_effort():
     motion = motion_with([HUMIDITY])(3.0, 2.0, 1.5, 300.0, 7.0, 0.9)
     assert at_rest(-0.0, motion) == (0.0, 2.0, 1.5, 300.0, 0.0, 0.9)
     assert on_side(-0.0, motion) == (0.0, 2.0, 1.5, 300.0, 7.0, 0.9)
@@ -73,14 +73,14 @@ def test_a_motion_at_rest_passes_nothing_on_and_one_of_a_side_does():
     assert reader_of(OF_MOTION["position"])(motion) == 2.0
 
 
-def test_a_slot_tells_what_a_log_is_to_identify():
+def test_a_slot_lists_its_identified_parameters():
     assert slot().identified == ("k_H",)
     assert slot().neutral == (0.0, 0.5)
     assert slot(channel="load").channel == OF_MOTION["load"]
     refuse_unfit(slot())
-    with pytest.raises(InputError, match="is no channel of a log"):
+    with pytest.raises(InputError, match="is not a channel of a log"):
         slot(channel="wind")
-    with pytest.raises(InputError, match="none of the choices"):
+    with pytest.raises(InputError, match="is not a valid choice"):
         slot(of="all")
 
 
@@ -105,20 +105,20 @@ def of_one(c):
     ("changes", "words"),
     [
         ({"Parameters": NoDefault}, "has no default"),
-        ({"Parameters": NothingToTell}, "no parameter that a log could tell"),
-        ({"Parameters": OtherNeed}, "is not what a slot needs of a log"),
+        ({"Parameters": NothingToTell}, "no parameter to identify from a log"),
+        ({"Parameters": OtherNeed}, "is not an excitation for a slot"),
         ({"factor": lambda c, p: 1.0}, "is not a kernel"),
         ({"factor": of_one}, r"takes 1 arguments.*factor\(channel, p\)"),
     ],
 )
-def test_what_is_no_slot_is_refused(changes, words):
+def test_invalid_slots_are_refused(changes, words):
     with pytest.raises(InputError, match=words):
         refuse_unfit(slot(**changes))
 
 
 @pytest.mark.parametrize("name", ["v", "x", "dt", "p", "memory", "state", "motion", "force"])
-def test_a_word_of_the_contract_of_a_model_is_no_name_of_a_channel(name):
-    with pytest.raises(InputError, match="is no name of a channel"):
+def test_reserved_words_of_the_contract_are_not_names_of_channels(name):
+    with pytest.raises(InputError, match="is not a valid name of a channel"):
         Surrounding(name, HUMID, 0.5)
     assert Surrounding(f"{name}_2", HUMID, 0.5).name == f"{name}_2"
 
@@ -133,7 +133,7 @@ class OfChoices(NamedTuple):
 
 @pytest.mark.parametrize("parameters", [OfMany, OfChoices])
 def test_a_slot_takes_numbers(parameters):
-    with pytest.raises(InputError, match=r"Parameters\.k_H: is no number"):
+    with pytest.raises(InputError, match=r"Parameters\.k_H: is not a number"):
         refuse_unfit(slot(Parameters=parameters))
 
 
@@ -141,7 +141,7 @@ def test_a_slot_is_a_factor_of_all_friction_unless_it_is_of_the_level():
     assert (slot().of, slot(of="level").of, slot().family) == ("friction", "level", "slot")
     assert [slot(channel=name).channel.name for name in ("position", "load", "temperature")] == ["position", "load", "temperature"]
     for name in ("transmitted", "velocity", "time"):
-        with pytest.raises(InputError, match="allowed load, temperature, position, or one of your own"):
+        with pytest.raises(InputError, match="allowed load, temperature, position, or a further channel"):
             slot(channel=name)
 
 
@@ -154,5 +154,5 @@ def test_the_channels_of_bristle_keep_their_meaning():
         "position": 0.0,
     }
     for name in ("velocity", "effort", "transmitted", "following_error"):
-        with pytest.raises(InputError, match="is the name of a channel of bristle"):
+        with pytest.raises(InputError, match="is already the name of a channel of bristle"):
             Surrounding(name, HUMID, 0.5)

@@ -29,7 +29,7 @@ class Result(Tabular):
 FOUND = Result(T, 2.0 * T, velocity=np.zeros(3), table={"a": (1, np.float64(2.0))}, status=Status.NOT_FINITE)
 
 
-def test_signals_are_the_arrays_of_one_length_that_are_known():
+def test_signals_are_the_known_arrays_of_equal_length():
     assert list(FOUND.to_dict()["signals"]) == ["time", "friction"]
     assert FOUND.to_dict()["units"] == {"time": "s", "friction": "N*m"}
     assert next(iter(SIGNALS)) == "time"
@@ -85,14 +85,14 @@ def test_a_data_set_has_units_and_names_for_its_axes():
 
 
 @pytest.mark.parametrize(("name", "call"), [("pandas", "to_dataframe"), ("xarray", "to_xarray")])
-def test_a_library_that_is_not_there_is_named_with_what_to_type(name, call, monkeypatch):
+def test_a_missing_library_is_named_with_the_command_to_install_it(name, call, monkeypatch):
     monkeypatch.setitem(sys.modules, name, None)
     with pytest.raises(MissingExtraError, match=rf"{call}\(\): needs {name}.* Type: pip install {name}") as caught:
         getattr(FOUND, call)()
     assert isinstance(caught.value, InputError)
 
 
-def test_a_range_is_told_in_a_fitting_unit():
+def test_a_range_has_a_suitable_unit():
     assert ranged(np.array([np.nan, 1e-6, 2e-6]), "m") == "1.000 to 2.000 µm, 1 not finite"
     assert ranged(np.array([np.nan]), "m") == "no finite number"
     assert ranged(np.full(3, 20.0), "N") == "20.00 N"

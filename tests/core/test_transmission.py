@@ -53,7 +53,7 @@ def test_no_power_is_lost(kind, measured, side, gear, lead):
     assert power == pytest.approx(velocity * effort, rel=1e-12)
 
 
-def test_without_a_lead_an_angle_is_no_travel():
+def test_an_angle_gives_a_travel_only_with_a_lead():
     with pytest.raises(InputError, match='lead = "5 mm"'):
         Transmission("translational").travel("rotational")
 

@@ -57,7 +57,7 @@ def name_of(component):
 
 
 @pytest.mark.parametrize("component", [*COMPONENTS, *SLOTTED], ids=name_of)
-def test_a_component_stays_the_one_that_it_is(component):
+def test_unpickling_a_component_gives_the_same_object(component):
     assert [item for item in (*copies_of(component), copy.copy(component)) if item is not component] == []
 
 
@@ -70,14 +70,14 @@ def test_a_model_arrives_to_the_bit(component):
 
 
 @pytest.mark.parametrize("component", [slot for slot in SLOTTED if is_static(model_of(slot))], ids=lambda component: component.name)
-def test_so_does_one_with_presliding(component):
+def test_unpickling_a_component_with_presliding_gives_the_same_object(component):
     model = with_presliding(model_of(component), 2e-6)
     assert model.component is not component
     for other in copies_of(model):
         assert bits_of(other) == bits_of(model)
 
 
-def test_so_does_what_the_engine_and_the_search_make_of_models():
+def test_unpickling_derived_components_gives_the_same_object():
     screw, motor = plants.ball_screw, friction.coulomb(kind="rotational", F_C=0.02)
     behind = through_screw(screw(kind="rotational", **screw.example), motor, friction.viscous(F_v=3.0))
     elements = example_of(friction.find("maxwell_slip+asymmetry"))
@@ -92,20 +92,20 @@ def test_so_does_what_the_engine_and_the_search_make_of_models():
         assert other.component == fixed
 
 
-def test_numbers_that_no_check_lets_through_arrive_as_they_are():
+def test_unvalidated_numbers_are_pickled_unchanged():
     strange = {"F_C": -0.0, "F_S": -3.0, "v_S": -math.inf, "sigma_0": 5e-324, "offset": -0.0}
     model = friction.find("lugre")(kind="rotational", validate=False, **strange)
     for other in copies_of(model):
         assert bits_of(other) == bits_of(model)
 
 
-def test_a_changed_copy_of_a_component_does_not_arrive_as_what_it_was_made_from():
+def test_a_changed_copy_of_a_component_is_not_replaced_by_its_source():
     other = replace(SLOTTED[0], description="changed")
-    with pytest.raises(pickle.PicklingError, match="stands in no module"):
+    with pytest.raises(pickle.PicklingError, match="is not defined in a module"):
         pickle.dumps(other)
 
 
-def test_a_contact_goes_on_from_where_it_was():
+def test_a_pickled_contact_keeps_its_state():
     contact = Contact(ELEMENTS)
     contact.move(3e-6, 1e-6, 10)
     contact.move(-1e-6, 1e-6, 10)
@@ -135,11 +135,11 @@ print(json.dumps([one is other for one, other in zip(found, known, strict=True)]
 """
 
 
-def test_each_component_is_found_in_a_process_that_has_imported_nothing():
+def test_each_component_unpickles_in_a_fresh_process():
     assert all(json.loads(in_a_new_process(ARRIVALS, pickle.dumps([*COMPONENTS, *SLOTTED]))))
 
 
-def test_models_come_back_from_there_to_the_bit():
+def test_models_return_from_another_process_unchanged():
     models = [model_of(item) for item in (*COMPONENTS, *SLOTTED)]
     assert bits_of(there_and_back(models)) == bits_of(models)
 
@@ -190,7 +190,7 @@ def file(tmp_path):
     return result
 
 
-def test_a_model_of_ones_own_travels_with_its_text(file):
+def test_a_user_model_is_pickled_with_its_source(file):
     component = load_code(file)
     model = with_slots(component, ["position", "asymmetry"])
     model = model(**(example_of(model).values | {"F_C_pos": 2.5, "F_C_neg": 1.5}))
@@ -240,7 +240,7 @@ LIKE_LEUVEN = replace(friction.leuven, description="kept in another module than 
 
 
 @pytest.mark.parametrize("component", [HERE, LIKE_LEUVEN], ids=name_of)
-def test_one_that_stands_in_a_module_is_found_there(component, monkeypatch):
+def test_a_component_in_a_module_is_found_by_import(component, monkeypatch):
     # A script or a session that has it under a name of its own is none that another process can import.
     monkeypatch.setattr(sys.modules["__main__"], "mine", component, raising=False)
     assert whereabouts(component)[0] == __name__
@@ -251,29 +251,29 @@ def test_each_of_bristles_own_is_found_where_it_is_defined():
     assert {whereabouts(component)[1] for component in COMPONENTS} == {"MODEL"}
 
 
-def test_one_made_inside_a_function_says_what_to_do():
+def test_a_component_inside_a_function_is_refused_with_a_remedy():
     class Parameters(NamedTuple):
         F_C: Annotated[float, Variable("force", "Coulomb friction force", min=0.0)] = 1.0
 
     component = of_nobody(Parameters)
     for thing in (component, component(), with_slots(component, [])(F_C=2.0)):
-        with pytest.raises(pickle.PicklingError, match=r"friction nobodys: stands in no module.* Put it into a file"):
+        with pytest.raises(pickle.PicklingError, match=r"friction nobodys: is not defined in a module.* Define it in a separate file"):
             pickle.dumps(thing)
     assert copy.deepcopy(component) is copy.copy(component) is component
     assert copy.deepcopy(component()) == component()
 
 
-def test_one_that_the_other_process_does_not_hold_says_what_to_do():
+def test_a_component_missing_in_the_other_process_is_refused_with_a_remedy():
     typed = USER.format(factor=3.0) + "import pickle, sys; sys.stdout.buffer.write(pickle.dumps(MODEL()))"
     sent = in_a_new_process(typed)
-    with pytest.raises(pickle.UnpicklingError, match=r"__main__\.MODEL: is not to be found .* Put it into a file"):
+    with pytest.raises(pickle.UnpicklingError, match=r"__main__\.MODEL: does not exist .* Define it in a separate file"):
         pickle.loads(sent)
 
 
 # --- what is told of models -------------------------------------------------------------------------------------
 
 
-def test_a_factory_makes_one_for_all_threads():
+def test_a_factory_makes_the_same_component_for_all_threads():
     calls = []
 
     @once
@@ -289,7 +289,7 @@ def test_a_factory_makes_one_for_all_threads():
     assert len({id(item) for item in made}) == 2
 
 
-def test_errors_arrive_with_all_that_they_say():
+def test_errors_keep_all_their_parts_when_pickled():
     error = InputError("out of range", path="friction.F_C", value=-1.0, allowed=">= 0 N", mend="Raise it")
     for other in copies_of(error):
         assert (str(other), vars(other)) == (str(error), vars(error))

@@ -87,7 +87,7 @@ def test_results_travel_to_the_bit(result, stage):
     assert bits_of(there_and_back(actual)) == expected
 
 
-def test_what_files_describe_travels(stage):
+def test_objects_from_files_can_be_pickled(stage):
     experiments = [file for pattern in ("set_[ab].toml", "past_*", "low*", "faster*") for file in PAPER.glob(pattern)]
     models = [*PAPER.glob("*_rig.toml"), *PAPER.glob("*_identified.toml")]
     fixed = [
@@ -101,7 +101,7 @@ def test_what_files_describe_travels(stage):
     assert bits_of(copy.deepcopy(fixed)) == bits_of(fixed)
 
 
-def test_one_bit_is_told():
+def test_a_difference_of_a_single_bit_is_detected():
     result = br.simulate(experiment()).variants["fed"]
     other = copy.deepcopy(result)
     assert bits_of(other) == bits_of(result)

@@ -20,13 +20,13 @@ SI = sorted({unit_of(quantity, kind) for quantity in (*UNITS, *PRODUCTS) for kin
 @pytest.mark.parametrize("unit", SI)
 @settings(deadline=None)  # the first example loads the library of units
 @given(magnitude=st.floats(1e-10, 1e7))
-def test_a_multiple_is_what_the_unit_edge_reads(unit, magnitude):
+def test_displayed_multiples_can_be_read_as_input(unit, magnitude):
     scale = scale_of(unit, magnitude)
     assert factor(unit, scale.unit or "1") == pytest.approx(scale.factor, rel=1e-12)
 
 
 @given(magnitude=st.floats(1e-9, 9e3))
-def test_the_multiple_of_a_length_stands_between_one_and_a_thousand(magnitude):
+def test_displayed_lengths_are_between_1_and_1000(magnitude):
     shown = magnitude * scale_of("m", magnitude).factor
     assert 0.999 <= shown < 1000.1 or magnitude >= 1.0
 
@@ -38,7 +38,7 @@ def test_rounding_stays_within_a_tenth_of_the_standard_error(value, std):
 
 
 @pytest.mark.parametrize(("value", "shown"), [(math.nan, "–"), (math.inf, "∞"), (-math.inf, "−∞"), (0.0, "0"), (-1.5, "−1.500")])
-def test_odd_numbers_have_a_sign_of_their_own(value, shown):
+def test_numbers_that_are_not_finite_have_a_symbol(value, shown):
     assert number(value) == shown
 
 
@@ -74,7 +74,7 @@ def test_a_unit_in_a_sentence_is_set_whole():
         (0.0, None, 4, "0"),
     ],
 )
-def test_a_number_has_two_digits_of_its_resolution_or_so_many_of_its_own(value, resolution, digits, text):
+def test_numbers_are_rounded_by_resolution_or_significant_digits(value, resolution, digits, text):
     assert number(value, resolution, digits) == text
 
 
@@ -120,7 +120,7 @@ def test_a_unit_is_read_in_the_multiple_that_the_size_of_a_number_asks_for(unit,
     assert scale_of(unit, magnitude) == (pytest.approx(factor_to, rel=1e-15), label)
 
 
-def test_an_axis_has_its_unit_in_brackets_where_it_has_one():
+def test_labels_have_their_unit_in_brackets():
     assert Scale(1e3, "mm").label("Position") == "Position [mm]"
     assert Scale(1.0, "").label("Share") == "Share"
 
@@ -128,5 +128,5 @@ def test_an_axis_has_its_unit_in_brackets_where_it_has_one():
 @pytest.mark.parametrize(
     ("value", "text"), [(0.9e12, "900000000000"), (1e12, "1.000e12"), (-1e12, "−1.000e12"), (1.5e-6, "0.000001500"), (1.5e-7, "1.500e−07")]
 )
-def test_numbers_of_too_many_digits_are_told_by_their_power_of_ten(value, text):
+def test_very_large_numbers_use_a_power_of_ten(value, text):
     assert number(value).replace("+", "") == text

@@ -100,7 +100,7 @@ def test_every_decimal_unit_agrees_with_the_unit_library(unit):
 
 
 @pytest.mark.parametrize("unit", ["", "1", "deg", "rpm", "inch", "m/mm", "mm^0.5", "vir", "m*9**9"])
-def test_what_is_no_power_of_ten_of_a_unit_of_si_is_left_to_the_unit_library(unit):
+def test_only_units_beyond_powers_of_ten_need_the_unit_library(unit):
     assert not units.is_decimal(unit)
 
 
@@ -156,11 +156,11 @@ def test_micro_is_read_in_every_spelling(micro):
         ("40000 counts", "m", "Counts need a resolution"),
         ("0.04 J", "N*m", "An energy is not a torque"),
         ("40 mJ/rad", "N*m/rad", "An energy is not a torque"),
-        ("3 N*m", "N", "the unit of a rotational axis"),
-        ("3 N", "N*m", "the unit of a translational axis"),
-        ("3 kg", "kg*m^2", "the unit of a translational axis"),
-        ("3 N*s^2/mm^2", "N*m*s^2/rad^2", "the unit of a translational axis"),
-        ("3e-3 N*m*s", "N*m*s/rad", "the angle is written: N*m*s/rad"),
+        ("3 N*m", "N", "a unit of a rotational axis"),
+        ("3 N", "N*m", "a unit of a translational axis"),
+        ("3 kg", "kg*m^2", "a unit of a translational axis"),
+        ("3 N*s^2/mm^2", "N*m*s^2/rad^2", "a unit of a translational axis"),
+        ("3e-3 N*m*s", "N*m*s/rad", "Include the angle on a rotational axis: write N*m*s/rad"),
         ("30 %", "N", "needs the rated effort"),
         ("7 m", "1", "Write a plain number"),
         ("7", "m", "has no unit"),
@@ -174,7 +174,7 @@ def test_micro_is_read_in_every_spelling(micro):
         ("5 s", "m", "Write it in m or a multiple of it"),
     ],
 )
-def test_what_is_refused_names_the_place_and_the_mend(text, unit, said):
+def test_refusals_name_the_place_and_the_remedy(text, unit, said):
     with pytest.raises(InputError) as caught:
         units.convert(text, unit, path="axis.toml: effort.limit")
     assert said in str(caught.value)
@@ -192,7 +192,7 @@ def test_bare_numbers_are_si():
     assert units.quantity("0.25", Variable("force", "limit"), "rotational") == 0.25
 
 
-def test_the_kind_of_axis_is_told_from_the_units():
+def test_the_kind_of_axis_follows_from_the_units():
     variables = {"F_C": Variable("force", "Coulomb force"), "share": Variable("1", "share")}
     assert units.kind_of({"share": "3 %", "F_C": "34 mN*m"}, variables) == "rotational"
     assert units.kind_of({"F_C": "34 N"}, variables) == "translational"
@@ -206,7 +206,7 @@ def test_every_unit_of_a_variable_converts_to_itself(si):
 
 
 @pytest.mark.parametrize("unit", ["N", "Hz", "1/s", "count", "m/s", "N*m/A"])
-def test_decimal_units_are_compatible_as_the_unit_library_says(unit):
+def test_decimal_units_are_compatible_like_in_the_unit_library(unit):
     here = library().Unit(unit)
     for other in DECIMAL:
         if "rad" not in other:
@@ -268,7 +268,7 @@ ABSURD = [
 
 
 @pytest.mark.parametrize("unit", ABSURD, ids=range(len(ABSURD)))
-def test_what_is_no_unit_is_refused_without_being_evaluated(unit, monkeypatch):
+def test_invalid_units_are_refused_without_evaluation(unit, monkeypatch):
     monkeypatch.setattr(units, "_registry", lambda: pytest.fail("the unit library was asked"))
     assert not units.is_unit(unit)
     with pytest.raises(InputError):
@@ -276,34 +276,34 @@ def test_what_is_no_unit_is_refused_without_being_evaluated(unit, monkeypatch):
 
 
 @pytest.mark.parametrize("unit", sorted(SI - {"1"}))
-def test_every_unit_of_a_quantity_is_one_of_the_grammar(unit):
+def test_every_unit_of_a_quantity_matches_the_grammar(unit):
     assert units.is_unit(unit)
     assert units.factor(unit, unit) == 1.0
 
 
 @given(st.text(max_size=80))
-def test_whatever_stands_for_a_unit_ends_at_once(text):
+def test_random_text_is_refused_quickly(text):
     units.is_unit(text)
 
 
 @given(st.text(alphabet="m*/^()29 s.-µ²%", max_size=64))
-def test_whatever_is_nearly_a_unit_ends_at_once(text):
+def test_text_close_to_a_unit_is_refused_quickly(text):
     if units.is_unit(text):
         units.compatible(text, "m")
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, "nan", "inf m", "1e999 m", 1e101, "1e98 km", 10**400, "9" * 400])
-def test_what_is_no_quantity_of_an_axis_is_refused(value):
+def test_absurd_quantities_are_refused(value):
     with pytest.raises(InputError):
         units.quantity(value, Variable("length", "distance"), path="distance")
 
 
-def test_infinity_is_a_value_only_where_it_is_said_to_be():
+def test_infinity_must_be_explicitly_allowed():
     assert units.quantity(math.inf, Variable("length/time", "speed"), infinite=True) == math.inf
     with pytest.raises(InputError, match="finite"):
         units.quantity(math.nan, Variable("length/time", "speed"), infinite=True)
 
 
 @pytest.mark.parametrize(("unit", "si"), [("‰", "1"), ("%", "1"), ("mm", "m"), ("kN*m", "N*m"), ("g", "kg"), ("1", "1"), ("ms", "s")])
-def test_a_unit_of_which_nobody_told_the_quantity_has_that_of_si(unit, si):
+def test_a_unit_without_a_known_quantity_has_an_si_unit(unit, si):
     assert units.si_of(unit) == si

@@ -43,8 +43,8 @@ def test_thresholds_are_those_that_are_given_and_else_at_their_defaults():
         ({"ratio": math.nan}, "out of range"),
         ({"ratio": True}, "out of range"),
         ({"ratio": "2"}, "out of range"),
-        ({"FIXED": 4.0}, "is fixed, and no longer set"),
-        ({"other": 4.0}, "is no threshold.*share, ratio"),
+        ({"FIXED": 4.0}, "is now fixed"),
+        ({"other": 4.0}, "is not a threshold.*share, ratio"),
     ],
 )
 def test_a_threshold_out_of_its_range_is_refused(values, words):
@@ -52,7 +52,7 @@ def test_a_threshold_out_of_its_range_is_refused(values, words):
         Some.of(values)
 
 
-def test_a_value_that_breaks_while_looked_at_is_told_with_its_place():
+def test_errors_of_foreign_values_are_reported_with_their_place():
     def broken(value, path, kind):
         raise RuntimeError("gone")
 
@@ -65,7 +65,7 @@ def test_a_value_that_breaks_while_looked_at_is_told_with_its_place():
 FALLING = friction.stribeck(F_C=8.0, F_S=7.0, v_S=4e-3, F_v=30.0, validate=False)
 
 
-def test_all_relations_are_held_unless_only_those_of_arrays_are_asked_for():
+def test_all_relations_are_checked_unless_only_structural_ones_are_requested():
     with pytest.raises(InputError, match=r"here: needs .*F_S.*but F_C = 8, F_S = 7"):
         check_relations(friction.stribeck, FALLING.parameters, "here")
     check_relations(friction.stribeck, FALLING.parameters, "here", structural_only=True)
@@ -82,7 +82,7 @@ def test_a_number_may_be_without_end_only_where_it_is_so_by_default():
         friction.lugre(F_C=1.0, F_S=1.0, v_S=1.0, sigma_0=1.0, v_d=-math.inf)
 
 
-def test_a_list_of_numbers_is_no_text_and_no_number():
+def test_a_list_of_numbers_is_not_a_text_or_a_number():
     stops = {"F_C": 1.0, "nu_i": [0.5, 0.5]}
     assert friction.maxwell_slip(**stops, k_i=["1 N/m", 2]).k_i.tolist() == [1.0, 2.0]
     for wrong in ("12", b"12", 3.0):
@@ -93,7 +93,7 @@ def test_a_list_of_numbers_is_no_text_and_no_number():
             friction.maxwell_slip(**stops, k_i=wrong)
 
 
-def test_whole_numbers_end_where_a_float_tells_them_apart_no_more():
+def test_whole_numbers_are_limited_by_the_resolution_of_floats():
     capacity = Variable("1", "count")
     component = friction.leuven
     assert coerced(component, "capacity", capacity, 2.0**53, "n", "translational") == 2**53
@@ -101,7 +101,7 @@ def test_whole_numbers_end_where_a_float_tells_them_apart_no_more():
         coerced(component, "capacity", capacity, 2.0**53 + 2.0, "n", "translational")
 
 
-def test_a_threshold_of_which_nothing_is_said_is_any_number_from_nothing_on():
+def test_a_threshold_has_a_range_from_zero_to_infinity_by_default():
     @dataclass(frozen=True)
     class Plain(Thresholds):
         share: float = threshold(0.3, "of all")

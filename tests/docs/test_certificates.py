@@ -20,11 +20,11 @@ def result():
     return pictures.certificates()
 
 
-def test_the_table_is_what_comes_out(result):
+def test_the_table_matches_the_computed_certificates(result):
     assert pictures.table(result) in PAGE, "run: python docs/images/certificates.py"
 
 
-def test_the_setting_is_what_the_page_says():
+def test_the_setting_matches_the_page():
     assert (round(pictures.F_C), round(pictures.F_S), round(pictures.STIFFNESS / 1e6)) == (126, 163, 158)
     assert [round(force) for force in pictures.RIPPLE] == [50, 101]
 

@@ -69,7 +69,7 @@ def test_the_table_by_direction(fits):
     assert fit.force_error_percent == pytest.approx(rows(EMPS / "README.md", "force error")[1][-1], abs=1e-4)
 
 
-def test_the_effort_taken_as_held(log, axis):
+def test_the_effort_with_zero_order_hold(log, axis):
     fixed = replace(axis, held=True)
     identification = identify(log, "coulomb_viscous,coulomb_viscous+asymmetry", axis=fixed, blocks=0, draws=0)
     fits = {fit.name: fit for fit in identification.fits}
@@ -113,7 +113,7 @@ def test_the_errors_in_closed_loop(page, fits, log, axis):
 
 
 @pytest.mark.parametrize("first", ["with the replay", "without"])
-def test_the_replay_of_what_is_unexplained(first, fits, log, axis):
+def test_the_replay_of_the_unexplained_force(first, fits, log, axis):
     fit = fits["coulomb_viscous"]
     loop = loop_of(fit.plant, fit.friction, log, axis)
     if first == "without":

@@ -66,7 +66,7 @@ def anchors_of(page):
 
 
 @pytest.mark.parametrize("page", PAGES, ids=page_ids)
-def test_pages_hold_nothing_of_the_machine_they_were_written_on(page):
+def test_pages_have_no_data_of_the_machine(page):
     text = page.read_text()
     assert not re.search(r"(^|[\s\"'(`])/(home|root|work|tmp|usr|opt|Users)/", text)
     for path in re.findall(r"(?:\.\./)+[\w./-]*", text):
@@ -92,7 +92,7 @@ WITH_PYTHON = sorted({item.page for item in blocks("python")})
 
 @pytest.mark.fast_cases(2)
 @pytest.mark.parametrize("page", WITH_PYTHON, ids=page_ids)
-def test_python_in_pages_prints_what_is_written(page, at_the_reader):
+def test_python_in_pages_prints_the_stated_output(page, at_the_reader):
     mine = [block for block in blocks("python") if block.page == page]
     assert all(block.text.startswith(">>>") for block in mine), "write Python as a session, so that its output is checked"
     text = "\n".join(block.text for block in mine)
@@ -148,7 +148,7 @@ def test_experiments_in_pages_are_read(block, at_the_reader):
 
 
 @each("toml experiment-part")
-def test_what_experiments_in_pages_identify_is_planned(block, at_the_reader):
+def test_identified_models_of_experiments_in_pages_are_planned(block, at_the_reader):
     whole = next(item for item in blocks("toml experiment") if item.page == block.page)
     part = tomllib.loads(block.text)
     read = (merged(tomllib.loads(whole.text), part), at_the_reader / "experiment.toml", Sources(at_the_reader))
@@ -201,21 +201,21 @@ def is_table(annotation):
     return isinstance(annotation, type) and issubclass(annotation, Strict)
 
 
-def test_the_axis_page_tells_every_key():
+def test_the_axis_page_lists_every_key():
     page = (ROOT / "docs/how-to/axis-file.md").read_text()
     keys = set(keys_of(AxisFile))
     assert {"presliding", "gear_ratio", "cutoff", "schema"} <= keys
     assert [key for key in sorted(keys) if not re.search(rf"`[^`]*\b{key}\b[^`]*`", page)] == []
 
 
-def test_the_page_of_models_tells_every_quantity_with_its_units():
+def test_the_page_of_models_lists_every_quantity_with_its_units():
     page = (ROOT / "docs/how-to/your-own-model.md").read_text()
     rows = {name: f"| `{name}` | {entry.translational} | {entry.rotational} |" for name, entry in NAMES.items()}
     rows |= {name: f"{rows[name]} `{entry.product}` |" for name, entry in NAMES.items() if entry.product}
     assert [name for name, row in rows.items() if row not in page] == []
 
 
-def test_the_experiment_page_tells_every_key():
+def test_the_experiment_page_lists_every_key():
     page = (ROOT / "docs/how-to/experiment-file.md").read_text()
     keys = {*KEYS, *SECTIONS, *RUN, *FEEDFORWARD, *LEARNING} - {"kind"}
     assert [key for key in sorted(keys) if not re.search(rf"\b{key}\b", page)] == []

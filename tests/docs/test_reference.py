@@ -27,7 +27,7 @@ def printed(arguments, capsys):
     return json.loads(capsys.readouterr().out)
 
 
-def test_the_page_of_models_tells_what_the_command_tells(capsys):
+def test_the_page_of_models_matches_the_command(capsys):
     page = (REFERENCE / "models.md").read_text()
     for item in printed(["models"], capsys)["models"]:
         section = page.split(f"\n### {item['name']}\n")[1].split("\n#")[0]
@@ -38,7 +38,7 @@ def test_the_page_of_models_tells_what_the_command_tells(capsys):
             assert f"`{relation}`" in section
 
 
-def test_the_page_of_commands_tells_every_option_of_the_help(capsys):
+def test_the_page_of_commands_lists_every_option_of_the_help(capsys):
     page = (REFERENCE / "command-line.md").read_text()
     main(["--help"])
     commands = re.findall(r"^  (\w+)  ", capsys.readouterr().out.split("Commands:")[1], flags=re.MULTILINE)

@@ -27,7 +27,7 @@ def folder(tmp_path) -> Path:
 
 def test_code_files_need_permission_to_run(folder, capsys):
     assert main(["run", str(folder / "rig.toml")]) == 2
-    assert "sensor.file: names code, which is not run unasked: resolver.py" in capsys.readouterr().err
+    assert "sensor.file: names code that needs permission to run: resolver.py" in capsys.readouterr().err
     for custom in ("pid.py", "resolver.py"):
         assert main(["check", str(folder / custom)]) == 0
     assert main(["run", str(folder / "rig.toml"), "--json"]) == 0
@@ -62,7 +62,7 @@ def test_the_law_is_exported_to_c(folder, tmp_path):
         ('[sensor]\nfile = "pid.py"', "MODEL is not a Sensor; found 'Controller'. End the file with MODEL = Sensor"),
         ('[sensor]\nfile = "resolver.txt"', "sensor.file: is no file with a sensor; found 'resolver.txt'"),
         ('[sensor]\nmodel = "encoder"\nfile = "resolver.py"', "sensor: has both a model and a file"),
-        ('[sensor]\nfile = "../resolver.py"', "names code elsewhere, which is not run"),
+        ('[sensor]\nfile = "../resolver.py"', "names code in another folder, so bristle does not run it"),
     ],
 )
 def test_files_without_a_component_are_refused(folder, capsys, table, said):

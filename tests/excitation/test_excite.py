@@ -68,7 +68,7 @@ def test_the_program_of_a_motion_names_the_purposes_that_are_no_list_of_moves():
     designed = planned(purposes=["damping", "stribeck"])
     assert [name for name, _ in designed.purposes] == ["damping", "stribeck"]
     table, program = designed.moves
-    assert "(left out, as it is no list of moves: damping)" in program
+    assert "(omitted, because it is not a list of moves: damping)" in program
     assert "stribeck" in table
 
 

@@ -94,5 +94,5 @@ def test_a_chirp_is_left_out_of_the_moves_and_named_in_the_program():
     assert [move.target for move in moves] == pytest.approx([1.0])
     table, program = moves_table(moves, STAGE), gcode_of(moves, STAGE, left_out)
     assert table.startswith("purpose,dwell [s],")
-    assert "(left out, as it is no list of moves: damping)" in program
+    assert "(omitted, because it is not a list of moves: damping)" in program
     assert program.count("G1 X") == 1

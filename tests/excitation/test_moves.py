@@ -71,7 +71,7 @@ def test_moves_keep_the_limits_of_the_motion(moves):
 def test_purposes_without_moves_are_named(motion, moves):
     _, left_out = moves_of(motion)
     assert left_out == ("damping",)
-    assert "(left out, as it is no list of moves: damping)" in gcode_of(moves, IN_MM, left_out)
+    assert "(omitted, because it is not a list of moves: damping)" in gcode_of(moves, IN_MM, left_out)
 
 
 def test_the_table_is_in_the_units_of_the_axis(moves):

@@ -12,7 +12,7 @@ from bristle.files.results import results_folder
 ARRAYS = {"time": np.arange(5.0)[::-1], "draws": np.arange(10.0).reshape(5, 2)[::-1]}
 
 
-def test_arrays_of_one_and_of_two_dimensions_are_read_as_they_were_written(tmp_path):
+def test_arrays_of_1_and_2_dimensions_survive_a_round_trip(tmp_path):
     pytest.importorskip("pyarrow")
     with results_folder(tmp_path / "out") as folder:
         assert write_arrays(folder, "traces", ARRAYS) == "traces.parquet"

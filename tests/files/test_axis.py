@@ -52,7 +52,7 @@ def test_the_axis_file_of_the_positioning_system():
     assert (axis.cutoff, axis.decimation, axis.offset, axis.mass) == (100.0, 10, "identify", None)
 
 
-def test_all_that_an_axis_file_may_say():
+def test_a_complete_axis_file_is_read():
     axis = axis_from(
         changed(
             plant={"mass": "95 kg", "offset": "-3 N", "presliding": "10 um"},
@@ -119,7 +119,7 @@ def test_percent_of_a_rated_current():
     assert si(axis.columns["effort"], 50.0) == pytest.approx(0.75)
 
 
-def test_a_linear_scale_on_an_axis_told_as_an_angle():
+def test_a_linear_scale_on_a_rotational_axis_is_converted():
     axis = axis_from(
         changed(
             kind="rotational",
@@ -146,94 +146,94 @@ def column(**entry):
 
 
 BAD = [
-    ({"schema": 2}, "schema: is not one that this bristle reads; found 2, allowed 1. Is the file from a newer bristle?"),
-    ({"schema": datetime.date(1979, 5, 27)}, "schema: is not one that this bristle reads; found 1979-05-27"),
-    ({"schema": True}, "schema: is not one that this bristle reads; found True"),
-    ({"schema": 1.0}, "schema: is not one that this bristle reads; found 1.0"),
-    ({"kind": "round"}, "kind: does not fit; found 'round', allowed 'translational' or 'rotational'"),
-    ({"columns": "time"}, "columns: does not fit; found 'time', allowed a table"),
-    (column(position={"column": "q", "unit": "m", "sign": True}), "columns.position.sign: does not fit; found True"),
-    ({"log": {"span": [5]}}, "log.span: does not fit; found [5], allowed at least 2 values"),
-    ({"columns": {"position": 5.5}}, "columns.position: does not fit; found 5.5, allowed "),
+    ({"schema": 2}, "schema: is a schema that this version of bristle cannot read; found 2, allowed 1. Update bristle"),
+    ({"schema": datetime.date(1979, 5, 27)}, "schema: is a schema that this version of bristle cannot read; found 1979-05-27"),
+    ({"schema": True}, "schema: is a schema that this version of bristle cannot read; found True"),
+    ({"schema": 1.0}, "schema: is a schema that this version of bristle cannot read; found 1.0"),
+    ({"kind": "round"}, "kind: is not valid; found 'round', allowed 'translational' or 'rotational'"),
+    ({"columns": "time"}, "columns: is not valid; found 'time', allowed a table"),
+    (column(position={"column": "q", "unit": "m", "sign": True}), "columns.position.sign: is not valid; found True"),
+    ({"log": {"span": [5]}}, "log.span: is not valid; found [5], allowed at least 2 values"),
+    ({"columns": {"position": 5.5}}, "columns.position: is not valid; found 5.5, allowed "),
     ({"colums": {}}, "colums: unknown key"),
     ({"colums": {}}, "Did you mean 'columns'?"),
     (column(position={"column": "q", "units": "m"}), "columns.position.units: unknown key; found 'm'"),
     (column(position={"unit": "m"}), "columns.position.column: is missing"),
-    (column(position={"column": "q", "unit": "m", "sign": 0}), "columns.position.sign: does not fit"),
+    (column(position={"column": "q", "unit": "m", "sign": 0}), "columns.position.sign: is not valid"),
     (column(position={"column": "q", "unit": "furlung"}), "columns.position.unit: is not a unit; found 'furlung'"),
     (column(position={"column": "q", "unit": "kg"}), "columns.position.unit: has the wrong unit"),
     (column(position={"column": "q", "unit": "rad"}), 'lead = "5 mm"'),
-    (column(position={"column": "q", "unit": "count"}), "columns.position.unit: needs to know what a count is"),
-    (column(position={"column": "q", "unit": "m", "side": "motor"}), "not on the motor's side"),
+    (column(position={"column": "q", "unit": "count"}), "columns.position.unit: needs the movement per count"),
+    (column(position={"column": "q", "unit": "m", "side": "motor"}), "cannot be on the motor side"),
     (column(velocity={"column": "v", "unit": "Hz"}), "columns.velocity.unit: has the wrong unit"),
     (column(time={"column": "t", "unit": "m"}), "columns.time.unit: has the wrong unit"),
     (column(effort={"column": "u", "unit": "J"}), "An energy is not a torque"),
     (column(effort={"column": "u", "unit": "N*m"}), "columns.effort.unit: is measured as a torque"),
     (column(effort={"column": "u", "unit": "V"}), 'Write constant = "0.12 N*m/V" under [effort]'),
     (column(effort={"column": "u", "unit": "%"}), 'Write rated = "2.4 N*m" under [effort]'),
-    (column(effort={"column": "u", "unit": "m"}), "columns.effort.unit: is not the unit of an effort"),
-    ({"effort": {"force_constant": "35 N"}}, "effort.force_constant: is not the constant of a drive"),
-    ({"effort": {"force_constant": "35 N*m/A"}}, "effort.force_constant: is not the constant of a drive"),
+    (column(effort={"column": "u", "unit": "m"}), "columns.effort.unit: is not a unit of effort"),
+    ({"effort": {"force_constant": "35 N"}}, "effort.force_constant: is not a drive constant"),
+    ({"effort": {"force_constant": "35 N*m/A"}}, "effort.force_constant: is not a drive constant"),
     ({"effort": {"force_constant": "0 N/V"}}, "effort.force_constant: must be finite and not zero"),
-    ({"effort": {"force_constant": 35.0}}, "effort.force_constant: does not fit"),
-    ({"effort": {"force_constant": "1 N/V", "torque_constant": "1 N*m/A"}}, "Keep one of them"),
+    ({"effort": {"force_constant": 35.0}}, "effort.force_constant: is not valid"),
+    ({"effort": {"force_constant": "1 N/V", "torque_constant": "1 N*m/A"}}, "Keep only one"),
     ({"effort": {"limit": "-0 N"}}, "effort.limit: must be positive"),
-    ({"effort": {"limit": "10 A"}}, "effort.limit: is no effort by itself; found '10 A'"),
+    ({"effort": {"limit": "10 A"}}, "effort.limit: is an effort only with a drive constant; found '10 A'"),
     ({"effort": {"limit": "300 J"}}, "effort.limit: has the wrong unit; found '300 J'"),
     (column(effort={"column": "u", "unit": "J"}), "columns.effort.unit: has the wrong unit; found 'J'"),
     ({"encoder": {"resolution": "5 N"}}, "encoder.resolution: has the wrong unit; found '5 N'"),
     ({"transmission": {"lead": "0 mm"}}, "transmission.lead: must be positive and finite; found '0 mm'"),
-    ({"transmission": {"gear_ratio": -2.0}}, "transmission.gear_ratio: does not fit; found -2.0"),
+    ({"transmission": {"gear_ratio": -2.0}}, "transmission.gear_ratio: is not valid; found -2.0"),
     ({"plant": {"mass": "95 N"}}, "plant.mass: has the wrong unit"),
     ({"plant": {"mass": -1}}, "plant.mass: must be positive"),
-    ({"plant": {"inertia": "1 kg*m^2"}}, "plant.inertia: is not what a translational axis has. Write mass"),
+    ({"plant": {"inertia": "1 kg*m^2"}}, "plant.inertia: does not apply to a translational axis. Write mass"),
     ({"plant": {"offset": "guess"}}, "plant.offset: is not a number with a unit; found 'guess', allowed \"identify\""),
     ({"timing": {"sample_time": "1 kHz"}}, "timing.sample_time: has the wrong unit"),
     ({"timing": {"sample_time": 0}}, "timing.sample_time: must be positive"),
-    ({"timing": {"delay": True}}, "timing.delay: does not fit; found True, allowed a number, or text with a unit"),
-    ({"limits": {"stroke": ["1 m", "0 m"]}}, "limits.stroke: must rise"),
-    ({"limits": {"stroke": ["1 m"]}}, "limits.stroke: does not fit"),
+    ({"timing": {"delay": True}}, "timing.delay: is not valid; found True, allowed a number, or text with a unit"),
+    ({"limits": {"stroke": ["1 m", "0 m"]}}, "limits.stroke: must be in ascending order"),
+    ({"limits": {"stroke": ["1 m"]}}, "limits.stroke: is not valid"),
     ({"limits": {"velocity": "3000 rpm"}}, "limits.velocity: has the wrong unit"),
     ({"encoder": {"resolution": "1 um", "counts_per_rev": 10}}, "encoder: has both"),
     ({"encoder": {"counts_per_rev": 10}}, "encoder.counts_per_rev: is measured as an angle"),
     ({"identification": {"cutoff": "100 rad/s"}}, "divide rad/s by 2 pi"),
-    ({"identification": {"decimation": 0}}, "identification.decimation: does not fit; found 0"),
-    ({"identification": {"decimation": 2.5}}, "identification.decimation: does not fit; found 2.5"),
+    ({"identification": {"decimation": 0}}, "identification.decimation: is not valid; found 0"),
+    ({"identification": {"decimation": 2.5}}, "identification.decimation: is not valid; found 2.5"),
     ({"controller": {"k_p": 1}}, "controller: names no model"),
     ({"controller": {"model": "cascde"}}, "controller.model: "),
-    ({"controller": 3}, "controller: does not fit; found 3"),
-    ({"effort": {"held": True, "hold": "linear"}}, "effort.hold: contradicts `held`; found 'linear'"),
-    ({"effort": {"held": False, "hold": "zero"}}, "effort.hold: contradicts `held`; found 'zero'"),
+    ({"controller": 3}, "controller: is not valid; found 3"),
+    ({"effort": {"held": True, "hold": "linear"}}, "effort.hold: contradicts the key `held`; found 'linear'"),
+    ({"effort": {"held": False, "hold": "zero"}}, "effort.hold: contradicts the key `held`; found 'zero'"),
     ({"timing": {"sample_time": "1 ms", "sample_rate": "1 kHz"}}, "timing: has both a sample_time and a sample_rate"),
     ({"timing": {"sample_rate": 0}}, "timing.sample_rate: must be positive and finite"),
     ({"columns": {"position": None}}, "columns.position: is missing"),
-    ({"plant": {"stiffness": "1 N/m"}}, "plant.stiffness: belongs to an oscillator"),
-    ({"plant": {"damping": "1 N*s/m"}}, "plant.damping: belongs to an oscillator"),
-    ({"log": {"span": [5, 5]}}, "log.span: must rise"),
-    ({"limits": {"stroke": [0.2, 0.2]}}, "limits.stroke: must rise"),
+    ({"plant": {"stiffness": "1 N/m"}}, "plant.stiffness: needs an oscillator as the plant"),
+    ({"plant": {"damping": "1 N*s/m"}}, "plant.damping: needs an oscillator as the plant"),
+    ({"log": {"span": [5, 5]}}, "log.span: must be in ascending order"),
+    ({"limits": {"stroke": [0.2, 0.2]}}, "limits.stroke: must be in ascending order"),
     ({"encoder": {"resolution": "0 mm"}}, "encoder.resolution: must be positive and finite"),
-    ({"plant": {"gravity": "link"}}, "A weight on a vertical axis is the offset, which is identified"),
+    ({"plant": {"gravity": "link"}}, "bristle identifies the weight on a vertical axis as the constant offset"),
     ({"injected": [{"column": "a", "gain": 1}, {"column": "b"}]}, "injected[1].gain: is missing"),
-    ({"injected": [{"column": "a", "gain": 1.0, "unit": "N"}]}, "injected[0].unit: was removed. Write the unit behind the number"),
-    ({"injected": [{"column": "a", "gain": "1 m"}]}, "injected[0].gain: is not the unit of an effort"),
+    ({"injected": [{"column": "a", "gain": 1.0, "unit": "N"}]}, "injected[0].unit: was removed. Write the unit after the number"),
+    ({"injected": [{"column": "a", "gain": "1 m"}]}, "injected[0].gain: is not a unit of effort"),
 ]
 
 
 @pytest.mark.parametrize(("tables", "said"), BAD, ids=[message[:50] for _, message in BAD])
-def test_what_is_refused_names_key_value_and_mend(tables, said):
+def test_refusals_name_key_value_and_remedy(tables, said):
     with pytest.raises(InputError) as caught:
         axis_from(changed(**tables))
     assert said in str(caught.value)
 
 
-def test_with_a_gear_the_side_must_be_said():
-    with pytest.raises(InputError, match=r"does not say on which side of the gear .* side = \"motor\""):
+def test_a_gear_requires_the_side():
+    with pytest.raises(InputError, match=r"does not state the side of the gear .* side = \"motor\""):
         axis_from(
             changed(kind="rotational", transmission={"gear_ratio": 50}, columns={"position": {"column": "q", "unit": "rad"}, "effort": "u"})
         )
 
 
-def test_a_misspelt_column_is_told_before_the_one_that_is_missing_for_it():
+def test_a_misspelt_column_is_reported_before_a_missing_column():
     data = changed()
     data["columns"]["positon"] = data["columns"].pop("position")
     with pytest.raises(InputError, match=r"columns\.positon: unknown key.*Did you mean 'position'"):
@@ -241,7 +241,7 @@ def test_a_misspelt_column_is_told_before_the_one_that_is_missing_for_it():
 
 
 @pytest.mark.parametrize("key", ["schema", "kind", "columns"])
-def test_what_is_missing_is_named(key):
+def test_missing_keys_are_named(key):
     data = {name: value for name, value in LINEAR.items() if name != key}
     if key == "kind":
         data["columns"] = {"position": "q"}  # nothing else tells it
@@ -252,7 +252,7 @@ def test_what_is_missing_is_named(key):
 def test_errors_carry_the_name_of_the_file(tmp_path):
     path = tmp_path / "axis.toml"
     path.write_text('schema = 1\nkind = "round"\n[columns]\nposition = "q"\n')
-    with pytest.raises(InputError, match=r"axis\.toml: kind: does not fit; found 'round'"):
+    with pytest.raises(InputError, match=r"axis\.toml: kind: is not valid; found 'round'"):
         read_axis(path)
 
 
@@ -268,7 +268,7 @@ def test_errors_carry_the_name_of_the_file(tmp_path):
         ("schema = " + 5000 * "1", "a number of thousands of digits"),
     ],
 )
-def test_what_is_no_toml_is_refused_with_the_line(tmp_path, text, said):
+def test_invalid_toml_is_refused_with_the_line(tmp_path, text, said):
     path = tmp_path / "axis.toml"
     path.write_text(text)
     with pytest.raises(InputError, match=said) as caught:
@@ -276,7 +276,7 @@ def test_what_is_no_toml_is_refused_with_the_line(tmp_path, text, said):
     assert caught.value.path == str(path)
 
 
-def test_a_file_that_is_not_there_no_text_or_a_folder(tmp_path):
+def test_missing_files_binary_files_and_folders_are_refused(tmp_path):
     with pytest.raises(InputError, match="there is no such file"):
         read_toml(tmp_path / "axis.toml")
     with pytest.raises(InputError, match="is a folder"):
@@ -287,7 +287,7 @@ def test_a_file_that_is_not_there_no_text_or_a_folder(tmp_path):
 
 
 def test_a_key_that_was_removed_is_refused_by_name():
-    with pytest.raises(InputError, match=r"identification\.global_search.* was removed.*Leave it out"):
+    with pytest.raises(InputError, match=r"identification\.global_search.* was removed.*Remove it"):
         axis_from(changed(identification={"global_search": True}))
 
 
@@ -303,7 +303,7 @@ def test_a_key_that_was_removed_is_refused_by_name():
         ({"held": False, "hold": "linear"}, False),
     ],
 )
-def test_an_effort_is_held_where_either_key_says_so(effort, held):
+def test_either_key_sets_a_zero_order_hold(effort, held):
     assert axis_from(changed(effort=effort)).held is held
 
 
@@ -323,7 +323,7 @@ def test_a_delay_is_looked_for_unless_it_is_stated(timing, delay, seeks):
 
 
 @pytest.mark.parametrize(("lag", "expected"), [(None, (0.0, False)), ("identify", (0.0, True)), ("2 ms", (2e-3, False))])
-def test_a_lag_is_looked_for_where_that_is_asked_for(lag, expected):
+def test_the_lag_is_identified_on_request(lag, expected):
     axis = axis_from(changed(effort={} if lag is None else {"lag": lag}))
     assert (axis.lag or 0.0, axis.seeks_lag) == expected
 
@@ -343,7 +343,7 @@ def test_known_columns_are_named_by_letters_of_their_column_and_each_once():
         ("%", "column_2", False),
         ("p", "air", True),
     ]
-    with pytest.raises(InputError, match=r"known\[1\]\.name: is there twice; found 'a_b'"):
+    with pytest.raises(InputError, match=r"known\[1\]\.name: is defined twice; found 'a_b'"):
         axis_from(changed(known=[{"column": "a b"}, {"column": "a-b"}]))
 
 
@@ -354,13 +354,13 @@ def test_a_turn_of_cogging_is_that_of_the_motor_or_of_the_screw(turn, travel):
     assert axis.cogging[0].turn == pytest.approx(travel)
     assert axis.cogging[0].harmonics == (6, 12)
     assert axis_from(changed(transmission=transmission, cogging=[{"turn": turn, "harmonics": "identify"}])).cogging[0].harmonics is None
-    with pytest.raises(InputError, match=r"cogging\[0\]\.turn: needs to know how far a turn moves the axis"):
+    with pytest.raises(InputError, match=r"cogging\[0\]\.turn: needs the travel of the axis per turn"):
         axis_from(changed(cogging=[{"turn": turn, "harmonics": [6]}]))
-    with pytest.raises(InputError, match=r"cogging\[1\]\.turn: is there twice"):
+    with pytest.raises(InputError, match=r"cogging\[1\]\.turn: is defined twice"):
         axis_from(changed(transmission=transmission, cogging=2 * [{"turn": turn, "harmonics": [6]}]))
 
 
-def test_one_radian_of_the_motor_moves_an_axis_that_turns_or_has_a_lead():
+def test_the_movement_per_radian_is_known_for_rotational_axes_and_with_a_lead():
     assert axis_from(changed()).arm is None
     assert axis_from(changed(transmission={"gear_ratio": 2.0, "lead": "10 mm"})).arm == pytest.approx(0.005 / (2.0 * math.pi))
     turning = {"schema": 1, "kind": "rotational", "columns": {"position": {"column": "q", "unit": "rad", "side": "load"}}}

@@ -47,18 +47,18 @@ CASES = {"bare": {}, "linear": LINEAR, "turning": TURNING, "force": FORCE, "dela
 
 
 @pytest.mark.parametrize("tables", CASES.values(), ids=CASES)
-def test_an_axis_comes_back_from_its_file(tables):
+def test_an_axis_survives_a_round_trip(tables):
     axis = axis_from(BASE | {"columns": COLUMNS} | tables)
     assert not axis.text
     text = axis_text(axis)
     assert text is not None
-    assert text.startswith(b"# The axis that these results were made with, in SI.\nschema = 1\n")
+    assert text.startswith(b"# The axis of these results, in SI units.\nschema = 1\n")
     again = read_axis(text)
     assert again == axis
     assert axis_text(again) == text
 
 
-def test_a_file_that_is_there_stays_as_it_is():
+def test_an_existing_axis_file_is_kept():
     text = b'# of a person\nschema = 1\nname = "stage"\nkind = "translational"\n[columns]\nposition = "q"\neffort = "u"\n'
     axis = read_axis(text)
     assert axis_text(axis) == text
@@ -67,7 +67,7 @@ def test_a_file_that_is_there_stays_as_it_is():
     assert b"of a person" not in axis_text(heavier)
 
 
-def test_harmonics_and_known_columns_are_told_once_and_in_order():
+def test_harmonics_and_known_columns_are_listed_once_in_order():
     axis = axis_from(BASE | {"columns": COLUMNS} | LINEAR)
     (cogging,) = axis.cogging
     assert (cogging.turner, cogging.harmonics) == ("motor", (1, 6))
@@ -79,16 +79,19 @@ def test_harmonics_and_known_columns_are_told_once_and_in_order():
 @pytest.mark.parametrize(
     ("tables", "words"),
     [
-        ({"known": [{"column": "a"}, {"column": "a"}]}, r"known\[1\]\.name.*is there twice"),
-        ({"transmission": {"lead": "10 mm"}, "cogging": [{"turn": "motor", "harmonics": [1]}] * 2}, r"cogging\[1\]\.turn.*is there twice"),
-        ({"cogging": [{"turn": "motor", "harmonics": [1]}]}, r"cogging\[0\]\.turn.*how far a turn moves the axis.*lead"),
-        ({"plant": {"inertia": "1 kg*m^2"}}, "plant.inertia.*is not what a translational axis has"),
-        ({"plant": {"stiffness": "1 N/m"}}, "plant.stiffness.*belongs to an oscillator"),
-        ({"plant": {"damping": "1 N*s/m"}}, "plant.damping.*belongs to an oscillator"),
+        ({"known": [{"column": "a"}, {"column": "a"}]}, r"known\[1\]\.name.*is defined twice"),
+        (
+            {"transmission": {"lead": "10 mm"}, "cogging": [{"turn": "motor", "harmonics": [1]}] * 2},
+            r"cogging\[1\]\.turn.*is defined twice",
+        ),
+        ({"cogging": [{"turn": "motor", "harmonics": [1]}]}, r"cogging\[0\]\.turn.*the travel of the axis per turn.*lead"),
+        ({"plant": {"inertia": "1 kg*m^2"}}, "plant.inertia.*does not apply to a translational axis"),
+        ({"plant": {"stiffness": "1 N/m"}}, "plant.stiffness.*needs an oscillator as the plant"),
+        ({"plant": {"damping": "1 N*s/m"}}, "plant.damping.*needs an oscillator as the plant"),
         ({"encoder": {"resolution": "0 mm"}}, "encoder.resolution.*must be positive and finite"),
     ],
 )
-def test_what_an_axis_cannot_have_is_refused(tables, words):
+def test_inapplicable_keys_are_refused(tables, words):
     with pytest.raises(InputError, match=words):
         axis_from(BASE | {"columns": COLUMNS} | tables)
 

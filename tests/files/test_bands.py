@@ -18,7 +18,7 @@ def written(path, bands=BANDS):
     return path
 
 
-def test_bands_come_back(tmp_path):
+def test_bands_survive_a_round_trip(tmp_path):
     bands = Bands(**read_model(written(tmp_path / "model.toml")).info["bands"])
     assert (bands.scatter, bands.noise, bands.unexplained) == (0.05, 0.1, 0.0)
     assert (bands.lasting, bands.inflation) == (0.2, 1.2)
@@ -28,7 +28,7 @@ def test_bands_come_back(tmp_path):
         np.testing.assert_allclose(bands.draws[name], values)
 
 
-def test_lists_of_elements_come_back(tmp_path):
+def test_lists_of_elements_survive_a_round_trip(tmp_path):
     model = friction.find("maxwell_slip")(F_C=10.0, k_i=[1e6, 2e6], nu_i=[0.4, 0.6])
     lists = {"k_i": np.array([[1e6, 2e6], [1.1e6, 1.9e6]]), "nu_i": np.full((2, 2), 0.5), "F_C": np.array([10.0, 9.0])}
     write_model(tmp_path / "model.toml", plants.inertia(M=1.0), model, bands=Bands(lists, 0.0, 0.0, 0.0))
@@ -36,7 +36,7 @@ def test_lists_of_elements_come_back(tmp_path):
     np.testing.assert_allclose(result["k_i"], lists["k_i"])
 
 
-def test_a_file_without_bands_has_none(tmp_path):
+def test_a_file_without_bands_gives_no_bands(tmp_path):
     assert read_model(written(tmp_path / "model.toml", None)).info["bands"] is None
 
 
@@ -53,7 +53,7 @@ def test_a_file_without_bands_has_none(tmp_path):
         ("F_C = [7.9, 8.1, 8.0]", "F_X = [7.9, 8.1, 8.0]", "F_X"),
     ],
 )
-def test_what_does_not_fit_is_refused_with_its_place(tmp_path, old, new, named):
+def test_invalid_bands_are_refused_with_their_place(tmp_path, old, new, named):
     path = written(tmp_path / "model.toml")
     text = path.read_text()
     assert old in text

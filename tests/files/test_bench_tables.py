@@ -73,7 +73,7 @@ def read(tmp_path, text):
     return read_experiment(path)
 
 
-def test_what_is_fed_forward_is_read_with_its_units(tmp_path):
+def test_feedforward_is_read_with_its_units(tmp_path):
     fed = read(tmp_path, HEAD + FED).variants[0].feedforward
     assert (fed.gain, fed.offset, fed.asymmetry, fed.limit) == (0.9, 0.2, 0.1, 3.0)
     assert fed.rate_limit == pytest.approx(2000.0)
@@ -129,7 +129,7 @@ def test_a_motion_is_learned_over_its_trials(tmp_path):
         ('amplitudes = ["0 um", "500 um", "200 um"]', 'amplitudes = ["0 um"]', "at least 2 amplitudes"),
     ],
 )
-def test_what_does_not_fit_is_told_with_its_place(tmp_path, told, instead, words):
+def test_invalid_values_are_refused_with_their_place(tmp_path, told, instead, words):
     text = HEAD + FED + LEARNED
     assert told in text
     with pytest.raises(InputError, match=words):

@@ -50,7 +50,7 @@ controller = { model = "cascade", k_p = "60 1/s", k_v = "12 A*s/rad", k_i = "6 A
 """
 
 
-def test_an_inertia_may_be_told_as_an_effort_of_the_drive_over_an_acceleration():
+def test_an_inertia_may_be_an_effort_of_the_drive_per_acceleration():
     column = Column("u", "A", "A", 0.12)
     table = {"model": "sliding_mode", "J": "2 A*s^2/rad", "lambda": "10 1/s", "K_1": "10 1/s"}
     assert controller_of(table, Axis(kind="rotational", columns={"effort": column})).values["J"] == pytest.approx(0.24)
@@ -64,7 +64,7 @@ def test_gains_for_an_angle_of_the_motor_go_through_gear_and_lead():
     assert law.values["limit"] == pytest.approx(8.0 * 0.5 / travel, rel=1e-12)
 
 
-def test_a_gain_for_an_angle_of_the_motor_needs_no_position_that_is_one():
+def test_a_gain_for_the_motor_angle_is_independent_of_the_position_unit():
     by_angle, by_scale = (axis_from(tomllib.loads(text)) for text in (SCREW, SCREW.replace('unit = "rev", side = "motor"', 'unit = "mm"')))
     assert by_scale.controller.values["k_v"] == pytest.approx(by_angle.controller.values["k_v"], rel=1e-12)
 
@@ -84,7 +84,7 @@ def test_an_integral_time_is_a_gain():
     text = SCREW.replace('k_i = "6 A/rad"', 'T_n = "20 ms"')
     values = axis_from(tomllib.loads(text)).controller.values
     assert values["k_i"] * 0.02 == pytest.approx(values["k_v"], rel=1e-12)
-    with pytest.raises(InputError, match=r"controller\.T_n: tells the integral, and so does k_i"):
+    with pytest.raises(InputError, match=r"controller\.T_n: sets the integral gain, but k_i sets it too"):
         axis_from(tomllib.loads(text.replace("T_n =", "k_i = 5.0, T_n =")))
     off = axis_from(tomllib.loads(text.replace('"20 ms"', "0.0"))).controller.values
     assert off["k_i"] == 0.0

@@ -26,7 +26,7 @@ def test_a_scale_converts_to_its_base_first():
         ("2 N/count", "N", ("count", "N", 2.0)),
     ],
 )
-def test_a_constant_says_what_it_is_of(text, effort, expected):
+def test_the_unit_of_a_constant_decides_between_force_and_torque(text, effort, expected):
     item = Constant.of(text, effort, "effort.constant")
     assert (item.drive, item.effort, item.value) == (*expected[:2], pytest.approx(expected[2]))
 
@@ -35,11 +35,11 @@ def test_a_constant_says_what_it_is_of(text, effort, expected):
     ("text", "effort", "words"),
     [
         ("0 N/A", None, "must be finite and not zero"),
-        ("3 N", None, "is not the constant of a drive.*a force or a torque for one unit of the drive"),
+        ("3 N", None, "is not a drive constant.*a force or torque per unit of the drive"),
         ("3 N*m/A", "N", "a value in N/V, N/A, N/% or N/count"),
     ],
 )
-def test_what_is_no_constant_is_refused(text, effort, words):
+def test_invalid_constants_are_refused(text, effort, words):
     with pytest.raises(InputError, match=words):
         Constant.of(text, effort, "effort.constant")
     assert Constant.of("1 N/A", None, "effort.constant").value == 1.0
@@ -58,7 +58,7 @@ def test_an_effort_is_carried_to_the_axis():
     assert geared.effort("A", "load", "x").factor == pytest.approx(0.5)
 
 
-def test_percent_of_what_is_rated_are_those_of_the_motor():
+def test_percent_of_rated_refers_to_the_motor():
     assert Drive(TURNING, rated="2 N*m").effort("%", None, "x") == Scale("rated", pytest.approx(10.0))
     assert Drive(TURNING, rated="2 N*m").effort("%", "load", "x") == Scale("rated", pytest.approx(2.0))
     assert Drive(LINEAR, rated="120 N").effort("%", None, "x") == Scale("rated", pytest.approx(120.0))
@@ -68,16 +68,16 @@ def test_percent_of_what_is_rated_are_those_of_the_motor():
 @pytest.mark.parametrize(
     ("drive", "unit", "words"),
     [
-        (Drive(LINEAR), "A", r"x: is no effort by itself.*constant = \"0\.12 N\*m/A\""),
-        (Drive(LINEAR), "%", r"x: is no effort by itself.*rated = \"2\.4 N\*m\""),
-        (Drive(LINEAR), "mm", "x: is not the unit of an effort"),
+        (Drive(LINEAR), "A", r"x: is an effort only with a drive constant.*constant = \"0\.12 N\*m/A\""),
+        (Drive(LINEAR), "%", r"x: is an effort only with a drive constant.*rated = \"2\.4 N\*m\""),
+        (Drive(LINEAR), "mm", "x: is not a unit of effort"),
         (Drive(LINEAR, Constant("A", "N", 1.0)), "V", "x: does not match the constant under .effort..*A or a multiple"),
-        (Drive(LINEAR, rated="30 %"), "%", "effort.rated: is no effort"),
-        (Drive(LINEAR, rated="30"), "%", "effort.rated: is no effort"),
+        (Drive(LINEAR, rated="30 %"), "%", "effort.rated: is not an effort"),
+        (Drive(LINEAR, rated="30"), "%", "effort.rated: is not an effort"),
         (Drive(LINEAR, rated="0 N"), "%", "effort.rated: must be finite and not zero"),
     ],
 )
-def test_what_is_no_effort_is_refused(drive, unit, words):
+def test_invalid_efforts_are_refused(drive, unit, words):
     with pytest.raises(InputError, match=words):
         drive.effort(unit, None, "x")
 
@@ -94,13 +94,13 @@ def test_a_movement_is_carried_to_the_axis():
 @pytest.mark.parametrize(
     ("drive", "unit", "side", "words"),
     [
-        (Drive(LINEAR), "count", None, "needs to know what a count is"),
-        (Drive(LINEAR), "mm", "motor", "is linear, so it is not on the motor's side of a gear"),
-        (Drive(TURNING), "rad", None, "does not say on which side of the gear"),
+        (Drive(LINEAR), "count", None, "needs the movement per count"),
+        (Drive(LINEAR), "mm", "motor", "is linear, so it cannot be on the motor side of a gear"),
+        (Drive(TURNING), "rad", None, "does not state the side of the gear"),
         (Drive(LINEAR), "N", None, "x"),
     ],
 )
-def test_what_is_no_movement_is_refused(drive, unit, side, words):
+def test_invalid_movements_are_refused(drive, unit, side, words):
     with pytest.raises(InputError, match=words):
         drive.movement(unit, side, "x")
 
@@ -160,12 +160,12 @@ def test_a_further_channel_is_in_si_of_its_unit():
         ("load", {"nominal_load": "0 N"}, {}, r"plant\.nominal_load.*must be positive and finite"),
         ("load", {"nominal_load": "5 N"}, {"unit": "mm"}, r"columns\.load\.unit"),
         ("temperature", None, {"unit": "mm"}, r"columns\.temperature\.unit"),
-        ("temperature", None, {"unit": "degF"}, r"columns\.temperature\.unit.*has a zero of its own.*degC"),
-        ("oil", None, {}, r"columns\.oil.*unknown key.*A further channel.*has its unit"),
+        ("temperature", None, {"unit": "degF"}, r"columns\.temperature\.unit.*has another zero than its SI unit.*degC"),
+        ("oil", None, {}, r"columns\.oil.*unknown key.*A further channel.*needs a unit"),
         ("positon", None, {"unit": "mm"}, r"columns\.positon: unknown key.*Did you mean 'position'"),
     ],
 )
-def test_what_is_no_column_of_an_axis_is_refused(name, plant, entry, words):
+def test_invalid_columns_are_refused(name, plant, entry, words):
     with pytest.raises(InputError, match=words):
         channel(name, plant, **entry)
 

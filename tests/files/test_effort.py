@@ -63,7 +63,7 @@ def test_functions_of_time_are_efforts(tmp_path, table, check):
     assert variant.effort.description.startswith(table.split('"')[1])
 
 
-def test_the_effort_of_a_log_gives_its_length_and_is_held(tmp_path):
+def test_the_effort_of_a_log_sets_the_duration_with_zero_order_hold(tmp_path):
     (tmp_path / "log.csv").write_text(LOG)
     text = OPEN.replace('model = "constant"', 'model = "recorded"\nfile = "log.csv"').replace('duration = "6 s"', "")
     finer = read(tmp_path, text)
@@ -82,11 +82,11 @@ def test_variants_differ_in_their_efforts(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("[run]", "[run]\nsubsteps = 4", "run.substeps: .*tolerance.*Leave one of both out"),
-        ("[run]", "[run]\ndelay = 1", "run.delay: stands beside a tolerance.*substeps"),
-        ("[run]", '[run]\ncurrent_lag = "1 ms"', "run.current_lag: stands beside a tolerance.*substeps"),
-        ("[run]", '[controller]\nmodel = "cascade"\n[run]', r"controller: belongs to a loop.*\[effort\]"),
-        ("[run]", '[reference]\nmodel = "sine"\n[run]', "reference: belongs to a loop"),
+        ("[run]", "[run]\nsubsteps = 4", "run.substeps: .*tolerance.*Remove substeps or tolerance"),
+        ("[run]", "[run]\ndelay = 1", "run.delay: conflicts with the tolerance.*substeps"),
+        ("[run]", '[run]\ncurrent_lag = "1 ms"', "run.current_lag: conflicts with the tolerance.*substeps"),
+        ("[run]", '[controller]\nmodel = "cascade"\n[run]', r"controller: needs a closed loop.*\[effort\]"),
+        ("[run]", '[reference]\nmodel = "sine"\n[run]', "reference: needs a closed loop"),
         ('tolerance = "1 um"', 'tolerance = "-1 um"', "run.tolerance: "),
         ('tolerance = "1 um"', 'tolerance = "1 N"', "run.tolerance: "),
         ('model = "constant"', 'level = "1 N"', "effort: names no model.*constant, sine"),
@@ -97,7 +97,7 @@ def test_variants_differ_in_their_efforts(tmp_path):
         ('model = "constant"', 'model = "recorded"', "effort.file: "),
     ],
 )
-def test_what_does_not_fit_is_said(tmp_path, old, new, message):
+def test_conflicting_keys_are_refused(tmp_path, old, new, message):
     with pytest.raises(InputError, match=message):
         read(tmp_path, OPEN.replace(old, new))
 
@@ -113,7 +113,7 @@ def test_a_tolerance_in_a_loop_is_refused(tmp_path):
         '[effort]\nmodel = "constant"',
         '[controller]\nmodel = "cascade"\nk_p = 10\nk_v = 20\n[reference]\nmodel = "sine"\namplitude = "1 mm"\nfrequency = 1',
     )
-    with pytest.raises(InputError, match=r"run.tolerance: is for open loops, which \[effort\] drives"):
+    with pytest.raises(InputError, match=r"run.tolerance: is only for open loops with \[effort\]"):
         read(tmp_path, loop)
 
 

@@ -100,7 +100,7 @@ def experiment(tmp_path):
     return read
 
 
-def test_one_variant_as_the_file_stands(experiment):
+def test_a_file_without_variants_is_a_single_variant(experiment):
     result = experiment(PLAIN)
     (base,) = result.variants
     assert (result.name, result.kind, base.name) == ("plain", "translational", "base")
@@ -112,7 +112,7 @@ def test_one_variant_as_the_file_stands(experiment):
     assert (base.run.duration, base.run.sample_time, base.run.substeps, base.run.delay) == (2.0, 1e-3, 4, 0)
 
 
-def test_variants_change_only_what_they_name(experiment):
+def test_variants_change_only_the_keys_that_they_name(experiment):
     result = experiment(
         PLAIN
         + """
@@ -134,20 +134,20 @@ friction = { model = "stribeck", F_C = 3, F_S = 5, v_S = "1 mm/s", F_v = 4 }
     assert stribeck.controller == base.controller
 
 
-def test_an_empty_variant_gives_the_file_as_it_stands_a_name(experiment):
+def test_an_empty_variant_renames_the_base(experiment):
     result = experiment(PLAIN + '[compare.with]\n[compare.without.controller.feedforward]\nfriction = "none"\n')
     assert [variant.name for variant in result.variants] == ["with", "without"]
     assert result.variants[0].feedforward.friction is not None
 
 
-def test_another_controller_keeps_what_is_fed_forward():
+def test_another_controller_keeps_the_feedforward():
     base = tomllib.loads(PLAIN)
     changed = merged(base, {"controller": {"model": "cascade", "k_p": 1, "k_v": 2}})
     assert changed["controller"] == {"model": "cascade", "k_p": 1, "k_v": 2, "feedforward": base["controller"]["feedforward"]}
     assert base == tomllib.loads(PLAIN)
 
 
-def test_an_axis_gives_what_the_file_leaves_out(experiment):
+def test_an_axis_provides_missing_values(experiment):
     (base,) = experiment(BY_AXIS).variants
     assert base.plant.values == {"M": 7.0}
     assert base.sensor.values["resolution"] == 2e-6
@@ -206,7 +206,7 @@ def test_an_identified_model_gives_plant_kind_and_friction(experiment):
 
 def test_a_users_own_model_by_file(experiment, own_model):
     text = PLAIN.replace('model = "coulomb_viscous"\nF_C = "3 N"\nF_v = 4', 'file = "own.py"\nF_0 = "3 N"\nlambda = 0.5')
-    with pytest.raises(InputError, match="not run unasked"):
+    with pytest.raises(InputError, match="needs permission to run"):
         experiment(text)
     with pytest.warns(InputWarning, match="is run"):
         result = experiment(text, allow_code=True)
@@ -215,7 +215,7 @@ def test_a_users_own_model_by_file(experiment, own_model):
     assert base.friction.values == {"F_0": 3.0, "lambda_": 0.5, "offset": 0.0}
 
 
-def test_the_units_tell_the_kind(experiment):
+def test_the_kind_follows_from_the_units(experiment):
     text = PLAIN.replace('"2 kg"', "2").replace('"3 N"', '"3 N*m"').replace('"2.5 N"', '"2.5 N*m"').replace("1 mm", "1 mrad")
     assert experiment(text).kind == "rotational"
 
@@ -248,7 +248,7 @@ def test_the_units_tell_the_kind(experiment):
         (BY_MODEL.replace("F_C_neg", "F_C"), ("controller.feedforward.friction.F_C", "F_C_neg")),
     ],
 )
-def test_what_is_wrong_is_named_with_its_place(experiment, text, words):
+def test_errors_name_their_place(experiment, text, words):
     with pytest.raises(InputError) as caught:
         experiment(text, model=IDENTIFIED)
     message = str(caught.value)
@@ -277,7 +277,7 @@ def test_a_table_behind_a_screw_has_friction_in_its_own_units(tmp_path):
     assert (base.sensor_at, other.sensor_at) == ("motor", "load")
 
 
-def test_one_mass_has_no_table(tmp_path):
+def test_a_single_mass_has_no_table_friction(tmp_path):
     text = SCREW.replace('"ball_screw", J = 1e-4, M = "20 kg", lead = "5 mm", k = "100 N/um"', '"inertia", M = 1e-4')
     (tmp_path / "screw.toml").write_text(text)
     with pytest.raises(InputError, match=r"table_friction.*needs a plant with a table"):
@@ -293,15 +293,15 @@ def test_variants_that_are_no_table_are_refused_by_their_key(experiment, value):
 @pytest.mark.parametrize(
     ("entries", "said"),
     [
-        ("", "identify.own: needs something to be fitted to"),
-        ('log = "log.csv"\nexcite = "loop"', "identify.own: needs something to be fitted to"),
+        ("", "identify.own: needs a log or an excitation for the fit"),
+        ('log = "log.csv"\nexcite = "loop"', "identify.own: needs a log or an excitation for the fit"),
         ('log = "log.csv"\naxis = "axis.toml"', "identify.own: is not identified"),
         ('excite = "loop"', "identify.own: is not identified"),
-        ('excite = "lop"', "identify.own.excite: is no variant of this file; found 'lop', allowed loop. Did you mean 'loop'?"),
+        ('excite = "lop"', "identify.own.excite: is not a variant in this file; found 'lop', allowed loop. Did you mean 'loop'?"),
         ('log = "gone.csv"', "identify.own.log: "),
     ],
 )
-def test_a_model_is_fitted_to_logs_or_to_a_loop_that_is_excited(experiment, entries, said):
+def test_a_model_is_fitted_to_logs_or_to_an_excited_loop(experiment, entries, said):
     text = PLAIN.replace('friction = { model = "coulomb", F_C = "2.5 N" }', "")
     text = text.replace('model = "coulomb_viscous"\nF_C = "3 N"\nF_v = 4', 'identified = "own"')
     with pytest.raises(InputError) as caught:
@@ -322,7 +322,7 @@ def test_a_model_is_identified_anew_where_its_inputs_changed_and_never_taken_whe
     assert plan.is_current
     assert not planned(plan.folder, "d2").is_current
     (plan.folder / "model.toml").write_text("schema = 2\n")
-    with pytest.raises(InputError, match="was changed since it was identified"):
+    with pytest.raises(InputError, match="was changed after its identification"):
         _ = plan.is_current
 
 

@@ -30,7 +30,7 @@ def times(*stamps):
 
 @pytest.mark.parametrize("kind", ["translational", "rotational"])
 @pytest.mark.parametrize("injected", [None, np.array([0.0, 2.0, -2.0, 1.0])])
-def test_a_loop_comes_back_as_written(kind, injected):
+def test_a_loop_survives_a_round_trip(kind, injected):
     record = LoopRecord(kind, 2.5e-4, np.array([0.1, 0.2, -0.3, 0.0]), np.array([1.0, -2.0, 3.5, 0.0]), injected)
     text = loop_text(record)
     length, force = ("m", "N") if kind == "translational" else ("rad", "N*m")
@@ -44,11 +44,11 @@ def test_a_loop_comes_back_as_written(kind, injected):
     assert again.injected == (None if injected is None else pytest.approx(injected))
 
 
-def test_a_table_of_another_head_is_no_loop():
+def test_a_table_with_another_header_is_refused():
     assert kind_of_loop(times(0.0, 1.0, 2.0)) == "translational"
     other = content("0,0,0", "1,0,0", "2,0,0", head="time [s],position [m],effort [N]")
     assert kind_of_loop(other) is None
-    with pytest.raises(InputError, match=r"is no loop of a log; found 'loop\.csv', allowed time \[s\],reference \[m\]"):
+    with pytest.raises(InputError, match=r"is not a table of the loop of a log; found 'loop\.csv', allowed time \[s\],reference \[m\]"):
         read_loop(other)
 
 
@@ -64,7 +64,7 @@ def test_a_table_of_another_head_is_no_loop():
     ],
 )
 def test_a_loop_has_three_rows_of_finite_numbers_in_each_column(rows):
-    with pytest.raises(InputError, match="needs a finite number in each column, and three rows"):
+    with pytest.raises(InputError, match="needs a finite number in each column and at least three rows"):
         read_loop(content(*rows))
 
 
@@ -75,7 +75,7 @@ def test_a_head_of_known_inputs_asks_for_their_column():
 
 @pytest.mark.parametrize("stamps", [(0.0, 1.0, 2.00001, 3.0), (3.0, 2.0, 1.0, 0.0), (1.0, 1.0, 1.0), (0.0, 0.0, 2.0)])
 def test_samples_of_a_loop_are_even_and_rise(stamps):
-    with pytest.raises(InputError, match="has samples that are not evenly spaced"):
+    with pytest.raises(InputError, match="has unevenly spaced samples"):
         read_loop(times(*stamps))
 
 
@@ -85,7 +85,7 @@ def test_decimals_of_stamps_leave_a_loop_even():
     assert read_loop(times(*late)).sample_time == pytest.approx(1e-6, rel=0.01)
 
 
-def test_a_cell_that_is_no_number_is_told_with_the_file():
+def test_an_invalid_cell_is_refused_with_the_file():
     with pytest.raises(InputError, match="cannot be read"):
         read_loop(content("0,0,0", "1,a,0", "2,0,0"))
 
@@ -110,14 +110,14 @@ def proposed_gains(log, mass=3.0):
     return tuple(float(line.rpartition('such as "')[2].split()[0]) for line in lines if line.startswith(("k_p", "k_v")))
 
 
-def test_a_loop_to_begin_with_is_no_faster_than_twenty_turns_a_second_and_a_tenth_of_the_sampling():
+def test_suggested_gains_are_limited_to_20_hz_and_a_tenth_of_the_sampling():
     fast = 2.0 * np.pi * 20.0  # of a velocity loop; that of the position is four times slower
     assert proposed_gains(log_of(dt=1e-4)) == pytest.approx((0.25 * fast, 3.0 * fast), rel=5e-3)
     assert proposed_gains(log_of(dt=1e-4), mass=6.0)[1] == pytest.approx(6.0 * fast, rel=5e-3)
     assert proposed_gains(log_of(dt=2e-3)) == pytest.approx((0.25 * 50.0, 3.0 * 50.0), rel=5e-3)
 
 
-def test_gains_that_nobody_told_are_to_be_filled_in():
+def test_unknown_gains_must_be_filled_in():
     result, tables = following(log_of())
     assert result.missing == ("controller.k_p", "controller.k_v")
     assert (tables["controller"]["k_p"], tables["controller"]["k_v"]) == ("?", "?")
@@ -136,7 +136,7 @@ def loop_of(injected=None):
     return Variant("loop", plants.inertia(M=3.0), contact, law, sensors.encoder(resolution=0.0), reference, plain, run, injected=injected)
 
 
-def test_a_known_input_of_a_loop_is_replayed_where_there_is_one():
+def test_a_known_input_of_a_loop_is_replayed():
     log, plant = log_of(), plants.inertia(M=3.0)
     options = {"has_axis_file": True, "loop": loop_of()}
     alone = NextExperiment.beside_model(plant, Axis(), log, Path(), **options)
@@ -155,7 +155,7 @@ def test_variants_feed_forward_inertia_and_then_friction():
     assert tables["name"] == "stage, without and with compensation"
 
 
-def test_the_kind_stands_in_the_experiment_where_no_axis_file_tells_it():
+def test_the_experiment_states_the_kind_without_an_axis_file():
     assert following(log_of())[1].keys() >= {"axis"}
     tables = following(log_of(), has_axis_file=False)[1]
     assert tables["kind"] == "translational"

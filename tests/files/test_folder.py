@@ -26,7 +26,7 @@ def opened(tmp_path):
         yield opened
 
 
-def test_what_is_in_a_folder_is_told_in_order(opened):
+def test_the_content_of_a_folder_is_listed_in_order(opened):
     assert opened.names() == ["a", "below", "link", "lost"]
     with opened.below("below") as inside:
         assert inside.names() == ["b"]
@@ -46,7 +46,7 @@ def test_a_file_has_a_size_and_a_checksum(opened):
     assert opened.checksum("a") == hashlib.sha256(b"first" * 100_000).hexdigest()
 
 
-def test_a_file_gets_a_name_that_nothing_has(opened):
+def test_a_file_is_renamed_only_to_an_unused_name(opened):
     opened.rename("a", "c")
     assert opened.names() == ["below", "c", "link", "lost"]
     opened.rename("below/b", "below/d")
@@ -121,7 +121,7 @@ def pair(tmp_path):
     return tmp_path / "old", tmp_path / "new"
 
 
-def test_a_folder_gets_a_name_that_nothing_has(tmp_path):
+def test_a_folder_is_renamed_only_to_an_unused_name(tmp_path):
     old, new = pair(tmp_path)
     with pytest.raises(FileExistsError):
         rename_new(old, new)
@@ -148,7 +148,7 @@ def test_two_folders_exchange_their_names(tmp_path):
 
 @pytest.mark.parametrize(("system", "arguments"), [("renameat2", 5), ("renamex_np", 3)])
 @pytest.mark.parametrize(("code", "outcome"), [(0, True), (errno.EINVAL, False), (errno.ENOSYS, False), (errno.EEXIST, None)])
-def test_a_system_says_whether_names_were_exchanged(monkeypatch, tmp_path, system, arguments, code, outcome):
+def test_the_exchange_of_names_reports_its_success(monkeypatch, tmp_path, system, arguments, code, outcome):
     requested = []
 
     def call(*passed):
@@ -167,7 +167,7 @@ def test_a_system_says_whether_names_were_exchanged(monkeypatch, tmp_path, syste
     assert requested == [(-100, names[0], -100, names[1], 7) if arguments == 5 else (*names, 7)]
 
 
-def test_a_system_that_knows_neither_does_nothing(monkeypatch, tmp_path):
+def test_an_unsupported_exchange_changes_no_names(monkeypatch, tmp_path):
     monkeypatch.setattr(ctypes, "CDLL", lambda name, use_errno: SimpleNamespace())
     assert not folders._rename(tmp_path / "a", tmp_path / "b", 1)
     monkeypatch.setattr(folders.sys, "platform", "win32")
@@ -188,12 +188,12 @@ def test_a_folder_is_wanted_without_links(tmp_path):
 @pytest.mark.parametrize(
     ("path", "words"),
     [
-        ("a\0b", "holds a NUL character"),
+        ("a\0b", "contains a NUL character"),
         ("/", "is the root of a file system"),
-        ("/no/such/place", "the folder that is to hold it does not exist.*Make /no/such first"),
+        ("/no/such/place", "its parent folder does not exist.*Make /no/such first"),
     ],
 )
-def test_what_is_no_place_for_a_folder_is_refused(path, words):
+def test_invalid_places_for_a_folder_are_refused(path, words):
     with pytest.raises(InputError, match=words):
         folder_wanted(path)
 

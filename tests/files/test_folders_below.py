@@ -45,19 +45,19 @@ def test_they_appear_and_are_replaced_whole(out):
 
 
 @pytest.mark.parametrize("name", ["figures/mine.svg", "figures/deep/mine.svg", "drawings/mine.svg"])
-def test_what_a_person_added_is_not_replaced(out, name):
+def test_added_user_files_are_not_replaced(out, name):
     (out / name).parent.mkdir(exist_ok=True)
     (out / name).write_text("mine")
     refused(out, "besides the results: " + name.rpartition("/")[0])
 
 
-def test_what_a_person_changed_is_not_replaced(out):
+def test_changed_files_are_not_replaced(out):
     (out / "figures/a.svg").write_text("redrawn by hand")
-    refused(out, "changed since: figures/a.svg")
+    refused(out, "were changed: figures/a.svg")
 
 
 @pytest.mark.parametrize("what", ["link", "file"])
-def test_what_stands_in_place_of_the_folder_is_a_persons(out, what, tmp_path):
+def test_a_user_file_in_place_of_the_folder_is_kept(out, what, tmp_path):
     (out / "figures").rename(tmp_path / "moved")
     if what == "link":
         (out / "figures").symlink_to(tmp_path / "moved")
@@ -71,9 +71,9 @@ def test_what_stands_in_place_of_the_folder_is_a_persons(out, what, tmp_path):
     assert (out / "figures").exists()
 
 
-def test_what_is_read_there_is_not_replaced(out):
+def test_input_files_are_not_replaced(out):
     reads = [out / "figures" / "a.svg"]
-    with pytest.raises(InputError, match="holds what is read here: figures"), results_folder(out, force=True, reads=reads):
+    with pytest.raises(InputError, match="contains input files of this command: figures"), results_folder(out, force=True, reads=reads):
         pytest.fail("the work must not begin")
 
 
@@ -85,7 +85,7 @@ def fail_in(out, *added):
         raise ZeroDivisionError
 
 
-def test_an_error_leaves_nothing_but_what_a_person_put_there(tmp_path):
+def test_an_error_leaves_only_user_files(tmp_path):
     with pytest.raises(ZeroDivisionError):
         fail_in(tmp_path / "run")
     assert not any(tmp_path.iterdir())
@@ -108,7 +108,7 @@ def test_all_of_them_are_on_the_disk_before_they_appear(tmp_path, monkeypatch):
 
 
 @pytest.mark.skipif(os.unlink not in os.supports_dir_fd, reason="this system cannot hold folders open")
-def test_a_folder_below_is_that_of_the_folder_held_open(out, tmp_path):
+def test_a_subfolder_belongs_to_the_opened_folder(out, tmp_path):
     with Folder(out) as fixed:
         note = note_in(fixed)
         out.rename(tmp_path / "elsewhere")

@@ -21,7 +21,7 @@ def out(tmp_path):
     return tmp_path / "out"
 
 
-def test_files_come_back_as_they_were_written(out):
+def test_files_survive_a_round_trip(out):
     with growing_folder(out, "study") as (grown, damaged):
         assert damaged == []
         assert grown.path == out
@@ -35,7 +35,7 @@ def test_files_come_back_as_they_were_written(out):
         assert not grown.has_held("c.csv", "1,2\n")
 
 
-def test_a_file_that_is_written_again_has_held_both(out):
+def test_a_rewritten_file_records_both_contents(out):
     with growing_folder(out, "study") as (grown, _):
         assert grown.write("a.csv", "5\n") == out / "a.csv"
         assert (out / "a.csv").read_text() == "5\n"
@@ -49,7 +49,7 @@ def test_a_file_that_was_changed_is_neither_read_nor_replaced_nor_removed(out):
         (out / "a.csv").write_text("of a person")
         assert grown.read("a.csv") is None
         assert not grown.is_whole("a.csv")
-        with pytest.raises(InputError, match="was changed since, or was not written here"):
+        with pytest.raises(InputError, match="was changed, or bristle did not write it"):
             grown.write("a.csv", "1,2\n")
         grown.remove("a.csv")
         assert (out / "a.csv").read_text() == "of a person"
@@ -58,20 +58,20 @@ def test_a_file_that_was_changed_is_neither_read_nor_replaced_nor_removed(out):
         assert grown.names == ["a.csv"]
 
 
-def test_a_name_that_leads_elsewhere_is_no_file(out):
+def test_a_path_to_another_place_is_refused(out):
     with growing_folder(out, "study") as (grown, _), pytest.raises(ValueError, match="is not the name of a file"):
         grown.write("../a.csv", "x")
 
 
-def test_damaged_files_are_told_and_kept_aside(out):
+def test_damaged_files_are_reported_and_kept(out):
     (out / "a.csv").write_text("dama")
-    with pytest.raises(InputError, match=r"holds files that were changed since: a\.csv"), growing_folder(out, "study"):
+    with pytest.raises(InputError, match=r"contains files that were changed: a\.csv"), growing_folder(out, "study"):
         pass
     with growing_folder(out, "study", made_anew=lambda name: name == "a.csv") as (grown, damaged):
         assert damaged == ["a.csv"]
         for kept in ("a.csv.damaged", "a.csv.damaged-2"):
             (out / "a.csv").write_text("dama")
-            with pytest.warns(InputWarning, match=rf"a\.csv is damaged: it is made anew, and kept as {kept}$"):
+            with pytest.warns(InputWarning, match=rf"a\.csv is damaged: bristle writes it again and keeps the damaged file as {kept}$"):
                 grown.set_all_aside(["a.csv"])
             assert (out / kept).read_text() == "dama"
         grown.write("a.csv", "1,2\n")
@@ -97,7 +97,7 @@ def test_all_of_a_file_is_on_the_disk_before_its_name_is_there(out, monkeypatch)
     assert (note, folder) == (NOTE, "folder")
 
 
-def test_a_write_that_fails_leaves_nothing_half_written(out, monkeypatch):
+def test_a_failed_write_leaves_no_incomplete_file(out, monkeypatch):
     with growing_folder(out, "study") as (grown, _):
         before = {file.name for file in out.iterdir()}
 
@@ -111,7 +111,7 @@ def test_a_write_that_fails_leaves_nothing_half_written(out, monkeypatch):
         assert {file.name for file in out.iterdir()} == before
 
 
-def test_what_a_process_that_was_killed_left_half_written_is_removed(out):
+def test_incomplete_files_of_killed_processes_are_removed(out):
     *lines, last = (out / NOTE).read_text().splitlines(keepends=True)
     partial = json.loads(lines[-1])["file"]
     assert partial.endswith(".partial")
@@ -128,27 +128,31 @@ def test_what_a_process_that_was_killed_left_half_written_is_removed(out):
 
 
 def test_a_folder_of_another_kind_or_of_a_person_is_refused(out, tmp_path):
-    with pytest.raises(InputError, match="holds something else than a fleet: study"), growing_folder(out, "fleet"):
+    with pytest.raises(InputError, match="is not a folder of a fleet: it contains study"), growing_folder(out, "fleet"):
         pass
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine/notes.txt").write_text("mine")
-    with pytest.raises(InputError, match=r"holds something else than a study: notes\.txt"), growing_folder(tmp_path / "mine", "study"):
+    with pytest.raises(InputError, match=r"is not a folder of a study: it contains notes\.txt"), growing_folder(tmp_path / "mine", "study"):
         pass
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match="is a file, not a folder"), growing_folder(tmp_path / "file", "study"):
         pass
 
 
-def test_what_a_person_put_beside_is_refused_where_it_would_be_used(out):
+def test_user_files_that_would_be_used_are_refused(out):
     (out / "runs/mine.csv").write_text("mine")
-    with pytest.raises(InputError, match=r"holds what was not written here: runs/mine\.csv"), growing_folder(out, "study"):
+    with pytest.raises(InputError, match=r"contains files that bristle did not write: runs/mine\.csv"), growing_folder(out, "study"):
         pass
     with growing_folder(out, "study", used=lambda name: name != "runs/mine.csv") as (_, damaged):
         assert damaged == []
 
 
 def test_a_process_writes_alone(out):
-    with growing_folder(out, "study"), pytest.raises(InputError, match=r"another process.*writes there"), growing_folder(out, "study"):
+    with (
+        growing_folder(out, "study"),
+        pytest.raises(InputError, match=r"another process.*is writing to this folder"),
+        growing_folder(out, "study"),
+    ):
         pass
 
 

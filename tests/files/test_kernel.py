@@ -64,12 +64,12 @@ def test_a_file_names_the_kernel_and_its_offset_is_that_of_the_friction(folder, 
     assert content == friction.find("preisach_contact")(kernel=table, sigma_2=2.0, offset=2.5)
 
 
-def test_an_offset_beside_the_file_takes_its_place(folder, table):
+def test_an_explicit_offset_replaces_the_offset_of_the_file(folder, table):
     content = read('model = "preisach_contact"\noffset = "0 N"\nkernel = "found/model.toml"', folder)
     assert content == friction.find("preisach_contact")(kernel=table)
 
 
-def test_the_kernel_may_stand_in_a_table(folder):
+def test_the_kernel_may_be_a_table(folder):
     text = 'model = "preisach_lugre"\nF_C = "3 N"\nF_S = "4 N"\nv_S = "1 mm/s"\n[kernel]\n'
     content = read(text + 'model = "prandtl_ishlinskii"\nthresholds = ["1 um", "5 um"]\nweights = [4e6, 1e6]', folder)
     stops = hysteresis.prandtl_ishlinskii(thresholds=[1e-6, 5e-6], weights=[4e6, 1e6])
@@ -86,7 +86,7 @@ def test_a_file_of_an_operator_is_friction_and_a_compensator(folder, table):
     assert [origin.name for origin in experiment.origins["model"]] == ["model.toml"]
 
 
-def test_what_is_read_for_a_kernel_is_told(folder, table):
+def test_the_file_of_a_kernel_is_an_origin(folder, table):
     text = EXPERIMENT.replace("FRICTION", 'model = "preisach_contact", kernel = "bare.toml"')
     (folder / "run.toml").write_text(text)
     experiment = read_experiment(folder / "run.toml")
@@ -124,12 +124,12 @@ def test_the_plane_of_a_hundred_branches_is_written_in_no_time(tmp_path):
         ('model = "preisach_contact"\nkernel = { file = 3 }', "friction.kernel.file: must be the name of a file"),
         ('model = "preisach_contact"\nkernel = { model = "play", r = 1 }', "friction.kernel: gives no force"),
         ('model = "preisach_contact"\nkernel = { thresholds = [1] }', "friction.kernel: names no model"),
-        ('model = "preisach_contact"\nkernel = "magic"\ns = 1\nf_p = 1', "friction.kernel: is none of the choices"),
+        ('model = "preisach_contact"\nkernel = "magic"\ns = 1\nf_p = 1', "friction.kernel: is not a valid choice"),
         ('model = "preisach_contact"\nkernel = "bare.toml"\ns = 1', "friction.s: preisach_contact+reversal"),
         ('model = "lugre"\nkernel = "bare.toml"', "friction.kernel: unknown key"),
     ],
 )
-def test_what_does_not_fit_is_refused_with_its_key(folder, text, said):
+def test_invalid_kernels_are_refused_with_their_key(folder, text, said):
     with pytest.raises(InputError) as caught:
         read(text, folder)
     assert said in str(caught.value)

@@ -33,7 +33,7 @@ def log_file(tmp_path):
 
 
 @pytest.mark.parametrize("values", [str, lambda path: path, read_axis], ids=["text", "path", "axis"])
-def test_an_axis_is_given_as_a_file_or_as_it_is(tmp_path, log_file, values):
+def test_an_axis_is_a_file_or_an_object(tmp_path, log_file, values):
     (tmp_path / "axis.toml").write_text(AXIS)
     log = read_log(log_file, values(tmp_path / "axis.toml"))
     assert log.kind == "rotational"
@@ -49,7 +49,7 @@ def test_a_bad_axis_file_is_named_before_the_log_is_read(tmp_path):
         read_log(tmp_path / "no_such_log.csv", tmp_path / "axis.toml")
 
 
-def test_without_an_axis_unusual_names_ask_for_one(log_file):
+def test_unusual_column_names_require_an_axis(log_file):
     log_file.write_text(log_file.read_text().replace("t,q,i", "a,b,c"))
     with pytest.raises(InputError, match="Give an axis file"):
         read_log(log_file)

@@ -53,7 +53,7 @@ def table(**entries):
     ],
     ids=["%", "‰", "V", "A", "N*m", "rev", "count", "side", "kind", "load"],
 )
-def test_what_a_message_says_to_write_is_accepted(data):
+def test_remedies_in_messages_are_accepted(data):
     text = [refusal(data)]
     for _ in range(MOST):
         data = typed(data, text[-1])
@@ -73,9 +73,9 @@ def refusal(data):
     return None
 
 
-def test_what_is_to_be_filled_in_is_named_until_it_is():
+def test_missing_values_are_named_until_filled_in():
     data = table(columns__position={"column": "q", "unit": "?"}, columns__effort={"column": "u", "unit": "‰"}, effort={"rated": "?"})
-    with pytest.raises(InputError, match=r"columns\.position\.unit: is still to be filled in.*So are effort\.rated"):
+    with pytest.raises(InputError, match=r"columns\.position\.unit: is not filled in.*Also fill in effort\.rated"):
         axis_from(data)
 
 
@@ -94,11 +94,11 @@ def test_a_share_of_the_rated_effort_may_be_that_of_a_gain():
 
 
 @pytest.mark.parametrize(("unit", "kind"), [("mm", "translational"), ("deg", "rotational")])
-def test_the_unit_of_the_position_says_which_kind_it_is(unit, kind):
+def test_the_unit_of_the_position_decides_the_kind(unit, kind):
     assert axis_from(table(kind=None, columns__position={"column": "q", "unit": unit})).kind == kind
 
 
-def test_one_constant_is_of_a_force_or_of_a_torque():
+def test_a_constant_is_a_force_or_a_torque():
     effort = {"column": "u", "unit": "A"}
     straight = axis_from(table(columns__effort=effort, effort={"constant": "61.2 N/A"}))
     turning = axis_from(table(kind="rotational", columns__position="q", columns__effort=effort, effort={"constant": "0.12 N*m/A"}))

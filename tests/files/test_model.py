@@ -24,7 +24,7 @@ positive = st.floats(min_value=1e-11, max_value=1e15)
 
 
 @given(M=positive, F_C=positive, F_v=st.floats(min_value=0.0, max_value=1e100), offset=st.floats(-1e9, 1e9))
-def test_numbers_come_back_to_the_bit(tmp_path_factory, M, F_C, F_v, offset):
+def test_numbers_survive_a_round_trip_exactly(tmp_path_factory, M, F_C, F_v, offset):
     path = tmp_path_factory.getbasetemp() / "model.toml"
     plant = plants.inertia(M=M)
     model = find("coulomb_viscous")(F_C=F_C, F_v=F_v, offset=offset)
@@ -37,7 +37,7 @@ def test_numbers_come_back_to_the_bit(tmp_path_factory, M, F_C, F_v, offset):
 @pytest.mark.parametrize("kind", ["translational", "rotational"])
 @pytest.mark.parametrize("slot", ["", "+asymmetry"])
 @pytest.mark.parametrize("name", MODELS)
-def test_every_model_of_either_kind_comes_back(tmp_path, name, slot, kind):
+def test_every_model_of_both_kinds_survives_a_round_trip(tmp_path, name, slot, kind):
     values = example_of(find(name + slot)).values
     model = find(name + slot)(kind=kind, **values)
     write_model(tmp_path / "model.toml", None, model)
@@ -76,7 +76,7 @@ def test_units_meanings_and_uncertainty_are_written_for_people(tmp_path):
     assert info["uncertainty"]["offset"] == {"status": "held"}
 
 
-def test_the_treatment_of_the_identification_comes_back(tmp_path):
+def test_the_treatment_survives_a_round_trip(tmp_path):
     path = tmp_path / "model.toml"
     treatment = {"cutoff": 37.5, "decimation": 4.0, "rows": 900.0, "velocity_max": 0.3, "lag": 2.8e-4}
     write_model(path, None, find("coulomb")(F_C=8.0), treatment=treatment)
@@ -118,7 +118,7 @@ def test_a_users_own_model_travels_with_its_file(tmp_path, own_model):
     assert result.values == {"F_0_pos": 3.0, "F_0_neg": 4.0, "lambda_": 0.5, "offset": 0.0}
 
 
-def test_a_users_own_model_is_never_taken_for_one_of_the_same_name(tmp_path, own_model):
+def test_a_user_model_is_not_confused_with_a_model_of_the_same_name(tmp_path, own_model):
     own_model.write_text(own_model.read_text().replace('name="own"', 'name="coulomb"'))
     model = friction.with_slots(load_code(own_model), [])(F_0=3.0)
     path = tmp_path / "model.toml"
@@ -159,7 +159,7 @@ HEAD = 'schema = 1\n[friction]\nmodel = "coulomb"\n'
         ("schema = 1\n[friction]\nmodel = ['coulomb']\n", ("friction.model",)),
     ],
 )
-def test_what_is_wrong_is_named(tmp_path, own_model, text, words):
+def test_errors_are_named(tmp_path, own_model, text, words):
     path = tmp_path / "model.toml"
     path.write_text(text)
     with pytest.raises(InputError) as caught:
@@ -170,7 +170,7 @@ def test_what_is_wrong_is_named(tmp_path, own_model, text, words):
 
 
 @pytest.mark.parametrize("name", ["preisach_lugre", "leuven+asymmetry", "gms", "elastoplastic"])
-def test_models_with_memory_come_back_from_a_file_to_the_bit(name, tmp_path):
+def test_models_with_memory_survive_a_round_trip_exactly(name, tmp_path):
     friction_model = example_of(find(name))
     path = tmp_path / "model.toml"
     write_model(path, None, friction_model)
@@ -179,7 +179,7 @@ def test_models_with_memory_come_back_from_a_file_to_the_bit(name, tmp_path):
     assert pack(result.parameters).tobytes() == pack(friction_model.parameters).tobytes()
 
 
-def test_a_choice_is_written_by_name_and_a_wrong_one_refused_with_its_place(tmp_path):
+def test_a_choice_is_written_by_name_and_an_invalid_choice_is_refused(tmp_path):
     path = tmp_path / "model.toml"
     write_model(path, None, example_of(find("preisach_lugre")))
     text = path.read_text()
@@ -190,14 +190,14 @@ def test_a_choice_is_written_by_name_and_a_wrong_one_refused_with_its_place(tmp_
 
 
 @pytest.mark.parametrize(("bad", "plant", "model"), [("plant", 5, friction.coulomb(F_C=1.0)), ("friction", None, friction.coulomb)])
-def test_what_is_no_model_is_refused_by_name_before_anything_is_written(bad, plant, model, tmp_path):
+def test_invalid_models_are_refused_before_writing(bad, plant, model, tmp_path):
     with pytest.raises(InputError, match=rf"^{bad}: must be a model with parameters"):
         write_model(tmp_path / "model.toml", plant, model)
     assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("value", [None, datetime.date(2026, 1, 1), Path("log.csv"), ["a", None]])
-def test_what_toml_does_not_hold_is_refused_with_its_key_and_the_file_stays_as_it_was(value, tmp_path):
+def test_values_beyond_toml_are_refused_and_the_file_is_unchanged(value, tmp_path):
     path, plant, model = tmp_path / "model.toml", plants.inertia(M=1.0), friction.coulomb(F_C=1.0)
     write_model(path, plant, model)
     before = path.read_bytes()

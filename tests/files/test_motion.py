@@ -35,7 +35,7 @@ AXES = {
 
 
 @pytest.mark.parametrize("name", AXES)
-def test_a_motion_comes_back_as_it_was_written(name, tmp_path):
+def test_a_motion_survives_a_round_trip(name, tmp_path):
     axis = axis_from({"schema": 1, "kind": "translational", **AXES[name]})
     write_motion(tmp_path / "motion.csv", axis, SIGNALS)
     head = (tmp_path / "motion.csv").read_text().splitlines()[0].split(",")
@@ -52,7 +52,7 @@ def test_a_motion_comes_back_as_it_was_written(name, tmp_path):
         assert log.velocity.values == pytest.approx(SIGNALS["velocity"], abs=1e-9)
 
 
-def test_heads_say_name_and_unit():
+def test_headers_have_name_and_unit():
     heads = {
         name: head for name, (head, _) in motion_columns(axis_from({"schema": 1, "kind": "translational", **AXES["millimetres"]})).items()
     }

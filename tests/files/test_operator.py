@@ -12,7 +12,7 @@ WRITTEN = [name for name in hysteresis.OPERATORS if name not in ("stop", "play")
 
 @pytest.mark.parametrize("name", WRITTEN)
 @pytest.mark.parametrize("kind", ["translational", "rotational", "magnetic", "piezo"])
-def test_numbers_come_back_to_the_bit(tmp_path, name, kind):
+def test_numbers_survive_a_round_trip_exactly(tmp_path, name, kind):
     component = hysteresis.OPERATORS[name]
     operator = component(kind=kind, **component.example)
     write_operator(tmp_path / "model.toml", operator, 1.0 / 3.0, provenance={"command": 'a "quoted" one'})
@@ -44,7 +44,7 @@ def test_a_table_of_many_numbers_is_written_and_read(tmp_path):
         ("thresholds = [1e-06, ", "thresholds = [", "of the same length"),
     ],
 )
-def test_what_does_not_fit_is_refused(tmp_path, was, now, said):
+def test_invalid_operator_files_are_refused(tmp_path, was, now, said):
     component = hysteresis.prandtl_ishlinskii
     write_operator(tmp_path / "model.toml", component(**component.example))
     text = (tmp_path / "model.toml").read_text()

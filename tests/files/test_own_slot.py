@@ -44,13 +44,13 @@ def edited(*changes):
     return load_slot_file("edited.py")
 
 
-def test_a_saved_model_is_the_same_one_wherever_it_is_read(oiled, bench):
+def test_a_saved_model_is_read_back_equal(oiled, bench):
     values = {"F_C_pos": 9.0, "F_C_neg": 8.0, "F_v_pos": 30.0, "F_v_neg": 31.0, "a": 2e-6}
     model = with_slots(coulomb_viscous, ["temperature", oiled, "asymmetry"])(**values, k_T=-0.01)
     assert model.name == "coulomb_viscous+temperature+oiled+asymmetry"
     (bench / "elsewhere").mkdir()
     write_model(bench / "elsewhere" / "model.toml", None, model)
-    with pytest.raises(InputError, match=r"friction\.model: names code, which is not run unasked: oiled\.py"):
+    with pytest.raises(InputError, match=r"friction\.model: names code that needs permission to run: oiled\.py"):
         read_model(bench / "elsewhere" / "model.toml")
     with pytest.warns(InputWarning, match=r"oiled\.py .* is run"):
         again = read_model(bench / "elsewhere" / "model.toml", allow_code=True).friction
@@ -62,7 +62,7 @@ def test_a_saved_model_is_the_same_one_wherever_it_is_read(oiled, bench):
     assert other != other.with_values(a=2e-6)
 
 
-def test_a_model_and_a_slot_of_ones_own_go_together(oiled, bench):
+def test_a_user_model_works_with_a_user_slot(oiled, bench):
     custom = Path(__file__).parents[2] / "examples" / "quadratic_drag.py"
     model = with_slots(br.load_code(custom), [oiled])(F_C=20.0, F_q=125.0, a=1e-6)
     write_model(bench / "both.toml", None, model)
@@ -85,7 +85,7 @@ def test_in_a_loop_the_channel_has_its_usual_value(bench):
     less = float(np.exp(-3e-6 * 1e5))
     custom = {"model": "coulomb_viscous+oiled.py", "F_C": 8.0, "F_v": 40.0, "a": 3e-6, "b_0": 1e5}
     Path("own.toml").write_text(tomlkit.dumps(tables | {"friction": custom}))
-    with pytest.raises(InputError, match=r"oiled\.py .*not run unasked|names code, which is not run unasked: oiled"):
+    with pytest.raises(InputError, match=r"oiled\.py .*needs permission to run|names code that needs permission to run: oiled"):
         read_experiment("own.toml")
     with pytest.warns(InputWarning, match=r"oiled\.py .* is run"):
         experiment = read_experiment("own.toml", allow_code=True)
@@ -121,7 +121,7 @@ def test_it_may_raise_the_level_alone(bench):
     assert force_along(model, V, DT, pressure=PRESSURE) == pytest.approx(expected)
 
 
-def test_it_may_depend_on_a_channel_of_bristle_and_beside_another_one(oiled):
+def test_a_user_slot_may_share_a_channel_of_bristle(oiled):
     warm = edited(
         (CHANNEL, '"temperature"'),
         ('"oiled"', '"warm"'),
@@ -144,9 +144,9 @@ def test_it_may_depend_on_a_channel_of_bristle_and_beside_another_one(oiled):
     assert text == pytest.approx(np.exp(-3.0 * (x - 0.5 * DT * V)) * plain)
 
 
-def test_two_slots_do_not_take_one_name_for_two_things(oiled):
+def test_two_slots_must_agree_on_a_channel(oiled):
     other = edited(("2e5)", "1e5)"), ('"oiled"', '"another"'), ("    a:", "    c:"), ("p.a ", "p.c "), ("b_0", "b_1"), ('{"a"', '{"c"'))
-    with pytest.raises(InputError, match=r"channel pressure: is described by two slots, and not alike"):
+    with pytest.raises(InputError, match=r"channel pressure: has different descriptions in two slots"):
         with_slots(lugre, [oiled, other])
     clash = edited(("b_0", "F_C"))
     with pytest.raises(InputError, match=r"F_C.*Give the parameter of the slot another name"):
@@ -160,33 +160,33 @@ def test_two_slots_do_not_take_one_name_for_two_things(oiled):
     [
         ("SLOT = Slot(", "SLUT = Slot(", r"defines no slot\. End the file with SLOT = Slot\(name=\.\.\., description"),
         ("SLOT = Slot(", "SLOT = dict(", r"SLOT is not a Slot; found 'dict'"),
-        ('name="oiled"', 'name="load"', r"a name that cannot be asked for; found 'load'"),
-        ('name="oiled"', 'name="a+b"', r"a name that cannot be asked for; found 'a\+b'"),
+        ('name="oiled"', 'name="load"', r"an invalid name for its slot; found 'load'"),
+        ('name="oiled"', 'name="a+b"', r"an invalid name for its slot; found 'a\+b'"),
         ("@kernel\n", "", r"factor: is not a kernel\. Decorate it with @kernel"),
         ("factor(pressure, p)", "factor(pressure)", r"factor: takes 1 arguments; allowed factor\(channel, p\)"),
-        ('excitation="channel"', 'excitation="speed"', r"excitation of a: is not what a slot .* allowed \"channel\""),
-        (', excitation="channel"', "", r"has no parameter that a log could tell\. Write Variable\(.*\"channel\""),
+        ('excitation="channel"', 'excitation="speed"', r"excitation of a: is not an excitation for a slot; .* allowed \"channel\""),
+        (', excitation="channel"', "", r"has no parameter to identify from a log\. Write Variable\(.*\"channel\""),
         ('"force/length^2", "pressure of', '"presure", "pressure of', r"presure"),
-        ('Surrounding("pressure"', 'Surrounding("effort"', r"is the name of a channel of bristle"),
-        ('Surrounding("pressure"', 'Surrounding("my pressure"', r"is no name of a channel"),
+        ('Surrounding("pressure"', 'Surrounding("effort"', r"is already the name of a channel of bristle"),
+        ('Surrounding("pressure"', 'Surrounding("my pressure"', r"is not a valid name of a channel"),
         ("usual=2e5", "usual=-1.0", r"usual value of pressure: out of range"),
-        (CHANNEL, '"humidity"', r"is no channel of a log; found 'humidity'"),
-        ("example=", 'of="all", example=', r"of, of oiled: is none of the choices; found 'all'"),
+        (CHANNEL, '"humidity"', r"is not a channel of a log; found 'humidity'"),
+        ("example=", 'of="all", example=', r"of, of oiled: is not a valid choice; found 'all'"),
     ],
 )
-def test_a_wrong_file_is_refused_with_what_to_change(bench, old, new, said):
+def test_an_invalid_file_is_refused_with_a_remedy(bench, old, new, said):
     with pytest.raises(InputError, match=rf"edited\.py.*{said}"):
         edited((old, new))
 
 
 def test_every_parameter_has_a_default(bench):
-    with pytest.raises(InputError, match=r"edited\.py: Parameters\.a: has no default\. Give each parameter the default"):
+    with pytest.raises(InputError, match=r"edited\.py: Parameters\.a: has no default\. Give each parameter a default"):
         edited(("] = 2e5", "]"), ("] = 0.0", "]"))
 
 
-def test_a_model_is_told_from_a_slot(bench):
+def test_a_model_is_distinguished_from_a_slot(bench):
     custom = Path(__file__).parents[2] / "examples" / "quadratic_drag.py"
-    with pytest.raises(InputError, match=r"defines a friction model: write quadratic_drag\.py in front"):
+    with pytest.raises(InputError, match=r"defines a friction model: write quadratic_drag\.py as the first name"):
         load_slot_file(custom)
     with pytest.raises(InputError, match=r"oiled\.py: defines no friction model"):
         br.load_code("oiled.py")
@@ -209,14 +209,14 @@ def test_a_further_channel_comes_in_si(bench):
 @pytest.mark.parametrize(
     ("line", "said"),
     [
-        ('pressure = "oil"', r'A further channel.* has its unit: pressure = \{ column = "oil", unit = "%" \}'),
+        ('pressure = "oil"', r'A further channel.* needs a unit: pressure = \{ column = "oil", unit = "%" \}'),
         ('velocty = { column = "oil", unit = "m/s" }', r"columns\.velocty: unknown key.*Did you mean 'velocity'"),
         ('pressure = { column = "oil", unit = "barr" }', r"columns\.pressure\.unit: is not a unit"),
-        ('pressure = { column = "oil", unit = "degF" }', r"has a zero of its own"),
+        ('pressure = { column = "oil", unit = "degF" }', r"has another zero than its SI unit"),
         ('pressure = { column = "oil", unit = "bar", side = 3 }', r"columns\.pressure\.side"),
     ],
 )
-def test_a_channel_that_cannot_be_one_is_refused(bench, line, said):
+def test_invalid_channels_are_refused(bench, line, said):
     text = "\n".join(line if row.startswith("pressure") else row for row in AXIS.splitlines())
     with pytest.raises(InputError, match=said):
         read_axis(text.encode())
@@ -229,7 +229,7 @@ def test_a_channel_that_cannot_be_one_is_refused(bench, line, said):
         ("-", r"columns\.pressure: has a median out of range.*found -2.*allowed >= 0 N/m\^2.*Check its unit"),
     ],
 )
-def test_what_is_no_pressure_is_not_taken_for_one(bench, oiled, unit, said):
+def test_a_channel_with_a_wrong_unit_or_a_sign_is_refused(bench, oiled, unit, said):
     new = 'unit = "bar", sign = -1' if unit == "-" else f'unit = "{unit}"'
     axis = read_axis(AXIS.replace('unit = "bar"', new).encode())
     with pytest.raises(InputError, match=said):

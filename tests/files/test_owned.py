@@ -27,14 +27,14 @@ def exchanged(tmp_path):
         yield fixed, tmp_path
 
 
-def test_what_is_removed_is_removed_from_the_folder_that_was_opened(exchanged):
+def test_removal_acts_on_the_opened_folder(exchanged):
     fixed, place = exchanged
     fixed.remove("a.txt")
     assert (place / "results" / "a.txt").read_text() == "years of work"
     assert not (place / "elsewhere" / "a.txt").exists()
 
 
-def test_what_is_read_and_listed_is_of_the_folder_that_was_opened(exchanged):
+def test_reading_and_listing_act_on_the_opened_folder(exchanged):
     fixed, place = exchanged
     (place / "results" / "b.txt").write_text("another")
     assert fixed.names() == ["a.txt"]
@@ -56,7 +56,7 @@ def test_a_link_is_neither_a_file_nor_opened_nor_a_folder(tmp_path):
         pass
 
 
-def test_without_a_note_nothing_is_bristles_own(tmp_path):
+def test_without_a_note_all_files_belong_to_the_user(tmp_path):
     (tmp_path / "thesis").mkdir()
     assert remove_own(tmp_path / "thesis", half_written=True) is False
     assert (tmp_path / "thesis").is_dir()
@@ -72,7 +72,7 @@ def note_of(folder, head, *lines):
 
 
 @pytest.mark.parametrize("key", HEAD)
-def test_a_note_that_lacks_what_bristle_writes_is_none(tmp_path, key):
+def test_an_incomplete_note_is_invalid(tmp_path, key):
     assert note_of(tmp_path, HEAD) is not None
     assert note_of(tmp_path, {name: value for name, value in HEAD.items() if name != key}) is None
     if key != "bristle":
@@ -81,13 +81,13 @@ def test_a_note_that_lacks_what_bristle_writes_is_none(tmp_path, key):
 
 
 @pytest.mark.parametrize("line", [{"file": 1}, {"file": "a", "sha256": 1}, {"file": "../a"}, {"file": NOTE}, {"sha256": ""}])
-def test_a_note_with_a_line_that_bristle_does_not_write_is_none(tmp_path, line):
+def test_a_note_with_a_foreign_line_is_invalid(tmp_path, line):
     assert note_of(tmp_path, HEAD, {"file": "a", "sha256": "00"}) is not None
     assert note_of(tmp_path, HEAD, {"file": "a"}, line) is None
 
 
 @pytest.mark.parametrize("is_held", [False, True])
-def test_windows_locks_one_byte_far_behind_the_note_and_reads_on_where_it_was(tmp_path, monkeypatch, is_held):
+def test_windows_locks_a_byte_after_the_note_and_keeps_the_position(tmp_path, monkeypatch, is_held):
     requested = []
 
     def locking(opened, mode, count):

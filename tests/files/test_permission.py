@@ -36,7 +36,7 @@ def named(folder: Path, file: str) -> Path:
     return path
 
 
-def test_code_does_not_run_unasked_and_is_told_by_name_and_hash(tmp_path, treacherous):
+def test_code_needs_permission_and_is_identified_by_name_and_hash(tmp_path, treacherous):
     checksum = hashlib.sha256(treacherous.read_bytes()).hexdigest()
     with pytest.raises(InputError, match=rf"own\.py \(SHA-256 {checksum}\).*--allow-code.*bristle check"):
         read_model(named(tmp_path, "own.py"))
@@ -47,16 +47,16 @@ def test_code_does_not_run_unasked_and_is_told_by_name_and_hash(tmp_path, treach
     assert not is_allowed(checksum)  # asked for once is allowed once
 
 
-def test_what_was_allowed_is_that_very_content_for_this_person_only(tmp_path, treacherous, monkeypatch):
+def test_a_permission_is_for_this_content_and_this_user_only(tmp_path, treacherous, monkeypatch):
     allow(content_of(treacherous))
     with pytest.warns(InputWarning, match="is run"):
         read_model(named(tmp_path, "own.py"))
     treacherous.write_text(treacherous.read_text() + "# one more letter\n")
-    with pytest.raises(InputError, match="not run unasked"):
+    with pytest.raises(InputError, match="needs permission to run"):
         read_model(named(tmp_path, "own.py"))
     allow(content_of(treacherous))
     monkeypatch.setenv("BRISTLE_STATE_DIR", str(tmp_path / "another person"))
-    with pytest.raises(InputError, match="not run unasked"):
+    with pytest.raises(InputError, match="needs permission to run"):
         read_model(named(tmp_path, "own.py"))
 
 
@@ -88,12 +88,12 @@ def test_code_elsewhere_is_not_run_even_where_it_is_allowed(tmp_path, treacherou
     folder = tmp_path / "mailed"
     (folder / "x").mkdir(parents=True)
     allow(content_of(treacherous))
-    with pytest.raises(InputError, match="names code elsewhere"):
+    with pytest.raises(InputError, match="names code in another folder"):
         read_model(named(folder, name(folder, treacherous)), allow_code=True)
     assert not (tmp_path / "ran").exists()
 
 
-def test_code_below_is_beside(tmp_path, treacherous):
+def test_code_in_a_subfolder_may_run(tmp_path, treacherous):
     (tmp_path / "models").mkdir()
     treacherous.rename(tmp_path / "models" / "own.py")
     with pytest.warns(InputWarning, match="is run"):
@@ -101,7 +101,7 @@ def test_code_below_is_beside(tmp_path, treacherous):
 
 
 @pytest.mark.parametrize("file", ["gone.py", "folder.py", "a\0.py", "x" * 300 + ".py", "loop.py", "pipe.py"])
-def test_what_is_no_code_is_told(tmp_path, file):
+def test_files_without_usable_code_are_refused(tmp_path, file):
     (tmp_path / "folder.py").mkdir()
     (tmp_path / "loop.py").symlink_to("loop.py")
     if hasattr(os, "mkfifo"):
@@ -128,7 +128,7 @@ def test_only_true_allows(tmp_path, treacherous, values):
         read_model(tmp_path / "model.toml", allow_code=values)
 
 
-def test_code_in_another_encoding_than_it_says_is_refused_and_in_its_own_is_run(tmp_path):
+def test_code_must_have_its_declared_encoding(tmp_path):
     path = tmp_path / "own.py"
     path.write_bytes("# von Müller\n".encode("latin-1"))
     with pytest.raises(InputError, match=r"own\.py: is not valid Python \(invalid or missing encoding"):
@@ -142,7 +142,7 @@ def test_code_in_another_encoding_than_it_says_is_refused_and_in_its_own_is_run(
 
 
 @pytest.mark.parametrize("stream", ["stdout", "stderr"])
-def test_a_stream_that_code_closes_stays_open_and_takes_what_it_says(tmp_path, capsys, stream):
+def test_a_stream_that_code_closes_stays_usable(tmp_path, capsys, stream):
     path = tmp_path / "own.py"
     path.write_text(f"import sys\nprint('said', file=sys.{stream})\nsys.{stream}.close()\n")
     with pytest.raises(InputError, match="defines no friction model"):
@@ -152,7 +152,7 @@ def test_a_stream_that_code_closes_stays_open_and_takes_what_it_says(tmp_path, c
     assert capsys.readouterr() == ("out", "said\nerr")
 
 
-def test_how_deep_calls_may_go_is_no_business_of_a_model(tmp_path):
+def test_user_code_cannot_change_the_recursion_limit(tmp_path):
     before, path = sys.getrecursionlimit(), tmp_path / "own.py"
     path.write_text("import sys\nsys.setrecursionlimit(150)\n")
     with pytest.raises(InputError, match="defines no friction model"):
@@ -160,17 +160,17 @@ def test_how_deep_calls_may_go_is_no_business_of_a_model(tmp_path):
     assert sys.getrecursionlimit() == before
 
 
-def test_a_name_that_is_no_text_is_refused(tmp_path):
+def test_a_name_must_be_text(tmp_path):
     path = tmp_path / "own.py"
     path.write_text("from bristle.friction.dahl import MODEL as dahl\nfrom dataclasses import replace\nMODEL = replace(dahl, name=5)\n")
-    with pytest.raises(InputError, match="a name that cannot be asked for; found 5"):
+    with pytest.raises(InputError, match="an invalid name for its model; found 5"):
         load_code(path)
 
 
 @pytest.mark.parametrize(
     ("name", "found", "mend"),
     [
-        ("own.toml", ".toml", r'A model file is read by bristle\.read_model\("own\.toml"\)'),
+        ("own.toml", ".toml", r'Read a model file with bristle\.read_model\("own\.toml"\)'),
         ("own.txt", ".txt", r"rename it to own\.py"),
         ("own.PY", ".PY", r"rename it to own\.py"),
         ("own.py.bak", ".bak", r"rename it to own\.py"),
@@ -179,9 +179,9 @@ def test_a_name_that_is_no_text_is_refused(tmp_path):
     ],
 )
 @pytest.mark.parametrize("load", [load_code, load_slot_file, load_checked, load_reader_file, load_target_file])
-def test_what_is_not_called_py_is_refused_and_not_run(treacherous, load, name, found, mend):
+def test_only_files_with_the_ending_py_are_run(treacherous, load, name, found, mend):
     path = treacherous.rename(treacherous.with_name(name))
-    text = rf"{name}: is not a Python file and is not run; found '{found}', allowed a name that ends with \.py\. "
+    text = rf"{name}: is not a Python file, so bristle does not run it; found '{found}', allowed a name that ends with \.py\. "
     for values in (path, content_of(path)):
         with pytest.raises(InputError, match=f"{text}.*{mend}$"):
             load(values)
@@ -195,7 +195,7 @@ def test_code_without_a_name_is_run(own_model):
 
 
 @pytest.mark.parametrize("module", [bristle, bristle.files])
-def test_the_former_name_loads_the_same_model_and_says_what_to_write(own_model, module):
+def test_the_former_name_still_works_and_warns(own_model, module):
     with pytest.warns(DeprecationWarning, match="write load_code") as message:
         model = module.load_model_file(own_model)
     assert [Path(item.filename) for item in message] == [Path(__file__)]
@@ -204,15 +204,15 @@ def test_the_former_name_loads_the_same_model_and_says_what_to_write(own_model, 
     assert "load_model_file" not in bristle.__all__
 
 
-def test_where_nothing_can_be_remembered_it_is_told(tmp_path, treacherous, monkeypatch):
+def test_a_permission_that_cannot_be_saved_gives_a_warning(tmp_path, treacherous, monkeypatch):
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("BRISTLE_STATE_DIR", str(tmp_path / "file"))
     assert not is_allowed(content_of(treacherous).checksum)
-    with pytest.warns(InputWarning, match="cannot be remembered"):
+    with pytest.warns(InputWarning, match="cannot save the permission"):
         allow(content_of(treacherous))
 
 
-def test_half_a_record_on_a_full_disk_allows_nothing(treacherous, monkeypatch):
+def test_an_incomplete_record_on_a_full_disk_gives_no_permission(treacherous, monkeypatch):
     def full(path, text, **options):
         path.write_bytes(text.encode()[:3])
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
@@ -224,7 +224,7 @@ def test_half_a_record_on_a_full_disk_allows_nothing(treacherous, monkeypatch):
 
 
 @pytest.mark.skipif(os.name != "posix", reason="modes of POSIX")
-def test_nobody_else_looks_into_what_is_remembered():
+def test_permissions_are_private():
     assert state_folder("allowed-code").stat().st_mode & 0o077 == 0
 
 
@@ -253,7 +253,7 @@ RAISED = [
 
 
 @pytest.mark.parametrize("code", RAISED, ids=range(len(RAISED)))
-def test_code_may_raise_anything_and_is_one_message(tmp_path, code):
+def test_any_exception_of_code_becomes_a_single_message(tmp_path, code):
     path = tmp_path / "own.py"
     path.write_text(code)
     with pytest.raises(InputError) as caught:

@@ -25,7 +25,7 @@ POSITION, VELOCITY = 20.0 * np.sin(TURN), 40.0 * math.pi * np.cos(TURN)
 FRICTION = 3.0 * np.tanh(VELOCITY) - 5.0 * np.sin(TURN)
 
 
-def test_a_log_whose_units_are_told_leaves_nothing_open(tmp_path):
+def test_a_log_with_units_gives_a_complete_proposal(tmp_path):
     item = propose_axis(written(tmp_path, "time [s],position [mm],force [N]", T, POSITION, FRICTION))
     assert item.missing == ()
     assert item.axis.kind == "translational"
@@ -41,19 +41,19 @@ def test_a_log_whose_units_are_told_leaves_nothing_open(tmp_path):
 
 def test_the_steps_of_a_position_are_shown(tmp_path):
     item = propose_axis(written(tmp_path, "time [s],position [mm],force [N]", T, 0.05 * np.round(POSITION / 0.05), FRICTION))
-    assert '\n\n# [encoder]\n# resolution = "0.05 mm"  # the position moves in such steps' in item.text
+    assert '\n\n# [encoder]\n# resolution = "0.05 mm"  # smallest step of the position' in item.text
 
 
-def test_what_is_not_known_is_to_be_filled_in(tmp_path):
+def test_unknown_values_must_be_filled_in(tmp_path):
     item = propose_axis(written(tmp_path, "time,position,current [A]", T, POSITION, FRICTION))
     assert "columns.position.unit" in item.missing
-    assert f"# Fill in the question marks ({', '.join(item.missing)}), then look at the log with it." in item.text
+    assert f"# Fill in the question marks ({', '.join(item.missing)}), then inspect the log with this file." in item.text
     assert '# kind = "translational" or "rotational": the unit of the position decides' in item.text
     assert "[encoder]" not in item.text
     assert "effort.constant" in item.missing
-    assert 'constant = "?"  # force or torque for one A, such as "61.2 N/A"' in item.text
+    assert 'constant = "?"  # force or torque per A, such as "61.2 N/A"' in item.text
     for key in item.missing:
-        assert f"{key} is not known: it is taken as 1 in SI" in item.notes
+        assert f"{key} is unknown: bristle uses 1 in SI units" in item.notes
 
 
 def test_without_a_position_the_unit_of_the_velocity_decides(tmp_path):
@@ -64,7 +64,7 @@ def test_without_a_position_the_unit_of_the_velocity_decides(tmp_path):
 def test_a_torque_of_an_axis_that_turns_asks_for_a_constant_of_torque(tmp_path):
     item = propose_axis(written(tmp_path, "time [s],position [deg],current [A]", T, POSITION, FRICTION))
     assert item.axis.kind == "rotational"
-    assert 'constant = "?"  # torque for one A, such as "0.12 N*m/A"' in item.text
+    assert 'constant = "?"  # torque per A, such as "0.12 N*m/A"' in item.text
 
 
 @pytest.mark.parametrize(("sign", "is_told"), [(1.0, False), (-1.0, True)])
@@ -75,17 +75,17 @@ def test_an_effort_that_takes_work_out_of_the_axis_is_turned(tmp_path, sign, is_
     assert (item.axis.columns["effort"].scale < 0.0) is is_told
 
 
-def test_an_effort_that_goes_with_the_angle_is_that_of_a_link(tmp_path):
+def test_an_effort_that_depends_on_the_angle_suggests_a_link(tmp_path):
     angle = 120.0 * np.sin(TURN)
     torque = 4.0 * np.sin(np.radians(angle)) + 0.05 * np.tanh(VELOCITY)
     item = propose_axis(written(tmp_path, "time [s],position [deg],torque [Nm]", T, angle, torque))
-    assert 'gravity = "link"  # the effort goes with sine and cosine of the angle' in item.text
+    assert 'gravity = "link"  # the effort depends on sine and cosine of the angle' in item.text
     assert item.axis.gravity
     straight = propose_axis(written(tmp_path, "time [s],position [mm],force [N]", T, angle, torque))
     assert not straight.axis.gravity
 
 
-def test_what_stands_above_the_columns_fills_in_constants(tmp_path):
+def test_header_lines_provide_constants(tmp_path):
     facts = "torque constant;0.25 Nm/A\nlead;10 mm\n"
     item = propose_axis(written(tmp_path, "time [s],position [mm],current [A]", T, POSITION, FRICTION, before=facts))
     assert item.missing == ()
@@ -100,7 +100,7 @@ def test_what_stands_above_the_columns_fills_in_constants(tmp_path):
 @pytest.mark.parametrize(
     ("effort", "kind", "missing"), [("force [N]", "translational", ("transmission.lead",)), ("torque [Nm]", "rotational", ())]
 )
-def test_counts_of_a_turn_beside_a_force_are_those_of_a_screw(tmp_path, effort, kind, missing):
+def test_counts_per_turn_with_a_force_suggest_a_screw(tmp_path, effort, kind, missing):
     log = written(tmp_path, f"time [s],position [count],{effort}", T, 1e3 * POSITION, FRICTION, before="counts per rev;4096\n")
     item = propose_axis(log)
     assert "counts_per_rev = 4096" in item.text
@@ -112,10 +112,10 @@ def test_the_unit_of_the_position_decides_on_the_kind_before_the_unit_of_the_eff
     assert 'kind = "rotational"' in item.text
 
 
-def test_a_column_that_is_not_used_is_named(tmp_path):
+def test_unused_columns_are_named(tmp_path):
     item = propose_axis(written(tmp_path, "time [s],position [mm],force [N],spare", T, POSITION, FRICTION, np.ones_like(T)))
-    assert item.text.splitlines()[-1] == "# columns that are not used: spare"
-    assert "not used" not in propose_axis(written(tmp_path, "time [s],position [mm],force [N]", T, POSITION, FRICTION)).text
+    assert item.text.splitlines()[-1] == "# unused columns: spare"
+    assert "unused" not in propose_axis(written(tmp_path, "time [s],position [mm],force [N]", T, POSITION, FRICTION)).text
 
 
 def test_a_log_without_time_asks_for_its_sample_time(tmp_path):
@@ -148,11 +148,11 @@ def test_a_reference_follows_the_unit_of_the_position():
         ({}, None),
     ],
 )
-def test_a_drive_turns_where_a_torque_or_counts_of_a_turn_say_so(tables, turns):
+def test_a_torque_or_counts_per_turn_suggest_a_rotational_drive(tables, turns):
     assert proposal._turns({"columns": {}} | tables) is turns
 
 
-def test_what_is_missing_is_looked_at_as_si():
+def test_missing_units_are_assumed_to_be_si():
     tables = {
         "columns": {
             "position": {"column": "x", "unit": FILL_IN},
@@ -208,8 +208,7 @@ def test_a_velocity_is_kept_where_the_way_from_there_to_the_position_is_known(po
             "?",
             "ticks",
             "",
-            'time = { column = "c", unit = "?" }  # the file says "ticks", which is no unit that is known here; '
-            "unit of the numbers: s, ms, us or ns",
+            'time = { column = "c", unit = "?" }  # the file states the unknown unit "ticks"; unit of the numbers: s, ms, us or ns',
         ),
     ],
 )
@@ -218,7 +217,7 @@ def test_a_column_is_written_with_the_grounds_of_its_unit(channel, unit, unknown
     assert proposal._column_line(channel, {"column": "c", "unit": unit}, roles) == line
 
 
-def test_a_column_that_was_guessed_says_why_and_a_turned_effort_that_it_is():
+def test_guessed_columns_have_a_reason_and_reversed_efforts_a_remark():
     roles = Roles({"effort": Role("c", "N", "header", "it follows the motion")})
     line = proposal._column_line("effort", {"column": "c", "unit": "N", "sign": -1}, roles)
     assert line.endswith("# it follows the motion; the effort as recorded takes work out of the axis")

@@ -20,7 +20,7 @@ def test_names_checksums_and_command(tmp_path):
     assert not {"axis", "code"} & set(result)
 
 
-def test_of_several_the_first_has_no_number_and_names_are_told_without_folders():
+def test_only_further_files_are_numbered_and_names_have_no_folders():
     logs = [Origin("a.csv", "1"), Origin("odd\udcff.csv", "2")]
     result = provenance("bristle", log=logs)
     assert result["log"] == "a.csv"

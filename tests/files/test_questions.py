@@ -24,7 +24,7 @@ def screw_log(tmp_path):
 def test_the_travel_is_that_for_a_turn_of_the_motor_or_gear_and_screw_apart(screw_log, tmp_path):
     text = propose_axis(screw_log).text
     (line,) = [line for line in text.splitlines() if line.startswith("lead")]
-    assert "one turn of the motor" in line
+    assert "per turn of the motor" in line
     assert "gear_ratio" in line
     by_motor, by_screw = tmp_path / "motor.toml", tmp_path / "screw.toml"
     by_motor.write_text(text.replace('lead = "?"', 'lead = "10 mm"'))

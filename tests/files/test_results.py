@@ -59,15 +59,15 @@ def test_a_remark_in_the_note_is_kept(tmp_path):
     write_results(tmp_path / "out")
     with (tmp_path / "out" / NOTE).open("a") as note:
         note.write("# my remark\n")
-    with pytest.raises(InputError, match=f"holds files that were changed since: {NOTE}"):
+    with pytest.raises(InputError, match=f"contains files that were changed: {NOTE}"):
         write_results(tmp_path / "out")
     assert "# my remark" in (tmp_path / "out" / NOTE).read_text()
 
 
-def test_a_folder_that_grew_over_many_runs_is_replaced_by_nothing(tmp_path):
+def test_a_folder_of_many_runs_is_never_replaced(tmp_path):
     with growing_folder(tmp_path / "out", "study") as (grown, _):
         grown.write("summary.json", "{}")
-    with pytest.raises(InputError, match="holds a study, which grew over many runs"):
+    with pytest.raises(InputError, match="contains a study of many runs"):
         write_results(tmp_path / "out")
     assert (tmp_path / "out" / "summary.json").is_file()
 
@@ -106,7 +106,7 @@ def out(tmp_path):
     return tmp_path / "run"
 
 
-def test_nothing_is_seen_before_the_end(tmp_path):
+def test_results_appear_only_when_complete(tmp_path):
     out = tmp_path / "run"
     with results_folder(out) as folder:
         fill(folder, "new")
@@ -134,7 +134,7 @@ def test_results_are_known_by_their_note_however_they_are_called(out):
         assert stat.S_ISREG((place / NOTE).lstat().st_mode)
 
 
-def test_the_note_tells_nothing_of_the_machine(out):
+def test_the_note_has_no_data_of_the_machine(out):
     text = (out / NOTE).read_text()
     assert str(out.parent) not in text
     assert os.uname().nodename not in text
@@ -157,7 +157,7 @@ def stranger(name: str, make):
         stranger("a file named as ours are", lambda p: (p / UNFINISHED).write_text("mine")),
     ],
 )
-def test_what_a_person_has_beside_the_results_is_never_touched(tmp_path, make):
+def test_user_files_next_to_the_results_are_unchanged(tmp_path, make):
     (tmp_path / "thesis").mkdir()
     (tmp_path / "thesis" / "years.tex").write_text("years")
     make(tmp_path)
@@ -236,21 +236,21 @@ def copied(source: str, target: str) -> str:
     [
         (
             lambda out: (out / "notes.txt").write_text("mine"),
-            r"besides the results: notes\.txt\. Move them elsewhere, for the whole folder is replaced",
+            r"besides the results: notes\.txt\. Move them to another place, because the whole folder would be replaced",
         ),
         (lambda out: (out / "plots").mkdir(), "besides the results: plots"),
-        (lambda out: (out / "model.toml").write_text("mended by hand"), r"changed since: model\.toml"),
-        (lambda out: (out / "model.toml").write_text((out / "model.toml").read_text() + " "), "changed since"),
+        (lambda out: (out / "model.toml").write_text("mended by hand"), r"were changed: model\.toml"),
+        (lambda out: (out / "model.toml").write_text((out / "model.toml").read_text() + " "), "were changed"),
         (
             lambda out: ((out / "report.html").unlink(), (out / "report.html").symlink_to(out.parent / "mine")),
-            r"changed since: report\.html",
+            r"were changed: report\.html",
         ),
-        (lambda out: ((out / SUMMARY).unlink(), (out / SUMMARY).mkdir()), "changed since: summary"),
+        (lambda out: ((out / SUMMARY).unlink(), (out / SUMMARY).mkdir()), "were changed: summary"),
         (lambda out: (out / NOTE).unlink(), r"without the note.*0\.1.*by hand"),
         (lambda out: out.chmod(0o555), "write-protected"),
     ],
 )
-def test_what_a_person_added_or_changed_is_never_replaced(out, change, words):
+def test_added_and_changed_files_are_never_replaced(out, change, words):
     (out.parent / "mine").write_text("mine")
     change(out)
     before = state_of(out.parent)
@@ -259,7 +259,7 @@ def test_what_a_person_added_or_changed_is_never_replaced(out, change, words):
     assert state_of(out.parent) == before
 
 
-def test_a_file_that_a_person_removed_is_no_obstacle(out):
+def test_a_removed_file_is_not_an_obstacle(out):
     (out / "report.html").unlink()
     write_results(out)
     assert mark_of(out) == "new"
@@ -267,7 +267,7 @@ def test_a_file_that_a_person_removed_is_no_obstacle(out):
 
 @pytest.mark.parametrize("exchanged", [True, False])
 @pytest.mark.parametrize("change", [lambda p: (p / "notes.txt").write_text("mine"), lambda p: p.chmod(0o500)])
-def test_what_a_person_does_meanwhile_is_kept(out, monkeypatch, exchanged, change):
+def test_changes_during_the_run_are_kept(out, monkeypatch, exchanged, change):
     if not exchanged:
         monkeypatch.setattr(results, "exchange", lambda *_: False)
 
@@ -283,7 +283,7 @@ def test_what_a_person_does_meanwhile_is_kept(out, monkeypatch, exchanged, chang
 
 
 @pytest.mark.parametrize("exchanged", [True, False])
-def test_what_a_person_adds_at_the_very_last_moment_is_kept_and_told(out, monkeypatch, exchanged):
+def test_files_added_at_the_last_moment_are_kept_and_reported(out, monkeypatch, exchanged):
     renamed = results._replace
 
     def late(new, wanted):
@@ -312,7 +312,7 @@ def test_what_a_person_adds_at_the_very_last_moment_is_kept_and_told(out, monkey
         os.mkfifo,
     ],
 )
-def test_what_appears_in_the_place_meanwhile_is_kept(tmp_path, appear):
+def test_a_folder_that_appears_during_the_run_is_kept(tmp_path, appear):
     out = tmp_path / "run"
     before = {}
 
@@ -327,7 +327,7 @@ def test_what_appears_in_the_place_meanwhile_is_kept(tmp_path, appear):
     assert state_of(tmp_path) == before
 
 
-def test_a_folder_put_in_place_of_the_one_being_written_is_kept(tmp_path):
+def test_a_folder_that_replaces_the_temporary_folder_is_kept(tmp_path):
     mine = tmp_path / "mine"
     mine.mkdir()
     (mine / "model.toml").write_text("mine")
@@ -362,11 +362,11 @@ def test_a_rename_never_replaces(tmp_path):
     ("place", "words"),
     [
         ("/", "root of a file system"),
-        (".", "something else"),
-        ("..", "something else|besides|permission"),
-        ("./run/..", "something else"),
+        (".", "other files"),
+        ("..", "other files|besides|permission"),
+        ("./run/..", "other files"),
         ("/dev/null", "is a file"),
-        ("/proc", "something else|mount|permission"),
+        ("/proc", "other files|mount|permission"),
         ("a\0b", "NUL"),
         ("no/run", "does not exist"),
         ("thesis.tex/run", "does not exist"),
@@ -389,12 +389,12 @@ def test_a_place_that_cannot_be_is_refused(tmp_path, monkeypatch, place, words):
     [
         (lambda place: (place / "run").write_text(""), "is a file"),
         (lambda place: (place / "run").mkdir(), "did not make it"),
-        (lambda place: (place / "run").symlink_to(place), "holds something else than results"),
+        (lambda place: (place / "run").symlink_to(place), "contains other files than results"),
         (lambda place: (place / "run").symlink_to("run"), "cannot be written|loop"),
         (lambda place: os.mkfifo(place / "run"), "is a file"),
     ],
 )
-def test_what_stands_in_the_way_is_named(tmp_path, make, words):
+def test_obstacles_are_named(tmp_path, make, words):
     make(tmp_path)
     before = state_of(tmp_path)
     refused(tmp_path / "run", words)
@@ -416,7 +416,7 @@ def test_a_link_above_the_results_is_followed(tmp_path):
     assert mark_of(tmp_path / "disk" / "run") == "new"
 
 
-def test_a_parent_that_is_closed_is_refused(tmp_path, monkeypatch):
+def test_a_parent_without_permission_is_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(results.os, "access", lambda *_: False)  # the tests may run as root, who may everything
     refused(tmp_path / "run", "permission")
 
@@ -426,14 +426,14 @@ def test_a_mount_point_is_refused_before_any_work(out, monkeypatch):
     refused(out, "mount point")
 
 
-def test_a_disk_that_takes_no_note_is_left_as_it_was(tmp_path, monkeypatch):
+def test_a_disk_without_room_for_the_note_is_unchanged(tmp_path, monkeypatch):
     monkeypatch.setattr(owned.os, "write", lambda *_: full())
     refused(tmp_path / "run", "no space left")
     assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("error", [RuntimeError("a bug"), KeyboardInterrupt(), InputError("bad"), SystemExit(1)])
-def test_an_error_in_the_work_leaves_what_was(out, error):
+def test_an_error_in_the_work_keeps_the_old_results(out, error):
     def work():
         with results_folder(out, force=True) as folder:
             (folder / "model.toml").write_text("half")
@@ -445,7 +445,7 @@ def test_an_error_in_the_work_leaves_what_was(out, error):
     assert [item.name for item in out.parent.iterdir()] == ["run"]
 
 
-def test_a_process_about_to_be_ended_by_force_removes_what_it_was_writing(out):
+def test_a_process_that_will_be_killed_removes_its_unfinished_results(out):
     def work():
         with results_folder(out, force=True) as folder:
             (folder / "model.toml").write_text("half")
@@ -615,7 +615,7 @@ def test_a_limit_on_the_size_of_files(out):
     assert [item.name for item in out.parent.iterdir()] == ["run"]
 
 
-def test_of_two_at_once_the_later_is_refused_and_touches_nothing(out):
+def test_the_later_of_two_simultaneous_writers_is_refused(out):
     with results_folder(out, force=True) as folder:
         fill(folder, "first")
         process = writer(out, "second", 3)
@@ -626,7 +626,7 @@ def test_of_two_at_once_the_later_is_refused_and_touches_nothing(out):
     assert mark_of(out) == "first"
 
 
-def test_what_a_killed_process_left_goes_with_the_next_that_succeeds_and_no_sooner(out):
+def test_the_next_success_removes_the_remains_of_a_killed_process(out):
     process = writer(out, "half", 3_000_000)
     assert process.stdout is not None
     process.stdout.readline()
@@ -646,7 +646,7 @@ def test_what_a_killed_process_left_goes_with_the_next_that_succeeds_and_no_soon
     assert sorted(item.name for item in out.parent.iterdir()) == ["another", "run"]
 
 
-def test_where_no_more_files_can_be_opened_the_last_one_closed_serves(tmp_path, monkeypatch):
+def test_results_are_removed_even_at_the_limit_of_open_files(tmp_path, monkeypatch):
     def removed(path, **options):
         # The note of these results is the file too many.
         return not any(item._note is not None for item in opened) and remove(path, **options)
@@ -667,9 +667,9 @@ def test_where_no_more_files_can_be_opened_the_last_one_closed_serves(tmp_path, 
     assert not list(tmp_path.iterdir())
 
 
-def test_results_that_were_read_are_not_replaced_by_what_is_made_of_them(out):
+def test_results_do_not_replace_their_own_inputs(out):
     for named in (out / "model.toml", f"{out / 'model.toml'}::table", content_of(out / "model.toml")):
-        with pytest.raises(InputError, match=r"holds what is read here: model\.toml\. It would"):
+        with pytest.raises(InputError, match=r"contains input files of this command: model\.toml\. Name another"):
             results_folder(out, force=True, reads=[None, "a\0b", named]).__enter__()
 
     def work():
@@ -677,7 +677,7 @@ def test_results_that_were_read_are_not_replaced_by_what_is_made_of_them(out):
             fill(folder, "new")
             content_of(out / SUMMARY)  # named by another file, say
 
-    with pytest.raises(InputError, match=r"holds what is read here: summary\.json"):
+    with pytest.raises(InputError, match=r"contains input files of this command: summary\.json"):
         work()
     assert mark_of(out) == "old"
     write_results(out)
@@ -703,7 +703,7 @@ def test_a_folder_that_another_has_just_made_is_left_to_it_until_long_after(out)
         (".replaced", "run", False, False),
     ],
 )
-def test_only_whole_results_of_ones_own_get_their_name_back(tmp_path, monkeypatch, suffix, target, own, restored):
+def test_only_complete_results_of_the_same_user_are_restored(tmp_path, monkeypatch, suffix, target, own, restored):
     out = tmp_path / "run"
     left = results._begin(tmp_path / target)
     fill(left, "old")
@@ -724,7 +724,7 @@ def test_only_whole_results_of_ones_own_get_their_name_back(tmp_path, monkeypatc
     results._open.discard(left)
 
 
-def test_what_another_user_left_is_not_removed(out, monkeypatch):
+def test_remains_of_another_user_are_not_removed(out, monkeypatch):
     with Folder(out) as folder:
         left = out.with_name(f"bristle-{note_in(folder).token}.partial")
     shutil.copytree(out, left)
@@ -780,11 +780,11 @@ def test_many_at_once_never_mix(tmp_path):
             thread.join()
         assert mark_of(out) in ended
     assert ended
-    assert all(re.search("another process|cannot be written|changed since|exists", words) for words in refused)
+    assert all(re.search("another process|cannot be written|were changed|exists", words) for words in refused)
     assert [item.name for item in tmp_path.iterdir()] == ["run"]
 
 
-def test_another_process_that_is_removing_the_same_old_results_is_waited_for(out, monkeypatch):
+def test_the_concurrent_removal_of_old_results_is_awaited(out, monkeypatch):
     both = []
 
     def beside(path):
@@ -822,13 +822,13 @@ def test_a_name_that_leads_elsewhere_is_a_bug(tmp_path, name):
     assert not owned.is_own_name(name)
 
 
-def test_what_cannot_be_encoded_is_escaped_and_line_ends_stay(tmp_path):
+def test_unencodable_characters_are_escaped_and_line_ends_kept(tmp_path):
     with results_folder(tmp_path / "run") as folder:
         folder.write("a.txt", "\udcff\nµ\n")
     assert (tmp_path / "run" / "a.txt").read_bytes() == b"\\udcff\n\xc2\xb5\n"
 
 
-def test_long_paths_of_windows_are_told_so_that_it_takes_them():
+def test_long_paths_get_the_prefix_of_windows():
     long = "x" * 250
     assert folders.extended(r"C:\runs") == r"C:\runs"
     assert folders.extended(rf"C:\{long}") == rf"\\?\C:\{long}"

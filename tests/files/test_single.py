@@ -17,7 +17,7 @@ def test_a_file_is_written_and_replaced_whole(tmp_path):
     assert [file.name for file in tmp_path.iterdir()] == ["page.html"]
 
 
-def test_a_new_file_replaces_nothing(tmp_path):
+def test_a_new_file_does_not_replace_an_existing_file(tmp_path):
     path = tmp_path / "page.html"
     write_whole(path, "first", new=True)
     with pytest.raises(InputError, match="cannot be written: file exists"):
@@ -25,11 +25,11 @@ def test_a_new_file_replaces_nothing(tmp_path):
     assert path.read_text() == "first"
 
 
-def test_what_cannot_be_encoded_is_escaped(tmp_path):
+def test_unencodable_characters_are_escaped(tmp_path):
     assert write_whole(tmp_path / "a", "\udc80µ").read_bytes() == b"\\udc80\xc2\xb5"
 
 
-def test_a_file_is_on_the_disk_before_the_old_one_is_gone(tmp_path, monkeypatch):
+def test_a_file_is_on_the_disk_before_the_old_file_is_removed(tmp_path, monkeypatch):
     path, result, fsync = tmp_path / "a", [], os.fsync
     path.write_text("old")
 
@@ -58,6 +58,6 @@ def test_a_write_that_fails_leaves_the_old_file_alone(tmp_path, monkeypatch, old
     assert [file.read_text() for file in tmp_path.iterdir()] == ([] if old is None else [old])
 
 
-def test_a_folder_that_is_not_there_is_told(tmp_path):
-    with pytest.raises(InputError, match=r"gone/a.*cannot be written: no such file or directory.*Name a file in a folder"):
+def test_a_missing_folder_is_reported(tmp_path):
+    with pytest.raises(InputError, match=r"gone/a.*cannot be written: no such file or directory.*Name a file in a writable"):
         write_whole(tmp_path / "gone" / "a", "x")

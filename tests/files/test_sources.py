@@ -51,12 +51,12 @@ def test_friction_is_that_of_a_table_or_of_a_model_file_with_its_plant(sources):
     plant, model = sources.friction({"file": "model.toml"}, "translational", "friction")
     assert (plant.values, model.values["F_C"]) == ({"M": 2.0}, 3.0)
     assert sources.friction({"file": "model.toml", "F_C": "4 N"}, "translational", "friction")[1].values["F_C"] == 4.0
-    with pytest.raises(InputError, match=r"friction\.file: holds a translational axis, and this one is rotational"):
+    with pytest.raises(InputError, match=r"friction\.file: is the model of a translational axis, but this axis is rotational"):
         sources.friction({"file": "model.toml"}, "rotational", "friction")
 
 
 @pytest.mark.parametrize(("file", "shift"), [("log.csv", 0.1), ("motion.csv", 0.1)])
-def test_a_reference_is_that_of_a_log_or_the_motion_where_nothing_was_recorded(sources, file, shift):
+def test_a_reference_is_from_a_log_or_a_planned_motion(sources, file, shift):
     axis = sources.axis("axis.toml", "axis.file")
     values = sources.recorded({"model": "recorded", "file": file}, axis, "reference").values
     assert values["position"] == pytest.approx(np.sin(9.0 * T) + shift)

@@ -21,14 +21,14 @@ from bristle.files.varied import with_changes, with_columns
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("a = 3 mm\n", r'A value with a unit stands in quotation marks: "3 mm"'),
+        ("a = 3 mm\n", r'Write a value with a unit in quotation marks: "3 mm"'),
         ("b = 1\na = [1,\n", "Is a bracket or a quotation mark missing at its end|The line reads"),
         ("b = 1\nnot a line\n", "The line reads: not a line"),
-        (f"a = {'1' * 5000}\n", r"holds what cannot be read as TOML .a number of thousands of digits"),
+        (f"a = {'1' * 5000}\n", r"contains text that is not valid TOML .a number of thousands of digits"),
         (f"a = {2**63}\n", "a: is too large for a number; allowed whole numbers up to 9223372036854775807"),
         ("a = nan\n", "a: must be a finite number"),
         ("a = [1.0, nan]\n", r"a\[1\]: must be a finite number"),
-        ("a = 1e101\n", "a: is out of any range.*up to 1e"),
+        ("a = 1e101\n", "a: is too large.*up to 1e"),
         ('a = "x\\u0007"\n', "a: holds control characters"),
         ('"x\\u0007" = 1\n', "has a key with control characters"),
         ("[a.b]\nc = 1\n[a.b]\n", "is not valid TOML: .*a.b"),
@@ -36,7 +36,7 @@ from bristle.files.varied import with_changes, with_columns
         (".".join("a" * (DEEPEST + 2)) + " = 1", "is nested too deeply"),
     ],
 )
-def test_what_no_file_holds_is_refused(tmp_path, text, words):
+def test_absurd_content_is_refused(tmp_path, text, words):
     path = tmp_path / "x.toml"
     path.write_text(text)
     with pytest.raises(InputError, match=words) as refused:
@@ -44,7 +44,7 @@ def test_what_no_file_holds_is_refused(tmp_path, text, words):
     assert str(refused.value).startswith(str(path))
 
 
-def test_what_files_hold_is_read(tmp_path):
+def test_valid_content_is_read(tmp_path):
     path = tmp_path / "x.toml"
     path.write_bytes(b"\xef\xbb\xbfa = inf\r\nb = -9223372036854775807\r\nc = 1e99\r\n")
     settings = read_toml(path)
@@ -57,7 +57,7 @@ def test_what_files_hold_is_read(tmp_path):
     assert read_toml({"a": 1}).content is None
 
 
-def test_tables_come_back_from_their_text():
+def test_tables_survive_a_round_trip():
     tables = {
         "schema": 1,
         "a key": 'ä "quoted"',
@@ -79,13 +79,13 @@ def test_tables_come_back_from_their_text():
     assert not text.startswith("\n")
 
 
-def test_a_remark_stands_above_a_long_line():
+def test_a_comment_is_above_a_long_line():
     long, short = (as_toml({"x": Said(list(range(count)), "so many")}) for count in (200, 3))
     assert long.startswith("# so many\nx = [0, 1")
     assert short == "x = [0, 1, 2] # so many\n"
 
 
-def test_what_toml_does_not_know_is_refused_with_its_place():
+def test_values_beyond_toml_are_refused_with_their_place():
     with pytest.raises(InputError, match=r"a\.b: cannot be written.*text, a number, True or False"):
         as_toml({"a": {"b": None}})
     assert [quoted(value) for value in (True, 1, 1.0, "x", (1, "y"))] == ["true", "1", "1.0", '"x"', '[1, "y"]']
@@ -153,7 +153,7 @@ def test_moves_are_listed_in_units_of_the_axis():
 
 def test_a_program_for_an_nc_is_in_millimetres_a_minute():
     text = gcode_of(MOVES, MOTOR, ["chirp"]).split("\n")
-    assert "(left out, as it is no list of moves: chirp)" in text
+    assert "(omitted, because it is not a list of moves: chirp)" in text
     assert "G90 G94 G21 (mm)" in text
     assert text[-5:] == ["G1 X100.000000 F3000.0000", "G4 P0.250", "G1 X-20.000000 F60.0000", "M30", ""]
     turning = gcode_of([Move("x", 0.0, math.pi, math.pi / 6.0, 1.0)], BARE, [])
@@ -188,7 +188,7 @@ def test_columns_give_a_model_for_each_row_that_holds():
 # --- JSON ------------------------------------------------------------------------------------------------------------
 
 
-def test_plain_data_hold_no_number_that_is_none():
+def test_plain_data_have_only_finite_numbers():
     data = {1: np.array([1.0, np.nan]), "b": {3}, "c": (True, None, 2), "d": np.float64(1.5), "e": math.inf}
     assert plain(data) == {"1": [1.0, None], "b": [3], "c": [True, None, 2], "d": 1.5, "e": None}
     assert as_json({"a": 1}) == '{\n  "a": 1\n}\n'

@@ -17,7 +17,7 @@ from bristle.references import recorded, sine
 SINE = sine(amplitude=1e-3, frequency=1.0)
 
 
-def test_an_override_replaces_what_it_names():
+def test_an_override_replaces_the_keys_that_it_names():
     base = {"run": {"duration": 1.0, "delay": 2}, "friction": {"model": "coulomb", "F_C": 3.0}}
     assert merged(base, {"run": {"delay": 0}}) == {**base, "run": {"duration": 1.0, "delay": 0}}
     assert merged(base, {"run": 3}) == {**base, "run": 3}
@@ -31,7 +31,7 @@ def test_parameters_belong_to_the_model_that_was_named_with_them(key):
     assert merged(base, {"F_C": 4.0}) == {**base, "F_C": 4.0}
 
 
-def test_a_path_is_that_of_the_override_where_it_says_so():
+def test_the_path_of_an_overridden_key_is_in_the_override():
     tables = Tables({"run": {"delay": 1}}, {"run": {"delay": 1}, "sensor": 3}, "compare.fast")
     assert tables.path("run") == "compare.fast.run"
     assert tables.path("run", "delay") == "compare.fast.run.delay"
@@ -45,16 +45,16 @@ def run(sample_time, duration):
     return Run(duration, sample_time)
 
 
-def test_a_recorded_signal_is_held_over_finer_samples_and_cut_at_the_end():
+def test_a_recorded_signal_is_constant_over_finer_samples_and_cut_at_the_end():
     values = np.array([1.0, 2.0, 3.0, 4.0])
     assert variant._repeated(values, 0.01, run(0.005, 0.03), "it", "run.duration", "x").tolist() == [1.0, 1.0, 2.0, 2.0, 3.0, 3.0]
     assert variant._repeated(values, 0.01, run(0.02, 0.04), "it", "run.duration", "x").tolist() == [1.0, 3.0]
     assert variant._repeated(values, 0.01, run(0.01, 0.04), "it", "run.duration", "x").tolist() == values.tolist()
-    with pytest.raises(InputError, match=r"run\.duration.*is longer than the log, 0\.04 s.*Leave duration out"):
-        variant._repeated(values, 0.01, run(0.01, 0.05), "the log", "run.duration", "Leave duration out")
+    with pytest.raises(InputError, match=r"run\.duration.*is longer than the log, 0\.04 s.*Remove duration"):
+        variant._repeated(values, 0.01, run(0.01, 0.05), "the log", "run.duration", "Remove duration")
 
 
-def test_a_run_takes_from_its_axis_what_its_table_leaves_out():
+def test_a_run_gets_missing_values_from_its_axis():
     axis = Axis(kind="translational", effort_limit=200.0, lag=3e-4, sample_time=5e-4)
     result = run_from({"duration": "2 s"}, axis, SINE, "translational", "run")
     assert (result.duration, result.sample_time, result.effort_limit, result.current_lag) == (2.0, 5e-4, 200.0, 3e-4)
@@ -76,7 +76,10 @@ def test_a_recorded_reference_brings_its_time():
     [
         ({"duration": 2e-3, "sample_time": 1e-3}, r"run\.duration.*asks for 2 samples of 0\.001 s.*3 to"),
         ({"duration": 1e9, "sample_time": 1e-3}, r"asks for 1e\+12 samples"),
-        ({"duration": 1.0, "sample_time": 1e-3, "settle": 1.0}, r"run\.settle.*leaves nothing to judge.*less than the duration, 1 s"),
+        (
+            {"duration": 1.0, "sample_time": 1e-3, "settle": 1.0},
+            r"run\.settle.*is as long as the run or longer.*less than the duration, 1 s",
+        ),
         ({"duration": 1.0, "sample_time": 1e-3, "delay": 1.5}, r"run\.delay"),
         ({"duration": 1.0}, "run: needs sample_time"),
         ({"duration": 1.0, "sample_time": 1e-3, "steps": 3}, r"run\.steps"),
@@ -101,7 +104,7 @@ def test_an_open_loop_is_driven_by_a_level_a_function_or_a_log():
     assert wave.description == "sine, amplitude = 2 N, frequency = 25 Hz"
     log = SimpleNamespace(effort=SimpleNamespace(values=np.arange(4.0)), sample_time=0.01)
     record = effort_from({"model": "recorded", "file": "log.csv"}, log, RUN, "translational", "effort")
-    assert (record.values.tolist(), record.description) == ([0.0, 1.0, 2.0, 3.0], "that of log.csv")
+    assert (record.values.tolist(), record.description) == ([0.0, 1.0, 2.0, 3.0], "effort of log.csv")
 
 
 @pytest.mark.parametrize(
@@ -114,7 +117,7 @@ def test_an_open_loop_is_driven_by_a_level_a_function_or_a_log():
         ({"model": "sine", "amplitude": "2 mm"}, r"effort\.amplitude"),
     ],
 )
-def test_an_effort_that_is_not_known_is_refused_with_its_place(table, words):
+def test_an_unknown_effort_is_refused_with_its_place(table, words):
     with pytest.raises(InputError, match=words):
         effort_from(table, None, RUN, "translational", "effort")
 
@@ -140,7 +143,7 @@ def test_sections_of_a_variant_have_their_own_values():
     assert variables_of_section("plant", closed, data) is None
 
 
-def test_an_axis_is_a_file_and_nothing_else(tmp_path):
+def test_the_axis_section_has_only_a_file(tmp_path):
     with pytest.raises(InputError, match=r"axis\.fil: unknown key"):
         variant.variant_from("x", Tables({"axis": {"file": "a.toml", "fil": 1}}), Sources(tmp_path, False))
 
@@ -161,7 +164,7 @@ def loop(**changed):
     return read_experiment(LOOP | changed).variants[0]
 
 
-def test_a_loop_learns_and_starts_as_told():
+def test_a_loop_has_the_given_learning_and_start():
     learning = loop(controller=LOOP["controller"] | {"learning": LEARNED}).learning
     assert (learning.trials, learning.k_e, learning.k_d, learning.cutoff) == (3, 10.0, 0.0, 20.0)
     start = loop(start={"position": "1 mm", "effort": "2 N"}).start
@@ -180,7 +183,7 @@ def test_a_loop_learns_and_starts_as_told():
         ({"controller": LOOP["controller"] | {"feedforward": {"friction": "coulomb"}}}, r"feedforward\.friction: must be a table"),
         ({"controller": LOOP["controller"] | {"feedforward": {"along": "there"}}}, r"feedforward\.along"),
         ({"controller": LOOP["controller"] | {"feedforward": {"plant": "other"}}}, r"feedforward\.plant"),
-        ({"effort": {"model": "constant"}}, "controller: belongs to a loop"),
+        ({"effort": {"model": "constant"}}, "controller: needs a closed loop"),
         ({"table_friction": {"model": "coulomb", "F_C": 1.0}}, "table_friction: needs a plant with a table behind a screw"),
         ({"plant": {}}, r"plant: is missing.*model = .inertia. and M"),
         ({"sensor": {"side": "left"}}, r"sensor\.side: no such side"),
@@ -192,7 +195,7 @@ def test_a_section_that_cannot_be_is_refused_with_its_place(changed, words):
         loop(**changed)
 
 
-def test_a_compensator_is_fed_as_told():
+def test_a_compensator_has_the_given_options():
     fed = {"mass": 20.0, "friction": {"model": "coulomb", "F_C": 2.0}, "gain": 0.5, "along": "measured"}
     feedforward = loop(controller=LOOP["controller"] | {"feedforward": fed}).feedforward
     assert (feedforward.mass, feedforward.gain, feedforward.along, feedforward.friction.values["F_C"]) == (20.0, 0.5, "measured", 2.0)

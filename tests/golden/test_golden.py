@@ -18,13 +18,13 @@ FAST = [
 
 @pytest.mark.slow
 @pytest.mark.parametrize("case", FAST)
-def test_what_is_found_is_what_was_found(case):
+def test_results_match_the_frozen_results(case):
     if case.measured and not os.environ.get("BRISTLE_DATA"):
         pytest.skip("BRISTLE_DATA does not name the folder of the measured logs")
     assert [str(item) for item in differences_of(case, tolerance_for(case))][:20] == []
 
 
-def test_every_case_is_frozen_and_nothing_else():
+def test_exactly_the_cases_are_frozen():
     assert {item.stem for item in FROZEN.glob("*.json")} == set(CASES)
 
 
@@ -54,7 +54,7 @@ ESTIMATE = {"value": 1e-3, "std": 2.0, "robust_std": None, "interval": [-4.0, 4.
         ([{"n": 0.0}], [{"n": 1e-300}], ["[0].n"]),
     ],
 )
-def test_a_difference_is_told_with_its_place(was, now, paths):
+def test_a_difference_is_reported_with_its_place(was, now, paths):
     assert [difference.path for difference in differences(was, now)] == paths
 
 
@@ -73,7 +73,7 @@ def test_elsewhere_digits_may_differ_and_no_word(was, now, paths):
     assert [difference.path for difference in differences(was, now, ELSEWHERE)] == paths
 
 
-def test_what_was_and_what_is_are_told():
+def test_old_and_new_values_are_reported():
     (item,) = differences({"fits": [{"rank": 1}]}, {"fits": [{"rank": 2}]})
     assert str(item) == "fits[0].rank: was 1, is 2"
 

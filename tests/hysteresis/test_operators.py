@@ -110,7 +110,7 @@ def test_bad_input_is_refused_with_advice():
         response(operator, [0.0, np.nan])
     with pytest.raises(InputError, match="finite"):
         response(operator, [0.0], history=[np.inf])
-    with pytest.raises(InputError, match="none of the choices"):
+    with pytest.raises(InputError, match="is not a valid choice"):
         hysteresis.preisach(kernel="dahl", s=1.0, f_p=1.0)
     with pytest.raises(InputError, match="capacity: out of range"):
         hysteresis.preisach(s=1.0, f_p=1.0, capacity=2)

@@ -136,7 +136,7 @@ def test_a_force_missing_in_the_loop_is_reported(log):
         assert "--mode" not in str(refused.value), "that is an option of predict"
     with pytest.raises(InputError, match="model: needs inverse dynamics"):
         identify(log, "maxwell_slip+position,gms", axis=AXIS)
-    with pytest.raises(InputError, match="method: is none of the choices"):
+    with pytest.raises(InputError, match="method: is not a valid choice"):
         identify(log, "coulomb_viscous", axis=AXIS, method="guess")
 
 

@@ -111,8 +111,8 @@ def test_an_inconsistent_axis_file_is_rejected(tmp_path):
 
     head = 'schema = 1\nkind = "translational"\n[columns]\nposition = "y"\n'
     for text, message in (
-        ('[effort]\nheld = true\nhold = "linear"\n', "effort.hold: contradicts `held`"),
-        ('[plant]\nstiffness = "5 N/mm"\n', "plant.stiffness: belongs to an oscillator"),
+        ('[effort]\nheld = true\nhold = "linear"\n', "effort.hold: contradicts the key `held`"),
+        ('[plant]\nstiffness = "5 N/mm"\n', "plant.stiffness: needs an oscillator as the plant"),
         ('[effort]\nhold = "sinc"\n', "effort.hold"),
     ):
         (tmp_path / "axis.toml").write_text(head + text)

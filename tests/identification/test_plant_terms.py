@@ -158,7 +158,7 @@ def test_a_log_with_other_known_columns_than_the_plant_is_rejected():
 def test_impossible_terms_are_rejected():
     with pytest.raises(InputError, match="translational"):
         axis("translational", plant={"gravity": "link"})
-    with pytest.raises(InputError, match="how far a turn moves"):
+    with pytest.raises(InputError, match="the travel of the axis per turn"):
         axis("translational", cogging=[{"turn": "screw"}])
     with pytest.raises(InputError, match="twice"):
         axis(cogging=[{"turn": "motor"}, {"turn": "motor", "harmonics": [6]}])

@@ -114,5 +114,5 @@ def test_levels_and_ratios_of_the_literature_are_the_defaults():
 def test_fixed_thresholds_are_not_settings():
     for name in ("repeated_overlap", "filter_seen", "hopeless_std", "nested_loop"):
         assert name not in {threshold.name for threshold in Settings.described()}
-        with pytest.raises(InputError, match="is fixed, and no longer set"):
+        with pytest.raises(InputError, match="is now fixed"):
             Settings.of({name: 1.0})

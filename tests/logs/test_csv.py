@@ -237,7 +237,7 @@ def test_the_size_limit_covers_channels_with_separate_times():
     lines = ["t1,a,t2,b", *(f"{0.1 * k},{k},{0.2 * k},{-k}" for k in range(20))]
     data = ("\n".join(lines) + "\n").encode()
     assert read_csv(data, HERE).columns["b"].size == 20
-    with pytest.raises(InputError, match="more than is read unasked"):
+    with pytest.raises(InputError, match="more than the limit"):
         csv.read_csv(data, Request(HERE, None, ALL, 100))
 
 

@@ -89,7 +89,7 @@ def arm_log(pull, unit="Nm"):
 )
 def test_an_arm_is_proposed_to_be_one(pull, named):
     proposal = propose_axis(arm_log(pull))
-    assert ('gravity = "link"  # the effort goes with' in proposal.text) is named
+    assert ('gravity = "link"  # the effort depends on' in proposal.text) is named
     assert proposal.axis.gravity is named
     assert read_axis(proposal.text.encode()).gravity is named
 
@@ -121,7 +121,7 @@ def turning_log(step):
 @pytest.mark.parametrize(("step", "says"), [(5e-4, True), (3.333e-4, False), (0.0, False)])
 def test_of_an_axis_that_turns_a_torque_is_asked_for_and_clear_steps_are_named(step, says):
     text = propose_axis(turning_log(step)).text
-    assert 'rated = "?"  # what 100 % are, such as "1.3 N*m"\n' in text
+    assert 'rated = "?"  # effort at 100 %, such as "1.3 N*m"\n' in text
     assert ('\n# [encoder]\n# resolution = "0.0005 deg"  # ' in text) is says
     assert ("resolution" in text) is says
     if says:  # as it would be without the marks of a comment
@@ -133,7 +133,7 @@ def test_missing_values_in_a_proposal_name_their_source(tmp_path):
     rows = [f"{i};{int(1e4 * np.sin(0.01 * i))};{np.sign(np.cos(0.01 * i)) + 0.01 * (i % 3):.2f}" for i in range(2000)]
     counts = "\n".join(["t [ms];enc [count];torque [%]", *rows]).encode()
     text = propose_axis(counts).text
-    assert 'lead = "10 mm", travel for one turn of the motor, under [transmission]' in text
+    assert 'lead = "10 mm", travel per turn of the motor, under [transmission]' in text
     assert 'counts_per_rev = 8192 and side = "motor"' in text
 
 

@@ -59,7 +59,7 @@ def test_each_array_is_a_curve(family):
     assert result.curves[1].f[[0, -1]] == pytest.approx([-1e-4, 1e-4])
     assert (result.kind, result.start, result.low, result.high) == ("magnetic", "saturated", -0.1, 0.1)
     assert result.full_scale == pytest.approx(1e-4)
-    assert any("1 curves of less than 5 samples were left out" in note for note in result.notes)
+    assert any("bristle ignored 1 curves with less than 5 samples" in note for note in result.notes)
     assert len(result.origin.checksum) == 64
 
 
@@ -89,10 +89,10 @@ def test_a_curves_file_is_distinguished_from_an_axis_file(family, loops, tmp_pat
     ("was", "now", "said"),
     [
         ('unit = "mT"', 'unit = "mm"', "columns.input.unit"),
-        ('kind = "magnetic"', 'kind = "electric"', "kind: does not fit"),
-        ('"curve_*"', '"loop_*"', "fits the name of no table"),
+        ('kind = "magnetic"', 'kind = "electric"', "kind: is not valid"),
+        ('"curve_*"', '"loop_*"', "does not match any table"),
         ('"column_2"', '"column_3"', "no column 'curve_0/column_3'"),
-        ("shortest = 5", "shortest = 50", "holds no curve that is long enough"),
+        ("shortest = 5", "shortest = 50", "has only curves that are too short"),
         ("shortest = 5", "longest = 5", "curves.longest: unknown key"),
         ('start = "saturated"', 'start = "rest"', "curves.start"),
     ],
@@ -106,7 +106,7 @@ def test_a_malformed_curves_file_is_refused(family, was, now, said):
 
 def test_samples_that_are_no_numbers_are_refused(loops):
     text = (loops / "loops.csv").read_text()
-    for value, message in (("nan", "not a finite number"), ("1e200", "no measurement"), ("1e308", "no measurement")):
+    for value, message in (("nan", "not a finite number"), ("1e200", "not a valid measurement"), ("1e308", "not a valid measurement")):
         (loops / "loops.csv").write_text(text.replace("0,-7,", f"0,{value},"))
         with pytest.raises(InputError, match=message):
             read_curves(loops / "loops.csv", loops / "axis.toml")

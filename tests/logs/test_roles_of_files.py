@@ -150,11 +150,11 @@ def unit_lines(text):
 def test_a_unit_that_is_not_known_is_asked_for_with_the_words_of_the_file():
     proposal = propose_axis(text_log("Skt", "bla", reference="Skt"))
     lines = unit_lines(proposal.text)
-    assert 'unit = "?" }  # the file says "Skt", which is no unit that is known here; unit of the' in lines["position"]
-    assert 'unit = "?" }  # the file says "bla", which is no unit' in lines["effort"]
+    assert 'unit = "?" }  # the file states the unknown unit "Skt"; unit of the' in lines["position"]
+    assert 'unit = "?" }  # the file states the unknown unit "bla"' in lines["effort"]
     assert lines["reference"] == 'reference = { column = "position_ref" }  # in the unit of the position'
     assert proposal.unknown == {"position": "Skt", "effort": "bla"}
-    assert "columns.position.unit is not known: it is taken as 1 in SI" not in proposal.notes
+    assert "columns.position.unit is unknown: bristle uses 1 in SI units" not in proposal.notes
 
 
 def test_a_reference_in_another_unit_that_is_not_known_is_not_taken_for_one():
@@ -165,14 +165,14 @@ def test_a_reference_in_another_unit_that_is_not_known_is_not_taken_for_one():
 def test_a_stated_unit_of_time_or_effort_overrides_its_numbers():
     proposal = propose_axis(text_log("mm", "N", time="Takte"))
     assert proposal.missing == ("columns.time.unit",)
-    assert '# the file says "Takte"' in unit_lines(proposal.text)["time"]
+    assert '# the file states the unknown unit "Takte"' in unit_lines(proposal.text)["time"]
     assert propose_axis(text_log("mm", "Dig").replace(b"force", b"current")).missing == ("columns.effort.unit",)
 
 
 def test_a_recorded_velocity_determines_an_unknown_unit():
     proposal = propose_axis(text_log("Skt", "N", speed="m/s"))
     assert proposal.missing == ()
-    assert 'unit = "m" }  # unit from the velocity; the file says "Skt"' in unit_lines(proposal.text)["position"]
+    assert 'unit = "m" }  # unit from the velocity; the file states the unknown unit "Skt"' in unit_lines(proposal.text)["position"]
 
 
 @pytest.mark.parametrize("channel", ["position", "time"])
@@ -182,7 +182,7 @@ def test_a_log_in_an_unknown_unit_has_no_values_in_si(channel):
     assert inspected.log is None
     assert summary["problems"] == summary["channels"] == summary["passages"] == summary["diagnostics"] == []
     assert {column["unit"] for column in summary["columns"]} & {"Skt", "Takt"}
-    assert any(f"for the unit of the {channel}, which is not known" in note for note in summary["notes"])
+    assert any(f"for the {channel}: bristle cannot convert it" in note for note in summary["notes"])
 
 
 def test_a_channel_in_a_unit_that_is_not_known_is_left_out_of_a_log_that_is_usable_without_it():

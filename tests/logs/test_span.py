@@ -61,7 +61,7 @@ def test_load_is_over_its_nominal_value_and_temperature_in_kelvin(bench):
         ('nominal_load = "500 N"', 'nominal_load = "0 N"', "plant.nominal_load: must be positive"),
         ('unit = "kN"', 'unit = "kg"', "columns.load.unit"),
         ('unit = "degC"', 'unit = "m"', "columns.temperature.unit"),
-        ('span = ["2 s", "6 s"]', 'span = ["6 s", "2 s"]', "log.span: must rise"),
+        ('span = ["2 s", "6 s"]', 'span = ["6 s", "2 s"]', "log.span: must be in ascending order"),
         ('span = ["2 s", "6 s"]', 'span = ["20 s", "60 s"]', "log.span: contains almost no samples"),
         ('start = "cycle"', 'start = "loop"', "log.start"),
     ],

@@ -66,14 +66,14 @@ def hand_in(call: Call, argument: str, values: dict[str, Any]) -> None:
 
 @pytest.mark.fast_cases(24)
 @pytest.mark.parametrize("name", [name for name in CALLS if name not in SLOW])
-def test_whatever_is_handed_in_it_works_or_the_argument_is_named(name):
+def test_any_argument_is_accepted_or_refused_by_name(name):
     for argument in CALLS[name].arguments:
         never = {key: item for key, item in NEVER.items() if not (callable(item) and argument in ("progress", "everett"))}
         hand_in(CALLS[name], argument, never | MOSTLY)
 
 
 @pytest.mark.parametrize("name", SLOW)
-def test_what_is_wrong_is_refused_before_the_work_begins(name):
+def test_errors_are_refused_before_the_work_begins(name):
     for argument in CALLS[name].arguments:
         for key, value in NEVER.items():
             if argument == "progress" and callable(value):
@@ -151,7 +151,7 @@ WRONG: list[tuple[str, str, list[Any]]] = [
 
 
 @pytest.mark.parametrize(("name", "argument", "values"), WRONG, ids=[f"{item[0]}.{item[1]}" for item in WRONG])
-def test_what_no_argument_can_be_is_refused_by_its_name(name, argument, values):
+def test_impossible_arguments_are_refused_by_name(name, argument, values):
     for value in values:
         with pytest.raises(InputError) as caught:
             CALLS[name](**{argument: value})
@@ -197,7 +197,7 @@ ALIKE: list[tuple[str, dict[str, Any], dict[str, Any]]] = [
 
 
 @pytest.mark.parametrize(("name", "written", "proper"), ALIKE, ids=[f"{item[0]}-{next(iter(item[1]))}" for item in ALIKE])
-def test_what_people_write_is_read_as_they_mean_it(name, written, proper):
+def test_frequent_spellings_are_understood(name, written, proper):
     same(CALLS[name](**written), CALLS[name](**proper))
 
 
@@ -218,7 +218,7 @@ def same(result: Any, wanted: Any) -> None:
         assert type(result) is type(wanted)
 
 
-def test_a_bandwidth_is_a_frequency_or_an_angular_one(monkeypatch):
+def test_a_bandwidth_is_a_frequency_or_an_angular_frequency(monkeypatch):
     from bristle.loop import design as module_function
 
     message = []
@@ -244,7 +244,7 @@ def test_a_log_of_plain_columns_is_the_log_of_channels():
         Log(time=[0.0, 1.0, 0.5], position=[1.0, 2.0, 3.0])
 
 
-def test_a_file_stands_where_the_thing_itself_would(tmp_path):
+def test_a_file_is_accepted_in_place_of_its_object(tmp_path):
     path = tmp_path / "axis.toml"
     path.write_text(
         'schema = 1\nkind = "translational"\nplant.presliding = "7 um"\nencoder.resolution = "0.1 um"\n'
@@ -276,7 +276,7 @@ def test_units_are_those_of_the_kind_of_axis():
 # The guard itself.
 
 
-def test_a_guard_leaves_to_python_what_python_says():
+def test_a_guard_keeps_the_errors_of_python():
     @guarded(dt=amount(Variable("time", "time")))
     def message(first: Any, dt: Any = 1.0, *, last: Any = None) -> Any:
         return first, dt, last
@@ -290,14 +290,14 @@ def test_a_guard_leaves_to_python_what_python_says():
         guarded(nothing=amount(Variable("time", "time")))(message)
 
 
-def test_what_cannot_even_be_shown_is_refused_in_one_line():
+def test_values_without_a_repr_are_refused_in_a_single_line():
     for item in (Hostile(), Evasive(), [Hostile()], {"x": Hostile()}):
         with pytest.raises(InputError) as caught:
             br.response(parts()["friction"], item, 0.1)
         assert one_line(caught.value).startswith("x: ")
 
 
-def test_messages_are_one_line_whatever_they_tell():
+def test_messages_are_always_a_single_line():
     for value in (np.ones((30, 30)), "a\nb\x1b[2J\u202e", list(range(10**6)), [10**5000] * 30):
         text = one_line(InputError("is wrong\nindeed", path="p\0", value=value))
         assert "p\\x00: is wrong indeed" in text
@@ -320,8 +320,8 @@ def test_of_a_list_without_end_only_the_first_are_shown():
     assert Counted.shown < 100
 
 
-def test_two_variants_of_one_name_are_refused_since_one_would_be_lost():
-    with pytest.raises(InputError, match="variants: has two of one name; found 'base'"):
+def test_two_variants_with_the_same_name_are_refused():
+    with pytest.raises(InputError, match="variants: has two variants with the same name; found 'base'"):
         Experiment("two", "translational", (variant(), variant()))
 
 
@@ -373,7 +373,7 @@ def test_a_model_that_gives_no_number_is_named(name, beyond):
     ],
 )
 @pytest.mark.filterwarnings("ignore:invalid value:RuntimeWarning", "ignore:overflow:RuntimeWarning")
-def test_a_simulation_that_meets_no_number_says_so_in_its_status(run):
+def test_a_simulation_with_nan_reports_it_in_its_status(run):
     for beyond in (0.0, 1.0):
         with engine.interpreted():
             status = run(BROKEN(F_C=8.0, v_most=1e-3, beyond=beyond)).status
@@ -382,7 +382,7 @@ def test_a_simulation_that_meets_no_number_says_so_in_its_status(run):
 
 
 @pytest.mark.filterwarnings("ignore:invalid value:RuntimeWarning", "ignore:overflow:RuntimeWarning")
-def test_parameters_for_which_a_law_overflows_are_told():
+def test_parameters_that_overflow_a_law_are_reported():
     huge, inverse = friction.viscous(F_v=1e100), hysteresis.inverse_of(hysteresis.preisach(s=1.0, f_p=1.0))
     for match, run in (
         ("model: the output of viscous", lambda: br.response(huge, [0.0, 1e250], 1.0)),

@@ -9,7 +9,7 @@ from bristle.core.edge import amount
 
 @pytest.mark.parametrize("text", ["1e-320 Hz", "1e-310", "-1e-320"])
 def test_a_number_without_an_inverse_is_refused(text):
-    with pytest.raises(InputError, match=r"--cutoff: is out of any range.*allowed 0, or 1e-300"):
+    with pytest.raises(InputError, match=r"--cutoff: is too close to 0.*allowed 0, or 1e-300"):
         amount(Variable("frequency", "cut-off"))(text, "--cutoff", None)
 
 
@@ -19,7 +19,7 @@ def test_zero_and_small_numbers_pass():
 
 
 @pytest.mark.parametrize("stroke", ['["0 m", "1e90 m"]', '["1e15 m", "1.1e15 m"]'])
-def test_a_stroke_in_which_positions_have_no_digits_is_refused(stroke):
+def test_a_stroke_below_the_resolution_of_floats_is_refused(stroke):
     axis = br.Axis(stroke=tuple(float(end.split()[0].strip('["')) for end in stroke.split(",")), velocity_limit=0.1)
     with pytest.raises(InputError, match=r"limits\.stroke: is so far from zero"):
         br.excite(axis, duration="10 s", rehearsed=False)
@@ -31,5 +31,5 @@ def test_the_harmonics_of_a_cogging_are_named_as_in_the_file(tmp_path):
         'schema = 1\nkind = "translational"\ncolumns.position = { column = "x", unit = "m" }\n'
         'cogging = [{ turn = "motor", harmonics = [0] }]\n'
     )
-    with pytest.raises(InputError, match=r"cogging\[0\]\.harmonics\[0\]: does not fit"):
+    with pytest.raises(InputError, match=r"cogging\[0\]\.harmonics\[0\]: is not valid"):
         br.read_axis(path)

@@ -62,11 +62,11 @@ def test_each_kind_of_fault_is_put_where_it_fits():
     assert faults(25) == {("constant", "8.0", item) for item in ("0.0", "7.0", "9.0", "16.0")}
 
 
-def test_texts_declarations_and_what_raises_are_left_alone():
+def test_texts_declarations_and_raises_are_not_mutated():
     assert {item.line for item in mutants_of("src/bristle/room/module.py", SOURCE)} == {4, 9, 11, 13, 14, 16, 19, 25}
 
 
-def test_every_fault_of_the_package_leaves_a_program_and_another_one():
+def test_every_mutant_is_a_valid_and_different_program():
     for name in ("engine/efim.py", "controllers/cascade.py", "certificates/certify.py"):
         path = f"src/bristle/{name}"
         source = (ROOT / path).read_bytes()
@@ -75,7 +75,7 @@ def test_every_fault_of_the_package_leaves_a_program_and_another_one():
             assert ast.dump(ast.parse(applied(mutant, source))) != whole, mutant
 
 
-def test_a_larger_sample_holds_a_smaller_one_and_lines_that_move_stay_in_it():
+def test_a_larger_sample_includes_a_smaller_sample_and_moved_lines():
     sources = dict.fromkeys(("src/bristle/a/a.py", "src/bristle/b/b.py"), SOURCE)
     few, many = (chosen(sources, count, 1, set()) for count in (4, 9))
     assert len({(item.path, item.line) for item in many}) == len(many) == 9
@@ -118,7 +118,7 @@ def house(tmp_path):
 
 
 @pytest.mark.slow
-def test_what_no_test_notices_is_told_and_the_tree_stays_as_it_is(house, tmp_path_factory, monkeypatch, capsys):
+def test_surviving_mutants_are_reported_and_the_tree_is_unchanged(house, tmp_path_factory, monkeypatch, capsys):
     monkeypatch.setattr(mutants, "ROOT", house)
     monkeypatch.setattr(mutants, "GROUPS", {"tested": ("kept",), "untested": ("left",)})
     out = tmp_path_factory.mktemp("out") / "found.json"
@@ -139,26 +139,26 @@ def test_what_no_test_notices_is_told_and_the_tree_stays_as_it_is(house, tmp_pat
     assert "0 of them to be tried" in capsys.readouterr().out
 
 
-def test_each_room_of_the_package_is_in_one_group():
+def test_each_part_of_the_package_is_in_a_single_group():
     rooms = [room for group in mutants.GROUPS.values() for room in group]
     folders = {file.parent.name for file in (ROOT / "src" / "bristle").glob("*/__init__.py")}
     assert sorted(rooms) == sorted(folders)
 
 
-def test_one_long_test_file_does_not_keep_the_others_from_being_asked():
+def test_a_long_test_file_does_not_block_the_others():
     seconds = {"long": 90.0, "near": 20.0, "failed": None, "further": 30.0, "last": 30.0}
     assert mutants.within(list(seconds), seconds, 60.0) == ["near", "further"]
     assert mutants.within(["long", "failed"], seconds, 60.0) == ["long"]
     assert mutants.within(["failed"], seconds, 60.0) == []
 
 
-def test_files_that_concern_every_room_stand_behind_the_nearest_and_once():
+def test_files_for_all_parts_follow_the_nearest_files_once():
     seconds = {"near": 20.0, "both": 9.0, "wide": 50.0, "failed": None}
     assert mutants.near_and_wide(["near", "both"], ["failed", "both", "wide"], seconds, 60.0) == ["near", "both", "wide"]
     assert all((ROOT / name).is_file() for name in mutants.WIDE)
 
 
-def test_what_is_told_to_be_no_fault_is_there_and_has_a_reason():
+def test_listed_equivalents_exist_and_have_a_reason():
     sources = {path: (ROOT / path).read_bytes() for path in {item["path"] for item in mutants.told_equivalent()}}
     assert len(mutants.equivalents(sources)) >= len(mutants.told_equivalent())
     assert all(len(item["because"]) > 20 for item in mutants.told_equivalent())

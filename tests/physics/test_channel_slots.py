@@ -109,7 +109,7 @@ def test_a_model_file_names_the_slot_without_a_code_file(tmp_path):
 def test_a_user_defined_slot_may_not_have_the_name_of_a_built_in_slot(tmp_path):
     text = (ROOT / "examples" / "humidity.py").read_text(encoding="utf-8")
     (tmp_path / "mine.py").write_text(text.replace('name="humidity"', 'name="pressure"'), encoding="utf-8")
-    with pytest.raises(InputError, match=r"a name that cannot be asked for; found 'pressure'"):
+    with pytest.raises(InputError, match=r"an invalid name for its slot; found 'pressure'"):
         load_slot_file(tmp_path / "mine.py")
 
 

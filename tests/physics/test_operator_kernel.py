@@ -169,7 +169,7 @@ def test_components_that_are_not_kernels_are_refused_by_name(operator, words):
 
 
 def test_parameters_of_the_operator_are_not_given_twice():
-    with pytest.raises(InputError, match="s: is told by the operator"):
+    with pytest.raises(InputError, match="s: is already set by the operator"):
         friction.preisach_contact(kernel=hysteresis.preisach(s=1e7, f_p=30.0), s=1e7)
     with pytest.raises(InputError, match="has no such parameter"):
         friction.preisach_contact(kernel=operator_named("reversal_table"), s=1e7)

@@ -157,7 +157,7 @@ def test_the_true_model_leaves_little_unexplained_force():
         (lambda log, axis: (replace(log, reference=None), axis), "closed-loop", "reference"),
         (lambda log, axis: (replace(log, effort=None), axis), "open-loop", "effort"),
         (lambda log, axis: (replace(log, kind="rotational"), axis), "inverse", "another kind of axis"),
-        (lambda log, axis: (log, axis), "sideways", "mode: is none of the choices"),
+        (lambda log, axis: (log, axis), "sideways", "mode: is not a valid choice"),
         (lambda log, axis: (replace(log, segments=(slice(0, 15),)), axis), "closed-loop", "long enough"),
     ],
 )

@@ -118,7 +118,7 @@ def test_present_results_are_kept(copied):
 def test_changed_rig_is_fitted_again(copied, seen, instead):
     assert seen in RIG
     copied.write_text(RIG.replace(seen, instead))
-    with pytest.raises(InputError, match="something else than what the file says now"):
+    with pytest.raises(InputError, match="other inputs than the file states now"):
         br.read_experiment(copied)
     assert br.prepare(copied)[0].best is not None
     now = br.read_experiment(copied).variants[0].friction.F_C
@@ -129,7 +129,7 @@ def test_edited_digest_is_ignored(copied):
     folder = copied.parent / "rig_identified" / "axis_x"
     note = folder / "depends_on.json"
     note.write_text(note.read_text() + " ")
-    with pytest.raises(InputError, match="something else than what the file says now"):
+    with pytest.raises(InputError, match="other inputs than the file states now"):
         br.read_experiment(copied)
 
 
@@ -158,10 +158,10 @@ def test_edited_model_is_neither_used_nor_replaced(copied):
     custom = model.read_text().replace("F_C =", "F_C = 1.0 #")
     model.write_text(custom)
     for use in (br.read_experiment, br.prepare):
-        with pytest.raises(InputError, match="was changed since it was identified"):
+        with pytest.raises(InputError, match="was changed after its identification"):
             use(copied)
     copied.write_text(RIG.replace('F_C = "20 N"', 'F_C = "26 N"'))
-    with pytest.raises(InputError, match="was changed since"):
+    with pytest.raises(InputError, match="was changed after"):
         br.prepare(copied)
     assert model.read_text() == custom
 
@@ -192,8 +192,8 @@ def test_changed_log_is_fitted_again(rig, tmp_path):
     ("seen", "instead", "said"),
     [
         ('excite = "learning"', 'excite = "lerning"', 'identify.axis_x.excite.*is no variant.*"?learning'),
-        ('excite = "learning"', "", "identify.axis_x: needs something to be fitted to"),
-        ('excite = "learning"', 'excite = "identified"', "is excited before there is a model"),
+        ('excite = "learning"', "", "identify.axis_x: needs a log or an excitation for the fit"),
+        ('excite = "learning"', 'excite = "identified"', "is not identified yet when this loop is excited"),
         ('excite = "learning"', 'excit = "learning"', "unknown key"),
         ('identified = "axis_x"', 'identified = "axis_y"', r"friction\.identified.*not identified in this file.*axis_x"),
         ('excite = "learning"', 'log = "none.csv"', "identify.axis_x.log"),
@@ -223,5 +223,5 @@ def test_study_uses_identified_models(copied, tmp_path):
     )
     assert {v.name for v in read_study_file(study).experiment.variants} == {"base", "identified"}
     copied.write_text(RIG.replace('F_C = "20 N"', 'F_C = "26 N"'))
-    with pytest.raises(InputError, match="something else"):
+    with pytest.raises(InputError, match="other inputs"):
         read_study_file(study)

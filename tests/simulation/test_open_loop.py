@@ -123,7 +123,7 @@ def test_an_open_loop_travels():
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"effort": None}, "is for open loops"),
+        ({"effort": None}, "is only for open loops"),
         ({"run": Run(duration=COUNT * DT, sample_time=DT, tolerance=1e-6, delay=1)}, "run.delay: .*tolerance"),
         ({"run": Run(duration=COUNT * DT, sample_time=DT, tolerance=1e-6, current_lag=1e-3)}, "run.current_lag: .*tol"),
         ({"plant": plants.ball_screw(J=1e-4, M=20.0, lead=5e-3, k=1e8, kind="rotational")}, "ball_screw has a table"),
@@ -136,7 +136,7 @@ def test_cases_without_support_for_a_tolerance_are_refused(change, message):
 
 
 def test_a_tolerance_and_steps_of_one_length_exclude_each_other():
-    with pytest.raises(InputError, match="Leave one of both out"):
+    with pytest.raises(InputError, match="Remove substeps or tolerance"):
         open_loop_experiment(PULLED, friction.coulomb(F_C=1.0), np.zeros(9), DT, tolerance=1e-6, substeps=4)
 
 

@@ -40,7 +40,7 @@ def test_a_block_with_fewer_runs_is_simulated_again(bench):
     run_study(study, out, workers=1)
     before, file = content(out), out / "runs" / "0000000004.parquet"
     pyarrow.parquet.write_table(pyarrow.parquet.read_table(file).slice(0, 3), file)
-    with pytest.warns(InputWarning, match=r"runs/0000000004\.parquet is damaged.*kept as .*\.damaged"):
+    with pytest.warns(InputWarning, match=r"runs/0000000004\.parquet is damaged.*keeps the damaged file as .*\.damaged"):
         assert run_study(study, out, workers=1).before == 2
     assert content(out) == before
 
@@ -122,7 +122,7 @@ def test_a_persons_file_under_the_name_of_one_that_was_being_written_is_left_alo
     run_study(study, out, workers=1)
     name = re.search(r"runs/bristle-[0-9a-f]{32}\.partial", (out / NOTE).read_text())[0]
     (out / name).write_text("mine")
-    with pytest.raises(InputError, match=f"changed since: {name}"):
+    with pytest.raises(InputError, match=f"were changed: {name}"):
         run_study(study, out, workers=1)
     assert (out / name).read_text() == "mine"
 
@@ -163,7 +163,7 @@ def test_a_persons_own_file_of_a_name_that_the_study_uses_is_left_alone(bench, n
         file = file.with_name(f"{file.name}.damaged")
     else:
         before = {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
-        with pytest.raises(InputError, match=rf"(changed since|not written here): {re.escape(name)}"):
+        with pytest.raises(InputError, match=rf"(were changed|did not write): {re.escape(name)}"):
             run_study(study, out, workers=1)
         assert {path: path.read_bytes() for path in out.rglob("*") if path.is_file()} == before
     assert file.read_text() == "a year of work"
@@ -178,7 +178,7 @@ def test_a_link_is_never_written_through(bench):
         path.unlink()
     (out / "runs").rmdir()
     (out / "runs").symlink_to(mine)
-    with pytest.raises(InputError, match="not written here: runs"):
+    with pytest.raises(InputError, match="did not write: runs"):
         run_study(study, out, workers=1)
     assert [path.name for path in mine.iterdir()] == ["thesis.tex"]
 
@@ -223,7 +223,7 @@ def test_a_name_alone_makes_no_other_study(bench):
 def test_a_folder_of_a_persons_own_is_left_alone(bench):
     (bench.folder / "mine").mkdir()
     (bench.folder / "mine" / "thesis.tex").write_text("years")
-    with pytest.raises(InputError, match=r"holds something else than a study: thesis\.tex"):
+    with pytest.raises(InputError, match=r"is not a folder of a study: it contains thesis\.tex"):
         run_study(bench.study(), bench.folder / "mine", workers=1)
     assert [file.name for file in (bench.folder / "mine").iterdir()] == ["thesis.tex"]
 
@@ -233,7 +233,7 @@ def test_a_name_that_a_study_uses_too_is_a_persons_where_there_is_no_study(bench
     file = bench.folder / "mine" / custom
     file.parent.mkdir(parents=True)
     file.write_text("years")
-    with pytest.raises(InputError, match=f"holds something else than a study: {custom}"):
+    with pytest.raises(InputError, match=f"is not a folder of a study: it contains {custom}"):
         run_study(bench.study(), bench.folder / "mine", workers=1)
     assert file.read_text() == "years"
 
@@ -247,7 +247,7 @@ def test_remains_of_a_study_that_ended_before_its_start_do_not_matter(bench):
 def test_a_foreign_file_among_the_runs_is_refused(bench):
     run_study(bench.study(), bench.folder / "out", workers=1)
     (bench.folder / "out" / "runs" / "more.parquet").write_bytes(b"")
-    with pytest.raises(InputError, match=r"not written here: runs/more\.parquet"):
+    with pytest.raises(InputError, match=r"did not write: runs/more\.parquet"):
         run_study(bench.study(), bench.folder / "out", workers=1)
 
 
@@ -285,7 +285,7 @@ def test_one_process_at_a_time_writes_and_a_stale_lock_is_ignored(bench):
     study, out = bench.study(), bench.folder / "out"
     with subprocess.Popen([sys.executable, "-c", HOLDS, bench.folder / "study.toml", out], stdout=subprocess.PIPE) as holder:
         assert holder.stdout.readline() == b"held\n"
-        with pytest.raises(InputError, match=rf"another process \(process {holder.pid}\) writes there"):
+        with pytest.raises(InputError, match=rf"another process \(process {holder.pid}\) is writing to this folder"):
             run_study(study, out, workers=1)
         holder.kill()
     assert run_study(study, out, workers=1).is_whole

@@ -1,4 +1,4 @@
-"""Contracts, kernels, variables, units, errors: what every part of bristle speaks."""
+"""Contracts, kernels, variables, units and errors: the foundation of all parts of bristle."""
 
 from typing import TYPE_CHECKING
 

@@ -1,4 +1,4 @@
-"""`Axis`: what is known of a motion axis before anything is identified from its logs."""
+"""`Axis`: known data of a motion axis before the identification."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -14,7 +14,7 @@ from bristle.core.variable import KINDS, Kind, Variable
 CHANNELS = {name: SIGNALS[name].quantity for name in ("time", "position", "velocity", "effort", "reference", *RECORDED)}
 """Channel of a log -> generalised quantity."""
 COLUMNS = CHANNELS | {"following_error": "length"}
-"""What a column may be: a channel, or the following error, which makes the reference with the position."""
+"""Allowed columns: a channel, or the following error, which gives the reference together with the position."""
 
 _NUMBER = amount(Variable("1", "factor"))
 
@@ -42,22 +42,22 @@ def _offset(value: Any, path: str, kind: Kind | None) -> float | str:
 @guarded()
 @dataclass(frozen=True)
 class Column:
-    """One column of a log and how its numbers become SI of the axis.
+    """A column of a log, and the conversion of its numbers to SI units of the axis.
 
     Parameters
     ----------
     name : str
         Name in the log.
     unit : str
-        Unit of the numbers in the log; empty where the log says it itself.
+        Unit of the numbers in the log; empty if the log states it.
     base : str
         Unit that `scale` applies to: ``"V"`` for a controller output, ``"rad"`` for a motor's encoder.
     scale : float
-        SI of the axis for one `base`, sign, drive constants and transmission included.
+        Value in SI units of the axis for one `base`, including sign, drive constants and transmission.
     optional : bool
         Whether a log may lack it.
     shift : float
-        What is added after scaling, for temperatures.
+        Offset added after scaling, for temperatures.
     """
 
     name: str = taken(TEXT)
@@ -69,11 +69,11 @@ class Column:
 
 
 def _columns(columns: Any, path: str, kind: Kind | None) -> dict[str, Column]:
-    """Take columns by channel; a further channel, for a slot of a person's own, is a word and has a unit."""
+    """Check the columns by channel; a further channel for a user slot must be a word with a unit."""
     columns = mapping(instance(Column, "a Column"))(columns, path, kind)
     for name, column in columns.items():
         if name not in COLUMNS and not (isinstance(name, str) and name.isidentifier() and (column.base or column.shift)):
-            allowed = f"{', '.join(COLUMNS)}, or a further channel, with its unit"
+            allowed = f"{', '.join(COLUMNS)}, or a further channel with a unit"
             raise InputError("has an unknown name", path=path, value=shown(name), allowed=allowed)
     return columns
 
@@ -101,16 +101,16 @@ class Injected:
 @guarded()
 @dataclass(frozen=True)
 class KnownColumn:
-    """A column of a log that an identified coefficient makes an effort of.
+    """A column of a log whose product with an identified coefficient is an effort.
 
     Parameters
     ----------
     column : str
         Name in the log.
     name : str
-        What the coefficient is called after: ``known_NAME``.
+        Suffix of the name of the coefficient: ``known_NAME``.
     optional : bool
-        Whether a log may lack it; it is zero there.
+        Whether a log may lack it; its default is zero.
     """
 
     column: str = taken(TEXT)
@@ -121,16 +121,16 @@ class KnownColumn:
 @guarded()
 @dataclass(frozen=True)
 class Cogging:
-    """Efforts that come back a whole number of times in a turn, the same in both directions.
+    """Efforts that repeat an integral number of times per turn, equal in both directions.
 
     Parameters
     ----------
     turner : {"motor", "screw"}
-        What turns.
+        The rotating part.
     turn : float
-        Movement of the axis for one turn of it [m or rad].
+        Movement of the axis per turn of this part [m or rad].
     harmonics : tuple of int or None
-        How often in a turn; None where the log is to tell.
+        Periods per turn; None to identify them from the log.
     """
 
     turner: str = taken(among("motor", "screw"))
@@ -141,31 +141,31 @@ class Cogging:
 @guarded()
 @dataclass(frozen=True)
 class Axis:
-    """A motion axis, in SI of its kind.
+    """A motion axis, in SI units of its kind.
 
     Parameters
     ----------
     name : str
-        What people call it.
+        Name of the axis.
     kind : {"translational", "rotational"}
         Decides the units: m, N, kg or rad, N*m, kg*m^2.
     columns : mapping of str to Column
         Channel (``time``, ``position``, ``velocity``, ``effort``, ``reference``, ``load``, ``temperature``, and
-        further ones for slots of your own) to the column of the log.
+        further channels for user slots) to the column of the log.
     injected : tuple of Injected
         Known inputs of the loop.
     table : str or None
-        Table, group or array of the log file, where it holds several.
+        Table, group or array of a log file with several.
     sample_time : float or None
-        Sample time of the log where it has no column of time [s].
+        Sample time of a log without a time column [s].
     delay : float
-        By how much the effort column lags the position column [s].
+        Delay of the effort column relative to the position column [s].
     seeks_delay : bool
-        Whether an identification is to find how much more it lags; else nothing is moved besides `delay`.
+        Whether the identification estimates an additional delay; otherwise only `delay` is compensated.
     mass : float or None
         Moving mass [kg] or inertia [kg*m^2], where known.
     plant : str
-        What the friction acts on: ``inertia``, or ``oscillator``, which has a spring and a damper to the ground.
+        The plant: ``inertia``, or ``oscillator`` with a spring and a damper to the ground.
     stiffness, damping : float or None
         Of the oscillator, where known [N/m, N*s/m or N*m/rad, N*m*s/rad].
     offset : float or "identify"
@@ -175,22 +175,22 @@ class Axis:
     effort_limit : float or None
         Saturation of the effort [N or N*m].
     held : bool or None
-        Whether each value of the effort acts until the next sample, as of a sampled controller; None where nobody
-        said so, which counts as no.
+        Whether each value of the effort acts until the next sample, as with a sampled controller; None (unknown) counts
+        as no.
     hold : {"zero", "linear", "band_limited"} or None
-        What the effort does between its samples where its motion is simulated; None counts as held.
+        Interpolation of the effort between samples in a simulation; None is a zero-order hold.
     lag : float
         Time constant with which the drive follows its controller [s], in simulated loops.
     seeks_lag : bool
-        Whether an identification of the closed loop is to find it.
+        Whether an identification of the closed loop estimates it.
     periodic : bool or None
-        Whether each log is a whole number of periods of a motion that repeats; None where the log is to tell.
+        Whether each log is an integral number of periods of a repeating motion; None to detect it from the log.
     in_cycle : bool
-        Whether the log begins within a motion that repeats: a contact with a memory has been through it before.
+        Whether the log begins within a repeating motion, so that the memory of the contact has run in.
     span : tuple of float or None
-        From when to when the log is used, in its own time [s].
+        First and last time of the used part of the log, in the time of the log [s].
     at_rest : bool
-        Whether each log begins at rest and relaxed, or, where it is periodic, has run in from there.
+        Whether each log begins at rest and relaxed, or has run in from this state if it is periodic.
     velocity_limit : float or None
         Largest velocity [m/s or rad/s].
     acceleration_limit : float or None
@@ -200,41 +200,41 @@ class Axis:
     stroke : tuple of float or None
         Smallest and largest position [m or rad].
     controller : Model or None
-        The control law that was running.
+        The control law during the log.
     pitch : float or None
-        Movement of the axis for one turn of the motor [m or rad], where a transmission is told.
+        Movement of the axis per turn of the motor [m or rad], for an axis with a known transmission.
     rated : float or None
-        Effort on the axis at 100 % of rated [N or N*m]; None where nothing tells it.
+        Effort on the axis at 100 % of rated [N or N*m]; None if unknown.
     arm : float or None
-        Movement of the axis for one radian of the motor [m or rad], where a transmission is told: gains may be those
-        of the motor.
+        Movement of the axis per radian of the motor [m or rad], for an axis with a known transmission: gains may refer to
+        the motor.
     presliding : float or None
-        Distance over which friction turns at a reversal, where known: static friction models are simulated with
-        it [m or rad].
+        Distance over which friction changes its sign at a reversal [m or rad], if known, for the simulation of static
+        friction models.
     cutoff : float or None
         Cut-off of the zero-phase filter of the identification [Hz].
     decimation : int or None
-        Of how many filtered samples the identification keeps one.
+        Decimation factor of the filtered samples in the identification.
     keeps_rests : bool
-        Whether the identification keeps samples at rest: where the effort is the friction itself, as a sensor beside
-        the contact sees it, a model with pre-sliding tells it there too.
+        Whether the identification keeps samples at rest. This is useful if a force sensor at the contact measures the
+        friction, because a model with pre-sliding predicts the friction at rest, too.
     method : {"prediction_error", "inverse_dynamics", "output_error"}
-        What an identification makes small: the error of the effort along the measured motion, and from there on, for the
-        best model where it has pre-sliding, the error with which an observer predicts the next position from the measured
-        effort; the error of the effort alone; or the error of a simulation: in open loop that of the position that the
-        measured effort makes of the model, in closed loop that of the effort that the controller asks for.
+        Objective of the identification. ``inverse_dynamics``: the error of the effort along the measured motion.
+        ``prediction_error``: then, for the best model with pre-sliding, the error of an observer that predicts the next
+        position from the measured effort. ``output_error``: the error of a simulation; in open loop of the position, in
+        closed loop of the effort of the controller.
     loop : {"open", "closed"} or None
-        Which loop is simulated there; None where controller and reference decide: with both it is the closed one.
+        Loop of this simulation; None selects the closed loop if controller and reference are known.
     settings : mapping of str to float
         Thresholds of an identification that differ from their defaults, by name.
     text : bytes
-        The axis file, where it was read from one.
+        Content of the axis file, or empty.
     gravity : bool
-        Whether the axis turns a link on which gravity pulls.
+        Whether the axis rotates a link under gravity.
     cogging : tuple of Cogging
-        What of the effort comes back with every turn of motor or screw.
+        Periodic efforts per turn of motor or screw.
     regressors : tuple of KnownColumn
-        Columns of the log that an identified coefficient makes efforts of.
+        Columns of the log with identified coefficients.
     """
 
     name: str = taken(TEXT, "axis")
@@ -259,11 +259,11 @@ class Axis:
     periodic: bool | None = taken(optional(FLAG), None)
     at_rest: bool = _flag()
     in_cycle: bool = _flag()
-    span: tuple[float, float] | None = _pair("time", "from when to when", endless=True)
+    span: tuple[float, float] | None = _pair("time", "first and last time", endless=True)
     velocity_limit: float | None = _positive("length/time", "largest velocity")
     acceleration_limit: float | None = _positive("length/time^2", "largest acceleration")
     jerk_limit: float | None = _positive("length/time^3", "largest jerk")
-    stroke: tuple[float, float] | None = _pair("length", "where the stroke ends")
+    stroke: tuple[float, float] | None = _pair("length", "end of the stroke")
     controller: Any = taken(optional(model("controller")), None)
     pitch: float | None = _positive("length", "movement for a turn")
     arm: float | None = _positive("length", "movement for a radian of the motor", compare=False)

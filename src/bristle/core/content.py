@@ -1,6 +1,6 @@
-"""`Content`: what a file held when it was read, once and whole: the bytes that are hashed are the bytes that are used.
+"""`Content`: a file that is read once and completely, so that the checksum belongs to exactly the bytes in use.
 
-Devices, sockets and folders are refused by name, a silent pipe is not waited for, and a size limit keeps memory free.
+Devices, sockets and folders are refused, a silent pipe has a timeout, and a size limit protects the memory.
 """
 
 import errno
@@ -21,18 +21,18 @@ from bristle.core.errors import InputError, did_you_mean, told_by
 from bristle.core.lazy import cached_property
 from bristle.core.typography import escaped
 
-SIZE_LIMIT = 512 * 2**20  # Largest file, and largest content that a file announces, unless another limit is given [byte]
+SIZE_LIMIT = 512 * 2**20  # Default limit for a file and for the content that it announces [byte]
 
 
 class FixedLimit(int):
-    """A size that no option raises [byte]: that of what a person writes by hand."""
+    """A size limit for hand-written files that options cannot raise [byte]."""
 
 
-SILENCE = 10.0  # [s] without a byte, after which a pipe is given up
-HELD_BACK = 1.0  # [s] without a byte, after which a file is: some of the kernel wait for what is said next
+SILENCE = 10.0  # [s] timeout of a silent pipe
+HELD_BACK = 1.0  # [s] timeout of a silent file: some files of the kernel wait for the next message
 CHUNK = 2**20  # [byte]
 
-Readable = Any  # What can be read: a path, bytes, an open file, or a `Content` that was read before
+Readable = Any  # A path, bytes, an open file, or an earlier `Content`
 
 
 _read: ContextVar[set[str] | None] = ContextVar("_read", default=None)
@@ -40,7 +40,7 @@ _read: ContextVar[set[str] | None] = ContextVar("_read", default=None)
 
 @contextmanager
 def noting_what_is_read(named: Iterable[Readable | None] = ()) -> Iterator[None]:
-    """Note, inside this block, which files are read, so that none of them is replaced by what is made of them."""
+    """Track the files that are read inside this block, so that results do not replace their own inputs."""
     paths = [str(item.source if isinstance(item, Content) else item) for item in named if item is not None]
     token = _read.set({os.path.realpath(file_path.partition("::")[0]) for file_path in paths if "\0" not in file_path})
     try:
@@ -50,25 +50,25 @@ def noting_what_is_read(named: Iterable[Readable | None] = ()) -> Iterator[None]
 
 
 def read_in(folder: Path) -> list[str]:
-    """Return the names of files in a folder that were read, or are going to be."""
+    """Return the names of files in a folder that were or will be read."""
     inside = os.path.join(os.path.realpath(folder), "")
     return sorted(file_path.removeprefix(inside) for file_path in _read.get() or () if file_path.startswith(inside))
 
 
 @dataclass(frozen=True)
 class Origin:
-    """Where something comes from: the name of a file, without its folder, and the SHA-256 of what was read."""
+    """Origin of data: the name of a file without its folder, and the SHA-256 of its content."""
 
     name: str
     checksum: str
 
 
-NOWHERE = Origin("", "")  # Of what was not read from a file
+NOWHERE = Origin("", "")  # of data that were not read from a file
 
 
 @dataclass(frozen=True, eq=False)
 class Content:
-    """A file as it was read."""
+    """Content of a file when it was read."""
 
     source: Path
     data: bytes
@@ -86,7 +86,7 @@ class Content:
 
 
 def content_of(readable: Readable, *, limit: int = SIZE_LIMIT, path: str = "file", what: str = "a file") -> Content:
-    """Return what a file holds, read once."""
+    """Read a file once and return its content."""
     if isinstance(readable, Content):
         return readable
     if isinstance(readable, (bytes, bytearray, memoryview)):
@@ -108,7 +108,7 @@ def content_of(readable: Readable, *, limit: int = SIZE_LIMIT, path: str = "file
         return Content(Path(name) if isinstance(name, str) and name else Path("<file>"), data)
     source = Path(readable)
     if "\0" in os.fspath(source):
-        raise InputError("holds a NUL character and names no file", path=path, value=os.fspath(source))
+        raise InputError("contains a NUL character", path=path, value=os.fspath(source))
     if (noted := _read.get()) is not None:
         noted.add(os.path.realpath(source))
     try:
@@ -118,20 +118,20 @@ def content_of(readable: Readable, *, limit: int = SIZE_LIMIT, path: str = "file
 
 
 def refuse_larger(size: float, limit: int, place: object) -> bool:
-    """Refuse what is larger than the limit; the size may be one that is only announced [byte]."""
+    """Refuse a size above the limit; the size may be only announced [byte]."""
     if size > limit:
         fixed, words = isinstance(limit, FixedLimit), size_in_words(size)
         words = f"more than {words}" if words == size_in_words(limit) else words
-        message, mend = f"holds {words}, which is more than is read{'' if fixed else ' unasked'}", "Is it the right file?"
+        message, mend = f"has {words}, more than the limit", "Is it the right file?"
         if not fixed:
             mend = f'Cut the log, or raise the limit: BRISTLE_SIZE_LIMIT="{size_in_words(2 * size)}" in the environment'
-            mend += " (size_limit in Python); reading takes several times as much memory"
+            mend += " (size_limit in Python); reading needs several times as much memory"
         raise InputError(message, path=str(place), allowed=f"up to {size_in_words(limit)}", mend=mend)
     return True
 
 
 def size_of(text: int | str, path: str = "size_limit") -> int:
-    """Return a size in bytes, of a number or of text such as ``"2 GB"``."""
+    """Convert a number, or text such as ``"2 GB"``, to a size in bytes."""
     spelt = text.strip() if isinstance(text, str) and len(text) < 32 else ""
     match = re.fullmatch(r"(\d{1,9}(?:\.\d{1,3})?)\s?([kMGT]?)(i?)B", spelt)
     if match is not None:
@@ -147,7 +147,7 @@ def size_of(text: int | str, path: str = "size_limit") -> int:
 
 
 def size_in_words(size: float) -> str:
-    """Return a size as people say it."""
+    """Format a size with a suitable unit."""
     for unit, power in (("TB", 12), ("GB", 9), ("MB", 6), ("kB", 3)):
         if size >= 10**power:
             return f"{size / 10**power:.{max(0, 2 - len(str(int(size / 10**power))))}f} {unit}".replace(".0 ", " ")
@@ -158,20 +158,20 @@ def _bytes_of(source: Path, limit: int) -> bytes:
     if str(source) == "-":
         try:
             opened = sys.stdin.fileno()
-        except (AttributeError, ValueError):  # there is none, it was closed, or it is that of a notebook
-            mend = "Name a file, or send one: cat log.csv | bristle log -"
-            raise InputError("there is nothing to read", path="<stdin>", mend=mend) from None
+        except (AttributeError, ValueError):  # missing, closed, or the standard input of a notebook
+            mend = "Name a file, or pipe it: cat log.csv | bristle log -"
+            raise InputError("has no input", path="<stdin>", mend=mend) from None
         return _within(_pieces(opened, source), limit, "<stdin>")
     mode = os.stat(source).st_mode
     for is_kind, kind, mend in (
         (stat.S_ISDIR, "a folder", "Name a file in it"),
         (stat.S_ISCHR, "a device", "Name a file: a device has no end"),
-        (stat.S_ISBLK, "a device", "Name a file: a device is no log"),
-        (stat.S_ISSOCK, "a socket", "Write what it says into a file first"),
+        (stat.S_ISBLK, "a device", "Name a file: a device is not a log"),
+        (stat.S_ISSOCK, "a socket", "Write its data to a file first"),
     ):
         if is_kind(mode):
             raise InputError(f"is {kind}, not a file", path=str(source), mend=mend)
-    # A pipe that nobody writes to must not be waited for, so it is opened without; a regular file does not care.
+    # Open without blocking, because a pipe may have no writer; this does not matter for a regular file.
     opened = os.open(source, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
     try:
         status = os.fstat(opened)
@@ -198,18 +198,18 @@ def _pieces(opened: int, source: Path) -> Iterator[bytes]:
             continue
         try:
             piece = os.read(opened, CHUNK)
-        except BlockingIOError:  # another reader was faster, or a file of the kernel that waits for its next line
+        except BlockingIOError:  # another reader was faster, or a file of the kernel waits for its next line
             time.sleep(0.01)
             continue
         if not piece:
             return
         yield piece
         last = time.monotonic()
-    raise InputError(f"has said nothing for {patience:g} s", path=str(source), mend="Does a program write into it?")
+    raise InputError(f"sent no data for {patience:g} s", path=str(source), mend="Check that a program writes to it")
 
 
 def _says_something(opened: int, seconds: float) -> bool:
-    """Wait until there is something to read, or the end; what cannot be waited for is read at once."""
+    """Wait for data or the end; without support for waiting, read immediately."""
     import select
 
     if not hasattr(select, "poll"):
@@ -228,5 +228,5 @@ def _refusal(source: Path, error: OSError) -> InputError:
             names = os.listdir(source.parent)
         return InputError("there is no such file", path=str(source), mend=did_you_mean(source.name, names, 0.75) or "Check the path")
     if error.errno == errno.ENAMETOOLONG:
-        return InputError("is too long for the name of a file", path=str(source))
+        return InputError("is too long for a file name", path=str(source))
     return InputError(f"cannot be read ({(error.strerror or str(error)).lower()})", path=str(source))

@@ -1,4 +1,4 @@
-r"""The contracts: one grammar, *state, memory, inputs, dt, parameters*, for everything that takes a step.
+r"""The contracts: all step functions have the arguments *state, memory, inputs, dt, parameters*, in this order.
 
 ========== ==================================================================================================
 hysteresis ``trial(state, memory, u, p) -> (w, move)``, ``commit(state, memory, move, p) -> state``
@@ -36,14 +36,14 @@ from bristle.core.variable import KINDS, Kind
 
 @dataclass(frozen=True, kw_only=True)
 class Component(Documented):
-    """What every descriptor has: names, the types of its data, where it comes from.
+    """Base of all descriptors: names, types of the data, and the source.
 
     Parameters
     ----------
     name : str
         Name in files and on the command line.
     description : str
-        What it is, one line.
+        Description in one line.
     Parameters, State : type
         NamedTuples; every field is annotated with a `Variable`.
     reference : str
@@ -51,9 +51,9 @@ class Component(Documented):
     relations : tuple of Relation
         Conditions between parameters.
     redundancies : tuple of Redundancy
-        Parameters that are only seen as a factor of others.
+        Parameters that only act as a factor of others.
     example : mapping
-        Typical values of the parameters, in SI of a translational axis: for docs, and for the contract suite.
+        Typical values of the parameters, in SI units of a translational axis, for docs and the contract suite.
     """
 
     functions: ClassVar[tuple[str, ...]] = ()
@@ -69,7 +69,7 @@ class Component(Documented):
         return made_by if made_by is not None and made_by[0](*made_by[1]) is self else super().__reduce__()
 
     def _made_by(self) -> tuple[Callable[..., Component], tuple[Any, ...]] | None:
-        """Return the factory of this component and its arguments, where one makes it, the same one every time."""
+        """Return the cached factory of this component and its arguments; None without a factory."""
         return None
 
     def initial_state(self, parameters: Any) -> Any:
@@ -82,10 +82,10 @@ class Component(Documented):
         Parameters
         ----------
         kind : {"translational", "rotational"}, optional
-            Kind of axis; told from the units where they are given, else translational.
+            Kind of axis; by default from the units of the values, or else translational.
         validate : bool
-            False lets values through that break a range or a relation, for studies of what fails; arrays must be of
-            the lengths that the model reads all the same.
+            False accepts values that violate a range or a relation, for studies of failures; the lengths of arrays
+            must still fit the model.
         **values
             Parameters by name: numbers in SI, or text with a unit such as ``"40 mN*m"``.
 
@@ -104,13 +104,13 @@ class Component(Documented):
 
 @dataclass(frozen=True, kw_only=True)
 class HysteresisOperator(Component):
-    """A rate-independent hysteresis operator: what comes out depends on the path of the input, not on its speed.
+    """A rate-independent hysteresis operator: its output depends on the path of the input, not on its speed.
 
-    ``trial(state, memory, u, p) -> (w, move)`` is pure: the output at the input `u`, reached in one monotone move, and
-    what `commit` needs. ``commit(state, memory, move, p) -> state`` is called once for each accepted move and is the
-    only writer of ``memory``, a 1-D array of ``memory_size(p)`` numbers. A virgin operator is at the input 0.
-    ``measure(p)`` is given by those with an Everett function: what `everett` and its like dispatch on. ``input`` and
-    ``output`` are generalised quantities. A ``State`` that can forget counts it in ``lost``.
+    ``trial(state, memory, u, p) -> (w, move)`` is pure: it returns the output at the input `u`, reached in one monotone
+    move, and the data for `commit`. ``commit(state, memory, move, p) -> state`` is called once for each accepted move. Only
+    `commit` writes ``memory``, a 1-D array of ``memory_size(p)`` numbers. A virgin operator is at the input 0.
+    Operators with an Everett function also provide ``measure(p)``, on whose type `everett` and similar functions dispatch.
+    ``input`` and ``output`` are generalised quantities. A ``State`` that can lose memory counts the losses in ``lost``.
     """
 
     trial: Callable[..., Any]
@@ -133,18 +133,20 @@ class HysteresisOperator(Component):
 class FrictionModel(Component):
     """A friction model.
 
-    ``trial(state, memory, motion, dt, p) -> (force, move)`` is pure: the mean force over a step at constant velocity
-    ``motion.v``, positive when it opposes ``v > 0``, and what `commit` needs. ``v = +0.0`` and ``-0.0`` give the two
-    one-sided limits, so that a set-valued model needs no flag. ``commit(state, memory, move, p) -> state`` is
-    called once for each accepted step and is the only writer of ``memory``, a 1-D array (or ``()``) of
-    ``memory_size(p)`` numbers. The same equations in continuous time are optional: ``rate(state, motion, p) -> (force,
-    d_state)`` for a smooth model. For one that is smooth from event to event ``piece(state, memory, motion, p) ->
-    (contact, piece)`` are what varies and what holds, the ``side`` of the motion included; ``flow(contact, piece,
-    motion, p) -> (force, d_contact, margin)`` is smooth past the event too, at which the margin falls below zero; and
-    ``arrival(state, memory, contact, p) -> move`` is what to commit there. Optional too is ``trial_sided(state, memory,
-    motion, dt, backward, forward)``, for models whose parameters depend on the side that the contact leans to rather
-    than on the direction of motion. ``start(place, backward, forward) -> state`` is given by those whose state before
-    a log matters and is not known: the states that it may be, for a place from -1 to 1.
+    ``trial(state, memory, motion, dt, p) -> (force, move)`` is pure: it returns the mean force over a step at constant
+    velocity ``motion.v``, positive when it opposes ``v > 0``, and the data for `commit`. ``v = +0.0`` and ``-0.0`` give the
+    two one-sided limits, so that a set-valued model needs no flag. ``commit(state, memory, move, p) -> state`` is called
+    once for each accepted step. Only `commit` writes ``memory``, a 1-D array (or ``()``) of ``memory_size(p)`` numbers.
+
+    The same equations in continuous time are optional: ``rate(state, motion, p) -> (force, d_state)`` for a smooth model.
+    A model that is smooth between events has three functions. ``piece(state, memory, motion, p) -> (contact, piece)``
+    separates variables from constants, including the ``side`` of the motion. ``flow(contact, piece, motion, p) -> (force,
+    d_contact, margin)`` is smooth beyond the event, too; at the event the margin falls below zero. ``arrival(state, memory,
+    contact, p) -> move`` is the move to commit at the event.
+
+    Optional too is ``trial_sided(state, memory, motion, dt, backward, forward)``, for models whose parameters depend on the
+    direction of the deflection of the contact instead of the direction of motion. Models whose unknown state before a log
+    matters have ``start(place, backward, forward) -> state``: the possible states, for a place from -1 to 1.
     """
 
     trial: Callable[..., Any]
@@ -163,7 +165,7 @@ class FrictionModel(Component):
     optional: ClassVar[tuple[str, ...]] = ("rate", "piece", "flow", "arrival", "trial_sided")
 
     def over(self, operator: Model, path: str = "kernel") -> tuple[FrictionModel, dict[str, Any]]:
-        """Return this model with a hysteresis operator in place of its kernel, and the values that are then given.
+        """Return this model with a hysteresis operator in place of its kernel, and the values to set then.
 
         Raises
         ------
@@ -172,7 +174,7 @@ class FrictionModel(Component):
         """
         made_by = self._made_by()
         if made_by is None:
-            raise InputError("has no kernel that an operator could take the place of", path=path, value=operator.name)
+            raise InputError("has no kernel that an operator can replace", path=path, value=operator.name)
         factory, (inner, *further) = made_by
         component, values = inner.over(operator, path)
         outer: Any = factory(component, *further)
@@ -180,7 +182,7 @@ class FrictionModel(Component):
 
     @property
     def surroundings(self) -> tuple[Any, ...]:
-        """What of its surroundings its slots depend on."""
+        """Surroundings that its slots depend on."""
         return getattr(getattr(self, "inner", None), "surroundings", ())
 
     def new_memory(self, parameters: Any) -> np.ndarray:
@@ -190,15 +192,15 @@ class FrictionModel(Component):
 
 @dataclass(frozen=True, kw_only=True)
 class Plant(Component):
-    """A mechanism that friction acts on, through one port that is affine in the friction force.
+    """A mechanism on which friction acts through a port that is affine in the friction force.
 
     ``port(state, effort, dt, p) -> (a, b)``: the mean velocity over the step is ``a + b * force``, with ``b < 0``.
-    ``step(state, effort, force, dt, p) -> (output, state)`` takes the mean force of the step.
-    ``rest(state, effort, dt, p) -> state`` holds the port at a velocity of exactly zero.
+    ``step(state, effort, force, dt, p) -> (output, state)`` uses the mean force of the step.
+    ``rest(state, effort, dt, p) -> state`` keeps the port at a velocity of exactly zero.
     ``rate(state, effort, force, p) -> d_state`` is optional: the same equations in continuous time.
-    ``inverse(x, v, a, p) -> effort`` is what a motion takes without friction, for arrays; linear in the parameters.
+    ``inverse(x, v, a, p) -> effort`` is the effort of a motion without friction, for arrays; linear in the parameters.
     Fields ``x`` and ``v`` of its `State` are the position and velocity at the port.
-    ``screw(p)`` is given by one with a second port: what lies between the first one and the friction of its table.
+    A plant with a second port has ``screw(p)``: the screw between the first port and the friction of its table.
     """
 
     port: Callable[..., Any]
@@ -217,10 +219,10 @@ class Plant(Component):
 class Controller(Component):
     """A sampled control law: ``step(state, reference, measured, dt, p) -> (effort, state)``.
 
-    ``start(measured, velocity, acceleration, dt, p) -> state`` is the state of one that takes over a motion under way.
-    ``resume(state, reference, measured, effort, dt, p) -> state`` is optional, for one that remembers its reference or
-    integrates: the same state of one that has followed it and given an effort until now (`NOT_KNOWN`, a NaN, where it
-    is not known). All three are kernels: where a law is exported to, it begins as it does here.
+    ``start(measured, velocity, acceleration, dt, p) -> state`` is the state of a controller that takes over a motion.
+    ``resume(state, reference, measured, effort, dt, p) -> state`` is optional, for a controller with an integral or a
+    memory of its reference: the state after it has followed the reference and applied an effort (`NOT_KNOWN`, a NaN, if
+    unknown). All three are kernels, so exported control laws start in the same way.
     """
 
     step: Callable[..., Any]
@@ -253,14 +255,14 @@ class Trajectory(Component):
 
 @dataclass(frozen=True, eq=False)
 class Model(WithParameters):
-    """A component with its parameters, which are attributes too. Two are equal if component, kind and numbers are.
+    """A component with parameters, which are also attributes. Models with equal component, kind and numbers are equal.
 
     Parameters
     ----------
     component : Component
         The descriptor.
     parameters : NamedTuple
-        What kernels receive, in SI.
+        Parameters of the kernels, in SI units.
     kind : {"translational", "rotational"}
         The kind of axis.
     """
@@ -270,7 +272,7 @@ class Model(WithParameters):
     kind: Kind = "translational"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # The component comes first: in another process it brings the classes of its parameters.
+        # The component comes first, because unpickling it defines the classes of its parameters.
         return type(self), (self.component, self.parameters, self.kind)
 
     @property
@@ -280,11 +282,11 @@ class Model(WithParameters):
 
     @property
     def values(self) -> ReadOnly[str, Any]:
-        """The parameters that a person sets, in SI: read-only, `with_values` returns a model with other ones."""
+        """User parameters in SI units; read-only, use `with_values` for changes."""
         return ReadOnly(self.component.values(self.parameters))
 
     def with_values(self, **changes: Any) -> Model:
-        """Return the model with some parameters changed, validated again."""
+        """Return the model with changed parameters, validated again."""
         return make_model(self.component, self.values | changes, kind=self.kind, validate=True)
 
     def __eq__(self, operand: object) -> bool:
@@ -307,7 +309,7 @@ class Model(WithParameters):
 def make_model(
     component: Component, values: Mapping[str, Any], *, kind: Kind | None, validate: bool, related: bool = True, path: str = ""
 ) -> Model:
-    """Return `component` with validated parameters; `path` goes before the names in error messages."""
+    """Return `component` with validated parameters; `path` is the prefix of names in error messages."""
     from bristle.core import units
 
     prefix = f"{path}." if path else ""
@@ -341,15 +343,15 @@ def make_model(
 def _over_operator(
     component: FrictionModel, values: Mapping[str, Any], kind: Kind | None, prefix: str
 ) -> tuple[FrictionModel, dict[str, Any], Kind]:
-    """Return a friction model over the operator that is given for its kernel, with the values of both."""
+    """Return a friction model with an operator as its kernel, and the values of both."""
     path, operator = f"{prefix}kernel", values["kernel"]
     if kind is not None and kind != operator.kind:
-        mend = "Take an operator of the same kind of axis"
+        mend = "Use an operator for the same kind of axis"
         raise InputError(f"is {operator.kind}, and this friction is {kind}", path=path, value=operator.name, mend=mend)
     composed, fixed = component.over(operator, path)
     for name in fixed:
         if name in values and name != "kernel":
-            raise InputError("is told by the operator", path=f"{prefix}{name}", value=values[name], mend=f"Leave {name} out")
+            raise InputError("is already set by the operator", path=f"{prefix}{name}", value=values[name], mend=f"Remove {name}")
     return composed, {name: value for name, value in values.items() if name != "kernel"} | fixed, operator.kind
 
 

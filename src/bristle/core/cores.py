@@ -1,8 +1,8 @@
-"""How many processor cores this process may use, and for what."""
+"""Number of processor cores for this process, and their use."""
 
 import os
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor  # noqa: TID251  (the one place that does)
+from concurrent.futures import Future, ThreadPoolExecutor  # noqa: TID251  (the only place that imports it)
 from contextlib import contextmanager
 from contextvars import copy_context
 from types import SimpleNamespace
@@ -13,29 +13,29 @@ from bristle.core.locks import SHARING
 A = TypeVar("A")
 B = TypeVar("B")
 
-# How many blocks keep linear algebra to one thread, and what the first of them found.
+# Number of active blocks with single-threaded linear algebra, and the limits before the first block.
 _blocks = SimpleNamespace(inside=0, limits=None)
 
 
 def core_count() -> int:
-    """Return on how many cores this process may run; where a system does not say so, how many there are."""
+    """Return the number of cores available to this process, or else the number of cores of the machine."""
     allowed = getattr(os, "sched_getaffinity", None)
     return len(allowed(0)) if allowed is not None else os.cpu_count() or 1
 
 
 class Abreast(ThreadPoolExecutor):
-    """Threads that work for one caller, as it would itself: what holds in its context holds in them."""
+    """Threads that work in the context of their caller."""
 
     def __init__(self, threads: int | None = None) -> None:
         super().__init__(threads or core_count())
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """Let a function be called by one of the threads, in a copy of the context of this call."""
+        """Call a function in a thread, with a copy of the current context."""
         return super().submit(copy_context().run, fn, *args, **kwargs)
 
 
 def abreast(function: Callable[[A], B]) -> Callable[[Sequence[A]], list[B]]:
-    """Return what calls a function with each of several values, on all cores."""
+    """Return a function that maps values on all cores."""
 
     def together(values: Sequence[A]) -> list[B]:
         if len(values) == 1:
@@ -51,12 +51,12 @@ def abreast(function: Callable[[A], B]) -> Callable[[Sequence[A]], list[B]]:
 
 @contextmanager
 def cores_for_simulations() -> Iterator[None]:
-    """Keep linear algebra to one thread: all matrices here are small, and a second thread spins on its core.
+    """Limit linear algebra to one thread: all matrices are small, and a second thread would only spin on its core.
 
-    It would also add up in another order. So of blocks that overlap in several threads none ends for the others: the
-    last one gives back what the first one found.
+    A second thread would also change the order of sums. Blocks may overlap in several threads: the last block restores
+    the limits before the first.
     """
-    import scipy.linalg  # noqa: F401  (it brings a library of its own, which must be there to be told)
+    import scipy.linalg  # noqa: F401  (its separate library must be loaded before the limit is set)
     from threadpoolctl import threadpool_info, threadpool_limits
 
     with SHARING:
@@ -69,7 +69,7 @@ def cores_for_simulations() -> Iterator[None]:
         with SHARING:
             _blocks.inside -= 1
             if any(pool.get("threading_layer") == "openmp" for pool in threadpool_info()):
-                own.restore_original_limits()  # each thread has a number of its own
+                own.restore_original_limits()  # each thread has a separate limit
             elif _blocks.inside <= 0:
                 (_blocks.limits or own).restore_original_limits()
             if _blocks.inside <= 0:
@@ -79,7 +79,7 @@ def cores_for_simulations() -> Iterator[None]:
 
 
 def _take_over() -> None:
-    """Let any thread say how many there are: some versions heed only the first that ever did."""
+    """Let any thread set the limit: some versions obey only the first thread that set it."""
     from threadpoolctl import OpenBLASController
 
     forget = getattr(OpenBLASController, "clear_controlling_thread", None)
@@ -92,5 +92,5 @@ def _leave_blocks() -> None:
 
 
 if hasattr(os, "register_at_fork"):
-    # The other threads that are in a block are not there in a fork, and never leave it.
+    # Other threads inside a block do not exist in a fork and never leave the block.
     os.register_at_fork(after_in_child=_leave_blocks)

@@ -1,4 +1,4 @@
-"""What results carry besides their numbers: what was found out about the data, errors held out, work left unfinished."""
+"""Diagnostics of results, held-out errors, and unfinished work."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ Number = float | int | str | tuple[str, ...] | tuple[float, ...]
 
 @dataclass(frozen=True)
 class Diagnostic:
-    """One thing to know of a result.
+    """A finding about a result.
 
     Parameters
     ----------
     code : str
-        What it is: in kebab case of a fit or a prediction, in snake case of a check of a log. A code keeps its meaning
-        from version to version; `bristle.report.messages` has the sentence of each.
+        Stable code: in kebab case for a fit or a prediction, in snake case for a check of a log.
+        `bristle.report.messages` has the sentence of each code.
     parameter : str
-        The parameter it concerns; empty where it concerns none.
+        The affected parameter, or empty.
     severity : {"warning", "note", "error"}
-        ``error``: there is no result, or none to rely on. ``warning``: the result may mislead. ``note``: what it rests
-        on.
+        ``error``: the result is missing or unreliable. ``warning``: the result may mislead. ``note``: an assumption of
+        the result.
     numbers : mapping of str to number, str or tuple of either
-        What the sentence needs, in SI.
+        Numbers in the sentence, in SI units.
     kind : {"translational", "rotational"}
-        Of the axis; decides the units of the numbers.
+        Kind of axis; decides the units of the numbers.
     """
 
     code: str
@@ -42,13 +42,13 @@ class Diagnostic:
     kind: Kind = "translational"
 
     def as_data(self) -> dict[str, Any]:
-        """Return what goes into JSON: ``code``, ``parameter``, ``severity``, ``numbers``."""
+        """Return the data for JSON: ``code``, ``parameter``, ``severity``, ``numbers``."""
         return {"code": self.code, "parameter": self.parameter, "severity": self.severity, "numbers": dict(self.numbers)}
 
 
 @dataclass(frozen=True)
 class HeldOut:
-    """Error on time blocks, or whole logs, that were not fitted: 100 ||y - y_hat|| / ||y|| one by one [%]."""
+    """Held-out error on time blocks or whole logs: 100 ||y - y_hat|| / ||y|| for each of them [%]."""
 
     block_errors_percent: tuple[float, ...]
     mean_percent: float
@@ -66,7 +66,7 @@ UNFINISHED = Diagnostic("unfinished")
 
 
 def to_the_end(work: Callable[[], T]) -> tuple[T, bool]:
-    """Return what short work comes to, and whether a person interrupted it: it is then done again."""
+    """Return the result of short work, and whether the user interrupted it; interrupted work is repeated."""
     try:
         return work(), False
     except KeyboardInterrupt:
@@ -75,7 +75,7 @@ def to_the_end(work: Callable[[], T]) -> tuple[T, bool]:
 
 @dataclass
 class BestSoFar:
-    """The best of a search: of all points that were tried, and of the descents that ended."""
+    """Best point of a search, and best completed descent."""
 
     at: np.ndarray | None = None
     cost: float = math.inf
@@ -83,16 +83,16 @@ class BestSoFar:
     whole: bool = False
 
     def see(self, at: np.ndarray, cost: float) -> None:
-        """Take note of a point that was tried."""
+        """Record an evaluated point."""
         if cost < self.cost:
             self.at, self.cost = at.copy(), cost
 
     def is_known(self, at: np.ndarray) -> bool:
-        """Return whether a point is where the best descent ended."""
-        # 0.02 in coordinates: of a typical magnitude, or of a factor e
+        """Return whether a point is close to the end of the best descent."""
+        # 0.02 in coordinates: relative to a typical magnitude, or in the natural logarithm
         return self.result is not None and bool(np.all(np.abs(at - self.result.theta) < 0.02))
 
     def take(self, result: Any) -> None:
-        """Take note of a descent that ended."""
+        """Record a completed descent."""
         if self.result is None or result.cost < self.result.cost:
             self.result = result

@@ -1,9 +1,9 @@
-"""Quantities as products of powers: the exponents of ``force*time^2/length^2``, and its unit on each kind of axis.
+"""Quantities as products of powers, such as ``force*time^2/length^2``, and their units on each kind of axis.
 
 A quantity is written from the names of `NAMES` with ``*``, ``/``, powers such as ``^2`` or ``^0.5``, and one level of
 brackets. Quantities are *generalised*: `force` is a force [N] on a translational axis and a torque [N*m] on a
-rotational one. Hysteresis operators serve magnets too: there `length` is the field [T] and `force` the moment
-[A*m^2]; and piezo actuators: there `length` is the voltage [V] and `force` the displacement [m].
+rotational axis. For a hysteresis operator of a magnet, `length` is the field [T] and `force` the moment [A*m^2].
+For a piezo actuator, `length` is the voltage [V] and `force` the displacement [m].
 """
 
 import re
@@ -16,12 +16,12 @@ from bristle.core.errors import InputError, did_you_mean
 
 AxisKind = Literal["translational", "rotational"]
 Kind = Literal["translational", "rotational", "magnetic", "piezo"]
-"""Kinds of axis; only a hysteresis operator can be that of a magnet or of a piezo actuator."""
+"""Kinds of axis; the kinds magnet and piezo actuator are only for hysteresis operators."""
 KINDS: tuple[Kind, ...] = ("translational", "rotational")
 
 
 class Name(NamedTuple):
-    """A quantity with a name: its SI unit on each kind, and the product that it is short for, if it is."""
+    """A named quantity: its SI unit on each kind of axis, and the product that defines it, if any."""
 
     translational: str
     rotational: str
@@ -35,17 +35,17 @@ NAMES = {
     "force of travel": Name("N", "N", "N", "N"),
     "mass": Name("kg", "kg*m^2", "A*m^2*s^2/T", "m*s^2/V", "force*time^2/length"),
     "force": Name("N", "N*m", "A*m^2", "m"),
-    # What moves straight, whatever the kind of axis: the table of a ball screw.
+    # Linear on every kind of axis: the table of a ball screw.
     "travel": Name("m", "m", "m", "m"),
     "length": Name("m", "rad", "T", "V"),
     "time": Name("s", "s", "s", "s"),
     "frequency": Name("Hz", "Hz", "Hz", "Hz", "1/time"),
     "temperature": Name("K", "K", "K", "K"),
 }
-"""Names of which quantities are products, in the order in which they are written."""
-# In a unit, symbols stand in this order; among them those in which a drive counts effort and position.
+"""Names of the factors of quantities, in their order of writing."""
+# Order of symbols in a unit, including the units of a drive.
 SYMBOLS = ("kg", "N", "V", "A", "rated", "m", "rad", "T", "s", "Hz", "count", "K")
-HIGHEST, LONGEST = 9.0, 200  # power in a unit that text is read in, and characters of a quantity
+HIGHEST, LONGEST = 9.0, 200  # power in a unit, and characters of a quantity
 WITHOUT_NAME = {
     "torque": "force",
     "angle": "length",
@@ -61,7 +61,7 @@ EXAMPLE = 'Write a product such as "force*time^2/length^2"'
 
 
 def grammar(name: str) -> re.Pattern[str]:
-    """Return the pattern of products of what a name is: ``*``, ``/``, powers, and one level of brackets."""
+    """Return the pattern of products of names: ``*``, ``/``, powers, and one level of brackets."""
     factor = rf"{name}(?:\^-?\d(?:\.5)?)?"
     part = rf"(?:{factor}|\({factor}(?:[*/]{factor})*\))"
     return re.compile(rf"{part}(?:[*/]{part})*")
@@ -72,7 +72,7 @@ _STEP = re.compile(r"([*/]?)(\(?)([^*/^()]+)(?:\^(-?[\d.]+))?(\)?)")
 
 
 def canonical(quantity: Any) -> str:
-    """Return a quantity in the one spelling that it has."""
+    """Return the canonical spelling of a quantity."""
     if not isinstance(quantity, str):
         raise InputError("must be the text of a quantity", value=quantity, allowed=_allowed(), mend=EXAMPLE)
     return _canonical(quantity)
@@ -89,7 +89,7 @@ def _canonical(quantity: str) -> str:
 
 @lru_cache(maxsize=512)
 def exponents_of(quantity: str) -> Mapping[str, float]:
-    """Return the power of each name that is short for no other in a quantity; those of power 0 are left out."""
+    """Return the power of each base quantity in a quantity, without powers of 0."""
     return MappingProxyType(_expanded(_names_in(quantity), {name: entry.product or name for name, entry in NAMES.items()}))
 
 
@@ -108,17 +108,17 @@ def unit_of(quantity: str, kind: Kind = "translational", **counted: str) -> str:
     kind : {"translational", "rotational", "magnetic", "piezo"}
         The kind of axis.
     **counted : str
-        Units by name for what is not counted in SI, such as ``force="V"``.
+        Units for quantities that are not in SI units, such as ``force="V"``.
 
     Returns
     -------
     str
-        The unit, as pint reads it.
+        The unit in the spelling of pint.
 
     Raises
     ------
     InputError
-        If it is no quantity.
+        If it is not a quantity.
 
     Examples
     --------
@@ -133,7 +133,7 @@ def unit_of(quantity: str, kind: Kind = "translational", **counted: str) -> str:
 
 
 def unit_elsewhere(unit: str, own: Kind, foreign: Kind) -> str | None:
-    """Return what a unit of an axis of the kind `own` is on one of the kind `foreign`; None where it is of none."""
+    """Convert a unit of an axis of the kind `own` to the kind `foreign`; None if it is not a unit of an axis."""
     rest = factors_of(unit) if _GRAMMAR.fullmatch(unit) else {unit: 1.0}
     powers = {}
     for name in ("mass", "force", "length", "time", "frequency", "temperature"):
@@ -148,19 +148,19 @@ def _units(kind: Kind) -> dict[str, str]:
 
 
 def _expanded(powers: Mapping[str, float], products: Mapping[str, str]) -> dict[str, float]:
-    """Return the power of each factor of what the factors of a product are products of."""
+    """Return the power of each factor after each name is replaced by its product."""
     return total((part, power * inner) for name, power in powers.items() for part, inner in factors_of(products[name]).items())
 
 
 def _names_in(quantity: str) -> dict[str, float]:
-    """Return the power of each name in a quantity, which is refused if it is none."""
+    """Return the power of each name in a quantity; refuse invalid text."""
     text = re.sub(r"\s*([*/^()])\s*", r"\1", quantity[:LONGEST].strip().replace("**", "^"))
     if len(quantity) > LONGEST or not _GRAMMAR.fullmatch(text):
         raise InputError("is not a quantity", value=quantity, allowed=_allowed(), mend=EXAMPLE)
     powers = factors_of(text)
     for name in powers:
         if name not in NAMES:
-            reason, without = f"is not a quantity: there is no {name!r}", WITHOUT_NAME.get(name.lower())
+            reason, without = f"is not a quantity: {name!r} is unknown", WITHOUT_NAME.get(name.lower())
             mend = f'Write "{without}" for {name}' if without else did_you_mean(name, NAMES) or f"{EXAMPLE}, not its unit"
             raise InputError(reason, value=quantity, allowed=_allowed(), mend=mend)
     return powers
@@ -185,7 +185,7 @@ def factors_of(product: str) -> dict[str, float]:
 
 
 def total(powers: Iterable[tuple[str, float]]) -> dict[str, float]:
-    """Return the power of each name, where a name may come several times; those of power 0 are left out."""
+    """Return the sum of the powers of each name, without powers of 0."""
     summed: dict[str, float] = {}
     for name, power in powers:
         summed[name] = summed.get(name, 0.0) + power
@@ -193,7 +193,7 @@ def total(powers: Iterable[tuple[str, float]]) -> dict[str, float]:
 
 
 def written(powers: Mapping[str, float], order: Iterable[str]) -> str:
-    """Return a product in this order of its factors; what is divided by stands behind one stroke."""
+    """Write a product with its factors in this order and at most one slash."""
     places = {name: place for place, name in enumerate(order)}
     sorted_powers = sorted(powers.items(), key=lambda factor: places.get(factor[0], len(places)))
     above = [_raised(name, power) for name, power in sorted_powers if power > 0.0]

@@ -1,6 +1,6 @@
-"""Dispatch by the type of the parameters: how one driver serves every model, ours or a user's.
+"""Dispatch by the type of the parameters, so that a driver works with every model of bristle or of the user.
 
-In plain Python each function looks the component up by ``type(p)``; for the compiler it has an overload on that type.
+In plain Python each function finds the component by ``type(p)``; for the compiler it has an overload on this type.
 """
 
 import inspect
@@ -11,27 +11,27 @@ from bristle.core.kernel import on_activation
 
 _functions: dict[tuple[str, str, type], Callable[..., Any]] = {}
 _DISPATCHERS: dict[Callable[..., Any], tuple[str, str, str]] = {}
-"""Dispatching function -> family and name of what it calls, and its arguments."""
+"""Dispatching function -> family and name of the called function, and its arguments."""
 _by_fields: dict[Callable[..., Any], Callable[[tuple[str, ...]], Callable[..., Any]]] = {}
 
 
 def register(family: str, parameters: type, functions: Mapping[str, Callable[..., Any]]) -> None:
-    """Make the functions of a component known under the type of its parameters."""
+    """Register the functions of a component under the type of its parameters."""
     for name, function in functions.items():
         if _functions.setdefault((family, name, parameters), function) is not function:
             raise TypeError(
-                f"{parameters.__module__}.{parameters.__qualname__} are the parameters of another {family} already: "
-                "give each component a Parameters class of its own"
+                f"{parameters.__module__}.{parameters.__qualname__} are already the parameters of another {family}: "
+                "give each component a separate Parameters class"
             )
 
 
 def functions_of(parameters: Any) -> tuple[Callable[..., Any], ...]:
-    """Return every function that is dispatched to by this type; none for any other type."""
+    """Return all functions registered for this type of parameters; empty for other types."""
     return tuple(function for (_, _, cls), function in _functions.items() if cls is parameters)
 
 
 def _dispatching(family: str, name: str, arguments: str) -> Callable[..., Any]:
-    """Return what calls the function `name` of a component, whose parameters are the last of the arguments."""
+    """Return a function that calls `name` of the component with the type of the last argument."""
 
     def dispatch(*given):
         return _functions[family, name, type(given[-1])](*given)
@@ -64,7 +64,7 @@ sensor_step = _dispatching("sensor", "step", "state, x, dt, p")
 
 
 def chosen_by_fields(function: Callable[..., Any], choose: Callable[[tuple[str, ...]], Callable[..., Any]]) -> Callable[..., Any]:
-    """Return a function of one NamedTuple, for which `choose` has a kernel by the names of the fields of that."""
+    """Return a function of a NamedTuple; `choose` selects its kernel by the names of the fields."""
     _by_fields[function] = choose
     names = ", ".join(inspect.signature(function).parameters)
     on_activation(lambda: _overload(function, names, lambda types: choose(types[-1].fields)))
@@ -72,19 +72,19 @@ def chosen_by_fields(function: Callable[..., Any], choose: Callable[[tuple[str, 
 
 
 def is_dispatch(function: Callable[..., Any]) -> bool:
-    """Return whether `function` is a dispatching function: one of this module, or one that fields choose."""
+    """Return whether `function` dispatches, by the type of parameters or by fields."""
     return function in _DISPATCHERS or function in _by_fields
 
 
 def implementation_of(function: Callable[..., Any], parameters: type) -> Callable[..., Any] | None:
-    """Return what a dispatching function of this module calls for parameters of this type; None where nothing is."""
+    """Return the function that a dispatching function calls for this type of parameters; None if there is no such function."""
     if function in _by_fields:
         return _by_fields[function](getattr(parameters, "_fields", ()))
     return _functions.get((*_DISPATCHERS[function][:2], parameters))
 
 
 def overload_all() -> None:
-    """Make every dispatching function of this module known to the compiler."""
+    """Register every dispatching function of this module with the compiler."""
     for function, (family, name, arguments) in _DISPATCHERS.items():
         _overload(
             function,
@@ -94,11 +94,11 @@ def overload_all() -> None:
 
 
 def _overload(function: Callable[..., Any], names: str, choose: Callable[[tuple[Any, ...]], Any]) -> None:
-    """Make what is chosen in place of a function known to the compiler, by the types of its arguments."""
+    """Register a function with the compiler; the types of its arguments select the implementation."""
     from numba.extending import overload
 
     options: Any = {"forceinline": True, "error_model": "numpy"}
-    # The compiler matches arguments by name, so the implementation carries those of its dispatcher.
+    # The compiler matches arguments by name, so the implementation has the argument names of its dispatcher.
     scope: dict[str, Any] = {"choose": lambda *types: choose(types)}
     exec(f"def chosen({names}): return choose({names})", scope)
     overload(function, jit_options=options, strict=False)(scope["chosen"])

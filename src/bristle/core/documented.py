@@ -1,4 +1,4 @@
-"""What a component is besides its functions: its data and conditions, what it tells of itself, how it travels."""
+"""Descriptors of components: data, conditions, documentation and pickling."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 class Relation(NamedTuple):
     """A condition between parameters, such as F_S >= F_C.
 
-    One that is `advisory` is warned of, not refused. One that is `structural`, such as arrays of one length, keeps
-    kernels within their arrays: it holds even where values are not validated.
+    An `advisory` relation causes a warning instead of an error. A `structural` relation, such as equal lengths of arrays,
+    keeps kernels within their arrays, so it is checked even without validation.
     """
 
     condition: str
@@ -36,7 +36,7 @@ class Relation(NamedTuple):
 
 
 class Redundancy(NamedTuple):
-    """A parameter that only shows as a factor of others: no measurement tells it alone."""
+    """A parameter that only acts as a factor of others, so that no measurement identifies it separately."""
 
     name: str
     factor_of: tuple[str, ...]
@@ -46,7 +46,7 @@ KIND = "{'translational', 'rotational'}"
 
 
 class _Special:
-    """An attribute that Python looks for on any object: an instance computes it, its class has its own or none."""
+    """A special attribute that instances compute and that classes define separately or lack."""
 
     def __init__(self, compute: Callable[[Any], Any], own: str | None = None) -> None:
         self.compute, self.own = compute, own
@@ -55,13 +55,13 @@ class _Special:
         if instance is not None:
             return self.compute(instance)
         if self.own is None:
-            raise AttributeError("the class has none")
+            raise AttributeError("the class lacks this attribute")
         return self.own
 
 
 @dataclass(frozen=True, kw_only=True)
 class Documented:
-    """The data of a descriptor (`bristle.core.contracts.Component` says what each is), as it is shown and travels."""
+    """Display and pickling of a descriptor; `bristle.core.contracts.Component` documents its data."""
 
     name: str
     description: str
@@ -81,7 +81,7 @@ class Documented:
 
     @cached_property
     def variables(self) -> ReadOnly[str, Variable]:
-        """Each parameter that a person sets, with its description, in order."""
+        """User parameters with their descriptions, in order."""
         return ReadOnly(variables_of(self.Parameters))
 
     @property
@@ -91,7 +91,7 @@ class Documented:
 
     @property
     def channels_needed(self) -> list[Any]:
-        """The channels of a log, beside its motion, that a slot, or those of a model, depend on."""
+        """Channels of a log besides its motion that a slot, or the slots of a model, depend on."""
         needed = getattr(self, "surroundings", ()) or [getattr(self, "channel", None)]
         return [surrounding for surrounding in needed if surrounding is not None and surrounding.is_recorded]
 
@@ -104,11 +104,11 @@ class Documented:
         return is_integer(self.Parameters, name)
 
     def assemble(self, values: Mapping[str, Any]) -> Any:
-        """Return the `Parameters` that kernels receive, from the values that a person sets."""
+        """Convert user values to the `Parameters` of kernels."""
         return self.Parameters(**values)
 
     def values(self, parameters: Any) -> dict[str, Any]:
-        """Return the values that a person sets, from the `Parameters` that kernels receive."""
+        """Convert the `Parameters` of kernels to user values."""
         return self._written(parameters._asdict())
 
     def _written(self, values: Mapping[str, Any]) -> dict[str, Any]:
@@ -117,13 +117,13 @@ class Documented:
 
     def __init_subclass__(cls, **arguments: Any) -> None:
         super().__init_subclass__(**arguments)
-        # A dataclass brings a representation of its own for each class that has none.
+        # A dataclass adds a __repr__ to each class without it.
         cls.__repr__ = Documented.__repr__  # type: ignore[method-assign]
         cls.__doc__ = _Special(_docstring_of, cls.__dict__.get("__doc__") or cls.__name__)  # type: ignore[assignment]
         cls.__signature__ = _Special(_signature_of)  # type: ignore[attr-defined]
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # There is one of each, told by identity: it is found again in another process, never made anew.
+        # Components are singletons, compared by identity: unpickling finds the same object instead of a new object.
         return component_in, whereabouts(self)
 
     def __copy__(self) -> Self:
@@ -134,8 +134,8 @@ class Documented:
 
     @property
     def explanation(self) -> tuple[Paragraph, ...]:
-        """What the docstring of its file says; then that of each of its slots."""
-        from bristle.core.formula import paragraphs_of  # which nobody waits for who only computes
+        """Docstring of its file, then the docstrings of its slots."""
+        from bristle.core.formula import paragraphs_of  # not needed for computing
 
         inner = getattr(self, "inner", None)
         if inner is None:
@@ -144,14 +144,14 @@ class Documented:
         return (*inner.explanation, *own[1:])
 
     def laid_out(self, width: int) -> str:
-        """Return its explanation as text in lines of this width, without references."""
+        """Return its explanation as wrapped text, without references."""
         from bristle.core.formula import REFERENCE, laid_out
 
         return laid_out((paragraph for paragraph in self.explanation if paragraph.kind != REFERENCE), width)
 
     @property
     def equations(self) -> tuple[str, ...]:
-        """Its equations as text, line by line."""
+        """Lines of its equations as text."""
         from bristle.core.formula import EQUATION, lines_of
 
         formulas = (paragraph.text for paragraph in self.explanation if paragraph.kind == EQUATION)
@@ -164,7 +164,7 @@ class Documented:
 
 
 def _unit_of(component: Documented, name: str, variable: Variable) -> str:
-    """Return what is to be given for a parameter, in words and units of both kinds of axis."""
+    """Return the type of a parameter in words, with its units on both kinds of axis."""
     if variable.choices:
         return " or ".join(map(repr, variable.choices))
     units = dict.fromkeys(variable.unit(kind) for kind in KINDS)
@@ -195,8 +195,8 @@ def _docstring_of(component: Documented) -> str:
         f"{name} : {_unit_of(component, name, variable)}{defaults.get(name, '')}\n    {_said_of(component, variable)}"
         for name, variable in component.variables.items()
     ]
-    named += [f"kind : {KIND}, optional\n    Kind of axis; told from the units where they are given, else translational."]
-    named += ["validate : bool, default True\n    False lets values through that break a range or a relation."]
+    named += [f"kind : {KIND}, optional\n    Kind of axis; by default from the units of the values, or else translational."]
+    named += ["validate : bool, default True\n    False accepts values that violate a range or a relation."]
     sections = {"Parameters": "\n".join(named)}
     sections["Notes"] = "\n".join(
         f"{'Should have' if relation.advisory else 'Needs'} {relation.condition}." for relation in component.relations
@@ -215,7 +215,7 @@ def _written(value: Any) -> str:
 
 
 def _said_of(component: Documented, variable: Variable) -> str:
-    """Return meaning and range of a parameter, the range in the unit that stands before it."""
+    """Return meaning and range of a parameter; the unit of the range is in the line before."""
     bounded = not variable.choices and (variable.min > -math.inf or variable.max < math.inf)
     allowed = f"; {variable.allowed().removesuffix(f' {variable.unit()}')}" if bounded else ""
     by_direction = variable.directional and not getattr(component, "asymmetry", False)
@@ -223,10 +223,10 @@ def _said_of(component: Documented, variable: Variable) -> str:
 
 
 class WithParameters:
-    """A model, whose parameters are attributes beside its own."""
+    """A model, whose parameters are additional attributes."""
 
     def __getattr__(self, name: str) -> Any:
-        # Before there is a component, as while a pickle is read, and for what only protocols look for: nothing.
+        # Without a component yet, as during unpickling, or for special names of protocols.
         component = self.__dict__.get("component")
         if component is None or name.startswith("_"):
             raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
@@ -240,23 +240,23 @@ class WithParameters:
 
 
 def relations_of(component: Documented) -> tuple[Relation, ...]:
-    """Return the relations of a component for the one around it, whose parameters hold those of the component."""
+    """Return the relations of a component, for the parameters of the component that encloses it."""
     return tuple(relation._replace(holds=lambda p, holds=relation.holds: holds(p.inner)) for relation in component.relations)
 
 
 class Enclosing:
-    """What a component around another one, `inner`, has of it; kernels find the parameters of that as ``p.inner``."""
+    """Base of a component that encloses another component; kernels find its parameters as ``p.inner``."""
 
     inner: Any
 
     @property
     def beside(self) -> Mapping[str, Variable]:
-        """Its parameters beside those of the component inside, of which there need be none."""
+        """Additional parameters besides those of the enclosed component; may be empty."""
         return {}
 
     @cached_property
     def variables(self) -> ReadOnly[str, Variable]:
-        """Each parameter that a person sets: those of the component inside, then those beside."""
+        """User parameters: first of the enclosed component, then the additional parameters."""
         return ReadOnly(self.inner.variables | dict(self.beside))
 
     @property
@@ -265,7 +265,7 @@ class Enclosing:
         return self.inner.defaults
 
     def initial_state(self, parameters: Any) -> Any:
-        """Return the virgin state of the component inside."""
+        """Return the virgin state of the enclosed component."""
         return self.inner.initial_state(parameters.inner)
 
     def is_array(self, name: str) -> bool:
@@ -277,32 +277,32 @@ class Enclosing:
         return name in self.inner.variables and self.inner.is_integer(name)
 
     def inside(self, values: Mapping[str, Any]) -> Any:
-        """Return what kernels of the component inside receive, from the values that a person sets."""
+        """Convert user values to the parameters of the kernels of the enclosed component."""
         return self.inner.assemble({name: values[name] for name in self.inner.variables})
 
 
 MAIN = ("__main__", "__mp_main__")
-MEND = "Put it into a file of its own, by a name at the left margin such as MODEL, and import it from there"
+MEND = "Define it in a separate file under a module-level name such as MODEL, and import it from there"
 
 
 def whereabouts(component: Documented) -> tuple[Any, str]:
-    """Return the module of a component, or what it is made from, and its name there: the arguments of `component_in`."""
-    # Hardly ever is it in another module than its own. All others are asked in the order in which they were imported, so
-    # that what defines it comes before what has it from there, and the one that a person types last.
+    """Return the module or source of a component, and its name there: the arguments of `component_in`."""
+    # It is nearly always in its own module. The others are searched in the order of import, so that the defining module
+    # comes before modules that import it, and the interactive module comes last.
     for home in (component.module, *sorted(sys.modules, key=MAIN.__contains__)):
         held = getattr(sys.modules.get(home), "__dict__", {})
         for name, value in list(held.items()):
             if value is component:
                 return held.get("__travels_as__", home), name
     place = f"{component.family} {component.name}"
-    raise pickle.PicklingError(str(InputError("stands in no module, where another process would look for it", path=place, mend=MEND)))
+    raise pickle.PicklingError(str(InputError("is not defined in a module, so another process cannot find it", path=place, mend=MEND)))
 
 
 def component_in(source: Any, name: str) -> Documented:
-    """Return the component of this name in a module."""
+    """Return the component with this name in a module."""
     module = importlib.import_module(source) if isinstance(source, str) else source.module()
     component = vars(module).get(name)
     if component is None:
         place = f"{module.__name__}.{name}"
-        raise pickle.UnpicklingError(str(InputError("is not to be found in this process", path=place, mend=MEND)))
+        raise pickle.UnpicklingError(str(InputError("does not exist in this process", path=place, mend=MEND)))
     return component

@@ -1,20 +1,20 @@
-"""The edge where Python hands something in: what each argument is, said once, and made that or refused.
+"""Validation of the arguments of public functions: converters accept or refuse each argument.
 
-A file or a command line is validated where it is read; a call from Python could bring anything. `guarded` stands
-in front of a public function, or of the fields of a public dataclass, with a converter for each argument:
+Files and command lines are validated when they are read, but a call from Python may pass any object. `guarded` adds a
+converter for each argument to a public function, or to the fields of a public dataclass:
 
 >>> @guarded(speed=amount(Variable("length/time", "speed", min=0.0)), hold=among("zero", "linear"))
-... def told(speed, hold="zero"):
+... def drive(speed, hold="zero"):
 ...     return speed, hold
->>> told("3 mm/s")
+>>> drive("3 mm/s")
 (0.003, 'zero')
->>> told(-1.0)
+>>> drive(-1.0)
 Traceback (most recent call last):
 ...
 bristle.core.errors.InputError: speed: out of range; found -1.0, allowed >= 0 m/s
 
-A converter takes what was given, the name of the argument and the kind of axis where another argument tells it. What a
-stranger's object raises while it is looked at is refused in one place, `looked_at`.
+The arguments of a converter are the value, the name of the argument, and the kind of axis if another argument states it.
+`looked_at` converts errors that foreign objects raise during conversion.
 """
 
 import functools
@@ -39,7 +39,7 @@ T = TypeVar("T", bound=Callable[..., Any])
 
 
 def guarded(**arguments: Converter) -> Callable[[T], T]:
-    """Return what puts converters in front of a function, or of the fields of a dataclass: those that `taken` made, too."""
+    """Return a decorator that adds converters to a function, or to the fields of a dataclass, including fields of `taken`."""
 
     def guard(target: Any) -> Any:
         if isinstance(target, type):
@@ -57,7 +57,7 @@ def fields_of(cls: type) -> dict[str, Field[Any]]:
 
 
 def taken(converter: Converter, default: Any = MISSING, **options: Any) -> Any:
-    """Return the field of a dataclass that is `guarded`, and takes what a converter makes of a value."""
+    """Return a field of a `guarded` dataclass with a converter."""
     return field(default=default, metadata={"taken": converter} | options.pop("metadata", {}), **options)
 
 
@@ -72,9 +72,9 @@ def _in_front(function: Any, arguments: Mapping[str, Converter]) -> Any:
     @functools.wraps(function)
     def convert_first(*args: Any, **keywords: Any) -> Any:
         if len(args) > len(names) or not keywords.keys().isdisjoint(names[: len(args)]):
-            return function(*args, **keywords)  # which says what is wrong with that, as every function does
+            return function(*args, **keywords)  # which raises the usual TypeError
         handed = dict(zip(names, args, strict=False)) | keywords
-        # The kind of axis that a call is about is that of its first model, or the one that it names.
+        # The kind of axis of a call is the kind of its first model, or the argument `kind`.
         kind = handed.get("kind", usual)
         kind = kind if isinstance(kind, str) and kind in KINDS else None
         for argument in handed.values():
@@ -89,24 +89,24 @@ def _in_front(function: Any, arguments: Mapping[str, Converter]) -> Any:
     return convert_first
 
 
-SMALLEST = 1e-300  # below, a quotient is no number any more
+SMALLEST = 1e-300  # a quotient by smaller numbers may overflow
 
 
 def amount(variable: Variable, *, exclusive: bool = False, endless: bool = False) -> Converter:
-    """Return what takes a number in SI, or text with a unit."""
+    """Return a converter for a number in SI units, or text with a unit."""
 
     def convert(value: Any, path: str, kind: Kind | None) -> float:
         value = value.item() if isinstance(value, np.ndarray) and value.ndim == 0 else value
         try:
             number = quantity(value, variable, kind or KINDS[0], path=path, infinite=endless)
         except InputError:
-            # Where nobody says which kind of axis it is, the unit may be that of either.
+            # Without a known kind of axis, the units of both kinds are accepted.
             if kind is not None or not isinstance(value, str) or variable.unit(KINDS[0]) == variable.unit(KINDS[1]):
                 raise
             number = quantity(value, variable, KINDS[1], path=path, infinite=endless)
         if 0.0 < abs(number) < SMALLEST:
             allowed = f"0, or {SMALLEST:g} and more in SI"
-            raise InputError("is out of any range", path=path, value=value, allowed=allowed, mend="Is the unit right?")
+            raise InputError("is too close to 0", path=path, value=value, allowed=allowed, mend="Check the unit")
         if not variable.min <= number <= variable.max or (exclusive and number == variable.min):
             allowed = variable.allowed(kind or KINDS[0])
             if exclusive and variable.min == 0.0:
@@ -118,7 +118,7 @@ def amount(variable: Variable, *, exclusive: bool = False, endless: bool = False
 
 
 def quantity_of(variable: Variable, default: Any = MISSING, *, count: bool = False, endless: bool = False) -> Any:
-    """Return the field of a guarded dataclass that is a quantity; of a `count` a default below its range stands for none."""
+    """Return a field of a guarded dataclass for a quantity; the default of a `count` may be below its range."""
     converter = amount(variable, endless=endless)
     if count:
         converter = whole(int(variable.min), int(variable.max), none=default is not MISSING and default < variable.min)
@@ -126,12 +126,12 @@ def quantity_of(variable: Variable, default: Any = MISSING, *, count: bool = Fal
 
 
 def variables_in(cls: type) -> dict[str, Variable]:
-    """Return the quantities that fields of a dataclass are."""
+    """Return the variables of the quantities in the fields of a dataclass."""
     return {name: entry.metadata["variable"] for name, entry in fields_of(cls).items() if "variable" in entry.metadata}
 
 
 def whole(least: int, most: int = LARGEST_COUNT, *, none: bool = False) -> Converter:
-    """Return what takes a whole number from `least` to `most`, and with `none` also 0, which stands for none."""
+    """Return a converter for a whole number from `least` to `most`; `none` also allows 0."""
     allowed = f"{'0, or ' if none else ''}{least} to {most}" if most < LARGEST_COUNT else f"{'0, or ' if none else '>= '}{least}"
     allowed += " and more" if none and most >= LARGEST_COUNT else ""
 
@@ -149,19 +149,19 @@ def whole(least: int, most: int = LARGEST_COUNT, *, none: bool = False) -> Conve
 
 
 def among(*names: str) -> Converter:
-    """Return what takes one of several names."""
+    """Return a converter for a choice of names."""
 
     def convert(value: Any, path: str, kind: Kind | None) -> str:
         if not isinstance(value, str) or value not in names:
             mend = did_you_mean(value, names) if isinstance(value, str) else ""
-            raise InputError("is none of the choices", path=path, value=shown(value), allowed=", ".join(names), mend=mend)
+            raise InputError("is not a valid choice", path=path, value=shown(value), allowed=", ".join(names), mend=mend)
         return value
 
     return convert
 
 
 def instance(cls: type | tuple[type, ...], expected: str, mend: str = "", read: Callable[[Any], Any] | None = None) -> Converter:
-    """Return what takes an instance of a class, or what `read` makes one of: a path, as a rule."""
+    """Return a converter for an instance of a class, or for a value that `read` converts, usually a path."""
 
     def convert(value: Any, path: str, kind: Kind | None) -> Any:
         candidate = read(value) if read is not None and not isinstance(value, cls) else value
@@ -173,20 +173,20 @@ def instance(cls: type | tuple[type, ...], expected: str, mend: str = "", read: 
 
 
 def model(*families: str) -> Converter:
-    """Return what takes a model with parameters, of one of these families."""
+    """Return a converter for a model with parameters, of these families."""
     expected = " or ".join(map(_called, families))
 
     def convert(value: Any, path: str, kind: Kind | None) -> Model:
         if not isinstance(value, Model):
-            named, mend = value, "Give one such as friction.coulomb(F_C=2.0)"
+            named, mend = value, "Give a model such as friction.coulomb(F_C=2.0)"
             if isinstance(value, Component):
                 named = value.name
                 mend = f"Call it with its parameters: {named}({', '.join(f'{name}=...' for name in value.variables)})"
             raise InputError(f"must be a model with parameters, a {expected}", path=path, value=shown(named), mend=mend)
         family = getattr(value.component, "family", None)
         if family not in families:
-            reason = f"must be a {expected}, and is a {_called(family)}"
-            raise InputError(reason, path=path, value=value.name, mend="Are the arguments in their order?")
+            reason = f"must be a {expected}, but is a {_called(family)}"
+            raise InputError(reason, path=path, value=value.name, mend="Check the order of the arguments")
         return value
 
     return convert
@@ -197,11 +197,11 @@ def _called(family: Any) -> str:
 
 
 def component(family: str) -> Converter:
-    """Return what takes a component without parameters, of this family."""
+    """Return a converter for a component without parameters, of this family."""
 
     def convert(value: Any, path: str, kind: Kind | None) -> Component:
         if not isinstance(value, Component) or value.family != family:
-            mend = "Give model.component of one with parameters" if isinstance(value, Model) else ""
+            mend = "Give model.component of this model" if isinstance(value, Model) else ""
             raise InputError(f"must be a {family} model without parameters", path=path, value=shown(value), mend=mend)
         return value
 
@@ -209,12 +209,12 @@ def component(family: str) -> Converter:
 
 
 def optional(converter: Converter) -> Converter:
-    """Return what takes None, too."""
+    """Return a converter that also accepts None."""
     return lambda value, path, kind: None if value is None else converter(value, path, kind)
 
 
 def many(converter: Converter, *, least: int = 0, most: float = math.inf, single: bool = False) -> Converter:
-    """Return what takes a tuple or list of what a converter takes, and with `single` one alone, as a tuple of it."""
+    """Return a converter for a tuple or list; with `single`, also for a single value."""
     expected = "two values" if least == most == 2 else "a list or a tuple" + (f" of at least {least}" if least else "")
 
     def convert(value: Any, path: str, kind: Kind | None) -> tuple[Any, ...]:
@@ -229,7 +229,7 @@ def many(converter: Converter, *, least: int = 0, most: float = math.inf, single
 
 
 def mapping(converter: Converter) -> Converter:
-    """Return what takes a mapping, whatever its keys."""
+    """Return a converter for a mapping with any keys."""
 
     def convert(value: Any, path: str, kind: Kind | None) -> dict[str, Any]:
         if not isinstance(value, Mapping):
@@ -250,13 +250,13 @@ def _names(value: Any, path: str, kind: Kind | None) -> tuple[str, ...]:
     if isinstance(value, str):
         names = tuple(name.strip() for name in value.split(",") if name.strip())
         if not names and value:
-            raise InputError("holds no name", path=path, value=value)
+            raise InputError("is an empty list of names", path=path, value=value)
         return names
     return many(TEXT)(value, path, kind)
 
 
 FLAG: Converter = _flag
-TEXT: Converter = instance(str, "text")  # takes text
+TEXT: Converter = instance(str, "text")
 NAMES: Converter = _names  # Names, in a list or separated by commas
 FUNCTION: Converter = instance(Callable, "a function")  # type: ignore[arg-type]
 Progress = Callable[[float, str], None]
@@ -267,7 +267,7 @@ KIND: Converter = among(*KINDS)
 
 
 def array(*, ndim: int = 1, least: int = 0, single: bool = False, finite: bool = True) -> Converter:
-    """Return what takes an array of numbers, of so many dimensions."""
+    """Return a converter for an array of numbers with `ndim` dimensions."""
 
     def convert(value: Any, path: str, kind: Kind | None) -> np.ndarray:
         numbers = vector(value, path)
@@ -278,7 +278,7 @@ def array(*, ndim: int = 1, least: int = 0, single: bool = False, finite: bool =
         if finite and not is_finite(numbers):
             place = int(np.flatnonzero(~np.isfinite(numbers))[0])
             value, mend = f"{numbers.flat[place]} at {place}", "Remove NaN and infinity first"
-            raise InputError("is not finite throughout", path=path, value=value, mend=mend)
+            raise InputError("is not finite everywhere", path=path, value=value, mend=mend)
         return numbers
 
     return convert
@@ -286,16 +286,16 @@ def array(*, ndim: int = 1, least: int = 0, single: bool = False, finite: bool =
 
 def is_finite(numbers: np.ndarray) -> bool:
     """Return whether all numbers are finite."""
-    # A sum is finite only if every term is, and costs a fraction of a test of each; one that overflows decides nothing.
+    # A finite sum has only finite terms, and is much faster than a test of each term; an overflow is inconclusive.
     with np.errstate(over="ignore", invalid="ignore"):
         total = np.sum(numbers)
     return bool(np.isfinite(total)) or bool(np.all(np.isfinite(numbers)))
 
 
 def vector(values: Any, name: str = "signal") -> np.ndarray:
-    """Return values as compiled entries take them: contiguous, writable, of floating point."""
+    """Convert values to a contiguous, writable floating-point array for compiled entries."""
     if np.ma.is_masked(values):
-        raise InputError("has masked values", path=name, mend="Fill them, or leave those samples out")
+        raise InputError("has masked values", path=name, mend="Fill or remove these samples")
     try:
         numeric = np.asarray(values).dtype.kind in "fiub"
     except ValueError:  # rows of different lengths
@@ -307,10 +307,10 @@ def vector(values: Any, name: str = "signal") -> np.ndarray:
 
 def _curve(value: Any, path: str, kind: Kind | None) -> tuple[np.ndarray, np.ndarray]:
     if not isinstance(value, (tuple, list)) or len(value) != 2:
-        raise InputError("must be the input and the output of a curve", path=path, value=shown(value))
+        raise InputError("must be a pair of input and output of a curve", path=path, value=shown(value))
     u, f = (array(least=1)(sequence, path, kind) for sequence in value)
     if u.shape != f.shape:
-        raise InputError(f"has {u.size} inputs and {f.size} outputs", path=path)
+        raise InputError(f"has {u.size} inputs but {f.size} outputs", path=path)
     return u, f
 
 

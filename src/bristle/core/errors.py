@@ -1,6 +1,6 @@
-"""What bristle says to a person whose input it cannot use: an `InputError` names place, value, what is allowed, the mend.
+"""Errors for invalid input: an `InputError` states the place, the value, the allowed values and the remedy.
 
-Trouble met while computing is a status in the result (`bristle.core.status`), never an exception.
+Problems during a computation are a status in the result (`bristle.core.status`), never an exception.
 """
 
 from __future__ import annotations
@@ -15,34 +15,34 @@ from typing import Any
 
 from bristle.core.typography import escaped
 
-# A name in a file may be of any length, a message is to be read.
+# Limits that keep a message readable despite long names in files.
 PLACE, MESSAGE, ALLOWED = 400, 800, 1200
-# Names longer than this resemble nothing, and among more than this nobody looks: comparing takes time.
+# Limits for the comparison of names, which takes time.
 LONGEST_NAME, MOST_NAMES = 80, 10_000
 MOST_SHOWN = 20  # of the values of a list
 
 
 class BristleError(Exception):
-    """Base of every error that bristle raises on purpose; `exit_code` is what the command line returns."""
+    """Base of all errors that bristle raises on purpose; `exit_code` is the exit code of the command line."""
 
     exit_code = 70
 
 
 class InputError(BristleError, ValueError):
-    """Something a person handed in cannot be used.
+    """Invalid input of the user.
 
     Parameters
     ----------
     message : str
-        What is wrong, in one sentence.
+        The error in one sentence.
     path : str, optional
-        Where: a file and the key in it, an argument, a column.
+        Place: a file and its key, an argument or a column.
     value : object, optional
-        The value found there.
+        The invalid value.
     allowed : str, optional
-        What is allowed there, with unit.
+        Allowed values, with unit.
     mend : str, optional
-        What to write or do instead.
+        Remedy, in the imperative.
 
     Examples
     --------
@@ -65,14 +65,14 @@ class InputError(BristleError, ValueError):
         return in_one_line(f"{text}. {shortened(self.mend, MESSAGE)}" if self.mend else text)
 
     def at(self, prefix: str = "", **parts: Any) -> InputError:
-        """Return the same error with `prefix` put before its path, and with other `parts` where they are given."""
+        """Return the same error with `prefix` before its path, and with `parts` replaced."""
         path = f"{prefix}: {self.path}" if prefix and self.path else prefix or self.path
         return type(self)(self.message, **{"path": path, "value": self.value, "allowed": self.allowed, "mend": self.mend} | parts)
 
 
 @contextmanager
 def located(prefix: object = "", **parts: Any) -> Iterator[None]:
-    """Say of what is refused inside this block where it stands, as `InputError.at` does."""
+    """Add the place to errors inside this block, like `InputError.at`."""
     try:
         yield
     except InputError as error:
@@ -80,7 +80,7 @@ def located(prefix: object = "", **parts: Any) -> Iterator[None]:
 
 
 class MissingExtraError(InputError):
-    """An optional dependency is needed and not installed."""
+    """A required optional dependency is not installed."""
 
     @classmethod
     def of(cls, feature: str, extra: str) -> MissingExtraError:
@@ -89,17 +89,17 @@ class MissingExtraError(InputError):
 
 
 class InputWarning(UserWarning):
-    """Something a person handed in is used, but not as it stands; the message says how."""
+    """bristle changes or reinterprets input of the user; the message states how."""
 
 
 def did_you_mean(name: object, names: Iterable[str], cutoff: float = 0.6) -> str:
-    """Return the question after the name that was meant; nothing where no known one is close."""
+    """Return a question that suggests a similar known name; empty if there is no similar name."""
     close = close_names(str(name), names, cutoff)
     return f"Did you mean {close[0]!r}?" if close else ""
 
 
 def close_names(name: str, names: Iterable[str], cutoff: float = 0.5) -> list[str]:
-    """Return those of `names` that resemble `name`, the closest first, whatever their case."""
+    """Return the `names` that resemble `name` without regard to case, the closest first."""
     import difflib
 
     if len(name) > LONGEST_NAME:
@@ -109,21 +109,21 @@ def close_names(name: str, names: Iterable[str], cutoff: float = 0.5) -> list[st
 
 
 def told_by(error: BaseException) -> str:
-    """Return what an error says, in one line; an error of a person's own code may fail at that, too."""
+    """Return the message of an error in one line; the message of an error in user code may fail, too."""
     try:
         return " ".join(str(error).split())
     except Exception as failure:  # noqa: BLE001
-        return f"it cannot say why ({type(failure).__name__})"
+        return f"its message is not available ({type(failure).__name__})"
 
 
 def said_by_library(error: BaseException) -> str:
-    """Return in brackets what a library says of a file, but for what it says of its own objects."""
+    """Return the message of a library in brackets; empty if it refers to internal objects."""
     message = told_by(error)
     return f" ({shortened(message, 120)})" if message and not set("<>[{") & set(message) else ""
 
 
 def in_one_line(text: str) -> str:
-    """Return text in one line in which every character can be printed: names in files may hold any."""
+    """Return text in one line of printable characters; names in files may contain any characters."""
     if text.isprintable():
         return text
     line = " ".join(escaped(text).splitlines())
@@ -131,7 +131,7 @@ def in_one_line(text: str) -> str:
 
 
 def shortened(text: str, width: int) -> str:
-    """Return text of at most this width; what is left out is marked."""
+    """Shorten text to this width, with an ellipsis."""
     return text if len(text) <= width else f"{text[: width - 3]}..."
 
 
@@ -145,15 +145,15 @@ def _short(value: object, width: int = 60) -> str:
         text = reprlib.repr(value) if many else repr(value)
         shape = getattr(value, "shape", ()) if len(text) > width or "\n" in text else ()
         return f"an array of shape {shape}" if shape else shortened(text, width)
-    except Exception:  # noqa: BLE001  (what a person handed in may refuse to describe itself)
-        return f"a value of the kind {type(value).__name__}"
+    except Exception:  # noqa: BLE001  (the repr of a foreign object may fail)
+        return f"a value of type {type(value).__name__}"
 
 
-OWN_CODE = "bristle_user_"  # What the name of a module begins with that was made of a file of a user's own
+OWN_CODE = "bristle_user_"  # Prefix of the module names of user files
 
 
 def place_in_own_code(error: BaseException) -> str:
-    """Return the file and the last line of a user's own on the way to an error; nothing where there is none."""
+    """Return the user file and its last line in the traceback of an error, or an empty text."""
     for frame, line in reversed(list(traceback.walk_tb(error.__traceback__))):
         if str(frame.f_globals.get("__name__", "")).startswith(OWN_CODE):
             return f"{Path(frame.f_code.co_filename).name}, line {line}"

@@ -1,8 +1,7 @@
-"""The parts of a floating-point number, and a number from its parts: read and written in its bits by the compiler.
+"""Mantissa and exponent of floating-point numbers, read and written as bits by the compiler.
 
-A loop over many trajectories runs several of them in one instruction only if nothing in it calls a library. The C
-library's ``ldexp`` and ``frexp`` are such calls; moving an integer into the exponent or out of it is not, and gives the
-same bits.
+The compiler vectorizes a loop over trajectories only without calls of libraries, such as ``ldexp`` and ``frexp`` of the C
+library. Moving an integer into or out of the exponent gives the same bits without a call.
 """
 
 import math
@@ -19,7 +18,7 @@ BITS_OF_ONE = BIAS << MANTISSA_BITS
 
 
 def _in_bits(change: Callable[[Any, Any, Any], Any]) -> Any:
-    """Return an intrinsic of the compiler on one number, from what it does to the bits of it."""
+    """Return an intrinsic of the compiler that changes the bits of a number."""
     from numba.core import types
     from numba.extending import intrinsic
 
@@ -67,7 +66,7 @@ def exponent_in_bits() -> Any:
     """Return `exponent` for the compiler."""
 
     def read(builder: Any, bits: Any, number: Any) -> Any:
-        # Put into the last bits of 1.5 * 2^52, the biased exponent is a number without a conversion.
+        # In the last bits of 1.5 * 2^52, the biased exponent becomes a number without a conversion.
         placed = builder.or_(builder.lshr(bits, bits.type(MANTISSA_BITS)), bits.type(BITS_OF_ROUNDER))
         return builder.bitcast(placed, number)
 
@@ -84,17 +83,17 @@ BITS_OF_ROUNDER = (BIAS + MANTISSA_BITS << MANTISSA_BITS) | 1 << (MANTISSA_BITS 
 
 @kernel(compiled_as=power_in_bits)
 def power_of_two(k):
-    """Return 2^k for an integral `k` between -1022 and 1023; outside, the result means nothing."""
+    """Return 2^k for an integral `k` between -1022 and 1023; outside, the result is undefined."""
     return math.ldexp(1.0, int(k)) if -1022.0 <= k <= 1023.0 else 0.0
 
 
 @kernel(compiled_as=mantissa_in_bits)
 def mantissa(x):
-    """Return m of x = m 2^k, 1 <= m < 2, for a positive normal number; otherwise, the result means nothing."""
+    """Return m of x = m 2^k, 1 <= m < 2, for a positive normal number; otherwise, the result is undefined."""
     return 2.0 * math.frexp(x)[0]
 
 
 @kernel(compiled_as=exponent_in_bits)
 def exponent(x):
-    """Return k of x = m 2^k, 1 <= m < 2, for a positive normal number; otherwise, the result means nothing."""
+    """Return k of x = m 2^k, 1 <= m < 2, for a positive normal number; otherwise, the result is undefined."""
     return math.frexp(x)[1] - 1.0

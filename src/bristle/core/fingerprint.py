@@ -1,4 +1,4 @@
-"""A fingerprint of code that is loaded: what the compiler would see of a function and of all that it refers to."""
+"""Fingerprint of loaded code: everything that the compiler sees of a function and its references."""
 
 import dis
 import enum
@@ -13,7 +13,7 @@ from bristle.core.dispatch import functions_of
 
 
 def fingerprint(*functions: Callable[..., Any]) -> str:
-    """Return the SHA-256 over some functions and everything that they refer to."""
+    """Return the SHA-256 of functions and all their references."""
     reader = _Reader()
     for function in functions:
         reader.follow(function)
@@ -21,7 +21,7 @@ def fingerprint(*functions: Callable[..., Any]) -> str:
 
 
 class _Reader:
-    """Feeds a digest with code, each piece with its kind and length, so that no two sequences look the same."""
+    """Feed code to a digest, each piece with its kind and length, so that different sequences differ."""
 
     def __init__(self) -> None:
         self.digest = hashlib.sha256()
@@ -33,7 +33,7 @@ class _Reader:
         self.digest.update(f"{kind} {len(data)} ".encode() + data)
 
     def follow(self, value: Any, names: Sequence[str] = ()) -> None:
-        """Feed a value; of a module only the `names` that the code may have asked of it."""
+        """Feed a value; for a module, feed only the `names` that the code may use."""
         if isinstance(value, (bool, int, float, complex, str, bytes, type(None))) and not isinstance(value, enum.Enum):
             self._feed(type(value).__name__, repr(value))
             return
@@ -67,7 +67,7 @@ class _Reader:
             for function in functions_of(value):
                 self.follow(function)
         elif isinstance(value, dict):
-            # What dispatches by type: the functions that it may lead to are fed apart.
+            # Dispatching functions: their implementations are fed separately.
             self._feed("dict", "")
         elif isinstance(value, (tuple, list, frozenset, set)):
             items = sorted(value, key=repr) if isinstance(value, (frozenset, set)) else value
@@ -102,18 +102,18 @@ class _Reader:
 
 @lru_cache(maxsize=1024)
 def _globals_read(code: types.CodeType) -> frozenset[str]:
-    """Return which names a code reads from its module; the others are attributes, whatever else has that name."""
-    # By what instructions are called, as a version of Python may have more of them: one too many costs time, one
-    # too few returns an old number.
+    """Return the names that a code object reads from its module; all other names are attributes."""
+    # Match instructions by parts of their names, because versions of Python differ. A superfluous name only costs time,
+    # but a missing name returns an outdated number.
     return frozenset(one.argval for one in dis.get_instructions(code) if "GLOBAL" in one.opname or one.opname == "LOAD_NAME")
 
 
 LETTERS = 16
-CHANCE = ("seed",)  # what differs between two runs of one thing
+CHANCE = ("seed",)  # parameters that differ between repeated runs
 
 
 def digest(model: Model) -> str:
-    """Return the first letters of a checksum over name and values of a model; the seed of its scatter is left out."""
+    """Return a short checksum of name and values of a model, without the seed of its scatter."""
     values = sorted(
         (name, value.tolist() if hasattr(value, "tolist") else value) for name, value in model.values.items() if name not in CHANCE
     )

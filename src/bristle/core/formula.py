@@ -1,7 +1,7 @@
-r"""Docstrings of modules as people read them: text, equations and references, formulas in Unicode and line by line.
+r"""Render docstrings of modules as plain text, with equations in Unicode and references.
 
-Known is the LaTeX of the docstrings of bristle, and what a person's own model is likely to use. Of a command that is not
-known the name stays.
+Supported is the LaTeX of the docstrings of bristle, and frequent commands for user models. An unknown command is
+replaced by its name.
 
 >>> as_text(r"\dot z = v\left(1 - \frac{\sigma_0 z}{G(v)}\operatorname{sgn} v\right)")
 'ż = v (1 − (σ₀ z/G(v)) sgn v)'
@@ -23,7 +23,7 @@ _MATH = re.compile(r":math:`([^`]*)`")
 
 
 def _pairs(text: str) -> dict[str, str]:
-    """Return a table that is written in a line: each name with what it stands for behind it."""
+    """Parse a table from one line, in which each name precedes its replacement."""
     words = text.split()
     return dict(zip(words[::2], words[1::2], strict=True))
 
@@ -58,13 +58,13 @@ SPELT = (
 
 
 class Piece(NamedTuple):
-    """Some text, and by a letter what it is to its neighbours."""
+    """Text with a role, a letter that determines its spacing."""
 
     text: str
     role: str
 
 
-# Atom, function, quotient, opening, opening of a bracket that is a factor, closing, sign, relation, blank, tight.
+# Atom, function, quotient, opening, opening of a bracket as a factor, closing, sign, relation, blank, tight.
 ATOM, FUNCTION, QUOTIENT, OPENS, FACTOR, CLOSES, SIGN, RELATION, BLANK, TIGHT = "afqoFcsrbt"
 COMMANDS = {
     name: Piece(text, role)
@@ -104,7 +104,7 @@ def lines_of(latex: str) -> tuple[str, ...]:
 
 
 def spelt_out(sign: str) -> str:
-    """Return a sign as it is spelt where only plain letters can be written: of a formula by its name, else ``?``."""
+    """Spell a sign in ASCII: by its name in formulas, else ``?``."""
     if sign in SPELT or sign.isascii():
         return SPELT.get(sign, sign)
     apart = unicodedata.normalize("NFD", sign)
@@ -114,7 +114,7 @@ def spelt_out(sign: str) -> str:
 
 
 def _split(latex: str) -> Iterator[str]:
-    """Yield the equations of a display, which end at a new line or a wide blank outside of braces and cases."""
+    """Yield the equations of a display, separated by new lines or wide blanks outside braces and cases."""
     depth, start = 0, 0
     for match in _TOKEN.finditer(latex):
         token = match[0]
@@ -142,7 +142,7 @@ class _Reader:
         self.tokens, self.depth, self.bars = deque(_TOKEN.findall(latex)), depth, 0
 
     def line(self) -> str:
-        """Return what there is as a line, with indices and exponents at what they belong to."""
+        """Return the remaining tokens as a line, with indices and exponents attached."""
         pieces: list[Piece] = []
         while token := self._next():
             if token in "_^":
@@ -157,11 +157,11 @@ class _Reader:
                 continue
             after = next((later.role for later in visible[place + 1 :] if later.role != BLANK), TIGHT)
             bracketed = f"({text})" if role == QUOTIENT and (after in "afqoF" or left == "/") else text
-            # By the roles of two pieces.
+            # Spacing by the roles of two pieces.
             together = re.fullmatch(r"t.|[oF/][^r]|[afqc][c,t/]|f[oF]", left + role) or (before == "Δ" and left + role == ATOM + ATOM)
             blank = re.fullmatch(r".[rsfFq]|[rsfq,].", left + role) or (place and visible[place - 1].role == BLANK)
             line += f" {bracketed}" if blank and not together else bracketed
-            # A sign with nothing before it belongs to what follows.
+            # A leading sign belongs to the next piece.
             left, before = TIGHT if role == SIGN and left in "oFsr,/t" else role, text
         return re.sub(r" +", " ", line).strip()
 
@@ -169,7 +169,7 @@ class _Reader:
         return self.tokens.popleft() if self.tokens else ""
 
     def _source(self) -> str:
-        """Return the source of the next group, or the next token where none begins."""
+        """Return the source of the next group, or else the next token."""
         while (token := self._next()).isspace():
             continue
         depth, group = int(token == "{"), [token]
@@ -179,10 +179,10 @@ class _Reader:
         return "".join(group[1 : None if depth else -1] if token == "{" else group)
 
     def _argument(self) -> str:
-        """Return what a command takes as text: a group, or one token with what that takes in turn."""
+        """Return the argument of a command as text: a group, or a token with its own arguments."""
         while self.tokens and self.tokens[0].isspace():
             self._next()
-        if self.depth > 40 or not self.tokens:  # groups within groups; what nests deeper is none that a person wrote
+        if self.depth > 40 or not self.tokens:  # nested groups; deeper nesting is not a realistic formula
             return self._source()
         if self.tokens[0] == "{":
             return _Reader(self._source(), self.depth + 1).line()
@@ -211,7 +211,7 @@ class _Reader:
         if name in FRAMES:
             return self._sign(FRAMES[name])
         if name in ("left", "right"):
-            # What is in a bracket that grows is a factor of its own: a blank before it shows that it is no argument.
+            # A growing bracket is a separate factor: a blank before it shows that it is not an argument.
             token = self._source()
             sign = FRAMES.get(token[1:], token[1:]) if token.startswith("\\") else token.removeprefix(".")
             return Piece(sign, FACTOR if name == "left" else CLOSES)
@@ -220,7 +220,7 @@ class _Reader:
             below = self._argument()
             if (above, below) in HALVES:
                 return Piece(HALVES[above, below], ATOM)
-            # A sum in brackets, and what a function without them would take the fraction bar into.
+            # A sum needs brackets, and so does a function whose argument would otherwise include the fraction bar.
             product = not re.search(r"[^\s(\[][ ]?[+−±=<>≤≥∈][ ]", _without_brackets(above)) and not re.search(r"[a-z]{3} \S", above)
             simple = not re.search(r"[\s/+−±·]|^\d+[^\d\s]", _without_brackets(below))
             return Piece(f"{above if product else f'({above})'}/{below if simple else f'({below})'}", QUOTIENT)
@@ -235,7 +235,7 @@ class _Reader:
 
 
 def _without_brackets(text: str) -> str:
-    """Return text without what stands in brackets, brackets included; an argument leaves nothing behind."""
+    """Return text without brackets and their content."""
     count = 1
     while count:
         text, count = re.subn(r"\([^()]*\)|\[[^\[\]]*\]|\|[^|]*\|", "", text)
@@ -255,14 +255,14 @@ def _with_index(base: Piece, side: str, index: str) -> Piece:
 
 
 class Paragraph(NamedTuple):
-    """A paragraph, a displayed equation in LaTeX, or an entry of the references, as it stands in the source."""
+    """A paragraph, a displayed equation in LaTeX, or a reference, as in the source."""
 
     kind: str
     text: str
 
 
 def paragraphs_of(docstring: str) -> tuple[Paragraph, ...]:
-    """Return the paragraphs of a docstring, in order; of its sections only that of the references is known."""
+    """Return the paragraphs of a docstring, in order; the only supported section is the references."""
     paragraphs: list[Paragraph] = []
     kind = TEXT
     for block in re.split(r"\n(?:[ \t]*\n)+", inspect.cleandoc(docstring)):
@@ -282,7 +282,7 @@ def paragraphs_of(docstring: str) -> tuple[Paragraph, ...]:
 
 
 def _entries(lines: Iterable[str], begin: str) -> list[str]:
-    """Return lines joined to paragraphs, of which each line that begins so starts a new entry."""
+    """Join lines to paragraphs; a line that matches `begin` starts a new entry."""
     entries = [""]
     for line in lines:
         if re.match(begin, line):
@@ -305,19 +305,19 @@ def _laid_out(paragraph: Paragraph, width: int) -> str:
 
 
 def _filled(text: str, width: int, first: str, further: str) -> str:
-    """Return text in lines, which end at a blank."""
+    """Wrap text at blanks."""
     filled = textwrap.fill(text, width, initial_indent=first, subsequent_indent=further, break_long_words=False, break_on_hyphens=False)
     return filled.replace(NO_BREAK, " ")
 
 
 def _kept_whole(formula: re.Match[str]) -> str:
-    """Return a formula within a sentence; a short one is not broken."""
+    """Return an inline formula; a short formula is kept in one line."""
     text = as_text(formula[1])
-    return text.replace(" ", NO_BREAK) if len(text) <= 30 else text  # characters of a short one
+    return text.replace(" ", NO_BREAK) if len(text) <= 30 else text  # characters of a short formula
 
 
 def _whole_terms(line: str) -> str:
-    """Return an equation that can be broken before the signs between its terms only."""
+    """Return an equation with line breaks allowed only before the signs between its terms."""
     depth, marked = 0, ""
     for i, sign in enumerate(line):
         depth += (sign in "([{") - (sign in ")]}")
@@ -327,7 +327,7 @@ def _whole_terms(line: str) -> str:
 
 
 def as_markdown(paragraph: Paragraph) -> str:
-    """Return a paragraph as Markdown, with its formulas in LaTeX, and without numbers of references."""
+    """Return a paragraph as Markdown, with formulas in LaTeX and without reference numbers."""
     if paragraph.kind == EQUATION:
         aligned = "&" in paragraph.text and "cases" not in paragraph.text
         formula = " ".join(paragraph.text.split())

@@ -1,6 +1,6 @@
-"""`kernel`: the one decorator of the functions that run compiled; each stays the plain Python function that it is.
+"""`kernel`: the decorator of functions that run compiled and remain plain Python functions.
 
-Only when the engine first compiles something is the compiler imported, and are all kernels made known to it.
+The first compilation of the engine imports the compiler and registers all kernels with it.
 """
 
 from collections.abc import Callable
@@ -27,11 +27,11 @@ def kernel(function: Any = None, /, *, inline: bool = True, compiled_as: Callabl
     function : callable
         The function.
     inline : bool
-        Whether compiled callers absorb it. False for long branches that are rarely taken.
+        Whether compiled callers inline it. False for long branches that rarely run.
     compiled_as : callable, optional
-        Returns what the compiler takes in place of the function, of the same arguments and to the same bits.
+        Returns a replacement for the compiler, with the same arguments and the same bits.
     portable : bool
-        Whether other targets take it, too. False for a function with tangents.
+        Whether other targets support it, too. False for a function with tangents.
 
     Returns
     -------
@@ -48,17 +48,17 @@ def kernel(function: Any = None, /, *, inline: bool = True, compiled_as: Callabl
 
 
 def kernels(*, portable: bool = True) -> list[Callable[..., Any]]:
-    """Return every kernel defined so far, by default those that other targets take."""
+    """Return all kernels defined so far, by default only kernels for other targets."""
     return [plain for plain, _, is_portable in _kernels if is_portable or not portable]
 
 
 def is_absorbed(function: Callable[..., Any]) -> bool:
-    """Return whether this is a kernel that compiled callers absorb."""
+    """Return whether this is a kernel that compiled callers inline."""
     return any(plain is function and inline for plain, inline, _ in _kernels)
 
 
 def on_activation(action: Callable[[], None]) -> None:
-    """Run `action` once the compiler is in use: later, or at once if it already is."""
+    """Run `action` when the compiler is first used, or immediately if it is already in use."""
     if _active:
         action()
     else:
@@ -71,7 +71,7 @@ def compiler() -> Any:
         import numba
     except ImportError:
         raise
-    except Exception as error:  # noqa: BLE001  (it reads these settings, whatever they are, as it is loaded)
+    except Exception as error:  # noqa: BLE001  (it reads settings of the environment on import)
         raise InputError(
             f"cannot be loaded ({told_by(error)})", path="numba", mend="Unset the variables of the environment that begin with NUMBA_"
         ) from None
@@ -79,7 +79,7 @@ def compiler() -> Any:
 
 
 def activate() -> None:
-    """Import the compiler and make every kernel known to it."""
+    """Import the compiler and register all kernels with it."""
     global _active  # noqa: PLW0603
     if _active:
         return
@@ -100,5 +100,5 @@ def _make_known(plain: Callable[..., Any], inline: bool, compiled_as: Callable[[
 
 
 def kernel_options(inline: bool) -> dict[str, Any]:
-    """Return the options that a kernel is compiled with."""
+    """Return the compiler options of a kernel."""
     return {"error_model": "numpy", "forceinline": inline} | ({} if inline else {"nogil": True})

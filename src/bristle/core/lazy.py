@@ -1,4 +1,4 @@
-"""What is computed once, when it is first asked for: properties, and what factories make."""
+"""Properties and factories that compute their value once, at first use."""
 
 import functools
 from collections.abc import Callable
@@ -11,10 +11,10 @@ T = TypeVar("T")
 
 
 class cached_property(functools.cached_property[T]):  # noqa: N801, TID251  (stands in for the one that it is)
-    """A property that is computed once and kept, without a lock."""
+    """A property that is computed once and stored, without a lock."""
 
     def __get__(self, instance: Any, owner: type | None = None) -> Any:
-        """Return the value, and leave it where it is found from then on."""
+        """Compute the value and store it in the instance."""
         if instance is None or self.attrname is None:
             return self
         return instance.__dict__.setdefault(self.attrname, self.func(instance))
@@ -24,7 +24,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 
 def once(factory: F) -> F:
-    """Let a factory be called once for the same positional arguments, and return what it made then ever after."""
+    """Call a factory once for the same positional arguments, and return its first result from then on."""
     values: dict[tuple[Any, ...], Any] = {}
 
     @wraps(factory)

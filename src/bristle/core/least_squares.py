@@ -1,7 +1,7 @@
-r"""Linear least squares, :math:`\min_x |A x - b|`, free, within bounds, and without negative parts.
+r"""Linear least squares, :math:`\min_x |A x - b|`, unbounded, bounded or non-negative.
 
-The only place where linear solvers are called: on numbers whose squares are not finite they write beyond their memory or
-never return, so what is out of reach is scaled by a power of two, which changes no digit.
+The only module that calls linear solvers. If squares of numbers are not finite, solvers write beyond their memory or never
+return, so large numbers are scaled by a power of two, which changes no digit.
 """
 
 import math
@@ -10,17 +10,17 @@ import numpy as np
 
 from bristle.core.errors import InputError
 
-REACH = 1e100  # largest number, and the inverse of the smallest, that is left as it is
+REACH = 1e100  # numbers between 1/REACH and REACH are not scaled
 
 
 def unbounded(A: np.ndarray, b: np.ndarray, *, rcond: float | None = None) -> np.ndarray:
-    """Return the least-squares solution, the shortest where there are several."""
+    """Return the least-squares solution, or the shortest of several solutions."""
     A, b, unit = _in_reach(A, b)
     return np.linalg.lstsq(A, b, rcond=rcond)[0] * unit
 
 
 def normal(gram: np.ndarray, right: np.ndarray, *, rcond: float) -> np.ndarray:
-    """Return the solution of normal equations, their diagonal made ones; shapes (..., n, n) and (..., n)."""
+    """Solve normal equations after scaling their diagonal to 1; shapes (..., n, n) and (..., n)."""
     scale = np.sqrt(np.maximum(np.diagonal(gram, axis1=-2, axis2=-1), np.finfo(float).tiny))
     A, b, unit = _in_reach(gram / (scale[..., None] * scale[..., None, :]), right / scale)
     values, vectors = np.linalg.eigh(A)
@@ -30,7 +30,7 @@ def normal(gram: np.ndarray, right: np.ndarray, *, rcond: float) -> np.ndarray:
 
 
 def left_out(A: np.ndarray, b: np.ndarray, count: int, *, rcond: float) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """Return each of so many blocks of equations, columns of `A` and parts of `b`, and the solution of all others."""
+    """Return `count` blocks of equations, columns of `A` and parts of `b`, each with the solution of all other blocks."""
     blocks = np.array_split(A, count, 1), np.array_split(b, count)
     pairs = list(zip(*blocks, strict=True))
     grams = A @ A.T - np.array([part @ part.T for part, _ in pairs])
@@ -39,7 +39,7 @@ def left_out(A: np.ndarray, b: np.ndarray, count: int, *, rcond: float) -> list[
 
 
 def bounded(A: np.ndarray, b: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the least-squares solution between bounds, and -1, 0 or 1 for each part that is at a bound or is not."""
+    """Return the least-squares solution within bounds, and for each part -1 (lower bound), 0 (free) or 1 (upper bound)."""
     from scipy.optimize import lsq_linear
 
     A, b, unit = _in_reach(A, b)
@@ -48,7 +48,7 @@ def bounded(A: np.ndarray, b: np.ndarray, low: np.ndarray, high: np.ndarray) -> 
 
 
 def non_negative(A: np.ndarray, b: np.ndarray, *, rounds: int | None = None) -> np.ndarray:
-    """Return the least-squares solution of which no part is negative."""
+    """Return the non-negative least-squares solution."""
     from scipy.optimize import nnls
 
     A, b, unit = _in_reach(A, b)
@@ -56,7 +56,7 @@ def non_negative(A: np.ndarray, b: np.ndarray, *, rounds: int | None = None) -> 
 
 
 def _in_reach(A: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
-    """Return what a solver can square, and what its solution is multiplied by."""
+    """Scale a problem for a solver, and return the factor of its solution."""
     shift, shift_of_b = _exponent(A), _exponent(b)
     if shift == shift_of_b == 0:
         return A, b, 1.0
@@ -64,12 +64,12 @@ def _in_reach(A: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray, flo
 
 
 def _exponent(values: np.ndarray) -> int:
-    """Return the power of two to take out of an array; none where it is within reach."""
+    """Return the exponent of the power of two to factor out of an array; 0 if it is not too large."""
     largest = float(np.max(np.abs(values), initial=0.0))
     if not math.isfinite(largest):
         raise InputError(
-            "leaves the range of numbers",
+            "exceeds the range of numbers",
             path="the fit",
-            mend="Look for units, factors and values that are far off in the log, the axis file and the model",
+            mend="Look for wrong units, factors and values in the log, the axis file and the model",
         )
     return 0 if largest == 0.0 or 1.0 / REACH < largest < REACH else math.frexp(largest)[1]

@@ -1,16 +1,16 @@
-"""Locks of the whole process: forking waits until nobody else holds one, so that none stays closed in the child.
+"""Locks of the whole process: a fork first acquires all of them, so that they are free in the child.
 
-A thread that holds a lock takes only those that come after it here.
+A thread with a lock may acquire only locks that follow in this list.
 """
 
-import logging  # noqa: F401  (its own locks come last of all: what is brought first is taken last by a fork)
+import logging  # noqa: F401  (a fork acquires the locks of the first import last)
 import os
 import threading
 
-LOADING = threading.RLock()  # a file of a user's is run
-MAKING = threading.RLock()  # a component is made by a factory
+LOADING = threading.RLock()  # a user file runs
+MAKING = threading.RLock()  # a factory makes a component
 COMPILING = threading.RLock()  # an entry is compiled
-SHARING = threading.RLock()  # the threads of linear algebra are set
+SHARING = threading.RLock()  # the thread limit of linear algebra changes
 
 _ORDER = (LOADING, MAKING, COMPILING, SHARING)
 _held = threading.local()
@@ -24,7 +24,7 @@ def _take_all() -> None:
 
 
 def _give_back() -> None:
-    # Not all of them, where the waiting was interrupted.
+    # Only the acquired locks, if the wait was interrupted.
     for lock in reversed(_held.locks):
         lock.release()
 

@@ -1,9 +1,9 @@
 r"""Elementary functions for kernels: one source for plain Python, the compiler, C and all other targets.
 
-Plain Python raises where compiled code does not (overflow, division by zero, the logarithm of zero). The functions here
-return the same finite number everywhere, so that a model gives the same bits however it runs. Libraries round `exp`,
-`log` and `sin` each in their own way; here they are polynomials, and what is left to the target is what the standard of
-floating-point numbers makes exact: the four operations, the square root, the sign, the next integer below.
+Plain Python raises errors where compiled code does not (overflow, division by zero, the logarithm of zero). The functions
+here return the same finite number everywhere, so that a model gives the same bits on every target. Libraries round `exp`,
+`log` and `sin` differently. Here these functions are polynomials of operations that are exact by the floating-point
+standard: the four operations, the square root, the sign and the floor.
 
 References
 ----------
@@ -26,14 +26,14 @@ LOG2_E = 1.4426950408889634
 LN2_HIGH, LN2_LOW = 6.93147180369123816490e-01, 1.90821492927058770002e-10
 NORMAL_MIN, LOG_OF_MIN, LARGEST = sys.float_info.min, -708.3964185322641, sys.float_info.max
 ROOT_2 = math.sqrt(2.0)
-TANH_MAX = 20.0  # from here on it is 1 to the last place
-# Half pi in parts of 33 bits, and what is left.
+TANH_MAX = 20.0  # above, tanh is 1 to the last place
+# Half pi in parts of 33 bits, and the rest.
 HALF_PI_1, HALF_PI_2 = 1.57079632673412561417e00, 6.07710050630396597660e-11
 HALF_PI_3, HALF_PI_4 = 2.02226624871116645580e-21, 8.47842766036889956997e-32
 TWO_OVER_PI, TURN = 2.0 / math.pi, math.tau
 SINE_1 = 1.66666666666666324348e-01
 NEWTON_ROUNDS = 16
-NEWTON_LAST = NEWTON_ROUNDS + 64  # 64 halvings leave the last place of any interval
+NEWTON_LAST = NEWTON_ROUNDS + 64  # 64 halvings reduce any interval to its last place
 ANGLE_MAX, ANGLE_WITHOUT_DIGITS = 1e6, 1e15
 # Adding and subtracting it rounds to the nearest integer.
 ROUNDER = 6755399441055744.0
@@ -43,8 +43,8 @@ ROUNDER = 6755399441055744.0
 def exp(x):
     r"""Return :math:`e^x`; 0 below -708, and :math:`e^{709}` above 709.
 
-    Within two units of the last place, by a polynomial: the same bits on every target, and no call that keeps a loop
-    over trajectories from running several of them in one instruction.
+    Within two units of the last place, by a polynomial: the same bits on every target, and no call that prevents
+    vectorization over trajectories.
     """
     scale, fraction = _scale_and_fraction(x)
     value = scale * fraction + scale
@@ -71,7 +71,7 @@ def _scale_and_fraction(x):
     r"""Return :math:`2^k` and :math:`e^r - 1` with :math:`x = k \ln 2 + r`, :math:`|r| \le \tfrac12 \ln 2`.
 
     The polynomial is the Chebyshev interpolant of :math:`(e^r - 1 - r)/r^2`; its error is below 2e-17. Outside the
-    range of `exp` the results mean nothing.
+    range of `exp` the results are undefined.
     """
     k = (x * LOG2_E + ROUNDER) - ROUNDER
     r = (x - k * LN2_HIGH) - k * LN2_LOW
@@ -102,10 +102,10 @@ def log(x):
 
 @kernel
 def log1p(x):
-    r"""Return :math:`\ln(1 + x)` within one unit of the last place, near 0 too; what of `log`, below x = -1."""
+    r"""Return :math:`\ln(1 + x)` within one unit of the last place, near 0 too; clamped below x = -1, like `log`."""
     near = -0.29289321881345254 < x < 0.41421356237309503
     shifted = max(1.0 + x, NORMAL_MIN)
-    # What rounding took from the sum is given back as a part of it.
+    # Correct the rounding error of the sum.
     lost = 1.0 - (shifted - x) if x >= 1.0 else x - (shifted - 1.0)
     m, k = mantissa(shifted), exponent(shifted)
     high = m > ROOT_2
@@ -135,7 +135,8 @@ def _logarithm(f, correction, k):
 def sin(x):
     r"""Return :math:`\sin x`, `x` in radians, within one unit of the last place up to a million.
 
-    Beyond, it is that of a number within a unit of the last place of `x`; 0 where that unit is a tenth of a turn.
+    Beyond a million, the error of the angle is up to one unit of the last place of `x`; the result is 0 if this unit is
+    a tenth of a turn.
     """
     near = _near_turn(x)
     n = (near * TWO_OVER_PI + ROUNDER) - ROUNDER
@@ -158,13 +159,13 @@ def cos(x):
 
 @kernel
 def smooth_step(y):
-    r"""Return :math:`\tfrac12[1 + \sin \pi(y - \tfrac12)]`: from 0 at y = 0 to 1 at y = 1, and nowhere else."""
+    r"""Return :math:`\tfrac12[1 + \sin \pi(y - \tfrac12)]`, from 0 at y = 0 to 1 at y = 1; only for 0 <= y <= 1."""
     return smooth_step_point(y)[0]
 
 
 @kernel
 def smooth_step_point(y):
-    """Return `smooth_step` and its derivative: together they cost little more than one."""
+    """Return `smooth_step` and its derivative, at little more cost than `smooth_step`."""
     s, c = _of_half_quarter(y)
     total = s + c
     return 0.5 * total * total, 0.25 * TURN * (c - s) * total
@@ -185,7 +186,7 @@ def _of_half_quarter(y):
 
 @kernel
 def _near_turn(x):
-    """Return an angle that the reduction takes: beyond its range less whole turns, and what is no angle as NaN."""
+    """Return an angle within the range of the reduction, less whole turns; NaN if `x` is not finite."""
     if abs(x) <= ANGLE_MAX:
         return x
     return x - TURN * ((x / TURN + ROUNDER) - ROUNDER) if abs(x) <= ANGLE_WITHOUT_DIGITS else 0.0 * x
@@ -193,9 +194,9 @@ def _near_turn(x):
 
 @kernel
 def _within_quarter(x, n):
-    r"""Return :math:`x - n \pi/2` as a number and what it lacks, for an integral `n` of up to 20 bits.
+    r"""Return :math:`x - n \pi/2` as a number and its rounding error, for an integral `n` of up to 20 bits.
 
-    :math:`\pi/2` is taken in four parts; the first three are short enough for their products with `n` to be exact.
+    :math:`\pi/2` is split into four parts; the products of the first three parts with `n` are exact.
     """
     first = x - n * HALF_PI_1
     second = n * HALF_PI_2
@@ -219,7 +220,7 @@ def _sine(y, tail):
 
 @kernel
 def _sine_tail(z, w):
-    r"""Return the terms of the sine from :math:`y^5` on, over it: `z` is :math:`y^2`, and `w` :math:`z^2`."""
+    r"""Return the terms of the sine from :math:`y^5` on, divided by :math:`y^5`, with :math:`z = y^2, w = z^2`."""
     return (0.00833333333332248946124 + z * (-1.98412698298579493134e-04 + z * 2.75573137070700676789e-06)) + z * w * (
         -2.50507602534068634195e-08 + z * 1.58969099521155010221e-10
     )
@@ -236,7 +237,7 @@ def _cosine(y, tail):
 
 @kernel
 def _cosine_tail(z, w):
-    r"""Return the terms of the cosine from :math:`y^4` on, over :math:`y^2`: `z` is that, and `w` its square."""
+    r"""Return the terms of the cosine from :math:`y^4` on, divided by :math:`y^2`, with :math:`z = y^2, w = z^2`."""
     low = z * (0.0416666666666666019037 + z * (-0.00138888888888741095749 + z * 2.48015872894767294178e-05))
     high = w * w * (-2.75573143513906633035e-07 + z * (2.08757232129817482790e-09 + z * -1.13596475577881948265e-11))
     return low + high
@@ -270,7 +271,7 @@ def relaxation(rate):
 
     Exact to rounding for every :math:`\Lambda \ge 0`; 1 at :math:`\Lambda = 0`.
     """
-    # The smallest rate keeps the quotient defined, and exact: 1.
+    # With the smallest rate, the quotient is defined and exactly 1.
     positive = max(rate, 1e-30)
     return -expm1(-positive) / positive
 
@@ -309,12 +310,12 @@ def hyperbolic_mean(u):
 
 
 class Newton(NamedTuple):
-    """A search for the root of a rising function: an interval that holds it, where to look next, how it got there."""
+    """Search for the root of an increasing function: interval, next point, and history."""
 
     low: float
     high: float
     x: float
-    step: float  # length of the last step, or of the interval where it was halved
+    step: float  # length of the last step, or of the halved interval
     rounds: int
 
 
@@ -326,11 +327,11 @@ def newton_from(high, x):
 
 @kernel
 def newton_next(search, residual, slope):
-    """Return the search after `residual` and `slope` were found at where it looked.
+    """Return the search after the evaluation of `residual` and `slope` at its point.
 
-    A step of Newton's method, where it stays inside the interval and is at most half as long as the last one;
-    else the middle of the interval. After `NEWTON_ROUNDS` it is always the middle: k rounds later the interval is
-    2^-k of what it was, whatever the function.
+    The next point is a step of Newton's method if it stays inside the interval and is at most half as long as the last
+    step; otherwise it is the middle of the interval. After `NEWTON_ROUNDS` it is always the middle, so k rounds later
+    the interval has shrunk by 2^-k for every function.
     """
     above = residual > 0.0
     low, high = search.low if above else search.x, search.x if above else search.high
@@ -342,7 +343,7 @@ def newton_next(search, residual, slope):
 
 
 class Bracket(NamedTuple):
-    """An interval that holds a root of an increasing function, with what is known at its ends."""
+    """An interval around the root of an increasing function, with the values at its ends."""
 
     low: float
     f_low: float
@@ -353,7 +354,7 @@ class Bracket(NamedTuple):
 
 @kernel
 def bracket_guess(bracket):
-    """Return where to evaluate next: the secant through both ends, or the middle where it stalls."""
+    """Return the next point: on the secant through both ends, or the middle if the search stalls."""
     width = bracket.high - bracket.low
     span = bracket.f_high - bracket.f_low
     if abs(bracket.stalled) >= 3.0 or span <= 0.0:
@@ -366,7 +367,7 @@ def bracket_guess(bracket):
 
 @kernel
 def bracket_update(bracket, x, f):
-    """Return the bracket after `f` was found at `x` inside it (Illinois rule for the end that stays)."""
+    """Return the bracket after the evaluation of `f` at `x` inside it (Illinois rule for the fixed end)."""
     if f < 0.0:
         stalled = min(bracket.stalled, 0.0) - 1.0
         f_high = 0.5 * bracket.f_high if stalled <= -2.0 else bracket.f_high

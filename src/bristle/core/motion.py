@@ -1,4 +1,4 @@
-"""What a friction model sees of a step, what a controller follows, and how a drive train passes movements on."""
+"""Motion of a friction model, reference of a controller, and transmission of a drive train."""
 
 import math
 from dataclasses import dataclass
@@ -10,40 +10,40 @@ from bristle.core.variable import Kind, Variable, variables_of
 NOMINAL_LOAD = 1.0
 NOMINAL_TEMPERATURE = 293.15  # [K]
 NOTHING_TRANSMITTED = 0.0  # [N or N*m]
-NOT_KNOWN = math.nan  # an effort that nobody tells
+NOT_KNOWN = math.nan  # an unknown effort
 
 
 class Motion(NamedTuple):
-    """What a friction model sees of one step."""
+    """Input of a friction model for one step."""
 
-    v: Annotated[float, Variable("length/time", "mean velocity of the step; the sign of zero is a side")]
+    v: Annotated[float, Variable("length/time", "mean velocity of the step; the sign of zero selects a side")]
     x: Annotated[float, Variable("length", "position at the end of the step")]
     load: Annotated[float, Variable("1", "normal load over its nominal value")] = NOMINAL_LOAD
     temperature: Annotated[float, Variable("temperature", "temperature")] = NOMINAL_TEMPERATURE
-    transmitted: Annotated[float, Variable("force", "effort that passes on to the load")] = NOTHING_TRANSMITTED
+    transmitted: Annotated[float, Variable("force", "effort transmitted to the load")] = NOTHING_TRANSMITTED
 
 
-# What passes on to the load is recorded by nobody: it follows from the plant.
+# The transmitted effort is not recorded: it follows from the plant.
 RECORDED: dict[str, Variable] = {
     name: variable for name, variable in variables_of(Motion).items() if name in Motion._field_defaults and name != "transmitted"
 }
-"""What of its surroundings a log has a channel for, by name."""
+"""Channels of the surroundings in a log, by name."""
 
 
 class Reference(NamedTuple):
-    """What a controller is asked to follow at one sample."""
+    """Reference of a controller at one sample."""
 
     position: Annotated[float, Variable("length", "desired position")]
     velocity: Annotated[float, Variable("length/time", "desired velocity")]
     acceleration: Annotated[float, Variable("length/time^2", "desired acceleration")]
-    effort: Annotated[float, Variable("force", "effort fed forward, added before the limit")] = 0.0
+    effort: Annotated[float, Variable("force", "feedforward effort, added before the limit")] = 0.0
 
 
 Side = Literal["motor", "load"]
 
 
 class Screw(NamedTuple):
-    """What lies between a motor and the friction of a table: an elastic screw with play, and the table itself."""
+    """Elastic screw with play, and the table that it moves."""
 
     M: float
     k: float
@@ -54,7 +54,7 @@ class Screw(NamedTuple):
 
 @dataclass(frozen=True)
 class Transmission:
-    """A gear and a screw (or pinion, or belt) between a motor and its load, without losses.
+    """Lossless gear and screw (or pinion, or belt) between a motor and its load.
 
     Examples
     --------
@@ -70,18 +70,18 @@ class Transmission:
     lead: float | None = None
 
     def travel(self, measured: Kind, side: Side = "load") -> float:
-        """Return the movement of the axis for a unit movement measured elsewhere [SI per SI]."""
+        """Return the movement of the axis per unit of the measured movement [SI per SI]."""
         turned = 1 / self.gear_ratio if measured == "rotational" and side == "motor" else 1.0
         if measured == self.kind:
             return turned
         if self.lead is None:
             raise InputError(
-                f"is measured as {'an angle' if measured == 'rotational' else 'a travel'}, and the axis is {self.kind}",
-                mend='Write the travel for one turn in the axis file, such as lead = "5 mm" under [transmission]',
+                f"is measured as {'an angle' if measured == 'rotational' else 'a travel'}, but the axis is {self.kind}",
+                mend='Write the travel per turn in the axis file, such as lead = "5 mm" under [transmission]',
             )
         per_radian = self.lead / (2 * math.pi)
         return turned * per_radian if self.kind == "translational" else turned / per_radian
 
     def effort(self, measured: Kind, side: Side = "load") -> float:
-        """Return the effort on the axis for a unit effort measured elsewhere: the power is the same."""
+        """Return the effort on the axis per unit of the measured effort, at equal power."""
         return 1 / self.travel(measured, side)

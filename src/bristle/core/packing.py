@@ -1,8 +1,8 @@
-"""Parameters and states as flat vectors of numbers, and back: a driver is compiled once for all models.
+"""Pack parameters and states into flat vectors and back, so that a driver is compiled once for all models.
 
-A NamedTuple is laid out field by field: a scalar takes one number, a 1-D array its length and then its numbers, a nested
-NamedTuple its own layout. In lanes, number `i` of `LANES` trajectories lies side by side, then number ``i + 1``: the
-compiler runs several of them in one instruction.
+The layout of a NamedTuple follows its fields: a number for a scalar, the length and the numbers for a 1-D array, and
+the layout of a nested NamedTuple. In lanes, number `i` of `LANES` trajectories is contiguous, then number ``i + 1``, so
+that the compiler can vectorize over trajectories.
 """
 
 import hashlib
@@ -37,7 +37,7 @@ def without_holder() -> Any:
 
 @kernel(compiled_as=without_holder)
 def unowned(array):
-    """Return the array itself; compiled, without the count of its holders."""
+    """Return the array; compiled, without reference counting."""
     return array
 
 
@@ -47,7 +47,7 @@ Structure = tuple[type, tuple[Any, ...]]
 
 
 def structure_of(value: Any) -> Structure:
-    """Return the type of a NamedTuple and, field by field, what it holds: all that its layout depends on."""
+    """Return the type of a NamedTuple and the structures of its fields, which determine its layout."""
     parts: list[Any] = []
     for field in value:
         if hasattr(field, "_fields"):
@@ -60,7 +60,7 @@ def structure_of(value: Any) -> Structure:
 
 
 def is_scalar(structure: Structure) -> bool:
-    """Return whether what a NamedTuple holds, and what that holds, are numbers only: its layout is then fixed."""
+    """Return whether a NamedTuple contains only numbers at all levels, so that its layout is fixed."""
     return all(is_scalar(part) if isinstance(part, tuple) else part != "array" for part in structure[1])
 
 
@@ -82,7 +82,7 @@ def pack(value: Any) -> np.ndarray:
 
 
 def _extend(value: Any, numbers: list[float | np.ndarray]) -> bool:
-    """Append what a NamedTuple holds, and return whether there are arrays among it."""
+    """Append the content of a NamedTuple, and return whether it contains arrays."""
     arrays = False
     for field in value:
         if hasattr(field, "_fields"):
@@ -97,7 +97,7 @@ def _extend(value: Any, numbers: list[float | np.ndarray]) -> bool:
 
 @cache
 def flattener(structure: Structure) -> Callable[[Any], tuple[float, ...]]:
-    """Return what makes one flat tuple of a NamedTuple of scalars, and of those in it."""
+    """Return a function that flattens a nested NamedTuple of scalars to a tuple."""
     numbers = "".join(f"value{place}, " for place in _places(structure))
     return eval(f"lambda value: ({numbers})")
 
@@ -109,14 +109,14 @@ def unpacker(structure: Structure) -> Callable[[Any], Any]:
 
 
 class LaneConstants(NamedTuple):
-    """What holds of numbers in every lane, by their place among the scalars of a structure that holds nothing else."""
+    """Properties of numbers that are common to all lanes, by their place in a structure of scalars."""
 
     infinite: frozenset[int] = frozenset()
     twins: frozenset[tuple[int, int]] = frozenset()
 
     @property
     def word(self) -> str:
-        """A few letters that differ where they do."""
+        """Short identifier of these properties."""
         return hashlib.sha256(repr([sorted(part) for part in self]).encode()).hexdigest()[:8]
 
 
@@ -124,7 +124,7 @@ NO_CONSTANTS = LaneConstants()
 
 
 def lane_constants(structure: Structure, rows: np.ndarray) -> LaneConstants:
-    """Return what holds of some vectors of a structure, shape (lane, number)."""
+    """Return the common properties of some vectors of a structure, shape (lane, number)."""
     if not is_scalar(structure):
         return NO_CONSTANTS
     infinite = np.flatnonzero(np.all(np.isposinf(rows), axis=0))
@@ -132,7 +132,7 @@ def lane_constants(structure: Structure, rows: np.ndarray) -> LaneConstants:
 
 
 def _twins(structure: Structure, rows: np.ndarray, first: int) -> Iterator[tuple[int, int]]:
-    """Yield the places of each part that is the same as one beside it, and those in that one."""
+    """Yield the places of each part that equals a neighbouring part, and the places in that part."""
     before: list[tuple[Structure, int]] = []
     for part in structure[1]:
         size = number_count(part)
@@ -148,13 +148,13 @@ def _twins(structure: Structure, rows: np.ndarray, first: int) -> Iterator[tuple
 
 
 def number_count(part: Any) -> int:
-    """Return how many numbers a part of a structure of scalars has."""
+    """Return the number of scalars in a part of a structure."""
     return sum(map(number_count, part[1])) if isinstance(part, tuple) else 1
 
 
 @cache
 def lane_unpacker(structure: Structure, constants: LaneConstants = NO_CONSTANTS) -> Callable[[Any, int, int], Any]:
-    """Return the kernel ``unpack(block, row, lane) -> NamedTuple`` of one lane, whose numbers begin in this row."""
+    """Return the kernel ``unpack(block, row, lane) -> NamedTuple`` of a lane whose numbers begin in this row."""
     array = f"block[(at + 1) * {LANES} + lane : (at + 1 + {{size}}) * {LANES} : {LANES}]"
     return _unpacker(structure, "unpack(block, row, lane)", "row", f"block[at * {LANES} + lane]", array, constants)
 
@@ -203,7 +203,7 @@ def packer(structure: Structure) -> Callable[[Any, Any], None]:
 
 
 def _places(structure: Structure) -> list[str]:
-    """Return how each number of a NamedTuple is reached, such as ``[1][0]``, in the order of the layout."""
+    """Return the index expression of each number of a NamedTuple, such as ``[1][0]``, in the order of the layout."""
     paths: list[str] = []
     for i, part in enumerate(structure[1]):
         paths += [f"[{i}]{inner}" for inner in _places(part)] if isinstance(part, tuple) else [f"[{i}]"]
@@ -219,13 +219,13 @@ def lane_packer(structure: Structure) -> Callable[[Any, Any, int, int], None]:
 
 @cache
 def motion_reader(motion: Any) -> Callable[[Any, Any, Any, int], Any]:
-    """Return the kernel ``moved(v, x, around, k) -> motion`` of one step, by the class of motions."""
+    """Return the kernel ``moved(v, x, around, k) -> motion`` of a step, for a class of motions."""
     more = [f"around[k + {place} * v.size]" for place in range(len(motion._fields) - 2)]
     return kernel_of("moved(v, x, around, k)", [f"return Motion({', '.join(['v[k]', 'x[k]', *more])})"], {"Motion": motion})
 
 
 def kernel_of(head: str, lines: list[str], names: dict[str, Any], *, portable: bool = True) -> Callable[..., Any]:
-    """Return the kernel of this head and these lines, which knows these names."""
+    """Return the kernel with this head and these lines, which can use these names."""
     text = f"def {head}:\n" + "".join(f"    {line}\n" for line in lines)
     scope: dict[str, Any] = {"__name__": __name__} | names
     exec(compile(text, f"<{head}>", "exec"), scope)

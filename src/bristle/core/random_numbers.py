@@ -1,8 +1,8 @@
-r"""Random numbers that are a function of a seed and a count: the same bits on every target, and no hidden state.
+r"""Random numbers as a function of a seed and a count: the same bits on every target, without hidden state.
 
-A counter-based generator needs no state that a run would have to carry, and a run can be repeated, cut short or split
-without its numbers changing. The seed and the count are mixed by rounds of multiplication and shift on 32 bits
-(constants below :math:`2^{31}`, so that no product leaves 63 bits and every language gives the same one).
+A counter-based generator needs no state in a run, and a run can be repeated, shortened or split without a change of its
+numbers. Rounds of multiplication and shift on 32 bits mix the seed and the count. The constants are below
+:math:`2^{31}`, so all products fit into 63 bits and are the same in every language.
 
 References
 ----------
@@ -22,7 +22,7 @@ ODD_1, ODD_2, GOLDEN = 0x7FEB352D, 0x21F0AAAD, 0x1E3779B9
 
 @kernel
 def mixed(bits):
-    """Return 32 bits in which every one of the 32 given has a part; a bijection."""
+    """Mix 32 bits, so that each output bit depends on all input bits; a bijection."""
     bits = ((bits ^ (bits >> 16)) * ODD_1) & MASK
     bits = ((bits ^ (bits >> 15)) * ODD_2) & MASK
     bits = ((bits ^ (bits >> 15)) * ODD_1) & MASK
@@ -31,7 +31,7 @@ def mixed(bits):
 
 @kernel
 def uniform(seed, count):
-    """Return a number of the open interval from 0 to 1, for a seed and a count that are not negative integers."""
+    """Return a uniform random number in the open interval (0, 1), for a non-negative integral seed and count."""
     low = mixed((mixed(seed & MASK) + (count & MASK) * GOLDEN) & MASK)
     high = mixed((low + (count >> 32) + seed * ODD_2) & MASK)
     return (high + 0.5) / 4294967296.0
@@ -39,6 +39,6 @@ def uniform(seed, count):
 
 @kernel
 def normal(seed, count):
-    """Return a number of the standard normal distribution, for a seed and a count (the method of Box and Muller)."""
+    """Return a standard normal random number for a seed and a count (method of Box and Muller)."""
     radius = math.sqrt(-2.0 * log(uniform(seed, 2 * count)))
     return radius * cos(2.0 * math.pi * uniform(seed, 2 * count + 1))

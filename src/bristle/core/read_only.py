@@ -1,4 +1,4 @@
-"""Mappings that are told, not changed: what a model or a component holds, by name."""
+"""Read-only mappings of the values of a model or a component."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any, NoReturn, TypeVar
@@ -10,17 +10,16 @@ V = TypeVar("V")
 
 
 def _refuse(*_: Any, **__: Any) -> NoReturn:
-    raise TypeError("this is read-only: take dict(...) of it, or model.with_values(...) for a model with other values")
+    raise TypeError("this is read-only: copy it with dict(...), or use model.with_values(...) for a model with other values")
 
 
 _refused: Any = _refuse
 
 
 class ReadOnly(dict[K, V]):
-    """A dictionary that refuses to be changed, of copies that cannot be changed either.
+    """A read-only dictionary of read-only copies.
 
-    It stays a dictionary to everything that reads one, and travels to other processes, which a proxy does not. What is
-    put together from it with ``|`` or ``dict`` is one's own.
+    Unlike a proxy, it is a dictionary and can be pickled. ``|`` or ``dict`` give an ordinary dictionary.
 
     Examples
     --------
@@ -30,7 +29,7 @@ class ReadOnly(dict[K, V]):
     >>> told["F_C"] = 22.0
     Traceback (most recent call last):
     ...
-    TypeError: this is read-only: take dict(...) of it, or model.with_values(...) for a model with other values
+    TypeError: this is read-only: copy it with dict(...), or use model.with_values(...) for a model with other values
     """
 
     def __init__(self, content: Mapping[K, V] | Iterable[tuple[K, V]] = ()) -> None:
@@ -43,7 +42,7 @@ class ReadOnly(dict[K, V]):
 
 
 def _held(value: Any) -> Any:
-    """Return a value as nobody can change it: a copy of an array, a tuple for a list."""
+    """Return a read-only copy of an array, or a tuple for a list."""
     if isinstance(value, list):
         return tuple(value)
     if not isinstance(value, np.ndarray):

@@ -1,4 +1,4 @@
-"""`Slot`: the descriptor of a slot by which friction varies with a channel of a log, ours or a person's own."""
+"""`Slot`: descriptor of a slot of bristle or of the user, by which friction varies with a channel of a log."""
 
 import inspect
 from collections.abc import Callable
@@ -16,37 +16,37 @@ FRICTION, LEVEL = "friction", "level"
 EXCITATION = OF_SLOTS[-1]
 TAKES = ("channel", "p")
 CHANNELS = {name: surrounding for name, surrounding in OF_MOTION.items() if name in COLUMNS}
-"""What `Motion` holds of a log: the effort that passes on is no channel of it."""
+"""Channels of a log in `Motion`; the transmitted effort is not a channel."""
 
 
 class Stateless(NamedTuple):
-    """A slot remembers nothing."""
+    """State of a slot, always empty."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Slot(Documented):
-    r"""A slot: a factor of friction, by an equation of its own, of one channel of a log.
+    r"""A slot: a factor of friction that depends on a channel of a log.
 
     .. math::
         F = g(c)\,F_\text{model} \qquad\text{or}\qquad F = F_\text{model} + (g(c) - 1)\,(F_\text{model} - F_v v)
 
-    ``factor(c, p) -> g`` is a kernel of the channel in SI and the parameters of the slot. All of them have a default,
-    and with these it is 1 for every value of the channel. Those that are to be identified say so:
-    ``excitation="channel"``; the others are held at their default.
+    ``factor(c, p) -> g`` is a kernel of the channel in SI units and the parameters of the slot. All parameters have
+    defaults, for which the factor is 1 for every value of the channel. Parameters with ``excitation="channel"`` are
+    identified; the others keep their default.
 
     Parameters
     ----------
     channel : Surrounding or str
-        What it depends on: a further channel of the log, or ``"position"``, ``"load"`` or ``"temperature"``.
+        Its channel: a further channel of the log, or ``"position"``, ``"load"`` or ``"temperature"``.
     factor : callable
         The kernel.
     of : {"friction", "level"}
-        What the factor multiplies: all of the friction, or what of it is not viscous.
+        Range of the factor: all of the friction, or only its non-viscous part.
 
     Raises
     ------
     InputError
-        If there is no such channel, or it multiplies something else.
+        If the channel or `of` is invalid.
     """
 
     channel: Any
@@ -61,37 +61,37 @@ class Slot(Documented):
         if isinstance(self.channel, str) and self.channel in CHANNELS:
             object.__setattr__(self, "channel", CHANNELS[self.channel])
         if not isinstance(self.channel, Surrounding):
-            place, allowed = f"channel of {self.name}", f"{', '.join(CHANNELS)}, or one of your own"
+            place, allowed = f"channel of {self.name}", f"{', '.join(CHANNELS)}, or a further channel"
             mend = 'Write channel=Surrounding("humidity", Variable("1", "relative humidity"), usual=0.5)'
-            raise InputError("is no channel of a log", path=place, value=self.channel, allowed=allowed, mend=mend)
+            raise InputError("is not a channel of a log", path=place, value=self.channel, allowed=allowed, mend=mend)
         if self.of not in (FRICTION, LEVEL):
-            raise InputError("is none of the choices", path=f"of, of {self.name}", value=self.of, allowed=f"{FRICTION}, {LEVEL}")
+            raise InputError("is not a valid choice", path=f"of, of {self.name}", value=self.of, allowed=f"{FRICTION}, {LEVEL}")
 
     @property
     def neutral(self) -> Any:
-        """The parameters with which nothing varies."""
+        """Parameters for a factor of 1."""
         return self.Parameters()
 
     @property
     def identified(self) -> tuple[str, ...]:
-        """The parameters that a log is to tell."""
+        """Parameters to identify from a log."""
         return tuple(name for name, variable in self.variables.items() if variable.excitation)
 
 
 def refuse_unfit(slot: Slot) -> None:
-    """Refuse a slot that has not the form of one: no model runs."""
+    """Refuse a slot of invalid form, without running a model."""
     for name, variable in slot.variables.items():
         if name not in slot.defaults:
-            mend = "Give each parameter the default with which friction does not vary"
+            mend = "Give each parameter a default for which friction does not vary"
             raise InputError("has no default", path=f"Parameters.{name}", mend=mend)
         if slot.is_array(name) or variable.choices:
-            raise InputError("is no number", path=f"Parameters.{name}", mend="A slot takes numbers")
+            raise InputError("is not a number", path=f"Parameters.{name}", mend="Use only numbers as parameters of a slot")
         if variable.excitation not in ("", EXCITATION):
-            message, place, allowed = "is not what a slot needs of a log", f"excitation of {name}", f'"{EXCITATION}", or empty'
+            message, place, allowed = "is not an excitation for a slot", f"excitation of {name}", f'"{EXCITATION}", or empty'
             raise InputError(message, path=place, value=variable.excitation, allowed=allowed)
     if not slot.identified:
-        mend = f'Write Variable(..., excitation="{EXCITATION}") for what is to be identified'
-        raise InputError("has no parameter that a log could tell", path="Parameters", mend=mend)
+        mend = f'Write Variable(..., excitation="{EXCITATION}") for each parameter to identify'
+        raise InputError("has no parameter to identify from a log", path="Parameters", mend=mend)
     if slot.factor not in kernels():
         raise InputError("is not a kernel", path="factor", mend="Decorate it with @kernel from bristle.core")
     count = len(inspect.signature(slot.factor).parameters)

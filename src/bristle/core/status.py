@@ -1,10 +1,10 @@
-"""What can happen while computing: codes that kernels return, for they never raise, with a sentence for people."""
+"""Outcomes of a computation: kernels return these codes instead of exceptions; each code has a sentence."""
 
 from enum import IntEnum
 
 
 class Status(IntEnum):
-    """Outcome of a computation; codes other than `OK` rank by severity."""
+    """Outcome of a computation; a larger code is more severe."""
 
     OK = 0
     SOLVE_INACCURATE = 1
@@ -14,7 +14,7 @@ class Status(IntEnum):
 
     @property
     def sentence(self) -> str:
-        """The code in words."""
+        """Sentence for the code."""
         return SENTENCES[self]
 
 
@@ -23,8 +23,8 @@ SENTENCES = {
     Status.SOLVE_INACCURATE: ("the implicit step did not converge to its tolerance at least once; use a smaller step (more substeps)"),
     Status.TOLERANCE_MISSED: (
         "the adaptive step reached its smallest length before its error was small enough; "
-        "ask for a larger tolerance, or look for what jumps"
+        "increase the tolerance, or look for jumps in the input"
     ),
-    Status.MEMORY_OVERFLOW: ("the memory of turning points overflowed and forgot its innermost pair; raise its capacity"),
-    Status.NOT_FINITE: "the simulation left the finite numbers: the loop or the model is unstable",
+    Status.MEMORY_OVERFLOW: ("the memory of turning points overflowed and lost its innermost pair; increase its capacity"),
+    Status.NOT_FINITE: "the simulation gave numbers that are not finite: the loop or the model is unstable",
 }

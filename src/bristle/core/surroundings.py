@@ -1,4 +1,4 @@
-"""What surrounds a contact besides its motion: load, temperature, and what further channels of a log slots depend on."""
+"""Surroundings of a contact besides its motion: load, temperature and further channels for slots."""
 
 import keyword
 from collections import namedtuple
@@ -15,26 +15,26 @@ from bristle.core.packing import kernel_of
 from bristle.core.variable import Variable, variables_of
 
 RESERVED = {"v", "x", "dt", "p", "q", "axis", "memory", "state", "motion", "move", "step", "lasting", "input", "force"}
-"""Words of the contract of a model, which stand beside the names of channels where one is run."""
+"""Reserved words of the contract of a model, which must not be names of channels."""
 
 
 @dataclass(frozen=True)
 class Surrounding:
-    """A further channel of a log that friction depends on.
+    """A further channel of a log for a slot of friction.
 
     Parameters
     ----------
     name : str
-        Its name under ``[columns]`` of the axis file.
+        Name under ``[columns]`` of the axis file.
     variable : Variable
-        What it is: quantity, description, range.
+        Quantity, description and range.
     usual : float
-        Its value where nobody tells it, in SI.
+        Default value in SI units.
 
     Raises
     ------
     InputError
-        If it has a name that cannot be asked for, or that of another channel, or its usual value is out of its range.
+        If the name is invalid or belongs to another channel, or if the usual value is out of range.
 
     Examples
     --------
@@ -55,54 +55,54 @@ class Surrounding:
             or name.startswith("_")
             or name in RESERVED
         ):
-            raise InputError("is no name of a channel", path="channel", value=name, allowed="a word, such as humidity")
+            raise InputError("is not a valid name of a channel", path="channel", value=name, allowed="a word, such as humidity")
         if not isinstance(self.variable, Variable):
             raise InputError(
-                "carries no Variable",
+                "needs a Variable",
                 path=f"channel {name}",
                 value=type(self.variable).__name__,
                 mend='Write Surrounding("humidity", Variable("1", "relative humidity"), usual=0.5)',
             )
         if (name in COLUMNS or name in Motion._fields) and variables_of(Motion).get(self.field) != self.variable:
             raise InputError(
-                "is the name of a channel of bristle",
+                "is already the name of a channel of bristle",
                 path="channel",
                 value=name,
-                mend=f'Write channel="{name}", if that is meant, or take another name',
+                mend=f'Write channel="{name}" to use this channel, or choose another name',
             )
         self.variable.validate(self.usual, f"usual value of {name}")
 
     @property
     def field(self) -> str:
-        """Name of its field in a motion."""
+        """Field of a motion with its value."""
         return "x" if self.name == "position" else self.name
 
     @property
     def is_own(self) -> bool:
-        """Whether `Motion` does not hold it."""
+        """Whether it is not a field of `Motion`."""
         return self.field not in Motion._fields
 
     @property
     def is_recorded(self) -> bool:
-        """Whether a log must have it beside its motion: what passes on to the load follows from the plant."""
+        """Whether a log must have its channel; the transmitted effort follows from the plant."""
         return self.is_own or (self.name in COLUMNS and self.field == self.name)
 
 
 OF_MOTION: dict[str, Surrounding] = {
     name: Surrounding(name, variables_of(Motion)[name], usual) for name, usual in Motion._field_defaults.items()
 } | {"position": Surrounding("position", variables_of(Motion)["x"], 0.0)}
-"""What `Motion` holds of the surroundings, and where on the axis it is, by name."""
+"""Fields of `Motion` for the surroundings and the position, by name."""
 
 
 def motion_with(surroundings: Iterable[Surrounding]) -> Any:
-    """Return the class of a motion that holds these surroundings; `Motion` where that holds all of them."""
+    """Return a class of motions with these surroundings; `Motion` if its fields suffice."""
     own: dict[str, Surrounding] = {}
     for surrounding in surroundings:
         if surrounding.is_own and own.setdefault(surrounding.name, surrounding) != surrounding:
             raise InputError(
-                "is described by two slots, and not alike",
+                "has different descriptions in two slots",
                 path=f"channel {surrounding.name}",
-                mend="Give both the same Variable and usual value, or one of them another name",
+                mend="Use the same Variable and usual value in both slots, or different names",
             )
     return _motion_with(tuple(own.values())) if own else Motion
 
@@ -127,12 +127,12 @@ def _with_velocity(name: str, fields: tuple[str, ...], transmitted: str = "motio
 
 
 def at_rest(v, motion):
-    """Return a motion at rest, on the side of the zero `v`, where another one is: nothing passes on to the load."""
+    """Return a motion at rest in the same place, on the side of the zero `v`, without transmitted effort."""
     return motion._replace(v=v, transmitted=NOTHING_TRANSMITTED)
 
 
 def on_side(v, motion):
-    """Return a motion with another velocity `v`, such as the zero of one side; all around it stays."""
+    """Return a motion with another velocity `v`, such as the zero of a side, in the same surroundings."""
     return motion._replace(v=v)
 
 
@@ -142,9 +142,9 @@ chosen_by_fields(on_side, lambda fields: _with_velocity("motion_on_side", fields
 
 @once
 def reader_of(surrounding: Surrounding) -> Callable[[Any], float]:
-    """Return ``read(motion) -> float``: what a motion tells of this, its usual value where it tells nothing."""
+    """Return ``read(motion) -> float``: the value in a motion, or else the usual value."""
     name, field, usual = surrounding.name, surrounding.field, float(surrounding.usual)
-    # As text, because the compiler and other targets must see a plain expression; exported functions are called by this module.
+    # As text, because the compiler and other targets need a plain expression; exported functions have this module name.
     recorded, silent = (
         kernel_of(f"{name}_{case}(motion)", [f"return {expression}"], {"__name__": __name__})
         for case, expression in (("recorded", f"motion.{field}"), ("usual", repr(usual)))

@@ -1,4 +1,4 @@
-"""Names of parameters set as the symbols of equations: F_C_pos becomes an F with the subscript C+."""
+"""Typeset names of parameters as symbols: F_C_pos becomes an F with the subscript C+."""
 
 import re
 
@@ -12,7 +12,7 @@ _NAME = re.compile(rf"(?<![\w`])({'|'.join(GREEK)}|[A-Za-z])_([A-Za-z0-9]{{1,3}}
 
 
 def symbolic(text: str) -> Markup:
-    """Return text, escaped, in which names of parameters are symbols; what stands in backticks is left alone.
+    """Escape text and typeset names of parameters as symbols, except in backticks.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Results as people and other libraries take them: a card, a data frame, a data set with units, plain lists."""
+"""Display and export of results: a card, a data frame, a data set with units, plain lists."""
 
 import importlib
 import math
@@ -15,11 +15,11 @@ from bristle.core.status import Status
 from bristle.core.typography import number, scale_of
 from bristle.core.variable import Variable
 
-MOST_REMARKS = 6  # with title, heads and what is left out 30 lines: a screen
+MOST_REMARKS = 6  # with title, heads and omissions at most 30 lines, a screen
 
 
 class Card(NamedTuple):
-    """A title, a table, and remarks; what is too much of it is counted."""
+    """A title, a table and remarks; the number of omitted rows and remarks is stated."""
 
     title: str
     heads: tuple[str, ...] = ()
@@ -28,21 +28,21 @@ class Card(NamedTuple):
 
     @property
     def _rest(self) -> list[str]:
-        """The remarks, as many as there is room for, and how much is left out."""
+        """Remarks up to the limit, and the number of omitted rows and remarks."""
         lines = [shortened(in_one_line(remark), 100) for remark in self.remarks[:MOST_REMARKS]]  # characters of a remark
         for left, noun in ((len(self.rows) - MOST_SHOWN, "rows"), (len(self.remarks) - MOST_REMARKS, "remarks")):
             lines += [f"and {left} more {noun}"] if left > 0 else []
         return lines
 
     def text(self) -> str:
-        """Return it as lines of text, fewer than a screen has."""
+        """Return the card as text that fits a screen."""
         rows = [tuple(map(in_one_line, row)) for row in (self.heads, *self.rows[:MOST_SHOWN]) if row]
         widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
         lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)) for row in rows]
         return "\n".join([in_one_line(self.title), *(f"  {line}".rstrip() for line in (*lines, *self._rest))])
 
     def html(self) -> str:
-        """Return it as HTML; what comes from files is escaped."""
+        """Return the card as HTML; text from files is escaped."""
 
         def row(cells: tuple[str, ...], tag: str) -> str:
             side = ' style="text-align: left; padding-right: 1em"'
@@ -56,15 +56,15 @@ class Card(NamedTuple):
 
 
 class WithCard:
-    """A result that is shown as a card rather than with all its numbers."""
+    """A result that is displayed as a card instead of all its numbers."""
 
     def __init_subclass__(cls, **arguments: object) -> None:
         super().__init_subclass__(**arguments)
-        # A dataclass brings a representation of its own for each class that has none.
+        # A dataclass adds a __repr__ to each class without it.
         cls.__repr__ = WithCard.__repr__  # type: ignore[method-assign]
 
     def _card(self) -> Card:
-        """Return what is shown of it."""
+        """Return the card of the result."""
         return Card(type(self).__name__)
 
     def __repr__(self) -> str:
@@ -81,23 +81,23 @@ SIGNALS: dict[str, Variable] = {
     "effort": Variable("force", "effort of the drive"),
     "reference": Variable("length", "desired position"),
     **RECORDED,
-    "measured": Variable("length", "position as the sensor reads it"),
-    "command": Variable("force", "effort that the controller asks for"),
-    "feedforward": Variable("force", "effort that is fed forward"),
-    "compensation": Variable("force", "effort fed forward along the measured motion"),
+    "measured": Variable("length", "position measured by the sensor"),
+    "command": Variable("force", "effort commanded by the controller"),
+    "feedforward": Variable("force", "feedforward effort"),
+    "compensation": Variable("force", "feedforward effort along the measured motion"),
     "friction": Variable("force", "friction force, mean until the next sample"),
     "motor_position": Variable("length", "position of the motor"),
     "motor_velocity": Variable("length/time", "velocity of the motor"),
-    "effort_predicted": Variable("force", "effort that the model predicts"),
+    "effort_predicted": Variable("force", "predicted effort"),
     "half_width": Variable("force", "half-width of the 95 % band around the effort"),
-    "position_predicted": Variable("length", "position that the model predicts"),
+    "position_predicted": Variable("length", "predicted position"),
     "position_half_width": Variable("length", "half-width of the 95 % band around the position"),
 }
-"""Name of a signal -> what it is."""
+"""Name of a signal -> its variable."""
 
 
 class Signal(NamedTuple):
-    """One signal: its samples, its unit in SI, what it is."""
+    """Samples, SI unit and description of a signal."""
 
     values: np.ndarray
     unit: str
@@ -105,10 +105,10 @@ class Signal(NamedTuple):
 
 
 class Tabular(WithCard):
-    """What holds signals of one length, by name, and numbers beside them."""
+    """Base of results with named signals of equal length and further data."""
 
     def _signals(self) -> dict[str, Signal]:
-        """Return the signals that there are, time first."""
+        """Return the available signals, time first."""
         held: dict[str, Any] = {name: getattr(self, name, None) for name in SIGNALS}
         return {
             name: Signal(held[name], variable.unit(getattr(self, "kind", "translational")), variable.description)
@@ -117,12 +117,12 @@ class Tabular(WithCard):
         }
 
     def _facts(self) -> dict[str, Any]:
-        """Return what is told beside the signals, as plain data."""
+        """Return the further data as plain data."""
         rest = (spec.name for spec in fields(self) if spec.name not in SIGNALS)  # type: ignore[arg-type]
         return {"kind": getattr(self, "kind", "translational")} | {name: plain(getattr(self, name)) for name in rest}
 
     def to_dict(self) -> dict[str, Any]:
-        """Return everything as plain data: ``signals`` and ``units`` by name, and what is told beside them."""
+        """Return plain data: ``signals`` and ``units`` by name, and the further data."""
         signals = self._signals()
         return self._facts() | {
             "units": {name: signal.unit for name, signal in signals.items()},
@@ -130,7 +130,7 @@ class Tabular(WithCard):
         }
 
     def to_dataframe(self) -> Any:
-        """Return the signals as a data frame of pandas, one row a sample, in SI."""
+        """Return the signals as a pandas data frame in SI units, with one row per sample."""
         pandas = library("pandas", "to_dataframe()")
         signals = self._signals()
         frame = pandas.DataFrame({name: signal.values for name, signal in signals.items()})
@@ -138,7 +138,7 @@ class Tabular(WithCard):
         return frame
 
     def to_xarray(self) -> Any:
-        """Return the signals as a data set of xarray over time, in SI."""
+        """Return the signals as an xarray data set over time, in SI units."""
         xarray = library("xarray", "to_xarray()")
         held = {
             name: ("time", np.array(signal.values), {"units": signal.unit, "long_name": signal.description})
@@ -150,7 +150,7 @@ class Tabular(WithCard):
     def _card(self) -> Card:
         signals = self._signals()
         rows = tuple((name, ranged(signal.values, signal.unit), signal.description) for name, signal in signals.items())
-        return Card(self._title(), ("Signal", "Range", "What it is"), rows, tuple(self._remarks()))
+        return Card(self._title(), ("Signal", "Range", "Description"), rows, tuple(self._remarks()))
 
     def _title(self) -> str:
         return f"{type(self).__name__} of {len(self._signals()['time'].values)} samples, {getattr(self, 'kind', 'translational')}"
@@ -161,7 +161,7 @@ class Tabular(WithCard):
 
 
 def ranged(values: np.ndarray, unit: str) -> str:
-    """Return the range of a signal in a fitting multiple of its unit."""
+    """Return the range of a signal in a suitable multiple of its unit."""
     finite = values[np.isfinite(values)]
     if not finite.size:
         return "no finite number"
@@ -173,7 +173,7 @@ def ranged(values: np.ndarray, unit: str) -> str:
 
 
 def plain(value: Any) -> Any:
-    """Return a value as text, numbers, lists and dictionaries, as JSON knows them; what is no finite number is None."""
+    """Convert a value to text, numbers, lists and dictionaries of JSON; numbers that are not finite become None."""
     if isinstance(value, Status):
         return value.sentence
     if isinstance(value, Mapping):
@@ -194,7 +194,7 @@ def plain(value: Any) -> Any:
 
 
 def library(name: str, wanted_by: str, extra: str = "") -> Any:
-    """Return a library that is no dependency."""
+    """Import an optional library."""
     try:
         return importlib.import_module(name)
     except ImportError:

@@ -1,8 +1,8 @@
-r"""Tangents: the derivatives of one number in `DIRECTIONS` directions at once, which compiled code keeps in vector registers.
+r"""Tangents: derivatives of a number in `DIRECTIONS` directions at once, in vector registers of compiled code.
 
 A derivative in direction k is :math:`\dot y_k = \sum_i \frac{\partial y}{\partial x_i} \dot x_{i,k}`, forward through a
 computation (R. E. Wengert, Communications of the ACM 7(8), 1964, doi:10.1145/355586.364791). In plain Python a tangent is
-an array of shape (DIRECTIONS,); in an array of tangents, that of number i begins at ``i * DIRECTIONS``.
+an array of shape (DIRECTIONS,); in an array of tangents, the tangent of number i begins at ``i * DIRECTIONS``.
 """
 
 from collections.abc import Callable
@@ -30,7 +30,7 @@ def tangent_type() -> Any:
 
     @register_model(TangentType)
     class TangentModel(models.PrimitiveModel):
-        """One vector of so many numbers."""
+        """A vector of `DIRECTIONS` numbers."""
 
         def __init__(self, manager: Any, kind: Any) -> None:
             super().__init__(manager, kind, ir.VectorType(ir.DoubleType(), DIRECTIONS))
@@ -39,7 +39,7 @@ def tangent_type() -> Any:
 
 
 def _compiled(arguments: str, result: str, generate: Callable[..., Any]) -> Callable[[F], F]:
-    """Mark a function of tangents (t), reals (r), indices (i) and addresses of arrays (a), and how the compiler generates it."""
+    """Mark a function of tangents (t), reals (r), indices (i) and addresses of arrays (a), with its code generator."""
 
     def mark(plain: F) -> F:
         on_activation(lambda: _make_known(plain, arguments, result, generate))
@@ -67,7 +67,7 @@ def _make_known(plain: Callable[..., Any], arguments: str, result: str, generate
         pairs = zip(arguments, argument_types, strict=True)
         return types_by_letter[result](*(kind if letter == "a" else types_by_letter[letter] for letter, kind in pairs)), write
 
-    # The compiler goes by the names of arguments.
+    # The compiler matches arguments by name.
     scope: dict[str, Any] = {"typing": typing}
     exec(f"def generated({all_names}): return typing({all_names})", scope)
     scope["inner"] = intrinsic(scope["generated"])
@@ -76,7 +76,7 @@ def _make_known(plain: Callable[..., Any], arguments: str, result: str, generate
 
 
 def _uniform(number: float) -> Any:
-    """Return a vector of one number."""
+    """Return a vector with equal numbers."""
     from llvmlite import ir
 
     return ir.Constant(ir.VectorType(ir.DoubleType(), DIRECTIONS), [number] * DIRECTIONS)
@@ -155,7 +155,7 @@ def tangent_at(a, b):
 
 @_compiled("ait", "-", lambda builder, a, b, c: builder.store(c, _place(builder, a, b), align=8))
 def keep_tangent(a, b, c):
-    """Keep a tangent as that of number `b` in an array of them."""
+    """Store a tangent for number `b` in an array of tangents."""
     a[b * DIRECTIONS : (b + 1) * DIRECTIONS] = c
 
 

@@ -1,40 +1,40 @@
-"""Numbers and units as people read them: a fitting multiple of the unit, digits that the uncertainty allows."""
+"""Format numbers and units for display: a suitable multiple of the unit, and digits according to the uncertainty."""
 
 import math
 import re
 from typing import Any, NamedTuple
 
-# Multiples in use: symbol, the power of ten that it stands for, and the magnitude [SI] from which it is read best.
+# Multiples in use: symbol, power of ten, and smallest magnitude [SI] for its use.
 _METRE = (("{}", 0, 1.0), ("m{}", -3, 1e-3), ("µ{}", -6, 1e-6), ("n{}", -9, 1e-9))
 _NEWTON = (("k{}", 3, 1e4), *_METRE[:3])
 _MULTIPLES = dict.fromkeys(("m", "rad", "s"), _METRE) | dict.fromkeys(("N", "V", "A"), _NEWTON) | {"Hz": _NEWTON[:2]}
 _WHOLE_UNITS = {"kg*m^2": (("kg*m^2", 0, 0.1), ("kg*cm^2", -4, 1e-5), ("g*cm^2", -7, 0.0)), "kg": (("kg", 0, 0.1), ("g", -3, 0.0))}
-LARGEST_WRITTEN_OUT = 1e12  # what is larger is told by its power of ten
+LARGEST_WRITTEN_OUT = 1e12  # larger numbers are written with a power of ten
 
 
 class Scale(NamedTuple):
-    """A multiple of a unit: `factor` times a number in SI is a number in `unit`, which is set for reading."""
+    """A multiple of a unit: `factor` times a number in SI units is a number in `unit`, in display form."""
 
     factor: float
     unit: str
 
     def label(self, word: str) -> str:
-        """Return a word with the unit behind it, as it stands at an axis or above a column."""
+        """Return a word with its unit, as a label of an axis or a column."""
         return f"{word} [{self.unit}]" if self.unit else word
 
 
 def escaped(text: str) -> str:
-    """Return text that can be written: bytes of a file's name that are no letters stand there as their numbers."""
-    return re.sub("[\udc80-\udcff]", lambda byte: f"\\x{ord(byte[0]) - 0xDC00:02x}", text)  # as `os.fsdecode` has them
+    """Return text that can be encoded: undecodable bytes of a file name become escape sequences."""
+    return re.sub("[\udc80-\udcff]", lambda byte: f"\\x{ord(byte[0]) - 0xDC00:02x}", text)  # surrogates of `os.fsdecode`
 
 
 def printable(text: str) -> str:
-    """Return text in which everything can be printed; the name of a file or a column may hold anything."""
+    """Return printable text; the name of a file or column may contain any characters."""
     return "".join(letter if letter.isprintable() else " " for letter in escaped(text))
 
 
 def typeset(unit: str) -> str:
-    """Return a unit set for reading; nothing for a plain number."""
+    """Return the display form of a unit; empty for a plain number."""
     if unit == "1":
         return ""
     unit = re.sub(r"\bu(?=(m|rad|s|N)\b)", "µ", unit).replace("*", "·")
@@ -42,7 +42,7 @@ def typeset(unit: str) -> str:
 
 
 def scale_of(unit: str, magnitude: float) -> Scale:
-    """Return the multiple of an SI unit in which a number of this magnitude is read best.
+    """Return the most readable multiple of an SI unit for a number of this magnitude.
 
     Examples
     --------
@@ -52,7 +52,7 @@ def scale_of(unit: str, magnitude: float) -> Scale:
     magnitude = abs(magnitude)
     if magnitude == 0.0 or not math.isfinite(magnitude):
         return Scale(1.0, typeset(unit))
-    # A prefix before a power would be raised with it.
+    # A power would also apply to a prefix.
     symbol = re.match(r"(?:[A-Za-z]+(?![A-Za-z^]))?", unit)[0]  # type: ignore[index]
     steps = _WHOLE_UNITS.get(unit) or _MULTIPLES.get(symbol, _METRE[:1])
     pattern, power, _ = next((step for step in steps if magnitude >= step[2] * (1 - 1e-12)), steps[-1])
@@ -60,7 +60,7 @@ def scale_of(unit: str, magnitude: float) -> Scale:
 
 
 def number(value: float, resolution: float | None = None, digits: int = 4) -> str:
-    """Return a number to two digits of its resolution, such as a standard error, or to `digits` of its own."""
+    """Format a number to two digits of its resolution, such as a standard error, or to `digits` significant digits."""
     if not math.isfinite(value):
         return "–" if math.isnan(value) else f"{value}".replace("inf", "∞").replace("-", "−")
     if resolution is not None and 0.0 < resolution < math.inf:
@@ -78,7 +78,7 @@ def number(value: float, resolution: float | None = None, digits: int = 4) -> st
 
 
 def typed(value: Any) -> str:
-    """Return a value as one types it: a number in six digits, several in brackets, a name as it is."""
+    """Return a value as typed input: a number in six digits, a list in brackets, a name unchanged."""
     if isinstance(value, str):
         return value
     if hasattr(value, "__len__"):
@@ -87,7 +87,7 @@ def typed(value: Any) -> str:
 
 
 def with_unit(value: float, unit: str, digits: int = 3) -> str:
-    """Return a number in SI with a fitting multiple of its unit behind it, to `digits` at most."""
+    """Format a number in SI units with a suitable multiple of its unit, to at most `digits` digits."""
     scale = scale_of(unit, value)
     text = number(value * scale.factor, digits=digits)
     if "." in text and "e" not in text:

@@ -1,8 +1,8 @@
-"""The edge where units as people write them become numbers in SI.
+"""Convert text with units to numbers in SI units.
 
-Angle and count are dimensions of their own, a torque is not an energy, and ``Nm`` is newton metre. Units that differ from
-SI by a power of ten are converted exactly; the unit library, which evaluates what it is given, sees all others, and only
-what the grammar of units allows.
+Angle and count are separate dimensions, a torque is not an energy, and ``Nm`` is newton metre. Units that differ from SI
+by a power of ten are converted exactly. The unit library, which evaluates its input, converts the others, but only after
+the grammar of units has accepted them.
 """
 
 import math
@@ -23,7 +23,7 @@ ENERGY_UNITS = frozenset({"joule", "calorie", "electron_volt", "british_thermal_
 _EXAMPLE = 'Write a number and a unit, such as "7 um", "40 mN*m", "3000 rpm" or "0.5 ms"'
 _SHARES = {"%": -2, "‰": -3}
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,4})?)(.*)", re.DOTALL)
-LARGEST = 1e100  # No quantity of an axis is larger: products of a few of them are still numbers
+LARGEST = 1e100  # limit for quantities of an axis, so that products of a few of them do not overflow
 LONGEST_UNIT = 64
 _GRAMMAR = grammar(r"(?:[^\W\d_]\w*|%|‰|1)")
 _DECIMALS = {
@@ -43,12 +43,12 @@ _SPELLINGS = (
     (re.compile(r"\b(?:permille|promille)\b"), "‰"),
     (re.compile(r"\s*([*/^])\s*"), r"\1"),
     (re.compile(r"\s+"), "*"),
-    (re.compile(r"\b([numkM]?N)(c?m)\b"), r"\1*\2"),  # a unit library takes Nm for something else
+    (re.compile(r"\b([numkM]?N)(c?m)\b"), r"\1*\2"),  # the unit library reads Nm as another unit
 )
 
 
 class Scale(NamedTuple):
-    """What a unit is that differs from SI by a power of ten: its SI unit, that power, and powers of base units."""
+    """A unit that differs from SI by a power of ten: its SI unit, this power, and the powers of its base units."""
 
     si: str
     power: int
@@ -57,7 +57,7 @@ class Scale(NamedTuple):
 
 @lru_cache(maxsize=512)
 def _decimal(unit: str) -> Scale | None:
-    """Return a unit that differs from SI by a power of ten, taken apart; None for any other."""
+    """Parse a unit that differs from SI by a power of ten; None for any other unit."""
     factors = factors_of(unit) if len(unit) <= LONGEST_UNIT and _GRAMMAR.fullmatch(unit) else {unit: 1.0} if unit else {}
     power = sum(_DECIMALS[name][1] * exponent for name, exponent in factors.items()) if factors.keys() <= _DECIMALS.keys() else 0.5
     if not float(power).is_integer():
@@ -73,8 +73,8 @@ def _decimal(unit: str) -> Scale | None:
 def _registry() -> Any:
     import pint
 
-    # Base dimensions of their own: rad/s and 1/s, rad and count, N*m/rad and N*m all differ. They are written into the
-    # library's own definitions: what is redefined afterwards holds or not, depending on what was looked up before.
+    # Separate base dimensions: rad/s and 1/s, rad and count, N*m/rad and N*m all differ. They are part of the definitions
+    # of the library, because the effect of a later redefinition depends on earlier look-ups.
     folder = Path(pint.__file__).parent
     lines = (folder / "constants_en.txt").read_text(encoding="utf-8").splitlines()
     for line in (folder / "default_en.txt").read_text(encoding="utf-8").splitlines():
@@ -91,7 +91,7 @@ OWN_UNITS = ("rated = [rated_effort]", "percent_rated = 0.01 * rated", "permille
 
 
 def quantity(value: Any, variable: Variable, kind: Kind = "translational", *, path: str = "", infinite: bool = False) -> float:
-    """Return a value as a number in SI of the kind of axis."""
+    """Convert a value to a number in SI units for the kind of axis."""
     if isinstance(value, bool) or not isinstance(value, (numbers.Real, str)):
         raise InputError(f"must be a number, or text with a unit ({variable.description})", path=path, value=value)
     try:
@@ -106,16 +106,16 @@ def quantity(value: Any, variable: Variable, kind: Kind = "translational", *, pa
 
 
 def refuse_absurd(number: float, path: str, value: Any = None) -> None:
-    """Refuse what is no finite number, and what is so large that no quantity of an axis is it."""
+    """Refuse numbers that are not finite or absurdly large."""
     value = number if value is None else value
     if not math.isfinite(number):
         raise InputError("must be a finite number", path=path, value=value)
     if abs(number) > LARGEST:
-        raise InputError("is out of any range", path=path, value=value, allowed=f"up to {LARGEST:g} in SI", mend="Is the unit right?")
+        raise InputError("is too large", path=path, value=value, allowed=f"up to {LARGEST:g} in SI units", mend="Check the unit")
 
 
 def convert(text: str, unit: str, *, path: str = "") -> float:
-    """Return text with a unit as a number in `unit`."""
+    """Convert text with a unit to a number in `unit`."""
     number, source_unit = split(text, path)
     allowed = "a plain number" if unit == "1" else f"a value in {unit}"
     if not source_unit and unit != "1":
@@ -133,7 +133,7 @@ def convert(text: str, unit: str, *, path: str = "") -> float:
 
 
 def factor(unit: str, target: str, *, path: str = "") -> float:
-    """Return by what a number in `unit` is multiplied to be in `target`."""
+    """Return the factor from `unit` to `target`."""
     with located(value=unit):
         return convert(f"1 {unit}", target, path=path)
 
@@ -149,12 +149,12 @@ def compatible(unit: str, target: str, *, path: str = "") -> bool:
 
 
 def like(unit: str | None, targets: Iterable[str], *, per: str = "", path: str = "") -> str | None:
-    """Return the first of several units, each `per` something, that has the dimension of a unit; None where none has."""
+    """Return the first target, each followed by `per`, with the dimension of a unit; None without a match."""
     return next((target for target in targets if unit and compatible(unit, target + per, path=path)), None)
 
 
 def si_of(unit: str, *, path: str = "") -> str:
-    """Return the SI unit of a unit whose quantity nobody told; ``%`` and ``‰`` are shares of one."""
+    """Return the SI unit of a unit without a known quantity; ``%`` and ``‰`` are plain fractions."""
     spelt = _spelt(unit)
     if spelt in _SHARES:
         return "1"
@@ -165,7 +165,7 @@ def si_of(unit: str, *, path: str = "") -> str:
 
 
 def is_decimal(unit: str) -> bool:
-    """Return whether this is a unit, in its one spelling, that differs from SI by a power of ten."""
+    """Return whether a unit in canonical spelling differs from SI by a power of ten."""
     decimal = _decimal(unit)
     return decimal is not None and decimal.si != "1"
 
@@ -174,7 +174,7 @@ def is_unit(text: str) -> bool:
     """Return whether `text` is a unit."""
     if _decimal(_spelt(text)) is not None:
         return True
-    if text.strip().lower() in ("mil", "mils"):  # of an inch a thousandth, of a turn the 6400th
+    if text.strip().lower() in ("mil", "mils"):  # ambiguous: a thousandth of an inch, or a 6400th of a turn
         return False
     try:
         _unit(_spelt(text))
@@ -184,7 +184,7 @@ def is_unit(text: str) -> bool:
 
 
 def kind_of(values: Mapping[str, Any], variables: Mapping[str, Variable]) -> Kind:
-    """Return the kind of axis that the units of some values speak of; translational where none does."""
+    """Return the kind of axis according to the units of some values; translational by default."""
     for name, value in values.items():
         variable = variables.get(name)
         if not isinstance(value, str) or variable is None or variable.choices:
@@ -197,7 +197,7 @@ def kind_of(values: Mapping[str, Any], variables: Mapping[str, Variable]) -> Kin
 
 
 def split(text: str, path: str = "") -> tuple[str, str]:
-    """Return the number and the unit of a text, both as text, the unit in one spelling."""
+    """Split text into a number and a unit in canonical spelling, both as text."""
     if len(text.strip()) > LONGEST:
         raise InputError("is too long for a number with a unit", path=path, value=text, mend=_EXAMPLE)
     match = _NUMBER.fullmatch(text.strip())
@@ -225,18 +225,18 @@ def _unit(text: str) -> Any:
         raise InputError("is not a unit", value=text)
     try:
         return _registry().parse_units("" if spelt == "1" else spelt.replace("%", "percent_rated").replace("‰", "permille_rated"))
-    except Exception:  # noqa: BLE001  (the library's tokenizer raises what it likes on odd text)
+    except Exception:  # noqa: BLE001  (the tokenizer of the library raises many kinds of errors)
         raise InputError("is not a unit", value=text) from None
 
 
 def _names(unit: str) -> set[str]:
-    """Return the units that a compound is made of, in full and without their prefixes."""
+    """Return the units of a compound unit, in full and without prefixes."""
     registry = _registry()
     return {part for name in _unit(unit)._units for _, part, _ in registry.parse_unit_name(name)}
 
 
 def _misnamed(source_unit: str, unit: str) -> bool:
-    """Return whether the dimension is right and the quantity is still another one."""
+    """Return whether the quantity differs although the dimension is right."""
     if "N*m" in unit:
         return bool(_names(source_unit) & ENERGY_UNITS)
     return unit == "1/s" and "hertz" in _names(source_unit)
@@ -247,8 +247,8 @@ def _mend(source_unit: str, unit: str) -> str:
     is_frequency, turns = dimensions == {"[time]": -1}, dimensions == {"[angle]": 1, "[time]": -1}
     confusions = (
         (names & ENERGY_UNITS and "N*m" in unit, 'An energy is not a torque: write newton times metre, such as "40 mN*m"'),
-        ("count" in names, 'Counts need a resolution: write the length or the angle, one count being, say, "0.125 um"'),
-        (is_frequency and unit == "rad/s", 'A frequency is not an angular velocity: write "60 rad/s", "60 rev/s" or "3000 rpm"'),
+        ("count" in names, 'Counts need a resolution: write the length or angle instead, with for example "0.125 um" per count'),
+        (is_frequency and unit == "rad/s", 'A frequency is not an angular velocity: write rad/s, rev/s or rpm, such as "3000 rpm"'),
         ("hertz" in names and unit == "1/s", "A gain is not a frequency: write it in 1/s (2 pi times the frequency if it is a corner)"),
         (turns and unit == "Hz", "An angular velocity is not a frequency: divide rad/s by 2 pi and write Hz"),
         (
@@ -262,7 +262,7 @@ def _mend(source_unit: str, unit: str) -> str:
     for own_kind, unit_kind in (KINDS, KINDS[::-1]):
         elsewhere = unit_elsewhere(unit, own_kind, unit_kind)
         if elsewhere not in (None, unit) and compatible(source_unit, elsewhere):
-            return f"That is the unit of a {unit_kind} axis, and this one is {own_kind}: write it in {unit}"
+            return f"This is a unit of a {unit_kind} axis, but this axis is {own_kind}: write it in {unit}"
     if "rad" in unit and not any("angle" in name for name in dimensions):
-        return f"On a rotational axis the angle is written: {unit}"
+        return f"Include the angle on a rotational axis: write {unit}"
     return "Write a plain number" if unit == "1" else f"Write it in {unit} or a multiple of it"

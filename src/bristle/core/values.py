@@ -1,4 +1,4 @@
-"""Values that a person gives: made numbers and held to their conditions; thresholds with default, unit and range."""
+"""Conversion and checks of user values; thresholds with default, unit and range."""
 
 import math
 import warnings
@@ -15,13 +15,13 @@ from bristle.core.typography import typed
 from bristle.core.variable import Kind, Variable
 
 Converter = Callable[[Any, str, Any], Any]
-"""What takes a value, the name of its argument and the kind of axis where it is known, and returns what it is."""
+"""Function of a value, the name of its argument and the kind of axis, if known, that returns the converted value."""
 
-LARGEST_COUNT = 2**53  # beyond, a float tells whole numbers apart no more
+LARGEST_COUNT = 2**53  # a float cannot represent all larger whole numbers
 
 
 def looked_at(convert: Converter, value: Any, path: str, kind: Kind | None) -> Any:
-    """Return what a converter makes of a value, whatever the value does while it is looked at."""
+    """Call a converter; convert any error of a foreign value to an `InputError`."""
     try:
         return convert(value, path, kind)
     except BristleError:
@@ -31,12 +31,12 @@ def looked_at(convert: Converter, value: Any, path: str, kind: Kind | None) -> A
 
 
 def shown(value: Any) -> Any:
-    """Return what a message shows of a value: of None its name, since it stands for nothing to show elsewhere."""
+    """Return the form of a value for a message: None as text, because a message omits None."""
     return "None" if value is None else value
 
 
 def check_relations(component: Documented, parameters: Any, path: str, *, structural_only: bool = False) -> None:
-    """Refuse parameters that break a relation of the component; warn of those that break an advisory one."""
+    """Refuse parameters that violate a relation of the component; warn for an advisory relation."""
     for relation in component.relations:
         if (structural_only and not relation.structural) or relation.holds(parameters):
             continue
@@ -51,7 +51,7 @@ def check_relations(component: Documented, parameters: Any, path: str, *, struct
 
 
 def coerced(component: Documented, name: str, variable: Variable, value: Any, path: str, kind: Kind) -> Any:
-    """Return a given value as kernels receive it: a number in SI, a 1-D array, or the place of a choice."""
+    """Convert a user value for kernels: to a number in SI units, a 1-D array, or the index of a choice."""
     from bristle.core import units
 
     if variable.choices:
@@ -74,7 +74,7 @@ def coerced(component: Documented, name: str, variable: Variable, value: Any, pa
 
 
 def check_value(component: Documented, name: str, variable: Variable, value: Any, kind: Kind, path: str) -> None:
-    """Refuse a number that is not finite or out of range; a default that is infinite may stay so."""
+    """Refuse a number that is not finite or out of range; an infinite default is accepted."""
     default = component.defaults.get(name)
     may_be_infinite = isinstance(default, float) and math.isinf(default)
     if not np.all(np.isfinite(value)) and not (may_be_infinite and value == default):
@@ -83,7 +83,7 @@ def check_value(component: Documented, name: str, variable: Variable, value: Any
 
 
 def numbers_of(component: Documented, parameters: Any) -> dict[str, Any]:
-    """Return the values that a person sets as kernels receive them: a choice by its place."""
+    """Return user values in the form for kernels, with the index of each choice."""
     variables = component.variables
     return {
         name: variables[name].code(value, name) if variables[name].choices else value
@@ -92,7 +92,7 @@ def numbers_of(component: Documented, parameters: Any) -> dict[str, Any]:
 
 
 class Threshold(NamedTuple):
-    """What a setting is: its default, unit, meaning, what it may be, and where it comes from."""
+    """Default, unit, meaning, range and source of a setting."""
 
     name: str
     default: float
@@ -104,33 +104,33 @@ class Threshold(NamedTuple):
 
 
 def threshold(default: float, meaning: str, unit: str = "1", least: float = 0.0, most: float = math.inf, source: str = "") -> Any:
-    """Return the field of a threshold."""
+    """Return a field of a dataclass for a threshold."""
     about = {"default": default, "meaning": meaning, "unit": unit, "least": least, "most": most, "source": source}
     return field(default=default, metadata=about)
 
 
 @dataclass(frozen=True)
 class Thresholds:
-    """Thresholds, each a field that `threshold` made; those that were one are `fixed`, by name."""
+    """Base of dataclasses of thresholds; former thresholds are `fixed`, by name."""
 
     fixed: ClassVar[frozenset[str]] = frozenset()
 
     @classmethod
     @cache
     def described(cls) -> tuple[Threshold, ...]:
-        """Return what each of the thresholds is, in order."""
+        """Return the descriptions of the thresholds, in order."""
         return tuple(Threshold(entry.name, **entry.metadata) for entry in fields(cls))
 
     @classmethod
     def of(cls, values: Mapping[str, Any], path: str = "settings") -> Self:
-        """Return the thresholds that are given, all others at their defaults."""
+        """Return thresholds with these values; the others keep their defaults."""
         by_name = {entry.name: entry for entry in cls.described()}
         numbers: dict[str, float] = {}
         for name, value in values.items():
             if name not in by_name:
                 if name in cls.fixed or isinstance(getattr(cls, name, None), float):
-                    raise InputError("is fixed, and no longer set", path=f"{path}.{name}", value=value, mend="Leave it out")
-                raise InputError("is no threshold of an identification", path=f"{path}.{name}", value=value, allowed=", ".join(by_name))
+                    raise InputError("is now fixed", path=f"{path}.{name}", value=value, mend="Remove it")
+                raise InputError("is not a threshold of an identification", path=f"{path}.{name}", value=value, allowed=", ".join(by_name))
             entry = by_name[name]
             number = value if isinstance(value, (int, float)) and not isinstance(value, bool) else math.nan
             if not (entry.least <= number <= entry.most and math.isfinite(number)):
@@ -141,15 +141,15 @@ class Thresholds:
 
     @classmethod
     def among(cls, values: Mapping[str, Any], path: str = "settings") -> Self:
-        """Return those of the thresholds that are given which are of this class, all others at their defaults."""
+        """Return the thresholds of this class with these values; the others keep their defaults."""
         names = {entry.name for entry in cls.described()}
         return cls.of({name: value for name, value in values.items() if name in names}, path)
 
     @property
     def changed(self) -> dict[str, float]:
-        """Those that differ from the default, by name."""
+        """Values that differ from the defaults, by name."""
         return {entry.name: value for entry in self.described() if (value := getattr(self, entry.name)) != entry.default}
 
     def as_data(self) -> dict[str, float]:
-        """Return all of them, by name."""
+        """Return all values by name."""
         return {entry.name: getattr(self, entry.name) for entry in self.described()}

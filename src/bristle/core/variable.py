@@ -1,46 +1,45 @@
-"""`Variable`: the one description of a quantity from which bounds, schemas, tables, captions and units derive."""
+"""`Variable`: description of a quantity, the source of bounds, schemas, tables, captions and units."""
 
 import math
 from dataclasses import dataclass
 from functools import cache
 from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
-from bristle.core.dimensions import KINDS, Kind, canonical, unit_of  # noqa: F401  (asked for here)
+from bristle.core.dimensions import KINDS, Kind, canonical, unit_of  # noqa: F401  (re-exported)
 from bristle.core.errors import InputError, did_you_mean, located
 
-OF_SLOTS = ("place", "load", "temperature", "channel")  # What a log must contain for what only a slot has; the last of one's own
+OF_SLOTS = ("place", "load", "temperature", "channel")  # excitations for parameters of slots; the last is for user slots
 EXCITATIONS = ("", "sliding", "speed", "stribeck", "presliding", "displacement", "acceleration", *OF_SLOTS, "drive")
-"""What a log may have to contain for a parameter to be identified from it."""
+"""Excitations that the identification of a parameter may require."""
 
 
 @dataclass(frozen=True)
 class Variable:
-    """One quantity: what it is, its generalised unit and its range.
+    """A quantity: its description, generalised unit and range.
 
     Parameters
     ----------
     quantity : str
         Generalised quantity: a product of powers of the names in `bristle.core.dimensions`, such as
-        ``"force*time^2/length^2"``. It is kept in one spelling.
+        ``"force*time^2/length^2"``. It is stored in canonical spelling.
     description : str
-        What it is, in a few words.
+        Short description.
     min, max : float
         Smallest and largest value allowed, in SI.
     nominal : float
-        Typical magnitude, in SI: the scale of a search where a log gives none, and what a check of the contract
-        takes for a model without an example.
+        Typical magnitude in SI units: the default scale of a search, and the value in a check of the contract for a
+        model without an example.
     directional : bool
         Whether it may differ between the directions of motion (the slot ``+asymmetry``).
     excitation : str
-        What a log must contain for the quantity to be identified from it: one of `EXCITATIONS`, which an empty one
-        is among.
+        Excitation in a log that the identification of the quantity requires: one of `EXCITATIONS`, may be empty.
     choices : tuple of str
-        Where the quantity is one of several names: what a person writes. Kernels receive its place in this tuple.
+        Allowed names, for a quantity that is a choice. Kernels receive the index in this tuple.
 
     Raises
     ------
     InputError
-        If the quantity or the excitation is none.
+        If the quantity or the excitation is invalid.
 
     Examples
     --------
@@ -60,13 +59,13 @@ class Variable:
     def __post_init__(self) -> None:
         if not self.description:
             mend = 'Write both, Variable("force", "Coulomb friction force")'
-            raise InputError("lacks its quantity or its description", path=f"Variable({self.quantity!r})", mend=mend)
+            raise InputError("lacks the quantity or the description", path=f"Variable({self.quantity!r})", mend=mend)
         with located(f"quantity of {self.description!r}"):
             object.__setattr__(self, "quantity", canonical(self.quantity))
         if self.excitation not in EXCITATIONS:
             place, allowed = f"excitation of {self.description!r}", f"{', '.join(EXCITATIONS[1:])}, or empty"
             mend = did_you_mean(self.excitation, EXCITATIONS[1:])
-            raise InputError("is no excitation", path=place, value=self.excitation, allowed=allowed, mend=mend)
+            raise InputError("is not an excitation", path=place, value=self.excitation, allowed=allowed, mend=mend)
 
     def unit(self, kind: Kind = "translational") -> str:
         """Return the SI unit on an axis of this kind."""
@@ -77,7 +76,7 @@ class Variable:
         if self.choices:
             return ", ".join(self.choices)
         unit = "" if self.quantity == "1" else f" {self.unit(kind)}"
-        by_end = {  # without a smallest value, without a largest one
+        by_end = {  # (without a minimum, without a maximum)
             (True, True): f"any number{unit and ' in'}{unit}",
             (False, True): f">= {self.min:g}{unit}",
             (True, False): f"<= {self.max:g}{unit}",
@@ -86,20 +85,20 @@ class Variable:
         return by_end[math.isinf(self.min), math.isinf(self.max)]
 
     def code(self, value: Any, path: str) -> int:
-        """Return the place of a name among the choices.
+        """Return the index of a name in the choices.
 
         Raises
         ------
         InputError
-            If it is none of them.
+            If the name is not a choice.
         """
         if value not in self.choices:
             mend = did_you_mean(value, self.choices)
-            raise InputError("is none of the choices", path=path, value=value, allowed=self.allowed(), mend=mend)
+            raise InputError("is not a valid choice", path=path, value=value, allowed=self.allowed(), mend=mend)
         return self.choices.index(value)
 
     def written(self, value: Any) -> Any:
-        """Return what a person writes for a value that kernels receive: the name of a choice, else the value."""
+        """Return the user form of a kernel value: the name of a choice, or else the value."""
         return self.choices[value] if self.choices else value
 
     def validate(self, value: Any, path: str, kind: Kind = "translational") -> None:
@@ -108,8 +107,8 @@ class Variable:
         Raises
         ------
         InputError
-            With the path, the value, and the range allowed. Infinity lies in a range without end, so it passes
-            here: where only some parameters may be infinite, the caller refuses it.
+            With the path, the value, and the allowed range. An unbounded range includes infinity; the caller must
+            refuse it if necessary.
         """
         for index, number in enumerate(value if hasattr(value, "__len__") else (value,)):
             place = f"{path}[{index}]" if hasattr(value, "__len__") else path
@@ -131,12 +130,12 @@ def variables_of(cls: type) -> dict[str, Variable]:
 
 
 def is_array(cls: type, field: str) -> bool:
-    """Return whether this field of a NamedTuple holds a 1-D array rather than a scalar."""
+    """Return whether this field of a NamedTuple is a 1-D array rather than a scalar."""
     return _base_of(cls, field) not in (float, int)
 
 
 def is_integer(cls: type, field: str) -> bool:
-    """Return whether this field of a NamedTuple holds a whole number."""
+    """Return whether this field of a NamedTuple is a whole number."""
     return _base_of(cls, field) is int
 
 

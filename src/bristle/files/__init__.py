@@ -1,4 +1,4 @@
-"""Files that people write and results that bristle writes: axes, models and experiments in TOML."""
+"""Files of the user and results of bristle: axes, models and experiments in TOML."""
 
 from typing import TYPE_CHECKING
 

@@ -1,4 +1,4 @@
-"""Arrays by name as a file beside results: Parquet where pyarrow is installed, else NPZ."""
+"""Named arrays as a file in a folder of results: Parquet if pyarrow is installed, otherwise NPZ."""
 
 import io
 from collections.abc import Mapping
@@ -24,7 +24,7 @@ def write_arrays(folder: Results, stem: str, arrays: Mapping[str, np.ndarray]) -
         name = f"{stem}.npz"
     else:
         columns = []
-        for values in plain.values():  # of one dimension or two; without a look at pandas, which takes as long to import
+        for values in plain.values():  # one or two dimensions; avoids the slow import of pandas
             flat = np.ascontiguousarray(values).reshape(-1)
             cells = pyarrow.Array.from_buffers(pyarrow.float64(), flat.size, [None, pyarrow.py_buffer(flat)])
             columns.append(cells if values.ndim == 1 else pyarrow.FixedSizeListArray.from_arrays(cells, values.shape[1]))
@@ -35,7 +35,7 @@ def write_arrays(folder: Results, stem: str, arrays: Mapping[str, np.ndarray]) -
 
 
 def read_arrays(folder: Path, stem: str) -> dict[str, np.ndarray]:
-    """Return the arrays of such a file, by name; nothing where there is no file."""
+    """Return the arrays of such a file by name; an empty dict if the file is missing."""
     path = folder / f"{stem}.parquet"
     path = path if path.is_file() else folder / f"{stem}.npz"
     parquet = library("pyarrow.parquet", str(path)) if path.suffix == ".parquet" else None
@@ -44,5 +44,5 @@ def read_arrays(folder: Path, stem: str) -> dict[str, np.ndarray]:
             table: Any = parquet.read_table(path)
             return {name: np.array(table[name].to_pylist(), dtype=float) for name in table.column_names}
         return dict(np.load(path)) if path.is_file() else {}
-    except Exception as error:  # noqa: BLE001  (libraries raise what they like for a broken file)
+    except Exception as error:  # noqa: BLE001  (libraries raise many kinds of errors for a broken file)
         raise InputError(f"cannot be read: {error}", path=str(path), mend="Save the results again") from None

@@ -1,4 +1,4 @@
-"""`read_axis`: what a person wrote of an axis, as an `Axis` in SI; and an axis as text, so that results carry theirs."""
+"""Read axis files as an `Axis` in SI units, and write an `Axis` as an axis file for the results."""
 
 import math
 import re
@@ -40,26 +40,26 @@ PLACES = {
     "loop": "identification.loop",
     "settings": "identification.settings",
 }
-"""Field of `Axis`, which takes text with a unit -> the key in the file."""
+"""Field of `Axis` that accepts text with a unit -> key in the file."""
 
 
 def read_axis(path: Readable | dict[str, Any]) -> Axis:
-    """Return the axis that a file describes.
+    """Return the axis described by a file.
 
     Parameters
     ----------
     path : path-like, bytes, file object or dict
-        An axis file, TOML, or the tables that one would hold.
+        An axis file (TOML), or its tables.
 
     Returns
     -------
     Axis
-        In SI of its kind, its controller resolved.
+        The axis in SI units of its kind, with its controller.
 
     Raises
     ------
     InputError
-        With file, key, value and what is allowed there.
+        With the file, the key, the value and the allowed values.
     """
     data, source, content = read_toml(path, path="axis", what="an axis or its file")
     with located(source):
@@ -67,35 +67,37 @@ def read_axis(path: Readable | dict[str, Any]) -> Axis:
 
 
 def axis_from(data: dict[str, Any]) -> Axis:
-    """Return the axis that the content of an axis file describes."""
+    """Return the axis described by the content of an axis file."""
     check_schema(data)
     refuse_open(data)
     refuse_misspelt(data.get("columns"))
     file = validated(AxisFile, with_kind(data))
     if file.columns.position is None and file.columns.velocity is None:
-        raise InputError("is missing", path="columns.position", mend='Write position = { column = "NAME", unit = "mm" }, or velocity alone')
+        raise InputError(
+            "is missing", path="columns.position", mend='Write position = { column = "NAME", unit = "mm" }, or give only a velocity'
+        )
     drive = _drive_of(file)
     places = PLACES | {"mass": f"plant.{_mass_of(file)}"}
     raw = {name: getattr(getattr(file, place.split(".")[0]), place.split(".")[1]) for name, place in places.items()}
-    seeks_delay, seeks_lag = raw["delay"] in (None, "identify"), raw["lag"] == "identify"  # a delay that an identification is to find
+    seeks_delay, seeks_lag = raw["delay"] in (None, "identify"), raw["lag"] == "identify"  # delays that the identification estimates
     columns = {
         name: _column(name, entry, drive)
         for name in ("time", "position", "velocity", "effort", "reference", "following_error")
         if (entry := getattr(file.columns, name)) is not None
     }
     is_of_rated = drive.rated is not None or (drive.constant is not None and drive.constant.drive == "rated")
-    # One radian of the motor moves an axis that is told to turn, or has a lead.
+    # The movement for one radian of the motor is known if the axis is rotational or has a lead.
     is_turned = file.kind == "rotational" or drive.transmission.lead is not None
     rate = _positive(file.timing.sample_rate, Variable("frequency", "sample rate"), file.kind, "timing.sample_rate")
     if rate is not None and file.timing.sample_time is not None:
-        raise InputError("has both a sample_time and a sample_rate", path="timing", mend="Keep one of them")
+        raise InputError("has both a sample_time and a sample_rate", path="timing", mend="Keep only one")
     limit, held, hold = file.effort.limit, file.effort.held, file.effort.hold
     if held is not None and hold is not None and held != (hold == "zero"):
-        raise InputError("contradicts `held`", path="effort.hold", value=hold, mend="Keep one of them")
+        raise InputError("contradicts the key `held`", path="effort.hold", value=hold, mend="Keep only one of `hold` and `held`")
     if file.plant.gravity is not None and file.kind != "rotational":
-        mend = "A weight on a vertical axis is the offset, which is identified"
+        mend = "Remove gravity: bristle identifies the weight on a vertical axis as the constant offset"
         raise InputError(
-            "turns with the angle of a link, and this axis is translational", path="plant.gravity", value=file.plant.gravity, mend=mend
+            "is the gravity of a rotating link, but this axis is translational", path="plant.gravity", value=file.plant.gravity, mend=mend
         )
     fields = raw | {
         "name": file.name,
@@ -128,7 +130,7 @@ def axis_from(data: dict[str, Any]) -> Axis:
     for name, allowed in (("span", "[first, last time]"), ("stroke", "[smallest, largest position]")):
         ends = getattr(axis, name)
         if ends is not None and ends[0] >= ends[1]:
-            raise InputError("must rise", path=places[name], value=raw[name], allowed=allowed)
+            raise InputError("must be in ascending order", path=places[name], value=raw[name], allowed=allowed)
     law = file.controller
     return axis if law is None else replace(axis, controller=controller_from(law, kind=axis.kind, axis=axis, path="controller"))
 
@@ -137,12 +139,12 @@ def _drive_of(file: AxisFile) -> Drive:
     effort, transmission, encoder = file.effort, file.transmission, file.encoder
     keys = [key for key in ("force_constant", "torque_constant", "constant") if getattr(effort, key)]
     if len(keys) > 1:
-        raise InputError(f"has both a {keys[0]} and a {keys[1]}", path="effort", mend="Keep one of them")
+        raise InputError(f"has both a {keys[0]} and a {keys[1]}", path="effort", mend="Keep only one")
     constant = None
     if keys:
         spoken_of = {"force_constant": "N", "torque_constant": "N*m"}.get(keys[0])
         constant = Constant.of(getattr(effort, keys[0]), spoken_of, f"effort.{keys[0]}")
-    # What a quantity is told for, such as one turn, may stand behind it.
+    # A suffix may state the base of the quantity, such as one turn.
     lead, raw = (
         text.removesuffix(suffix) if (text := "".join(raw.split()) if isinstance(raw, str) else "").endswith(suffix) else raw
         for raw, suffix in ((transmission.lead, "/rev"), (encoder.resolution, "/count"))
@@ -150,7 +152,7 @@ def _drive_of(file: AxisFile) -> Drive:
     lead = _positive(lead, Variable("length", "lead"), "translational", "transmission.lead")
     drive = Drive(Transmission(file.kind, transmission.gear_ratio or 1.0, lead), constant, effort.rated)
     if raw is not None and encoder.counts_per_rev is not None:
-        raise InputError("has both a resolution and counts_per_rev", path="encoder", mend="Keep one of them")
+        raise InputError("has both a resolution and counts_per_rev", path="encoder", mend="Keep only one")
     if encoder.counts_per_rev is not None:
         turn = drive.movement("rad", encoder.side, "encoder.counts_per_rev")
         return replace(drive, count=2 * math.pi * turn.factor / encoder.counts_per_rev)
@@ -189,7 +191,7 @@ def _injected(entry: InjectedEntry, file: AxisFile, drive: Drive, path: str) -> 
 
 
 def _effort(raw: float | str, file: AxisFile, drive: Drive, path: str) -> float:
-    """Return an effort in SI of the axis, from any unit that its column may have; a bare number is SI already."""
+    """Return an effort in SI units of the axis; a bare number is in SI units already."""
     unit = units.split(raw, path)[1] if isinstance(raw, str) else ""
     if not unit:
         return float(raw)
@@ -200,15 +202,17 @@ def _effort(raw: float | str, file: AxisFile, drive: Drive, path: str) -> float:
 
 
 def _mass_of(file: AxisFile) -> str:
-    """Return the key of what moves; refuse what an axis of this kind, or this plant, does not have."""
+    """Return the key of the mass or inertia; refuse keys that do not fit this kind of axis or plant."""
     right, wrong = ("mass", "inertia") if file.kind == "translational" else ("inertia", "mass")
     if getattr(file.plant, wrong) is not None:
         mend = f"Write {right} in {Variable('mass', 'moving mass').unit(file.kind)}"
-        raise InputError(f"is not what a {file.kind} axis has", path=f"plant.{wrong}", mend=mend)
+        raise InputError(f"does not apply to a {file.kind} axis", path=f"plant.{wrong}", mend=mend)
     for key in ("stiffness", "damping"):
         raw = getattr(file.plant, key)
         if raw is not None and file.plant.model != "oscillator":
-            raise InputError("belongs to an oscillator", path=f"plant.{key}", value=raw, mend='Write model = "oscillator" under [plant]')
+            raise InputError(
+                "needs an oscillator as the plant", path=f"plant.{key}", value=raw, mend='Write model = "oscillator" under [plant]'
+            )
     return right
 
 
@@ -221,11 +225,11 @@ def _cogging(file: AxisFile, transmission: Transmission) -> tuple[Cogging, ...]:
     for place, entry in enumerate(file.cogging):
         path = f"cogging[{place}].turn"
         if entry.turn in [term.turner for term in coggings]:
-            raise InputError("is there twice", path=path, value=entry.turn, mend="Write all its harmonics into one [[cogging]]")
+            raise InputError("is defined twice", path=path, value=entry.turn, mend="Write all its harmonics into one [[cogging]] table")
         try:
             turn = 2.0 * math.pi * transmission.travel("rotational", "motor" if entry.turn == "motor" else "load")
         except InputError:
-            message, mend = "needs to know how far a turn moves the axis", 'Write lead = "10 mm" (and gear_ratio, where there is a gear)'
+            message, mend = "needs the travel of the axis per turn", 'Write lead = "10 mm" (and gear_ratio if there is a gear)'
             raise InputError(message, path=path, value=entry.turn, mend=f"{mend} under [transmission]") from None
         harmonics = None if entry.harmonics == "identify" else tuple(sorted(set(entry.harmonics)))
         coggings.append(Cogging(entry.turn, turn, harmonics))
@@ -237,13 +241,13 @@ def _known_columns(file: AxisFile) -> tuple[KnownColumn, ...]:
     for place, entry in enumerate(file.known):
         name = entry.name or re.sub(r"\W+", "_", entry.column).strip("_") or f"column_{place + 1}"
         if name in [column.name for column in columns]:
-            raise InputError("is there twice", path=f"known[{place}].name", value=name, mend="Give each known column a name of its own")
+            raise InputError("is defined twice", path=f"known[{place}].name", value=name, mend="Give each known column a unique name")
         columns.append(KnownColumn(entry.column, name, entry.optional))
     return tuple(columns)
 
 
 def axis_text(axis: Axis | None, log: Log | None = None) -> bytes | None:
-    """Return the axis file of an axis; where that names no columns, with those that a log was read from, in their units."""
+    """Return the axis file of an axis; if it names no columns, use the columns of the log and their units."""
     if log is not None and (axis is None or not axis.columns):
         columns = {name: Column(channel.column, "", channel.unit) for name, channel in log.channels() if name in CHANNELS}
         injected = tuple(Injected(name, 1.0) for name, _ in log.channels() if name.startswith("injected."))
@@ -260,7 +264,7 @@ def axis_text(axis: Axis | None, log: Log | None = None) -> bytes | None:
 
 def _text_of(axis: Axis) -> bytes:
     linear, effort, unit = axis.kind == "translational", axis.columns.get("effort"), unit_of("force", axis.kind)
-    law = {} if axis.controller is None else axis.controller.values  # of which what has no end is left to its default
+    law = {} if axis.controller is None else axis.controller.values  # infinite values keep their default
     endless = [name for name, value in law.items() if isinstance(value, float) and math.isinf(value)]
     gains = {key_of(name): value for name, value in law.items() if name not in endless}
     values = {place: getattr(axis, name) for name, place in PLACES.items()} | {
@@ -275,7 +279,7 @@ def _text_of(axis: Axis) -> bytes:
         "timing.delay": None if axis.seeks_delay else axis.delay,
         "identification.rests": "keep" if axis.keeps_rests else None,
     }
-    if effort is not None and effort.base != unit:  # what turns the unit of its column into a force or a torque
+    if effort is not None and effort.base != unit:  # converts the unit of its column to a force or a torque
         values["effort.force_constant" if linear else "effort.torque_constant"] = f"{abs(effort.scale)!r} {unit}/{effort.base}"
     document: dict[str, Any] = {
         "schema": 1,
@@ -295,9 +299,9 @@ def _text_of(axis: Axis) -> bytes:
             document.setdefault(table, {})[key] = value
     document["controller"] = {} if axis.controller is None else {"model": axis.controller.name} | gains
     filled = {name: value for name, value in document.items() if value not in ({}, [])}
-    return ("# The axis that these results were made with, in SI.\n" + as_toml(filled)).encode("utf-8", "backslashreplace")
+    return ("# The axis of these results, in SI units.\n" + as_toml(filled)).encode("utf-8", "backslashreplace")
 
 
 def _entry(column: Column | Injected | KnownColumn, /, **keys: Any) -> dict[str, Any]:
-    """Return the entry of a column; what its numbers are multiplied by beyond their unit stands elsewhere."""
+    """Return the entry of a column; factors other than its unit are in other tables."""
     return {key: value for key, value in keys.items() if value is not None} | ({"optional": True} if column.optional else {})

@@ -1,4 +1,4 @@
-"""An axis file as a form: what a page shows of it, and some keys of it changed with all else as it is."""
+"""An axis file as a form: the fields that a page shows, and edits that keep the rest of the file."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -13,17 +13,17 @@ from bristle.files.components import open_in
 from bristle.files.schema import by_number, long_form
 from bristle.files.toml import read_toml
 
-CHANNELS = tuple(name for name in COLUMNS if name not in RECORDED)  # what a column of the form may be
-EMPTY = 'schema = 1\nname = "axis"\n'  # an axis file that says nothing
-# What a log of the motion is taken to hold, where nobody has said it.
+CHANNELS = tuple(name for name in COLUMNS if name not in RECORDED)  # the channels that the form offers for a column
+EMPTY = 'schema = 1\nname = "axis"\n'  # the smallest axis file
+# Default channels of a log of the motion.
 OF_MOTION = {"time": "time", "position": "length", "reference": "length", "effort": "force"}
 
 
 def edited(text: str, edits: Mapping[str, Any], label: str = "axis.toml") -> str:
-    """Return an axis file with some keys changed; all else of it, remarks too, stays as it is."""
+    """Return an axis file with some keys changed; everything else is unchanged, comments included."""
     import tomlkit
 
-    read_toml(Content(Path(label), text.encode()))  # as bounded as any file of a person
+    read_toml(Content(Path(label), text.encode()))  # applies the limits for every user file
     document = tomlkit.parse(text)
     for key, value in edits.items():
         _set(document, key, value)
@@ -35,7 +35,7 @@ def _set(document: Any, key: str, value: Any) -> None:
 
     *parents, last = key.split(".")
     if len(parents) >= 3 or not all((*parents, last)):
-        raise InputError("is no key of an axis file", path=key)
+        raise InputError("is not a key of an axis file", path=key)
     if not (value is None or isinstance(value, (str, int, float))):
         raise InputError("must be text or a number", path=key, value=value)
     table: Any = document
@@ -51,9 +51,9 @@ def _set(document: Any, key: str, value: Any) -> None:
             table[name].update(entry)
         table = table[name]
         if not hasattr(table, "keys"):
-            raise InputError("is no table", path=".".join(path))
+            raise InputError("is not a table", path=".".join(path))
         if len(path) > 1 and hasattr(table, "trivia"):
-            table.trivia.comment, table.trivia.comment_ws = "", ""  # it spoke of what stood there
+            table.trivia.comment, table.trivia.comment_ws = "", ""  # it described the old value
     if value is None:
         table.pop(last, None)
     else:
@@ -63,13 +63,13 @@ def _set(document: Any, key: str, value: Any) -> None:
 
 
 def form_of(axis_file: Content) -> dict[str, Any]:
-    """Return what a form shows of an axis file: its tables, the keys that are open, and the remarks beside them."""
+    """Return the content of the form: the tables of an axis file, its missing keys and its comments."""
     import tomlkit
 
     tables, text = read_toml(axis_file).data, axis_file.data.decode("utf-8-sig")
     entries, columns = tables.get("columns"), {}
     for name, value in entries.items() if isinstance(entries, Mapping) else ():
-        entry = long_form(value)  # what is no column is refused where the file is read
+        entry = long_form(value)  # the reader of the file refuses an invalid column
         if isinstance(entry, Mapping) and isinstance(column := by_number(entry.get("column", "")), str):
             columns[name] = {**entry, "column": column}
     remarks = {}
@@ -82,10 +82,10 @@ def form_of(axis_file: Content) -> dict[str, Any]:
 
 
 def with_columns_of_motion(text: str) -> str:
-    """Return an axis file that says what the log of the motion holds: by usual names and in SI, if nobody did."""
+    """Return an axis file that names the columns of the motion; missing columns get common names and SI units."""
     tables = read_toml(text.encode()).data
     if "columns" in tables:
         return text
-    kind = tables["kind"] if tables.get("kind") in KINDS else KINDS[0]  # what is none is refused where the file is read
+    kind = tables["kind"] if tables.get("kind") in KINDS else KINDS[0]  # the reader of the file refuses an invalid kind
     entries = {f"columns.{name}.column": name for name in OF_MOTION}
     return edited(text, entries | {f"columns.{name}.unit": unit_of(of, kind) for name, of in OF_MOTION.items()})

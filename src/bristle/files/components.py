@@ -1,4 +1,4 @@
-"""Tables of files: what must stand in them, what is still to be filled in, and the components and control laws that they name."""
+"""Tables of files: their required keys, missing values, and the components and control laws that they name."""
 
 import keyword
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -17,19 +17,19 @@ from bristle.core.variable import Variable
 
 
 def key_of(name: str) -> str:
-    """Return the key in files of a parameter: without the underscore that Python needs after ``lambda``."""
+    """Return the key of a parameter in files: without the underscore that Python needs after ``lambda``."""
     return name[:-1] if name.endswith("_") and keyword.iskeyword(name[:-1]) else name
 
 
 def table_at(value: Any, path: str) -> dict[str, Any]:
     """Return a value of a file that must be a table."""
     if not isinstance(value, dict):
-        raise InputError("must be a table", path=path, value=value, mend=f"Write [{path}] on a line of its own")
+        raise InputError("must be a table", path=path, value=value, mend=f"Write [{path}] on a separate line")
     return value
 
 
 def check_keys(table: Mapping[str, Any], expected: Iterable[str], path: str) -> None:
-    """Refuse a key that is not known, and suggest the one that was meant."""
+    """Refuse an unknown key and suggest a similar key."""
     names = list(expected)
     for key, value in table.items():
         if key not in names:
@@ -38,28 +38,30 @@ def check_keys(table: Mapping[str, Any], expected: Iterable[str], path: str) -> 
 
 
 def check_schema(data: Mapping[str, Any]) -> None:
-    """Refuse a file that does not say ``schema = 1``."""
+    """Refuse a file without ``schema = 1``."""
     if "schema" not in data:
         raise InputError("is missing", path="schema", mend="Write schema = 1 on the first line")
     if type(data["schema"]) is not int or data["schema"] != 1:
-        mend = "Is the file from a newer bristle?" if type(data["schema"]) is int else "Write schema = 1"
-        raise InputError("is not one that this bristle reads", path="schema", value=data["schema"], allowed="1", mend=mend)
+        mend = "Update bristle if a newer version wrote the file" if type(data["schema"]) is int else "Write schema = 1"
+        raise InputError(
+            "is a schema that this version of bristle cannot read", path="schema", value=data["schema"], allowed="1", mend=mend
+        )
 
 
 def name_of(data: Mapping[str, Any], source: Path) -> str:
-    """Return what a file calls that which it describes; where it says nothing, its own name without the ending."""
+    """Return the name in a file, or else the name of the file without its extension."""
     return TEXT(data.get("name", source.stem), "name", None)
 
 
 def component_named(name: Any, registry: Mapping[str, Component], path: str) -> Any:
-    """Return the component of this name."""
+    """Return the component with this name."""
     if isinstance(name, str) and name in registry:
         return registry[name]
     raise InputError("there is no such model", path=path, value=name, allowed=", ".join(registry), mend=did_you_mean(name, registry))
 
 
 def parameters_in(table: Mapping[str, Any], component: Component, path: str, *, beside: tuple[str, ...] = ()) -> dict[str, Any]:
-    """Return the parameters that a table gives, under the names that they have in code."""
+    """Return the parameters of a table by their names in code."""
     names = {key_of(name): name for name in component.variables}
     check_keys(table, (*beside, *names), path)
     return {names[key]: value for key, value in table.items() if key in names}
@@ -75,7 +77,7 @@ def model_from(
     find: Callable[[str, Iterable[str], str], Component] | None = None,
     own: Component | None = None,
 ) -> Model:
-    """Return the component that a table names, with the parameters that it gives."""
+    """Return the component that a table names, with the parameters of the table."""
     component = own or _component_in(table, registry, path, default, find)
     values = parameters_in(table, component, path, beside=("model" if own is None else "file",))
     return make_model(component, values, kind=kind, validate=True, path=path)
@@ -97,11 +99,11 @@ def number_at(raw: Any, variable: Variable, kind: Kind, path: str) -> float:
     return value
 
 
-FILL_IN = "?"  # stands in a file for what a person has to fill in
+FILL_IN = "?"  # placeholder in a file for a value that the user has to fill in
 
 
 def open_in(tables: Any, path: str = "") -> Iterator[str]:
-    """Yield the keys of tables that are still to be filled in."""
+    """Yield the keys of tables whose values are not filled in."""
     if isinstance(tables, Mapping):
         for key, value in tables.items():
             yield from open_in(value, f"{path}.{key}" if path else str(key))
@@ -110,10 +112,10 @@ def open_in(tables: Any, path: str = "") -> Iterator[str]:
 
 
 def refuse_open(tables: Mapping[str, Any]) -> None:
-    """Refuse a file in which something is still to be filled in."""
+    """Refuse a file with a value that is not filled in."""
     if keys := list(open_in(tables)):
-        more = f" So are {', '.join(keys[1:])}" if len(keys) > 1 else ""
-        raise InputError("is still to be filled in", path=keys[0], value=FILL_IN, mend=f"The comment behind it says what to write.{more}")
+        more = f" Also fill in {', '.join(keys[1:])}" if len(keys) > 1 else ""
+        raise InputError("is not filled in", path=keys[0], value=FILL_IN, mend=f"The comment after it explains the value.{more}")
 
 
 def numbers_in(
@@ -125,7 +127,7 @@ def numbers_in(
     needs: Iterable[str] = (),
     integers: Iterable[str] = (),
 ) -> dict[str, Any]:
-    """Return what a table gives of some quantities, in SI: those that it `needs`, and some that are whole numbers."""
+    """Return the given quantities of a table in SI units; those in `needs` are required, and some are whole numbers."""
     for name in needs:
         if name not in table:
             raise InputError(f"needs {name}", path=path, mend=f"Write {name}, {variables[name].description}, under [{path}]")
@@ -141,7 +143,7 @@ def numbers_in(
 
 
 def choice_at(table: Mapping[str, Any], key: str, choices: Sequence[str], path: str, fault: str, usual: str | None = None) -> str:
-    """Return which of several words a table says at a key; where it says none, the usual one, or else the first."""
+    """Return the choice at a key of a table; if it is missing, the usual choice, or else the first."""
     value = table.get(key, usual or choices[0])
     if value not in choices:
         raise InputError(fault, path=f"{path}.{key}", value=value, allowed=" or ".join(choices))
@@ -161,8 +163,8 @@ INTEGRAL_TIME = "T_n"
 def controller_from(table: Any, *, kind: Kind, axis: Axis | None = None, path: str, own: Controller | None = None) -> Model:
     """Return the control law of a table.
 
-    Gains may be given in the units of the drive, such as ``k_v = "243.45 V*s/m"`` where the effort column is in
-    volts: the constant of the drive turns them into SI, and gear and lead those for an angle of the motor.
+    Gains may be in units of the drive, such as ``k_v = "243.45 V*s/m"`` if the effort column is in volts. The drive
+    constant converts them to SI units; gear and lead convert gains for the angle of the motor.
     """
     entries, component = table_at(table, path), own or _component_in(table, CONTROLLERS, path)
     by_time = (INTEGRAL_TIME,) if {"k_v", "k_i"} <= set(component.variables) else ()
@@ -172,7 +174,7 @@ def controller_from(table: Any, *, kind: Kind, axis: Axis | None = None, path: s
     if by_time and INTEGRAL_TIME in entries:
         place, raw = f"{path}.{INTEGRAL_TIME}", entries[INTEGRAL_TIME]
         if "k_i" in values:
-            raise InputError("tells the integral, and so does k_i", path=place, value=raw, mend="Keep one of them")
+            raise InputError("sets the integral gain, but k_i sets it too", path=place, value=raw, mend="Keep only one")
         if "k_v" not in values:
             raise InputError("needs the velocity gain", path=place, value=raw, mend=f"Write k_v under [{path}]")
         time = number_at(raw, Variable("time", "integral time", min=0.0), kind, place)
@@ -182,23 +184,23 @@ def controller_from(table: Any, *, kind: Kind, axis: Axis | None = None, path: s
 
 
 def in_effort(value: Any, quantity: str, kind: Kind, axis: Axis | None, path: str) -> Any:
-    """Return text in the units of the drive as a number in SI, and everything else as it is.
+    """Convert text in units of the drive to a number in SI units; return everything else unchanged.
 
-    The effort may be told in the unit of the effort column, the movement in that of the position column: ``"A*s/rad"``
-    where the current and the angle of the motor are recorded.
+    The effort may be in the unit of the effort column, and the movement in the unit of the position column:
+    ``"A*s/rad"`` if the log has the current and the angle of the motor.
     """
     if not isinstance(value, str) or "force" not in (powers := exponents_of(quantity)):
         return value
     _, own_unit = units.split(value, path)
     if not own_unit or units.compatible(own_unit, unit_of(quantity, kind), path=path):
         return value
-    # An inertia too may be told as what it is a product of: an effort over an acceleration.
+    # An inertia may also be given as an effort divided by an acceleration.
     expanded = "*".join(f"{name}^{power:g}" for name, power in powers.items())
     forces, lengths = [(unit_of("force", kind), 1.0)], [(unit_of("length", kind), 1.0)]
     for counted, channel in ((forces, "effort"), (lengths, "position")):
         if axis is not None and (column := axis.columns.get(channel)) is not None:
-            counted.append((column.base, abs(column.scale)))  # a sign in the scale is a matter of wiring; a gain has none
-    if axis is not None and axis.arm is not None and kind == "translational":  # on a rotational axis N*m and rad are its own
+            counted.append((column.base, abs(column.scale)))  # a negative scale reflects the wiring; a gain has no sign
+    if axis is not None and axis.arm is not None and kind == "translational":  # N*m and rad are the units of a rotational axis
         forces.append(("N*m", 1.0 / axis.arm))
         lengths.append(("rad", axis.arm))
     for (force, effort), (length, position) in product(forces, lengths):

@@ -1,4 +1,4 @@
-"""What a file says of recorded hysteresis: which columns are input and output, and how each curve began."""
+"""Files that describe recorded hysteresis: the input and output columns, and the start of each curve."""
 
 import fnmatch
 from typing import Annotated, Any, Literal
@@ -20,7 +20,7 @@ from bristle.logs.table import Table
 
 
 class Columns(Strict):
-    """The signals of the curves."""
+    """Signals of the curves."""
 
     input: Signal
     output: Signal
@@ -28,20 +28,20 @@ class Columns(Strict):
 
 
 class LogEntry(Strict):
-    """Where in the file the curves are."""
+    """Place of the curves in the file."""
 
     tables: str = ""
 
 
 class CurvesEntry(Strict):
-    """How each curve began, and which are too short."""
+    """Start of each curve, and the minimum length."""
 
     start: Literal["virgin", "saturated"] = "virgin"
     shortest: Annotated[int, Field(ge=2)] = 2
 
 
 class HysteresisFile(Strict):
-    """A description of recorded hysteresis as a whole."""
+    """Complete description of recorded hysteresis."""
 
     schema_version: Literal[1] = Field(alias="schema")
     name: str = "hysteresis"
@@ -52,7 +52,7 @@ class HysteresisFile(Strict):
 
 
 def describes_curves(path: Readable | dict[str, Any]) -> bool:
-    """Return whether an axis file names the input and the output of a hysteresis, not the channels of an axis."""
+    """Return whether an axis file names the input and output of a hysteresis instead of the channels of an axis."""
     data = read_toml(path).data
     columns = data.get("columns")
     named = isinstance(columns, dict) and bool({"input", "output"} & set(columns)) and "position" not in columns
@@ -60,10 +60,10 @@ def describes_curves(path: Readable | dict[str, Any]) -> bool:
 
 
 def read_curve_columns(path: HysteresisFile | Readable | dict[str, Any]) -> HysteresisFile:
-    """Return where the curves are, as a file says it."""
+    """Return the description of the curves in a file."""
     if isinstance(path, HysteresisFile):
         return path
-    data, source, _ = read_toml(path, path="axis", what="a file that says where the curves are")
+    data, source, _ = read_toml(path, path="axis", what="a file that names the columns of the curves")
     with located(source):
         check_schema(data)
         file = validated(HysteresisFile, data)
@@ -74,21 +74,21 @@ def read_curve_columns(path: HysteresisFile | Readable | dict[str, Any]) -> Hyst
 
 
 def read_curves(path: Readable, axis: HysteresisFile | Readable | dict[str, Any], *, size_limit: int | str = SIZE_LIMIT) -> Curves:
-    """Return recorded hysteresis: curves of input and output, in SI.
+    """Return recorded hysteresis: curves of input and output in SI units.
 
     Parameters
     ----------
     path : path-like, bytes or file object
-        Any file that a log can be in.
+        A file in any log format.
     axis : HysteresisFile, path-like or dict
-        Where the curves are in it, or the file that says so.
+        Description of the curves, or its file.
     size_limit : int or str
         Largest file [byte], or text such as ``"2 GB"``.
 
     Raises
     ------
     InputError
-        If the files cannot be used; the message names file, key or column, and the mend.
+        If the files cannot be used; the message names the file, the key or column, and the remedy.
     """
     file = read_curve_columns(axis)
     table = read_table(path, size_limit=size_of(size_limit))
@@ -97,25 +97,25 @@ def read_curves(path: Readable, axis: HysteresisFile | Readable | dict[str, Any]
     names = [name for name in table.tables if fnmatch.fnmatchcase(name, tables)]
     if tables and not names:
         allowed = (", ".join(table.tables[:5]) or "one table only") + (" and more" if len(table.tables) > 5 else "")
-        raise InputError("fits the name of no table of the log", path="log.tables", value=tables, allowed=allowed)
+        raise InputError("does not match any table of the log", path="log.tables", value=tables, allowed=allowed)
     for part in [f"{name}/" for name in names] if tables else [""]:
         u = _signal(table, part, columns.input, "input", "length", file.kind)
         f = _signal(table, part, columns.output, "output", "force", file.kind)
         number = _column(table, part, columns.curve, "curve") if columns.curve else np.zeros(u.size)
         if u.size != f.size:
-            raise InputError(f"has an input of {u.size} samples and an output of {f.size}", path=place)
+            raise InputError(f"has {u.size} samples of the input but {f.size} of the output", path=place)
         if number.size != u.size:
-            raise InputError(f"has {number.size} samples, and the input has {u.size}", path=f"{place}: curve")
+            raise InputError(f"has {number.size} samples, but the input has {u.size}", path=f"{place}: curve")
         starts = np.flatnonzero(np.diff(number)) + 1
         candidates += [Curve(*pair) for pair in zip(np.split(u, starts), np.split(f, starts), strict=True)]
     chosen = [curve for curve in candidates if curve.u.size >= shortest]
     if not chosen:
         allowed = f"at least {shortest} samples"
-        raise InputError("holds no curve that is long enough", path=place, value=f"{len(candidates)} curves", allowed=allowed)
+        raise InputError("has only curves that are too short", path=place, value=f"{len(candidates)} curves", allowed=allowed)
     if len(chosen) < len(candidates):
-        notes.append(f"{len(candidates) - len(chosen)} curves of less than {shortest} samples were left out")
+        notes.append(f"bristle ignored {len(candidates) - len(chosen)} curves with less than {shortest} samples")
     if np.ptp(np.concatenate([curve.u for curve in chosen])) < SMALLEST:
-        raise InputError("is constant", path=f"{place}: {columns.input.column}", mend="Which column is the input?")
+        raise InputError("is constant", path=f"{place}: {columns.input.column}", mend="Name the column of the input")
     return Curves(tuple(chosen), file.curves.start, file.kind, table.source, table.origin, tuple(notes), file.name)
 
 
@@ -126,7 +126,7 @@ def _signal(table: Table, part: str, column: SignalEntry, key: str, quantity: st
     values = column.sign * (units.factor(unit, unit_of(quantity, kind), path=place) if unit else 1.0) * values
     bad = np.flatnonzero(~(np.abs(values) <= LARGEST))
     if bad.size:
-        message = "is no measurement" if np.isfinite(values[bad[0]]) else "is not a finite number"
+        message = "is not a valid measurement" if np.isfinite(values[bad[0]]) else "is not a finite number"
         mend = "Cut the curve before that sample, or repair it"
         raise InputError(message, path=f"{place}[{bad[0]}]", value=float(values[bad[0]]), mend=mend)
     return values

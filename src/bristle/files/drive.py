@@ -1,4 +1,4 @@
-"""From what the columns of a log count in to SI of the axis: units, constants of the drive, counts, gear and lead."""
+"""Convert the numbers of a drive to SI units of the axis: units, drive constants, counts, gear and lead."""
 
 from __future__ import annotations
 
@@ -14,26 +14,26 @@ from bristle.core.motion import Side, Transmission
 from bristle.core.variable import KINDS, Kind, Variable, unit_of
 from bristle.files.schema import AxisFile, ColumnEntry
 
-MOVEMENTS: dict[str, Kind] = {"m": KINDS[0], "rad": KINDS[1]}  # Unit of a movement -> the kind of axis that it speaks of
+MOVEMENTS: dict[str, Kind] = {"m": KINDS[0], "rad": KINDS[1]}  # Unit of a movement -> kind of axis
 EFFORTS: dict[str, Kind] = {"N": KINDS[0], "N*m": KINDS[1]}
 DRIVE_UNITS = ("V", "A", "rated", "count")
 
 
 @dataclass(frozen=True)
 class Scale:
-    """SI of the axis for one `base`; numbers in other units are first converted to `base`."""
+    """Value in SI units of the axis for one `base`; numbers in other units are first converted to `base`."""
 
     base: str
     factor: float
 
     def of(self, text: str, path: str) -> float:
-        """Return text with a unit in SI of the axis."""
+        """Convert text with a unit to SI units of the axis."""
         return units.convert(text, self.base, path=path) * self.factor
 
 
 @dataclass(frozen=True)
 class Constant:
-    """Force or torque for one unit of the drive: `value` in `effort` for one `drive`."""
+    """Force or torque per unit of the drive: `value` in `effort` for one `drive`."""
 
     drive: str
     effort: str
@@ -41,13 +41,13 @@ class Constant:
 
     @classmethod
     def of(cls, text: str, effort: str | None, path: str) -> Constant:
-        """Return the constant that a text such as ``"0.12 N*m/A"`` tells; without `effort` its unit says which it is of."""
+        """Parse a constant such as ``"0.12 N*m/A"``; without `effort`, its unit decides between force and torque."""
         unit = units.split(text, path)[1]
         bases = [f"{spoken_of}/{drive}" for spoken_of in (EFFORTS if effort is None else (effort,)) for drive in DRIVE_UNITS]
         if (base := units.like(unit, bases, path=path)) is None:
-            allowed = 'a force or a torque for one unit of the drive, such as "61.2 N/A"'
+            allowed = 'a force or torque per unit of the drive, such as "61.2 N/A"'
             allowed = allowed if effort is None else f"a value in {effort}/V, {effort}/A, {effort}/% or {effort}/count"
-            raise InputError("is not the constant of a drive", path=path, value=text, allowed=allowed)
+            raise InputError("is not a drive constant", path=path, value=text, allowed=allowed)
         value = units.convert(text, base, path=path)
         if value == 0 or not math.isfinite(value):
             raise InputError("must be finite and not zero", path=path, value=text)
@@ -57,7 +57,7 @@ class Constant:
 
 @dataclass(frozen=True)
 class Drive:
-    """All that is known of how the numbers of a drive relate to its axis."""
+    """Known relations between the numbers of a drive and its axis."""
 
     transmission: Transmission
     constant: Constant | None = None
@@ -65,7 +65,7 @@ class Drive:
     count: float | None = None
 
     def effort(self, unit: str | None, side: Side | None, path: str) -> Scale:
-        """Return the scale of an effort in `unit`; None is the unit that the constant speaks of, else SI."""
+        """Return the scale of an effort in `unit`; None is the unit of the drive constant, or else SI."""
         if unit is None:
             unit = self.constant.drive if self.constant else unit_of("force", self.transmission.kind)
         if (base := units.like(unit, EFFORTS, path=path)) is not None:
@@ -73,19 +73,19 @@ class Drive:
             return Scale(base, self._carried(path, EFFORTS[base], side, effort=True))
         if (base := units.like(unit, DRIVE_UNITS, path=path)) is None:
             allowed = "N, N*m, or with a constant under [effort] V, A, %, count"
-            raise InputError("is not the unit of an effort", path=path, value=unit, allowed=allowed)
-        if base == "rated" and self.rated is not None:  # which a drive tells for its motor
+            raise InputError("is not a unit of effort", path=path, value=unit, allowed=allowed)
+        if base == "rated" and self.rated is not None:  # the rated effort of the motor
             path, text = "effort.rated", self.rated
             _, own = units.split(text, path)
             if not own or units.compatible(own, "rated", path=path):
-                raise InputError("is no effort", path=path, value=text, mend='Write it as "2.4 N*m" or "3 A"')
+                raise InputError("is not an effort", path=path, value=text, mend='Write it as "2.4 N*m" or "3 A"')
             value = self.effort(own, None if units.compatible(own, "N", path=path) else side or "motor", path).of(text, path)
             if not 0 < abs(value) < math.inf:
                 raise InputError("must be finite and not zero", path=path, value=text)
             return Scale("rated", value)
         if self.constant is None:
             mend = 'Write rated = "2.4 N*m"' if base == "rated" else f'Write constant = "0.12 N*m/{base}"'
-            raise InputError("is no effort by itself", path=path, value=unit, mend=f"{mend} under [effort]")
+            raise InputError("is an effort only with a drive constant", path=path, value=unit, mend=f"{mend} under [effort]")
         if base != self.constant.drive:
             allowed = f"{self.constant.drive.replace('rated', '%')} or a multiple"
             raise InputError("does not match the constant under [effort]", path=path, value=unit, allowed=allowed)
@@ -93,24 +93,24 @@ class Drive:
         return Scale(base, self.constant.value * self._carried(path, measured, side or "motor", effort=True, of_drive=True))
 
     def movement(self, unit: str | None, side: Side | None, path: str, *, per: str = "") -> Scale:
-        """Return the scale of a position in `unit`, or with ``per="/s"`` a velocity; None is SI of the axis."""
+        """Return the scale of a position in `unit`, or of a velocity with ``per="/s"``; None is SI units."""
         si = unit_of("length", self.transmission.kind) + per
         unit = si if unit is None else unit
         if (base := units.like(unit, MOVEMENTS, per=per, path=path)) is not None:
             return Scale(base + per, self._carried(path, MOVEMENTS[base], side, effort=False))
         if not units.compatible(unit, "count" + per, path=path):
             units.factor(unit, si, path=path)
-            raise InputError("is not the unit of a movement", path=path, value=unit)
+            raise InputError("is not a unit of movement", path=path, value=unit)
         if self.count is None:
             mend = 'Write resolution = "0.125 um" (for one count) or counts_per_rev under [encoder]'
-            raise InputError("needs to know what a count is", path=path, value=unit, mend=mend)
+            raise InputError("needs the movement per count", path=path, value=unit, mend=mend)
         return Scale("count" + per, self.count)
 
     def _carried(self, path: str, measured: Kind, side: Side | None, *, effort: bool, of_drive: bool = False) -> float:
         if measured == "translational" and side == "motor" and not of_drive:
-            raise InputError("is linear, so it is not on the motor's side of a gear", path=path, mend="Leave side out")
+            raise InputError("is linear, so it cannot be on the motor side of a gear", path=path, mend="Remove the key side")
         if measured == "rotational" and side is None and self.transmission.gear_ratio != 1:
-            message, mend = "does not say on which side of the gear it is measured", 'Write side = "motor" or side = "load"'
+            message, mend = "does not state the side of the gear where it is measured", 'Write side = "motor" or side = "load"'
             raise InputError(message, path=path, allowed="motor or load", mend=mend)
         try:
             return (self.transmission.effort if effort else self.transmission.travel)(measured, side or "load")
@@ -120,7 +120,7 @@ class Drive:
 
 
 def with_kind(data: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the content of an axis file with the kind of axis that its units speak of, where it names none."""
+    """Return the content of an axis file; derive a missing kind of axis from the units."""
     if "kind" in data:
         return dict(data)
 
@@ -145,13 +145,13 @@ def with_kind(data: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def surroundings_of(file: AxisFile) -> dict[str, Column]:
-    """Return the columns of load and temperature that an axis file names, and those of further channels."""
+    """Return the columns of load, temperature and further channels in an axis file."""
     entries = (file.columns.model_extra or {}).items()
     return {name: _load(entry, file) if name == "load" else _further(name, entry) for name, entry in entries}
 
 
 def refuse_misspelt(columns: object) -> None:
-    """Refuse a column whose name is nearly one of those that bristle knows, before one of those is told to be missing."""
+    """Refuse a column with a misspelt name, before bristle reports a missing column."""
     for name in columns if isinstance(columns, Mapping) else ():
         if name not in COLUMNS and not any(channel in name for channel in COLUMNS) and (close := did_you_mean(name, COLUMNS)):
             raise InputError("unknown key", path=f"columns.{name}", allowed=", ".join(COLUMNS), mend=close)
@@ -160,8 +160,8 @@ def refuse_misspelt(columns: object) -> None:
 def _load(entry: ColumnEntry, file: AxisFile) -> Column:
     raw, path = file.plant.nominal_load, "plant.nominal_load"
     if raw is None:
-        raise InputError("is missing: a load counts as a multiple of it", path=path, mend='Write nominal_load = "500 N" under [plant]')
-    # A load is a force on a rotational axis too.
+        raise InputError("is missing: bristle scales the load by it", path=path, mend='Write nominal_load = "500 N" under [plant]')
+    # A load is a force on a rotational axis, too.
     nominal = units.quantity(raw, Variable("force", "nominal load"), "translational", path=path)
     if not 0.0 < nominal < math.inf:
         raise InputError("must be positive and finite", path=path, value=raw, allowed="> 0 N")
@@ -171,17 +171,17 @@ def _load(entry: ColumnEntry, file: AxisFile) -> Column:
 
 
 def _further(name: str, entry: ColumnEntry) -> Column:
-    """Return the column of a temperature, or of a channel that bristle knows nothing of: its unit distinguishes it from a misspelt name."""
+    """Return the column of a temperature, or of a further channel: its unit distinguishes it from a misspelt name."""
     path, is_temperature = f"columns.{name}.unit", name == "temperature"
     if not is_temperature and (entry.unit is None or not name.isidentifier()):
-        further = f'A further channel, for a slot that depends on it, has its unit: {name} = {{ column = "{entry.column}", unit = "%" }}'
+        further = f'A further channel for a slot needs a unit: {name} = {{ column = "{entry.column}", unit = "%" }}'
         raise InputError("unknown key", path=f"columns.{name}", allowed=", ".join(COLUMNS), mend=did_you_mean(name, COLUMNS) or further)
     if entry.unit in ("degC", "°C", "celsius"):
         return Column(entry.column, "", "", 1.0, entry.optional, 273.15)  # [K]
     base = "K" if is_temperature else units.si_of(entry.unit or "", path=path)
     if entry.unit is not None:
         units.factor(entry.unit, base, path=path)
-        # No factor makes one unit of another whose zero is not that of its SI unit.
+        # A factor cannot convert a unit with another zero than its SI unit.
         if units.convert(f"0 {entry.unit}", base, path=path) != 0.0:
-            raise InputError("has a zero of its own", path=path, value=entry.unit, allowed=f"degC, or a multiple of {base}")
+            raise InputError("has another zero than its SI unit", path=path, value=entry.unit, allowed=f"degC, or a multiple of {base}")
     return Column(entry.column, entry.unit or "", base, 1.0 if is_temperature else float(entry.sign), entry.optional)

@@ -1,7 +1,7 @@
-"""Experiment files: a loop to be simulated, variants of it side by side, and what is identified for them.
+"""Experiment files: a loop to simulate, its variants, and the models to identify for them.
 
-``[identify.NAME]`` says what a model is fitted to, and a table that holds ``identified = "NAME"`` takes it. It lies in a
-folder beside the experiment, with a digest over all that it depends on: with another digest it is not taken.
+``[identify.NAME]`` describes the fit of a model, and a table with ``identified = "NAME"`` uses that model. The model is in
+a folder next to the experiment, with a digest of its inputs: bristle does not use a model with another digest.
 """
 
 import hashlib
@@ -25,14 +25,14 @@ from bristle.logs.tables import content_of_log
 
 DEPENDS_ON, MODEL = "depends_on.json", "model.toml"
 OPTIONS = ("model", "cutoff", "decimation", "blocks", "offset", "mass", "free", "draws", "method")
-"""What a table hands on to `bristle.identify`."""
+"""Options of the table for `bristle.identify`."""
 IDENTIFIED = "identified"
 MEND = "Run the experiment once with `bristle run`, or bristle.prepare(file) in Python"
 
 
 @dataclass(frozen=True)
 class Planned:
-    """A model that an experiment identifies."""
+    """A model to identify for an experiment."""
 
     name: str
     folder: Path
@@ -44,12 +44,12 @@ class Planned:
 
     @property
     def path(self) -> str:
-        """Its table in the file."""
+        """Return its table in the file."""
         return f"identify.{self.name}"
 
     @property
     def is_current(self) -> bool:
-        """Whether it was identified, from what it depends on now."""
+        """Whether it was identified from its current inputs."""
         try:
             with Folder(self.folder) as folder:
                 note = note_in(folder)
@@ -59,32 +59,32 @@ class Planned:
         except (OSError, UnicodeDecodeError):
             return False
         if NOTE in changed:
-            mend = f"Remove {self.folder}: it is identified anew"
+            mend = f"Remove {self.folder} to identify the model again"
             raise InputError("is damaged or was changed", path=str(self.folder / NOTE), mend=mend)
         if MODEL in changed:
             mend = f'Name it with file = "..." under another name, or remove {self.folder}'
-            raise InputError("was changed since it was identified", path=str(self.folder / MODEL), mend=mend)
+            raise InputError("was changed after its identification", path=str(self.folder / MODEL), mend=mend)
         return MODEL in names and DEPENDS_ON not in changed and f'"{self.digest}"' in text
 
     @property
     def note(self) -> tuple[str, str]:
-        """The name of the file that tells what the model depends on, and its text."""
+        """Name and text of the file that lists the inputs of the model."""
         return DEPENDS_ON, json.dumps({"identify": self.name, "digest": self.digest}, indent=2) + "\n"
 
 
 def planned_in(data: Mapping[str, Any], source: Path, sources: Sources) -> dict[str, Planned]:
-    """Return what an experiment identifies, by name."""
+    """Return the models to identify for an experiment, by name."""
     tables = table_at(data.get("identify", {}), "identify")
     return {name: _planned(name, table, data, source, sources) for name, table in tables.items()}
 
 
 def with_models(data: Mapping[str, Any], source: Path, sources: Sources) -> dict[str, Any]:
-    """Return the content of an experiment file with the files of its models in place of their names."""
+    """Return the content of an experiment file, with the names of its models replaced by their files."""
     planned = planned_in(data, source, sources)
     for name in dict.fromkeys(name for _, name in _uses(data)):
         if name in planned and not planned[name].is_current:
             is_stale = planned[name].folder.exists()
-            reason = "was identified from something else than what the file says now" if is_stale else "is not identified"
+            reason = "was identified from other inputs than the file states now" if is_stale else "is not identified yet"
             raise InputError(reason, path=f"identify.{name}", mend=MEND)
     learning = {model.excited.name for model in planned.values() if model.excited is not None}
     judged = {key: value for key, value in data.items() if key != "identify"}
@@ -102,7 +102,7 @@ def _planned(name: str, table: Any, data: Mapping[str, Any], source: Path, sourc
         raise InputError("cannot be the name of a folder", path=path, allowed="letters, digits and _")
     if ("log" in table) == ("excite" in table):
         mend = 'Write log = "log.csv", or excite = "NAME" with the loop [compare.NAME]'
-        raise InputError("needs something to be fitted to", path=path, mend=mend)
+        raise InputError("needs a log or an excitation for the fit", path=path, mend=mend)
     raw, origins = table.get("log", []), []
     logs = tuple(sources.folder / str(file) for file in (raw if isinstance(raw, list) else [raw]))
     axis = sources.folder / str(table["axis"]) if "axis" in table else None
@@ -123,24 +123,24 @@ def _planned(name: str, table: Any, data: Mapping[str, Any], source: Path, sourc
 
 
 def _excited(name: str, data: Mapping[str, Any], path: str, sources: Sources) -> tuple[dict[str, Any], Variant, list[Origin]]:
-    """Return the tables of the loop that is excited, the loop, and the files that these name."""
+    """Return the tables of the excited loop, the loop, and the files that the tables name."""
     variants = table_at(data.get("compare", {}), "compare")
     if name not in variants:
         mend = did_you_mean(name, variants) or f"Describe that loop under [compare.{name}]"
-        raise InputError("is no variant of this file", path=path, value=name, allowed=", ".join(variants), mend=mend)
+        raise InputError("is not a variant in this file", path=path, value=name, allowed=", ".join(variants), mend=mend)
     base = {key: data[key] for key in ("kind", *SECTIONS) if key in data}
     override = table_at(variants[name], f"compare.{name}")
     tables = merged(base, override)
     for place, model in _uses(tables):
         mend = f'Write friction = "none" under [compare.{name}.controller.feedforward]'
-        raise InputError("is excited before there is a model", path=f"compare.{name}.{place}", value=model, mend=mend)
+        raise InputError("is not identified yet when this loop is excited", path=f"compare.{name}.{place}", value=model, mend=mend)
     own = Sources(sources.folder, sources.allow_code, sources.size_limit)
     variant = variant_from(name, Tables(tables, override, f"compare.{name}"), own)
     return tables, variant, [origin for origins in own.origins.values() for origin in origins]
 
 
 def _uses(level: Any, place: str = "") -> Iterator[tuple[str, str]]:
-    """Yield where a table names an identified model, and which."""
+    """Yield the place and the name of each identified model that a table uses."""
     if isinstance(level, Mapping):
         for key, value in level.items():
             if key == IDENTIFIED and isinstance(value, str):
@@ -158,36 +158,36 @@ def _replaced(level: Any, planned: Mapping[str, Planned], place: str) -> Any:
     name = inner.pop(IDENTIFIED)
     if name not in planned:
         path, mend = f"{place}.{IDENTIFIED}", did_you_mean(name, planned)
-        raise InputError("is not identified in this file", path=path, value=name, allowed=", ".join(planned), mend=mend)
+        raise InputError("is not a model under [identify] of this file", path=path, value=name, allowed=", ".join(planned), mend=mend)
     return {"file": str(planned[name].folder / MODEL), **inner}
 
 
 KEYS = ("schema", "name", "kind", *SECTIONS, "compare")
-# What an experiment on a contact has, and what a loop cannot do without: they are written in the same folder.
+# Tables of an experiment on a contact, and required tables of a loop: both kinds of files may be in one folder.
 OF_CONTACTS = {"contact", "operator", "path", "torque", "measurement", "transition_branches", "bench"}
 
 
 def read_experiment(path: Readable, *, allow_code: bool = False, size_limit: int | str = SIZE_LIMIT) -> Experiment:
-    """Return the experiment that a file describes.
+    """Return the experiment described by a file.
 
-    The file as it stands is the variant ``base``. Each table ``[compare.<name>]`` is one more, in which some sections
-    differ: tables are merged key by key, but a table that names its own ``model``, ``file`` or ``identified`` takes the
-    place of the one above it. An empty ``[compare.<name>]`` only gives the file as it stands another name than
-    ``base``. ``identified`` names a model of ``[identify.<name>]``, which `bristle.prepare` fits.
+    The file without changes is the variant ``base``. Each table ``[compare.<name>]`` adds a variant with changed
+    sections. bristle merges tables key by key, but a table with its own ``model``, ``file`` or ``identified`` replaces
+    the original table. An empty ``[compare.<name>]`` renames the variant ``base``. ``identified`` names a model of
+    ``[identify.<name>]``, which `bristle.prepare` fits.
 
     Parameters
     ----------
     path : path-like
-        An experiment file, TOML. The files that it names are looked for beside it.
+        An experiment file (TOML). Paths in it are relative to its folder.
     allow_code : bool
-        Whether models of a person's own, in files that it names, may run without having been allowed before.
+        Whether user models in files that it names may run without earlier permission.
     size_limit : int or str
-        Largest log that it names [byte], or text such as ``"2 GB"``.
+        Limit for each log that it names [byte], or text such as ``"2 GB"``.
 
     Raises
     ------
     InputError
-        With file, key, value and what is allowed there.
+        With the file, the key, the value and the allowed values.
     """
     data, source, content = read_toml(path, path="experiment", what="an experiment file")
     sources = Sources(source.parent, allow_code, size_of(size_limit))
@@ -197,11 +197,11 @@ def read_experiment(path: Readable, *, allow_code: bool = False, size_limit: int
 
 
 def experiment_from(data: dict[str, Any], source: Path, sources: Sources) -> Experiment:
-    """Return the experiment that the content of a file describes."""
+    """Return the experiment described by the content of a file."""
     if OF_CONTACTS & data.keys() and not {"controller", "reference", "run"} & data.keys():
         named = re.fullmatch(r"fig_0*(\d+)\.toml", source.name)
         command = f"bristle paper --from {shlex.quote(str(source.parent))} --figure {named[1] if named else 'N'}"
-        raise InputError("is an experiment on a contact, not on a loop", mend=f"Run it with: {command}")
+        raise InputError("is an experiment on a contact, not on a loop", mend=f"Run it with {command}")
     refuse_open(data)
     check_keys(data, KEYS, "")
     check_schema(data)

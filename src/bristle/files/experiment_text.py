@@ -1,4 +1,4 @@
-"""The experiment file that follows from an identification, and the loop of the log as a table beside it."""
+"""Write the experiment file of an identification, and the loop of the log as a table."""
 
 import io
 import math
@@ -24,7 +24,7 @@ INJECTED = ",injected"
 
 
 class LoopRecord(NamedTuple):
-    """By sample: the desired motion of a log [m or rad], the force that no model explains, known inputs [N or N*m]."""
+    """By sample: the desired motion of a log [m or rad], the unexplained force and the known inputs [N or N*m]."""
 
     kind: Kind
     sample_time: float
@@ -34,7 +34,7 @@ class LoopRecord(NamedTuple):
 
 
 def loop_text(record: LoopRecord) -> str:
-    """Return the table as text."""
+    """Write the table as text."""
     out, time = io.StringIO(), record.sample_time * np.arange(record.reference.size)
     columns, header = [time, record.reference, record.unexplained], _header(record.kind)
     if record.injected is not None:
@@ -47,24 +47,24 @@ def read_loop(content: Content) -> LoopRecord:
     """Return the table in a file."""
     kind, name = kind_of_loop(content), content.source.name
     if kind is None:
-        mend = "Name the loop.csv that bristle identify wrote"
-        raise InputError("is no loop of a log", value=name, allowed=_header("translational"), mend=mend)
+        mend = "Give the file loop.csv that bristle identify wrote"
+        raise InputError("is not a table of the loop of a log", value=name, allowed=_header("translational"), mend=mend)
     try:
         rows = np.loadtxt(io.BytesIO(content.data), delimiter=",", skiprows=1, ndmin=2)
     except ValueError as error:
         raise InputError(f"cannot be read: {error}", value=name) from None
     columns = COLUMNS + (INJECTED.encode() in content.data.partition(b"\n")[0])
     if rows.shape[0] < COLUMNS or rows.shape[1] != columns or not np.all(np.isfinite(rows)):
-        raise InputError("needs a finite number in each column, and three rows", value=name)
+        raise InputError("needs a finite number in each column and at least three rows", value=name)
     steps = np.diff(rows[:, 0])
     dt = float(np.mean(steps))
     if not dt > 0.0 or np.max(np.abs(steps - dt)) > OF_A_SAMPLE * dt + 1e-11 * abs(rows[-1, 0]):
-        raise InputError("has samples that are not evenly spaced", value=name)
+        raise InputError("has unevenly spaced samples", value=name)
     return LoopRecord(kind, dt, rows[:, 1], rows[:, 2], rows[:, COLUMNS] if columns > COLUMNS else None)
 
 
 def kind_of_loop(content: Content) -> Kind | None:
-    """Return the kind of axis of such a table; None where a file is none."""
+    """Return the kind of axis of such a table; None for any other file."""
     return next((kind for kind in KINDS if content.data.startswith(_header(kind).encode())), None)
 
 
@@ -72,31 +72,31 @@ def _header(kind: Kind) -> str:
     return f"time [s],reference [{unit_of('length', kind)}],unexplained [{unit_of('force', kind)}]"
 
 
-LOOP = "loop.csv"  # table of the loop of a log, beside its experiment file
+LOOP = "loop.csv"  # table of the loop of a log, in the folder of its experiment file
 AS_RECORDED, FEEDFORWARD, COMPENSATED = LOOP_VARIANTS
-# A loop to begin with, where nobody has told one: its speed is bounded by the sampling and by what most axes bear.
+# Default gains for an unknown controller: their bandwidth is limited by the sampling and by the dynamics of most axes.
 FASTEST, OF_SAMPLING, FOR_POSITION = 2.0 * math.pi * 20.0, 0.1, 0.25  # [rad/s], of 1/sample time, of the velocity loop
 HEAD = """\
-# What was identified here, in its loop: as it is, with inertia and gravity fed forward, and with friction as well.
+# The identified axis in its loop: as recorded, with feedforward of inertia and gravity, and with friction too.
 # Simulate it: bristle run {name}; its margins: bristle design {name}
 """
 
 
 @dataclass(frozen=True)
 class NextExperiment:
-    """An experiment file, and which of its keys are to be filled in before it runs."""
+    """An experiment file, and the keys to fill in before it runs."""
 
     text: str
     missing: tuple[str, ...]
     loop: str = ""
-    """Content of ``loop.csv``, which the file names; empty where it names none."""
+    """Content of ``loop.csv`` if the file names it, or else empty."""
 
     @classmethod
     def beside_model(cls, plant: Model, axis: Axis, log: Log, folder: Path, *, has_axis_file: bool, loop: Variant | None = None) -> Self:
-        """Return the experiment file that lies beside the model file of an axis."""
+        """Return the experiment file for the model file of an axis, in the same folder."""
         has_law, gains = axis.controller is not None, {} if axis.controller is None else axis.controller.values
         title = f"schema = 1\nname = {quoted((axis.name or 'the axis') + ', without and with compensation')}\n"
-        # Without an axis file the kind stands above all tables. The variants: as it is, with what the motion takes, with friction.
+        # Without an axis file the kind comes before all tables. Variants: as recorded, with inertia fed forward, and with friction.
         mass = "" if "J" in gains else f'mass = "{plant.values["M"]:.12g} {unit_of("mass", plant.kind)}", '
         follows, fed = "k_ff = 1.0\n" if not has_law or "k_ff" in gains else "", f'{mass}plant = "own"'
         parts = [
@@ -120,43 +120,43 @@ class NextExperiment:
 
 
 def _motion_of(loop: Variant) -> tuple[str, ...]:
-    """Return what is followed, what pushes besides, and how the loop begins: all as the identification found it."""
+    """Return the tables of the reference, the disturbances and the start of the loop, as identified."""
     kind, run, start = loop.plant.kind, loop.run, loop.start
     reference = (
         f'[reference]\nmodel = "recorded"            # the reference of the log, its longest stretch without a gap\nfile = "{LOOP}"\n'
     )
-    unexplained = f'[disturbance]                 # force that the model does not explain, replayed\nfile = "{LOOP}"\n'
+    unexplained = f'[disturbance]                 # replayed force that the model does not explain\nfile = "{LOOP}"\n'
     if loop.injected is not None:
         before = "[injected]                    # known input of the log, before the limit of the drive"
         unexplained += f'\n{before}\nfile = "{LOOP}"\n'
     lag = f'current_lag = "{run.current_lag:.9g} s"\n' if run.current_lag else ""
-    judged = f'[run]\nsettle = "{run.settle:.9g} s"           # at the start, left out of the statistics\n{lag}'
+    judged = f'[run]\nsettle = "{run.settle:.9g} s"           # excluded from the statistics, at the start\n{lag}'
     if start is None:
         return reference, unexplained, judged
     values = {"position": start.position, "velocity": start.velocity, "acceleration": start.acceleration}
     lines = [f'{name} = "{value:.12g} {START[name].unit(kind)}"\n' for name, value in values.items()]
     lines += [] if start.effort is None else [f'effort = "{start.effort:.12g} {unit_of("force", kind)}"\n']
-    begun = f"[start]                       # the motion and the effort that the log begins with\n{''.join(lines)}"
+    begun = f"[start]                       # motion and effort at the start of the log\n{''.join(lines)}"
     return reference, unexplained, begun, judged
 
 
 def _open_loop(plant: Model, log: Log) -> str:
-    """Return the controller of an axis whose loop nobody told, with a beginning that its inertia and sampling bear."""
+    """Return the controller of an axis with unknown gains, with suggested gains that suit its inertia and sampling."""
     fast = min(FASTEST, OF_SAMPLING / log.sample_time)
     k_p, k_v = FOR_POSITION * fast, plant.values["M"] * fast
     unit = unit_of("force*time/length", plant.kind)
     return (
-        "# The axis file tells no [controller]: write its gains here, or there and take this table out.\n"
+        "# The axis file has no [controller]. Write the gains here; or write them there and remove this table.\n"
         '[controller]\nmodel = "cascade"\n'
         f'k_p = "{FILL_IN}"                     # gain of the position loop, such as "{k_p:.3g} 1/s"\n'
         f'k_v = "{FILL_IN}"                     # gain of the velocity loop, such as "{k_v:.3g} {unit}"\n'
-        '# T_n = "10 ms"                # integral time of the velocity loop, where the drive has one\n'
+        '# T_n = "10 ms"                # integral time of the velocity loop, if the drive has it\n'
         "# k_ff = 1.0                   # share of the reference velocity that the drive feeds forward\n"
     )
 
 
 def _motion(log: Log, folder: Path) -> tuple[str, str]:
-    """Return what is followed, and for how long: the reference of the log, or a sine like its motion."""
+    """Return the tables of the reference and the run: the reference of the log, or a sine like its motion."""
     try:
         file = Path(os.path.relpath(log.source.resolve(), folder.resolve())).as_posix() if log.source.is_file() else ""
     except (OSError, ValueError):  # on Windows, another drive
@@ -164,7 +164,7 @@ def _motion(log: Log, folder: Path) -> tuple[str, str]:
     if file and log.reference is not None and len(log.segments) == 1:
         settle = min(0.05 * log.sample_time * log.reference.values.size, 0.5)  # of the duration, and in seconds
         head = '[reference]\nmodel = "recorded"            # the reference of the log\n'
-        judged = f'[run]\nsettle = "{settle:.3g} s"           # at the start, left out of the statistics\n'
+        judged = f'[run]\nsettle = "{settle:.3g} s"           # excluded from the statistics, at the start\n'
         return f"{head}file = {quoted(file)}\n", judged
     position, unit = log.position.values, unit_of("length", log.kind)
     low, high = float(position.min()), float(position.max())
@@ -172,7 +172,7 @@ def _motion(log: Log, folder: Path) -> tuple[str, str]:
     amplitude = 0.5 * (high - low)
     frequency = max(speed, 1e-9 * amplitude) / (2.0 * math.pi * amplitude)  # of the range: slower is no motion
     reference = (
-        "# A sine of the range and speed of the log: write the motion of the machine instead.\n"
+        "# A sine with the range and speed of the log: replace it by the motion of the machine.\n"
         f'[reference]\nmodel = "sine"\namplitude = "{amplitude:.4g} {unit}"\n'
         f'offset = "{0.5 * (low + high):.4g} {unit}"\n'
         f'frequency = "{frequency:.3g} Hz"\n'

@@ -1,4 +1,4 @@
-"""A folder that is held open, and folders renamed so that nothing is missing in between: links are never followed."""
+"""Folders that stay open, and atomic renaming of folders; links are never followed."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _NO_LINKS = getattr(os, "O_NOFOLLOW", 0)
 
 
 class Folder:
-    """A folder that is held open, so that what is done in it is done in that very folder, whatever its path is now."""
+    """A folder that stays open: operations act on this folder even if its path changes."""
 
     def __init__(self, path: Path, above: Folder | None = None) -> None:
         self.path = path
@@ -39,27 +39,27 @@ class Folder:
             os.close(self._opened)
 
     def names(self) -> list[str]:
-        """Return what is in it."""
+        """Return the names in it."""
         return sorted(os.listdir(self.path if self._opened is None else self._opened))
 
     def below(self, name: str) -> Folder:
-        """Return a folder in it, to be held open."""
+        """Return a folder in it, to be opened."""
         return Folder(self.path / name, above=self)
 
     def is_file(self, name: str) -> bool:
-        """Return whether this is a regular file, and no link to one."""
+        """Return whether this is a regular file and not a link."""
         try:
             return stat.S_ISREG(self._status(name).st_mode)
         except OSError:
             return False
 
     def open(self, name: str, flags: int = os.O_RDONLY) -> int:
-        """Return a file opened; a link is not followed."""
+        """Open a file without following a link."""
         with self._holder(name) as (holder, last):
             return os.open(holder._at(last), flags | _NO_LINKS | getattr(os, "O_BINARY", 0), 0o666, dir_fd=holder._opened)
 
     def size(self, name: str) -> int:
-        """Return how large a file is [byte]."""
+        """Return the size of a file [byte]."""
         return self._status(name).st_size
 
     def checksum(self, name: str) -> str:
@@ -71,7 +71,7 @@ class Folder:
         return digest.hexdigest()
 
     def is_there(self, name: str) -> bool:
-        """Return whether anything has this name, be it a link that leads nowhere."""
+        """Return whether the name exists, even as a broken link."""
         try:
             self._status(name)
         except OSError:
@@ -83,14 +83,14 @@ class Folder:
             return os.stat(holder._at(last), dir_fd=holder._opened, follow_symlinks=False)
 
     def make(self, name: str) -> None:
-        """Make a folder in it, unless it is there."""
+        """Make a folder in it if it is missing."""
         with contextlib.suppress(FileExistsError):
             os.mkdir(self._at(name), dir_fd=self._opened)
         with self.below(name):  # a link in its place, or a file, is refused
             pass
 
     def rename(self, old: str, new: str) -> None:
-        """Give a file another name in the same folder, which nothing has."""
+        """Rename a file to an unused name in the same folder."""
         with self._holder(old) as (holder, last):
             first, second, at = holder._at(last), holder._at(new.rpartition("/")[2]), holder._opened
             if os.link in os.supports_dir_fd and _linked(first, second, at):
@@ -101,7 +101,7 @@ class Folder:
             os.rename(first, second, src_dir_fd=at, dst_dir_fd=at)
 
     def replace(self, old: str, new: str) -> None:
-        """Give a file the name of another one in the same folder, which is gone then."""
+        """Rename a file in the same folder and replace the file that has this name."""
         with self._holder(old) as (holder, last):
             at = holder._opened
             os.replace(holder._at(last), holder._at(new.rpartition("/")[2]), src_dir_fd=at, dst_dir_fd=at)
@@ -117,7 +117,7 @@ class Folder:
 
     @contextlib.contextmanager
     def _holder(self, name: str) -> Iterator[tuple[Folder, str]]:
-        """Give the folder that holds a file, and what the file is called in it."""
+        """Yield the folder that contains a file, and the name of the file in it."""
         above, _, last = name.rpartition("/")
         if not above:
             yield self, last
@@ -130,7 +130,7 @@ class Folder:
 
 
 def _linked(first: str, second: str, at: int | None) -> bool:
-    """Give a file a second name; False where the file system knows no such names."""
+    """Give a file a second name; False if the file system does not support hard links."""
     try:
         os.link(first, second, src_dir_fd=at, dst_dir_fd=at, follow_symlinks=False)
     except FileExistsError:
@@ -148,7 +148,7 @@ _NO_REPLACE, _EXCHANGE = (4, 2) if sys.platform == "darwin" else (1, 2)
 
 
 def rename_new(old: Path, new: Path) -> None:
-    """Give a folder a name that nothing has."""
+    """Rename a folder to an unused name."""
     if _rename(old, new, _NO_REPLACE):
         return
     if os.path.lexists(new):
@@ -157,15 +157,15 @@ def rename_new(old: Path, new: Path) -> None:
 
 
 def exchange(first: Path, second: Path) -> bool:
-    """Exchange the names of two folders in one step; False, and nothing done, where the system cannot."""
+    """Exchange the names of two folders in one step; return False without a change if the system cannot."""
     return _rename(first, second, _EXCHANGE)
 
 
 def folder_wanted(out: str | os.PathLike[str]) -> Path:
-    """Return a folder to be written, without links: where the path is a link, the folder that it leads to."""
+    """Return the folder to be written; if the path is a link, return its target."""
     text = os.fspath(out)
     if "\0" in text:
-        raise InputError("holds a NUL character and names no folder", path="--out", value=text, mend="Name a new folder")
+        raise InputError("contains a NUL character", path="--out", value=text, mend="Name a new folder")
     try:
         path = Path(text)
         ends = path.name not in ("", "..") and not path.is_symlink()
@@ -173,16 +173,16 @@ def folder_wanted(out: str | os.PathLike[str]) -> Path:
         if plain.name == "" or plain == plain.parent:
             raise InputError("is the root of a file system", path=text, mend="Name a new folder in it")
         if not plain.parent.is_dir():
-            raise InputError("the folder that is to hold it does not exist", path=str(plain), mend=f"Make {plain.parent} first")
+            raise InputError("its parent folder does not exist", path=str(plain), mend=f"Make {plain.parent} first")
     except (OSError, RuntimeError) as error:
         reason = (getattr(error, "strerror", None) or str(error)).lower()
-        raise InputError(f"cannot be written: {reason}", path=text, mend="Name a folder elsewhere") from None
+        raise InputError(f"cannot be written: {reason}", path=text, mend="Name a folder in another place") from None
     return Path(extended(str(plain))) if os.name == "nt" else plain
 
 
 def extended(path: str) -> str:
-    """Return the path of a folder as Windows takes it whatever its length; a short one as it is."""
-    if len(path) < 200 or path.startswith(_AS_IT_IS):  # of a folder; with the names of files in it, Windows takes 260 characters
+    """Return the path of a folder with the prefix that Windows needs for long paths; a short path is unchanged."""
+    if len(path) < 200 or path.startswith(_AS_IT_IS):  # for the folder only; Windows accepts 260 characters with the name of a file
         return path
     return f"{_AS_IT_IS}UNC\\{path[2:]}" if path.startswith("\\\\") else _AS_IT_IS + path
 
@@ -201,6 +201,6 @@ def _rename(old: Path, new: Path, flag: int) -> bool:
     if not failed:
         return True
     code = ctypes.get_errno()
-    if code in (errno.ENOSYS, errno.EINVAL, errno.ENOTSUP, errno.EOPNOTSUPP):  # the system does not know it
+    if code in (errno.ENOSYS, errno.EINVAL, errno.ENOTSUP, errno.EOPNOTSUPP):  # not supported by the system
         return False
     raise OSError(code, os.strerror(code), str(old), None, str(new))

@@ -1,7 +1,7 @@
-"""A folder that grows over many starts of a command: each file of it appears whole, or not at all.
+"""A folder that grows over several runs of a command: each file appears complete or not at all.
 
-Its note (`bristle.files.owned`) names each file with its SHA-256 before the file appears: damaged files are made anew, and
-what a person made or changed is never replaced. One process writes at a time.
+Its note (`bristle.files.owned`) lists each file with its SHA-256 before the file appears. bristle writes damaged files
+again and never replaces files that the user made or changed. Only one process writes at a time.
 """
 
 import errno
@@ -20,12 +20,12 @@ from bristle.files import owned
 from bristle.files.folder import folder_wanted
 from bristle.files.owned import NOTE, UNFINISHED, Folder, Note
 
-DAMAGED = ".damaged"  # What stands behind the name of a file whose content is not the one that was written: it is kept
+DAMAGED = ".damaged"  # suffix of a kept file whose content differs from the written content
 _FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO, errno.EACCES, errno.EPERM}
 
 
 class Growing:
-    """A folder while this process alone writes into it."""
+    """A folder with exclusive write access for this process."""
 
     def __init__(self, folder: Folder, opened: int, note: Note | None) -> None:
         self.path, self._folder, self._opened = folder.path, folder, opened
@@ -33,24 +33,24 @@ class Growing:
         self._writing = threading.Lock()
 
     def __truediv__(self, name: str) -> Path:
-        """Return where a file of the folder stands."""
+        """Return the path of a file in the folder."""
         return self.path / name
 
     @property
     def names(self) -> list[str]:
-        """The files that were written and are there."""
+        """Names of the written files that still exist."""
         return [name for name, sums in self._sums.items() if any(sums) and self._folder.is_file(name)]
 
     def has_held(self, name: str, content: str) -> bool:
-        """Return whether a file was written with this very content."""
+        """Return whether a file was written with exactly this content."""
         return hashlib.sha256(content.encode("utf-8", "backslashreplace")).hexdigest() in self._sums.get(name, ())
 
     def is_whole(self, name: str) -> bool:
-        """Return whether a file is there with a content that was written."""
+        """Return whether a file exists with the written content."""
         return name in self.names and self._folder.checksum(name) in self._sums[name]
 
     def read(self, name: str) -> bytes | None:
-        """Return what a file holds; None where it is not there, or holds something else than was written."""
+        """Return the content of a file; None if it is missing or differs from the written content."""
         if name not in self.names:
             return None
         with os.fdopen(self._folder.open(name), "rb") as file:
@@ -58,7 +58,7 @@ class Growing:
         return content if hashlib.sha256(content).hexdigest() in self._sums[name] else None
 
     def write(self, name: str, content: str | bytes) -> Path:
-        """Write a file; it appears whole under its name, in the place of one that was written before."""
+        """Write a file; it appears complete under its name and replaces an earlier version."""
         if not owned.is_own_name(name):
             raise ValueError(f"{name!r} is not the name of a file")
         data = content if isinstance(content, bytes) else content.encode("utf-8", "backslashreplace")
@@ -68,10 +68,10 @@ class Growing:
             except OSError as error:
                 if error.errno in (errno.ENOTDIR, errno.ELOOP):
                     place = str((self.path / name).parent)
-                    raise InputError("is a link or a file, not a folder", path=place, mend="Move it elsewhere") from error
+                    raise InputError("is a link or a file, not a folder", path=place, mend="Move it to another place") from error
                 if error.errno not in _FULL:
                     raise
-                reason, mend = os.strerror(error.errno or 0).lower(), "What is there stays. Make room and give the same command again"
+                reason, mend = os.strerror(error.errno or 0).lower(), "Existing files stay. Make room on the disk and repeat the command"
                 raise InputError(f"cannot be written: {reason}", path=str(self.path / name), mend=mend) from error
         return self.path / name
 
@@ -81,8 +81,8 @@ class Growing:
             self._folder.make(holder)
         present = self._folder.is_there(name)
         if present and not self.is_whole(name):
-            mend = "Move it elsewhere: it would be replaced"
-            raise InputError("was changed since, or was not written here", path=str(self.path / name), mend=mend)
+            mend = "Move it to another place, because bristle would replace it"
+            raise InputError("was changed, or bristle did not write it", path=str(self.path / name), mend=mend)
         partial = f"{holder}/" * bool(holder) + f"bristle-{secrets.token_hex(16)}.partial"
         owned.write_line(self._opened, {"file": partial})
         try:
@@ -102,23 +102,23 @@ class Growing:
         owned.sync_folder((self.path / name).parent)
 
     def make(self, name: str) -> None:
-        """Make a folder in it, unless it is there."""
+        """Make a folder in it if it is missing."""
         self._folder.make(name)
 
     def remove(self, name: str) -> None:
-        """Remove a file that was written here, unless its content is another one by now."""
+        """Remove a written file, unless its content was changed."""
         if self.is_whole(name):
             self._folder.remove(name)
 
     def set_all_aside(self, names: Iterable[str]) -> None:
-        """Give damaged files other names, for they may be a person's, and say so: they are made anew."""
+        """Rename damaged files, because the user may have changed them, and warn; they will be written again."""
         for name in names:
             aside, count = f"{name}{DAMAGED}", 1
             while self._folder.is_there(aside):
                 count += 1
                 aside = f"{name}{DAMAGED}-{count}"
             self._folder.rename(name, aside)
-            warnings.warn(f"{name} is damaged: it is made anew, and kept as {aside}", InputWarning, stacklevel=2)
+            warnings.warn(f"{name} is damaged: bristle writes it again and keeps the damaged file as {aside}", InputWarning, stacklevel=2)
 
 
 @contextmanager
@@ -129,7 +129,7 @@ def growing_folder(
     made_anew: Callable[[str], bool] = lambda name: False,
     used: Callable[[str], bool] = lambda name: True,
 ) -> Iterator[tuple[Growing, list[str]]]:
-    """Give a folder to write into, new or of an earlier start, to this process alone, and the damaged files in it."""
+    """Open a new or existing folder exclusively for this process; yield it with its damaged files."""
     path = folder_wanted(out)
     if os.path.lexists(path) and not path.is_dir():
         raise InputError("is a file, not a folder", path=str(path), mend="Name another folder")
@@ -144,13 +144,13 @@ def growing_folder(
                     owned.lock(opened)
                 except BlockingIOError:
                     holder = f" (process {note.process})" if note is not None and note.process else ""
-                    mend = "Wait for it to end, or name another folder"
-                    raise InputError(f"another process{holder} writes there", path=str(path), mend=mend) from None
+                    mend = "Wait for its end, or name another folder"
+                    raise InputError(f"another process{holder} is writing to this folder", path=str(path), mend=mend) from None
                 damaged = _looked_through(folder, note, path, kind, made_anew, used) if note else []
                 owned.complete(opened)
                 owned.write_line(opened, {"process": str(os.getpid())})
                 for name in note.files if note is not None else ():
-                    # Left half written by a process that was killed: the lock says that none writes. A person's was refused.
+                    # An unfinished file of a killed process: the lock shows that no process writes. A user file was refused before.
                     if UNFINISHED.fullmatch(name) and folder.is_file(name):
                         with suppress(OSError):
                             folder.remove(name)
@@ -160,22 +160,22 @@ def growing_folder(
     except OSError as error:
         if isinstance(error.filename, (str, os.PathLike)) and not str(error.filename).startswith(str(path)):
             raise
-        reason, mend = (error.strerror or str(error)).lower(), "Name another folder, or give the same command again"
+        reason, mend = (error.strerror or str(error)).lower(), "Name another folder, or repeat the command"
         raise InputError(f"cannot be written: {reason}", path=str(path), mend=mend) from error
 
 
 def _new_note_in(folder: Folder, path: Path, kind: str) -> int:
-    """Return the note of an empty folder, opened."""
+    """Create the note of an empty folder and return it opened."""
     if folder.names() == [NOTE] and not folder.size(NOTE):
         folder.remove(NOTE)  # of a process that was killed before it wrote a line
     if present := folder.names():
         present = [inside for name in present for inside in _opened(folder, name)] or present
-        raise InputError(f"holds something else than a {kind}: {owned.listed(present)}", path=str(path), mend="Name another folder")
+        raise InputError(f"is not a folder of a {kind}: it contains {owned.listed(present)}", path=str(path), mend="Name another folder")
     return owned.new_note(path, secrets.token_hex(16), path.name, kind)
 
 
 def verified(path: Path, names: list[str]) -> None:
-    """Refuse files of a folder whose content is not the one that was written."""
+    """Refuse files of a folder whose content differs from the written content."""
     with Folder(path) as folder:
         note = owned.note_in(folder)
         if folder.is_there(NOTE) and not (note and note.is_intact):
@@ -183,20 +183,20 @@ def verified(path: Path, names: list[str]) -> None:
         damaged = [name for name in names if folder.checksum(name) not in note.sums.get(name, ())] if note is not None else []
     if damaged:
         verbs = ("is", "was") if len(damaged) == 1 else ("are", "were")
-        mend = "Give the command that wrote the folder again: it makes damaged runs anew, and keeps them beside"
+        mend = "Repeat the command that wrote the folder: it repeats damaged runs and keeps the damaged files"
         raise InputError(f"{verbs[0]} damaged, or {verbs[1]} not written here: {owned.listed(damaged)}", path=str(path), mend=mend)
 
 
-DAMAGED_NOTE = "is damaged or was changed, and tells no more what was written"
-MEND_NOTE = "Take out what was added to it; or name another folder, and the command writes all anew"
+DAMAGED_NOTE = "is damaged or was changed, so it no longer lists the written files"
+MEND_NOTE = "Undo the change to this file; or name another folder, and the command writes everything again"
 
 
 def _looked_through(
     folder: Folder, note: Note, path: Path, kind: str, made_anew: Callable[[str], bool], used: Callable[[str], bool]
 ) -> list[str]:
-    """Return the damaged files that are to be made anew; refuse what a person made or changed."""
+    """Return the damaged files to write again; refuse files that the user made or changed."""
     if note.kind != kind:
-        message = f"holds something else than a {kind}: {note.kind or 'results of another command'}"
+        message = f"is not a folder of a {kind}: it contains {note.kind or 'results of another command'}"
         raise InputError(message, path=str(path), mend="Name another folder")
     foreign, changed = owned.strangers_in(folder, note)
     if NOTE in changed:
@@ -204,17 +204,17 @@ def _looked_through(
     foreign = [inside for name in foreign for inside in _opened(folder, name)]
     foreign = [name for name in foreign if used(name) and not re.search(rf"{re.escape(DAMAGED)}(-\d+)?$", name)]
     if foreign:
-        mend = "Move it elsewhere: it would be replaced, or read as if it were"
-        raise InputError(f"holds what was not written here: {owned.listed(foreign)}", path=str(path), mend=mend)
+        mend = "Move them to another place, because the command would replace or read them"
+        raise InputError(f"contains files that bristle did not write: {owned.listed(foreign)}", path=str(path), mend=mend)
     changed = [name for name in changed if not UNFINISHED.fullmatch(name) or note.sums[name]]  # others are unfinished
     if altered := [name for name in changed if UNFINISHED.fullmatch(name) or not made_anew(name)]:
-        mend = "Move them elsewhere: they would be replaced"
-        raise InputError(f"holds files that were changed since: {owned.listed(altered)}", path=str(path), mend=mend)
+        mend = "Move them to another place, because the command would replace them"
+        raise InputError(f"contains files that were changed: {owned.listed(altered)}", path=str(path), mend=mend)
     return changed
 
 
 def _opened(folder: Folder, name: str) -> list[str]:
-    """Return what is in a folder below, of any other thing its own name; an empty folder is nobody's."""
+    """Return the names in a subfolder, or the name itself if it is not a folder; an empty folder gives an empty list."""
     try:
         with folder.below(name) as inside:
             return [f"{name}/{child}" for child in inside.names()]

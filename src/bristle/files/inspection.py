@@ -1,4 +1,4 @@
-"""What is in a log that nobody has described yet, or whose axis is known: its columns, its channels, an axis file that suits it."""
+"""Inspect a log with or without an axis file: its columns, its channels and a proposed axis file."""
 
 from collections.abc import Collection
 from contextlib import suppress
@@ -19,7 +19,7 @@ from bristle.logs.tables import content_of_log
 
 @dataclass(frozen=True)
 class Inspection:
-    """What is in a log: as plain data, its columns, and the log with its passages where an axis makes one of it."""
+    """Content of a log: plain data, columns, and the log with its passages if the axis is known."""
 
     summary: dict[str, Any]
     content: Content
@@ -31,10 +31,10 @@ class Inspection:
 
     @classmethod
     def of(cls, log: Readable, axis: Axis | None = None, *, size_limit: int = SIZE_LIMIT) -> Self:
-        """Return what is in a log; without an axis, with the axis file that its columns speak of."""
+        """Inspect a log; without an axis, also propose an axis file from its columns."""
         content, proposal = content_of_log(log, limit=size_limit), None
         if axis is None:
-            with suppress(InputError):  # no column can be the position
+            with suppress(InputError):  # a column for the position is missing
                 proposal = propose_axis(content, size_limit=size_limit)
         axis = proposal.axis if proposal else axis
         table = proposal.table if proposal else read_table(content, axis and axis.table, size_limit=size_limit)
@@ -43,7 +43,7 @@ class Inspection:
 
 
 def _looked_at(table: Table, axis: Axis | None, unknown: Collection[str]) -> Summary:
-    """Return what is in a table; of channels in a unit that is not known nothing is said in SI."""
+    """Summarize a table; channels in an unknown unit have no values in SI units."""
     if axis is None or not unknown:
         return summary_of(table, axis)
     usable = {name: column for name, column in axis.columns.items() if name not in unknown}

@@ -1,4 +1,4 @@
-"""Model files: a plant and a friction model with their values, how sure we are of them, and where they come from."""
+"""Model files: a plant and a friction model with their values, uncertainties and provenance."""
 
 import inspect
 import os
@@ -24,47 +24,47 @@ from bristle.friction import CHANNEL_SLOTS, MODELS, base_of, channel_slots_of, f
 from bristle.plants import PLANTS
 from bristle.plants import find as find_plant
 
-# Key of the provenance: the `digest` of the friction that a log was made with, where a simulation made it.
+# Key of the provenance: the `digest` of the friction in the simulation that made the log.
 FITTED_TO = "fitted to"
 
 KEYS = ("schema", "kind", "provenance", "treatment", "plant", "friction", "uncertainty", "bands")
-# What is known besides the numbers of a model: the stiffness of all elements, the lag of the loop it was fitted in.
+# Further data of a model: the stiffness of all elements, the lag of the loop of its fit.
 TREATMENT = {
     "cutoff": Variable("frequency", "cut-off of the zero-phase filter of the identification", min=1e-9),
-    "decimation": Variable("1", "samples for one row of the identification", min=1.0),
-    "velocity_max": Variable("length/time", "largest speed that the model was fitted to", min=0.0),
-    "delay": Variable("time", "by how much the effort of the log lags its position"),
-    "smoothing": Variable("time", "time constant of a filter that the effort passed more than the position"),
-    "position_smoothing": Variable("time", "time constant of a filter that the position passed", min=0.0),
-    "slow": Variable("frequency", "cut-off of the instruments that the channels were looked at with", min=0.0),
+    "decimation": Variable("1", "samples per row of the identification", min=1.0),
+    "velocity_max": Variable("length/time", "largest speed in the fit of the model", min=0.0),
+    "delay": Variable("time", "delay of the effort relative to the position in the log"),
+    "smoothing": Variable("time", "time constant of an additional filter of the effort relative to the position"),
+    "position_smoothing": Variable("time", "time constant of a filter of the position", min=0.0),
+    "slow": Variable("frequency", "cut-off of the instruments of the recorded channels", min=0.0),
     "lag": Variable("time", "time constant with which the drive follows its controller", min=0.0),
 }
 
 NUMBERS = {
-    "scatter": Variable("1", "of the level of friction from reversal to reversal, a share of it", min=0.0),
-    "noise": Variable("force", "of the effort, sample by sample", min=0.0),
-    "unexplained": Variable("force", "left over beyond noise, encoder and scatter", min=0.0),
-    "lasting": Variable("time", "s over which that keeps its side", min=0.0),
-    "inflation": Variable("1", "factor set on blocks that were held out", min=0.0),
-    "left_in_closed_loop": Variable("length", "of the position in a simulation, beyond all that", min=0.0),
-    "left_in_open_loop": Variable("length", "of the position in a simulation, beyond all that", min=0.0),
+    "scatter": Variable("1", "relative variation of the friction level between reversals", min=0.0),
+    "noise": Variable("force", "noise of the effort per sample", min=0.0),
+    "unexplained": Variable("force", "residual beyond noise, encoder and scatter", min=0.0),
+    "lasting": Variable("time", "correlation time of the unexplained force", min=0.0),
+    "inflation": Variable("1", "factor calibrated on held-out blocks", min=0.0),
+    "left_in_closed_loop": Variable("length", "remaining error of the position in a closed-loop simulation", min=0.0),
+    "left_in_open_loop": Variable("length", "remaining error of the position in an open-loop simulation", min=0.0),
 }
 
 
 class ModelFile(NamedTuple):
-    """What a model file holds.
+    """Content of a model file.
 
     Parameters
     ----------
     plant : Model or None
-        The plant, where the file has one.
+        The plant, or None if the file has only friction.
     friction : Model
         The friction model.
     info : dict
         ``"provenance"``, ``"treatment"`` (``cutoff`` [Hz], ``decimation``, ``velocity_max`` [m/s or rad/s], ``delay``,
         ``smoothing``, ``position_smoothing`` and ``lag`` [s] and ``slow`` [Hz] of the identification, where known),
-        ``"uncertainty"``: for each parameter ``std``, ``robust_std`` and ``interval`` in SI, where known, and
-        ``status``; and ``"bands"``, what bands around a prediction are made of, or None.
+        ``"uncertainty"``: for each parameter ``std``, ``robust_std`` and ``interval`` in SI units, where known, and
+        ``status``; and ``"bands"``, the data for bands around a prediction, or None.
     """
 
     plant: Model | None
@@ -84,30 +84,30 @@ def write_model(
     bands: Any = None,
     notes: Mapping[str, str] | None = None,
 ) -> None:
-    """Write a model file; numbers come back to the bit.
+    """Write a model file; numbers are read back exactly.
 
     Parameters
     ----------
     path : path-like
-        The file. A friction model of a user's own is copied beside it.
+        The file. A user friction model is copied to the same folder.
     plant, friction : Model
-        What is written; `plant` may be None.
+        The models to write; `plant` may be None.
     estimates : iterable of Estimate
         Standard error and status of each parameter.
     provenance : mapping of str to str
-        Where the values come from: version, log, axis, command.
+        Origin of the values: version, log, axis, command.
     treatment : mapping
-        How the log was treated: ``cutoff`` [Hz], ``decimation`` and ``velocity_max`` [m/s or rad/s]; further entries
-        are left out.
+        Preprocessing of the log: ``cutoff`` [Hz], ``decimation`` and ``velocity_max`` [m/s or rad/s]; other entries
+        are ignored.
     bands : Bands, optional
-        What bands around a prediction are made of.
+        Data for bands around a prediction.
     notes : mapping of str to str
-        Why parameters are not identified, by name.
+        Reasons why parameters are not identified, by name.
 
     Raises
     ------
     InputError
-        If the friction model is neither one of bristle's own nor read from a file.
+        If the friction model is neither part of bristle nor read from a file.
     """
     target = Path(path)
     tables: dict[str, Any] = {"schema": 1, "kind": friction.kind, "provenance": provenance or {}, "treatment": {}}
@@ -129,7 +129,7 @@ def write_model(
             tables["uncertainty"][key_of(estimate.name)] = {key: value for key, value in entry.items() if value}
     if bands is not None:
         numbers = {name: Said(float(getattr(bands, name)), said.description) for name, said in NUMBERS.items()}
-        # Of as many sets of parameters as a band is drawn from, in seven digits.
+        # The parameter sets for the bands, in seven digits.
         draws = {key_of(name): _short(np.asarray(values)[:40].tolist()) for name, values in bands.draws.items()}
         tables["bands"] = numbers | {"draws": draws}
     write_whole(target, as_toml(tables))
@@ -140,7 +140,7 @@ def _short(value: Any) -> Any:
 
 
 def _name_of(friction: Model, folder: Path) -> dict[str, Any]:
-    """Return what names the friction model in the file: names, and files of a user's own, which are copied there."""
+    """Return the entries that name the friction model in the file; copy user files to the folder."""
     base, *slots = friction.name.split("+")
     inner, over = base_of(friction.component), channel_slots_of(friction.component)
     own = {slot.name: _beside(slot, slot.factor, folder) for slot in over if CHANNEL_SLOTS.get(slot.name) != slot}
@@ -151,7 +151,7 @@ def _name_of(friction: Model, folder: Path) -> dict[str, Any]:
 
 
 def _beside(described: FrictionModel | Slot, function: Callable[..., Any], folder: Path) -> str:
-    """Copy the file that a model or slot of a user's own is in, as it was loaded, or else as it is; return its name."""
+    """Copy the file of a user model or slot, as loaded if possible; return its name."""
     from bristle.files.user_model import code_of
 
     code = code_of(described)
@@ -159,34 +159,33 @@ def _beside(described: FrictionModel | Slot, function: Callable[..., Any], folde
         try:
             code = content_of(inspect.getfile(function))
         except (InputError, TypeError, OSError):
-            mend = "Put it into a file of its own and load it from there"
-            raise InputError("is in no file, so that a model file cannot name it", path=described.name, mend=mend) from None
+            mend = "Save it in a separate file and load it from there"
+            raise InputError("is not defined in a file, so a model file cannot refer to it", path=described.name, mend=mend) from None
     target = folder / code.source.name
     if not os.path.lexists(target):
         write_whole(target, code.data, new=True)
     elif content_of(target).data != code.data:
-        mend = "Write the model file elsewhere, or move that file"
-        raise InputError("is there already, with another content", path=str(target), mend=mend)
+        mend = "Write the model file to another folder, or move that file"
+        raise InputError("exists already with different content", path=str(target), mend=mend)
     return code.source.name
 
 
 def read_model(path: Readable, *, related: bool = True, allow_code: bool = False) -> ModelFile:
-    """Return what a model file holds.
+    """Return the content of a model file.
 
     Parameters
     ----------
     path : path-like, bytes or file object
         The file.
     related : bool
-        False reads a friction model whose values break a condition between them, such as f_p > F_S, to say what is
-        wrong with it.
+        False also reads a friction model whose values violate a condition, such as f_p > F_S, so that a check can report it.
     allow_code : bool
-        Whether a model of a person's own, in a file that this one names, may run without having been allowed before.
+        Whether a user model in a file that it names may run without earlier permission.
 
     Raises
     ------
     InputError
-        With file, key, value and what is allowed there.
+        With the file, the key, the value and the allowed values.
     """
     data, source, _ = read_toml(path, path="model", what="a friction model or a model file")
     with located(source):
@@ -217,7 +216,7 @@ def friction_from(
     read_operator: OperatorRead | None = None,
     read_code: CodeRead | None = None,
 ) -> Model:
-    """Return the friction model of a table, by name or from a user's own file."""
+    """Return the friction model of a table, by name or from a user file."""
     entries = with_operator(table_at(table, path), kind, path, read_operator or operator_beside(folder))
     read_code = read_code or partial(code_named, folder=folder, allow_code=allow_code)
     beside = ("file", "slots") if "file" in entries else ("model",)
@@ -227,7 +226,7 @@ def friction_from(
 
 
 def _component_of(table: Mapping[str, Any], path: str, read_code: CodeRead) -> FrictionModel:
-    """Return the friction model that a table names, with its slots; either may be of a person's own, in a file."""
+    """Return the friction model that a table names, with its slots; both may be in user files."""
     from bristle.files.user_model import component_in, slots_in
 
     if "file" in table:
@@ -247,18 +246,18 @@ def _component_of(table: Mapping[str, Any], path: str, read_code: CodeRead) -> F
 
 
 def _bands_at(value: Any, parameters: Collection[str], kind: Kind) -> dict[str, Any] | None:
-    """Return the table as `bristle.identification.simulated_bands.Bands` takes it; None where there is none."""
+    """Return the table in the form of `bristle.identification.simulated_bands.Bands`; None if it is missing."""
     if value is None:
         return None
     table, names = table_at(value, "bands"), {key_of(name): name for name in parameters}
     check_keys(table, (*NUMBERS, "draws"), "bands")
     if missing := [name for name in NUMBERS if name not in table]:
-        mend = "Identify again, or leave [bands] out to predict without bands"
-        raise InputError("is missing, as from an earlier version", path=f"bands.{missing[0]}", mend=mend)
+        mend = "Identify again, or remove [bands] to predict without bands"
+        raise InputError("is missing: an earlier version of bristle wrote the file", path=f"bands.{missing[0]}", mend=mend)
     draws = table_at(table.get("draws", {}), "bands.draws")
     check_keys(draws, names, "bands.draws")
     rows = array(ndim=2, least=1, single=True)
     drawn = {names[key]: np.atleast_1d(rows(draw, f"bands.draws.{key}", kind)) for key, draw in draws.items()}
     if len(set(map(len, drawn.values()))) > 1:
-        raise InputError("must have as many numbers for each parameter", path="bands.draws")
+        raise InputError("must have the same number of values for each parameter", path="bands.draws")
     return numbers_in(table, NUMBERS, kind, "bands") | {"draws": drawn}

@@ -1,4 +1,4 @@
-"""Motions, moves and logs as files in the units of the axis: what a drive can follow, and what it would record."""
+"""Write motions, moves and logs as files in the units of the axis."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ PER = {"velocity": "/s", "acceleration": "/s^2"}
 
 
 class Move(NamedTuple):
-    """To a position at a velocity, in SI of the kind of axis."""
+    """A move to a position at a velocity, in SI units."""
 
     purpose: str
     dwell: float
@@ -34,7 +34,7 @@ class Move(NamedTuple):
 
 
 def motion_columns(axis: Axis) -> dict[str, tuple[str, float]]:
-    """Return the heads of the columns of a motion, and by what each number in SI is divided there."""
+    """Return the headers of the columns of a motion, and the divisor of values in SI units for each."""
     position = axis.columns.get("reference") or axis.columns.get("position")
     heads = {}
     for name, quantity in QUANTITIES.items():
@@ -47,7 +47,7 @@ def motion_columns(axis: Axis) -> dict[str, tuple[str, float]]:
 
 
 def _head(column: Column | None, name: str, unit: str) -> tuple[str, float]:
-    """Return the head of a column and by what a number in SI is divided there; where there is none, a name in SI."""
+    """Return the header of a column and the divisor of values in SI units; without a column, a name in SI units."""
     if column is None:
         return f"{name} [{unit}]", 1.0
     unit = column.unit or column.base
@@ -61,7 +61,7 @@ def write_motion(path: str | os.PathLike[str], axis: Axis, signals: Mapping[str,
 
 
 def write_log(path: str | os.PathLike[str], axis: Axis, signals: Mapping[str, np.ndarray]) -> None:
-    """Write what a drive records as CSV, so that it is read again with the same axis."""
+    """Write a log of the drive as CSV that can be read with the same axis."""
     heads = {name: _head(axis.columns.get(name), name, unit_of(quantity, axis.kind)) for name, quantity in RECORDED.items()}
     _write(path, {name: head for name, head in heads.items() if name in signals}, signals)
 
@@ -73,7 +73,7 @@ def _write(path: str | os.PathLike[str], columns: Mapping[str, tuple[str, float]
 
 
 def axis_of_motion(source: Readable, axis: Axis | None) -> Axis | None:
-    """Return the axis that a file is read with, in which the position is the motion to follow; None for a log."""
+    """Return the axis for reading a file whose position is the reference motion; None for a log."""
     if axis is None or "effort" not in axis.columns:
         return None
     if read_table(source, axis.table, choice=NONE).has(axis.columns["effort"].name):
@@ -87,11 +87,11 @@ def axis_of_motion(source: Readable, axis: Axis | None) -> Axis | None:
 
 
 NC = {"translational": ("X", "mm", "G21 (mm)"), "rotational": ("A", "deg", "(degrees)")}
-"""By kind of axis the letter of the axis in an NC program, the unit of its positions, and what its head says."""
+"""For each kind of axis: its letter in an NC program, the unit of its positions, and the header."""
 
 
 def moves_table(moves: Sequence[Move], axis: Axis) -> str:
-    """Return the moves as comma-separated values, in the units of the axis file."""
+    """Return the moves as CSV, in the units of the axis file."""
     heads, scales = zip(*(head for name, head in motion_columns(axis).items() if name != "time"), strict=True)
     lines, (position, velocity, acceleration) = [",".join(["purpose", "dwell [s]", *heads])], scales
     lines += [
@@ -103,13 +103,13 @@ def moves_table(moves: Sequence[Move], axis: Axis) -> str:
 
 
 def gcode_of(moves: Sequence[Move], axis: Axis, left_out: Sequence[str]) -> str:
-    """Return the moves as a program for an NC: millimetres and mm/min, or degrees and degrees a minute."""
+    """Return the moves as an NC program in mm and mm/min, or in degrees and degrees per minute."""
     letter, unit, head = NC[axis.kind]
     si = factor(unit, "m" if unit == "mm" else "rad")
     lines = [
         "(motion for the identification of friction, written by bristle)",
         f"(rename the axis {letter} to yours; dwells G4 P are in seconds: some controls take milliseconds)",
-        *(f"(left out, as it is no list of moves: {name})" for name in left_out),
+        *(f"(omitted, because it is not a list of moves: {name})" for name in left_out),
         f"G90 G94 {head}",
     ]
     for move in moves:

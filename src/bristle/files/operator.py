@@ -1,4 +1,4 @@
-"""Hysteresis operators in files: ``[operator]`` with its values, and one in place of the kernel of a friction model."""
+"""Hysteresis operators in files: as ``[operator]`` with its values, or as the kernel of a friction model."""
 
 import os
 from collections.abc import Callable, Mapping
@@ -15,11 +15,11 @@ from bristle.files.toml import TOML_LIMIT, Said, as_toml, read_toml
 from bristle.friction import MODELS
 from bristle.hysteresis import OPERATORS
 
-OFFSET = Variable("force", "constant output beside the operator")
+OFFSET = Variable("force", "constant output added to the operator")
 
 
 class OperatorFile(NamedTuple):
-    """What a model file of an operator holds; `provenance` says where the values come from."""
+    """Content of a model file of an operator; `provenance` states the origin of the values."""
 
     operator: Model
     offset: float
@@ -29,7 +29,7 @@ class OperatorFile(NamedTuple):
 def write_operator(
     path: str | os.PathLike[str], operator: Model, offset: float = 0.0, *, provenance: Mapping[str, str] | None = None
 ) -> None:
-    """Write a model file of an operator; numbers come back to the bit."""
+    """Write a model file of an operator; numbers are read back exactly."""
     tables = {
         "provenance": provenance or {},
         "operator": described(operator),
@@ -39,7 +39,7 @@ def write_operator(
 
 
 def described(model: Model) -> dict[str, Any]:
-    """Return the table of a model: its name and values, with unit and meaning of each."""
+    """Return the table of a model: its name, and its values with unit and meaning."""
     variables = model.component.variables
     return {"model": model.name} | {key_of(name): Said(value, _said_of(variables[name], model)) for name, value in model.values.items()}
 
@@ -49,7 +49,7 @@ def _said_of(variable: Variable, model: Model) -> str:
 
 
 def holds_operator(path: Readable) -> bool:
-    """Return whether a model file is one of a hysteresis operator."""
+    """Return whether a model file contains a hysteresis operator."""
     return "operator" in read_toml(path).data
 
 
@@ -68,11 +68,11 @@ def read_operator(path: Readable) -> OperatorFile:
 
 
 OperatorRead = Callable[[Any, str], OperatorFile]
-"""What reads the operator in a file, by its name as it is written and the key that it stands under."""
+"""Function that reads an operator, from the name of its file and the key that names the file."""
 
 
 def operator_beside(folder: Path) -> OperatorRead:
-    """Return what reads operators from files beside the one that names them."""
+    """Return a function that reads operators from files in the same folder."""
 
     def read(file: Any, path: str) -> OperatorFile:
         if not isinstance(file, str) or not file:
@@ -84,7 +84,7 @@ def operator_beside(folder: Path) -> OperatorRead:
 
 
 def with_operator(entries: dict[str, Any], kind: Kind, path: str, read: OperatorRead) -> dict[str, Any]:
-    """Return the keys of a friction model, an operator that they name for the kernel being there itself."""
+    """Return the keys of a friction model, with the file of its kernel replaced by the operator."""
     kernel, at = entries.get("kernel"), f"{path}.kernel"
     if isinstance(kernel, dict) and "file" not in kernel:
         return entries | {"kernel": model_from(kernel, OPERATORS, kind=kind, path=at)}
@@ -99,6 +99,6 @@ def with_operator(entries: dict[str, Any], kind: Kind, path: str, read: Operator
 
 
 def contact_over(described: OperatorFile) -> dict[str, Any]:
-    """Return the table of a contact that is an operator on the position: what a file of one is as friction."""
+    """Return the table of a friction model that is an operator on the position."""
     contact = {"model": MODELS["preisach_contact"].name, "kernel": described.operator}
     return contact | ({"offset": described.offset} if described.offset else {})

@@ -1,8 +1,8 @@
-"""What is bristle's own in a folder: exactly the files that a note in it names, as bristle wrote them.
+"""Track the files that bristle wrote into a folder: exactly the unchanged files in the list of its note.
 
-The note ``.bristle-results`` has one JSON object a line. The first says who wrote it, each other one names a file,
-before it is written and again, with its SHA-256, once all are. What the note does not name, or what has another content
-by now, is a person's. A file may lie in a folder below: ``figures/time.svg``. Links are never followed.
+The note ``.bristle-results`` has one JSON object per line. The first line names the author. Each further line names a file,
+before it is written and again with its SHA-256 when all files are complete. All other files, and changed files, belong to
+the user. A file may be in a subfolder: ``figures/time.svg``. Links are never followed.
 """
 
 import contextlib
@@ -19,20 +19,20 @@ from pathlib import Path
 
 from bristle.files.folder import Folder
 
-NOTE = ".bristle-results"  # the note in a folder that bristle wrote: which files of it are whose
+NOTE = ".bristle-results"  # the note in a folder of results: the files that bristle wrote
 UNFINISHED = re.compile(r"(?:[^/]+/)?bristle-[0-9a-f]{32}\.partial")
-"""The names of files that are being written, which are renamed once they are whole."""
+"""Temporary names of files, which are renamed when they are complete."""
 NAMES_SHOWN = 5
 LARGEST_NOTE = 2**26  # [byte]
 DEEPEST = 2  # names in the path of a file
 _CHECK = "check"  # CRC-32 of the rest of a line
-_BEGIN = '{"'  # of every line: one that was cut where a process was killed, too
-_LOCKED_BYTE = 2**30  # far behind the end of a note: where locks keep others from reading, they keep nobody from it
+_BEGIN = '{"'  # of every line, even of an incomplete line of a killed process
+_LOCKED_BYTE = 2**30  # far after the end of a note, so that a mandatory lock does not block reading
 
 
 @dataclass(frozen=True)
 class Note:
-    """What the note of a folder says."""
+    """Content of the note of a folder."""
 
     token: str
     target: str
@@ -46,16 +46,16 @@ class Note:
 
     @property
     def folders(self) -> list[str]:
-        """The folders below that hold files of it."""
+        """Subfolders with files of the note."""
         return sorted({name.partition("/")[0] for name in self.files if "/" in name})
 
 
 def new_note(folder: Path, token: str, target: str, kind: str = "") -> int:
-    """Write the note into a folder that was just made; return it opened and locked."""
+    """Write the note into a new folder; return it opened and locked."""
     with Folder(folder) as inside:
         opened = inside.open(NOTE, os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_APPEND)
     try:
-        # Locked before anything stands in it: a note that can be read and is not locked is that of a dead process.
+        # Locked while it is still empty: a readable note without a lock belongs to a dead process.
         lock(opened)
         head = {"bristle": version("bristle"), "folder": token, "target": target, "began": str(time.time_ns())}
         write_line(opened, head | ({"kind": kind} if kind else {}))
@@ -82,7 +82,7 @@ def write_line(opened: int, line: Mapping[str, str]) -> None:
 
 
 def note_aside(path: Path, token: str) -> None:
-    """Note in a folder that another one, of this token, takes its place; nothing where it cannot be written."""
+    """Note in a folder that the folder with this token replaces it; ignore a failure to write."""
     with contextlib.suppress(OSError), Folder(path) as folder:
         opened = folder.open(NOTE, os.O_WRONLY | os.O_APPEND)
         try:
@@ -92,7 +92,7 @@ def note_aside(path: Path, token: str) -> None:
 
 
 def lock(opened: int) -> bool:
-    """Lock a note, without waiting; return False where locks are not known. It ends with the process."""
+    """Lock a note without waiting until the process ends; return False if locks are not supported."""
     try:
         import fcntl
     except ImportError:
@@ -101,7 +101,7 @@ def lock(opened: int) -> bool:
         fcntl.flock(opened, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
         raise
-    except OSError:  # a file system of another machine may know none
+    except OSError:  # a network file system may not support locks
         return False
     return True
 
@@ -121,7 +121,7 @@ def _lock_byte(opened: int) -> bool:
 
 
 def note_in(folder: Folder) -> Note | None:
-    """Return the note of a folder; None where it has none that bristle wrote."""
+    """Return the note of a folder; None if bristle did not write it."""
     try:
         if not folder.is_file(NOTE):
             return None
@@ -151,7 +151,7 @@ def _note_of(text: bytes) -> Note | None:
             return None
         files[name] = checksum
         sums.setdefault(name, set()).add(checksum)
-        if partial and checksum:  # of the file that was renamed to this one
+        if partial and checksum:  # of the temporary file that was renamed to this name
             sums[partial].add(checksum)
         partial = name if UNFINISHED.fullmatch(name) and not checksum else ""
     held = {name: frozenset(all_sums - {""}) for name, all_sums in sums.items()}
@@ -160,7 +160,7 @@ def _note_of(text: bytes) -> Note | None:
 
 
 def _objects_in(text: bytes) -> tuple[list[dict[str, object]], bool]:
-    """Return the objects of the lines, the first one in any case, and whether all are as they were written."""
+    """Return the objects of the valid lines and always of the first line, and whether all lines are unchanged."""
     *complete, last = text.decode("utf-8", "replace").split("\n")
     objects = [_object_in(line) for line in complete or [""]]
     return [line for line in (objects[0] or {}, *objects[1:]) if line is not None], (
@@ -169,7 +169,7 @@ def _objects_in(text: bytes) -> tuple[list[dict[str, object]], bool]:
 
 
 def _object_in(line: str) -> dict[str, object] | None:
-    """Return the object in a line; None where it is not as it was written."""
+    """Return the object in a line; None if the line was changed."""
     try:
         parsed = json.loads(line)
     except (ValueError, RecursionError):
@@ -180,7 +180,7 @@ def _object_in(line: str) -> dict[str, object] | None:
 
 
 def complete(opened: int) -> None:
-    """Take off the line that a killed process left half written at the end of a note."""
+    """Remove the incomplete last line of a killed process from a note."""
     with os.fdopen(os.dup(opened), "rb") as note:
         note.seek(0)
         text = note.read(LARGEST_NOTE)
@@ -190,7 +190,7 @@ def complete(opened: int) -> None:
 
 
 def sync_folder(folder: Path) -> None:
-    """Have on the disk what a folder says is in it."""
+    """Flush the entries of a folder to the disk."""
     if os.name != "posix":
         return
     opened = os.open(folder, os.O_RDONLY)
@@ -201,24 +201,24 @@ def sync_folder(folder: Path) -> None:
 
 
 def listed(names: list[str]) -> str:
-    """Return the first names, and how many more there are."""
+    """Return the first names and the number of further names."""
     more = f" and {len(names) - NAMES_SHOWN} more" if len(names) > NAMES_SHOWN else ""
     return f"{', '.join(names[:NAMES_SHOWN])}{more}"
 
 
 def is_plain(name: str) -> bool:
-    """Return whether this is the name of something in a folder, and leads nowhere else."""
+    """Return whether this is a plain name in a folder, not a path to another place."""
     return name not in ("", ".", "..", NOTE) and not set(name) & {"/", "\\", "\0"}
 
 
 def is_own_name(name: str) -> bool:
-    """Return whether this is the name of something in a folder, or in a folder below it, and leads nowhere else."""
+    """Return whether this is a name in a folder or its subfolder, not a path to another place."""
     parts = name.split("/")
     return len(parts) <= DEEPEST and all(map(is_plain, parts))
 
 
 def strangers_in(folder: Folder, note: Note) -> tuple[list[str], list[str]]:
-    """Return what a person put into a folder, and what of bristle's own a person changed."""
+    """Return the user files in a folder, and the files of bristle that the user changed."""
     if not note.is_intact:
         return [], [NOTE]
     present = list(_names_in(folder, note.folders))
@@ -229,7 +229,7 @@ def strangers_in(folder: Folder, note: Note) -> tuple[list[str], list[str]]:
 
 
 def _names_in(folder: Folder, opened: list[str]) -> Iterator[str]:
-    """Yield what is in a folder but its note; of folders that bristle wrote into, what is in them."""
+    """Yield the names in a folder except its note; subfolders of bristle are expanded."""
     for name in folder.names():
         if name == NOTE:
             continue
@@ -237,12 +237,12 @@ def _names_in(folder: Folder, opened: list[str]) -> Iterator[str]:
             inside = folder.below(name) if name in opened else None
             with inside or contextlib.nullcontext():
                 yield from [name] if inside is None else [f"{name}/{child}" for child in inside.names()]
-        except OSError:  # a file or a link is in its place
+        except OSError:  # replaced by a file or a link
             yield name
 
 
 def remove_own(path: Path, *, half_written: bool = False) -> bool:
-    """Remove what is bristle's own in a folder, and the folder if nothing else is in it."""
+    """Remove the files of bristle in a folder, and the folder if it is then empty."""
     try:
         with Folder(path) as folder:
             note = note_in(folder)

@@ -1,4 +1,4 @@
-"""`propose_axis`: the axis file that a log itself speaks of, with what it cannot know marked to be filled in."""
+"""Propose an axis file for a log; missing information is marked for the user to fill in."""
 
 import re
 from collections.abc import Mapping
@@ -23,50 +23,49 @@ from bristle.logs.stamped_text import amount_in
 from bristle.logs.table import Table, some_of
 from bristle.logs.tables import content_of_log
 
-_SCREW = 'with lead = "10 mm", travel for one turn of the motor, under [transmission] where a screw turns'
+_SCREW = 'with lead = "10 mm", travel per turn of the motor, under [transmission] for a screw'
 HINTS = {
     "columns.time.unit": "unit of the numbers: s, ms, us or ns",
     "columns.position.unit": "unit of the numbers: mm, um, m, deg, rad or rev",
     "columns.velocity.unit": "unit of the numbers: mm/s, m/min, rad/s, deg/s or rpm",
     "columns.effort.unit": "unit of the numbers: N, N*m, or A, %, ‰ or V with its constant under [effort]",
     "rated": '"%" or "‰" of rated, with rated = "2.4 N*m" under [effort]; or N, N*m, A or V',
-    "effort.rated": f'what 100 % are, such as "120 N" (or "2.4 N*m", {_SCREW})',
-    "effort.constant": 'force or torque for one {drive}, such as "61.2 N/{drive}" (or "0.12 N*m/{drive}", ' + f"{_SCREW})",
-    "transmission.lead": 'travel of the load for one turn of the motor, such as "10 mm"; or of the screw, with '
-    "gear_ratio = 2 in the next line for a gear of 2:1 between both",
-    "encoder.resolution": 'movement for one count, such as "0.1 um" or "0.01 deg"; '
-    'or write counts_per_rev = 8192 and side = "motor" for it',
+    "effort.rated": f'effort at 100 %, such as "120 N" (or "2.4 N*m", {_SCREW})',
+    "effort.constant": 'force or torque per {drive}, such as "61.2 N/{drive}" (or "0.12 N*m/{drive}", ' + f"{_SCREW})",
+    "transmission.lead": 'travel of the load per turn of the motor, such as "10 mm"; or per turn of the screw, with '
+    "gear_ratio = 2 in the next line for a 2:1 gear between them",
+    "encoder.resolution": 'movement per count, such as "0.1 um" or "0.01 deg"; or write counts_per_rev = 8192 and side = "motor" instead',
     "timing.sample_time": 'time between samples, such as "1 ms"',
 }
-# Of an axis that turns, a torque is what a data sheet gives.
+# The data sheet of a rotational axis gives torques.
 HINTS_OF_TURNING = {
-    "effort.rated": 'what 100 % are, such as "1.3 N*m"',
-    "effort.constant": 'torque for one {drive}, such as "0.12 N*m/{drive}"',
+    "effort.rated": 'effort at 100 %, such as "1.3 N*m"',
+    "effort.constant": 'torque per {drive}, such as "0.12 N*m/{drive}"',
 }
 TOLD_BY = {
     "name": "unit from its name",
     "its name": "unit assumed from its name",
     "velocity": "unit from the velocity",
     "numbers": "unit from its numbers",
-    "drive": 'whole numbers, as drives store ‰ of rated: see that it is not "%"',
+    "drive": 'whole numbers, as drives store ‰ of rated: check that it is not "%"',
     "position": "unit from the position",
     "reference": "unit from the reference",
 }
 
 
 def missing_of(tables: Mapping[str, Any]) -> list[str]:
-    """Return the keys of the tables that are to be filled in."""
+    """Return the keys of the tables to fill in."""
     keys = list(open_in(tables))
     following = ("columns.reference.unit", "columns.following_error.unit")
     return [key for key in keys if not (key in following and "columns.position.unit" in keys)]
 
 
 def text_of(table: Table, roles: Roles, tables: Mapping[str, Any], kind: Kind) -> str:
-    """Return the tables as an axis file for people."""
+    """Return the tables as the text of an axis file with comments."""
     lines, columns = [f"# Proposed by bristle from {table.origin.name or table.source.name} ({table.format})."], tables["columns"]
     missing = missing_of(tables)
     if missing:
-        lines.append(f"# Fill in the question marks ({', '.join(missing)}), then look at the log with it.")
+        lines.append(f"# Fill in the question marks ({', '.join(missing)}), then inspect the log with this file.")
     lines += ["schema = 1", f"name = {quoted(tables['name'])}"]
     if "kind" in tables:
         lines.append(f"kind = {quoted(tables['kind'])}")
@@ -75,7 +74,7 @@ def text_of(table: Table, roles: Roles, tables: Mapping[str, Any], kind: Kind) -
         lines.append(f'# kind = "translational" or "rotational": the unit of the {motion} decides')
     lines += ["", "[columns]"]
     if table.stamps:
-        lines.append(f"# each column of this {table.format} file brings its time: none is to be named")
+        lines.append(f"# each column of this {table.format} file has its own time: do not name a time column")
     lines += [_column_line(channel, entry, roles) for channel, entry in columns.items()]
     for name in ("log", "effort", "transmission", "plant", "encoder", "timing"):
         if name in tables:
@@ -83,26 +82,25 @@ def text_of(table: Table, roles: Roles, tables: Mapping[str, Any], kind: Kind) -
     position = columns.get("position")
     is_open = position is not None and "encoder" not in tables and position["unit"] != FILL_IN
     if position is not None and is_open and (step := clear_step(table.columns[position["column"]])):
-        remark = "the position moves in such steps: of the encoder, or of the digits of the file"
+        remark = "smallest step of the position: of the encoder, or of the digits in the file"
         lines += ["", "# [encoder]", f'# resolution = "{step:.6g} {position["unit"]}"  # {remark}']
-    if {"reference", "following_error"} & set(columns):  # the log has what a loop follows
+    if {"reference", "following_error"} & set(columns):  # the log has a reference
         gain, integral = (unit_of(quantity, kind) for quantity in ("force*time/length", "force/length"))
         lines += ["", CONTROLLER.format(gain=gain, integral=integral)]
     used = {entry["column"] for entry in columns.values()}
     left = [name for name in table.names if name not in used and name not in table.stamps.values()]
     if left:
-        lines += ["", f"# columns that are not used: {some_of(left, 20)}"]
+        lines += ["", f"# unused columns: {some_of(left, 20)}"]
     return "\n".join(lines) + "\n"
 
 
 CONTROLLER = """\
-# How is the axis controlled? With the gains of the drive, bristle simulates the following error without and
-# with compensation, and states the effect of what it exports.
+# With the gains of the controller, bristle simulates the following error without and with compensation.
 # [controller]
 # model = "cascade"
 # k_p = "?"  # position loop, such as "60 1/s"
-# k_v = "?"  # velocity loop, in {gain} or in the unit of the effort column
-# k_i = "?"  # its integral, in {integral} likewise; or T_n = "10 ms"
+# k_v = "?"  # velocity loop, in {gain}, or with the unit of the effort column
+# k_i = "?"  # its integral, in {integral}, or with the unit of the effort column; or T_n = "10 ms"
 # k_ff = "?"  # share of the reference velocity that the drive feeds forward, 0 to 1"""
 
 
@@ -114,7 +112,7 @@ def _column_line(channel: str, entry: Mapping[str, Any], roles: Roles) -> str:
     remarks = [
         "" if role.reason == "its name" else role.reason,
         "in the unit of the position" if follows else TOLD_BY.get(role.told_by, ""),
-        f"the file says {quoted(role.unknown)}, which is no unit that is known here" if role.unknown else "",
+        f"the file states the unknown unit {quoted(role.unknown)}" if role.unknown else "",
         HINTS["rated" if role.told_by == "rated" else f"columns.{channel}.unit"] if is_open and not follows else "",
         "the effort as recorded takes work out of the axis" if entry.get("sign") == -1 else "",
     ]
@@ -123,7 +121,7 @@ def _column_line(channel: str, entry: Mapping[str, Any], roles: Roles) -> str:
 
 
 def _line(key: str, value: Any, tables: Mapping[str, Any]) -> str:
-    hint = "  # the effort goes with sine and cosine of the angle" if key == "plant.gravity" else ""
+    hint = "  # the effort depends on sine and cosine of the angle" if key == "plant.gravity" else ""
     if value == FILL_IN:
         unit = tables["columns"].get("effort", {}).get("unit", "A")
         drive = next((base for base in ("A", "V", "count") if unit != FILL_IN and units.compatible(unit, base)), "A")
@@ -133,7 +131,7 @@ def _line(key: str, value: Any, tables: Mapping[str, Any]) -> str:
 
 
 ORDER = ("time", "position", "reference", "following_error", "velocity", "effort")
-# What stands above the columns of some exports -> where it belongs in an axis file.
+# Header lines of some exports -> key in an axis file.
 FACTS = {
     "effort.rated": r"(rated|nominal|nenn|bemessungs)[\s_-]*(torque|moment|drehmoment|force|kraft)"
     r"|(torque|moment).*(rated|nenn)",
@@ -149,22 +147,22 @@ SPOKEN_OF = {"effort.rated": ("N", "N*m"), "effort.constant": ("N/A", "N*m/A", "
 
 @dataclass(frozen=True)
 class Proposal:
-    """An axis file that a log speaks of.
+    """A proposed axis file for a log.
 
     Parameters
     ----------
     text : str
-        The file, TOML. What the log cannot know is ``"?"`` there, with a comment that says what to write.
+        The file (TOML). Missing values are ``"?"``, with a comment that explains them.
     missing : tuple of str
-        Keys that are to be filled in.
+        Keys to fill in.
     axis : Axis
-        The axis, with SI for each unit and 1 for each constant that is missing.
+        The axis, with SI units and 1 for missing units and constants.
     table : Table
-        The columns that it was made of.
+        The source columns.
     notes : tuple of str
-        What was assumed, and which columns could have been taken instead.
+        Assumptions, and alternative columns.
     unknown : dict of str to str
-        Channels whose unit is to be filled in, with what the file says for it: none that is known.
+        Channels with an unknown unit to fill in, and the text of the file for it.
     """
 
     text: str
@@ -176,24 +174,24 @@ class Proposal:
 
 
 def propose_axis(log: Readable, *, size_limit: int | str = SIZE_LIMIT) -> Proposal:
-    """Return the axis file that a log speaks of: by names, units, and by what moves like what.
+    """Propose an axis file for a log, from the names, units and similarity of its columns.
 
     Parameters
     ----------
     log : path-like, bytes or file object
         A log in any format that `read_log` reads.
     size_limit : int or str
-        Largest file, and largest content that it announces [byte], or text such as ``"2 GB"``.
+        Limit for the file and for the content that it announces [byte], or text such as ``"2 GB"``.
 
     Returns
     -------
     Proposal
-        Its text, which keys are to be filled in, and the axis as far as it is known.
+        Its text, the keys to fill in, and the axis as far as it is known.
 
     Raises
     ------
     InputError
-        If the log cannot be read, or no column can be the position.
+        If the log cannot be read or lacks a column for the position.
     """
     limit = size_of(size_limit)
     content = content_of_log(log, limit=limit)
@@ -203,30 +201,32 @@ def propose_axis(log: Readable, *, size_limit: int | str = SIZE_LIMIT) -> Propos
         table = read_table(content, name, size_limit=limit)
     roles = roles_of(table)
     if not {"position", "velocity"} & set(roles.channels):
-        allowed, mend = some_of(table.names, 40), "Write an axis file that names the columns, and give it (--axis AXIS.toml)"
-        raise InputError("does not say which column is the position", path=str(table.source), allowed=allowed, mend=mend)
+        allowed, mend = some_of(table.names, 40), "Write an axis file that names the columns, and add --axis AXIS.toml"
+        raise InputError("has no column that bristle recognises as the position", path=str(table.source), allowed=allowed, mend=mend)
     tables: dict[str, Any] = _tables(table, roles)
     if name is not None:
         tables["log"] = {"table": name}
     missing = tuple(missing_of(tables))
     axis = _looked_at(table, tables, missing)
-    notes = [f"column {role.column} is taken as the {channel.replace('_', ' ')}: {role.reason}" for channel, role in roles.channels.items()]
+    notes = [
+        f"bristle uses column {role.column} as the {channel.replace('_', ' ')}: {role.reason}" for channel, role in roles.channels.items()
+    ]
     unknown = {channel: role.unknown for channel, role in roles.channels.items() if role.unknown and not role.unit}
     notes += [
-        f"the file says {text!r} for the unit of the {channel}, which is not known: nothing is said of it in SI"
+        f"the file states the unknown unit {text!r} for the {channel}: bristle cannot convert it to SI units"
         for channel, text in unknown.items()
     ]
     without_unit = {f"columns.{channel}.unit" for channel in unknown}
-    notes += [f"{key} is not known: it is taken as 1 in SI" for key in missing if key not in without_unit]
+    notes += [f"{key} is unknown: bristle uses 1 in SI units" for key in missing if key not in without_unit]
     if name is not None:
-        notes.append(f"the file holds {count} tables: {name!r} is looked at")
+        notes.append(f"the file contains {count} tables: bristle uses {name!r}")
     if roles.rivals:
-        notes.append(f"columns that could be the position as well: {some_of(roles.rivals)}")
+        notes.append(f"other possible columns for the position: {some_of(roles.rivals)}")
     return Proposal(text_of(table, roles, tables, axis.kind), missing, axis, table, tuple(notes), unknown)
 
 
 def _looked_at(table: Table, tables: dict[str, Any], missing: tuple[str, ...]) -> Axis:
-    """Return the axis of the tables, and add to them what its log shows: an effort with a reversed sign, and a link."""
+    """Return the axis of the tables; add a reversed sign of the effort, or a link, if the log shows it."""
     axis = axis_from(_assumed(tables))
     try:
         log = record_of(table, axis) if "effort" in axis.columns else None
@@ -235,7 +235,7 @@ def _looked_at(table: Table, tables: dict[str, Any], missing: tuple[str, ...]) -
             axis = axis_from(_assumed(tables))
     except InputError:
         return axis
-    # The effort of a rotational axis goes with its angle as the gravity of a link does; what scales it leaves its shape as it is.
+    # The effort of a rotational axis may depend on the angle like the gravity of a link; scaling does not change this shape.
     is_known = set(missing) <= {"columns.effort.unit", "effort.rated", "effort.constant"}
     effort = log.effort if log is not None and axis.kind == KINDS[1] and is_known else None
     if log is not None and effort is not None and pulls_as_a_link(effort.values, log.position.values):
@@ -245,10 +245,10 @@ def _looked_at(table: Table, tables: dict[str, Any], missing: tuple[str, ...]) -
 
 
 def _tables(table: Table, roles: Roles) -> dict[str, Any]:
-    """Return the content of the proposed file; what is not known is marked."""
+    """Return the content of the proposed file, with markers for missing values."""
     position, effort = roles.channels.get("position"), roles.channels.get("effort")
     motion, per = (position, "") if position else (roles.channels["velocity"], "/s")
-    kind: Kind | None = None  # that the units speak of
+    kind: Kind | None = None  # stated by the units
     if motion.unit:
         kind = MOVEMENTS.get(units.like(motion.unit, MOVEMENTS, per=per) or "")
     if kind is None and effort is not None and units.like(effort.unit, ("N",)):
@@ -258,7 +258,7 @@ def _tables(table: Table, roles: Roles) -> dict[str, Any]:
     tables: dict[str, Any] = {"schema": 1, "name": table.source.stem or "axis"}
     tables |= {"kind": kind} if kind else {}
     tables["columns"] = columns
-    facts: dict[str, Any] = {}  # that the lines above the columns tell of the drive
+    facts: dict[str, Any] = {}  # data of the drive in the lines above the columns
     for name, text in table.facts.items():
         for key, pattern in FACTS.items():
             amount = amount_in(name, text) if key not in facts and re.search(pattern, name.lower()) else None
@@ -272,7 +272,7 @@ def _tables(table: Table, roles: Roles) -> dict[str, Any]:
         bases = ("m", "rad", "count")
         moved = [units.like(columns["velocity"]["unit"].strip(FILL_IN), bases, per="/s"), units.like(position.unit, bases)]
         if moved[0] != moved[1] and ("count" in moved or "transmission.lead" not in facts):
-            del columns["velocity"]  # of the motor, and the way from there to the position is not told
+            del columns["velocity"]  # of the motor, but its relation to the position is unknown
     if units.like(motion.unit, ("count", "count/s")):
         remark = facts.get("encoder.counts_per_rev")
         tables["encoder"] = {"counts_per_rev": remark} if remark else {"resolution": FILL_IN}
@@ -288,12 +288,12 @@ def _tables(table: Table, roles: Roles) -> dict[str, Any]:
 
 
 def _turns(tables: Mapping[str, Any]) -> bool | None:
-    """Return whether the drive turns: its effort is a torque, or its encoder counts turns; None where nothing tells."""
+    """Return whether the drive is rotational: its effort is a torque, or its encoder counts turns; None if unknown."""
     if "counts_per_rev" in tables.get("encoder", {}):
         return True
     texts = [str(value) for value in tables.get("effort", {}).values()]
     texts.append(tables["columns"].get("effort", {}).get("unit", ""))
-    # The force or torque that a unit, a rated effort or a constant speaks of.
+    # Force or torque, from a unit, a rated effort or a constant.
     bare = [re.sub(r"^[\d.eE+-]+\s*", "", text) for text in texts]
     spoken_of = [unit.rpartition("/")[0] or unit for unit in bare]
     bases = [units.like(unit, EFFORTS) for unit in spoken_of if unit and units.is_unit(unit)]
@@ -301,7 +301,7 @@ def _turns(tables: Mapping[str, Any]) -> bool | None:
 
 
 def _assumed(tables: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the tables with SI for what is missing, so that the log can be looked at."""
+    """Return the tables with SI units in place of missing values, so that the log can be read."""
     kind: Kind = tables.get("kind") or (KINDS[1] if _turns(tables) else KINDS[0])
     columns = {name: dict(entry) for name, entry in tables["columns"].items()}
     for name, entry in columns.items():

@@ -1,8 +1,8 @@
-"""A folder of results appears whole or not at all, and never in place of what a person made.
+"""Write a folder of results completely or not at all, without replacing files of the user.
 
-Everything is written and synced in a folder beside the one wanted, which changes names with it in one step; the old one is
-removed last. What a killed program left behind is removed by the next one that succeeds there. Nothing is ever removed
-but files that bristle wrote and that nobody changed (`bristle.files.owned`).
+bristle writes and syncs all files in a temporary folder, which replaces the wanted folder in one step; the old folder is
+removed last. The next successful program in this place removes the remains of killed programs. bristle removes only
+unchanged files that it wrote (`bristle.files.owned`).
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from bristle.files import owned
 from bristle.files.folder import exchange, folder_wanted, rename_new
 from bristle.files.owned import NOTE, Folder, Note
 
-SUMMARY = "summary.json"  # The file that every folder of results of a command holds
+SUMMARY = "summary.json"  # A file in every folder of results of a command
 
 _WRITING = {errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EROFS, errno.EIO, errno.ENAMETOOLONG}
 PATIENCE = 2.0  # [s]
@@ -37,10 +37,10 @@ State = Literal["written", "dead", "unknown"]
 
 
 class Results:
-    """A folder while results are written into it: ``folder / "report.html"`` is where a file of it is written.
+    """A folder of results during writing: ``folder / "report.html"`` is the path of a file in it.
 
-    A file may lie in a folder below, ``folder / "figures/time.svg"``, which is made with the first one. A name is noted
-    before its path is given, so that what is bristle's own is known whatever happens.
+    A file may be in a subfolder, ``folder / "figures/time.svg"``; the first file makes the subfolder. Each name is noted
+    before its path is returned, so that the files of bristle are known even after a crash.
     """
 
     def __init__(self, path: Path, note: int) -> None:
@@ -61,13 +61,13 @@ class Results:
         return path
 
     def write(self, name: str, content: str | bytes) -> Path:
-        """Write a file of the results, text in UTF-8 with plain line ends; what cannot be encoded is escaped."""
+        """Write a file of the results, text in UTF-8 with LF line ends; characters that cannot be encoded are escaped."""
         path = self / name
         path.write_bytes(content if isinstance(content, bytes) else content.encode("utf-8", "backslashreplace"))
         return path
 
     def sync(self) -> None:
-        """Note what the files hold, and have all of it on the disk."""
+        """Note the checksums of the files, and flush everything to the disk."""
         if not self._names or self._note is None:
             raise RuntimeError("results without a file")
         with Folder(self.path) as folder:
@@ -80,7 +80,7 @@ class Results:
             owned.sync_folder(holder)
 
     def close(self) -> None:
-        """Let go of the note."""
+        """Close the note."""
         if self._note is not None:
             os.close(self._note)
         self._note = None
@@ -88,15 +88,15 @@ class Results:
 
 @contextmanager
 def results_folder(out: str | os.PathLike[str], *, force: bool = False, reads: Iterable[Readable | None] = ()) -> Iterator[Results]:
-    """Give a folder to write results into; leaving the block without an error makes it appear as `out`.
+    """Yield a folder for results; it appears as `out` when the block ends without an error.
 
-    What would prevent that (`out` exists, no place to write) is refused on entry, before any work is done.
+    Obstacles (`out` exists, no permission to write) are refused on entry, before any work.
     """
     target = folder_wanted(out)
     if not os.access(target.parent, os.W_OK | os.X_OK):
-        raise InputError("no permission to write there", path=str(target), mend="Name a folder of your own")
+        raise InputError("no permission to write there", path=str(target), mend="Name a folder where you can write")
     for path, note, state in () if os.path.lexists(target) else _unfinished_in(target.parent):
-        # Results whose name a program had taken away as it was killed, to put others in their place, get it back.
+        # Restore the name of results that a killed program had renamed in order to replace them.
         if path.suffix == ".replaced" and state == "dead" and note.target == target.name:
             with suppress(OSError):
                 rename_new(path, target)
@@ -118,23 +118,23 @@ def results_folder(out: str | os.PathLike[str], *, force: bool = False, reads: I
             if error.errno in _WRITING or concerns:
                 raise _unwritable(target, error) from error
         raise
-    with suppress(OSError):  # what programs left that were killed: only theirs, only dead ones
+    with suppress(OSError):  # remains of killed programs only
         for path, _, state in _unfinished_in(target.parent):
             if state == "dead":
                 owned.remove_own(path, half_written=True)
 
 
 def remove_unfinished() -> None:
-    """Remove what is being written in this process: for one that is about to be ended by force, from another thread."""
+    """Remove unfinished results of this process; call it from another thread before the process is killed."""
     for results in list(_open):
         _abandon(results)
-    # The thread that writes may be about to do the same.
+    # The writing thread may be doing the same.
     if _removing.acquire(timeout=PATIENCE):
         _removing.release()
 
 
 def _check_free(target: Path, force: bool) -> None:
-    """Refuse a folder that is there, but for unchanged results of bristle's own that are to be replaced."""
+    """Refuse an existing folder, except unchanged results of bristle with `force`."""
     try:
         status = os.lstat(target)
     except FileNotFoundError:
@@ -151,7 +151,11 @@ def _check_free(target: Path, force: bool) -> None:
             used = read_in(target)
             for is_so, message, mend in (
                 (not force, "exists already", "Name another folder, or add --force to replace these results"),
-                (used, f"holds what is read here: {owned.listed(used)}", "It would be replaced with the rest: name another folder"),
+                (
+                    used,
+                    f"contains input files of this command: {owned.listed(used)}",
+                    "Name another folder, because this one would be replaced",
+                ),
                 (target.is_mount(), "is a mount point and cannot be renamed", "Name a folder in it"),
                 (not status.st_mode & stat.S_IWUSR, "is write-protected", "Name another folder"),
             ):
@@ -168,26 +172,26 @@ def _check_own(folder: Folder, target: Path) -> None:
         message, mend = "exists already, and bristle did not make it", "Name a new folder, or remove this empty one"
     elif note is None and SUMMARY in present:
         message = (
-            f"holds results without the note {NOTE} that tells what is bristle's own there, as those of bristle 0.1: they are not replaced"
+            f"contains results without the note {NOTE} that lists the files of bristle (bristle 0.1 wrote none), so they are not replaced"
         )
-        mend = f"{rename}, or remove by hand what is no longer needed: {owned.listed(present)}"
+        mend = f"{rename}, or remove by hand the files that you no longer need: {owned.listed(present)}"
     elif note is None:
-        message, mend = f"holds something else than results: {owned.listed(present)}", rename
+        message, mend = f"contains other files than results: {owned.listed(present)}", rename
     elif note.kind:
-        message = f"holds a {note.kind}, which grew over many runs and is replaced by nothing"
-        mend = f"{rename}, or remove this one by hand"
+        message = f"contains a {note.kind} of many runs, which is never replaced"
+        mend = f"{rename}, or remove this folder by hand"
     else:
         foreign, changed = owned.strangers_in(folder, note)
         if not foreign and not changed:
             return
-        reason = "holds files besides the results" if foreign else "holds files that were changed since"
+        reason = "contains other files besides the results" if foreign else "contains files that were changed"
         message = f"{reason}: {owned.listed(foreign or changed)}"
-        mend = "Move them elsewhere, for the whole folder is replaced, or name another"
+        mend = "Move them to another place, because the whole folder would be replaced, or name another folder"
     raise InputError(message, path=str(target), mend=mend)
 
 
 def _begin(target: Path) -> Results:
-    """Make the folder to write into, with a name that nobody has, and note that it is bristle's own."""
+    """Make the temporary folder with an unused name, and note that bristle made it."""
     token = secrets.token_hex(16)
     path = target.with_name(f"bristle-{token}.partial")
     try:
@@ -203,7 +207,7 @@ def _begin(target: Path) -> Results:
 
 
 def _remove_begun(path: Path, *, own: bool = False) -> None:
-    """Remove a folder in which nothing stands but, perhaps, a note; an empty note where the folder may be another's."""
+    """Remove a folder that is empty except for a note; the note must be empty unless the folder is `own`."""
     with suppress(OSError):
         with Folder(path) as folder:
             if folder.names() == [NOTE] and (own or not folder.size(NOTE)):
@@ -216,14 +220,14 @@ def _abandon(results: Results) -> None:
         _open.discard(results)
         removed = owned.remove_own(results.path, half_written=True)
         results.close()
-        # Where no more files can be opened, the one just closed may be what was lacking.
+        # If the limit of open files was reached, closing one may help.
         removed = removed or owned.remove_own(results.path, half_written=True)
     if not removed and os.path.lexists(results.path):
-        warnings.warn(f"{results.path} stays: it holds what bristle did not write, or cannot be removed", InputWarning, stacklevel=2)
+        warnings.warn(f"{results.path} stays: it contains other files, or it cannot be removed", InputWarning, stacklevel=2)
 
 
 def _unfinished_in(parent: Path) -> Iterator[tuple[Path, Note, State]]:
-    """Yield folders that programs write into, or wrote into as they were killed."""
+    """Yield temporary folders of running and of killed programs."""
     for name in sorted(os.listdir(parent)):
         if (match := re.fullmatch(r"bristle-([0-9a-f]{32})\.(?:partial|replaced)", name)) is None:
             continue
@@ -231,14 +235,14 @@ def _unfinished_in(parent: Path) -> Iterator[tuple[Path, Note, State]]:
             note = owned.note_in(folder)
             if note is None:
                 if os.lstat(parent / name).st_mtime < time.time() - 60.0:  # [s]
-                    _remove_begun(parent / name)  # killed before the note was written; nothing else is in it
+                    _remove_begun(parent / name)  # of a program killed before it wrote the note; otherwise empty
                 continue
-            if match[1] in (note.token, note.aside):  # else a person's own: a copy, or a folder that was renamed
+            if match[1] in (note.token, note.aside):  # else a user folder: a copy, or a renamed folder
                 yield parent / name, note, _state_of(folder)
 
 
 def _state_of(folder: Folder) -> State:
-    """Return whether a program writes into a folder: it is left alone where that cannot be told, or it is another's."""
+    """Return whether a program writes into a folder; in doubt, or with another owner, the folder is left unchanged."""
     opened = folder.open(NOTE, os.O_RDWR)
     try:
         locked = owned.lock(opened)
@@ -251,20 +255,20 @@ def _state_of(folder: Folder) -> State:
 
 
 def _refuse_two_at_once(own: Path, target: Path) -> None:
-    """Refuse to write where another program has begun to; of two that begin at once, the earlier one goes on."""
+    """Refuse to write if another program already writes there; of two simultaneous programs, the earlier continues."""
     writing = {
         path: (note.began, path.name)
         for path, note, state in _unfinished_in(target.parent)
         if state == "written" and note.target == target.name
     }
     if own in writing and min(writing.values()) < writing[own]:
-        raise InputError("another process is writing results there", path=str(target), mend="Wait for it to end, or name another folder")
+        raise InputError("another process is writing results there", path=str(target), mend="Wait for its end, or name another folder")
 
 
 def _publish(results: Results, target: Path, force: bool) -> None:
-    """Let the results appear; what a person did there meanwhile is not replaced."""
+    """Publish the results without replacing changes that the user made meanwhile."""
     if os.name == "nt":
-        results.close()  # there a folder with an open file in it cannot be renamed
+        results.close()  # Windows cannot rename a folder with an open file
     _check_free(target, force)
     old = _replace(results.path, target) if os.path.lexists(target) else None
     if old is None:
@@ -276,14 +280,14 @@ def _publish(results: Results, target: Path, force: bool) -> None:
         return
     for pause in (0.0, 0.02, 0.2):  # [s]
         time.sleep(pause)
-        # Another process that succeeds here may be removing them, too, and is waited for.
+        # Wait, because another successful process may be removing them, too.
         if owned.remove_own(old) or not os.path.lexists(old):
             return
-    warnings.warn(f"{old}: the results replaced could not be removed", InputWarning, stacklevel=2)
+    warnings.warn(f"{old}: the replaced results could not be removed", InputWarning, stacklevel=2)
 
 
 def _replace(new: Path, target: Path) -> Path:
-    """Put a folder in the place of another one; return where that one is now, which its note says before."""
+    """Replace a folder by another; return the new path of the old folder, which its note states in advance."""
     owned.note_aside(target, new.stem.removeprefix("bristle-"))
     if exchange(new, target):
         return new
@@ -302,5 +306,5 @@ def _unwritable(target: Path, error: OSError | RuntimeError) -> InputError:
     return InputError(
         f"the results cannot be written: {reason}",
         path=str(target),
-        mend="Nothing was changed there. Close what has its files open, make room, or name a folder elsewhere",
+        mend="The old results are unchanged. Close programs that use these files, make room on the disk, or name another folder",
     )

@@ -1,4 +1,4 @@
-"""What files may say: strict tables of axes, with errors that name key, value and what is allowed."""
+"""Schema of axis files: strict tables, with errors that name the key, the value and the allowed values."""
 
 import numbers
 from collections.abc import Iterable, Mapping
@@ -12,7 +12,7 @@ from bristle.core.motion import Side
 
 
 class Strict(BaseModel):
-    """A table of a file: unknown keys are refused, nothing is coerced."""
+    """A table of a file: unknown keys are refused, values are not coerced."""
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
 
@@ -30,14 +30,14 @@ Quantity = Annotated[Any, AfterValidator(_number_or_text)]
 
 
 def by_number(value: Any) -> Any:
-    """Return the number of a column, counted from 1, as its name."""
+    """Return the name of a column that is given by its number, from 1."""
     return f"column_{value}" if isinstance(value, int) and not isinstance(value, bool) and value > 0 else value
 
 
 ColumnName = Annotated[str, BeforeValidator(by_number)]  # The name of a column, or its number, counted from 1
 
 
-# By the kind of error of the library, which speaks of its own classes.
+# By the type of the error of the library, whose messages name its classes.
 EXPECTED = {
     "model_type": "a table",
     "model_attributes_type": "a table",
@@ -56,10 +56,10 @@ MISSING = {
     "kind": 'Write kind = "translational" or kind = "rotational" on the second line',
     "columns": 'Write [columns] and, below it, position = { column = "NAME", unit = "mm" }',
 }
-"""What to write for a table or key that a file cannot do without."""
+"""Remedies for required tables or keys that are missing."""
 REMOVED = {
-    "identification.global_search": "Leave it out: a search begins where inverse dynamics ends",
-    "injected.unit": 'Write the unit behind the number, gain = "2 V"',
+    "identification.global_search": "Remove it: the search starts from the result of inverse dynamics",
+    "injected.unit": 'Write the unit after the number, gain = "2 V"',
 }
 
 
@@ -72,10 +72,10 @@ def validated(schema: type[S], data: Mapping[str, Any]) -> S:
 
 
 def _refusal(errors: list[Any], schema: type[Strict]) -> InputError:
-    # A misspelt key is unknown and leaves the right one missing: the first tells a person more.
+    # A misspelt key gives two errors, unknown and missing: report the unknown key.
     first = next((error for error in errors if error["type"] == "extra_forbidden"), errors[0])
     loc, path = first["loc"], _dotted(first["loc"])
-    more = f"{len(errors) - 1} more of this kind follow" if len(errors) > 1 else ""
+    more = f"The file has {len(errors) - 1} more errors" if len(errors) > 1 else ""
     if (removed := ".".join(part for part in loc if isinstance(part, str))) in REMOVED:
         return InputError("was removed", path=path, mend=REMOVED[removed])
     if first["type"] == "extra_forbidden":
@@ -89,13 +89,13 @@ def _refusal(errors: list[Any], schema: type[Strict]) -> InputError:
         return InputError("is missing", path=path, mend=MISSING.get(path, more))
     expected = EXPECTED.get(first["type"], "").format_map(first.get("ctx") or {})
     expected = expected or first["msg"].removeprefix("Input should be ").removeprefix("Value error, ")
-    return InputError("does not fit", path=path, value=first["input"], allowed=expected, mend=more)
+    return InputError("is not valid", path=path, value=first["input"], allowed=expected, mend=more)
 
 
 def _dotted(loc: Iterable[str | int]) -> str:
     path = ""
     for part in loc:
-        if isinstance(part, str) and "[" in part:  # which of several types was tried
+        if isinstance(part, str) and "[" in part:  # the type that was tried
             continue
         path += f"[{part}]" if isinstance(part, int) else f".{part}" if path else part
     return path
@@ -106,7 +106,7 @@ def _keys(table: type[Strict]) -> list[str]:
 
 
 def _table_at(schema: type[Strict], loc: Iterable[str | int]) -> type[Strict]:
-    """Return the table that a path of keys leads to."""
+    """Return the table at a path of keys."""
     table = schema
     for part in loc:
         fields = {field.alias or name: field for name, field in table.model_fields.items()}
@@ -122,14 +122,14 @@ def _table_in(annotation: Any) -> type[Strict] | None:
 
 
 def _no_truth_value(value: Any) -> Any:
-    """Refuse what Python takes for a number, and nobody for a sign."""
+    """Refuse truth values, which Python accepts as numbers."""
     if isinstance(value, bool):
         raise ValueError("1 or -1")
     return value
 
 
 class SignalEntry(Strict):
-    """One signal: which column it is, in what unit, with what sign."""
+    """Column, unit and sign of a signal."""
 
     column: ColumnName
     unit: str | None = None
@@ -137,14 +137,14 @@ class SignalEntry(Strict):
 
 
 class ColumnEntry(SignalEntry):
-    """One channel: a signal, measured where, and whether a log may lack it."""
+    """A channel: a signal, the side of its measurement, and whether it is optional."""
 
     side: Side | None = None
     optional: bool = False
 
 
 def long_form(value: Any) -> Any:
-    """Take a bare name of a column for an entry that says no more."""
+    """Accept the bare name of a column as a complete entry."""
     return {"column": value} if isinstance(value, (str, int)) and not isinstance(value, bool) else value
 
 
@@ -153,7 +153,7 @@ Entry = Annotated[ColumnEntry, BeforeValidator(long_form)]
 
 
 class Columns(Strict):
-    """The channels of the log; what else stands there is what surrounds the axis, for slots."""
+    """Channels of the log; further keys are surroundings of the axis for slots."""
 
     model_config = ConfigDict(extra="allow")
     __pydantic_extra__: dict[str, Entry] = Field(init=False)  # type: ignore[assignment]
@@ -167,7 +167,7 @@ class Columns(Strict):
 
 
 class InjectedEntry(Strict):
-    """A known input of the loop: effort for one unit of the column."""
+    """A known input of the loop: effort per unit of the column."""
 
     column: ColumnName
     gain: Quantity
@@ -175,7 +175,7 @@ class InjectedEntry(Strict):
 
 
 class KnownEntry(Strict):
-    """A column of the log that an identified coefficient makes an effort of."""
+    """A column of the log whose product with an identified coefficient is an effort."""
 
     column: ColumnName
     name: Annotated[str, Field(pattern=r"^\w+$")] | None = None
@@ -183,14 +183,14 @@ class KnownEntry(Strict):
 
 
 class CoggingEntry(Strict):
-    """What of the effort comes back with every turn of something."""
+    """Periodic part of the effort per turn of the motor or screw."""
 
     turn: Literal["motor", "screw"] = "motor"
     harmonics: Annotated[list[Annotated[int, Field(ge=1, le=10_000)]], Field(max_length=200)] | Literal["identify"] = "identify"
 
 
 class EffortEntry(Strict):
-    """What turns the drive's own numbers into a force or a torque."""
+    """Conversion of drive values to a force or torque."""
 
     force_constant: str | None = None
     torque_constant: str | None = None
@@ -204,14 +204,14 @@ class EffortEntry(Strict):
 
 
 class TransmissionEntry(Strict):
-    """What lies between motor and load."""
+    """Transmission between motor and load."""
 
     gear_ratio: Annotated[float, Field(gt=0)] | None = None
     lead: Quantity | None = None
 
 
 class PlantEntry(Strict):
-    """What is known of what moves."""
+    """Known data of the moving mass."""
 
     model: Literal["inertia", "oscillator"] = "inertia"
     stiffness: Quantity | None = None
@@ -233,7 +233,7 @@ class EncoderEntry(Strict):
 
 
 class LogEntry(Strict):
-    """Where in the file the log is."""
+    """Place of the log in the file."""
 
     table: Annotated[str, Field(min_length=1)] | None = None
     start: Literal["rest", "moving", "cycle"] = "moving"
@@ -249,7 +249,7 @@ class TimingEntry(Strict):
 
 
 class LimitsEntry(Strict):
-    """How fast and how far the axis may go."""
+    """Limits of the motion of the axis."""
 
     velocity: Quantity | None = None
     acceleration: Quantity | None = None
@@ -258,7 +258,7 @@ class LimitsEntry(Strict):
 
 
 class IdentificationEntry(Strict):
-    """How the log is filtered before a model is fitted."""
+    """Filters of the log before the fit, and options of the fit."""
 
     cutoff: Quantity | None = None
     decimation: Annotated[int, Field(ge=1)] | None = None
@@ -269,7 +269,7 @@ class IdentificationEntry(Strict):
 
 
 class AxisFile(Strict):
-    """An axis file as a whole."""
+    """Complete axis file."""
 
     schema_version: Literal[1] = Field(alias="schema")
     name: str = "axis"

@@ -1,4 +1,4 @@
-"""One file that a person named: a new one is written as it is, another one is replaced whole or not at all."""
+"""Write a single file that the user named; an existing file is replaced completely or not at all."""
 
 import os
 import secrets
@@ -11,7 +11,7 @@ _NO_LINKS = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
 
 
 def write_whole(path: str | os.PathLike[str], content: str | bytes, *, new: bool = False) -> Path:
-    """Write a file, text in UTF-8 with plain line ends; what cannot be encoded is escaped."""
+    """Write a file, text in UTF-8 with LF line ends; characters that cannot be encoded are escaped."""
     file = Path(path)
     data = content if isinstance(content, bytes) else content.encode("utf-8", "backslashreplace")
     replaces = os.path.lexists(file) and not new
@@ -31,6 +31,6 @@ def write_whole(path: str | os.PathLike[str], content: str | bytes, *, new: bool
                 os.unlink(place)
         if not isinstance(error, OSError):
             raise
-        reason, mend = (error.strerror or str(error)).lower(), "Name a file in a folder that can be written to"
+        reason, mend = (error.strerror or str(error)).lower(), "Name a file in a writable folder"
         raise InputError(f"cannot be written: {reason}", path=str(file), mend=mend) from None
     return file

@@ -1,4 +1,4 @@
-"""The files that an experiment names: each is read once, and what was read travels to other processes."""
+"""The files that an experiment names: each file is read once, and its content is passed to other processes."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -39,7 +39,7 @@ class Sources:
 
     @property
     def origins(self) -> dict[str, tuple[Origin, ...]]:
-        """The files that were read, by what they are."""
+        """Files that were read, by role."""
         return {role: tuple(dict.fromkeys(origins)) for role, origins in self._origins.items()}
 
     def axis(self, file: Any, path: str) -> Axis:
@@ -47,7 +47,7 @@ class Sources:
         return self._once("axis", file, path, read_axis)
 
     def model(self, file: Any, path: str) -> ModelFile:
-        """Return the identified model in a file; of an operator, that of a contact which is one on the position."""
+        """Return the identified model in a file; an operator becomes a friction model on the position."""
 
         def read(content: Content) -> ModelFile:
             if holds_operator(content):
@@ -66,7 +66,7 @@ class Sources:
         return self._once("operator", file, path, read_operator)
 
     def log(self, file: Any, axis: Axis | None, path: str) -> Log:
-        """Return the log in a file, or the motion."""
+        """Return the log or the motion in a file."""
 
         def read(content: Content) -> Log:
             return read_log(content, axis_of_motion(content, axis) or axis, size_limit=self.size_limit)
@@ -75,30 +75,33 @@ class Sources:
         return self._once("log", file, path, read, content_of_log, described_by)
 
     def friction(self, table: Any, kind: Kind, path: str) -> tuple[Model | None, Model]:
-        """Return the plant (where a model file gives one) and the friction model of a table."""
+        """Return the plant (if a model file has one) and the friction model of a table."""
         entries = table_at(table, path)
         file = entries.get("file")
         if not isinstance(file, str) or not file.endswith(".toml"):
             return None, friction_from(entries, kind=kind, folder=self.folder, path=path, read_operator=self.operator, read_code=self.code)
         described, place = self.model(file, f"{path}.file"), f"{path}.file"
         if described.friction.kind != kind:
-            message, mend = f"holds a {described.friction.kind} axis, and this one is {kind}", "Name the model of an axis of the same kind"
+            message, mend = (
+                f"is the model of a {described.friction.kind} axis, but this axis is {kind}",
+                "Name the model of an axis of the same kind",
+            )
             raise InputError(message, path=place, value=file, mend=mend)
         component = described.friction.component
         values = described.friction.values | parameters_in(entries, component, path, beside=("file",))
         return described.plant, make_model(component, values, kind=kind, validate=True, path=path)
 
     def listed(self, family: Literal["plant", "hysteresis"], table: Any, kind: Kind, path: str) -> Model:
-        """Return the plant or the operator that a table names, with the parameters that it gives."""
+        """Return the plant or the operator that a table names, with its parameters."""
         return model_from(table, PLANTS if family == "plant" else OPERATORS, kind=kind, path=path)
 
     def own(self, table: Any, family: type[Own], path: str) -> Own | None:
-        """Return the component of a person's own that a table names in `file`; None where it names none."""
+        """Return the user component in the `file` of a table; None if the table has no `file`."""
         entries = table_at(table, path)
         return component_in(entries, family, path=path, read_code=self.code) if "file" in entries else None
 
     def code(self, file: str, path: str) -> Content:
-        """Return the code in a file, which may run here."""
+        """Return the code in a file that may run."""
         key = ("code", self._file(file, path))
         if key not in self._read:
             self._read[key] = code_named(file, path, folder=self.folder, allow_code=self.allow_code)
@@ -106,19 +109,19 @@ class Sources:
         return self._read[key]
 
     def fitted_to(self, table: Any, path: str) -> str:
-        """Return the digest of the friction that the model of a table was identified on, "" where it tells none."""
+        """Return the digest of the friction that the model of a table was identified on, or "" if unknown."""
         file = table_at(table, path).get("file")
         if not isinstance(file, str) or not file.endswith(".toml"):
             return ""
         return str(self.model(file, f"{path}.file").info["provenance"].get(FITTED_TO, ""))
 
     def recorded(self, table: dict[str, Any], axis: Axis | None, path: str) -> Model:
-        """Return the reference that a log holds, or a motion in which nothing was recorded."""
+        """Return the reference in a log, or a planned motion."""
         check_keys(table, ("model", "file", "axis"), path)
         file, place = table["file"], f"{path}.file"
         axis = self.axis(table["axis"], f"{path}.axis") if "axis" in table else axis
         source = self._file(file, place)
-        # The loop of a log that an identification left, or else a log.
+        # The loop of a log from an identification, or else a log.
         is_loop = source.suffix == ".csv" and source.is_file() and kind_of_loop(content_of_log(source, limit=self.size_limit)) is not None
         if is_loop:
             record = self.loop_record(file, place)
@@ -136,7 +139,7 @@ class Sources:
         return make_model(recorded, values, kind=log.kind, validate=True, path=path)
 
     def loop_record(self, file: Any, path: str) -> LoopRecord:
-        """Return the loop of a log: its motion, and what pushes besides."""
+        """Return the loop of a log: its motion and its disturbances."""
         return self._once("loop", file, path, read_loop, content_of_log)
 
     def _file(self, file: Any, path: str) -> Path:

@@ -1,4 +1,4 @@
-"""Results as JSON, and where they come from: version, files with their checksums, the command that repeats it."""
+"""Results as JSON, and their provenance: version, files with checksums, and the command to repeat them."""
 
 import json
 import math
@@ -11,7 +11,7 @@ from bristle.core.typography import escaped, printable
 
 
 def as_json(data: Mapping[str, Any]) -> str:
-    r"""Return data as the text of one JSON object, in ASCII, with a line end.
+    r"""Return data as a JSON object in ASCII, with a line end.
 
     Examples
     --------
@@ -25,7 +25,7 @@ def as_json(data: Mapping[str, Any]) -> str:
 
 
 def plain(value: Any) -> Any:
-    """Return a value as what JSON knows: text, finite numbers, lists, tables; None for what is no finite number."""
+    """Convert a value to text, finite numbers, lists and tables of JSON; numbers that are not finite become None."""
     if isinstance(value, Mapping):
         return {escaped(str(key)): plain(item) for key, item in value.items()}
     if hasattr(value, "tolist"):  # arrays and numbers of numpy
@@ -38,7 +38,7 @@ def plain(value: Any) -> Any:
 
 
 def provenance(command: str, **files: Any) -> dict[str, str]:
-    """Return where results come from; each of `files` is an `Origin`, or what has one, or several of these, or None."""
+    """Return the provenance of results; each of `files` is an `Origin`, an object with an origin, a list of these, or None."""
     record = {"bristle": version("bristle")}
     for kind, sources in files.items():
         listed = () if sources is None else sources if isinstance(sources, (list, tuple)) else (sources,)

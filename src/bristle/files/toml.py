@@ -1,4 +1,4 @@
-"""TOML read, with errors that say where and nothing let in that no file of an axis holds; and tables written as TOML."""
+"""Read TOML with located errors and strict limits, and write tables as TOML."""
 
 import json
 import math
@@ -18,11 +18,11 @@ TOML_LIMIT = FixedLimit(4 * 2**20)
 
 DEEPEST = 32  # tables in one another, and parts of a key
 _CONTROLS = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f]")
-_JOINTS = re.compile(r"[\w\-\"'][ \t]*\.(?=[ \t]*[\w\-\"'])")  # dots between the parts of a key, not those of a text
+_JOINTS = re.compile(r"[\w\-\"'][ \t]*\.(?=[ \t]*[\w\-\"'])")  # dots between the parts of a key, not dots in a text
 
 
 class Settings(NamedTuple):
-    """What a file of settings says, and which file it is; there is none where a dict was given."""
+    """Content and source of a file of settings; a dict has no source."""
 
     data: dict[str, Any]
     source: Path
@@ -30,7 +30,7 @@ class Settings(NamedTuple):
 
 
 def read_toml(source: Readable | dict[str, Any], *, path: str = "file", what: str = "a file") -> Settings:
-    """Return what a TOML file says."""
+    """Return the content of a TOML file."""
     if isinstance(source, dict):
         _refuse_absurdities(source)
         return Settings(source, Path("<dict>"))
@@ -47,7 +47,7 @@ def _parsed(content: Content) -> dict[str, Any]:
     except UnicodeDecodeError as error:
         raise InputError(f"is not a text file in UTF-8 (byte {error.start})", mend="Is it the right file?") from None
     before = ""
-    # Keys of very many parts: the parser takes the square of their number.
+    # Keys with very many parts: the time of the parser grows with the square of their number.
     for match in re.finditer(r"[\w\-.\"' \t]+|[^\w\-.\"' \t]+", text):
         if match[0][0] in "=]" and before.count(".") > DEEPEST and len(_JOINTS.findall(before)) > DEEPEST:
             raise _too_deep(before.strip())
@@ -55,30 +55,30 @@ def _parsed(content: Content) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        # Keys as the parser tells them.
+        # Keys in the notation of the parser.
         message = re.sub(r"\(('(?:[^']|', ')*'),?\)", lambda match: match[1].replace("', '", "."), str(error))
         raise InputError(f"is not valid TOML: {message}", mend=_mend(content, text, str(error))) from None
     except RecursionError:
         raise _too_deep("") from None
-    except Exception as error:  # noqa: BLE001  (what the parser does not foresee, such as a number of 5 000 digits)
+    except Exception as error:  # noqa: BLE001  (unforeseen by the parser, such as a number of 5 000 digits)
         message = "a number of thousands of digits" if "digits" in str(error) else str(error)
-        raise InputError(f"holds what cannot be read as TOML ({message})", mend="Is it the right file?") from None
+        raise InputError(f"contains text that is not valid TOML ({message})", mend="Is it the right file?") from None
 
 
 def _mend(content: Content, text: str, message: str) -> str:
-    """Return what to do about the line that the parser names, for the two mistakes that people make most."""
-    # Nothing is quoted of a file that is none of settings, which another one may have named.
+    """Return the remedy for the line that the parser names, for the two most frequent mistakes."""
+    # Quote only from files of settings: another file may have named a confidential file.
     is_settings = content.source.suffix.lower() == ".toml" or content.source.name.startswith("<")
     number, lines = message.partition("at line ")[2].partition(",")[0], text.splitlines() if is_settings else []
     line = lines[int(number) - 1].strip()[:200] if number.isdigit() and int(number) <= len(lines) else ""
     value = line.partition("=")[2].strip()
     if value and value[0].isdigit() and not value.endswith(('"', "'")):
-        return f'A value with a unit stands in quotation marks: "{value}"'
+        return f'Write a value with a unit in quotation marks: "{value}"'
     return f"The line reads: {line}" if line else "Is a bracket or a quotation mark missing at its end?"
 
 
 def _refuse_absurdities(data: dict[str, Any]) -> None:
-    """Refuse what no file of an axis holds."""
+    """Refuse content that is absurd for a file of settings."""
     waiting: list[tuple[str, Any, int]] = [("", data, 0)]
     while waiting:
         path, value, depth = waiting.pop()
@@ -91,7 +91,7 @@ def _refuse_absurdities(data: dict[str, Any]) -> None:
                 waiting.append((f"{path}.{key}" if path else key, item, depth + 1))
         elif not isinstance(value, list):
             _refuse_value(path, value)
-        elif not all(type(number) is float and abs(number) <= LARGEST for number in value):  # as long tables of numbers are
+        elif not all(type(number) is float and abs(number) <= LARGEST for number in value):  # fast path for long tables of numbers
             waiting += [(f"{path}[{index}]", item, depth + 1) for index, item in enumerate(value)]
 
 
@@ -99,12 +99,12 @@ def _refuse_value(path: str, value: Any) -> None:
     if isinstance(value, str):
         if _CONTROLS.search(value):
             raise InputError("holds control characters", path=path, value=value, mend="Write letters")
-    elif isinstance(value, int) and abs(value) > 2**63 - 1:  # what TOML promises to hold
+    elif isinstance(value, int) and abs(value) > 2**63 - 1:  # the range that TOML guarantees
         raise InputError("is too large for a number", path=path, allowed="whole numbers up to 9223372036854775807")
     elif isinstance(value, float) and math.isnan(value):
         raise InputError("must be a finite number", path=path, value=value)
     elif isinstance(value, float) and LARGEST < abs(value) < math.inf:
-        raise InputError("is out of any range", path=path, value=value, allowed=f"up to {LARGEST:g}")
+        raise InputError("is too large", path=path, value=value, allowed=f"up to {LARGEST:g}")
 
 
 def _too_deep(path: str) -> InputError:
@@ -114,14 +114,14 @@ def _too_deep(path: str) -> InputError:
 
 
 class Said(NamedTuple):
-    """A value with a remark for people."""
+    """A value with a comment."""
 
     value: Any
     remark: str
 
 
 def as_toml(tables: Mapping[str, Any]) -> str:
-    """Return tables as TOML; a library would take seconds for fifty thousand numbers.
+    """Write tables as TOML; a library would need seconds for fifty thousand numbers.
 
     Examples
     --------
@@ -135,7 +135,7 @@ def as_toml(tables: Mapping[str, Any]) -> str:
 
 
 def _lines_of(table: Mapping[str, Any], head: str) -> Iterator[str]:
-    """Yield the entries of a table, and then the tables in it, each behind an empty line."""
+    """Yield the entries of a table, then its subtables, each after an empty line."""
     inner = {name: [entry] if isinstance(entry, Mapping) else entry for name, entry in table.items() if _is_table(entry)}
     if head and len(inner) < len(table):
         yield from ("", head)
@@ -144,7 +144,7 @@ def _lines_of(table: Mapping[str, Any], head: str) -> Iterator[str]:
             value, remark = entry if isinstance(entry, Said) else (entry, "")
             with located(f"{head.strip('[]')}.{name}".lstrip(".")):
                 line = f"{_key(name)} = {quoted(value)}"
-            # Behind a long list nobody would see it.
+            # After a long list it would be out of sight.
             yield from [f"# {remark}", line] if remark and len(line) > 400 else [f"{line} # {remark}" if remark else line]
     for name, entries in inner.items():
         path = f"{head.strip('[]')}.{_key(name)}".lstrip(".")
@@ -161,7 +161,7 @@ def _key(name: str) -> str:
 
 
 def quoted(value: Any) -> str:
-    """Return a value as TOML has it."""
+    """Write a value in TOML."""
     value = value.tolist() if hasattr(value, "tolist") else value
     if isinstance(value, (list, tuple)):
         return f"[{', '.join(map(quoted, value))}]"

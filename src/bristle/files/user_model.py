@@ -1,4 +1,4 @@
-"""What a user has of his own in one Python file: a model, slot, control law, sensor, plant, reference, reader or target."""
+"""Load a Python file of the user: a model, slot, control law, sensor, plant, reference, reader or target."""
 
 import contextlib
 import importlib.util
@@ -34,7 +34,7 @@ WORDS: dict[type[Documented], str] = {
     Trajectory: "reference",
     Slot: "slot",
 }
-"""What a component is called, by its descriptor."""
+"""Words for components, by descriptor."""
 
 Own = TypeVar("Own", bound=Component)
 Declared = TypeVar("Declared")
@@ -42,54 +42,52 @@ Declared = TypeVar("Declared")
 
 @dataclass(frozen=True)
 class SourceText:
-    """The text of a file of a user: what goes to another process, where the file may be gone or another one."""
+    """Text of a user file, for other processes: the file itself may be missing or changed there."""
 
     content: Content
 
     def module(self) -> types.ModuleType:
-        """Return what the text defines, executed once in each process."""
+        """Execute the text once in each process and return its module."""
         name = f"{OWN_CODE}{self.content.checksum[:LETTERS]}"
         with LOADING:
             module = sys.modules.get(name) or _executed(name, self.content)
-            # Lets `inspect` find the text that was executed, whatever has become of the file that it was read from.
+            # Lets `inspect` find the executed text even if the file has changed.
             filename, lines = str(module.__file__), importlib.util.decode_source(self.content.data).splitlines(keepends=True)
             linecache.cache[filename] = (len(self.content.data), None, lines, filename)
             return module
 
 
 def load_code(path: Readable) -> FrictionModel:
-    """Return the friction model that a Python file defines as ``MODEL``; the file is run.
+    """Run a Python file and return the friction model that it defines as ``MODEL``.
 
     Parameters
     ----------
     path : path-like, bytes, file object or Content
         A Python file, ``my_model.py``, with ``Parameters``, ``State``, ``trial``, ``commit`` and ``MODEL``. A model
-        file, ``model.toml``, is read by `read_model`.
+        file, ``model.toml``, must be read with `read_model`.
 
     Returns
     -------
     FrictionModel
-        The model, to be called with its parameters.
+        The model; call it with its parameters.
 
     Raises
     ------
     InputError
-        If its name does not end with ``.py``, it cannot be read or run, defines no ``MODEL``, or gives it a name that
-        cannot be asked for.
+        If its name does not end with ``.py``, if it cannot be read or run, or if ``MODEL`` is missing or has an invalid
+        name.
     """
     return load_component_file(path, FrictionModel)
 
 
 def load_model_file(path: Readable) -> FrictionModel:
-    """Return what `load_code` returns; this is its former name, which is removed in the next release."""
-    warnings.warn(
-        "load_model_file was renamed: write load_code. The old name is removed in the next release", DeprecationWarning, stacklevel=2
-    )
+    """Call `load_code`; this is its former name, which the next release removes."""
+    warnings.warn("load_model_file was renamed: write load_code. The next release removes the old name", DeprecationWarning, stacklevel=2)
     return load_code(path)
 
 
 def declared_in(path: Readable, name: str, *families: type[Declared], title: str, mend: str) -> Declared:
-    """Return what a Python file defines under a name."""
+    """Return the object that a Python file defines under a name."""
     content = code_at(path)
     declared = getattr(SourceText(content).module(), name, None)
     if isinstance(declared, families):
@@ -99,42 +97,42 @@ def declared_in(path: Readable, name: str, *families: type[Declared], title: str
 
 
 def load_component_file(path: Readable, *families: type[Own]) -> Own:
-    """Return what a Python file defines as ``MODEL``."""
+    """Return the component that a Python file defines as ``MODEL``."""
     content, first = code_at(path), families[0]
     model = declared_in(content, "MODEL", *families, title=WORDS[first], mend=f"End the file with MODEL = {_as_written(first)}")
     family, source = type(model), content.source
     if not isinstance(model.name, str) or not model.name.strip() or set("+,") & set(model.name):
-        allowed, mend = "a name without + and comma", f'Write another name in {family.__name__}(name="...")'
-        raise InputError("gives its model a name that cannot be asked for", path=str(source), value=model.name, allowed=allowed, mend=mend)
-    for described in (model.Parameters, model.State):  # what else a description lacks, the contract says
+        allowed, mend = "a name without plus sign and comma", f'Write another name in {family.__name__}(name="...")'
+        raise InputError("has an invalid name for its model", path=str(source), value=model.name, allowed=allowed, mend=mend)
+    for described in (model.Parameters, model.State):  # the contract checks the rest of the description
         try:
             variables_of(described)
         except InputError as error:
             raise error.at(_place(error, source)) from None
-        except Exception:  # noqa: BLE001  (annotations may hold anything)
+        except Exception:  # noqa: BLE001  (annotations may be any objects)
             break
     return model
 
 
 def _as_written(family: type[Documented]) -> str:
-    """Return the call of a descriptor with what it cannot do without."""
+    """Return the call of a descriptor with its required arguments."""
     needed = [field.name for field in fields(family) if field.default is MISSING and field.default_factory is MISSING]
     free = ("name", "description", "channel")
     return f"{family.__name__}({', '.join(f'{name}=...' if name in free else f'{name}={name}' for name in needed)})"
 
 
 def component_in(table: Mapping[str, Any], family: type[Own], *, path: str, read_code: CodeRead) -> Own:
-    """Return the component of a person's own that a table names, ``file = "my_law.py"``."""
+    """Return the user component that a table names, ``file = "my_law.py"``."""
     file, word = table["file"], WORDS[family].split()[-1]
     if "model" in table:
-        raise InputError("has both a model and a file", path=path, mend="Keep one of them")
+        raise InputError("has both a model and a file", path=path, mend="Keep only one")
     if not isinstance(file, str) or not file.endswith(".py"):
-        raise InputError(f"is no file with a {word}", path=f"{path}.file", value=file, allowed=f"a file of Python, my_{word}.py")
+        raise InputError(f"is not a file with a {word}", path=f"{path}.file", value=file, allowed=f"a Python file, my_{word}.py")
     return load_component_file(read_code(file, f"{path}.file"), family)
 
 
 def load_slot_file(path: Readable) -> Slot:
-    """Return the slot that a Python file defines as ``SLOT``; it is executed.
+    """Run a Python file and return the slot that it defines as ``SLOT``.
 
     Parameters
     ----------
@@ -149,15 +147,15 @@ def load_slot_file(path: Readable) -> Slot:
     Raises
     ------
     InputError
-        If the file cannot be read or run, defines no ``SLOT``, or one that no model can be given.
+        If the file cannot be read or run, or if ``SLOT`` is missing or not usable with a model.
     """
     content = code_at(path)
     source, mend = content.source, f"End the file with SLOT = {_as_written(Slot)}"
     if isinstance(getattr(SourceText(content).module(), "MODEL", None), FrictionModel):
-        mend = f"It defines a friction model: write {source.name} in front, {source.name}+asymmetry"
+        mend = f"It defines a friction model: write {source.name} as the first name, {source.name}+asymmetry"
     slot = declared_in(content, "SLOT", Slot, title=WORDS[Slot], mend=mend)
     if not isinstance(slot.name, str) or not slot.name.isidentifier() or slot.name in (*SLOTS, *REACHES):
-        message, allowed = "gives its slot a name that cannot be asked for", f"a word that is none of {', '.join(SLOTS)}"
+        message, allowed = "has an invalid name for its slot", f"a word other than {', '.join(SLOTS)}"
         raise InputError(message, path=str(source), value=slot.name, allowed=allowed, mend='Write another name in Slot(name="...")')
     with located(source):
         refuse_unfit(slot)
@@ -165,7 +163,7 @@ def load_slot_file(path: Readable) -> Slot:
 
 
 def load_checked(path: Readable) -> FrictionModel | Slot | Controller | Sensor:
-    """Return what of a person's own there is a contract for in a Python file: ``SLOT``, or else ``MODEL``."""
+    """Return the ``SLOT``, or else the ``MODEL``, of a Python file, checked against its contract."""
     content = code_at(path)
     if hasattr(SourceText(content).module(), "SLOT"):
         return load_slot_file(content)
@@ -173,41 +171,41 @@ def load_checked(path: Readable) -> FrictionModel | Slot | Controller | Sensor:
 
 
 def word_of(described: Documented) -> str:
-    """Return what something is called by its descriptor."""
+    """Return the word for a component."""
     return next(word for family, word in WORDS.items() if isinstance(described, family))
 
 
 def slots_in(names: Iterable[str], path: str, read_code: CodeRead) -> list[str | Slot]:
-    """Return slots by name, and of a person's own where the name is that of a file of Python."""
+    """Return slots by name; load user slots if the name is a Python file."""
     return [load_slot_file(read_code(name, path)) if name.endswith(".py") else name for name in names]
 
 
 def friction_named(name: str, path: str, read_code: CodeRead) -> FrictionModel:
-    """Return the friction model of a name that holds files: ``my_model.py+asymmetry``, ``lugre+my_slot.py``."""
+    """Return the friction model of a name with files: ``my_model.py+asymmetry``, ``lugre+my_slot.py``."""
     base, *slots = name.split("+")
     model = load_code(read_code(base, path)) if base.endswith(".py") else base_of(find(base, path))
     return with_slots(model, slots_in(slots, path, read_code), path)
 
 
 def codes_of(component: Any) -> tuple[Content, ...]:
-    """Return the files that a model was loaded from, and its slots, each once."""
+    """Return the source files of a model and its slots, each once."""
     parts = (base_of(component), *channel_slots_of(component)) if isinstance(component, FrictionModel) else (component,)
     return tuple(dict.fromkeys(code for part in parts if (code := code_of(part)) is not None))
 
 
 def code_of(component: Any) -> Content | None:
-    """Return the file that a model was loaded from; None for one that was loaded from none."""
+    """Return the source file of a user model; None for other models."""
     source = getattr(sys.modules.get(component.module), "__travels_as__", None)
     return source.content if isinstance(source, SourceText) else None
 
 
 def origins_of_code(components: Iterable[Any]) -> tuple[Origin, ...]:
-    """Return the files that models and their slots were loaded from, each once."""
+    """Return the source files of models and their slots, each once."""
     return tuple(dict.fromkeys(code.origin for component in components for code in codes_of(component)))
 
 
 class _Messages(io.TextIOBase):
-    """The stream of messages as code of a person's own is given it: closing it closes nothing."""
+    """Stream of messages for user code; closing it has no effect."""
 
     def __init__(self) -> None:
         self._stream = sys.stderr
@@ -222,19 +220,19 @@ class _Messages(io.TextIOBase):
 def _executed(name: str, content: Content) -> types.ModuleType:
     source = content.source
     if b"\0" in content.data:
-        raise InputError("is not Python but binary data", path=str(source), mend="Name a file with a model, my_model.py")
+        raise InputError("is binary data instead of Python code", path=str(source), mend="Name a file with a model, my_model.py")
     module = types.ModuleType(name)
     module.__file__ = str(source)
     sys.modules[name] = module
     deepest = sys.getrecursionlimit()
     try:
-        # The compiler takes any byte in a comment, and those who look at the source do not.
+        # The compiler accepts any byte in a comment, but readers of the source do not.
         importlib.util.decode_source(content.data)
-        # Compiled from the text at hand: a byte-code cache goes by the second and the size, and may be stale.
-        # What it prints is no part of a result, and goes where messages go.
+        # Compiled from this text: a byte-code cache compares only time and size, and may be stale.
+        # Printed text is not part of a result: it goes to the stream of messages.
         messages = _Messages()
         with contextlib.redirect_stdout(messages), contextlib.redirect_stderr(messages):
-            # Its annotations are what it says they are: without this, they would be read as this file reads its own.
+            # Without dont_inherit, the future statements of this file would change its annotations.
             exec(compile(content.data, str(source), "exec", dont_inherit=True), module.__dict__)
     except BaseException as error:
         del sys.modules[name]
@@ -246,7 +244,7 @@ def _executed(name: str, content: Content) -> types.ModuleType:
         if isinstance(error, SyntaxError) and error.filename == str(source):
             raise InputError(f"is not valid Python ({error.msg})", path=f"{source}, line {error.lineno or 1}") from None
         if isinstance(error, (SyntaxError, ValueError, RecursionError, MemoryError)) and place == str(source):
-            raise InputError(f"is not valid Python ({error})", path=place) from None  # what the compiler gives up on
+            raise InputError(f"is not valid Python ({error})", path=place) from None  # beyond the limits of the compiler
         raise InputError(f"stops with {type(error).__name__}: {told_by(error)}".rstrip(": "), path=place) from None
     finally:
         sys.setrecursionlimit(deepest)
@@ -255,7 +253,7 @@ def _executed(name: str, content: Content) -> types.ModuleType:
     def reduced(value: Any) -> tuple[Any, ...]:
         return _tuple_of, (text, type(value).__name__, tuple(value))
 
-    # What a module defines travels as its text: by a name alone no other process could import it.
+    # Objects of a module are pickled with its text, because another process could not import them by name.
     vars(module)["__travels_as__"] = text
     for member in list(vars(module).values()):
         if isinstance(member, type) and issubclass(member, tuple) and member.__module__ == module.__name__:
@@ -268,7 +266,7 @@ def _tuple_of(source: SourceText, name: str, values: tuple[Any, ...]) -> Any:
 
 
 def _place(error: BaseException, source: Path) -> str:
-    """Return the file, and the line in it where an error was raised, as far as it was there."""
+    """Return the file, and the line of an error if it was raised in the file."""
     line, frame = 0, error.__traceback__
     while frame is not None:
         if frame.tb_frame.f_code.co_filename == str(source):
@@ -281,7 +279,7 @@ MEND = "End the file with FORMAT = LogFormat(name=..., title=..., recognises=rec
 
 
 def load_reader_file(path: Readable) -> LogFormat:
-    """Return the format that a Python file defines as ``FORMAT``."""
+    """Return the log format that a Python file defines as ``FORMAT``."""
     content = code_at(path)
     log_format = declared_in(content, "FORMAT", LogFormat, title="reader of logs", mend=MEND)
     if not callable(log_format.recognises) or not callable(log_format.read):

@@ -1,4 +1,4 @@
-"""One variant of an experiment, from its tables: the loop or what drives it open, and how finely it is simulated."""
+"""Build a variant of an experiment from its tables: a loop or an open-loop excitation, and the run."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -28,19 +28,19 @@ SECTIONS = (
     *("axis", "plant", "friction", "table_friction", "controller", "effort"),
     *("sensor", "reference", "disturbance", "injected", "start", "run"),
 )
-BESIDE = ("feedforward", "learning")  # of the parameters of a control law
+BESIDE = ("feedforward", "learning")  # other keys of a control law
 
 
 @dataclass(frozen=True)
 class Tables:
-    """The tables of one variant, and where each of them stands in the file."""
+    """Tables of a variant, and their places in the file."""
 
     content: Mapping[str, Any]
     override: Mapping[str, Any] = field(default_factory=dict)
     prefix: str = ""
 
     def path(self, *keys: str) -> str:
-        """Return the path in the file of a table."""
+        """Return the path of a table in the file."""
         level: Any = self.override
         for key in keys:
             if not isinstance(level, Mapping) or key not in level:
@@ -49,22 +49,22 @@ class Tables:
         return ".".join((self.prefix, *keys))
 
     def table(self, section: str) -> dict[str, Any]:
-        """Return a section, empty where the file has none."""
+        """Return a section; an empty dict if it is missing."""
         return table_at(self.content.get(section, {}), self.path(section))
 
 
 def merged(base: Any, override: Any) -> Any:
-    """Return `base` with what `override` says instead; neither is changed."""
+    """Return a copy of `base` with the values of `override`."""
     if not isinstance(base, Mapping) or not isinstance(override, Mapping):
         return override
     if override.keys() & {"model", "file", "identified"}:
-        # Parameters belong to the model that was named with them; tables inside have a model of their own.
+        # Parameters belong to the model of the same table; inner tables have separate models.
         base = {key: value for key, value in base.items() if isinstance(value, Mapping)}
     return {**base, **{key: merged(base.get(key), value) for key, value in override.items()}}
 
 
 def variant_from(name: str, tables: Tables, sources: Sources) -> Variant:
-    """Return the variant that some tables describe."""
+    """Return the variant described by some tables."""
     content, axis = tables.content, None
     if "axis" in content:
         check_keys(tables.table("axis"), ("file",), tables.path("axis"))
@@ -77,14 +77,14 @@ def variant_from(name: str, tables: Tables, sources: Sources) -> Variant:
         friction = with_presliding(friction, axis.presliding)
     plant = _plant(tables, axis, identified, kind, sources)
     table_friction, has_screw = None, plant.component.screw is not None
-    if "table_friction" in content:  # in N and m whatever the kind of axis
+    if "table_friction" in content:  # in N and m for every kind of axis
         path = tables.path("table_friction")
         if not has_screw:
             mend = 'Write model = "ball_screw" under [plant], or put the friction under [friction]'
             raise InputError("needs a plant with a table behind a screw", path=path, value=plant.name, allowed="ball_screw", mend=mend)
         table_friction = sources.friction(content["table_friction"], "translational", path)[1]
     path, sensor = tables.path("sensor"), tables.table("sensor")
-    # The sensor reads the side of the motor, unless the file says otherwise.
+    # By default, the sensor of a plant with a screw is on the motor.
     side = choice_at(sensor, "side", experiment.SIDES, path, "no such side", "motor" if has_screw else "load")
     sensor = {key: value for key, value in sensor.items() if key != "side"}
     if not sensor and axis is not None and axis.resolution is not None:
@@ -111,7 +111,7 @@ def _closed_loop(tables: Tables, mechanism: dict[str, Any], kind: Kind, sources:
         entries = {"k_d": 0.0, **table_at(tables.table("controller")["learning"], path)}
         check_keys(entries, LEARNING, path)
         learning = Learning(**numbers_in(entries, LEARNING, kind, path, needs=LEARNING, integers=("trials",)))
-    if "start" in tables.content:  # else the loop begins where its reference does
+    if "start" in tables.content:  # else the loop starts at the start of its reference
         path, entries, variables = tables.path("start"), tables.table("start"), START | {"effort": FEEDFORWARD["offset"]}
         check_keys(entries, variables, path)
         start = Start(**numbers_in(entries, variables, kind, path, needs=("position",)))
@@ -131,8 +131,8 @@ def _closed_loop(tables: Tables, mechanism: dict[str, Any], kind: Kind, sources:
 def _open_loop(tables: Tables, mechanism: dict[str, Any], kind: Kind, sources: Sources) -> Variant:
     for section in ("controller", "reference"):
         if section in tables.content:
-            mend = f"Take [{section}] or [effort] out of the file"
-            raise InputError("belongs to a loop, and [effort] drives the plant without one", path=tables.path(section), mend=mend)
+            mend = f"Remove [{section}] or [effort] from the file"
+            raise InputError("needs a closed loop, but [effort] drives the plant in open loop", path=tables.path(section), mend=mend)
     path, entries, axis = tables.path("effort"), tables.table("effort"), mechanism["axis"]
     log = recorded_in(entries, axis, sources, path)
     reference = at_rest(kind, log)
@@ -142,12 +142,12 @@ def _open_loop(tables: Tables, mechanism: dict[str, Any], kind: Kind, sources: S
 
 
 def _values_of(model: Model) -> dict[str, Any]:
-    """Return a model as the table that would describe it."""
+    """Return the table that describes a model."""
     return {"model": model.name} | {key_of(name): value for name, value in model.values.items()}
 
 
 def _replayed(section: str, tables: Tables, run: Run, sources: Sources) -> np.ndarray | None:
-    """Return the force that no model explains, or the known input of a log, at each sample of a run."""
+    """Return the unexplained force or the known input of a log at each sample of a run."""
     if section not in tables.content:
         return None
     path, entries = tables.path(section), tables.table(section)
@@ -155,14 +155,14 @@ def _replayed(section: str, tables: Tables, run: Run, sources: Sources) -> np.nd
     record = sources.loop_record(entries.get("file"), f"{path}.file")
     force = record.unexplained if section == "disturbance" else record.injected
     if force is None:
-        mend = f"Take [{path}] out of the file"
+        mend = f"Remove [{path}] from the file"
         raise InputError("has no column of known inputs", path=f"{path}.file", value=entries["file"], mend=mend)
-    described, mend = f"the force in {entries['file']}", f"Leave duration out, or take [{path}] out of the file"
+    described, mend = f"the force in {entries['file']}", f"Remove duration, or remove [{path}] from the file"
     return _repeated(force, record.sample_time, run, described, tables.path("run", "duration"), mend)
 
 
 def _repeated(values: np.ndarray, sample_time: float, run: Run, described: str, path: str, mend: str) -> np.ndarray:
-    """Return a recorded signal at each sample of a run, which must not last longer."""
+    """Return a recorded signal at each sample of a run; refuse a run that is longer than the signal."""
     at = np.floor(run.sample_time / sample_time * np.arange(round(run.duration / run.sample_time)) + experiment.OF_A_SAMPLE)
     if at[-1] >= values.size:
         raise InputError(f"is longer than {described}, {values.size * sample_time:g} s", path=path, value=run.duration, mend=mend)
@@ -170,7 +170,7 @@ def _repeated(values: np.ndarray, sample_time: float, run: Run, described: str, 
 
 
 def _kind(tables: Tables, axis: Axis | None, sources: Sources) -> Kind:
-    """Return the kind of axis: as the file says, its axis, its identified model, or the units of its parameters."""
+    """Return the kind of axis, from the file, its axis, its identified model, or the units of its parameters."""
     kind = components.kind_at(tables.content["kind"], "kind") if "kind" in tables.content else None
     if kind and axis and kind != axis.kind:
         raise InputError(f"does not match the axis file, which is {axis.kind}", path="kind", value=kind)
@@ -210,9 +210,9 @@ def _feedforward(tables: Tables, plant: Model, kind: Kind, sources: Sources) -> 
     path = tables.path("controller", "feedforward")
     entries = table_at(tables.table("controller").get("feedforward", {}), path)
     check_keys(entries, (*FEEDFORWARD, "friction", "along", "rest", "plant"), path)
-    own = choice_at(entries, "plant", ("none", "own"), path, "is no plant whose gravity and cogging are fed forward")
-    along: Any = choice_at(entries, "along", experiment.ALONG, path, "is no motion that a compensator follows")
-    rest: Any = choice_at(entries, "rest", experiment.RESTS, path, "is no rule for the force at rest")
+    own = choice_at(entries, "plant", ("none", "own"), path, "is not a plant with feedforward of gravity and cogging")
+    along: Any = choice_at(entries, "along", experiment.ALONG, path, "is not a motion for a compensator")
+    rest: Any = choice_at(entries, "rest", experiment.RESTS, path, "is not a rule for the force at rest")
     place, friction = tables.path("controller", "feedforward", "friction"), entries.get("friction", "none")
     if isinstance(friction, str) and friction != "none":
         mend = f'Write [{place}] and, below it, model = "coulomb_viscous" or file = "model.toml"'
@@ -223,7 +223,7 @@ def _feedforward(tables: Tables, plant: Model, kind: Kind, sources: Sources) -> 
     if friction == "none":
         return Feedforward(friction=None, fitted_to="", carries=None, **values)
     identified, compensator = sources.friction(friction, kind, place)
-    # The plant whose effort passes through a compensator that asks for it, as it was identified with it.
+    # The plant for a compensator that depends on the transmitted effort, as identified with it.
     mechanism = identified or plant
     carries = mechanism if rises_with_effort(compensator) and mechanism.component.inverse is not None else None
     return Feedforward(friction=compensator, fitted_to=sources.fitted_to(friction, place), carries=carries, **values)
@@ -234,13 +234,13 @@ def _reference(tables: Tables, axis: Axis | None, kind: Kind, sources: Sources) 
     if entries.get("model") == "recorded" and "file" in entries:
         recorded = sources.recorded(entries, axis, path)
         if recorded.kind != kind:
-            raise InputError(f"is of a {recorded.kind} axis, and this one is {kind}", path=f"{path}.file", value=entries["file"])
+            raise InputError(f"is from a {recorded.kind} axis, but this axis is {kind}", path=f"{path}.file", value=entries["file"])
         return recorded
     return model_from(entries, REFERENCES, kind=kind, path=path, own=sources.own(entries, Trajectory, path))
 
 
 def run_from(table: Mapping[str, Any], axis: Axis | None, reference: Model, kind: Kind, path: str) -> Run:
-    """Return how long and how finely to simulate."""
+    """Return the duration and the steps of the simulation."""
     entries = dict(table)
     check_keys(entries, RUN, path)
     if axis is not None:
@@ -259,21 +259,23 @@ def run_from(table: Mapping[str, Any], axis: Axis | None, reference: Model, kind
         message, allowed = f"asks for {samples:.3g} samples of {values['sample_time']:g} s", f"3 to {experiment.SAMPLES_MAX} samples"
         raise InputError(message, path=f"{path}.duration", value=duration, allowed=allowed, mend="Change duration or sample_time")
     if settle >= duration:
-        raise InputError("leaves nothing to judge", path=f"{path}.settle", value=settle, allowed=f"less than the duration, {duration:g} s")
+        raise InputError(
+            "is as long as the run or longer", path=f"{path}.settle", value=settle, allowed=f"less than the duration, {duration:g} s"
+        )
     try:
         return Run(**values)
     except InputError as error:
         raise error.at(path=f"{path}.{error.path}") from None
 
 
-# The functions of time that references are, with an effort for each length.
+# The time functions of references, with an effort in place of each length.
 FUNCTIONS = {function.name: function for function in (sine, chirp, triangle, s_curve)}
 CONSTANT, RECORDED = "constant", "recorded"
 LEVEL = Variable("force", "effort from the first sample on")
 
 
 def recorded_in(table: Mapping[str, Any], axis: Axis | None, sources: Sources, path: str) -> Log | None:
-    """Return the log whose effort drives an open loop; None where a function of time does."""
+    """Return the log whose effort drives an open loop; None for a function of time."""
     if table.get("model") != RECORDED:
         return None
     check_keys(table, ("model", "file", "axis"), path)
@@ -287,18 +289,18 @@ def recorded_in(table: Mapping[str, Any], axis: Axis | None, sources: Sources, p
 
 
 def at_rest(kind: Kind, log: Log | None = None) -> Model:
-    """Return the reference of an open loop, which nothing follows: a rest, as long as its log."""
+    """Return the unused reference of an open loop: a rest with the length of its log."""
     if log is None:
         return sine(kind=kind, amplitude=0.0, frequency=1.0)
     return recorded(kind=kind, position=np.zeros(len(log)), sample_time=log.sample_time)
 
 
 def effort_from(table: Mapping[str, Any], log: Log | None, run: Run, kind: Kind, path: str) -> Effort:
-    """Return what drives an open loop, sample by sample."""
+    """Return the effort of an open loop at each sample."""
     time = run.sample_time * np.arange(round(run.duration / run.sample_time))
     if log is not None and log.effort is not None:
-        effort = _repeated(log.effort.values, log.sample_time, run, "the log of the effort", "run.duration", "Leave duration out")
-        return Effort(effort, f"that of {table['file']}")
+        effort = _repeated(log.effort.values, log.sample_time, run, "the log of the effort", "run.duration", "Remove duration")
+        return Effort(effort, f"effort of {table['file']}")
     if "model" not in table:
         allowed, mend = f"{CONSTANT}, {', '.join(FUNCTIONS)}, {RECORDED}", f'Write model = "sine" under [{path}]'
         raise InputError("names no model", path=path, allowed=allowed, mend=mend)
@@ -307,7 +309,7 @@ def effort_from(table: Mapping[str, Any], log: Log | None, run: Run, kind: Kind,
         check_keys(table, ("model", "level"), path)
         level = number_at(table.get("level", 0.0), LEVEL, kind, f"{path}.level")
         return Effort(np.full(time.size, level), f"{CONSTANT}, {numbers}" if numbers else "none")
-    registry = {**FUNCTIONS, CONSTANT: sine, RECORDED: sine}  # those too are told of where a name is unknown
+    registry = {**FUNCTIONS, CONSTANT: sine, RECORDED: sine}  # so that the message for an unknown name lists them too
     component: Trajectory = components.component_named(table["model"], registry, f"{path}.model")
     variables = effort_variables(component.name)
     check_keys(table, ("model", *map(key_of, variables)), path)
@@ -316,7 +318,7 @@ def effort_from(table: Mapping[str, Any], log: Log | None, run: Run, kind: Kind,
 
 
 def effort_variables(name: Any) -> dict[str, Variable]:
-    """Return the parameters of what drives an open loop, by the name of its model; none of a recorded one."""
+    """Return the parameters of the effort of an open loop, by the name of its model; empty for a recorded effort."""
     if name == CONSTANT:
         return {"level": LEVEL}
     component = FUNCTIONS.get(name) if isinstance(name, str) else None
@@ -325,7 +327,7 @@ def effort_variables(name: Any) -> dict[str, Variable]:
 
 
 def variables_of_section(section: str, variant: Variant, data: Mapping[str, Any]) -> Mapping[str, Variable] | None:
-    """Return the values of a section of a variant that no model has; None where there is no such section."""
+    """Return the variables of a section that is not a model; None if there is no such section."""
     if section == "effort" and variant.effort is not None:
         return effort_variables(data.get("effort", {}).get("model"))
     if section == "run":

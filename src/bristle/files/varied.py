@@ -1,4 +1,4 @@
-"""Models with other values, as a file would give them: by name or by columns of many runs."""
+"""Models with changed values: by name, or by columns of many runs."""
 
 from collections.abc import Mapping
 from functools import partial
@@ -13,9 +13,9 @@ from bristle.files.components import key_of
 
 
 def with_changes(model: Model, changes: Mapping[str, Any], path: str) -> Model:
-    """Return a model with some parameters changed, of which those are held to their ranges, and all to its relations.
+    """Return a model with changed parameters; check their ranges and all relations.
 
-    As `Model.with_values` does, which looks at every parameter again.
+    The result equals `Model.with_values`, which checks every parameter again.
     """
     component, variables = model.component, model.component.variables
     numbers = numbers_of(component, model.parameters)
@@ -29,9 +29,9 @@ def with_changes(model: Model, changes: Mapping[str, Any], path: str) -> Model:
 
 
 def with_columns(model: Model, columns: Mapping[str, np.ndarray], path: str) -> list[Model | None]:
-    """Return `with_changes` for each row of some columns; None where that refuses.
+    """Return `with_changes` for each row of some columns; None for a refused row.
 
-    Plain numbers are looked at by their column: where the smallest and the largest are in range, all are.
+    Columns of plain numbers are checked by their smallest and largest values.
     """
     component, numbers = model.component, numbers_of(model.component, model.parameters)
     are_in_range = all(_is_in_range(model, name, column, path) for name, column in columns.items())
@@ -44,13 +44,13 @@ def with_columns(model: Model, columns: Mapping[str, np.ndarray], path: str) -> 
                 models.append(Model(component, parameters, model.kind))
             else:
                 models.append(with_changes(model, changes, path))
-        except Exception:  # noqa: BLE001  (the run by itself tells why)
+        except Exception:  # noqa: BLE001  (the single run reports the reason)
             models.append(None)
     return models
 
 
 def _is_in_range(model: Model, name: str, column: np.ndarray, path: str) -> bool:
-    """Return whether a column holds floating numbers for a parameter that is one, each of them in its range."""
+    """Return whether a column has floating-point numbers for a floating-point parameter, all within its range."""
     component, variable = model.component, model.component.variables[name]
     is_plain = not (variable.choices or component.is_integer(name) or component.is_array(name))
     if not (is_plain and column.ndim == 1 and column.dtype == float and np.all(np.isfinite(column))):

@@ -70,7 +70,7 @@ def test_congruency_detects_data_that_no_operator_can_follow():
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ({"model": "preisach_lugre"}, "is none of the choices; .* reversal_table, all"),
+        ({"model": "preisach_lugre"}, "is not a valid choice; .* reversal_table, all"),
         ({"model": "all,preisach"}, "each once"),
         ({"model": "preisach,preisach"}, "each once"),
         ({"model": "reversal_table"}, "needs reversal curves"),
