@@ -1,6 +1,6 @@
 """Write the pages under docs/reference that derive from the code: ``python docs/generate.py``.
 
-A test compares the pages with what this file returns, so none of them can fall behind.
+A test compares the pages with the texts of this file.
 """
 
 from __future__ import annotations
@@ -75,24 +75,24 @@ def page(title: str, *parts: str) -> str:
 
 
 def models() -> str:
-    """Return the page of all models: what `bristle models` tells, in one place."""
+    """Return the page of all models: the texts of `bristle models`."""
     parts = [
-        "What `bristle models` and `bristle models NAME` tell, and `help(bristle.friction.lugre)` in Python. Every "
+        "`bristle models NAME` and, in Python, `help(bristle.friction.lugre)` print the same. Every "
         "friction model also takes an `offset`, and [slots](#slots) "
         "behind its name. With `+asymmetry` the parameters marked *by direction* have one value forward (`_pos`) and "
         "one backward (`_neg`); others let friction [vary](../theory/models.md#what-varies). Plants take "
-        "[terms](../theory/models.md#terms-of-the-plant): `+gravity`, `+cogging`, `+known`. Which model to take: "
+        "[terms](../theory/models.md#terms-of-the-plant): `+gravity`, `+cogging`, `+known`. To choose a model: "
         "[how to choose](../how-to/choose-a-model.md)."
     ]
     for family, members in families().items():
         parts.append(f"## {family}")
-        parts.append(table(("Name", "What it is"), [(f"[`{one.name}`](#{one.name})", one.description) for one in members.values()]))
+        parts.append(table(("Name", "Description"), [(f"[`{one.name}`](#{one.name})", one.description) for one in members.values()]))
         parts += [part for one in members.values() for part in _member(one)]
     return page("Models and their parameters", *parts, *slots())
 
 
 def slots() -> tuple[str, ...]:
-    """Return what every friction model can be given behind its name."""
+    """Return the slots of friction models."""
     rows = [
         (
             f"[`+{name}`](#{name})" if name in CHANNEL_SLOTS else f"`+{name}`",
@@ -101,21 +101,21 @@ def slots() -> tuple[str, ...]:
         )
         for name, what in WHAT_SLOTS_DO.items()
     ]
-    own = "One of [your own](../how-to/your-own-model.md#a-slot-of-your-own) stands there by its file, `+my_slot.py`."
+    own = "Add [a slot of your own](../how-to/your-own-model.md#a-slot-of-your-own) by its file, `+my_slot.py`."
     described = [part for slot in CHANNEL_SLOTS.values() for part in (*_member(slot), _channel(slot))]
-    return "## Slots", table(("Name", "Parameters", "What they give"), rows), own, *described
+    return "## Slots", table(("Name", "Parameters", "Effect"), rows), own, *described
 
 
 def _channel(slot: Slot) -> str:
     channel = slot.channel
     return (
         f"Needs `{channel.name}` of the log: {channel.variable.description}, in {_units(channel.variable.quantity)}; "
-        f"{channel.usual:g} where nobody tells it."
+        f"the default is {channel.usual:g}."
     )
 
 
 def _member(one: Documented) -> list[str]:
-    """Return what the page of all models says of one of them."""
+    """Return the section of a model."""
     return [
         f"### {one.name}",
         f"{one.description[0].upper()}{one.description[1:]}.",
@@ -201,9 +201,9 @@ def symbols() -> str:
                 ("ζ", "deflection over its value in sliding, −1 to 1", "1"),
                 ("h, dt", "length of an integration step", "s"),
                 ("T_s", "sample time of the controller", "s"),
-                ("r", "beside Φ: the ratio f sgn v / G(v), 1 in steady sliding", "1"),
+                ("r", "with Φ: the ratio f sgn v / G(v), 1 in steady sliding", "1"),
                 ("Φ", "share of the travel that bristles slip, a function of the ratio r", "1"),
-                ("ρ", "ratio up to which the gate lets nothing slip", "1"),
+                ("ρ", "ratio up to which the gate prevents slip", "1"),
                 ("ς", "sliding surface of a control law, ė + λ e", "m/s or rad/s"),
                 ("ξ", "place along the axis, −1 to 1 over its range", "1"),
                 ("φ", "angle of a screw, 2π x/pitch", "rad"),
@@ -214,7 +214,7 @@ def symbols() -> str:
             ),
         ),
         "## The same letter",
-        "What a letter means is told by where it stands:",
+        "The meaning of a letter depends on the subject:",
         table(
             ("Letter", "Here", "There"),
             (
@@ -228,7 +228,7 @@ def symbols() -> str:
                     "thresholds of a relay",
                     "`alpha`, `beta`: shape of Bouc-Wen; β: limit of the surface, in the bound of sampled time",
                 ),
-                ("τ", "effort that passes on to the load", "age of what acts, in the bound of sampled time"),
+                ("τ", "effort transmitted to the load", "age of the signal, in the bound of sampled time"),
                 ("n", "exponent of the transition `leuven`", "exponent of Bouc-Wen, `exponent`; of a hardening spring"),
             ),
         ),
@@ -242,7 +242,7 @@ def command_line() -> str:
     """Return the page of all commands, from the same declarations that `--help` is made from."""
     group: Any = typer.main.get_command(app)
     rows = [(f"[`{name}`](#bristle-{name})", _paragraphs(command.help)[0]) for name, command in group.commands.items()]
-    parts = [*_paragraphs(group.help), table(("Command", "What it does"), rows)]
+    parts = [*_paragraphs(group.help), table(("Command", "Purpose"), rows)]
     for name, command in group.commands.items():
         parts += [f"## bristle {name}", *_paragraphs(command.help), _options(command)]
         parts += [table(command.heads, [(f"`{name}`", text) for name, text in command.rows()])] if isinstance(command, Listing) else []
@@ -271,7 +271,7 @@ def _options(command: Any) -> str:
 
 
 def python() -> str:
-    """Return the page of the public names, from their docstrings, and of what the functions return."""
+    """Return the page of the public names and of the classes of results."""
     functions, modules = [], []
     for name in sorted(bristle.__all__):
         value = getattr(bristle, name)
@@ -282,19 +282,19 @@ def python() -> str:
             functions += [f"Returns {_linked_classes(_returned(value))}." if _returned(value) else ""]
     return page(
         "Python",
-        "`import bristle as br` loads nothing heavy: what is needed is imported when it is used. Quantities are "
+        "`import bristle as br` is quick: bristle imports heavy libraries at their first use. Quantities are "
         'numbers in SI of the axis (m, N, kg or rad, N*m, kg*m^2) or text with a unit (`"40 mN*m"`). '
-        "`help(br.identify)` tells parameters, units, shapes and errors in full, `help(br.friction.lugre)` the "
-        "equations of a model, `br.friction.lugre(<tab>` its parameters.",
+        "`help(br.identify)` prints parameters, units, shapes and errors, and `help(br.friction.lugre)` the "
+        "equations of a model.",
         "## Functions",
         *functions,
         "## Results and data",
-        "What functions return and take, and what that holds. All of it travels to other processes by `pickle`. What "
-        "holds signals becomes a table: `to_dataframe()` of pandas, `to_xarray()` with units, `to_dict()` of plain "
-        "data; neither library is a dependency. `np.asarray(log.position)` is an array.",
+        "The classes of arguments and results. All of them can be pickled. Classes with signals convert to tables: "
+        "`to_dataframe()` (pandas), `to_xarray()` with units, `to_dict()` with plain "
+        "data. `np.asarray(log.position)` is an array.",
         *(part for one in _classes() for part in _class(one)),
         "## Modules",
-        table(("Module", "What it holds", "Public names"), modules),
+        table(("Module", "Content", "Public names"), modules),
         "## What applications use",
         "The command line, reports, figures, the paper, the lab and its server, studies, fleets, the demonstration and the bridges stand "
         "above the library, and import these names of its packages and no others: `from bristle.files import read_axis`. A test holds the "
@@ -332,11 +332,11 @@ def _offered(room: str, names: Iterable[str]) -> str:
             else _remark(f"bristle.{room}", name)
         )
         rows.append((f"`{name}`", _markdown(re.split(r"\.(?: |$)", told)[0])))
-    return table(("Name", "What it is"), rows)
+    return table(("Name", "Description"), rows)
 
 
 def _remark(module: str, name: str) -> str:
-    """Return what stands beside the line that gives a value its name: the text below it, or the comment at its end."""
+    """Return the text below an assignment, or the comment at its end."""
     file = Path(str(importlib.import_module(module).__file__))
     lines, tree = file.read_text(encoding="utf-8").splitlines(), ast.parse(file.read_text(encoding="utf-8"))
     for node in ast.walk(tree):
@@ -384,14 +384,14 @@ def _elsewhere(name: str) -> type | None:
 
 
 def _fields(cls: type) -> dict[str, Any]:
-    """Return the fields of a data class or a named tuple, with their annotations; none of a descriptor."""
+    """Return the fields of a data class or a named tuple, with their annotations, without descriptors."""
     if dataclasses.is_dataclass(cls) and not issubclass(cls, Component):
         return {one.name: one.type for one in dataclasses.fields(cls)}
     return {name: cls.__annotations__[name] for name in getattr(cls, "_fields", ())}
 
 
 def _classes() -> list[type]:
-    """Return what the public functions return, and what that holds, in order."""
+    """Return the classes of results of the public functions, in order."""
     from bristle import engine
 
     functions = [value for name in bristle.__all__ if inspect.isroutine(value := getattr(bristle, name))]
@@ -411,7 +411,7 @@ def _is_ours(value: Any) -> bool:
 
 
 def _class(cls: type) -> list[str]:
-    """Return the section of a class: what it is, its attributes and what they mean, what it can do."""
+    """Return the section of a class: description, attributes, methods."""
     described = _described(cls)
     rows = [(f"`{name}`", *described.get(name, (_typed(kind), ""))) for name, kind in _fields(cls).items()]
     for name, value in inspect.getmembers(cls):
@@ -425,11 +425,11 @@ def _class(cls: type) -> list[str]:
     ]
     prose = [_markdown(one) for one in _paragraphs((inspect.getdoc(cls) or "").split("\nParameters\n---")[0])]
     told = table(heads if any(row[2] for row in rows) else heads[:2], [row if any(r[2] for r in rows) else row[:2] for row in rows])
-    return [f"### {cls.__name__}", *prose, told, table(("Method", "What it does"), methods) if methods else ""]
+    return [f"### {cls.__name__}", *prose, told, table(("Method", "Purpose"), methods) if methods else ""]
 
 
 def _described(cls: type) -> dict[str, tuple[str, str]]:
-    """Return type and meaning of each attribute that the docstring of a class tells of, those of its bases too."""
+    """Return type and meaning of each attribute in the docstring of a class and its bases."""
     found: dict[str, tuple[str, str]] = {}
     for one in cls.__mro__:
         section = re.search(r"\nParameters\n-+\n(.*?)(?=\n\S[^\n]*\n---|\Z)", inspect.cleandoc(one.__doc__ or ""), re.DOTALL)
@@ -480,7 +480,7 @@ def _names(module: Any) -> str:
 
 
 def errata() -> str:
-    """Return the page of what in the source paper cannot stand as printed."""
+    """Return the page of the errata of the source paper."""
     from bristle.paper.errata import KINDS, errata_of
 
     parts = []
@@ -490,10 +490,9 @@ def errata() -> str:
     return page(
         "Errata of the source paper",
         "Of *Pre-sliding friction control using the sliding mode controller with hysteresis friction compensator*: "
-        "what cannot stand as printed, or not in every reading, and what to know beside it; what is right, and the "
-        "test below `tests/` that shows it. What follows from it "
-        "is told in [the source paper](../theory/the-source-paper.md); `bristle paper` puts the same table into its "
-        "report. Equation by equation: [equations](equations.md).",
+        "errors and ambiguities as printed, the correct form, and the test below `tests/` that shows it. The consequences "
+        "are on the page on [the source paper](../theory/the-source-paper.md). The report of `bristle paper` has the same "
+        "table. Equation by equation: [equations](equations.md).",
         *parts,
     )
 
@@ -563,25 +562,24 @@ def diagnostics() -> str:
     ]
     return page(
         "Diagnostics",
-        "What there is to know of a result besides its numbers: a code, which keeps its meaning, the parameter it "
-        "concerns, a severity, and numbers in SI. The sentences in `warnings[]`, `assumptions[]`, `notes[]` and `note` "
-        "are made of them; [JSON](json.md) has both. In Python they are `fit.diagnostics`, `estimate.reason` and "
-        "`prediction.diagnostics`, and `bristle.report.messages.message` says one of them.",
-        "| Severity | Meaning |\n| --- | --- |\n| `error` | there is no result, or none to rely on |\n"
+        "A diagnostic has a code with a fixed meaning, the parameter it concerns, a severity, and numbers in SI. "
+        "`bristle explain CODE` prints its meaning and advice. The sentences in `warnings[]`, `assumptions[]`, `notes[]` and "
+        "`note` of the [JSON](json.md) come from diagnostics. In Python: `fit.diagnostics`, `estimate.reason`, "
+        "`prediction.diagnostics`, and `bristle.report.messages.message` for the sentence.",
+        "| Severity | Meaning |\n| --- | --- |\n| `error` | bristle has no reliable result |\n"
         "| `warning` | the result may "
         "mislead |"
-        "\n| `note` | what the result rests on |",
+        "\n| `note` | an assumption or treatment behind the result |",
         "## Codes",
         "A code with a parameter and the severity `warning` is the reason why the log does not determine it; with the "
-        "severity `note`, why it was held. Numbers without a unit are counts, shares in percent or names; a cut-off is "
-        "in Hz. The `value` of a parameter comes with its `unit`; `std_percent` is its standard error, where that is "
-        "told.",
-        table(("Code", "What it means", "Numbers", "What to do"), codes),
+        "severity `note`, why bristle held it constant. Numbers without a unit are counts, shares in percent or names; a cut-off is "
+        "in Hz. The `value` of a parameter comes with its `unit`; `std_percent` is its standard error, if known.",
+        table(("Code", "Meaning", "Numbers", "Advice"), codes),
         "## Thresholds",
-        "From where on something is said or doubted. None of them changes the value of a parameter of a model; those "
-        "of validation may change which model comes first. Set one with "
+        "Limits above which bristle reports or doubts something. Thresholds do not change the value of a parameter; those "
+        "of validation may change the choice of the model. Set a threshold with "
         "`NAME = VALUE` under `[identification.settings]` of the axis file, or with "
-        '`settings={"NAME": VALUE}` in Python; the report and the JSON tell all of them.',
+        '`settings={"NAME": VALUE}` in Python. The JSON contains all thresholds.',
         table(("Name", "Default", "Unit", "Allowed", "Meaning"), settings),
     )
 
@@ -604,7 +602,7 @@ RUN = Path(__file__).parent / "theory" / "robust.json"
 
 
 def robustness() -> str:
-    """Return the page of the compensation on other truths: what the run of ``bristle paper --robust`` wrote."""
+    """Return the page of the compensation on other frictions, from the run of ``bristle paper --robust``."""
     from bristle.paper.robust.findings import LOOPS, SET_NAMES
     from bristle.paper.robust.truths import CONDITIONS
 
@@ -614,7 +612,7 @@ def robustness() -> str:
     parts = [
         f"Numbers of one run, `{told['provenance']['command']}`, kept in [robust.json](../theory/robust.json): "
         f"following error peak to peak in µm, mean over {seeds} runs with other noise and scatter, and its 95 % "
-        "interval. What was tried, and what it cannot show, is told in "
+        "interval. Method and limits: "
         "[compensation](../theory/compensation.md#on-other-frictions).",
         "\n".join(f"- {sentence}" for sentence in told["sentences"]),
     ]
@@ -676,12 +674,12 @@ RESTS = Path(__file__).parent / "theory" / "sticking.json"
 
 
 def sticking() -> str:
-    """Return the page of what rests and what creeps: what ``python -m benchmarks.sticking`` wrote."""
+    """Return the page on rest and creep, from ``python -m benchmarks.sticking``."""
     heads = {
         "simulator": "Simulator",
         "setting": "Setting or model",
         "slope": "Block on a slope, creep [m/s]",
-        "axis": "Axis held, creep [m/s]",
+        "axis": "Axis under load, creep [m/s]",
         "stop": "Stopped, off by [m]",
         "still": "Still moves at [m/s]",
         "pulled": "Pulled by a spring, error [m]",
@@ -695,22 +693,20 @@ def sticking() -> str:
         for row in json.loads(RESTS.read_text(encoding="utf-8"))
     ]
     parts = [
-        "Four questions whose answers are known beforehand, asked of each simulator with steps of 1 ms: `python -m "
+        "Four cases with known answers, in each simulator with steps of 1 ms: `python -m "
         "benchmarks.sticking`, after `pip install mujoco drake pybullet`. A block lies on a slope where its weight "
-        "pulls with 0.8 of what friction can hold. An axis of 1 kg with 1 N of friction is pushed by 0.8 N. It slides "
+        "pulls with 0.8 of the break-away force. An axis of 1 kg with 1 N of friction is pushed by 0.8 N. It slides "
         "from 1 m/s and stops after 0.5 m. A spring of 100 N/m, whose end moves at 10 mm/s, pulls it until it breaks "
-        "away. Creep is that of nine seconds, after a first one that is left out.",
+        "away. Creep is the mean over nine seconds, after a first second.",
         table(heads.values(), rows),
-        "Where Coulomb friction is asked for, rest is rest here: a velocity of 0, and not a small one. Bristles are "
-        "another friction: they take up momentum as they bend, which for `lugre` is σ_1 z = 10 N·s/m · 10 µm, and so "
-        "its axis stops 0.1 mm early; and they give way before they hold. `lugre` walks on by 1.3 µm while it rings "
-        "after the push, which is [its drift](../theory/which-model-fails-which-certificate.md); `preisach_lugre`, "
-        "which does not drift, by a few nanometres. MuJoCo regularises friction; its `noslip_iterations` take that "
-        "back for a joint, and for a contact elliptic cones do more. Contacts of Drake are point contacts, all "
-        "settings as they come; joints of Drake and Bullet were not asked. These simulate bodies and contacts, which "
-        "bristle does not.",
+        "With Coulomb friction, rest in bristle is a velocity of exactly 0. Bristles bend before they hold: for `lugre` they "
+        "absorb the momentum σ_1 z = 10 N·s/m · 10 µm, so that its axis stops 0.1 mm early. `lugre` moves by a further 1.3 µm "
+        "while it rings after the push ([its drift](../theory/which-model-fails-which-certificate.md)); `preisach_lugre` "
+        "does not drift and moves by a few nanometres. MuJoCo regularises friction. Its `noslip_iterations` remove the creep "
+        "of a joint; elliptic cones help more for a contact. Drake used point contacts with default settings. Joints of Drake "
+        "and Bullet were not tested. These tools simulate bodies and contacts; bristle does not.",
     ]
-    return page("What rests, and what creeps", *parts)
+    return page("Rest and creep", *parts)
 
 
 PAGES: dict[str, Callable[[], str]] = {

@@ -1,7 +1,7 @@
-"""What makes the site of the documentation out of these pages, beside mkdocs: ``mkdocs build --strict``.
+"""Hooks that make the site of the documentation from these pages: ``mkdocs build --strict``.
 
-Pages lie where a repository shows them, so some stand outside of this folder and link to code. The site takes them in,
-leaves links to code as names, writes equations as MathML, which browsers draw without a script, and adds the lab.
+Some pages are outside of this folder and link to code. The site includes these pages, replaces links to code by names,
+writes equations as MathML, and adds the lab.
 """
 
 from __future__ import annotations
@@ -37,8 +37,8 @@ EQUATION = re.compile(r'<(span|div) class="arithmatex">\\([(\[])(.*?)\\[)\]]</\1
 SEARCH = '<div class="md-search" data-md-component="search" role="dialog" aria-label="Search">'
 LAB = """# The lab
 
-Every friction model on one page, which computes by itself. [Open it on the whole window](lab.html), or
-[read what there is to see](how-to/lab.md).
+Every friction model on one page that computes in your browser. [Open it in the whole window](lab.html), or
+[read how to use it](how-to/lab.md).
 
 <iframe src="../lab.html" title="Friction models under the mouse" style="width: 100%; height: 80vh; border: 0"></iframe>
 """
@@ -53,7 +53,7 @@ def on_config(config: Any) -> Any:
 
 @event_priority(100)
 def on_files(files: Any, config: Any) -> Any:
-    """Take in what stands beside this folder, and write the pages that only the site has."""
+    """Include pages from outside of this folder, and write the pages that only the site has."""
     taken = ROOT / "build" / "taken"  # copies: a notebook that is run writes beside itself
     shutil.rmtree(taken, ignore_errors=True)
     for pattern in TAKEN:
@@ -68,7 +68,7 @@ def on_files(files: Any, config: Any) -> Any:
 
 
 def on_page_markdown(markdown: str, page: Any, config: Any, files: Any) -> str:
-    """Lead links that climb out of the folder of the documentation to the page that was taken in, or to nothing."""
+    """Redirect links out of this folder to the included page, or remove them."""
     place = posixpath.dirname(page.file.src_uri)
     below = posixpath.join("docs", place) if (ROOT / "docs" / page.file.src_uri).exists() else place
     known = {file.src_uri for file in files}
@@ -92,7 +92,7 @@ def on_page_markdown(markdown: str, page: Any, config: Any, files: Any) -> str:
 
 
 def on_page_content(content: str, page: Any, config: Any, files: Any) -> str:
-    """Write equations as MathML, and put the lab beside each friction model."""
+    """Write equations as MathML, and link each friction model to the lab."""
     content = EQUATION.sub(lambda match: mathml(match[3], match[2] == "["), content)
     return beside_lab(content) if page.file.src_uri == "reference/models.md" else content
 

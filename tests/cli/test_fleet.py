@@ -68,9 +68,9 @@ def test_each_log_is_a_row_and_the_axis_that_differs_is_named(at, capsys):
     ("options", "message"),
     [
         (EACH, "needs a folder to write into"),
-        ((*EACH, "--out", "x", "--force"), "is gone on with, never replaced"),
+        ((*EACH, "--out", "x", "--force"), "cannot replace a fleet"),
         ((*EACH, "--out", "x", "--format", "svg"), "a fleet has no figures. Read its rows"),
-        (("identify", "logs/left/left_2026-03-01.csv", "--workers", "2"), "is for many logs, each by itself"),
+        (("identify", "logs/left/left_2026-03-01.csv", "--workers", "2"), "is an option of --each"),
         (("watch", "fleet", "--out", "watched"), "bristle watch was removed. Use bristle identify LOGS --each"),
     ],
 )

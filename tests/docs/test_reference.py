@@ -46,7 +46,7 @@ def test_the_page_of_commands_lists_every_option_of_the_help(capsys):
     for command in commands:
         section = page.split(f"\n## bristle {command}\n")[1].split("\n## ")[0]
         main([command, "--help"])
-        options = set(re.findall(r"^\s+(--[a-z-]+)", capsys.readouterr().out, flags=re.MULTILINE)) - {"--help"}
+        options = set(re.findall(r"^\s+(?:-\w, )?(--[a-z-]+)", capsys.readouterr().out, flags=re.MULTILINE)) - {"--help"}
         assert options == set(re.findall(r"^\| `(--[a-z-]+)", section, flags=re.MULTILINE))
 
 

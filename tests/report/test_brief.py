@@ -96,7 +96,7 @@ def test_a_verdict_with_many_reasons_is_cut_to_three():
     assert line == Line("Verdict", "Use with care: a; b; c; 2 more reasons (-v).", "with_care")
 
 
-def test_lines_are_wrapped_beside_their_labels(capsys, monkeypatch):
+def test_lines_are_wrapped_behind_their_labels(capsys, monkeypatch):
     monkeypatch.setattr("bristle.cli.terminal.PIPE_WIDTH", 40)
     show_lines([Line("Model", 12 * "word "), Line("", "  indented"), Line("Verdict", "Usable.", "usable")])
     assert capsys.readouterr().out.splitlines() == [

@@ -1,4 +1,4 @@
-"""``bristle explain``: the meaning of a warning, and what to do about it."""
+"""``bristle explain``: the meaning of a warning, and advice."""
 
 from typing import Annotated
 
@@ -18,7 +18,7 @@ def explain(
     *,
     as_json: Json = False,
 ) -> None:
-    """Explain a warning: its meaning and what to do."""
+    """Explain a warning: its meaning, and advice."""
     from bristle.core import InputError, did_you_mean
     from bristle.report.brief import Line
     from bristle.report.messages import fields_of
@@ -36,7 +36,7 @@ def explain(
         show_table(Table("Warnings and notes", ("Code", "Meaning"), [(name, entry.means) for name, entry in entries.items()]))
     else:
         means, advice = entries[code].means, entries[code].advice
-        advice = "nothing: this is a note" if advice == "nothing" else advice
+        advice = "no action needed" if advice == "nothing" else advice
         numbers = ", ".join(name for name in fields_of(code) if name != "std_percent")
         lines = [Line("Code", code), Line("Meaning", _sentence(means)), Line("Do", _sentence(advice))]
         show_lines([*lines, *([Line("Numbers", f"{numbers} (in the JSON)")] if numbers else [])])

@@ -108,10 +108,10 @@ def identify(
     from bristle.friction import DEFAULT_MODELS
 
     if separate:
-        refuse({"--force": output.force}, "a fleet is gone on with, never replaced", "Name another folder")
+        refuse({"--force": output.force}, "cannot replace a fleet: bristle continues it", "Name another folder")
         refuse({"--format, --figure": output.formats or figure}, "a fleet has no figures", "Read its rows: br.read_study(DIR)")
     else:
-        refuse({"--workers": workers is not None}, "is for many logs, each by itself", "Add --each")
+        refuse({"--workers": workers is not None}, "is an option of --each", "Add --each")
     output.context.with_resource(own_readers(reader))
     axes = [toml_content(file) for file in axis or ()]
     if axes and describes_curves(axes[0]) and not separate:

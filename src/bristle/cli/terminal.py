@@ -128,7 +128,7 @@ def show_table(table: Table) -> None:
 
 
 def show_lines(lines: Iterable[Line]) -> None:
-    """Write labelled lines to the standard output, wrapped beside their labels, a verdict in its colour."""
+    """Write labelled lines to the standard output, wrapped behind their labels, a verdict in its colour."""
     from rich.text import Text
 
     console = _console(sys.stdout)
