@@ -13,6 +13,7 @@ array([0.    , 0.0046, 0.0124])
 from typing import TYPE_CHECKING
 
 from bristle.loading import loaded_from
+from bristle.removed import install
 
 if TYPE_CHECKING:
     from bristle import controllers, core, engine, figures, friction, hysteresis, plants, references, sensors, simulation
@@ -43,8 +44,9 @@ if TYPE_CHECKING:
     from bristle.simulation import simulate
     from bristle.study import read_study
 
-__version__ = "0.2.0"
+__version__ = "0.3.0"
 __getattr__ = loaded_from(__name__)
+install()
 
 __all__ = [
     "Axis",

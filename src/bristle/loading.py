@@ -22,8 +22,12 @@ def loaded_from(package: str) -> Callable[[str], Any]:
         return {alias.asname or alias.name: (str(node.module), alias.name) for node in imports for alias in node.names}
 
     def load(name: str) -> Any:
-        if name.startswith("__") or name not in places():
+        if name.startswith("__"):
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
+        if name not in places():
+            from bristle.removed import removed_name
+
+            return removed_name(package, name)
         module, inner = places()[name]
         return import_module(f"{package}.{inner}") if module == package else getattr(import_module(module), inner)
 

@@ -7,6 +7,7 @@ import pytest
 from tests.identification.known_logs import log_of, sines, sliding_effort
 
 from bristle.core import Axis, InputError
+from bristle.core.errors import InputWarning
 from bristle.identification import identify
 from bristle.identification.settings import DEFAULT, Settings
 from bristle.report.model_tables import changed_settings
@@ -111,8 +112,16 @@ def test_levels_and_ratios_of_the_literature_are_the_defaults():
     assert DEFAULT.missing_evidence < DEFAULT.missing_force
 
 
-def test_fixed_thresholds_are_not_settings():
-    for name in ("repeated_overlap", "filter_seen", "hopeless_std", "nested_loop"):
-        assert name not in {threshold.name for threshold in Settings.described()}
-        with pytest.raises(InputError, match="is now fixed"):
-            Settings.of({name: 1.0})
+THRESHOLDS_OF_0_2 = """
+amplitude_half_cycles at_odds clear_std coloured_correlation coloured_error delay_inertia filter_seen flat_rise follows
+half_sample_damping hopeless_std missing_effort missing_share missing_share_around moved negligible_force nested_loop
+noisy_inertia repeated_overlap repeated_size reversal_error reversal_excess reversal_lag reversal_periods reversal_share seen_rise
+stages_apart tremble unfinished_error white_lags white_level
+"""
+
+
+@pytest.mark.parametrize("name", THRESHOLDS_OF_0_2.split())
+def test_a_threshold_of_the_last_release_has_no_effect_and_warns(name):
+    assert name not in {threshold.name for threshold in Settings.described()}
+    with pytest.warns(InputWarning, match=rf"settings\.{name}: has no effect any more"):
+        assert Settings.of({name: 1.0}) == DEFAULT

@@ -111,9 +111,9 @@ def threshold(default: float, meaning: str, unit: str = "1", least: float = 0.0,
 
 @dataclass(frozen=True)
 class Thresholds:
-    """Base of dataclasses of thresholds; former thresholds are `fixed`, by name."""
+    """Base of dataclasses of thresholds; `former` names of the last release have no effect."""
 
-    fixed: ClassVar[frozenset[str]] = frozenset()
+    former: ClassVar[frozenset[str]] = frozenset()
 
     @classmethod
     @cache
@@ -128,8 +128,10 @@ class Thresholds:
         numbers: dict[str, float] = {}
         for name, value in values.items():
             if name not in by_name:
-                if name in cls.fixed or isinstance(getattr(cls, name, None), float):
-                    raise InputError("is now fixed", path=f"{path}.{name}", value=value, mend="Remove it")
+                if name in cls.former or isinstance(getattr(cls, name, None), float):
+                    text = f"{path}.{name}: has no effect any more. Remove it: bristle 0.4 refuses this key"
+                    warnings.warn(text, InputWarning, stacklevel=2)
+                    continue
                 raise InputError("is not a threshold of an identification", path=f"{path}.{name}", value=value, allowed=", ".join(by_name))
             entry = by_name[name]
             number = value if isinstance(value, (int, float)) and not isinstance(value, bool) else math.nan

@@ -4,6 +4,8 @@ Every figure is readable in grey: lines differ in lightness and dashes, markers 
 in their files.
 """
 
+from functools import partial
+
 from bristle.figures import loading  # first of all: imports matplotlib
 
 # isort: split
@@ -16,7 +18,9 @@ from bristle.figures.own import load_figure_file
 from bristle.figures.preisach import preisach_plane
 from bristle.figures.report_figure import ReportFigure
 from bristle.figures.small_multiples import closure, drift, minor_loops
+from bristle.removed import removed_name
 
+__getattr__ = partial(removed_name, __name__)
 __all__ = [
     "ReportFigure",
     "as_csv",

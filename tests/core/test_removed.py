@@ -1,0 +1,60 @@
+"""Names of release 0.2: those that moved work with a warning, and those that were removed state their successor."""
+
+import subprocess
+import sys
+
+import pytest
+
+import bristle
+from bristle.removed import HOMES, PACKAGES, SUCCESSORS
+
+
+@pytest.mark.parametrize(
+    ("package", "name", "home"),
+    [
+        ("bristle.stability", "assess", "bristle.loop"),
+        ("bristle.loop_design", "error_budget", "bristle.loop"),
+        ("bristle.hysteresis_identification", "fit_grid", "bristle.hysteresis.identification.linear"),
+        ("bristle.figures", "residuals", "bristle.figures.fit"),
+        ("bristle.fleet", "Fleet", "bristle.fleet.plan"),
+    ],
+)
+def test_a_moved_name_is_the_same_object_and_warns(package, name, home):
+    code = (
+        f"import warnings; warnings.simplefilter('error')\nfrom {home} import {name} as present\n"
+        f"warnings.simplefilter('always')\nwith warnings.catch_warnings(record=True) as caught:\n    from {package} import {name}\n"
+        f"assert {name} is present\nassert any('{package}.{name} moved to' in str(item.message) for item in caught), caught\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize("place", SUCCESSORS)
+def test_a_removed_name_states_its_successor(place):
+    package, _, name = place.rpartition(".")
+    with pytest.raises(AttributeError, match=r"was removed in bristle 0\.3\. \w+"):
+        getattr(__import__(package, fromlist=["x"]), name)
+
+
+def test_an_unknown_name_is_an_attribute_error_as_usual():
+    with pytest.raises(AttributeError, match=r"module 'bristle\.engine' has no attribute 'nonsense'"):
+        _ = bristle.engine.nonsense
+    with pytest.raises(ModuleNotFoundError):
+        __import__("bristle.nonsense")
+
+
+def test_a_submodule_comes_before_a_former_name():
+    from bristle.figures import comparison
+
+    assert comparison.__name__ == "bristle.figures.comparison"
+
+
+def test_packages_that_exist_are_not_shadowed():
+    for package in HOMES:
+        module = __import__(package, fromlist=["x"])
+        assert (module.__spec__.origin is None) == (package in PACKAGES)
+
+
+def test_the_aliases_of_0_2_end_with_0_4():
+    """Delete `bristle.removed` and this file then."""
+    assert tuple(map(int, bristle.__version__.split(".")[:2])) < (0, 4)
