@@ -77,7 +77,7 @@ def test_the_drift(paper):
 
 def test_the_other_figures(paper):
     rests, apart, width = row("3")[:3]
-    assert f"−{rests} ± {apart} nm in a cycle" in paper[3].found[0]
+    assert f"−{rests} ± {apart} nm per cycle" in paper[3].found[0]
     drift, share = (paper[3].numbers[key]["virtual rig"] for key in ("drift_per_cycle", "share_of_the_orbit"))
     assert 1e6 * abs(drift) / share == pytest.approx(width, abs=0.006)
     bottom, top, tip, wander = row("5")[:4]
