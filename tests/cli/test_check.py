@@ -138,7 +138,7 @@ def test_a_model_file_is_checked_with_its_values(bristle, place):
         ('"force"', '"forse*time"', 9, "quantity of 'force against the motion'", "Did you mean 'force'?"),
         ('"force"', '"N"', 9, "quantity of 'force against the motion'", "not its unit"),
         ("directional=True", 'excitation="slide"', 9, "excitation of 'force against the motion'", "'sliding'?"),
-        ('"""None."""', 'z: Annotated[float, Variable("depth", "depth")] = 0.0', 13, "quantity of 'depth'", "no 'depth'"),
+        ('"""None."""', 'z: Annotated[float, Variable("depth", "depth")] = 0.0', 13, "quantity of 'depth'", "'depth' is unknown"),
     ],
 )
 def test_an_unknown_quantity_is_bad_input_with_its_line(bristle, place, command, old, new, line, place_of, said):

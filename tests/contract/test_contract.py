@@ -41,7 +41,7 @@ def test_the_composite_meets_it_with_every_operator_and_slip_law(kernel, transit
     assert [check for check in check_model(model) if not check.passed] == []
 
 
-@pytest.mark.parametrize(("factor", "words"), [(1.01, "apart"), (float("nan"), "apart"), (1.0, None)])
+@pytest.mark.parametrize(("factor", "words"), [(1.01, "differ by"), (float("nan"), "differ by"), (1.0, None)])
 def test_wrong_derivatives_of_the_force_are_reported(monkeypatch, factor, words):
     def wrong(*arguments):
         force, derivatives = force_with_derivatives(*arguments)

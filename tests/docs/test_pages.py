@@ -153,7 +153,7 @@ def test_identified_models_of_experiments_in_pages_are_planned(block, at_the_rea
     part = tomllib.loads(block.text)
     read = (merged(tomllib.loads(whole.text), part), at_the_reader / "experiment.toml", Sources(at_the_reader))
     assert planned_in(*read).keys() == part["identify"].keys()
-    with pytest.raises(InputError, match=r"is not identified\. Run the experiment once"):
+    with pytest.raises(InputError, match=r"is not identified yet\. Run the experiment once"):
         with_models(*read)
 
 

@@ -42,7 +42,3 @@ def test_predictions_use_the_effort_with_the_same_hold(log):
     plant = identify(sliding_log(), "coulomb_viscous", mass=28.0, blocks=0, draws=0).best.plant
     stated, unstated = (predict(plant, model, log, Axis(held=fixed)).metrics["force_error_percent"] for fixed in (True, None))
     assert stated < 0.6 * unstated
-
-
-def test_a_static_model_has_no_remark_about_the_hold(log):
-    assert not any("held" in item for item in warnings_of(identify(log, "stribeck", blocks=0, draws=0).best))

@@ -81,7 +81,7 @@ def test_a_user_model_is_not_taken_for_a_model_of_bristle(tmp_path, stage):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        ((FRICTION, PLANT), "plant: must be a plant model, and is a friction model"),
+        ((FRICTION, PLANT), "plant: must be a plant model, but is a friction model"),
         ((PLANT, None), "friction: must be a model with parameters, a friction model"),
         ((PLANT, coulomb), "friction: must be a model with parameters, a friction model"),
     ],

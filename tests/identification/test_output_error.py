@@ -62,7 +62,7 @@ def test_intervals_contain_the_truth(fit):
 def test_a_factor_without_effect_is_named(fit):
     beta = fit.parameters["beta"]
     assert (beta.status, beta.std) == ("unidentifiable", None)
-    assert "only beta*gamma and beta*delta show" in note_of(beta)
+    assert "depends only on beta*gamma and beta*delta" in note_of(beta)
     assert [combination.name for combination in fit.combinations] == ["beta*gamma", "beta*delta"]
 
 

@@ -106,7 +106,7 @@ def test_a_motor_that_turns_is_read_by_its_gear_and_lead():
 
 
 def test_a_log_without_position_and_speed_is_refused_with_advice():
-    with pytest.raises(InputError, match=r"columns.position: is missing\. Write position = .*, or velocity alone"):
+    with pytest.raises(InputError, match=r"columns.position: is missing\. Write position = .*, or give only a velocity"):
         axis_from({"schema": 1, "kind": "translational", "columns": {"time": "time", "effort": "force"}})
 
 
@@ -130,7 +130,7 @@ def test_an_axis_file_is_proposed_and_the_log_looked_at():
 
 
 def test_a_speed_that_is_only_asked_for_is_no_motion():
-    with pytest.raises(InputError, match="does not say which column is the position"):
+    with pytest.raises(InputError, match="has no column that bristle recognises as the position"):
         propose_axis(log().replace(b"speed", b"speed_setpoint"))
 
 

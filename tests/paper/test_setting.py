@@ -162,7 +162,7 @@ def test_user_files_are_kept(tmp_path):
     write_experiments(tmp_path / "mine", force=True)
     (tmp_path / "mine" / "set_a_rig.toml").write_text("mine")
     for force in (False, True):
-        with pytest.raises(InputError, match=r"changed since: set_a_rig\.toml"):
+        with pytest.raises(InputError, match=r"that were changed: set_a_rig\.toml"):
             write_experiments(tmp_path / "mine", force=force)
     assert (tmp_path / "mine" / "set_a_rig.toml").read_text() == "mine"
     (tmp_path / "file").write_text("")

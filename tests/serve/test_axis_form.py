@@ -76,7 +76,12 @@ def test_the_short_form_of_a_column_is_shown_and_changed_as_the_long_one(edits, 
 
 @pytest.mark.parametrize(
     ("edits", "words"),
-    [({"a.b.c.d": 1}, "no key"), ({"columns..x": 1}, "no key"), ({"columns": []}, "text or a number"), ({"schema.x": 1}, "no table")],
+    [
+        ({"a.b.c.d": 1}, "is not a key"),
+        ({"columns..x": 1}, "is not a key"),
+        ({"columns": []}, "text or a number"),
+        ({"schema.x": 1}, "is not a table"),
+    ],
 )
 def test_an_unknown_key_of_an_axis_file_is_refused(edits, words):
     with pytest.raises(InputError, match=words):

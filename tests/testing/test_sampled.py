@@ -36,7 +36,7 @@ def test_built_in_laws_and_sensors_meet_the_contract(component):
         ("pid.py", EFFORT, "return 0.0, p", "law results", "step returned a Parameters as its state"),
         ("pid.py", EFFORT, "return dt / (dt - dt), state", "law results", "stops with ZeroDivisionError"),
         ("pid.py", "return State()", "return dt", "law kernels", ""),
-        ("pid.py", EFFORT, 'return float("1.0"), state', "law kernels", "pid.py, line 28: '1.0' is neither"),
+        ("pid.py", EFFORT, 'return float("1.0"), state', "law kernels", "pid.py, line 28: '1.0' is not a number, an argument"),
         ("pid.py", "@kernel\ndef start", "def start", "law kernels", "start is not a kernel"),
         ("pid.py", '"K_P": 4e6, ', '"K_P": "4e6 kg", ', "example", "has the wrong unit"),
         ("resolver.py", READS, "return float('nan') * x, state", "sensor kernels", ""),

@@ -256,7 +256,7 @@ def _names(value: Any, path: str, kind: Kind | None) -> tuple[str, ...]:
 
 
 FLAG: Converter = _flag
-TEXT: Converter = instance(str, "text")
+TEXT: Converter = instance(str, "text")  # A text
 NAMES: Converter = _names  # Names, in a list or separated by commas
 FUNCTION: Converter = instance(Callable, "a function")  # type: ignore[arg-type]
 Progress = Callable[[float, str], None]

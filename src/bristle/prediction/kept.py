@@ -59,7 +59,8 @@ def _estimates(parameters: Mapping[str, Any], diagnostics: tuple[Diagnostic, ...
     return tuple(
         Estimate(
             name=name,
-            **{key: value for key, value in entry.items() if key in names and key != "interval"},
+            **{key: value for key, value in entry.items() if key in names and key not in ("interval", "value")},
+            value=math.inf if entry["value"] is None else entry["value"],  # JSON has no infinity
             interval=tuple(entry["interval"]) if entry["interval"] else None,
             reason=None if entry["status"] == "identified" else reasons.get(name),
         )

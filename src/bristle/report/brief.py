@@ -136,11 +136,11 @@ def _gain(simulation: SimulationResult | None, following: Following | None) -> l
 
 def _warnings(fit: Fit, following: Following | None) -> list[Line]:
     """Return the gravest warnings with their codes."""
-    found = [diagnostic for diagnostic in fit.diagnostics if diagnostic.severity != "note"]
+    doubts = [diagnostic for diagnostic in fit.diagnostics if diagnostic.severity != "note"]
     if following is not None and following.contradiction is not None:
-        found.append(following.contradiction)
-    found.sort(key=lambda diagnostic: _gravity(diagnostic, fit))
-    lines = dict.fromkeys(f"{_named(diagnostic)} [{diagnostic.code}]" for diagnostic in found)
+        doubts.append(following.contradiction)
+    doubts.sort(key=lambda diagnostic: _gravity(diagnostic, fit))
+    lines = dict.fromkeys(f"{_named(diagnostic)} [{diagnostic.code}]" for diagnostic in doubts)
     more = len(lines) - WARNINGS
     lines = [*lines][:WARNINGS] + ([f"{f'{more} more: -v. ' if more > 0 else ''}To explain one: bristle explain CODE"] if lines else [])
     return [Line("" if place else "Warnings", text) for place, text in enumerate(lines)]

@@ -67,8 +67,8 @@ def next_motion(fit: Fit, axis: Axis, log: Log, progress: Progress | None = None
             continue
         if motion.rehearsal is None:
             continue
-        found = {estimate.name: estimate for estimate in motion.rehearsal.identification.best.estimates}
-        gained = {name: (_now(estimate), _then(found.get(name), estimate)) for name, estimate in unknown.items()}
+        rehearsed = {estimate.name: estimate for estimate in motion.rehearsal.identification.best.estimates}
+        gained = {name: (_now(estimate), _then(rehearsed.get(name), estimate)) for name, estimate in unknown.items()}
         narrower = {name: (now, then) for name, (now, then) in gained.items() if then is not None and then < NARROWER * (now or 100.0)}
         if narrower and (best is None or len(narrower) > len(best.half_widths)):
             best = NextMotion(purposes, narrower, options, limits)
@@ -100,8 +100,8 @@ def _now(estimate: Estimate) -> float | None:
     return estimate.interval_percent if estimate.status == "identified" else None
 
 
-def _then(found: Estimate | None, estimate: Estimate) -> float | None:
+def _then(rehearsed: Estimate | None, estimate: Estimate) -> float | None:
     """Return the half-width that the rehearsal gives, in percent of the value now."""
-    if found is None or found.status != "identified" or found.ends is None or not estimate.value:
+    if rehearsed is None or rehearsed.status != "identified" or rehearsed.ends is None or not estimate.value:
         return None
-    return 50.0 * (found.ends[1] - found.ends[0]) / abs(estimate.value)
+    return 50.0 * (rehearsed.ends[1] - rehearsed.ends[0]) / abs(estimate.value)
