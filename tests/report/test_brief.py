@@ -49,6 +49,14 @@ def test_mass_and_level_of_friction_come_with_half_widths_and_in_the_unit_of_the
     assert "backward ±" in friction
 
 
+def test_a_log_in_one_direction_has_no_level_to_type_in(identification, monkeypatch):
+    levels = Some(forward=8.0, backward=None, constant=0.0, inertia=12.0)
+    monkeypatch.setattr(module, "level_values", lambda fit: levels)
+    assert [line.text for line in module._to_type_in(identification.best, None)][1:] == [
+        "friction: unknown, because the log moves in one direction only"
+    ]
+
+
 def test_the_three_gravest_warnings_are_named_with_their_codes(identification):
     lines = texts(brief(with_diagnostics(identification, *CODES), None, None), "Warnings")
     assert [line.rpartition("[")[2].rstrip("]") for line in lines[:3]] == ["structure", "clipped", "level_drifts"]

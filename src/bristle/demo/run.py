@@ -12,8 +12,8 @@ from bristle.report.identified import Outcome, identify
 from bristle.simulation import Prediction, compensation_experiment, simulate
 
 BANNER = (
-    "This axis is simulated. Its friction, thirty spring-slider elements and a thinning oil film, differs in structure "
-    "from every fitted model. The loop with and without compensation runs on that simulated axis, not on the model."
+    "This axis is simulated. Its friction, thirty elements that slip in turn and a thinning oil film, differs in structure "
+    "from every fitted model. The loop runs on that axis, not on the model."
 )
 FITTED, UNSEEN = 1, 2  # seeds of the two motions
 

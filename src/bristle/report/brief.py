@@ -11,7 +11,7 @@ from bristle.report.judgement import DOUBTS, judged
 from bristle.report.model_tables import parameter_table
 from bristle.report.page import Ruling
 from bristle.report.sentences import SENTENCES
-from bristle.report.table import fixed, length_text, percent_text, short_text
+from bristle.report.table import fixed, length_text, percent_text
 
 if TYPE_CHECKING:
     from bristle.core import Axis, Diagnostic
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from bristle.prediction import Following
     from bristle.simulation import SimulationResult
 
+HALF_SAMPLE = 0.5  # a smaller delay is not worth a line
 PARAMETERS, WARNINGS, REASONS = 5, 3, 3  # shown at most
 
 
@@ -50,7 +51,7 @@ def brief(
 def verdict(ruling: Ruling) -> Line:
     """Return the verdict with its first reasons."""
     reasons, more = list(ruling.reasons[:REASONS]), len(ruling.reasons) - REASONS
-    reasons += [f"{more} more reasons (-v)"] if more > 0 else []
+    reasons += [f"{more} more reason{'s' * (more > 1)} (-v)"] if more > 0 else []
     return Line("Verdict", f"{ruling.words}{': ' if reasons else ''}{'; '.join(reasons)}.", ruling.level)
 
 
@@ -58,7 +59,8 @@ def _model(identification: Identification) -> list[Line]:
     fit, others = identification.best, len(identification.fits) - 1
     held_out = "" if fit.held_out is None else f", {percent_text(fit.held_out.mean_percent)} held out"
     lines = [Line("Model", f"{fit.name}: model error {percent_text(fit.error_percent)}{held_out}")]
-    delays = [diagnostic.numbers["delay"] for diagnostic in fit.diagnostics if diagnostic.code == "delay_found"]
+    removed = [diagnostic.numbers for diagnostic in fit.diagnostics if diagnostic.code == "delay_found"]
+    delays = [numbers["delay"] for numbers in removed if abs(float(str(numbers["samples"]))) >= HALF_SAMPLE]
     texts = (fixed(delay, "s") for delay in delays if isinstance(delay, float))
     lines += [Line("", f"bristle removed a delay of {text} between effort and position") for text in texts]
     return lines + ([Line("", f"best of {others + 1} models (compare them: -v)")] if others else [])
@@ -93,19 +95,21 @@ def _share(estimate: Estimate) -> float:
 
 def _to_type_in(fit: Fit, axis: Axis | None) -> list[Line]:
     """Return mass and level of friction with their half-widths, in SI and in the unit of the drive."""
-    levels, kind = level_values(fit), fit.plant.kind
-    if levels is None or levels.forward is None or levels.backward is None:
+    levels, kind, inertia = level_values(fit), fit.plant.kind, fit.inertia
+    if levels is None:
         return []
-    inertia, word = fit.inertia, "inertia" if kind == "rotational" else "mass"
-    lines = []
+    lines, unit = [], unit_of("force", kind)
     if inertia is not None and inertia.status != "unidentifiable" and levels.inertia:
-        lines.append(f"{word} {fixed(levels.inertia, unit_of('mass', kind))}{_width([inertia])}")
-    unit = unit_of("force", kind)
+        source = " (given)" if inertia.status == "held" else _width([inertia])
+        lines.append(f"{'inertia' if kind == 'rotational' else 'mass'} {fixed(levels.inertia, unit_of('mass', kind))}{source}")
+    if levels.forward is None or levels.backward is None:
+        lines.append("friction: unknown, because the log moves in one direction only")
+        return [Line("" if place else "Type in", text) for place, text in enumerate(lines)]
     known = [estimate for estimate in fit.estimates if estimate.name in fit.levels and estimate.status == "identified"]
     friction = f"friction {fixed(levels.forward, unit)} forward, {fixed(levels.backward, unit)} backward{_width(known)}"
     lines.append(friction + (f", constant force {fixed(levels.constant, unit)}" if levels.constant else ""))
     for drive_unit in drive_units(axis, kind).efforts:
-        values = (short_text(drive_unit.of(level)) for level in (levels.forward, levels.backward))
+        values = (number(float(f"{drive_unit.of(level):.3g}"), digits=3) for level in (levels.forward, levels.backward))
         lines.append(f"  in {typeset(drive_unit.name)}: {', '.join(values)}")
     return [Line("" if place else "Type in", text) for place, text in enumerate(lines)]
 
@@ -130,7 +134,7 @@ def _gain(simulation: SimulationResult | None, following: Following | None) -> l
     times = f", {number(before / after, digits=2)} times smaller" if 0.0 < after < 0.95 * before else ", no improvement"
     return [
         Line("Gain", f"friction feedforward: {old} → {new}{times}", "gain"),
-        Line("", "(following error, peak to peak, simulated: confirm it on the machine)"),
+        Line("", "(following error, peak to peak, simulated: confirm on the machine)"),
     ]
 
 

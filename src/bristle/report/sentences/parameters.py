@@ -204,7 +204,7 @@ STRUCTURE: dict[str, Sentence] = {
             "the model lacks a force, too small to matter in use. {missing:force} of the residual (root mean square, {percent:.2g} % "
             "of friction) repeats on held-out half-cycles. Noise and scatter explain only {chance:force}. The likely causes follow",
         ),
-        "the model lacks forces, listed by cause",
+        "the model lacks forces",
         "try the suggested model. Until then, treat parameters and intervals as effective",
         choose=lambda texts, numbers: texts[2 if numbers["small"] else 0] + (texts[1] if numbers["names"] else ""),
         also=("causes", "small"),
