@@ -94,7 +94,7 @@ def test_the_presliding_distance(fits, log, axis):
         for name, error in (("coulomb_viscous", symmetric), ("coulomb_viscous+asymmetry", by_direction)):
             prediction = predict(fits[name].plant, fits[name].friction, log, at, "closed-loop")
             assert prediction.metrics["force_error_percent"] == pytest.approx(error, abs=1e-3)
-    symmetric, by_direction = rows(DECISIONS / "0005-presliding-distance-in-loops.md", "none")[0]
+    symmetric, by_direction = rows(DECISIONS / "0005-presliding-distance-in-loops.md", "instant")[0]
     instant = replace(axis, presliding=None)
     prediction = predict(fits["coulomb_viscous"].plant, fits["coulomb_viscous"].friction, log, instant, "closed-loop")
     assert prediction.metrics["force_error_percent"] == pytest.approx(symmetric, abs=1e-3)
