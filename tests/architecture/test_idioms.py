@@ -11,6 +11,8 @@ from collections import Counter
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parents[2]
 GENERATED = "<!-- Written by docs/generate.py"
 PREPOSITIONS = ("in", "on", "at", "of", "by", "to", "for", "from", "with", "over", "after", "under", "into", "upon", "along", "during")
@@ -92,6 +94,57 @@ def rate(texts: Iterable[str]) -> tuple[float, Counter[str], int]:
     words = sum(len(WORD.findall(text)) for text in joined)
     counts = sum((idioms_in(text) for text in joined), Counter())
     return 1000.0 * counts.total() / max(words, 1), counts, words
+
+
+@pytest.mark.parametrize("kind", [pages, strings, names])
+def test_prose_has_at_most_three_times_the_idioms_of_the_anchors(kind):
+    value, counts, words = rate(text for page in kind(ROOT).values() for text in page)
+    assert words > 20_000
+    assert value <= 3.0 * ANCHOR, counts
+
+
+@pytest.mark.parametrize(
+    ("text", "idiom"),
+    [
+        ("Return what the model lacks.", "what as a noun"),
+        ("the bits tell which model is better", "which as a noun"),
+        ("there is none for it", "none, nothing"),
+        ("a knob of its own", "a pronoun for a thing"),
+        ("the axis is told by a file", "is told, is said"),
+        ("both are alike", "alike, beside"),
+        ("the loop errs", "errs"),
+        ("the search goes on", "takes back, goes with"),
+        ("it comes back on each cycle", "comes out, lies open"),
+        ("the unit stands behind it", "stands"),
+        ("the value is held", "held"),
+        ("which the filter lets pass", "lets pass"),
+        ("a file that is handed in", "hands in, takes off"),
+        ("it computes by itself", "by itself"),
+    ],
+)
+def test_each_idiom_is_counted(text, idiom):
+    assert idioms_in(text)[idiom] == 1
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "None if the log has no reference.",
+        "the file, which bristle reads",
+        "the time at which it stops",
+        "held constant",
+        "a held-out block",
+        "a standard error",
+    ],
+)
+def test_plain_english_is_not_counted(text):
+    assert idioms_in(text).total() == 0
+
+
+def test_code_addresses_and_formulas_are_not_prose():
+    assert idioms_in(prose_of_markdown("`what` [a](what.md) $what$\n```sh\nwhat\n```\n")).total() == 0
+    assert list(prose_of_python('x = "what is told"\ny = "what is told by none of it"\n')) == ["what is told by none of it"]
+    assert list(names_of_tests("def test_what_is_told(): pass\ndef other(): pass\n")) == ["what is told"]
 
 
 def main(*arguments: str) -> None:
