@@ -69,7 +69,8 @@ def _model(identification: Identification) -> list[Line]:
 def _parameters(fit: Fit) -> list[Line]:
     """Return the free parameters as aligned lines, those with the largest share of the friction force first where there are many."""
     free = [estimate for estimate in (*fit.estimates, *fit.combinations) if estimate.status != "held"]
-    first = sorted(free, key=lambda estimate: -_share(estimate))[:PARAMETERS] if len(free) > PARAMETERS + 1 else free
+    first = sorted(free, key=lambda estimate: (estimate is not fit.inertia, -estimate.takes))
+    first = first[:PARAMETERS] if len(free) > PARAMETERS + 1 else free
     names = [estimate.name for estimate in free if estimate in first]
     table = parameter_table(fit)
     columns = {head: place for place, head in enumerate(table.heads)}
@@ -77,20 +78,17 @@ def _parameters(fit: Fit) -> list[Line]:
     widths = [max((len(row[place]) for row in rows), default=0) for place in range(len(COLUMNS))]
     lines = []
     for name, value, unit, half, remark in rows:
+        remark = PLAIN.get(remark.partition("; ")[0], remark.partition("; ")[0])
         quantity = f"{value:>{widths[1]}} {'' if unit == '–' else unit:<{widths[2]}}"
-        lines.append(
-            f"{name:<{widths[0]}}  {quantity}  {'' if half == '–' else half + ' %':<{widths[3] + 2}}  {remark.partition(';')[0]}".rstrip()
-        )
+        width = f"{'' if half == '–' else half + ' %':<{widths[3] + 2}}"
+        lines.append(f"{name:<{widths[0]}}  {quantity}  {width}  {remark}".rstrip())
     more = len(free) - len(names)
     lines += [f"and {more} more (-v)"] if more else []
     return [Line("" if place else "Parameters", text) for place, text in enumerate(lines)]
 
 
+PLAIN = {"effective": "valid for similar motions"}
 COLUMNS = ("Parameter", "Value", "Unit", "95 % interval [%]", "Remark")
-
-
-def _share(estimate: Estimate) -> float:
-    return float("inf") if estimate.description.startswith("moving mass") else estimate.takes
 
 
 def _to_type_in(fit: Fit, axis: Axis | None) -> list[Line]:
@@ -107,7 +105,8 @@ def _to_type_in(fit: Fit, axis: Axis | None) -> list[Line]:
         return [Line("" if place else "Type in", text) for place, text in enumerate(lines)]
     known = [estimate for estimate in fit.estimates if estimate.name in fit.levels and estimate.status == "identified"]
     friction = f"friction {fixed(levels.forward, unit)} forward, {fixed(levels.backward, unit)} backward{_width(known)}"
-    lines.append(friction + (f", constant force {fixed(levels.constant, unit)}" if levels.constant else ""))
+    is_known = all(estimate.status in ("identified", "held") for estimate in fit.estimates if estimate.name == "offset")
+    lines.append(friction + (f", constant force {fixed(levels.constant, unit)}" if levels.constant and is_known else ""))
     for drive_unit in drive_units(axis, kind).efforts:
         values = (number(float(f"{drive_unit.of(level):.3g}"), digits=3) for level in (levels.forward, levels.backward))
         lines.append(f"  in {typeset(drive_unit.name)}: {', '.join(values)}")
