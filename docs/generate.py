@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any
 
 import typer
+from json_schema import json_schema
 
 import bristle
 from bristle.cli.application import app
@@ -33,6 +34,8 @@ from bristle.core.variable import KINDS, unit_of
 from bristle.files.components import key_of
 from bristle.friction import CHANNEL_SLOTS
 from bristle.friction.slots import OFFSET, PARAMETERS_OF_SLOTS, WHAT_SLOTS_DO
+
+sys.path.insert(0, str(Path(__file__).parent))
 
 FOLDER = Path(__file__).parent / "reference"
 PACKAGE = Path(bristle.__file__).parent
@@ -719,6 +722,7 @@ PAGES: dict[str, Callable[[], str]] = {
     "equations.md": equations,
     "robustness.md": robustness,
     "sticking.md": sticking,
+    "schema.json": json_schema,
 }
 
 if __name__ == "__main__":

@@ -4,7 +4,9 @@ import json
 import re
 from functools import cache
 
+import jsonschema
 import pytest
+from tests.docs.conftest import ROOT
 from tests.docs.json_reference import documented, is_found
 from tests.exports.native import COMPILER
 from tests.golden.case import CASES
@@ -120,3 +122,24 @@ def test_the_skeleton_of_a_result():
 )
 def test_missing_keys_are_reported_and_added_keys_are_not(changed, places):
     assert [difference.path for difference in differences(skeleton(RESULT), skeleton(RESULT | changed))] == places
+
+
+@pytest.mark.parametrize(
+    ("command", "words"),
+    [
+        ("log", ("log", "log.csv", "--axis", "axis.toml")),
+        ("predict", ("predict", "model.toml", "log.csv", "--axis", "axis.toml")),
+        ("explain", ("explain", "few_speeds")),
+        ("models", ("models", "gms")),
+        ("check", ("check", "model.toml")),
+        ("identify", ("identify", "log.csv", "--axis", "axis.toml", "--model", "viscous", "--draws", 0)),
+    ],
+)
+def test_a_result_has_the_published_schema(bristle, place, command, words):
+    published = json.loads((ROOT / "docs/reference/schema.json").read_text(encoding="utf-8"))
+    schema = {"$ref": f"#/$defs/{command}", "$defs": published["$defs"]}
+    data = bristle(*words, "--json").data
+    assert [error.message for error in jsonschema.Draft202012Validator(schema).iter_errors(data)] == []
+    jsonschema.Draft202012Validator.check_schema(published)
+    key = schema["$defs"][command]["required"][0]
+    assert list(jsonschema.Draft202012Validator(schema).iter_errors({name: value for name, value in data.items() if name != key}))
