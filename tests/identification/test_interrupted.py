@@ -195,6 +195,6 @@ def test_the_command_line_writes_an_interrupted_result_with_a_remark(tmp_path, l
     requested = [str(tmp_path / "log.csv"), "--axis", str(tmp_path / "axis.toml"), "--out", str(out)]
     assert main(["identify", *requested, "--model", "lugre", "--json"]) == 128 + number
     printed = capsys.readouterr()
-    assert json.loads(printed.out)["unfinished"].startswith("interrupted: lugre")
+    assert json.loads(printed.out)["unfinished"].startswith("interrupted: the fit of lugre")
     assert "interrupted: the fit of lugre is incomplete" in printed.err
     assert 'unfinished = "interrupted' in (out / "model.toml").read_text()

@@ -65,13 +65,6 @@ def test_a_half_unidentified_model_ranks_below_within_the_spread(made):
     assert order(simple, made("rich", BLOCKS, 10, unknown=4)) == ["rich", "simple"]
 
 
-def test_an_unidentified_parameter_without_effect_does_not_decide_the_order(made):
-    simple, rich = made("simple", [block + 0.1 for block in BLOCKS], 3), made("rich", BLOCKS, 10, unknown=5)
-    assert order(simple, rich) == ["simple", "rich"]
-    idle = replace(rich, estimates=tuple(replace(estimate, effect=0.0) for estimate in rich.estimates))
-    assert order(simple, idle) == ["rich", "simple"]
-
-
 def test_after_the_chosen_model_the_order_is_that_of_the_error(made):
     better = made("better", BLOCKS, 6)
     others = [made(f"p{size}", [block + 0.5 - 0.1 * size for block in BLOCKS], size) for size in (2, 3, 4)]

@@ -64,6 +64,13 @@ def test_the_three_gravest_warnings_are_named_with_their_codes(identification):
     assert texts(brief(with_diagnostics(identification), None, None), "Warnings") == []
 
 
+def test_the_models_that_the_residual_asks_for_are_proposed(identification):
+    found = [Diagnostic("missing_position", "", "warning", {"model": name}, "translational") for name in ("a+position", "b", "a+position")]
+    lines = brief(replace(identification, fits=(replace(identification.best, diagnostics=tuple(found)),)), None, None)
+    assert texts(lines, "Try") == ["--model a+position,b"]
+    assert texts(brief(with_diagnostics(identification), None, None), "Try") == []
+
+
 def test_an_error_is_named_before_every_warning(identification):
     found = with_diagnostics(identification, "structure")
     error = Diagnostic("few_speeds", "", "error", {}, "translational")

@@ -191,11 +191,11 @@ def test_changed_log_is_fitted_again(rig, tmp_path):
 @pytest.mark.parametrize(
     ("seen", "instead", "said"),
     [
-        ('excite = "learning"', 'excite = "lerning"', 'identify.axis_x.excite.*is no variant.*"?learning'),
+        ('excite = "learning"', 'excite = "lerning"', 'identify.axis_x.excite.*is not a variant.*"?learning'),
         ('excite = "learning"', "", "identify.axis_x: needs a log or an excitation for the fit"),
         ('excite = "learning"', 'excite = "identified"', "is not identified yet when this loop is excited"),
         ('excite = "learning"', 'excit = "learning"', "unknown key"),
-        ('identified = "axis_x"', 'identified = "axis_y"', r"friction\.identified.*not identified in this file.*axis_x"),
+        ('identified = "axis_x"', 'identified = "axis_y"', r"friction\.identified.*is not a model under.*axis_x"),
         ('excite = "learning"', 'log = "none.csv"', "identify.axis_x.log"),
         ('identified = "axis_x"', 'identified = "axis_x"', "identify.axis_x: is not identified.*bristle run"),
     ],

@@ -74,9 +74,7 @@ class Settings(CheckThresholds):
     # Validation and comparison of models.
     held_out_rows: float = _set(20.0, "smallest held-out block, without its margins", "rows", least=2.0)
     same_error: float = _set(1e-3, "largest relative difference between held-out errors that count as equal")
-    doubtful_share: float = _set(
-        0.5, "share of unidentified parameters, counting those that matter, from which a simpler model is preferred"
-    )
+    doubtful_share: float = _set(0.5, "share of unidentified parameters from which a simpler model is preferred")
 
     # The loop in simulation.
     loop_differs: float = _set(0.15, "largest relative difference of measured and simulated following error for a predicted gain")

@@ -64,7 +64,7 @@ def ranked(fits: Sequence[Fit], settings: Settings = DEFAULT, spread: float = 0.
 
     The smallest held-out error leads. bristle chooses the simplest model whose error exceeds the smallest by no more than
     the standard error of their difference, block by block. A leader gives way to a simpler model, within the spread of
-    its error over the blocks, if half or more of its parameters, counting those that matter, are not identified.
+    its error over the blocks, if the log does not identify half or more of its parameters.
 
     If a log repeats one motion, the position gives the time within a period, and a model that varies along the axis
     follows every repeating force. Such a leader gives way to a model with fewer slots of the position, within the
@@ -114,8 +114,8 @@ def _size(fit: Fit) -> int:
 
 
 def _doubtful(fit: Fit, settings: Settings) -> bool:
-    """Return whether too many parameters that matter to the force are not identified."""
-    unsure = [estimate.status != "identified" and estimate.matters for estimate in fit.estimates if estimate.status != "held"]
+    """Return whether too many of the free parameters are not identified."""
+    unsure = [estimate.status != "identified" for estimate in fit.estimates if estimate.status != "held"]
     return bool(unsure) and sum(unsure) >= settings.doubtful_share * len(unsure)
 
 

@@ -146,7 +146,9 @@ def _warnings(fit: Fit, following: Following | None) -> list[Line]:
     lines = dict.fromkeys(f"{_named(diagnostic)} [{diagnostic.code}]" for diagnostic in doubts)
     more = len(lines) - WARNINGS
     lines = [*lines][:WARNINGS] + ([f"{f'{more} more: -v. ' if more > 0 else ''}To explain one: bristle explain CODE"] if lines else [])
-    return [Line("" if place else "Warnings", text) for place, text in enumerate(lines)]
+    models = dict.fromkeys(str(diagnostic.numbers["model"]) for diagnostic in doubts if diagnostic.numbers.get("model"))
+    proposed = [Line("Try", f"--model {','.join(models)}")] if models else []
+    return [*(Line("" if place else "Warnings", text) for place, text in enumerate(lines)), *proposed]
 
 
 def _gravity(diagnostic: Diagnostic, fit: Fit) -> tuple[bool, int, bool]:
