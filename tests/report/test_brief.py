@@ -52,6 +52,7 @@ def test_mass_and_level_of_friction_come_with_half_widths_and_in_the_unit_of_the
 def test_a_log_in_one_direction_has_no_level_to_type_in(identification, monkeypatch):
     levels = Some(forward=8.0, backward=None, constant=0.0, inertia=12.0)
     monkeypatch.setattr(module, "level_values", lambda fit: levels)
+    assert texts(brief(identification, Some(), None), "Gain") == ["not predicted: the friction is unknown"]
     assert [line.text for line in module._to_type_in(identification.best, None)][1:] == [
         "friction: unknown, because the log moves in one direction only"
     ]
@@ -102,7 +103,7 @@ def test_many_parameters_are_cut_to_those_that_take_most_of_the_force(identifica
     more = [replace(fit.estimates[1], name=f"p{place}", value=1.0 + place, effect=0.01 * place) for place in range(9)]
     lines = module._parameters(replace(fit, estimates=(*fit.estimates, *more)))
     assert len(lines) == module.PARAMETERS + 1
-    assert lines[-1].text.startswith("and ")
+    assert lines[-1].text.endswith("more: -v)")
     assert lines[0].text.startswith("M ")
 
 

@@ -38,12 +38,14 @@ def brief(
     fit = identification.best
     ruling = judged(fit, identification.settings, following)
     usable = ruling.level != "measure_again"
+    levels = level_values(fit)
+    is_known = levels is None or None not in (levels.forward, levels.backward)
     return [
         *_model(identification),
         *_parameters(fit),
         *_warnings(fit, following),
         *(_to_type_in(fit, axis) if usable else []),
-        *(_gain(simulation, following) if usable else []),
+        *(_gain(simulation, following, is_known=is_known) if usable else []),
         verdict(ruling),
     ]
 
@@ -83,7 +85,8 @@ def _parameters(fit: Fit) -> list[Line]:
         width = f"{'' if half == '–' else half + ' %':<{widths[3] + 2}}"
         lines.append(f"{name:<{widths[0]}}  {quantity}  {width}  {remark}".rstrip())
     more = len(free) - len(names)
-    lines += [f"and {more} more (-v)"] if more else []
+    if lines:
+        lines.append(f"(± half-width of the 95 % interval{f'; {more} more: -v' if more else ''})")
     return [Line("" if place else "Parameters", text) for place, text in enumerate(lines)]
 
 
@@ -119,8 +122,10 @@ def _width(estimates: list[Estimate]) -> str:
     return f" ± {number(max(halves), digits=2)}\u00a0%" if halves else ""
 
 
-def _gain(simulation: SimulationResult | None, following: Following | None) -> list[Line]:
-    """Return the following error without and with friction feedforward."""
+def _gain(simulation: SimulationResult | None, following: Following | None, *, is_known: bool = True) -> list[Line]:
+    """Return the following error without and with friction feedforward, if the friction `is_known` in both directions."""
+    if not is_known:
+        return [Line("Gain", "not predicted: the friction is unknown")]
     if simulation is None:
         return [Line("Gain", "not simulated: the axis file has no controller, or the log has no reference")]
     if following is not None and following.contradiction is not None:
