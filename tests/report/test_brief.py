@@ -65,10 +65,10 @@ def test_the_three_gravest_warnings_are_named_with_their_codes(identification):
     assert texts(brief(with_diagnostics(identification), None, None), "Warnings") == []
 
 
-def test_the_models_that_the_residual_asks_for_are_proposed(identification):
+def test_the_first_model_that_the_residual_asks_for_is_proposed(identification):
     found = [Diagnostic("missing_position", "", "warning", {"model": name}, "translational") for name in ("a+position", "b", "a+position")]
     lines = brief(replace(identification, fits=(replace(identification.best, diagnostics=tuple(found)),)), None, None)
-    assert texts(lines, "Try") == ["--model a+position,b"]
+    assert texts(lines, "Try") == ["--model a+position"]
     assert texts(brief(with_diagnostics(identification), None, None), "Try") == []
 
 

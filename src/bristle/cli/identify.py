@@ -193,7 +193,7 @@ def _steps(outcome: Outcome, out: Path | None, motion: NextMotion | None, axis: 
     command = shlex.join(["bristle", "run", str(file), "--out", str(out.with_name(f"{out.name}_loop"))])
     lines = [Line("Next", f"Simulate the loop: {command}")]
     if gains:
-        lines = [Line("Next", f"Write {gains} into the axis file, as {file} shows, and identify again. Or fill in {file}, then {command}")]
+        lines = [Line("Next", f"Write {gains} into the axis file and identify again, or fill in {file} and run: {command}")]
     if motion is not None:
         file = str(axis[0].source) if axis else "AXIS.toml"
         words = ["bristle", "excite", file, "--model", str(out / "model.toml"), "--for", motion.purposes, *motion.options]

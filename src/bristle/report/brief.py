@@ -152,7 +152,7 @@ def _warnings(fit: Fit, following: Following | None) -> list[Line]:
     more = len(lines) - WARNINGS
     lines = [*lines][:WARNINGS] + ([f"{f'{more} more: -v. ' if more > 0 else ''}To explain one: bristle explain CODE"] if lines else [])
     models = dict.fromkeys(str(diagnostic.numbers["model"]) for diagnostic in doubts if diagnostic.numbers.get("model"))
-    proposed = [Line("Try", f"--model {','.join(models)}")] if models else []
+    proposed = [Line("Try", f"--model {next(iter(models))}")] if models else []
     return [*(Line("" if place else "Warnings", text) for place, text in enumerate(lines)), *proposed]
 
 
