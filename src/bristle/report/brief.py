@@ -8,7 +8,7 @@ from bristle.core import number, typeset, unit_of
 from bristle.prediction import drive_units, level_values
 from bristle.report.compensation import gain_of
 from bristle.report.judgement import DOUBTS, judged
-from bristle.report.model_tables import parameter_table
+from bristle.report.model_tables import WITH_CONSTANT, parameter_table
 from bristle.report.page import Ruling
 from bristle.report.sentences import SENTENCES
 from bristle.report.table import fixed, length_text, percent_text
@@ -90,7 +90,7 @@ def _parameters(fit: Fit) -> list[Line]:
     return [Line("" if place else "Parameters", text) for place, text in enumerate(lines)]
 
 
-PLAIN = {"effective": "valid for similar motions"}
+PLAIN = {"effective": "valid for similar motions", WITH_CONSTANT: "relies on the given constant force"}
 COLUMNS = ("Parameter", "Value", "Unit", "95 % interval [%]", "Remark")
 
 
