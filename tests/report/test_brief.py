@@ -13,6 +13,7 @@ from bristle.report import brief as module
 from bristle.report.brief import Line, brief
 from bristle.report.compensation import Errors, Gain
 from bristle.report.page import Ruling
+from bristle.report.sentences import SENTENCES
 
 CODES = ("few_speeds", "one_direction", "clipped", "level_drifts", "structure")
 
@@ -56,6 +57,14 @@ def test_a_log_in_one_direction_has_no_level_to_type_in(identification, monkeypa
     assert [line.text for line in module._to_type_in(identification.best, None)][1:] == [
         "friction: unknown, because the log moves in one direction only"
     ]
+
+
+def test_a_faulty_log_is_to_be_recorded_again(identification, monkeypatch):
+    assert module.advice_to_record(identification.best) == ""
+    faulty = with_diagnostics(identification, "effort_unsigned", severity="error").best
+    assert module.advice_to_record(faulty).lower().startswith(SENTENCES["effort_unsigned"].advice.lower())
+    monkeypatch.setattr(module, "level_values", lambda fit: Some(forward=8.0, backward=None))
+    assert SENTENCES["one_direction"].advice.lower() in module.advice_to_record(identification.best).lower()
 
 
 def test_the_three_gravest_warnings_are_named_with_their_codes(identification):

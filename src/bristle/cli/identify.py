@@ -184,7 +184,7 @@ def _next_motion(identification: Identified, draws: int, report: Callable[[float
 
 def _steps(outcome: Outcome, out: Path | None, motion: NextMotion | None, axis: Sequence[Any]) -> tuple[list[Line], list[Line]]:
     """Return the lines on the results, and on the next steps: the loop, and the motion that narrows open intervals."""
-    from bristle.report.brief import Line
+    from bristle.report.brief import Line, advice_to_record
 
     if out is None:
         return [], [Line("Next", "Add --out DIR for the report, the drive table and the loop to simulate.")]
@@ -194,6 +194,8 @@ def _steps(outcome: Outcome, out: Path | None, motion: NextMotion | None, axis: 
     lines = [Line("Next", f"Simulate the loop: {command}")]
     if gains:
         lines = [Line("Next", f"Write {gains} into the axis file and identify again, or fill in {file} and run: {command}")]
+    if again := advice_to_record(outcome.identification.best):
+        lines = [Line("Next", again)]
     if motion is not None:
         file = str(axis[0].source) if axis else "AXIS.toml"
         words = ["bristle", "excite", file, "--model", str(out / "model.toml"), "--for", motion.purposes, *motion.options]

@@ -38,16 +38,28 @@ def brief(
     fit = identification.best
     ruling = judged(fit, identification.settings, following)
     usable = ruling.level != "measure_again"
-    levels = level_values(fit)
-    is_known = levels is None or None not in (levels.forward, levels.backward)
     return [
         *_model(identification),
         *_parameters(fit),
         *_warnings(fit, following),
         *(_to_type_in(fit, axis) if usable else []),
-        *(_gain(simulation, following, is_known=is_known) if usable else []),
+        *(_gain(simulation, following, is_known=_levels_known(fit)) if usable else []),
         verdict(ruling),
     ]
+
+
+def advice_to_record(fit: Fit) -> str:
+    """Return how to record the axis again, if the log is faulty or moves in one direction only; else an empty text."""
+    codes = [diagnostic.code for diagnostic in fit.diagnostics if diagnostic.severity == "error"]
+    codes += [] if _levels_known(fit) else ["one_direction"]
+    advice = [SENTENCES[code].advice for code in dict.fromkeys(codes) if SENTENCES[code].advice != "nothing"]
+    return f"{advice[0][:1].upper()}{advice[0][1:]}, and identify again." if advice else ""
+
+
+def _levels_known(fit: Fit) -> bool:
+    """Return whether the friction is known in both directions, or has no level."""
+    levels = level_values(fit)
+    return levels is None or None not in (levels.forward, levels.backward)
 
 
 def verdict(ruling: Ruling) -> Line:
