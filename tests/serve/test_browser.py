@@ -76,7 +76,7 @@ def test_a_csv_in_mm_and_percent_by_mouse_alone(server, folder, tmp_path, monkey
         person.waits("!state.axis.text.includes('sign') && state.job.state === 'done'")
         person.identifies("coulomb_viscous")
         person.waits("state.parts.predicted && byId('predicted').textContent.includes('other.csv')")
-        assert "misses" in tab.run("byId('predicted').textContent")
+        assert "model error" in tab.run("byId('predicted').textContent")
         person.clicks("#show-report")
         person.waits("document.querySelector('iframe')")
         results = archived(person.loads("#results", "results.zip"))

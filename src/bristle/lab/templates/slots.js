@@ -45,7 +45,7 @@ function elementsWith(elements, directional) {
 
 function describedWith(model, on, offers) {
   const causes = (names) => names.map((slot) => offers[slot].cause).join(" and "), parts = [model.description];
-  for (const [words, names] of [["its level rising with", RISING], ["varying with", ["position", "load", "temperature"]], ["beside it", ["periodic"]]]) {
+  for (const [words, names] of [["its level rising with", RISING], ["varying with", ["position", "load", "temperature"]], ["with", ["periodic"]]]) {
     const causing = on.filter((slot) => names.includes(slot));
     if (causing.length) parts.push(`${words} ${causes(causing)}`);
   }
