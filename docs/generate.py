@@ -18,10 +18,10 @@ import tomllib
 from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from pathlib import Path
+from runpy import run_path
 from typing import Any
 
 import typer
-from json_schema import json_schema
 
 import bristle
 from bristle.cli.application import app
@@ -34,8 +34,6 @@ from bristle.core.variable import KINDS, unit_of
 from bristle.files.components import key_of
 from bristle.friction import CHANNEL_SLOTS
 from bristle.friction.slots import OFFSET, PARAMETERS_OF_SLOTS, WHAT_SLOTS_DO
-
-sys.path.insert(0, str(Path(__file__).parent))
 
 FOLDER = Path(__file__).parent / "reference"
 PACKAGE = Path(bristle.__file__).parent
@@ -710,6 +708,11 @@ def sticking() -> str:
         "and Bullet were not tested. These tools simulate bodies and contacts; bristle does not.",
     ]
     return page("Rest and creep", *parts)
+
+
+def json_schema() -> str:
+    """Return the schema of the JSON of all commands."""
+    return run_path(str(Path(__file__).with_name("json_schema.py")))["json_schema"]()
 
 
 PAGES: dict[str, Callable[[], str]] = {
