@@ -71,7 +71,7 @@ def test_a_contact_that_rests_moves_by_less_than_a_millionth_of_its_way():
     path.to_force(RIPPLE[1])
     assert item.threshold == pytest.approx(1e-6 * path.x)
     assert abs(item.value) <= item.threshold
-    assert (item.passed, item.advice) == (True, "It does not drift")
+    assert (item.passed, item.advice) == (True, "The model does not drift")
 
 
 def test_drift_applies_to_friction_with_a_break_away_force():
@@ -79,7 +79,7 @@ def test_drift_applies_to_friction_with_a_break_away_force():
     assert "magnet" in drift(model, holding_of(model), None, True).advice
     assert "no break-away force" in drift(model, Holding(-math.inf, math.inf, 0.0), None, False).advice
     rests = drift(friction.coulomb(F_C=2.0), Holding(-2.0, 2.0, 0.0), None, False)
-    assert (rests.value, rests.threshold, rests.passed, rests.advice) == (0.0, 0.0, True, "It rests: no motion below break-away")
+    assert (rests.value, rests.threshold, rests.passed, rests.advice) == (0.0, 0.0, True, "The body does not move below break-away")
 
 
 @pytest.mark.parametrize("ripple", [(-F_S, 0.0), (0.0, F_S), (0.05, 0.05), (0.06, 0.04)])
@@ -112,7 +112,7 @@ def test_the_missing_force_is_a_share_of_break_away_with_the_sign_of_the_load():
 def test_a_loop_that_returns_to_its_force_is_closed():
     model = maxwell_slip()
     item = closure(model, holding_of(model), None)
-    assert (item.passed, item.advice) == (True, "It returns to its former force")
+    assert (item.passed, item.advice) == (True, "The force returns to its value before the minor loop")
     assert abs(item.value) < 1e-9
     assert not closure(model, Holding(-1.0, 1.0, 0.0), None).applies
 

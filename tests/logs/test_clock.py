@@ -66,7 +66,7 @@ def test_rows_that_repeat_all_are_left_out_and_stamps_that_repeat_lie_between():
     mended = without_repeats(Order(None, stamps), np.zeros(stamps.size, dtype=bool), 10, "log")
     assert mended.rows is None
     assert mended.stamps == pytest.approx(EVEN)
-    assert mended.notes == ("1 stamp is repeated: interpolated between the stamps around",)
+    assert mended.notes == ("1 stamp is repeated: interpolated between the neighbouring timestamps",)
     untouched = Order(None, EVEN)
     assert without_repeats(untouched, None, 10, "log") is untouched
     with pytest.raises(InputError, match="has 4 different stamps in 12 rows"):
@@ -157,7 +157,7 @@ def test_the_sample_time_of_the_axis_file_is_that_of_the_stamps():
 def test_rounded_stamps_belong_to_even_samples():
     clock = grid_of(np.round(0.0013 * np.arange(4000), 3))
     assert clock.sample_time == pytest.approx(0.0013, rel=1e-3)
-    assert any("time stamps are rounded to 0.001 s" in note for note in clock.notes)
+    assert any("timestamps are rounded to 0.001 s" in note for note in clock.notes)
     assert clock.uniform
 
 

@@ -117,7 +117,7 @@ def test_a_repeated_row_counts_once_and_a_different_reading_stays():
     stamps = TIME.copy()
     stamps[600] = stamps[599]
     clock = result(stamps, x)
-    assert clock.notes[0] == "1 stamp is repeated: interpolated between the stamps around"
+    assert clock.notes[0] == "1 stamp is repeated: interpolated between the neighbouring timestamps"
     assert clock.time.size == COUNT
 
 

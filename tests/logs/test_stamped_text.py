@@ -198,5 +198,5 @@ def test_the_layout_with_most_numbers_wins():
     result = layout_of(["0 1", "1 2", "2 3"], Path("a.csv"))
     assert (result.delimiter, result.names) == (None, ("column_1", "column_2"))
     assert layout_of([";column_1", "0;1", "1;2", "2;3"], Path("a.csv")).names == ("column_1_", "column_1")
-    with pytest.raises(InputError, match="holds no rows of numbers"):
+    with pytest.raises(InputError, match="contains no rows of numbers"):
         layout_of(["a b", "c d", "e f"], Path("a.csv"))

@@ -169,7 +169,7 @@ def test_a_value_is_read_in_si_within_the_range():
         ({"choice": 3.0}, "allowed at least one value"),
         ({"normal": [1.0, 0.0]}, r"normal\[1\]: must be positive"),
         ({"uniform": [2.0, 2.0]}, r"uniform\[1\]: must be above the lowest value.*allowed > 2"),
-        ({"log_uniform": [0.0, 2.0]}, r"log_uniform\[0\]: must be positive: it has a logarithm"),
+        ({"log_uniform": [0.0, 2.0]}, r"log_uniform\[0\]: must be positive, because the distribution is logarithmic"),
     ],
 )
 def test_a_distribution_that_does_not_fit_is_reported(table, words):

@@ -62,14 +62,14 @@ class Errand:
         """The logs of the fit."""
         logs = [log for log in self.logs if log.role == "fit"]
         if not logs:
-            raise InputError("is missing", path="log", mend="Drop a log to fit")
+            raise InputError("is missing", path="log", mend="Drop a log onto the page")
         return logs
 
     @property
     def model(self) -> Path:
         """The folder of the results of an identification."""
         if self.results is None:
-            raise InputError("is missing", path="model", mend="Identify first")
+            raise InputError("is missing", path="model", mend="Identify a model first")
         return self.results
 
     @property
