@@ -282,10 +282,10 @@ def test_the_pages_quote_the_run():
         shares[variant] = sorted(100.0 * (1.0 - after / before) for before, after in errors)
         left[variant] = sorted(1e6 * after for _, after in errors)
     alone, both = shares["feedforward"], shares["observer_feedforward"]
-    assert f"the model alone removes {alone[0]:.0f} to {alone[-1]:.0f} % of the error" in readme
-    assert f"both together {both[0]:.0f} to {both[-1]:.0f} %" in readme
+    assert f"feedforward alone removes {alone[0]:.0f} to {alone[-1]:.0f} % of the error" in readme
+    assert f"Feedforward and observer together remove {both[0]:.0f} to {both[-1]:.0f} %" in readme
     ends = left["observer_feedforward"]
-    assert f"They leave {ends[0]:.2f} to {ends[-1]:.2f} µm" in readme
+    assert f"Then {ends[0]:.2f} to {ends[-1]:.2f} µm remain" in readme
 
 
 def test_the_page_explains_the_larger_error_of_the_softer_loop():
