@@ -136,7 +136,9 @@ def test_rows_are_treated_as_in_the_identification():
 
 
 def test_a_model_of_another_kind_of_axis_is_refused():
-    with pytest.raises(InputError, match=r"model: is for a different kind of axis than the log; found '?rotational.*allowed '?translational"):
+    with pytest.raises(
+        InputError, match=r"model: is for a different kind of axis than the log; found '?rotational.*allowed '?translational"
+    ):
         predict(inertia(M=2.0, kind="rotational"), friction.coulomb(F_C=1.0, kind="rotational"), log_of())
     with pytest.raises(InputError, match="log: has no effort to compare with or to apply"):
         predict(PLANT, MODEL, replace(log_of(), effort=None))
