@@ -60,8 +60,8 @@ def test_drift_is_stated_per_hour():
     assert not item.passed
     assert item.value > item.threshold > 0.0
     # Ten cycles in a second for an hour.
-    assert item.advice.startswith(f"It drifts {36_000 * item.value:.3g} rad ")
-    assert item.advice.endswith("in an hour at 10 Hz: take maxwell_slip, gms, or preisach_lugre with its gate")
+    assert item.advice.startswith(f"The model drifts {36_000 * item.value:.3g} rad ")
+    assert item.advice.endswith("in an hour at 10 Hz: use maxwell_slip, gms, or preisach_lugre with its gate")
 
 
 def test_a_contact_that_rests_moves_by_less_than_a_millionth_of_its_way():
@@ -150,7 +150,7 @@ def test_cycles_that_return_energy_are_stated_by_their_share(monkeypatch):
     assert (item.value, item.threshold, item.unit, item.passed) == (-0.125, 0.0, "1", False)
     assert item.advice == "A closed cycle returns 12.5 % of its work: see passive for the remedy"
     fine = dissipation(model, holding, loop)
-    assert (fine.value, fine.passed, fine.advice) == (0.1, True, "No cycle of 200 returns energy")
+    assert (fine.value, fine.passed, fine.advice) == (0.1, True, "Each of 200 random cycles dissipates energy")
 
 
 def test_cycles_are_as_wide_as_the_contact_and_run_backward_for_a_magnet(monkeypatch):

@@ -299,7 +299,7 @@ def test_chirps_leave_first_and_sweeps_last_where_time_is_short(monkeypatch):
     assert purposes == [set(PURPOSES), {"presliding", "break-away", "stribeck"}, {"presliding", "stribeck"}, {"stribeck"}]
     notes = left[6.0][1]
     assert [note.split()[1] for note in notes] == ["damping", "break-away", "presliding"]
-    assert notes[0] == "no damping (micro-damping and the resonance on the contact): with it the motion takes 20.5 s"
+    assert notes[0] == "no damping (micro-damping and the resonance on the contact): with this part, the motion takes 20.5 s"
 
 
 @pytest.mark.parametrize("chosen", [["stribeck"], ["damping", "stribeck"]])

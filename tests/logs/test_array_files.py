@@ -66,7 +66,7 @@ def test_a_data_set_that_is_linked_twice_is_read_once_and_one_elsewhere_is_refus
         file["t"] = TIME
         file["x"] = h5py.ExternalLink("other.h5", "x")
 
-    with pytest.raises(InputError, match="x is a link into another file, which are not read"):
+    with pytest.raises(InputError, match="x is a link to another file, but bristle reads only this file"):
         read_hdf5(hdf5(elsewhere), request_of())
 
 

@@ -143,7 +143,7 @@ def test_a_trace_of_twincat_has_a_time_column_for_each_channel():
     assert table.units["ActPos"] == "mm"
     assert table.units[table.stamps["ActPos"]] == "ms"
     assert "ActTorque" not in table.units
-    assert table.notes == ("the ScaleFactor of ActTorque is not applied: the export may have done so",)
+    assert table.notes == ("bristle does not apply the ScaleFactor of ActTorque: the export may have applied it already",)
     cut = read_scope([*lines[:-2], ";;2;3"], head, REQUEST)
     assert cut.columns["ActTorque"].tolist() == [10.0, 20.0]
     assert any("does not end with a line break" in note for note in cut.notes)

@@ -249,7 +249,7 @@ def test_draws_go_to_the_section_whose_parameters_they_are(bench):
     assert columns_of(shorter, "friction", experiment, "vary")[0]["friction.F_C"].size == 7
     with pytest.raises(InputError, match=r"cannot use draws of a fit.*plant or friction"):
         columns_of(fitted, "sensor", experiment, "vary")
-    with pytest.raises(InputError, match="the fit drew no parameter of lugre"):
+    with pytest.raises(InputError, match="the draws of the fit contain no parameter of lugre"):
         columns_of(dataclasses.replace(fitted, draws={"M": fitted.draws["M"]}), "friction", experiment, "vary")
     with pytest.raises(InputError, match="the fit has no plant"):
         columns_of(dataclasses.replace(fitted, plant=None), "plant", experiment, "vary")

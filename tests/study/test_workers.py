@@ -217,7 +217,7 @@ def test_a_block_goes_to_the_next_worker_where_a_worker_ended(monkeypatch):
 
 def test_workers_that_never_begin_are_reported_by_how_they_end(monkeypatch):
     crew, requested = crew_of(iter([EOFError()] * 20), monkeypatch)
-    with pytest.raises(WorkerError, match="10 workers ended before they could start: ended by signal 9"):
+    with pytest.raises(WorkerError, match="10 workers ended during their start, by signal 9"):
         crew._simulated(BLOCKS[0])
     assert len(requested) == 10
     crew, _ = crew_of(iter([EOFError()] * 20), monkeypatch)

@@ -71,10 +71,7 @@ def write(request: Request) -> Product:
     if not 2 * FEWEST <= request.points <= 2 * MOST:
         raise InputError("out of range", path="points", value=request.points, allowed=f"{VALUES} to {2 * MOST}")
     forward, backward = directions = [side_of(model, way, request.speed, request.points // 2) for way in (1.0, -1.0)]
-    against = (
-        "the effort and the position of the log have opposite signs: the table in the units of the log has the sign of the effort "
-        "in the log"
-    )
+    against = "effort and position in the log have opposite signs: the table in the units of the log has the sign of the effort"
     notes = (AT_REST["table", request.rest], *(() if signs[0] * signs[1] > 0.0 else (against,)))
     notes += losses(model, forward, backward, effort, symmetric=False)
     notes += (*error_on_log(request, {1.0: forward.entries, -1.0: backward.entries}), *said_of_units(request.axis, effort))
@@ -179,8 +176,10 @@ def level_losses(
 ) -> tuple[str, ...]:
     """Return the losses of one level per direction, one sentence each; with `turns` the drive reverses the force gradually."""
     both, alone = (f"{effort.of(value):.2g} {effort.name}" for value in (levels.deviation, levels.deviation_of_levels))
-    head = "levels are never above the steady friction; they are at most "
-    head += f"{both} below it with viscous friction, and {alone} without viscous friction"
+    head = (
+        f"levels are never above the steady friction; they are at most {both} below it with viscous friction, and {alone} without "
+        "viscous friction"
+    )
     jumps = () if turns else memory_lost(model, curves[1.0], curves[-1.0], effort)
     return (head, *jumps, *_variation_lost(model))
 

@@ -171,8 +171,10 @@ def _check_own(folder: Folder, target: Path) -> None:
     if note is None and not present:
         message, mend = "exists already, and bristle did not make it", "Name a new folder, or remove this empty one"
     elif note is None and SUMMARY in present:
-        message = f"contains results without the note {NOTE}, which lists the files of bristle; "
-        message += "bristle does not replace these results (bristle 0.1 wrote no note)"
+        message = (
+            f"contains results without the note {NOTE}, which lists the files of bristle (bristle 0.1 wrote no note): "
+            "bristle does not replace these results"
+        )
         mend = f"{rename}, or remove by hand the files that you no longer need: {owned.listed(present)}"
     elif note is None:
         message, mend = f"contains other files than results: {owned.listed(present)}", rename

@@ -62,7 +62,7 @@ class Errand:
         """The logs of the fit."""
         logs = [log for log in self.logs if log.role == "fit"]
         if not logs:
-            raise InputError("is missing", path="log", mend="Drop a log onto the page")
+            raise InputError("is missing", path="log", mend="Add a log with the role fit")
         return logs
 
     @property
