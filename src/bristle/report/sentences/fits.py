@@ -212,8 +212,8 @@ FITS: dict[str, Sentence] = {
             "samples, including samples at rest",
         ),
         "samples at rest were excluded, or motion and rest are indistinguishable",
-        'write `rests = "keep"` under [identification] if samples at rest contain information on friction. Record faster motion, or use a '
-        "finer encoder",
+        'write `rests = "keep"` under [identification] if samples at rest contain information on friction. '
+        "Record faster motion, or use a finer encoder",
         choose=where("percent"),
     ),
     "standard_errors": says(
