@@ -140,9 +140,8 @@ def test_the_table_of_the_loop_of_the_paper(paper):
     }
     for shown, name in rows.items():
         assert f"| {shown} | {1e6 * peaks[name]:.2f} ± {1e6 * spreads[name]:.2f} |" in PAGE
-    assert f"With a gate added to the equations, the error is {1e6 * peaks['gate']:.2f} µm" in (ROOT / "README.md").read_text(
-        encoding="utf-8"
-    )
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert f"With a gate added to the equations, the error is {1e6 * peaks['gate']:.2f} µm" in readme
 
 
 def test_the_errors_over_the_break_away_torque(paper):

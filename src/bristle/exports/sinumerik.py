@@ -48,7 +48,8 @@ def write(request: Request) -> Product:
             path="sinumerik",
             value=None if controller is None else controller.name,
             allowed=f"a {CONTROLLER} with k_v",
-            mend=f'Write [controller], model = "{CONTROLLER}", k_p and k_v into the axis file; add T_n for a velocity loop with an integral',
+            mend=f'Write [controller], model = "{CONTROLLER}", k_p and k_v into the axis file; add T_n for a velocity loop '
+            "with an integral",
         )
     gains, (unit, si) = controller.values, UNIT[model.kind]
     # The pulse of velocity [m/s or rad/s]; its time constant [s], if the loop has an integral.

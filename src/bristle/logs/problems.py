@@ -56,7 +56,8 @@ def _no_measurements(gathered: Gathered, name: str, channel: Channel) -> Iterato
     if far.size:
         at = int(far[np.argmax(np.abs(values[far]))])
         yield (
-            f"has {values[at]:.6g} {channel.unit} at {_moment(gathered, at)}, which cannot be a measurement; number of such samples: {far.size}",
+            f"has {values[at]:.6g} {channel.unit} at {_moment(gathered, at)}, which cannot be a measurement; "
+            f"number of such samples: {far.size}",
             REPAIR,
         )
 

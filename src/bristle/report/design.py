@@ -196,7 +196,7 @@ def design_sentences(design: Design) -> list[str]:
         without, alone = (length_text(peak, kind) for peak in (first.without.peak_to_peak, largest.alone.peak_to_peak))
         about_causes = (
             "Removing a single cause does not reduce this error, because causes cancel each other or several causes produce the same "
-            "error. The largest cause is {largest.cause}, which alone gives an error of {alone}."
+            f"error. The largest cause is {largest.cause}, which alone gives an error of {alone}."
         )
         if first.without.peak_to_peak < (1.0 - NO_CHANGE) * error:
             about_causes = f"The main cause is {first.cause}: without it, the error is {without}."

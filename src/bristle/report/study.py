@@ -284,7 +284,8 @@ def _spread(columns: Mapping[str, np.ndarray], name: str, about: Mapping[str, st
 def apart(columns: Mapping[str, np.ndarray], name: str) -> np.ndarray:
     """Return the logs that are outliers in a parameter, the farthest first.
 
-    Their distance from the median is more than `APART` robust standard deviations, computed from the median absolute deviation of all logs and the interval of the log (Iglewicz and Hoaglin 1993).
+    Their distance from the median is more than `APART` robust standard deviations, computed from the median absolute
+    deviation of all logs and the interval of the log (Iglewicz and Hoaglin 1993).
     """
     tells = np.flatnonzero(identified(columns, name))
     # Fewer logs have no outliers.
