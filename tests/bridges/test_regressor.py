@@ -228,5 +228,5 @@ def test_the_regressor_passes_the_checks_of_scikit_learn(name):
 def test_rows_that_run_backward_are_refused(log, fitted, rows):
     X, y = log
     for call in (FrictionRegressor(cutoff=60.0).fit, fitted.score):
-        with pytest.raises(InputError, match="X: has rows in which the time decreases"):
+        with pytest.raises(InputError, match="X: has rows that run backward in time"):
             call(X[rows], y[rows])

@@ -65,7 +65,7 @@ def test_the_error_of_a_table_on_the_log_of_the_model_is_reported(bristle, place
         (["--to", "table", "--points", "2", "--speed", "1 m/s"], "points"),
         (["--to", "cobol"], "no such target"),
         (["--to", "draws"], "--to draws: was removed. The results of identify contain draws.parquet"),
-        (["--to", "c", "--name", "2nd"], "is not a valid name of a function"),
+        (["--to", "c", "--name", "2nd"], "cannot name a function"),
         (["--to", "c", "--step", "3 mm"], "--step"),
         (["--to", "table"], "the largest speed of the axis"),
     ],

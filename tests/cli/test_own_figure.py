@@ -225,7 +225,7 @@ def test_missing_optional_results_are_reported(bristle, place):
         (PREDICT, {"takes": "model"}, "results that no report has; found 'model'"),
         (PREDICT, {"name": "prediction"}, "an invalid name; found 'prediction'"),
         (PREDICT, {"name": "../mine"}, "an invalid name"),
-        (PREDICT, {"caption": " "}, "the figure has no caption"),
+        (PREDICT, {"caption": " "}, "its figure has no caption"),
         (PREDICT, {"title": ""}, "its figure has no title"),
         (PREDICT, {"alternative": ""}, "its figure has no alternative"),
     ],

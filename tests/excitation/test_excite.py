@@ -157,7 +157,7 @@ def test_an_effort_limit_and_a_mass_serve_for_an_acceleration():
         (STAGE, {"travel": "-1 mm"}, "must be positive"),
         (STAGE, {"duration": "1 s"}, "duration: out of range"),
         (STAGE, {"duration": 1e5}, "samples; found '100000 s', allowed 100 to 1500000. Record it in parts, or correct the sample time"),
-        (replace(STAGE, stroke=(1e9, 1e9 + 0.1)), {}, "too few digits.*Measure positions from the present position"),
+        (replace(STAGE, stroke=(1e9, 1e9 + 0.1)), {}, "too few digits.*Count positions from the present position"),
         (replace(STAGE, velocity_limit=1e-9), {}, "the typical friction is out of range \\(v_S: out of range.*in the axis file"),
         (replace(STAGE, sample_time=10.0), {"duration": 20.0}, "duration: is 2 samples.*Extend the duration"),
         (replace(STAGE, jerk_limit=1e-9), {"purposes": "stribeck"}, "for stribeck that the limits allow: acceleration: "),
@@ -299,7 +299,7 @@ def test_chirps_leave_first_and_sweeps_last_where_time_is_short(monkeypatch):
     assert purposes == [set(PURPOSES), {"presliding", "break-away", "stribeck"}, {"presliding", "stribeck"}, {"stribeck"}]
     notes = left[6.0][1]
     assert [note.split()[1] for note in notes] == ["damping", "break-away", "presliding"]
-    assert notes[0] == "no damping (micro-damping and the resonance on the contact): with this part, the motion takes 20.5 s"
+    assert notes[0] == "no damping (micro-damping and the resonance on the contact): with it the motion takes 20.5 s"
 
 
 @pytest.mark.parametrize("chosen", [["stribeck"], ["damping", "stribeck"]])

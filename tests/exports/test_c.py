@@ -294,8 +294,8 @@ def test_no_saved_bytes_cause_access_outside_the_memory(written):
     ("options", "word"),
     [
         ({"to": "cobol"}, "no such target"),
-        ({"name": "int"}, "is not a valid name of a function"),
-        ({"name": "Axis 1"}, "is not a valid name of a function"),
+        ({"name": "int"}, "cannot name a function"),
+        ({"name": "Axis 1"}, "cannot name a function"),
         ({"step": 0.0}, "step"),
     ],
 )

@@ -489,7 +489,7 @@ def test_the_head_describes_the_model_and_ends_correctly(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("options", "reason"), [*[({"name": name}, "is not a valid name of a function block") for name in ("limit", "ax", "axis_", "axis__x")]]
+    ("options", "reason"), [*[({"name": name}, "cannot name a function block") for name in ("limit", "ax", "axis_", "axis__x")]]
 )
 def test_unsupported_options_are_refused(options, reason, tmp_path):
     with pytest.raises(br.core.InputError, match=reason):

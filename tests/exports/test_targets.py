@@ -147,7 +147,7 @@ def test_an_invalid_product_is_refused_without_writing_files(tmp_path, result, s
             "refuse()",
             "from bristle.core import InputError\ndef refuse():\n    raise InputError('no')\n",
             "writes or refuses",
-            "the target refuses every model: coulomb_viscous, no",
+            "it refuses every model: coulomb_viscous, no",
         ),
         (
             "Product({'a.txt': str(next(COUNT))})",

@@ -78,7 +78,7 @@ def test_the_list_has_at_most_twenty_entries(monkeypatch, count, is_refused):
     monkeypatch.setattr(tf5200, "mean_side", lambda *passed: Side(entries, entries))
     request = request_for(br.friction.coulomb(F_C=8.0))
     if is_refused:
-        with pytest.raises(br.core.InputError, match="points: exceeds the capacity of the list; found 21, allowed 20 entries or fewer"):
+        with pytest.raises(br.core.InputError, match="points: exceeds the length of the list; found 21, allowed 20 entries or fewer"):
             write(request)
     else:
         assert rows_of(write(request))["table_entries"] == count

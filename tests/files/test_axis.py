@@ -178,7 +178,7 @@ BAD = [
     ({"effort": {"force_constant": 35.0}}, "effort.force_constant: is not valid"),
     ({"effort": {"force_constant": "1 N/V", "torque_constant": "1 N*m/A"}}, "Keep only one"),
     ({"effort": {"limit": "-0 N"}}, "effort.limit: must be positive"),
-    ({"effort": {"limit": "10 A"}}, "effort.limit: is a unit of effort only with a drive constant; found '10 A'"),
+    ({"effort": {"limit": "10 A"}}, "effort.limit: is an effort only with a drive constant; found '10 A'"),
     ({"effort": {"limit": "300 J"}}, "effort.limit: has the wrong unit; found '300 J'"),
     (column(effort={"column": "u", "unit": "J"}), "columns.effort.unit: has the wrong unit; found 'J'"),
     ({"encoder": {"resolution": "5 N"}}, "encoder.resolution: has the wrong unit; found '5 N'"),

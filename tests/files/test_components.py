@@ -125,9 +125,7 @@ def test_there_are_two_kinds_of_axis():
 def test_question_marks_are_to_be_filled_in():
     tables = {"a": "?", "b": {"c": 1, "d": {"e": "?"}}, "f": "no ?"}
     assert list(open_in(tables)) == ["a", "b.d.e"]
-    refused(
-        lambda: refuse_open(tables), r"a: is not filled in; found '\?'.*The comment after the key explains the value. Also fill in b\.d\.e"
-    )
+    refused(lambda: refuse_open(tables), r"a: is not filled in; found '\?'.*The comment after it explains the value. Also fill in b\.d\.e")
     refused(lambda: refuse_open({"a": "?"}), r"The comment after it explains the value\.?$")
     refuse_open({"a": 1})
 

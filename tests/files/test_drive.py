@@ -68,8 +68,8 @@ def test_percent_of_rated_refers_to_the_motor():
 @pytest.mark.parametrize(
     ("drive", "unit", "words"),
     [
-        (Drive(LINEAR), "A", r"x: is a unit of effort only with a drive constant.*constant = \"0\.12 N\*m/A\""),
-        (Drive(LINEAR), "%", r"x: is a unit of effort only with a drive constant.*rated = \"2\.4 N\*m\""),
+        (Drive(LINEAR), "A", r"x: is an effort only with a drive constant.*constant = \"0\.12 N\*m/A\""),
+        (Drive(LINEAR), "%", r"x: is an effort only with a drive constant.*rated = \"2\.4 N\*m\""),
         (Drive(LINEAR), "mm", "x: is not a unit of effort"),
         (Drive(LINEAR, Constant("A", "N", 1.0)), "V", "x: does not match the constant under .effort..*A or a multiple"),
         (Drive(LINEAR, rated="30 %"), "%", "effort.rated: is not an effort"),
@@ -160,7 +160,7 @@ def test_a_further_channel_is_in_si_of_its_unit():
         ("load", {"nominal_load": "0 N"}, {}, r"plant\.nominal_load.*must be positive and finite"),
         ("load", {"nominal_load": "5 N"}, {"unit": "mm"}, r"columns\.load\.unit"),
         ("temperature", None, {"unit": "mm"}, r"columns\.temperature\.unit"),
-        ("temperature", None, {"unit": "degF"}, r"columns\.temperature\.unit.*has a different zero point than the SI unit.*degC"),
+        ("temperature", None, {"unit": "degF"}, r"columns\.temperature\.unit.*has another zero than its SI unit.*degC"),
         ("oil", None, {}, r"columns\.oil.*unknown key.*A further channel.*needs a unit"),
         ("positon", None, {"unit": "mm"}, r"columns\.positon: unknown key.*Did you mean 'position'"),
     ],

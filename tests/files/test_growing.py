@@ -160,7 +160,7 @@ def test_files_are_verified_by_their_content(out):
     verified(out, ["a.csv", "runs/b.csv"])
     (out / "a.csv").write_text("dama")
     verified(out, ["runs/b.csv"])
-    with pytest.raises(InputError, match=r"is damaged, or bristle did not write the content: a\.csv"):
+    with pytest.raises(InputError, match=r"is damaged, or was not written here: a\.csv"):
         verified(out, ["a.csv", "runs/b.csv"])
     (out / "runs/b.csv").write_text("dama")
     with pytest.raises(InputError, match="are damaged, or were not written here"):

@@ -212,7 +212,7 @@ def test_a_further_channel_comes_in_si(bench):
         ('pressure = "oil"', r'A further channel.* needs a unit: pressure = \{ column = "oil", unit = "%" \}'),
         ('velocty = { column = "oil", unit = "m/s" }', r"columns\.velocty: unknown key.*Did you mean 'velocity'"),
         ('pressure = { column = "oil", unit = "barr" }', r"columns\.pressure\.unit: is not a unit"),
-        ('pressure = { column = "oil", unit = "degF" }', r"has a different zero point than the SI unit"),
+        ('pressure = { column = "oil", unit = "degF" }', r"has another zero than its SI unit"),
         ('pressure = { column = "oil", unit = "bar", side = 3 }', r"columns\.pressure\.side"),
     ],
 )
@@ -225,7 +225,7 @@ def test_invalid_channels_are_refused(bench, line, said):
 @pytest.mark.parametrize(
     ("unit", "said"),
     [
-        ("mm", r"pressure\.unit: has a different quantity than the slot expects; found 'm', allowed pressure"),
+        ("mm", r"pressure\.unit: has another quantity than the slot expects; found 'm', allowed pressure"),
         ("-", r"columns\.pressure: has a median out of range.*found -2.*allowed >= 0 N/m\^2.*Check its unit"),
     ],
 )

@@ -220,4 +220,4 @@ def test_a_column_is_written_with_the_grounds_of_its_unit(channel, unit, unknown
 def test_guessed_columns_have_a_reason_and_reversed_efforts_a_remark():
     roles = Roles({"effort": Role("c", "N", "header", "it follows the motion")})
     line = proposal._column_line("effort", {"column": "c", "unit": "N", "sign": -1}, roles)
-    assert line.endswith("# it follows the motion; the recorded effort extracts energy from the axis")
+    assert line.endswith("# it follows the motion; the effort as recorded takes work out of the axis")

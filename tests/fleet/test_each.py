@@ -86,15 +86,15 @@ def test_wrong_arguments_are_refused_before_any_work(logs, tmp_path):
     first = logs / "press_2026-03-01T06-30.csv"
     for names, message in (
         ([logs / "gone.csv"], "there is no such file"),
-        ([logs, first], "is listed twice"),
-        ([f"{first}::*"], "contains no such table.*allowed a file with several tables"),
+        ([logs, first], "is named twice"),
+        ([f"{first}::*"], "holds no such table.*allowed a file with several tables"),
     ):
         with pytest.raises(InputError, match=message):
             each(names, tmp_path / "out")
     with pytest.raises(InputError, match="takes one model"):
         each(logs, tmp_path / "out", model="coulomb,stribeck")
     (tmp_path / "empty").mkdir()
-    with pytest.raises(InputError, match="contains no log"):
+    with pytest.raises(InputError, match="holds no log"):
         each(tmp_path / "empty", tmp_path / "out")
     assert not (tmp_path / "out").exists()
 

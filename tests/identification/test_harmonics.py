@@ -97,7 +97,7 @@ def test_a_log_of_a_short_stroke_does_not_resolve_a_pitch():
     motion = sines(4.0, amplitudes=(0.02, 0.01), frequencies=(9.0, 23.0), phases=(0.0, 1.0))
     context = context_of(dataset_with(motion=motion), prior_of())
     narrow = replace(context, dataset=replace(context.dataset, cutoff=3.0))
-    with pytest.raises(InputError, match="has a range that is too short to identify a pitch"):
+    with pytest.raises(InputError, match="does not resolve a pitch"):
         with_pitch(narrow, with_slots(find("coulomb_viscous"), ["periodic"]))
 
 

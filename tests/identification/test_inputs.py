@@ -61,7 +61,7 @@ def test_a_torque_is_known_in_the_units_of_a_rotational_axis(workbenches):
     ("model", "said"),
     [
         (None, "must be a name"),
-        (FRICTION, "already has parameter values"),
+        (FRICTION, "has values already"),
         ("coulomb,coulomb", "is requested twice"),
         (["coulomb", coulomb], "is requested twice"),
         ("coulomb+asymmetry+asymmetry", "has a slot twice"),

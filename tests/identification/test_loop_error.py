@@ -129,7 +129,7 @@ def test_a_force_missing_in_the_loop_is_reported(log):
     for axis, changed, text in (
         (replace(AXIS, controller=None, loop="closed"), log, "axis.controller: is needed to fit the closed loop.*that was running"),
         (replace(AXIS, loop="closed"), replace(log, reference=None), "has no reference"),
-        (replace(SOUGHT, loop="open"), log, "effort.lag: can be identified only in a closed loop"),
+        (replace(SOUGHT, loop="open"), log, "effort.lag: is visible in a closed loop only"),
     ):
         with pytest.raises(InputError, match=text) as refused:
             identify(changed, "coulomb_viscous", axis=axis)

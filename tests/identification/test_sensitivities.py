@@ -100,7 +100,7 @@ def test_an_untranslatable_law_is_differentiated_by_differences_with_a_warning(r
     own = own_model(own_trial)
     problem = InverseDynamics(rows, parameters_of(own, PriorKnowledge(plant=inertia), rows))
     values = {"M": 12.0, "F_C": 8.0, "sigma_2": 30.0, "offset": 0.0}
-    with pytest.warns(InputWarning, match="bristle computes the derivatives of own with finite differences: .*math.tanh"):
+    with pytest.warns(InputWarning, match="own is differentiated by differences: .*math.tanh"):
         residual, columns = problem.linearised(values)
     assert residual == pytest.approx(problem.residual(values), abs=1e-12 * np.abs(rows.effort).max())
     smooth = np.tanh(rows.segments[0].velocity / 1e-3)

@@ -51,7 +51,7 @@ def test_data_sets_of_hdf5_are_columns_with_units_from_their_attributes():
     assert list(table.columns) == ["t", "x"]
     assert table.units == {"x": "mm"}
     assert table.format == "HDF5"
-    assert set(table.notes) == {"name contains no column of numbers and was left out", "the unit of t is not text and was left out"}
+    assert set(table.notes) == {"name holds no column of numbers and was left out", "the unit of t is not text and was left out"}
 
 
 def test_a_data_set_that_is_linked_twice_is_read_once_and_one_elsewhere_is_refused():
@@ -66,7 +66,7 @@ def test_a_data_set_that_is_linked_twice_is_read_once_and_one_elsewhere_is_refus
         file["t"] = TIME
         file["x"] = h5py.ExternalLink("other.h5", "x")
 
-    with pytest.raises(InputError, match="x is a link to another file, but bristle reads only this file"):
+    with pytest.raises(InputError, match="x is a link into another file, which are not read"):
         read_hdf5(hdf5(elsewhere), request_of())
 
 
@@ -83,7 +83,7 @@ def test_arrays_of_one_number_are_constants_and_texts_are_left_out():
     table = read_npz(npz(t=TIME, x=X, rated=np.array(2.5), words=np.array(["a", "b"])), request_of())
     assert list(table.columns) == ["t", "x"]
     assert table.constants == {} or table.constants == {"rated": 2.5}
-    assert "words contains no column of numbers and was left out" in table.notes
+    assert "words holds no column of numbers and was left out" in table.notes
     table = read_mat(mat(t=TIME, rated=2.5, axis={"x": X}, cube=np.zeros((3, 4, 5))), request_of())
     assert table.constants == {"rated": 2.5}
     assert set(table.columns) == {"t", "axis.x"}
@@ -160,7 +160,7 @@ def test_columns_of_parquet_are_numbers_with_gaps_and_seconds_from_the_first_sta
     np.testing.assert_array_equal(table.columns["count"], [1.0, np.nan, 3.0])
     assert table.columns["on"].tolist() == [1.0, 0.0, 1.0]
     assert (table.units["at"], table.units["day"]) == ("s", "s")
-    assert "column 'word' contains no numbers and was left out" in table.notes
+    assert "column 'word' holds no numbers and was left out" in table.notes
     chosen = read_parquet(data, request_of(choice=Choice(frozenset({"at"}))))
     assert list(chosen.columns) == ["at"]
     assert "count" in chosen.names

@@ -66,10 +66,10 @@ def test_rows_that_repeat_all_are_left_out_and_stamps_that_repeat_lie_between():
     mended = without_repeats(Order(None, stamps), np.zeros(stamps.size, dtype=bool), 10, "log")
     assert mended.rows is None
     assert mended.stamps == pytest.approx(EVEN)
-    assert mended.notes == ("1 timestamp is repeated: interpolated between the neighbouring timestamps",)
+    assert mended.notes == ("1 stamp is repeated: interpolated between the stamps around",)
     untouched = Order(None, EVEN)
     assert without_repeats(untouched, None, 10, "log") is untouched
-    with pytest.raises(InputError, match="has only 4 different timestamps in 12 rows"):
+    with pytest.raises(InputError, match="has 4 different stamps in 12 rows"):
         without_repeats(Order(None, np.repeat(np.arange(4.0), 3)), None, 5, "log")
 
 
@@ -98,7 +98,7 @@ def test_up_to_three_rows_that_were_lost_on_end_are_bridged(lost):
     assert counts[79] == 1.0 + lost
     assert counts.sum() == 199.0
     rows = "1 row is" if lost == 1 else f"{lost} rows are"
-    assert notes == [f"{rows} missing, at most 3 consecutive rows: interpolated"]
+    assert notes == [f"{rows} missing, at most 3 in a row: interpolated"]
     clock = grid_of(stamps)
     assert clock.time == pytest.approx(EVEN)
     assert not clock.uniform
@@ -140,7 +140,7 @@ def test_the_grid_lies_where_an_effort_that_is_late_was_recorded_too(delay, firs
 
 
 def test_a_grid_needs_a_delay_shorter_than_the_log():
-    with pytest.raises(InputError, match=r"has no segment of 10 evenly spaced samples within a delay of 1\.95 s"):
+    with pytest.raises(InputError, match=r"has no stretch of 10 even samples within a delay of 1\.95 s"):
         grid_of(EVEN, delay=1.95)
 
 
@@ -157,7 +157,7 @@ def test_the_sample_time_of_the_axis_file_is_that_of_the_stamps():
 def test_rounded_stamps_belong_to_even_samples():
     clock = grid_of(np.round(0.0013 * np.arange(4000), 3))
     assert clock.sample_time == pytest.approx(0.0013, rel=1e-3)
-    assert any("timestamps are rounded to 0.001 s" in note for note in clock.notes)
+    assert any("time stamps are rounded to 0.001 s" in note for note in clock.notes)
     assert clock.uniform
 
 

@@ -135,7 +135,7 @@ def test_an_axis_assigns_the_columns():
     assert log.effort is None
     # One that names no columns, but says what it is, leaves them to their names.
     assert Log.from_columns(DATA, axis=Axis(kind="rotational", resolution=1e-6)).effort.unit == "N*m"
-    with pytest.raises(InputError, match=r"kind: differs from the kind of the axis; found 'translational'"):
+    with pytest.raises(InputError, match=r"kind: is not that of the axis; found 'translational'"):
         Log.from_columns(DATA, axis=Axis(kind="rotational"), kind="translational")
 
 
@@ -153,7 +153,7 @@ BAD = {
     "an array": (T, "columns: is not a table of columns"),
     "no columns": ({}, "columns: has no position column"),
     "a typing error": ({"time": T, "postion": T}, r"found 'time, postion', allowed time, position.*mean 'position'\?"),
-    "text": (DATA | {"position": ["a"] * COUNT}, r"column 'position': contains no numbers; found 'a'"),
+    "text": (DATA | {"position": ["a"] * COUNT}, r"column 'position': holds no numbers; found 'a'"),
     "an odd one": (DATA | {"effort": [*[1.0] * 9, None, "x"]}, r"column 'effort': has no number at sample 10"),
     "NaN": (DATA | {"position": NAN}, r"column 'position': has NaN \(not a number\) at sample 7 \(t = 0.014 s\)"),
     "two dimensions": (DATA | {"effort": np.outer(T, T)}, r"column 'effort': must be 1-D; found 'an array of shape"),
@@ -162,7 +162,7 @@ BAD = {
     "constant": (DATA | {"effort": np.ones(COUNT)}, r"column 'effort': is constant \(1 N\)"),
     "short": ({name: item[:50] for name, item in DATA.items()}, "is too short"),
     "masked": (DATA | {"effort": np.ma.masked_equal(T, 0.0)}, "column 'effort': has masked values"),
-    "complex": (DATA | {"effort": 1j * T}, "column 'effort': contains no numbers"),
+    "complex": (DATA | {"effort": 1j * T}, "column 'effort': holds no numbers"),
 }
 
 

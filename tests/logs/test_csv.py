@@ -177,7 +177,7 @@ def test_one_quoted_number_with_thousands_separators_is_named_with_line_and_colu
 def test_a_column_that_is_now_a_number_and_now_text_is_refused():
     states = ["0"] * 4 + ["OK"] * 26
     text = "t,x,state\n" + "".join(f"{t},{x},{s}\n" for t, x, s in zip(T, X, states, strict=True))
-    with pytest.raises(InputError, match="line 5, column 'state': is a number, but the cell below contains text"):
+    with pytest.raises(InputError, match="line 5, column 'state': is a number, with text below it"):
         read_csv(text.encode(), HERE)
 
 
@@ -188,7 +188,7 @@ def test_missing_values_that_are_written_reach_the_checks():
 
 @pytest.mark.parametrize("text", ["", "no numbers\nat all\n", "t,x\n", "t,x\n1,2\n", "1,2\n"])
 def test_a_file_without_rows_of_numbers_is_refused(text):
-    with pytest.raises(InputError, match="contains no rows of numbers"):
+    with pytest.raises(InputError, match="holds no rows of numbers"):
         read_csv(text.encode(), HERE)
 
 
@@ -261,7 +261,7 @@ def test_a_last_row_without_a_line_break_is_left_out_and_a_cut_row_is_refused(bo
     if is_whole:
         kept, (note,) = _without_open_end(body, layout, Path("log.csv"), "utf-8")
         assert kept == body[: body.rindex(b"\n") + 1]
-        assert "its last row may be incomplete and was left out" in note
+        assert "its last row may be cut and was left out" in note
     else:
         with pytest.raises(InputError, match=rf"line {5 + body.count(10)}: is truncated: it ends within a row"):
             _without_open_end(body, layout, Path("log.csv"), "utf-8")

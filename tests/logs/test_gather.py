@@ -40,7 +40,7 @@ def test_a_column_without_a_unit_is_read_in_si_with_a_note():
 def test_a_unit_of_the_axis_file_that_contradicts_the_log_is_a_problem():
     axis = axis_with(time="t", position=Column("q", "um", "m"))
     (problem,) = gather(table_of({"q": "mm", "t": "s"}, t=TIME, q=X), axis).problems
-    assert "has different units in the log and in the axis file" in str(problem)
+    assert "has another unit in the log than in the axis file" in str(problem)
     assert gather(table_of({"q": "um", "t": "s"}, t=TIME, q=X), axis).problems == []
     (problem,) = gather(table_of({"q": "Skt", "t": "s"}, t=TIME, q=X), axis_with(time="t", position="q")).problems
     assert "has an unknown unit" in str(problem)
@@ -55,7 +55,7 @@ def test_a_following_error_gives_a_missing_reference():
     both = axis_with(time="t", position="q", following_error="e", reference="r")
     result = gather(table_of(units | {"r": "mm"}, t=TIME, q=X, e=0.1 * X, r=3.0 * X), both)
     assert result.channels["reference"].values == pytest.approx(3e-3 * X)
-    assert "column e is not used: the log itself contains the reference" in result.notes
+    assert "column e is not used: the reference is in the log itself" in result.notes
     alone = gather(table_of({"t": "s", "v": "m/s", "e": "m"}, t=TIME, v=X, e=X), axis_with(time="t", velocity="v", following_error="e"))
     assert "column e is not used: the log has no position for it" in alone.notes
 
@@ -98,8 +98,8 @@ def test_channels_with_separate_times_are_interpolated_to_the_position():
     assert result.channels["time"].values == pytest.approx(1e-3 * TIME[1:])
     assert result.channels["position"].values == pytest.approx(1e-3 * X[1:])
     assert result.channels["effort"].values == pytest.approx(2.0 * TIME[1:])
-    assert "1 samples were left out: some channels have no values at these times" in result.notes
-    assert any("columns.time is not needed: each column of this MF4 file contains its own times" in note for note in result.notes)
+    assert "1 samples were left out: some channels were not recorded there" in result.notes
+    assert any("columns.time is not needed: each column of this MF4 file brings its time" in note for note in result.notes)
     (finding,) = result.findings
     assert finding.code == "resampled"
     assert finding.numbers["percent"] == 100.0

@@ -327,7 +327,7 @@ def test_odd_types_are_left_out_with_a_note(tmp_path):
     assert sorted(table.columns) == ["q", "t"]
     assert table.units == {"t": "s"}
     assert "the unit of q is not text and was left out" in table.notes
-    left_out = {note.split()[0] for note in table.notes if "contains no column" in note}
+    left_out = {note.split()[0] for note in table.notes if "holds no column" in note}
     assert left_out == {"opaque", "complex", "pairs", "empty"}
 
 

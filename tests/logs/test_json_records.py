@@ -86,7 +86,7 @@ def test_the_longest_of_several_tables_is_read_unless_one_is_named():
     content = {"a": {"t": [0, 1, 2], "q": [1, 2, 3]}, "b": {"t": [0, 1], "q": [7, 8]}}
     assert read_text(content).columns["q"].tolist() == [1.0, 2.0, 3.0]
     assert read_text(content, table="b").columns["q"].tolist() == [7.0, 8.0]
-    with pytest.raises(InputError, match="contains no table 'c'"):
+    with pytest.raises(InputError, match="holds no table 'c'"):
         read_text(content, table="c")
     assert read_text({"a": content["a"]}, table="c").columns["q"].size == 3
 
@@ -117,5 +117,5 @@ def test_dates_and_counts_are_seconds_from_the_first():
     texts = read_text({"t": [0.0, 1.0], "q": ["1.5", "2.5"], "word": ["a", "b"]})
     assert texts.columns["q"].tolist() == [1.5, 2.5]
     assert texts.notes == ("text was left out: word",)
-    with pytest.raises(InputError, match="contains no column of numbers"):
+    with pytest.raises(InputError, match="holds no column of numbers"):
         read_text({"a": ["x", "y"], "b": ["z", "w"]})

@@ -42,7 +42,7 @@ def test_single_lost_rows_are_interpolated_with_a_note(share):
     (segment,) = clock.segments
     assert (segment.stop, clock.sample_time) == (COUNT, DT)
     np.testing.assert_allclose(clock.sampled(place(TIME[keep])), place(TIME), atol=2e-9)
-    assert clock.notes[0].startswith(f"{COUNT - int(keep.sum())} rows are missing, at most 3 consecutive rows: interpolated")
+    assert clock.notes[0].startswith(f"{COUNT - int(keep.sum())} rows are missing, at most 3 in a row: interpolated")
 
 
 def test_a_longer_pause_still_splits_the_log():
@@ -95,7 +95,7 @@ def test_late_rows_of_a_burst_are_no_lost_rows():
 def test_a_stretch_that_was_sampled_half_as_often_is_bridged():
     stamps = np.delete(TIME, 401 + 2 * np.arange(180))
     clock = result(stamps, place(stamps))
-    assert clock.notes == ("180 rows are missing, at most 3 consecutive rows: interpolated",)
+    assert clock.notes == ("180 rows are missing, at most 3 in a row: interpolated",)
     np.testing.assert_allclose(clock.sampled(place(stamps)), place(TIME), atol=2e-9)
 
 
@@ -117,7 +117,7 @@ def test_a_repeated_row_counts_once_and_a_different_reading_stays():
     stamps = TIME.copy()
     stamps[600] = stamps[599]
     clock = result(stamps, x)
-    assert clock.notes[0] == "1 timestamp is repeated: interpolated between the neighbouring timestamps"
+    assert clock.notes[0] == "1 stamp is repeated: interpolated between the stamps around"
     assert clock.time.size == COUNT
 
 

@@ -68,7 +68,7 @@ def test_its_columns_have_the_units_of_their_names(log):
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ("    return {units", "    return 3, {units", "was read by key_value_log, which returned a tuple"),
+        ("    return {units", "    return 3, {units", "is read by key_value_log, which returned a tuple"),
         ('split("=")', 'split(":")', r"stops its reader with ValueError: dictionary update .* \(own\.py, line \d+\)\. Correct the reader"),
         ("row[name])", "row['iq_promille'])", r"stops its reader with KeyError: 'iq_promille' \(own\.py, line 2\d\)"),
     ],

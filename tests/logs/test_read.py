@@ -73,7 +73,7 @@ def test_units_of_the_log_apply_without_units_in_the_axis_file(tmp_path, write, 
 def test_units_that_contradict_each_other_are_refused(write, axis):
     path = write()
     path.write_text(path.read_text().replace("t,q,r,u", "t,q [mm],r,u"))
-    with pytest.raises(InputError, match="has different units in the log and in the axis file; found 'mm'"):
+    with pytest.raises(InputError, match="has another unit in the log than in the axis file; found 'mm'"):
         read_log(path, axis)
 
 
@@ -98,7 +98,7 @@ def test_known_inputs(write, axis, recording):
     np.testing.assert_array_equal(log.injected_effort, 2.0 * pulses)
     assert log.notes == ("optional column absent is not in this log",)
     (note,) = read_log(write(Pulses_1=pulses), axis).notes[:1]
-    assert note == "optional column pulses is not in this log; is it 'Pulses_1'? Then write this name in the axis file"
+    assert note == "optional column pulses is not in this log; is it 'Pulses_1'? Then name it so in the axis file"
     assert read_log(write(), axis).injected == ()
     required = dataclasses.replace(axis, injected=(Injected("pulses", 2.0),))
     with pytest.raises(InputError, match="no column 'pulses'"):
@@ -386,7 +386,7 @@ def test_stamps_that_jitter_where_the_motion_does_not_belong_to_even_samples(wri
     late[rng.choice(1200, 60, replace=False)] += 0.8 * SAMPLE_TIME
     log = read_log(write(t=late), axis)
     np.testing.assert_array_equal(log.position.values, recording["q"])
-    assert "the position does not: the samples are treated as evenly spaced" in log.notes[0]
+    assert "the position does not: the samples are treated as even" in log.notes[0]
     assert log.findings == ()
 
 

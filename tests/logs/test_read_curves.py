@@ -59,7 +59,7 @@ def test_each_array_is_a_curve(family):
     assert result.curves[1].f[[0, -1]] == pytest.approx([-1e-4, 1e-4])
     assert (result.kind, result.start, result.low, result.high) == ("magnetic", "saturated", -0.1, 0.1)
     assert result.full_scale == pytest.approx(1e-4)
-    assert any("bristle ignored 1 curves with fewer than 5 samples" in note for note in result.notes)
+    assert any("bristle ignored 1 curves with less than 5 samples" in note for note in result.notes)
     assert len(result.origin.checksum) == 64
 
 

@@ -120,7 +120,7 @@ def test_several_topics_prefix_the_names_of_their_fields():
     single = read_mcap(recording(messages), REQUEST._replace(table="/a"))
     assert single.columns["x"].tolist() == [1.0, 2.0]
     assert single.columns[single.stamps["x"]].tolist() == [0.0, 0.5]
-    with pytest.raises(InputError, match="contains no readable messages with numbers"):
+    with pytest.raises(InputError, match="holds no readable messages with numbers"):
         read_mcap(recording(messages), REQUEST._replace(table="/c"))
     odd = [*messages, ("/d", "protobuf", 3_000_000_000, {})]
     assert read_mcap(recording(odd), REQUEST).notes == ("messages in unsupported encodings were left out: /d (protobuf)",)

@@ -143,7 +143,7 @@ def test_a_trace_of_twincat_has_a_time_column_for_each_channel():
     assert table.units["ActPos"] == "mm"
     assert table.units[table.stamps["ActPos"]] == "ms"
     assert "ActTorque" not in table.units
-    assert table.notes == ("bristle does not apply the ScaleFactor of ActTorque: the export may have applied it already",)
+    assert table.notes == ("the ScaleFactor of ActTorque is not applied: the export may have done so",)
     cut = read_scope([*lines[:-2], ";;2;3"], head, REQUEST)
     assert cut.columns["ActTorque"].tolist() == [10.0, 20.0]
     assert any("does not end with a line break" in note for note in cut.notes)
@@ -198,5 +198,5 @@ def test_the_layout_with_most_numbers_wins():
     result = layout_of(["0 1", "1 2", "2 3"], Path("a.csv"))
     assert (result.delimiter, result.names) == (None, ("column_1", "column_2"))
     assert layout_of([";column_1", "0;1", "1;2", "2;3"], Path("a.csv")).names == ("column_1_", "column_1")
-    with pytest.raises(InputError, match="contains no rows of numbers"):
+    with pytest.raises(InputError, match="holds no rows of numbers"):
         layout_of(["a b", "c d", "e f"], Path("a.csv"))

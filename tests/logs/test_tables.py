@@ -60,7 +60,7 @@ def test_the_path_names_a_table_before_the_axis_does(two_groups, recording, axis
 
 
 def test_a_table_that_is_not_there(two_groups, tmp_path, recording):
-    with pytest.raises(InputError, match=r"contains no table 'bench/fist'.*Did you mean 'bench/first'"):
+    with pytest.raises(InputError, match=r"holds no table 'bench/fist'.*Did you mean 'bench/first'"):
         read_table(two_groups, "bench/fist")
     only = write_hdf5(tmp_path / "one.h5", recording, "sweep")
     table = read_table(only, "multisine")
@@ -80,7 +80,7 @@ def test_columns_without_names_and_with_names_in_an_npz_file(tmp_path, recording
     np.testing.assert_array_equal(table.columns["column_2"], recording["q"])
     assert read_table(tmp_path / "tests.npz", "wide").columns["column_4"].shape == (5,)
     assert {name: values[0] for name, values in read_table(f"{tmp_path}/tests.npz::named").columns.items()} == {"t": 0.0, "q": 2.5}
-    assert any(note.startswith("text contains no column") for note in table.notes)
+    assert any(note.startswith("text holds no column") for note in table.notes)
     np.save(tmp_path / "single.npy", matrix)
     np.testing.assert_array_equal(read_table(tmp_path / "single.npy").columns["column_2"], recording["q"])
 
@@ -123,7 +123,7 @@ def test_parquet_knows_units_time_stamps_and_gaps(tmp_path):
     np.testing.assert_allclose(table.columns["day"], [5.0, 5.002, 5.004, 5.006])
     np.testing.assert_array_equal(table.columns["exact"], [0.25, np.nan, -1.5, 2.0])
     assert table.units == {"when": "s", "q": "mm", "clock": "s", "day": "s"}
-    assert table.notes == ("column 'note' contains no numbers and was left out",)
+    assert table.notes == ("column 'note' holds no numbers and was left out",)
 
 
 def test_a_file_that_matlab_saved_as_version_7_3(tmp_path, recording):

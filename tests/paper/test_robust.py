@@ -104,14 +104,14 @@ def test_the_gallery_has_the_break_away_force_and_the_stiffness_of_the_rig():
 
 
 def test_an_unknown_truth_is_refused_with_the_known_truths(tmp_path):
-    with pytest.raises(InputError, match=r"is not the name of a test friction; found 'gsm'.*thirty_sliders, gms.*Did you mean 'gms'"):
+    with pytest.raises(InputError, match=r"is not a known truth; found 'gsm'.*thirty_sliders, gms.*Did you mean 'gms'"):
         truths_named(["gsm"])
     (log := tmp_path / "log.csv").write_text("time,force")
-    with pytest.raises(InputError, match=r"is not the name of a test friction.*bristle identify writes a model file of a log"):
+    with pytest.raises(InputError, match=r"is not a known truth.*bristle identify writes a model file of a log"):
         truths_named([str(log)])
     again = tmp_path / "gms.toml"
     again.write_bytes((FOLDER / "gms.toml").read_bytes())
-    with pytest.raises(InputError, match="two test frictions have the same name"):
+    with pytest.raises(InputError, match="two truths have the same name"):
         truths_named(["gms", str(again)])
     assert [truth.name for truth in truths_named()] == list(SIMULATED)
 
@@ -282,10 +282,10 @@ def test_the_pages_quote_the_run():
         shares[variant] = sorted(100.0 * (1.0 - after / before) for before, after in errors)
         left[variant] = sorted(1e6 * after for _, after in errors)
     alone, both = shares["feedforward"], shares["observer_feedforward"]
-    assert f"feedforward alone removes {alone[0]:.0f} to {alone[-1]:.0f} % of the error" in readme
-    assert f"Feedforward and observer together remove {both[0]:.0f} to {both[-1]:.0f} %" in readme
+    assert f"the model alone removes {alone[0]:.0f} to {alone[-1]:.0f} % of the error" in readme
+    assert f"both together {both[0]:.0f} to {both[-1]:.0f} %" in readme
     ends = left["observer_feedforward"]
-    assert f"Then {ends[0]:.2f} to {ends[-1]:.2f} µm remain" in readme
+    assert f"They leave {ends[0]:.2f} to {ends[-1]:.2f} µm" in readme
 
 
 def test_the_page_explains_the_larger_error_of_the_softer_loop():

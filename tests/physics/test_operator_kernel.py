@@ -156,8 +156,8 @@ def test_a_return_below_the_tolerance_of_the_operator_is_not_stored():
     ("operator", "words"),
     [
         (lambda: hysteresis.relay_grid(**hysteresis.relay_grid.example), "has a staircase output"),
-        (lambda: hysteresis.play(r=1e-6), "does not compute a force from a displacement"),
-        (lambda: hysteresis.inverse_of(operator_named("prandtl_ishlinskii")), "does not compute a force from a displacement"),
+        (lambda: hysteresis.play(r=1e-6), "gives no force from a displacement"),
+        (lambda: hysteresis.inverse_of(operator_named("prandtl_ishlinskii")), "gives no force from a displacement"),
         (lambda: hysteresis.prandtl_ishlinskii(kind="magnetic", thresholds=[1.0], weights=[1.0]), "is magnetic"),
         (lambda: hysteresis.preisach(s=1e7, f_p=30.0, tolerance=1e-3), "has a tolerance"),
         (lambda: friction.coulomb(F_C=1.0), "is not a hysteresis operator"),

@@ -136,9 +136,7 @@ def test_rows_are_treated_as_in_the_identification():
 
 
 def test_a_model_of_another_kind_of_axis_is_refused():
-    with pytest.raises(
-        InputError, match=r"model: is for a different kind of axis than the log; found '?rotational.*allowed '?translational"
-    ):
+    with pytest.raises(InputError, match=r"model: is of another kind of axis than the log; found '?rotational.*allowed '?translational"):
         predict(inertia(M=2.0, kind="rotational"), friction.coulomb(F_C=1.0, kind="rotational"), log_of())
     with pytest.raises(InputError, match="log: has no effort to compare with or to apply"):
         predict(PLANT, MODEL, replace(log_of(), effort=None))
@@ -165,7 +163,7 @@ def test_a_loop_prediction_has_the_samples_of_every_long_stretch():
     closed = predict(PLANT, MODEL, log, axis, "closed-loop")
     assert closed.time == pytest.approx(np.concatenate([TIME[:300], TIME[300:338], TIME[400:600]]))
     assert closed.effort_predicted.shape == closed.time.shape
-    with pytest.raises(InputError, match=r"log: no segment of the log is long enough.*allowed > 40 samples"):
+    with pytest.raises(InputError, match=r"log: no stretch of the log is long enough.*allowed > 40 samples"):
         predict(PLANT, MODEL, log_of(segments=(slice(0, 30),)), axis, "open-loop")
 
 

@@ -193,7 +193,7 @@ def test_changed_log_is_fitted_again(rig, tmp_path):
     [
         ('excite = "learning"', 'excite = "lerning"', 'identify.axis_x.excite.*is not a variant.*"?learning'),
         ('excite = "learning"', "", "identify.axis_x: needs a log or an excitation for the fit"),
-        ('excite = "learning"', 'excite = "identified"', "is identified only after this loop is excited"),
+        ('excite = "learning"', 'excite = "identified"', "is not identified yet when this loop is excited"),
         ('excite = "learning"', 'excit = "learning"', "unknown key"),
         ('identified = "axis_x"', 'identified = "axis_y"', r"friction\.identified.*is not a model under.*axis_x"),
         ('excite = "learning"', 'log = "none.csv"', "identify.axis_x.log"),

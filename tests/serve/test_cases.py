@@ -212,7 +212,7 @@ def test_a_job_reports_its_end():
     assert job._ending(3, "the end") == "the process of this job ended with code 3. the end"
     assert job._ending(3, "") == "the process of this job ended with code 3."
     job._late = True
-    assert job._ending(-9, "") == "stopped after 90 s. Use fewer models, or a shorter log"
+    assert job._ending(-9, "") == "stopped after 90 s. Take fewer models, or a shorter log"
     job._killed = True
     assert job._ending(-9, "") == "stopped"
 

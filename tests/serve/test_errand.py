@@ -44,9 +44,9 @@ def test_a_log_is_its_bytes_under_its_label(tmp_path):
 
 
 def test_missing_files_are_reported(tmp_path):
-    with pytest.raises(InputError, match="Add a log with the role fit"):
+    with pytest.raises(InputError, match="Drop a log to fit"):
         _ = errand_of(tmp_path, logs=[("file-2", "later.csv", "held_out")]).fitted
-    with pytest.raises(InputError, match="Identify a model first"):
+    with pytest.raises(InputError, match="Identify first"):
         _ = errand_of(tmp_path).model
 
 

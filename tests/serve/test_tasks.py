@@ -90,7 +90,7 @@ def test_a_log_without_an_axis_file_is_read_with_a_proposal(errand):
     assert "columns.position.unit" in facts["missing"] or facts["ready"]
     assert data["log"] == "a.csv"
     assert errand.told == [(0.1, "reading the log")]
-    with pytest.raises(InputError, match="Add a log with the role fit"):
+    with pytest.raises(InputError, match="Drop a log to fit"):
         tasks.look(errand([("a.csv", "held_out", log())]))
 
 

@@ -87,7 +87,7 @@ def test_feedforward_along_the_measured_motion_is_part_of_the_result():
 def test_an_effort_needs_one_value_for_each_sample():
     driven = loop(controller=controllers.open_loop(), effort=Effort(np.ones(40)))
     assert ran(driven).effort.tolist() == [1.0] * 40
-    with pytest.raises(InputError, match=r"effort: has a different length than the run; found '?39.*allowed 40 samples"):
+    with pytest.raises(InputError, match=r"effort: has another length than the run; found '?39.*allowed 40 samples"):
         ran(replace(driven, effort=Effort(np.ones(39))))
 
 

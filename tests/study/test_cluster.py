@@ -203,14 +203,14 @@ def test_a_missing_scheduler_is_reported(bench, deaf, monkeypatch):
         with pytest.raises(InputError) as refused:
             run_study(study, bench.folder / "out", scheduler=address)
         assert time.monotonic() < begin + 5.0
-        assert "--scheduler: no Dask scheduler answers at this address" in str(refused.value)
+        assert "--scheduler: no scheduler of Dask answers there" in str(refused.value)
         assert f"found '{address}'" in str(refused.value)
-        assert f"Start a scheduler with dask scheduler --port 8786, and workers with dask worker {address}" in str(refused.value)
+        assert f"Start one, dask scheduler --port 8786, and workers: dask worker {address}" in str(refused.value)
 
 
 def test_a_scheduler_without_workers_is_reported(bench, own_dask, monkeypatch):
     monkeypatch.setattr("bristle.study.workers.WORKERS_JOIN", 1.0)
-    with pytest.raises(InputError, match="--scheduler: the scheduler has no workers"):
+    with pytest.raises(InputError, match="--scheduler: it has no workers"):
         run_study(bench.study(), bench.folder / "out", scheduler=own_dask.address)
 
 

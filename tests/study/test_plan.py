@@ -79,7 +79,7 @@ def test_metrics_cover_every_variant_unless_they_name_a_variant():
     [
         (["motion.rms", 3], r"keep\.metrics\[1\]: must be the name"),
         (["motion.rmx"], r"keep\.metrics\[0\]: is not a metric.*Did you mean 'motion\.rms'"),
-        (["motion.rms", "a.motion.rms"], r"keep\.metrics: is listed twice.*a\.motion\.rms"),
+        (["motion.rms", "a.motion.rms"], r"keep\.metrics: is named twice.*a\.motion\.rms"),
     ],
 )
 def test_an_unknown_metric_is_refused_with_the_place(names, message):

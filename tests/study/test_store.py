@@ -66,7 +66,7 @@ def test_a_damaged_file_is_simulated_again(bench):
     before = content(bench.folder / "out")
     file = bench.folder / "out" / "runs" / "0000000000.parquet"
     file.write_bytes(file.read_bytes()[:-100])
-    with pytest.raises(InputError, match=r"is damaged, or bristle did not write the content: runs/0000000000\.parquet"):
+    with pytest.raises(InputError, match=r"is damaged, or was not written here: runs/0000000000\.parquet"):
         runs_in(bench.folder / "out")
     with pytest.warns(InputWarning, match="is damaged"):
         assert run_study(study, bench.folder / "out", workers=1).before == 2
@@ -202,7 +202,7 @@ def test_the_folder_may_be_a_link(bench):
 def test_another_study_is_refused_with_its_differences(bench, change, told):
     run_study(bench.study(), bench.folder / "out", workers=1)
     before = content(bench.folder / "out")
-    with pytest.raises(InputError, match=f"contains a different study: {told}"):
+    with pytest.raises(InputError, match=f"holds another study: {told}"):
         run_study(bench.study(change=change), bench.folder / "out", workers=1)
     assert content(bench.folder / "out") == before
 

@@ -169,7 +169,7 @@ def test_a_value_is_read_in_si_within_the_range():
         ({"choice": 3.0}, "allowed at least one value"),
         ({"normal": [1.0, 0.0]}, r"normal\[1\]: must be positive"),
         ({"uniform": [2.0, 2.0]}, r"uniform\[1\]: must be above the lowest value.*allowed > 2"),
-        ({"log_uniform": [0.0, 2.0]}, r"log_uniform\[0\]: must be positive, because the distribution is logarithmic"),
+        ({"log_uniform": [0.0, 2.0]}, r"log_uniform\[0\]: must be positive: it has a logarithm"),
     ],
 )
 def test_a_distribution_that_does_not_fit_is_reported(table, words):
@@ -249,7 +249,7 @@ def test_draws_go_to_the_section_whose_parameters_they_are(bench):
     assert columns_of(shorter, "friction", experiment, "vary")[0]["friction.F_C"].size == 7
     with pytest.raises(InputError, match=r"cannot use draws of a fit.*plant or friction"):
         columns_of(fitted, "sensor", experiment, "vary")
-    with pytest.raises(InputError, match="the draws of the fit contain no parameter of lugre"):
+    with pytest.raises(InputError, match="the fit drew no parameter of lugre"):
         columns_of(dataclasses.replace(fitted, draws={"M": fitted.draws["M"]}), "friction", experiment, "vary")
     with pytest.raises(InputError, match="the fit has no plant"):
         columns_of(dataclasses.replace(fitted, plant=None), "plant", experiment, "vary")

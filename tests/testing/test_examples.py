@@ -48,7 +48,7 @@ def test_a_figure_that_pyplot_keeps_is_closed(monkeypatch):
     before = set(pyplot.get_fignums())
     parts = {"title": "Title", "caption": "A sentence.", "alternative": "lines", "takes": "log"}
     kept, returned = (figures._Trial(ReportFigure(name="mine", draw=draw, **parts)) for draw in (lambda log: pyplot.figure(), print))
-    with pytest.raises(UnmetError, match="the figure is registered in pyplot"):
+    with pytest.raises(UnmetError, match="pyplot keeps the figure"):
         figures.nothing_left_open(kept)
     assert set(pyplot.get_fignums()) == before
     assert figures.nothing_left_open(returned).applies

@@ -103,7 +103,7 @@ def test_each_result_can_be_drawn(takes):
             "same figure twice",
             "the second drawing differs",
         ),
-        (figure_of(changed(by_pyplot)), "nothing left open", "the figure is registered in pyplot"),
+        (figure_of(changed(by_pyplot)), "nothing left open", "pyplot keeps the figure"),
     ],
 )
 def test_each_fault_is_reported(figure, demand, said):

@@ -318,7 +318,7 @@ def test_a_constant_of_single_precision_is_replaced_by_name_and_value():
         ("return Part(x, n, x, x).low", "Part has 3 fields: low, turns, high"),
         ("return Part().low", "Part has 3 fields"),
         ("return p if x > 0.0 else x", "is a Values here and a number there"),
-        ("return 1.0 if p else x", "a Values is not a logical value"),
+        ("return 1.0 if p else x", "a Values is not a truth"),
         ("x", "has no effect"),
         ("for i in memory:\n        pass\n    return x", r"must run over range\(...\)"),
         ("for i in range(0, n, 2):\n        pass\n    return x", "a start and a stop, and no else"),

@@ -150,10 +150,10 @@ class FrictionRegressor(RegressorMixin, BaseEstimator):
         left_out = np.flatnonzero(np.isnan(predicted))
         if left_out.size:
             raise InputError(
-                f"{left_out.size} rows are in segments that are too short for the filter or contain no motion",
+                f"{left_out.size} rows are in segments that are too short for the filter, or without motion",
                 path="X",
                 value=f"row {left_out[0]}, {columns['time'][left_out[0]]:g} s",
-                mend="Remove these rows, or record longer segments",
+                mend="Remove these rows, or give longer segments",
             )
         return predicted
 
@@ -169,11 +169,7 @@ def _columns_of(X: Any) -> dict[str, np.ndarray]:
         names = [name for name in COLUMNS if name in list(X)]
         if names[:2] != list(COLUMNS[:2]):
             raise InputError(
-                "lacks a column",
-                path="X",
-                value=list(X),
-                allowed=", ".join(COLUMNS),
-                mend="Name the columns time and position, and give their values in SI units",
+                "lacks a column", path="X", value=list(X), allowed=", ".join(COLUMNS), mend="Call its columns time and position, in SI"
             )
         columns: dict[str, np.ndarray] = {name: np.asarray(X[name], dtype=float) for name in names}
     else:
@@ -189,7 +185,7 @@ def _columns_of(X: Any) -> dict[str, np.ndarray]:
     backward = np.flatnonzero(np.diff(columns["time"]) < 0.0)
     if backward.size:
         raise InputError(
-            "has rows in which the time decreases",
+            "has rows that run backward in time",
             path="X",
             value=f"row {int(backward[0]) + 1}",
             allowed="rows in order of time",

@@ -66,7 +66,7 @@ def dissipation(model: Model, holding: Holding, loop: Loop) -> Certificate:
     sense = -1.0 if loop.is_magnetic else 1.0
     least = min(_share_of_random_cycle(model, generator, scale, sense) for _ in range(CYCLES))
     passed = least >= -ROUNDING
-    advice = f"Each of {CYCLES} random cycles dissipates energy"
+    advice = f"No cycle of {CYCLES} returns energy"
     if not passed:
         advice = f"A closed cycle returns {number(-100.0 * least, digits=3)} % of its work: see passive for the remedy"
     return Certificate(True, least, "1", 0.0, passed, advice)
@@ -107,7 +107,7 @@ MISSING = 1e-3  # of break-away: a loop that misses more is not closed
 def well_posed(model: Model, holding: Holding) -> Certificate:
     """Return whether the deflection is bounded in sliding, and its bound [m, rad, or N, N*m for a force]."""
     if isinstance(model.parameters, OperatorParameters):
-        return not_applicable("1", "A hysteresis operator follows a given input: it has no deflection that could grow")
+        return not_applicable("1", "The input of an operator is given: it has no deflection that could grow")
     # Read the deflection z if there is one, else the first state, else the force.
     states = variables_of(model.component.State)
     name = "z" if "z" in states else next(iter(states), "")
@@ -117,7 +117,7 @@ def well_posed(model: Model, holding: Holding) -> Certificate:
         return abs(float(contact.state[list(states).index(name)])) if name else abs(contact.force(side * 0.0))
 
     if not holding.has_presliding:
-        return not_applicable(unit, "The model has no deflection that could grow")
+        return not_applicable(unit, "It has no deflection that could grow")
     bound = _bound(model, read, holding)
     # F_S, the larger one if it differs by direction.
     static_force = max((value for name, value in model.values.items() if name in ("F_S", "F_S_pos", "F_S_neg")), default=None)
@@ -161,19 +161,19 @@ def drift(model: Model, holding: Holding, ripple: tuple[float, float] | None, is
     """Return the displacement per settled cycle [m or rad] under a force between two levels [N or N*m]."""
     unit = unit_of("length", model.kind)
     if is_magnet:
-        return not_applicable(unit, "The loops of the model run in the opposite sense, as in a magnet: the model cannot rest under a force")
+        return not_applicable(unit, "Its loops run in the opposite sense, like those of a magnet: it cannot rest under a force")
     if not holding.breaks_away:
-        return not_applicable(unit, "The model has no break-away force: any force moves the body, or the model is a spring without a limit")
+        return not_applicable(unit, "It has no break-away force: any force moves it, or it is a spring without limit")
     low, high = ripple or tuple(map(holding.level, (0.3, 0.6)))
     if not holding.backward < low < high < holding.forward:
         raise InputError(
-            "must be two forces at which the contact does not slide, the lower force first",
+            "must be two forces at which the contact rests, the lower first",
             path="force_ripple",
             value=(low, high),
             allowed=f"above {holding.backward:.6g} and below {holding.forward:.6g} {unit_of('force', model.kind)}",
         )
     if not holding.has_presliding:
-        return Certificate(True, 0.0, unit, 0.0, True, "The body does not move below break-away")
+        return Certificate(True, 0.0, unit, 0.0, True, "It rests: no motion below break-away")
     path = Path(model, holding)
     path.to_force(high)
     threshold = 1e-6 * abs(path.x)  # more in a cycle is drift
@@ -186,21 +186,21 @@ def drift(model: Model, holding: Holding, ripple: tuple[float, float] | None, is
         if abs(moved - before) <= 1e-5 * abs(moved) or abs(moved) <= 1e-3 * threshold:
             break
     passed = abs(moved) <= threshold
-    advice = "The model does not drift"
+    advice = "It does not drift"
     if not passed:
         creep = with_unit(abs(moved) * 36_000, unit)
-        advice = f"The model drifts {creep} in an hour at 10 Hz: use maxwell_slip, gms, or preisach_lugre with its gate"
+        advice = f"It drifts {creep} in an hour at 10 Hz: take maxwell_slip, gms, or preisach_lugre with its gate"
     return Certificate(True, moved, unit, threshold, passed, advice)
 
 
 def closure(model: Model, holding: Holding, loop: tuple[float, float] | None) -> Certificate:
     """Return the force error at the return to `x1` over ``0 -> x1 -> x2 -> x1``, as a fraction of break-away."""
     if not holding.has_presliding:
-        return not_applicable("1", "The friction force does not build up over a distance: the model has no minor loop")
+        return not_applicable("1", "Its force does not build up over a distance: there is no minor loop")
     x1, x2 = loop or default_loop(model, holding)
     if not (math.isfinite(x1) and math.isfinite(x2) and x1 != 0.0 and x2 / x1 < 1.0):
         raise InputError(
-            "must be two turning points: the first away from 0, the second part of the way back to 0",
+            "must be the two positions where the loop turns: first away from 0, then part of the way back",
             path="loop",
             value=(x1, x2),
             allowed=f"such as (3e-6, 1.5e-6) {unit_of('length', model.kind)}",
@@ -212,12 +212,12 @@ def closure(model: Model, holding: Holding, loop: tuple[float, float] | None) ->
     path.to_position(x1)
     missing = math.copysign(1.0, x1) * (path.force - loaded) / holding.half
     passed = abs(missing) <= MISSING
-    advice = "The force returns to its value before the minor loop"
+    advice = "It returns to its former force"
     if not passed:
         share = number(100.0 * abs(missing), digits=3)
         advice = (
-            f"{share} % of the break-away force is missing at the return: use maxwell_slip, gms, or preisach_lugre with a gate "
-            "that stays closed up to this force"
+            f"{share} % of break-away is missing at the return: take maxwell_slip, gms, or preisach_lugre with a gate "
+            "that is closed up to this load"
         )
     return Certificate(True, missing, "1", MISSING, passed, advice)
 

@@ -54,14 +54,14 @@ class Damping(NamedTuple):
 
     present: float
     needed: float = 0.0
-    because: str = "The hysteresis of the model returns energy at every speed"
+    because: str = "Its hysteresis returns energy at every speed"
 
 
 def passive(model: Model, is_magnet: bool) -> Certificate:
     """Return the viscous coefficient [N*s/m or N*m*s/rad], with the least value for passivity as its limit."""
     unit = unit_of("force*time/length", model.kind)
     if is_magnet:
-        return not_applicable(unit, "The loops of the model run in the opposite sense, as in a magnet: the model is not friction")
+        return not_applicable(unit, "Its loops run in the opposite sense, like those of a magnet: it is not friction")
     p = model.parameters.operator if isinstance(model.parameters, OperatorParameters) else model.parameters
     parameters = (p.forward, p.backward) if isinstance(p, Slotted) else (p,)
     # A variation along the axis is a factor on the whole force, or a force whose work the return path gives back.
@@ -153,8 +153,8 @@ def _of_elastoplastic(p: Any) -> Damping | None:
     return damping_of(friction.lugre.Parameters(**{name: constant[name] for name in friction.lugre.Parameters._fields}))
 
 
-CHARGED = "In a long stroke, the model returns more energy than it stored in short strokes"
-REGAINED = "A sliding element regains its static force without moving, unless F_S = F_C"
+CHARGED = "Charged by short strokes and released in a long one, it returns more energy"
+REGAINED = "An element that slips regains its static force without moving, unless F_S = F_C"
 CONDITIONS: dict[Any, Callable[[Any], Damping | None]] = {
     friction.coulomb: lambda p: Damping(0.0),
     friction.viscous: lambda p: Damping(p.F_v),

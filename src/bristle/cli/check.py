@@ -24,13 +24,13 @@ def check(
         Path,
         typer.Argument(
             metavar="RESULTS|MODEL.toml|OWN.py",
-            help="A folder of results, a model file, or a Python file with your model, slot, law, sensor, reader, figure or target.",
+            help="Results of identify, a model file, or your model, slot, law, sensor, reader, figure or export target.",
         ),
     ],
     force_ripple: Annotated[str | None, typer.Option(metavar="LOW,HIGH", help="Range of the force ripple in the drift test.")] = None,
     loop: Annotated[str | None, typer.Option(metavar="X1,X2", help="Reversal points of the loop in the closure test.")] = None,
     log: Annotated[
-        list[Path] | None, typer.Option("--log", metavar="LOG", help="With RESULTS: the new place of a log that was moved; repeatable.")
+        list[Path] | None, typer.Option("--log", metavar="LOG", help="With RESULTS: their log, if it was moved; repeatable.")
     ] = None,
     draws: Annotated[
         int | None, typer.Option("--draws", metavar="COUNT", min=3, max=1000, help="With RESULTS: number of simulated logs, by default 10.")
@@ -52,7 +52,7 @@ def check(
     """
     options = {"--force-ripple": force_ripple, "--loop": loop}
     if model.is_dir() or model.name == "summary.json":
-        refuse(options, "applies to a model file", "Leave the option out, or check model.toml in that folder")
+        refuse(options, "applies to a model file", "Leave it out, or check model.toml in that folder")
         return _of_results(model, log or None, draws or 10, as_json=as_json)
     refuse({"--log": log, "--draws": draws}, "applies to a folder of results")
     judged = _of_values(model, options) if model.suffix == ".toml" else _of_code(model, options)
@@ -130,7 +130,7 @@ def _of_code(model: Path, options: dict[str, str | None]) -> _Judged:
             allowed="a file .toml or .py, or a folder of results",
             mend="For the built-in models see: bristle models",
         )
-    mend = f'Write a model file with file = "{model.name}" and its parameters, and check that file'
+    mend = f'Write a model file with file = "{model.name}" and its parameters, and check that'
     refuse(options, "needs a model with parameter values", mend)
     content = code_in(model)
     module = SourceText(content).module()

@@ -14,7 +14,7 @@ EXAMPLE = """Example:
 
 def compare(
     before: Annotated[Path, typer.Argument(metavar="BEFORE", help="Log recorded before a change.")],
-    after: Annotated[Path, typer.Argument(metavar="AFTER", help="Log recorded after the change, with the same axis and reference.")],
+    after: Annotated[Path, typer.Argument(metavar="AFTER", help="Log recorded after it: same axis, same reference.")],
     *,
     axis: AxisFiles = None,
     before_too: Annotated[

@@ -13,7 +13,7 @@ EXAMPLE = """Example:
 
 def explain(
     code: Annotated[
-        str | None, typer.Argument(metavar="[CODE]", help="The code in brackets after a warning; by default bristle lists all codes.")
+        str | None, typer.Argument(metavar="[CODE]", help="The code in brackets behind a warning; all codes by default.")
     ] = None,
     *,
     as_json: Json = False,

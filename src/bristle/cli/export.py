@@ -15,12 +15,12 @@ if TYPE_CHECKING:
     from bristle.report.exported import ExportedModel
 
 Speed = Annotated[str | None, typer.Option(metavar="SPEED", help="Largest speed of a table; by default that of the fitted log.")]
-Points = Annotated[int, typer.Option(metavar="COUNT", help="Largest number of table entries. 3 entries: gravity and two levels.")]
-LogOfTable = Annotated[Path | None, typer.Option(metavar="LOG", help="Report the error of the table on the motion of this log.")]
-VariantOfLaw = Annotated[str | None, typer.Option("--variant", metavar="NAME", help="With --law: the variant of the experiment.")]
+Points = Annotated[int, typer.Option(metavar="COUNT", help="Largest number of table entries; 3: gravity and two levels.")]
+LogOfTable = Annotated[Path | None, typer.Option(metavar="LOG", help="Report the error of a table along this log.")]
+VariantOfLaw = Annotated[str | None, typer.Option("--variant", metavar="NAME", help="Variant of that experiment.")]
 Step = Annotated[str | None, typer.Option(metavar="TIME", help="Time step of self-test and example, or in an FMU; by default 0.5 ms.")]
 Rest = Annotated[
-    str | None, typer.Option(metavar="held|middle", help="Table force at rest: that of the last direction (held), or the mean (middle).")
+    str | None, typer.Option(metavar="held|middle", help="Force at rest without memory: that of the last direction, or the mean.")
 ]
 AcceptHarm = Annotated[bool, typer.Option("--accept-harm", help="Write the files even if they increase the simulated following error.")]
 To = Annotated[str, typer.Option("--to", metavar="TARGET|TARGET.py", help="A target of the list below, or a file with your own target.")]
@@ -32,7 +32,7 @@ def export(
     context: typer.Context,
     *,
     model: Annotated[
-        Path | None, typer.Argument(metavar="[MODEL.toml|RESULTS]", help="A model file, or a folder of results that contains a model file.")
+        Path | None, typer.Argument(metavar="[MODEL.toml|RESULTS]", help="A model file, or results of identify with one.")
     ] = None,
     to: To,
     out: Annotated[Path, typer.Option("--out", metavar="DIR", parser=folder_named, help="Write the files to this new folder.")],
@@ -59,7 +59,7 @@ def export(
     The summary states every simplification of a target. A target of your own is a Python file with a TARGET; bristle
     runs it, and bristle check tests it.
 
-    With --law, bristle writes the control law of one variant of an experiment: its controller with all feedforward.
+    With --law: the command of a variant of an experiment, that is its controller with all feedforward.
     """
     from bristle.core import InputError
     from bristle.report.exported import export_model_file

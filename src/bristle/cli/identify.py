@@ -53,7 +53,7 @@ Method = Annotated[
         "--method", metavar="METHOD", help="prediction_error, inverse_dynamics or output_error; by default that of the axis file."
     ),
 ]
-Separate = Annotated[bool, typer.Option("--each", help="Identify each log separately: one row per log in DIR. Later runs add rows.")]
+Separate = Annotated[bool, typer.Option("--each", help="Identify each log separately: one row per log in DIR, which later runs extend.")]
 Workers = Annotated[
     int | None, typer.Option(metavar="COUNT", min=1, max=1024, help="With --each: number of processes; by default one per core.")
 ]
@@ -71,9 +71,7 @@ Cutoff = Annotated[str | None, typer.Option("--cutoff", metavar="FREQUENCY", hel
 Draws = Annotated[
     int, typer.Option("--draws", metavar="COUNT", help="Number of simulated logs for the 95 % intervals: 0, or 20 to 100000.")
 ]
-Free = Annotated[
-    str, typer.Option("--free", metavar="NAME[,NAME...]", help="Further shape parameters to identify, such as exponent of dahl.")
-]
+Free = Annotated[str, typer.Option("--free", metavar="NAME[,NAME...]", help="Shape parameters to identify too, such as exponent of dahl.")]
 
 
 def identify(
@@ -96,14 +94,14 @@ def identify(
 
     bristle compares several models on stretches of the log that were not fitted, or on each of several logs in turn.
     Method output_error simulates the axis and fits all parameters to the simulation, in closed loop if the axis file
-    has a controller. If the axis file names the columns input and output, bristle identifies hysteresis operators.
+    has a controller. An axis file with the columns input and output identifies hysteresis operators.
 
     Writes model.toml, drive_table.csv, summary.json, report.html, experiment.toml (for bristle run) and files for other
-    programs and bristle.load into DIR. Ctrl-C ends the search: bristle writes the best result so far, marks it as
-    unfinished, and exits with code 130.
+    programs and bristle.load into DIR. Ctrl-C ends the search with the best result so far, marked unfinished, and exit
+    code 130.
 
-    With --each, bristle writes one row per log into DIR. br.read_study reads the rows. The row of a failed log states the
-    reason. LOG may be a folder, and FILE::* selects every table of a file. Repeat the command to add missing and new logs.
+    With --each, every log is a separate row in DIR, for br.read_study. A failed log is a row with the reason. LOG may
+    be a folder, and FILE::* selects every table of a file. The same command adds missing and new logs.
     """
     from bristle.core import Variable, amount
     from bristle.files import describes_curves
@@ -119,7 +117,7 @@ def identify(
     if axes and describes_curves(axes[0]) and not separate:
         from bristle.cli.operators import identify_operators
 
-        refuse({"--figure": figure}, "applies to friction, not to recorded curves")
+        refuse({"--figure": figure}, "is for friction, not for recorded curves")
         return identify_operators(log, axes, model, output)
     # Parameters of different models cannot be compared.
     names = model if model is not None else "coulomb_viscous" if separate else DEFAULT_MODELS

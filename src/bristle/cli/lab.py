@@ -25,7 +25,7 @@ def lab(
     context: typer.Context,
     *,
     model: Annotated[
-        Path | None, typer.Argument(metavar="[MODEL.toml|RESULTS]", help="A model file, or a folder of results that contains a model file.")
+        Path | None, typer.Argument(metavar="[MODEL.toml|RESULTS]", help="A model file, or results of identify with one.")
     ] = None,
     out: Annotated[Path | None, typer.Option("--out", metavar="LAB.html", help="Write the page to this new file.")] = None,
     serve: Annotated[bool, typer.Option("--serve", help="Open the workflow from log to drive in a browser instead.")] = False,
@@ -35,21 +35,20 @@ def lab(
     force: Annotated[bool, typer.Option("--force", help="Replace an existing page of the lab.")] = False,
     as_json: Json = False,
 ) -> None:
-    """Write an interactive page: change parameters and watch the loops.
+    """Write an interactive page: move parameters, watch loops.
 
-    The page contains every friction model with its physics. When you change a parameter, loops,
-    curves and stick-slip update immediately. The page starts with the given model, its slots, values and intervals. It is
-    one self-contained HTML file and works offline.
+    The page contains every friction model with its physics. Move a parameter, and loops, curves and stick-slip follow.
+    It starts with the given model, its slots, values and intervals. One self-contained HTML file; works offline.
     LAB.html#selftest shows whether a browser computes the same bits as Python.
 
     With --serve, the workflow runs in the browser, on this machine only: drop logs, see columns, units and signs,
-    check, identify, compensate, export, or design the motion to record. Ctrl-C ends the server.
+    check, identify, compensate, export, or design the motion to record. Ctrl-C ends it.
     """
     from bristle.core import InputError
 
     if serve:
         unfit = {"MODEL.toml": model, "--out": out, "--force": force, "--json": as_json}
-        refuse(unfit, "cannot be combined with --serve", "Leave it out, and drop the files on the page")
+        refuse(unfit, "cannot be combined with --serve", "Leave it out and drop files on the page")
         _serve(port, opens=not no_open)
         return
     refuse({"--port": port, "--no-open": no_open}, "applies to --serve only", "Add --serve")
@@ -100,7 +99,7 @@ def _serve(port: int, *, opens: bool) -> None:
     def announce(address: str) -> None:
         sys.stdout.write(f"{address}\n")
         sys.stdout.flush()
-        complain("open this address in a browser on this machine. Anybody who knows the address can use the lab. Ctrl-C ends it")
+        complain("open this address in a browser on this machine. Anybody who knows it can use the lab. Ctrl-C ends it")
 
     limits = Limits(file_size=size_limit(), total_size=4 * size_limit())
     with suppress(KeyboardInterrupt):  # the usual end
@@ -115,7 +114,7 @@ def _refuse_taken(out: Path, file: Path | None, *, force: bool) -> None:
     if not os.path.lexists(out):
         return
     if file is not None and file.exists() and out.exists() and out.samefile(file):
-        raise InputError("is the model file", path=str(out), mend="Name another file")
+        raise InputError("is the model file itself", path=str(out), mend="Name another file")
     if out.is_dir():
         raise InputError("is a folder", path=str(out), mend=f"Name a file, such as {out / 'lab.html'}")
     if not is_sealed(out):

@@ -43,9 +43,9 @@ def log(
     """Show the contents and problems of a log.
 
     Lists columns, channels, rates, ranges, the experiments in the log, and every problem.
-    Without an axis file, bristle recognizes columns by their names, their units and correlated motion. --write writes
-    this guess as an axis file, with "?" for each value to fill in. If AXIS.toml already exists, bristle keeps that file
-    and reads the log with it. The exit code is 1 if the log has problems.
+    Without an axis file, bristle recognizes columns by their names, their units and correlated motion. --write makes an
+    axis file of that guess, in which "?" marks the gaps to fill in. If AXIS.toml already exists, --write keeps it and
+    reads the log with it. The exit code is 1 if the log has problems.
 
     Writes summary.json and report.html into DIR. The report needs a log without problems, in known units.
     """
@@ -66,7 +66,7 @@ def log(
     proposal = inspected.proposal
     if write is not None and proposal is None:
         used = write.exists()
-        complain(f"{write} already exists: bristle used this file and did not replace it" if used else f"{write} was not written")
+        complain(f"{write} already exists: it was used, not replaced" if used else f"{write} was not written")
     elif write is not None and proposal is not None:
         write_whole(write, proposal.text, new=True)
         complain(f"wrote {write}")

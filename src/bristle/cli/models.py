@@ -23,7 +23,7 @@ def models(
     """List models, with parameters and units.
 
     Friction models, hysteresis operators, plants, controllers, sensors and references. With NAME: the equations and
-    parameters of one model, or of your own model by its file, such as my_slot.py.
+    parameters of one model, or of your own by its file, such as my_slot.py.
     """
     chosen = _families() if name is None else _selected(name)
     if as_json:
@@ -114,7 +114,7 @@ def _show_families(families: dict[str, list[Component]]) -> None:
     rows = [(f"+{name}", ", ".join(PARAMETERS_OF_SLOTS[name]), what) for name, what in WHAT_SLOTS_DO.items()]
     show_table(Table("Slots", ("Name", "Parameters", "Description"), rows))
     say(
-        "Every friction model accepts an offset, and slots after its name: a built-in slot, or the file of your own slot, +my_slot.py. "
+        "Every friction model accepts an offset, and slots after its name: built-in, or your own by its file, +my_slot.py. "
         "Plants accept terms: +gravity, +cogging, +known."
     )
 

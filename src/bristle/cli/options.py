@@ -25,19 +25,19 @@ if TYPE_CHECKING:
     from bristle.figures import ReportFigure
     from bristle.report.table import Table
 
-LOG_FILE = "text (also TwinCAT, LabVIEW) or a format listed by bristle log --help; FILE::TABLE selects a table of a file."
+LOG_FILE = "text (also TwinCAT, LabVIEW) or a format listed by bristle log --help; FILE::TABLE selects a table in it."
 SEPARATORS = f"{os.sep}{os.altsep or ''}"
 SIZE_SETTING = "BRISTLE_SIZE_LIMIT"
 # Replacements of the commands and options of earlier releases; with a command if another command still has the option.
 REMOVED = {
-    "watch": "Use bristle identify LOGS --each. The report shows which axis differs from the other axes",
+    "watch": "Use bristle identify LOGS --each. Its report shows which axis differs from the others",
     "--data": "Write --format csv",
     "--size-limit": f'Set {SIZE_SETTING}="2 GB" in the environment',
     "--decimation": "Write decimation = 5 under [identification] of the axis file",
     "--global": "Leave it out: the search starts from the result of inverse dynamics",
     "--no-global": "Leave it out: the search never covers the full range of each parameter",
     "--set": "Write NAME = VALUE under [identification.settings] of the axis file",
-    "--truth": "Give the test frictions after --robust: bristle paper --robust gms bouc_wen",
+    "--truth": "Give the frictions after --robust: bristle paper --robust gms bouc_wen",
     "--window": "Call br.compare(..., window=...) in Python",
     "lab --log": "Identify that log: the report of bristle identify animates it",
     "lab --axis": "Identify a log with it: the report of bristle identify animates the log",

@@ -13,14 +13,14 @@ EXAMPLE = """Example:
   bristle paper --figure 8 --format pdf --format csv
   bristle paper --write experiments
   bristle paper --robust gms bouc_wen --seeds 4 --out robust"""
-Robust = Annotated[bool, typer.Option("--robust", help="Test the compensation with other friction models and conditions instead.")]
+Robust = Annotated[bool, typer.Option("--robust", help="Test the compensation with other frictions and conditions instead.")]
 Seeds = Annotated[int | None, typer.Option(metavar="COUNT", min=1, max=1000, help="With --robust: runs of each loop; by default 20.")]
 
 
 def paper(
     context: typer.Context,
     truths: Annotated[
-        list[str] | None, typer.Argument(metavar="[TRUTH...]", help="With --robust: only these test frictions (names or model files).")
+        list[str] | None, typer.Argument(metavar="[TRUTH...]", help="With --robust: only these frictions (names or model files).")
     ] = None,
     *,
     figure: Annotated[list[int] | None, typer.Option("--figure", metavar="N", help="Only this figure; repeatable.")] = None,
@@ -68,7 +68,7 @@ def paper(
             print_json({"written": [str(path) for path in written]})
             return
         show(*map(str, written))
-        complain(f"change the experiments, and run them with: bristle paper --from {write}")
+        complain(f"change them, and run them with: bristle paper --from {write}")
         return
     from bristle.files import provenance
     from bristle.paper import EXPERIMENTS, FIGURES, paper_report, paper_summary, reproduce

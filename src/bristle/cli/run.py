@@ -19,15 +19,15 @@ def run(
     output: Output,
     figure: FigureFiles = None,
     allow_code: AllowCode = False,
-    log: Annotated[bool, typer.Option("--log", help="Write a CSV log of each variant to DIR, as the drive would record it.")] = False,
+    log: Annotated[bool, typer.Option("--log", help="Write the log that the drive would record of each variant to DIR, as CSV.")] = False,
 ) -> int:
     """Simulate an experiment.
 
-    With [compare] in the file, bristle simulates several variants of the loop. It reports an unstable loop before the simulation
+    [compare] in the file simulates several variants of the loop. bristle reports an unstable loop before the simulation
     and skips the simulation of a loop that would diverge. The exit code is 1 if a loop diverges.
 
-    With [effort] instead of [controller] and [reference], bristle simulates an open loop with a given effort. In an open
-    loop, a tolerance in [run] replaces substeps and sets the length of the steps.
+    [effort] instead of [controller] and [reference] simulates an open loop with a given effort. A tolerance in [run]
+    then replaces substeps, and sets the length of the steps.
 
     Writes summary.json and report.html into DIR, and with --log log.csv: reference, encoder and commanded effort.
     """

@@ -54,10 +54,10 @@ def study(
     allow_code: AllowCode = False,
     as_json: Json = False,
 ) -> int:
-    """Run an experiment thousands of times with varied values.
+    """Run an experiment thousands of times with other values.
 
-    The study file defines the values that vary: distributions, joint draws of a fit, a grid. The number of a
-    run determines its values and seed, so the files do not depend on the number of workers.
+    The study file defines the values that vary: distributions, joint draws of a fit, a grid. Values and seed of a run
+    follow from its number, so that any number of workers writes the same files.
 
     After an interruption give the same command again: it simulates the missing runs. The exit code is 1 if runs are
     missing, or if no run succeeded.
@@ -154,7 +154,7 @@ def interruptible(folder: Path, parts: str) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
-        complain(f"{folder} keeps the finished {parts}. Repeat the same command to continue")
+        complain(f"{folder} keeps the finished {parts}. The same command continues")
         raise
 
 
@@ -166,6 +166,6 @@ def exit_code(ran: Ran, summary: Mapping[str, Any]) -> int:
         ended = "reported by the cluster" if code is None else f"by signal {-code}" if code < 0 else f"with code {code}"
         complain(
             f"runs {block.first} to {block.last - 1} are missing: every process that simulated them crashed ({ended}). "
-            "Check the memory, and repeat the same command to try again"
+            "Check the memory. The same command tries again"
         )
     return 0 if ran.is_whole and OK in summary["statuses"] else NO

@@ -211,14 +211,14 @@ def report(error: BaseException, *, results: bool = False) -> int:
         let_go(sys.stdout)
         return 0
     if isinstance(error, MemoryError):
-        complain("there is not enough memory for this. Use a shorter log or experiment")
+        complain("there is not enough memory for this. Take a shorter log or experiment")
         return BAD_INPUT
     if isinstance(error, OSError) and error.errno in {errno.EMFILE, errno.ENFILE}:
         complain("no more files can be opened: the limit of this process or of the system is reached (ulimit -n)")
         return BAD_INPUT
     if isinstance(error, OSError) and error.filename is None and error.errno in NO_OUTPUT:
-        remark = ". The folder of results is complete" if results else ""
-        complain(f"the standard output cannot be written: {error.strerror}. Free disk space, or write the output elsewhere{remark}")
+        remark = ". The folder of results is whole and stays" if results else ""
+        complain(f"the standard output cannot be written: {error.strerror}. Make room or write it elsewhere{remark}")
         let_go(sys.stdout)
         return BAD_INPUT
     own = _place_in_own_file(error)
@@ -228,8 +228,8 @@ def report(error: BaseException, *, results: bool = False) -> int:
         return BAD_INPUT
     if isinstance(error, ImportError) and not (error.name or "").startswith("bristle"):
         complain(
-            f"a required library cannot be loaded: {told_by(error)[:LONGEST]}. Install it again. If memory is limited (ulimit -v), raise "
-            f"the limit"
+            f"a library that is needed cannot be loaded: {told_by(error)[:LONGEST]}. Install it again; where "
+            "memory is limited (ulimit -v), allow more"
         )
         return BAD_INPUT
     try:

@@ -27,14 +27,12 @@ def compare(before: Sequence[LogAndAxis], after: Sequence[LogAndAxis], window: f
     follows = all(log.reference is not None for log in logs)
     tells_effort = all(log.effort is not None for log in logs)
     if not follows and not tells_effort:
-        raise InputError(
-            "must all have a reference, or must all have an effort", path="logs", mend="Record the reference or the effort in each log"
-        )
+        raise InputError("must all have a reference, or all an effort", path="logs", mend="Record the reference, or the effort")
     low, high, complete = sides_of(before, after, follows=follows, tells_effort=tells_effort)
     plan = plan_of(low.kinds, high.kinds)
     if not plan.before.size:
         signals = "references" if follows else "positions (compared for lack of a reference)"
-        reason = f"the {signals} before and after have no motion in common: no cycle in the logs before equals a cycle in the logs after"
+        reason = f"the {signals} share no motion: no cycle of one equals a cycle of the other"
         raise InputError(reason, path="after", mend="Record both with the same reference: same positions, same speed")
     sides = ((low, plan.before), (high, plan.after))
     used: Sides = tuple(replace(side, cycles=[side.cycles[number] for number in numbers]) for side, numbers in sides)  # type: ignore[assignment]
@@ -72,15 +70,13 @@ def compare(before: Sequence[LogAndAxis], after: Sequence[LogAndAxis], window: f
 def _refuse_unlike(before: Sequence[LogAndAxis], after: Sequence[LogAndAxis]) -> None:
     kinds = {log.kind for log, _ in (*before, *after)}
     if len(kinds) > 1:
-        raise InputError(
-            "are from different kinds of axis", path="logs", value=" and ".join(sorted(kinds)), mend="Compare logs of one axis"
-        )
+        raise InputError("are of different kinds of axis", path="logs", value=" and ".join(sorted(kinds)), mend="Compare logs of one axis")
     for (first, _), (second, _) in product(before, after):
         channels, further = dict(first.channels()), dict(second.channels())
         is_alike = len(first) == len(second) and list(channels) == list(further)
         if is_alike and all(np.array_equal(channel.values, further[name].values) for name, channel in channels.items()):
             mend = "Name a log from before the change, and a log from after it"
-            raise InputError("is the same log before and after the change", path=second.origin.name or "after", mend=mend)
+            raise InputError("is the same log on both sides", path=second.origin.name or "after", mend=mend)
 
 
 def _window_samples(sides: Sides, window: float | None) -> int | None:

@@ -174,7 +174,7 @@ class FrictionModel(Component):
         """
         made_by = self._made_by()
         if made_by is None:
-            raise InputError("has no hysteresis kernel that an operator can replace", path=path, value=operator.name)
+            raise InputError("has no kernel that an operator can replace", path=path, value=operator.name)
         factory, (inner, *further) = made_by
         component, values = inner.over(operator, path)
         outer: Any = factory(component, *further)

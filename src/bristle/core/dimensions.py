@@ -74,7 +74,7 @@ _STEP = re.compile(r"([*/]?)(\(?)([^*/^()]+)(?:\^(-?[\d.]+))?(\)?)")
 def canonical(quantity: Any) -> str:
     """Return the canonical spelling of a quantity."""
     if not isinstance(quantity, str):
-        raise InputError("must be a quantity, written as text", value=quantity, allowed=_allowed(), mend=EXAMPLE)
+        raise InputError("must be the text of a quantity", value=quantity, allowed=_allowed(), mend=EXAMPLE)
     return _canonical(quantity)
 
 
@@ -83,9 +83,7 @@ def _canonical(quantity: str) -> str:
     powers = _names_in(quantity)
     for kind in KINDS:
         if any(abs(power) > HIGHEST for power in _expanded(powers, _units(kind)).values()):
-            raise InputError(
-                "contains a power that is too high", value=quantity, allowed=f"powers up to {HIGHEST:g} in its unit", mend=EXAMPLE
-            )
+            raise InputError("has too high a power", value=quantity, allowed=f"powers up to {HIGHEST:g} in its unit", mend=EXAMPLE)
     return written(powers, NAMES)
 
 

@@ -105,7 +105,7 @@ def amount(variable: Variable, *, exclusive: bool = False, endless: bool = False
                 raise
             number = quantity(value, variable, KINDS[1], path=path, infinite=endless)
         if 0.0 < abs(number) < SMALLEST:
-            allowed = f"0, or at least {SMALLEST:g} in SI units"
+            allowed = f"0, or {SMALLEST:g} and more in SI"
             raise InputError("is too close to 0", path=path, value=value, allowed=allowed, mend="Check the unit")
         if not variable.min <= number <= variable.max or (exclusive and number == variable.min):
             allowed = variable.allowed(kind or KINDS[0])
@@ -260,7 +260,7 @@ TEXT: Converter = instance(str, "text")  # A text
 NAMES: Converter = _names  # Names, in a list or separated by commas
 FUNCTION: Converter = instance(Callable, "a function")  # type: ignore[arg-type]
 Progress = Callable[[float, str], None]
-PROGRESS: Converter = optional(instance(Callable, "a function with two arguments: the completed share and a text"))  # type: ignore[arg-type]
+PROGRESS: Converter = optional(instance(Callable, "a function of the share done and a text"))  # type: ignore[arg-type]
 
 
 KIND: Converter = among(*KINDS)
@@ -278,7 +278,7 @@ def array(*, ndim: int = 1, least: int = 0, single: bool = False, finite: bool =
         if finite and not is_finite(numbers):
             place = int(np.flatnonzero(~np.isfinite(numbers))[0])
             value, mend = f"{numbers.flat[place]} at {place}", "Remove NaN and infinity first"
-            raise InputError("contains a value that is not finite", path=path, value=value, mend=mend)
+            raise InputError("is not finite everywhere", path=path, value=value, mend=mend)
         return numbers
 
     return convert
@@ -301,13 +301,13 @@ def vector(values: Any, name: str = "signal") -> np.ndarray:
     except ValueError:  # rows of different lengths
         numeric = False
     if not numeric:
-        raise InputError("must contain real numbers in SI units", path=name, value=shown(values))
+        raise InputError("must hold real numbers in SI", path=name, value=shown(values))
     return np.require(values, dtype=float, requirements=("C", "W"))
 
 
 def _curve(value: Any, path: str, kind: Kind | None) -> tuple[np.ndarray, np.ndarray]:
     if not isinstance(value, (tuple, list)) or len(value) != 2:
-        raise InputError("must be a pair: the input and the output of a curve", path=path, value=shown(value))
+        raise InputError("must be a pair of input and output of a curve", path=path, value=shown(value))
     u, f = (array(least=1)(sequence, path, kind) for sequence in value)
     if u.shape != f.shape:
         raise InputError(f"has {u.size} inputs but {f.size} outputs", path=path)

@@ -74,7 +74,7 @@ class Run:
         if self.substeps == 0 and not self.tolerance:
             object.__setattr__(self, "substeps", substeps_for(self.sample_time))
         if self.duration / self.sample_time > SAMPLES_MAX:
-            message, allowed = f"requires {self.duration / self.sample_time:.3g} samples", f"up to {SAMPLES_MAX} samples"
+            message, allowed = f"asks for {self.duration / self.sample_time:.3g} samples", f"up to {SAMPLES_MAX} samples"
             raise InputError(message, path="duration", value=self.duration, allowed=allowed)
 
 

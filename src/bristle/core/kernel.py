@@ -73,7 +73,7 @@ def compiler() -> Any:
         raise
     except Exception as error:  # noqa: BLE001  (it reads settings of the environment on import)
         raise InputError(
-            f"cannot be loaded ({told_by(error)})", path="numba", mend="Unset the environment variables whose names begin with NUMBA_"
+            f"cannot be loaded ({told_by(error)})", path="numba", mend="Unset the variables of the environment that begin with NUMBA_"
         ) from None
     return numba
 

@@ -134,9 +134,7 @@ class _Batch:
         if len(sizes) > 1:
             listed = ", ".join(f"{number} {name}" for name, number in numbers.items())
             raise InputError(
-                f"cannot make one batch of {listed}",
-                path="run_batch",
-                mend="Give one value for all trajectories, or one value for each trajectory",
+                f"cannot make one batch of {listed}", path="run_batch", mend="Give one model of each, or one for each trajectory"
             )
         self.count = sizes.pop() if sizes else 1
         self.plant, self.plants = _parameters(plants, self.count, "plant")
@@ -224,9 +222,6 @@ def _row(first: Instance, model: Model, path: str) -> np.ndarray:
     row = pack(model.parameters)
     if structure_of(model.parameters) != first.structures[0] or row.size != first.parameters.size:
         raise InputError(
-            "has a different component or length than the first model",
-            path=path,
-            value=model.name,
-            mend="Run a separate batch for this model",
+            "has a different component or length than the first model", path=path, value=model.name, mend="Run a batch for each"
         )
     return row

@@ -20,7 +20,7 @@ from bristle.engine.motion import force_along_entry
 from bristle.engine.screwed import refuse_screw
 from bristle.friction import is_static
 
-SAMPLED = 'Give dt, such as dt="0.5 ms": the sampled system then uses the time steps of bristle'
+SAMPLED = 'Give dt, such as dt="0.5 ms": the sampled system makes the steps of bristle'
 
 # Names for the fields x and v of a plant.
 PLANT_NAMES = {"x": "position", "v": "velocity"}
@@ -35,9 +35,7 @@ Advance = Callable[[np.ndarray, float], tuple[float, np.ndarray]]
 def axis_equations(plant: Model, friction: Model) -> Advance:
     """Return the equations of a plant with friction under an effort: the state is that of the plant, then of friction."""
     if plant.component.rate is None:
-        raise InputError(
-            "has no function `rate`, so this model is not a differential equation", path="plant", value=plant.name, mend=SAMPLED
-        )
+        raise InputError("has no rate, so it is not a differential equation", path="plant", value=plant.name, mend=SAMPLED)
     body, contact, rate = Instance(plant), Instance(friction), _rate_of(friction)
     q, p, count = plant.parameters, friction.parameters, body.state.size
     load_plant, load_contact = unpacker(body.structures[1]), unpacker(contact.structures[1])
@@ -66,14 +64,14 @@ def _rate_of(friction: Model) -> Callable[..., Any]:
     """Return ``rate(state, motion, p) -> (force, d_state)`` of a friction model; refuse a model without it."""
     if friction.component.rate is not None:
         return friction_rate
-    message, mend = "has no function `rate`, so this model is not a differential equation", SAMPLED
+    message, mend = "has no `rate`, so it is not a differential equation", SAMPLED
     if is_static(friction):
         forward, backward = (friction_trial((), (), Motion(v, 0.0), 0.0, friction.parameters)[0] for v in (0.0, -0.0))
         if forward == backward:
             return lambda state, motion, p: (friction_trial(state, (), motion, 0.0, p)[0], state)
-        message = "can transmit any force between two limits at rest, so this model is not a differential equation"
+        message = "has a jump at rest, where it sticks with any force in between, so it is not a differential equation"
     elif friction.component.memory_size(friction.parameters):
-        message = "has a memory that jumps at a reversal or when an element slips, so this model is not a differential equation"
+        message = "changes its memory in jumps, at reversals or when an element slips, so it is not a differential equation"
     else:
         mend = f"{SAMPLED}. A smooth model of your own can define `rate(state, motion, p) -> (force, d_state)`"
     raise InputError(message, path="friction", value=friction.name, mend=mend)

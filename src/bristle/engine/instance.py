@@ -92,7 +92,7 @@ def warn_of_lost(part: Instance) -> None:
     if lost := part.lost:
         warnings.warn(
             f"{part.model.name}: the memory of turning points was full and lost its innermost pair {lost} "
-            f"times, so some loops do not close. Raise capacity; its present value is {part.model.values.get('capacity')}",
+            f"times, so some loops do not close. Raise capacity, now {part.model.values.get('capacity')}",
             InputWarning,
             stacklevel=4,
         )

@@ -180,13 +180,11 @@ def _screwed(motor: FrictionModel, table: FrictionModel) -> ScrewedModel:
 def through_screw(plant: Model, friction: Model, table: Model | None) -> Model:
     """Return the load of the motor of a plant with a screw as one friction model."""
     if plant.component.screw is None:
-        raise InputError(
-            "needs a plant with a table behind a screw", path="table", value=plant.name, allowed="plant ball_screw", mend="Omit table"
-        )
+        raise InputError("has no table behind a screw", path="table", value=plant.name, allowed="plant ball_screw", mend="Omit it")
     table = table if table is not None else viscous(F_v=0.0)
     for path, model, kind in (("plant", plant, "rotational"), ("friction", friction, "rotational"), ("table", table, "translational")):
         if model.kind != kind:
-            value, mend = f"{model.name}, {model.kind}", "The motor must be rotational (N*m and rad), the table translational (N and m)"
+            value, mend = f"{model.name}, {model.kind}", "A motor turns (N*m and rad), its table travels (N and m)"
             raise InputError(f"must be {kind}", path=path, value=value, mend=mend)
     M, k, d, gap, arm = plant.component.screw(plant.parameters)
     at_motor = Screwed(

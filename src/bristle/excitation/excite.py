@@ -141,15 +141,13 @@ def excite(
         prior = prior_of(axis, *mechanism)
     except InputError as error:
         mend = "Correct velocity, acceleration, stroke and mass in the axis file"
-        raise InputError(
-            f"are not plausible for a real axis: the typical friction is out of range ({error})", path="[limits]", mend=mend
-        ) from None
+        raise InputError(f"fit no real axis: the typical friction is out of range ({error})", path="[limits]", mend=mend) from None
     sample_time = axis.sample_time or SAMPLE_TIME
     count = seconds / sample_time
     if not SAMPLES_LEAST <= count <= SAMPLES_MOST:
         allowed, longer = f"{SAMPLES_LEAST} to {SAMPLES_MOST}", "Record it in parts" if count > SAMPLES_MOST else "Extend the duration"
         mend = f"{longer}, or correct the sample time, {with_unit(sample_time, 's')}"
-        raise InputError(f"requires {count:.3g} samples", path="duration", value=with_unit(seconds, "s"), allowed=allowed, mend=mend)
+        raise InputError(f"is {count:.3g} samples", path="duration", value=with_unit(seconds, "s"), allowed=allowed, mend=mend)
     begin = None if start is None else quantity(start, START, axis.kind, path="start")
     distance = None if travel is None else amount(TRAVEL, exclusive=True)(travel, "travel", axis.kind)
     plan = partial(_planned, axis, prior, seconds=seconds, purposes=purposes, begin=begin)
@@ -234,7 +232,7 @@ def _chosen(purposes: Sequence[str] | None, limits: MotionLimits) -> tuple[list[
     names = list(PURPOSES) if purposes is None else list(purposes)
     if not names:
         mend = "Name a purpose, or omit the option for all possible purposes"
-        raise InputError("names no purpose of a motion", path="purposes", allowed=", ".join(PURPOSES), mend=mend)
+        raise InputError("has no purpose of a motion", path="purposes", allowed=", ".join(PURPOSES), mend=mend)
     for name in names:
         if name not in PURPOSES:
             allowed, mend = ", ".join(PURPOSES), did_you_mean(name, PURPOSES)
@@ -242,7 +240,7 @@ def _chosen(purposes: Sequence[str] | None, limits: MotionLimits) -> tuple[list[
     reasons = {name: PURPOSES[name].missing(limits) for name in names}
     if purposes is None and all(reasons.values()):
         mend = "Write velocity, acceleration and stroke under [limits], or presliding under [plant]"
-        raise InputError("contains too little data to plan a motion", path="axis", mend=mend)
+        raise InputError("has too few data to plan a motion", path="axis", mend=mend)
     for name, reason in reasons.items():
         if reason and purposes is not None:
             raise InputError(f"cannot be planned: {reason}", path="purposes", value=name)
@@ -264,9 +262,9 @@ def _in_time(chosen: list[str], limits: MotionLimits, seconds: float, *, may_dro
         asked, needed = (f"{time + ExcitationMotion.rest:.3g} s" for time in (seconds, takes))
         if len(chosen) == 1 or not may_drop:
             reason = f"is too short: a motion for {', '.join(chosen)} needs {needed} on this axis. Faster motion would not identify enough"
-            raise InputError(reason, path="duration", value=asked, mend="Extend the duration, or name fewer purposes")
+            raise InputError(reason, path="duration", value=asked, mend="Allow that time, or ask for fewer purposes")
         first = next(name for name in LEAVES_FIRST if name in chosen)
-        notes.append(f"no {first} ({PURPOSES[first].tells}): with this part, the motion takes {needed}")
+        notes.append(f"no {first} ({PURPOSES[first].tells}): with it the motion takes {needed}")
         chosen = [name for name in chosen if name != first]
 
 

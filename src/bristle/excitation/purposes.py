@@ -48,17 +48,17 @@ def _no_presliding(limits: MotionLimits) -> str:
         return "the pre-sliding distance is unknown: write presliding under [plant], or give a model. A slow reversal shows the distance"
     if LOOP_COUNTS * limits.count > 0.5 * LARGEST * limits.presliding:
         return (
-            f"the encoder is too coarse: {LOOP_COUNTS:.0f} encoder steps of {limits.in_unit(limits.count, 'length')} are not "
-            f"small compared with the pre-sliding distance of {limits.in_unit(limits.presliding, 'length')}"
+            f"the encoder is too coarse: {LOOP_COUNTS:.0f} of its steps of {limits.in_unit(limits.count, 'length')} are not "
+            f"small against {limits.in_unit(limits.presliding, 'length')}"
         )
     if limits.followed > 0.5 * LARGEST * limits.presliding:
         return (
-            f"the tracking error of the controller in such loops is {limits.in_unit(limits.followed, 'length')}, which is "
-            f"not small compared with the pre-sliding distance of {limits.in_unit(limits.presliding, 'length')}: raise the gains for this "
-            "motion, or add integral action"
+            f"the controller follows such loops to within {limits.in_unit(limits.followed, 'length')}, which is "
+            f"not small against {limits.in_unit(limits.presliding, 'length')}: raise its gains for this motion, or add "
+            "integral action"
         )
     if limits.travel is not None and limits.travel < 2.0 * SLIDE * limits.presliding:
-        return f"the motion needs a travel of {limits.in_unit(2.0 * SLIDE * limits.presliding, 'length')}"
+        return f"it needs a travel of {limits.in_unit(2.0 * SLIDE * limits.presliding, 'length')}"
     return ""
 
 
@@ -210,7 +210,7 @@ def _no_damping(limits: MotionLimits) -> str:
     if amplitude < CHIRP_COUNTS * limits.count:
         return (
             f"the limits allow {limits.in_unit(amplitude, 'length')} at {_highest_frequency(limits):.3g} Hz, but the encoder "
-            f"needs {CHIRP_COUNTS:.0f} steps of {limits.in_unit(limits.count, 'length')}: raise jerk or "
+            f"needs {CHIRP_COUNTS:.0f} of its steps of {limits.in_unit(limits.count, 'length')}: raise jerk or "
             "acceleration under [limits] for this motion"
         )
     return ""

@@ -42,7 +42,7 @@ def write(request: Request) -> Product:
     head = [
         "Cogging: add this effort to the command, the sum of amplitude * cos(order * angle - phase).",
         "angle: 0 at position 0 of the log, growing with the position. A drive has its own zero and may define the "
-        "phase differently: test the sign with a fraction of the amplitude.",
+        "phase differently: test the sign with a part of the amplitude.",
         *request.source.lines,
         *notes,
     ]

@@ -41,12 +41,9 @@ MEANINGS = {
     "inertia": "effort for one unit of acceleration",
 }
 AT_REST = {
-    (
-        "table",
-        "held",
-    ): "at rest (velocity 0): output the entry at zero of the last direction; before the first motion, output the mean of both entries",
+    ("table", "held"): "at rest (velocity 0): output the entry at zero of the last direction; before the first move, the mean of both",
     ("table", "middle"): "at rest (velocity 0): output the mean of both entries at zero",
-    ("levels", "held"): "at rest: output gravity plus the level of the last direction; before the first motion, output gravity",
+    ("levels", "held"): "at rest: output gravity plus the level of the last direction; before the first move, gravity",
     ("levels", "middle"): "at rest: output gravity",
 }
 """Outputs of a drive at rest, by kind of file and rule."""
@@ -71,7 +68,7 @@ def write(request: Request) -> Product:
     if not 2 * FEWEST <= request.points <= 2 * MOST:
         raise InputError("out of range", path="points", value=request.points, allowed=f"{VALUES} to {2 * MOST}")
     forward, backward = directions = [side_of(model, way, request.speed, request.points // 2) for way in (1.0, -1.0)]
-    against = "effort and position in the log have opposite signs: the table in the units of the log has the sign of the effort"
+    against = "the effort column of the log has the opposite sign of its position column, and so has the table in units of the log"
     notes = (AT_REST["table", request.rest], *(() if signs[0] * signs[1] > 0.0 else (against,)))
     notes += losses(model, forward, backward, effort, symmetric=False)
     notes += (*error_on_log(request, {1.0: forward.entries, -1.0: backward.entries}), *said_of_units(request.axis, effort))
@@ -130,11 +127,11 @@ def curve_of(model: Model, direction: float, fastest: float) -> tuple[np.ndarray
     """Return the steady friction in one direction: speed and force, shape (point, 2), and the error of straight lines between points."""
     if not 0.0 < fastest < math.inf:
         raise InputError(
-            "is missing: the export needs the largest speed of the axis",
+            "is missing: the largest speed of the axis",
             path="speed",
             value=fastest,
             allowed="> 0",
-            mend='Add the option, such as --speed "200 mm/s"',
+            mend='Give it, as in --speed "200 mm/s"',
         )
     return resolved_side(model, direction, fastest)
 
@@ -158,14 +155,14 @@ def mean_side(forward: Side, backward: Side, points: int) -> Side:
 def losses(model: Model, forward: Side, backward: Side, effort: DriveUnit, *, symmetric: bool) -> tuple[str, ...]:
     """Return the losses of a table, one sentence each."""
     deviation = effort.of(max(forward.deviation, backward.deviation))
-    notes = [f"linear interpolation between the entries differs from the steady friction by at most {deviation:.2g} {effort.name}"]
+    notes = [f"straight lines between the entries differ from the steady friction by at most {deviation:.2g} {effort.name}"]
     notes += memory_lost(model, forward.curve, backward.curve, effort)
     if symmetric:
         constant, ahead, back = offset_of(model.component.variables, model.values), forward.curve, backward.curve
         apart = np.interp(ahead[:, 0], back[:, 0], back[:, 1]) - ahead[:, 1] + 2.0 * constant
         wrong = 0.5 * effort.of(float(np.max(np.abs(apart))))
         if wrong > ROUNDING * effort.of(float(np.max(np.abs(ahead[:, 1])))):
-            notes.append(f"the table is the same for both directions: it is wrong by up to {wrong:.3g} {effort.name} in each direction")
+            notes.append(f"the table is the same for both directions: it is wrong by up to {wrong:.3g} {effort.name} in each")
         if constant:
             notes.append(f"the table does not contain the constant force of {effort.of(constant):.3g} {effort.name}: set it separately")
     return (*notes, *_variation_lost(model))
@@ -176,10 +173,7 @@ def level_losses(
 ) -> tuple[str, ...]:
     """Return the losses of one level per direction, one sentence each; with `turns` the drive reverses the force gradually."""
     both, alone = (f"{effort.of(value):.2g} {effort.name}" for value in (levels.deviation, levels.deviation_of_levels))
-    head = (
-        f"levels are never above the steady friction; they are at most {both} below it with viscous friction, and {alone} without "
-        "viscous friction"
-    )
+    head = f"levels with viscous friction are at most {both} below the steady friction and never above it; without viscous friction {alone}"
     jumps = () if turns else memory_lost(model, curves[1.0], curves[-1.0], effort)
     return (head, *jumps, *_variation_lost(model))
 
@@ -191,8 +185,8 @@ def memory_lost(model: Model, forward: np.ndarray, backward: np.ndarray, effort:
         return []
     jump, x = effort.of(forward[0, 1] + backward[0, 1]), unit_of("length", model.kind)
     return [
-        f"the table has no memory: at a reversal it jumps by {jump:.3g} {effort.name}; the model needs a displacement of "
-        f"{distance:.2g} {x} for 95 % of this change"
+        f"memory is lost: at a reversal the table jumps by {jump:.3g} {effort.name}; the model makes 95 % of this change "
+        f"over {distance:.2g} {x}"
     ]
 
 

@@ -82,7 +82,7 @@ def loads_of(feedforward: Feedforward, *, apart: bool = False) -> tuple[Load, Lo
             "transmits more than inertia, gravity and cogging, which is not exportable",
             path="feedforward.carries",
             value=carries.name,
-            mend="Omit carries: the feedforward then defines the transmitted effort",
+            mend="Omit it: the feedforward then defines the transmitted effort",
         )
     carried = Load("carried_", float(carries.values["M"]), _place(carries))
     return fed, fed if carried.numbers == fed.numbers and not apart else carried
@@ -257,7 +257,7 @@ class Law:
 
 def law_of(variant: Variant, *, tunable: bool = False, single: bool = False) -> Law:
     """Return the control law of a variant: its controller and its feedforward, along the desired or the measured motion."""
-    for name, reason in (("effort", "drives an open loop without a control law"), ("learning", "needs repetitions of the whole motion")):
+    for name, reason in (("effort", "drives an open loop without a law"), ("learning", "needs repetitions of the whole motion")):
         if getattr(variant, name) is not None:
             raise InputError(f"{reason}: it is not exportable", path=f"{variant.name}.{name}")
     # A law starts at the position of the axis, without the initial motion of a simulated loop.
@@ -392,5 +392,5 @@ def _fed(law: Law) -> list[str]:
         if rises_with_effort(feedforward.friction):
             plant = None if carried is fed else feedforward.carries
             passing = "the rest of the feedforward" if plant is None else plant.name
-            lines.append(f"the friction level rises with the effort that {passing} transmits along the desired motion")
+            lines.append(f"its level rises with the transmitted effort along the desired motion: that of {passing}")
     return [plain(line) for line in lines] or ["nothing"]

@@ -48,8 +48,7 @@ def write(request: Request) -> Product:
             path="sinumerik",
             value=None if controller is None else controller.name,
             allowed=f"a {CONTROLLER} with k_v",
-            mend=f'Write [controller], model = "{CONTROLLER}", k_p and k_v into the axis file; add T_n for a velocity loop '
-            "with an integral",
+            mend=f'Write [controller], model = "{CONTROLLER}", k_p and k_v (T_n too) into the axis file',
         )
     gains, (unit, si) = controller.values, UNIT[model.kind]
     # The pulse of velocity [m/s or rad/s]; its time constant [s], if the loop has an integral.
@@ -66,9 +65,9 @@ def write(request: Request) -> Product:
         f"Machine data: {FUNCTION_MANUAL}.",
         f"Units: {UNITS_MANUAL}.",
         "Constant compensation value, without adaptation to the acceleration. MD32520 is the pulse of the velocity "
-        "setpoint that commands the change of friction at a reversal immediately, through the gain of the velocity loop.",
-        f"Begin with a fraction of this value ({START_MANUAL}: begin with a relatively small amplitude), run a circle, and change "
-        "the value in small steps until the quadrant transitions disappear.",
+        "setpoint that commands the change of friction at a reversal at once, through the gain of the velocity loop.",
+        f"Begin with a part of it ({START_MANUAL}: begin with a relatively small amplitude), run a circle, and change "
+        "it in small steps until the quadrant transitions do not show.",
         f"MD32540{' ' * (lasts is not None)}{said_of_time} ({START_MANUAL}: begin with a few cycles of the position controller).",
         "Not written: MD32530 and MD32550 to MD32570, the adaptation, to be found with circles at several accelerations "
         "(section 4.6.4.3); MD32580, the share for short blocks, to be found by trial (section 4.6.5).",

@@ -55,7 +55,7 @@ def checked(name: str) -> None:
     """
     if name in RESERVED or len(name) <= SHORT or name.endswith("_") or "__" in name:
         raise InputError(
-            "is not a valid name of a function block",
+            "cannot name a function block",
             path="name",
             value=name,
             allowed="three letters or more, not a word of Structured Text, no double underscore, no underscore at the end",

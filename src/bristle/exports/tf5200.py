@@ -40,13 +40,13 @@ def write(request: Request) -> Product:
     mean = merged(mean_side(forward, backward, request.points), current, model.kind)
     entries = [(round(v / unit_si), round(f / current.si)) for v, f in mean.entries.tolist()]
     if len(entries) > MOST:
-        raise InputError("exceeds the capacity of the list", path="points", value=len(entries), allowed=f"{MOST} entries or fewer")
+        raise InputError("exceeds the length of the list", path="points", value=len(entries), allowed=f"{MOST} entries or fewer")
     written = np.array([[v * unit_si, float(f) * current.si] for v, f in entries])
     delay, ahead = round(reversal_distance(model, float(mean.curve[-1, 0])) / delay_si), samples_ahead(loop_for(request))
-    too_long = f"position_delay is {LONGEST_DELAY}, its largest value: friction needs {delay} x {delay_unit} to reverse"
+    too_long = f"position_delay is {LONGEST_DELAY}, its largest value: friction needs {delay} x {delay_unit} to turn"
     notes = (
         *losses(model, forward, backward, effort, symmetric=True),
-        f"currents are integers: rounding changes each current by up to half of {PER_MILLE}",
+        f"currents are integers: rounding changes each by up to half of {PER_MILLE}",
         *((too_long,) if delay > LONGEST_DELAY else ()),
         *error_on_log(request, {way: written + np.array([0.0, way * constant]) for way in (1.0, -1.0)}),
     )
@@ -56,7 +56,7 @@ def write(request: Request) -> Product:
         *notes,
         f"in: {unit}; out: {PER_MILLE}, the unit of the torque in CANopen drives. Check it against the torque that your drive reports.",
         "Also set lr_param.frict_comp 1 in the axis machine data (P-AXIS-00522).",
-        f"position_delay: 95 % of the force has reversed after {delay} units of {delay_unit}; the largest value is {LONGEST_DELAY}.",
+        f"position_delay: 95 % of the force has turned after {delay} units of {delay_unit}; the largest value is {LONGEST_DELAY}.",
         f"reversal_lookahead: cycles by which the current leads a reversal; {ahead} needed, the largest value is {MOST_AHEAD}.",
     ]
     rows = {"mode": 3, "table_entries": len(entries), "position_delay": min(delay, LONGEST_DELAY)}

@@ -47,16 +47,16 @@ def load_target_file(path: Readable) -> Target:
     target = declared_in(content, "TARGET", Target, title="target of the export", mend=MEND)
     source = str(content.source)
     if not callable(target.write):
-        raise InputError("the target has no function `write`", path=source, value=target.write, mend=MEND)
+        raise InputError("its target has no function write", path=source, value=target.write, mend=MEND)
     if not isinstance(target.name, str) or not NAME.fullmatch(target.name) or target.name in TARGETS:
         raise InputError(
-            "the target has an invalid name",
+            "its target has an invalid name",
             path=source,
             value=target.name,
             allowed="small letters, digits and _, a letter first, and not the name of a target of bristle",
         )
     if not isinstance(target.description, str) or not target.description.strip():
-        raise InputError("the target has no description", path=source, mend='Write description="..."')
+        raise InputError("its target has no description", path=source, mend='Write description="..."')
     return target
 
 
@@ -115,7 +115,7 @@ def _ahead_text(loop: Variant | None) -> str:
     rest = f"{ahead - 1} for {1e3 * late:.3g} ms of delay and lag" if late else "delay and lag are unknown"
     samples = "sample" if ahead == 1 else "samples"
     head = f"feed the desired motion {ahead} {samples} of {1e3 * run.sample_time:g} ms ahead"
-    return f"{head}: 1 for the next step, {rest}"
+    return f"{head}: 1 for the step to come, {rest}"
 
 
 def _with_rule(target: Target, request: Request) -> tuple[Request, Effect | None]:
@@ -143,12 +143,12 @@ def _with_rule(target: Target, request: Request) -> tuple[Request, Effect | None
 def _refuse_harm(effect: Effect | None, name: str, *, has_memory: bool) -> None:
     """Refuse an export that makes the following error larger far beyond pre-sliding, or along the motion of the log."""
     if effect is not None and effect.is_harmful:
-        with_memory = "Lower the integral gain of the controller, or feed forward 90 % of the friction; to write the files anyway"
+        with_memory = "Lower the integral gain of the controller, or feed 90 % of the friction; to write the files anyway"
         without = "Export a model with memory (--to c, --law); to write the files anyway"
         raise InputError(
-            f"increases the error: {'; '.join(effect.lines()[:2])}",
+            f"makes the error larger: {'; '.join(effect.lines()[:2])}",
             path=name,
-            allowed=f"an error that does not increase, along the log and in motions of {SERIOUS:g} pre-sliding distances or more",
+            allowed=f"no larger error along the log and in moves of {SERIOUS:g} pre-sliding distances or more",
             mend=f"{with_memory if has_memory else without}: --accept-harm",
         )
 
@@ -161,14 +161,14 @@ def _unseen(request: Request) -> tuple[str, ...]:
         doubt = entry.get("note") or ("" if entry.get("status", "identified") in SEEN else "not identified")
         of_sliding = acts_in_sliding(variable) and not Role.BREAK_AWAY.fits(variable)
         if of_sliding and entry.get("status") != "held" and doubt:
-            notes.append(f"do not use this force before a log confirms it: {name}, {doubt}")
+            notes.append(f"do not use this force until a log shows it: {name}, {doubt}")
     return tuple(notes)
 
 
 ABILITIES = {
     "tunable": ("does not support parameters that change at run time", "Omit tunable"),
     "single": ("does not support single precision", "Omit float32"),
-    "rest": ("has no setting for the force at rest", "Omit rest"),
+    "rest": ("does not evaluate the model along samples", "Omit rest"),
     "compares": ("is not a table and cannot be compared along a log", "Omit the log"),
     "operators": ("does not support hysteresis operators", ""),
     "write_law": ("does not support control laws", ""),
@@ -239,9 +239,6 @@ def name_for(text: str) -> str:
     """Return a valid name for files, types and functions."""
     if not NAME.fullmatch(text) or text in RESERVED:
         raise InputError(
-            "is not a valid name of a function",
-            path="name",
-            value=text,
-            allowed="small letters, digits and _, a letter first, not a keyword of C",
+            "cannot name a function", path="name", value=text, allowed="small letters, digits and _, a letter first, not a keyword of C"
         )
     return text

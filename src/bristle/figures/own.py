@@ -52,13 +52,13 @@ def load_figure_file(path: Readable) -> ReportFigure:
     for part in ("title", "caption", "alternative"):
         text = getattr(figure, part)
         if not isinstance(text, str) or not text.strip():
-            raise InputError(f"the figure has no {part}", path=source, mend=f'Write {part}="..."')
+            raise InputError(f"its figure has no {part}", path=source, mend=f'Write {part}="..."')
     if not callable(figure.draw):
-        raise InputError("the figure has no function `draw`", path=source, value=figure.draw, mend=MEND)
+        raise InputError("its figure has no function `draw`", path=source, value=figure.draw, mend=MEND)
     unknown = [str(name) for name in figure.needs if name not in RESULTS]
     if unknown or not figure.needs:
         raise InputError(
-            "the figure needs results that no report contains",
+            "its figure takes results that no report has",
             path=source,
             value=", ".join(unknown),
             allowed=", ".join(RESULTS),
@@ -73,11 +73,11 @@ def refuse_unfit(figure: ReportFigure, command: str, figures: Sequence[ReportFig
     if strange:
         able = [f"bristle {name}" for name, facts in FACTS.items() if set(figure.needs) <= set(facts)]
         raise InputError(
-            f"the figure needs results that the report of {command} lacks",
+            f"its figure takes results that the report of {command} lacks",
             path=path,
             value=", ".join(strange),
             allowed=", ".join(FACTS[command]),
-            mend=f"Use the figure with {' or '.join(able)}" if able else "",
+            mend=f"Use it with {' or '.join(able)}" if able else "",
         )
     if [candidate.name for candidate in figures].count(figure.name) > 1:
         raise InputError("another figure has the same name", path=path, value=figure.name, mend="Write another name")

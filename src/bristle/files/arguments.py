@@ -37,7 +37,7 @@ def axes_for(axes: Sequence[Any], count: int) -> list[Any]:
         return described * count
     if len(described) != count:
         mend = "Give one axis file for all logs, or one axis file per log in the same order"
-        raise InputError(f"{len(described)} axis files do not match {count} logs", path="axis", allowed=f"1, or {count}", mend=mend)
+        raise InputError(f"{len(described)} for {count} logs", path="axis", allowed=f"1, or {count}", mend=mend)
     return described
 
 

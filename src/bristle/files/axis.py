@@ -225,9 +225,7 @@ def _cogging(file: AxisFile, transmission: Transmission) -> tuple[Cogging, ...]:
     for place, entry in enumerate(file.cogging):
         path = f"cogging[{place}].turn"
         if entry.turn in [term.turner for term in coggings]:
-            raise InputError(
-                "is defined twice", path=path, value=entry.turn, mend="Write all harmonics of this part into one [[cogging]] table"
-            )
+            raise InputError("is defined twice", path=path, value=entry.turn, mend="Write all its harmonics into one [[cogging]] table")
         try:
             turn = 2.0 * math.pi * transmission.travel("rotational", "motor" if entry.turn == "motor" else "load")
         except InputError:

@@ -115,7 +115,7 @@ def refuse_open(tables: Mapping[str, Any]) -> None:
     """Refuse a file with a value that is not filled in."""
     if keys := list(open_in(tables)):
         more = f" Also fill in {', '.join(keys[1:])}" if len(keys) > 1 else ""
-        raise InputError("is not filled in", path=keys[0], value=FILL_IN, mend=f"The comment after the key explains the value.{more}")
+        raise InputError("is not filled in", path=keys[0], value=FILL_IN, mend=f"The comment after it explains the value.{more}")
 
 
 def numbers_in(

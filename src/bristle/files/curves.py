@@ -113,7 +113,7 @@ def read_curves(path: Readable, axis: HysteresisFile | Readable | dict[str, Any]
         allowed = f"at least {shortest} samples"
         raise InputError("has only curves that are too short", path=place, value=f"{len(candidates)} curves", allowed=allowed)
     if len(chosen) < len(candidates):
-        notes.append(f"bristle ignored {len(candidates) - len(chosen)} curves with fewer than {shortest} samples")
+        notes.append(f"bristle ignored {len(candidates) - len(chosen)} curves with less than {shortest} samples")
     if np.ptp(np.concatenate([curve.u for curve in chosen])) < SMALLEST:
         raise InputError("is constant", path=f"{place}: {columns.input.column}", mend="Name the column of the input")
     return Curves(tuple(chosen), file.curves.start, file.kind, table.source, table.origin, tuple(notes), file.name)

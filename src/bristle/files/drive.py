@@ -85,7 +85,7 @@ class Drive:
             return Scale("rated", value)
         if self.constant is None:
             mend = 'Write rated = "2.4 N*m"' if base == "rated" else f'Write constant = "0.12 N*m/{base}"'
-            raise InputError("is a unit of effort only with a drive constant", path=path, value=unit, mend=f"{mend} under [effort]")
+            raise InputError("is an effort only with a drive constant", path=path, value=unit, mend=f"{mend} under [effort]")
         if base != self.constant.drive:
             allowed = f"{self.constant.drive.replace('rated', '%')} or a multiple"
             raise InputError("does not match the constant under [effort]", path=path, value=unit, allowed=allowed)
@@ -160,9 +160,7 @@ def refuse_misspelt(columns: object) -> None:
 def _load(entry: ColumnEntry, file: AxisFile) -> Column:
     raw, path = file.plant.nominal_load, "plant.nominal_load"
     if raw is None:
-        raise InputError(
-            "is missing: bristle scales the load with this value", path=path, mend='Write nominal_load = "500 N" under [plant]'
-        )
+        raise InputError("is missing: bristle scales the load by it", path=path, mend='Write nominal_load = "500 N" under [plant]')
     # A load is a force on a rotational axis, too.
     nominal = units.quantity(raw, Variable("force", "nominal load"), "translational", path=path)
     if not 0.0 < nominal < math.inf:
@@ -185,7 +183,5 @@ def _further(name: str, entry: ColumnEntry) -> Column:
         units.factor(entry.unit, base, path=path)
         # A factor cannot convert a unit with another zero than its SI unit.
         if units.convert(f"0 {entry.unit}", base, path=path) != 0.0:
-            raise InputError(
-                "has a different zero point than the SI unit", path=path, value=entry.unit, allowed=f"degC, or a multiple of {base}"
-            )
+            raise InputError("has another zero than its SI unit", path=path, value=entry.unit, allowed=f"degC, or a multiple of {base}")
     return Column(entry.column, entry.unit or "", base, 1.0 if is_temperature else float(entry.sign), entry.optional)

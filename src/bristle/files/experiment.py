@@ -84,7 +84,7 @@ def with_models(data: Mapping[str, Any], source: Path, sources: Sources) -> dict
     for name in dict.fromkeys(name for _, name in _uses(data)):
         if name in planned and not planned[name].is_current:
             is_stale = planned[name].folder.exists()
-            reason = "was identified from inputs that differ from those in the present file" if is_stale else "is not identified yet"
+            reason = "was identified from other inputs than the file states now" if is_stale else "is not identified yet"
             raise InputError(reason, path=f"identify.{name}", mend=MEND)
     learning = {model.excited.name for model in planned.values() if model.excited is not None}
     judged = {key: value for key, value in data.items() if key != "identify"}
@@ -133,7 +133,7 @@ def _excited(name: str, data: Mapping[str, Any], path: str, sources: Sources) ->
     tables = merged(base, override)
     for place, model in _uses(tables):
         mend = f'Write friction = "none" under [compare.{name}.controller.feedforward]'
-        raise InputError("is identified only after this loop is excited", path=f"compare.{name}.{place}", value=model, mend=mend)
+        raise InputError("is not identified yet when this loop is excited", path=f"compare.{name}.{place}", value=model, mend=mend)
     own = Sources(sources.folder, sources.allow_code, sources.size_limit)
     variant = variant_from(name, Tables(tables, override, f"compare.{name}"), own)
     return tables, variant, [origin for origins in own.origins.values() for origin in origins]

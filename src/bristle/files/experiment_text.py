@@ -47,8 +47,8 @@ def read_loop(content: Content) -> LoopRecord:
     """Return the table in a file."""
     kind, name = kind_of_loop(content), content.source.name
     if kind is None:
-        mend = "Name the file loop.csv that bristle identify wrote"
-        raise InputError("is not a recorded loop from a log", value=name, allowed=_header("translational"), mend=mend)
+        mend = "Give the file loop.csv that bristle identify wrote"
+        raise InputError("is not a table of the loop of a log", value=name, allowed=_header("translational"), mend=mend)
     try:
         rows = np.loadtxt(io.BytesIO(content.data), delimiter=",", skiprows=1, ndmin=2)
     except ValueError as error:

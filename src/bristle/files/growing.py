@@ -182,9 +182,9 @@ def verified(path: Path, names: list[str]) -> None:
             raise InputError(DAMAGED_NOTE, path=str(path / NOTE), mend=MEND_NOTE)
         damaged = [name for name in names if folder.checksum(name) not in note.sums.get(name, ())] if note is not None else []
     if damaged:
-        verb = "is" if len(damaged) == 1 else "are"
+        verbs = ("is", "was") if len(damaged) == 1 else ("are", "were")
         mend = "Repeat the command that wrote the folder: it repeats damaged runs and keeps the damaged files"
-        raise InputError(f"{verb} damaged, or bristle did not write the content: {owned.listed(damaged)}", path=str(path), mend=mend)
+        raise InputError(f"{verbs[0]} damaged, or {verbs[1]} not written here: {owned.listed(damaged)}", path=str(path), mend=mend)
 
 
 DAMAGED_NOTE = "is damaged or was changed, so it no longer lists the written files"

@@ -114,7 +114,7 @@ def _column_line(channel: str, entry: Mapping[str, Any], roles: Roles) -> str:
         "in the unit of the position" if follows else TOLD_BY.get(role.told_by, ""),
         f"the file states the unknown unit {quoted(role.unknown)}" if role.unknown else "",
         HINTS["rated" if role.told_by == "rated" else f"columns.{channel}.unit"] if is_open and not follows else "",
-        "the recorded effort extracts energy from the axis" if entry.get("sign") == -1 else "",
+        "the effort as recorded takes work out of the axis" if entry.get("sign") == -1 else "",
     ]
     comment = "; ".join(filter(None, remarks))
     return f"{channel} = {{ {body} }}  # {comment}" if comment else f"{channel} = {{ {body} }}"

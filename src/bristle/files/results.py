@@ -172,8 +172,7 @@ def _check_own(folder: Folder, target: Path) -> None:
         message, mend = "exists already, and bristle did not make it", "Name a new folder, or remove this empty one"
     elif note is None and SUMMARY in present:
         message = (
-            f"contains results without the note {NOTE}, which lists the files of bristle (bristle 0.1 wrote no note): "
-            "bristle does not replace these results"
+            f"contains results without the note {NOTE} that lists the files of bristle (bristle 0.1 wrote none), so they are not replaced"
         )
         mend = f"{rename}, or remove by hand the files that you no longer need: {owned.listed(present)}"
     elif note is None:

@@ -98,7 +98,7 @@ def _refuse_absurdities(data: dict[str, Any]) -> None:
 def _refuse_value(path: str, value: Any) -> None:
     if isinstance(value, str):
         if _CONTROLS.search(value):
-            raise InputError("contains control characters", path=path, value=value, mend="Write letters")
+            raise InputError("holds control characters", path=path, value=value, mend="Write letters")
     elif isinstance(value, int) and abs(value) > 2**63 - 1:  # the range that TOML guarantees
         raise InputError("is too large for a number", path=path, allowed="whole numbers up to 9223372036854775807")
     elif isinstance(value, float) and math.isnan(value):
@@ -108,7 +108,9 @@ def _refuse_value(path: str, value: Any) -> None:
 
 
 def _too_deep(path: str) -> InputError:
-    return InputError("is nested too deeply", path=path[:80], allowed=f"up to {DEEPEST} levels of tables", mend="Is it the right file?")
+    return InputError(
+        "is nested too deeply", path=path[:80], allowed=f"up to {DEEPEST} tables in one another", mend="Is it the right file?"
+    )
 
 
 class Said(NamedTuple):

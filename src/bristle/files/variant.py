@@ -210,9 +210,9 @@ def _feedforward(tables: Tables, plant: Model, kind: Kind, sources: Sources) -> 
     path = tables.path("controller", "feedforward")
     entries = table_at(tables.table("controller").get("feedforward", {}), path)
     check_keys(entries, (*FEEDFORWARD, "friction", "along", "rest", "plant"), path)
-    own = choice_at(entries, "plant", ("none", "own"), path, "is not a valid source of the feedforward of gravity and cogging")
-    along: Any = choice_at(entries, "along", experiment.ALONG, path, "is not a valid choice of the motion for the compensator")
-    rest: Any = choice_at(entries, "rest", experiment.RESTS, path, "is not a valid rule for the force at rest")
+    own = choice_at(entries, "plant", ("none", "own"), path, "is not a plant with feedforward of gravity and cogging")
+    along: Any = choice_at(entries, "along", experiment.ALONG, path, "is not a motion for a compensator")
+    rest: Any = choice_at(entries, "rest", experiment.RESTS, path, "is not a rule for the force at rest")
     place, friction = tables.path("controller", "feedforward", "friction"), entries.get("friction", "none")
     if isinstance(friction, str) and friction != "none":
         mend = f'Write [{place}] and, below it, model = "coulomb_viscous" or file = "model.toml"'
@@ -256,7 +256,7 @@ def run_from(table: Mapping[str, Any], axis: Axis | None, reference: Model, kind
     duration, settle = values["duration"], values.get("settle", 0.0)
     samples = duration / values["sample_time"]
     if not 3.0 <= samples <= experiment.SAMPLES_MAX:
-        message, allowed = f"requires {samples:.3g} samples of {values['sample_time']:g} s", f"3 to {experiment.SAMPLES_MAX} samples"
+        message, allowed = f"asks for {samples:.3g} samples of {values['sample_time']:g} s", f"3 to {experiment.SAMPLES_MAX} samples"
         raise InputError(message, path=f"{path}.duration", value=duration, allowed=allowed, mend="Change duration or sample_time")
     if settle >= duration:
         raise InputError(

@@ -143,7 +143,7 @@ def _over(model: FrictionModel, names: Sequence[str], path: str) -> FrictionMode
     """Return a friction model over the named operator."""
     if not isinstance(model, TakesOperator) or len(names) > 1:
         raise InputError(
-            "has an invalid operator: only preisach_lugre and preisach_contact accept an operator, and only one operator",
+            "takes one operator at most, and only preisach_lugre and preisach_contact take it",
             path=path,
             value="+".join([model.name, *names]),
         )

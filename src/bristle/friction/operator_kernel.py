@@ -150,18 +150,18 @@ class TakesOperator(FrictionModel):
             return self, _closed_form(operator, path)
         if operator.name not in REACHES:
             raise InputError(
-                _REFUSED.get(operator.name, "does not compute a force from a displacement"), path=path, value=operator.name, allowed=allowed
+                _REFUSED.get(operator.name, "gives no force from a displacement"), path=path, value=operator.name, allowed=allowed
             )
         return over_operator(self, operator.component), _prefixed(operator.values)
 
 
-_REFUSED = {"relay_grid": "has a stepwise output without stiffness; use preisach_grid, which has the same weights"}
+_REFUSED = {"relay_grid": "has a staircase output without stiffness; take preisach_grid, which has the same measure"}
 
 
 def _closed_form(operator: Model, path: str) -> dict[str, Any]:
     if operator.values["tolerance"] != OWN_TOLERANCE:
         raise InputError(
-            "sets a tolerance, but a kernel in closed form has no tolerance",
+            "has a tolerance, which a kernel in closed form does not take",
             path=path,
             value=operator.values["tolerance"],
             allowed=repr(OWN_TOLERANCE),
@@ -258,7 +258,7 @@ def _relations(model: TakesOperator, operator: HysteresisOperator) -> tuple[Rela
             Relation(
                 f"saturation of the operator > {model.exceeded}",
                 lambda p: saturation(operator, p.operator) > getattr(p.own, model.exceeded),
-                f"Lower {model.exceeded}, or record curves over a larger range: otherwise the deflection grows without "
+                f"Lower {model.exceeded}, or record curves that reach farther: otherwise the deflection grows without "
                 "bound while the body slides",
             )
         )

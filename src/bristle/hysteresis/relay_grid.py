@@ -106,7 +106,7 @@ MODEL = relay_grid = RelayGrid(
         Relation(
             "n (n + 1)/2 weights for n cells",
             lambda p: 2 * len(p.weights) == (len(p.levels) - 1) * len(p.levels),
-            "Take the weights from an operator with relays_of",
+            "Take them from an operator with relays_of",
         ),
     ),
     reference="doi:10.1007/978-1-4612-3028-1",

@@ -196,7 +196,7 @@ def _curve(u: Any, f: Any, side: float, index: int) -> Curve:
     path, output = side * np.asarray(u, dtype=float), side * np.asarray(f, dtype=float)
     if path.ndim != 1 or path.shape != output.shape or path.size < 2 or not np.all(np.diff(path) > 0.0):
         way, mend = "rise" if side > 0.0 else "fall", "Begin each curve at its reversal; leave out curves of one sample"
-        raise InputError(f"must {way} from sample to sample, like every other curve", path=f"curves[{index}]", mend=mend)
+        raise InputError(f"must {way} throughout, and so must every other curve", path=f"curves[{index}]", mend=mend)
     return Curve(path, output)
 
 
@@ -207,5 +207,5 @@ def _apart(curves: list[Curve], least: float) -> list[Curve]:
         if not distinct or curve.u[0] - distinct[-1].u[0] > least:
             distinct.append(curve)
     if len(distinct) < 2:
-        raise InputError("must have different turning points", path="curves", value=len(curves))
+        raise InputError("needs curves that turned at different inputs", path="curves", value=len(curves))
     return distinct

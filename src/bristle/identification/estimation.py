@@ -240,7 +240,7 @@ def _pitch_in(problem: InverseDynamics, values: Mapping[str, float]) -> float:
     most = stroke * dataset.cutoff / float(np.median(np.abs(dataset.velocity)))
     if most <= TURNS_LEAST:
         swept, mend = f"a range of {with_unit(stroke, unit_of('length', dataset.kind))}", "Give the lead in [transmission] of the axis file"
-        raise InputError("has a range that is too short to identify a pitch", path="log.position", value=swept, mend=mend)
+        raise InputError("does not resolve a pitch", path="log.position", value=swept, mend=mend)
     turns = np.linspace(TURNS_LEAST, most, int(min(STEPS_A_TURN * (most - TURNS_LEAST) + 2, SCAN_MOST)))
     step = turns[1] - turns[0]
 

@@ -62,14 +62,12 @@ def _estimate(context: Context, component: FrictionModel, report: Report) -> Est
     elements = ELEMENTS.get(base_of(component))
     slots = [slot for slot in variations_of(component) if slot in LEVELS]
     if slots and not has_level(base_of(component)):
-        raise InputError(f"has no friction level for +{slots[0]}", path="model", value=component.name, mend="Use coulomb_viscous")
+        raise InputError(f"has no friction level for +{slots[0]}", path="model", value=component.name, mend="Take coulomb_viscous")
     if elements is None:
         return (context.estimator or along_the_motion)(context, component, report)
     slots += [slot.name for slot in channel_slots_of(component)]
     if slots:
-        raise InputError(
-            f"consists of elements, so bristle cannot fit +{slots[0]}", path="model", value=component.name, mend="Use dahl or lugre"
-        )
+        raise InputError(f"has elements: +{slots[0]} cannot be fitted", path="model", value=component.name, mend="Ask for dahl or lugre")
     if context.estimator is not None:
         raise InputError("needs inverse dynamics", path="model", value=component.name, mend="Write --method inverse_dynamics")
     return elements(context, component, report)
@@ -144,7 +142,7 @@ def _valid(component: FrictionModel, values: Mapping[str, float], kind: Kind) ->
         return make_model(component, written, kind=kind, validate=True)
     except InputError as error:
         raise InputError(
-            f"the best fit of {component.name} violates a condition of the model: {error.path} {error.message}",
+            f"the best fit of {component.name} is not allowed by the model: {error.path} {error.message}",
             path="model",
             value=component.name,
             mend=f"Fit another model to this log. {error.mend}".strip(),

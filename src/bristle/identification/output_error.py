@@ -216,10 +216,7 @@ def loop_of(logs: Sequence[Log], axes: Sequence[Axis | None]) -> type[Output]:
     loop = {"open": Position, "closed": Effort}[requested.pop() or ("closed" if closed else "open")]
     if loop is Position and any(axis is not None and axis.seeks_lag for axis in axes):
         raise InputError(
-            "can be identified only in a closed loop",
-            path="effort.lag",
-            value="identify",
-            mend="Write [controller] and the column of the reference into the axis file",
+            "is visible in a closed loop only", path="effort.lag", value="identify", mend="Describe [controller] and reference"
         )
     return loop
 

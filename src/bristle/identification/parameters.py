@@ -184,7 +184,7 @@ def _refuse_another(surrounding: Surrounding, dataset: Dataset) -> None:
         return
     if not _is_of_its_quantity(dataset, surrounding):
         mend = "Correct the unit in the axis file, or the channel in the file of the slot"
-        message = "has a different quantity than the slot expects"
+        message = "has another quantity than the slot expects"
         raise InputError(message, path=f"{place}.unit", value=unit, allowed=allowed, mend=mend)
     usual = float(np.median(np.concatenate([segment.surroundings[name] for segment in dataset.segments])))
     if not variable.min <= usual <= variable.max:
@@ -289,9 +289,7 @@ def parameters_of(component: FrictionModel, prior: PriorKnowledge, dataset: Data
     side = "backward" if ahead < ONE_WAY else "forward" if ahead > 1.0 - ONE_WAY else ""
     split = directional(component)
     if side and split:
-        raise InputError(
-            f"the axis moves only {side} in this log", path="model", value=component.name, mend="Record both directions, or omit +asymmetry"
-        )
+        raise InputError(f"the log moves {side} only", path="model", value=component.name, mend="Record both directions or drop +asymmetry")
     force = unit_of("force", dataset.kind)
     levels = [name for name in split if component.variables[name].unit(dataset.kind) == force]
     if levels:

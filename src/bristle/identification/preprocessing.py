@@ -68,10 +68,7 @@ def treat_all(
         for name in ("cutoff", "decimation", "held"):
             if getattr(part, name) != getattr(first, name):
                 raise InputError(
-                    f"has a different {name} than the first log",
-                    path=path,
-                    value=getattr(part, name),
-                    mend="Use the same value for all logs",
+                    f"has a different {name} than the first log", path=path, value=getattr(part, name), mend="Give both the same"
                 )
     segments, end = [], first.segments[0].time[0]
     for number, part in enumerate(parts):

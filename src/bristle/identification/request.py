@@ -38,9 +38,7 @@ def models_of(model: Any) -> tuple[FrictionModel, ...]:
             continue
         component = _component_of(item)
         if component.name in components:
-            raise InputError(
-                "is requested twice", path="model", value=component.name, mend="Name each model once, or give your model another name"
-            )
+            raise InputError("is requested twice", path="model", value=component.name, mend="Write it once; give your model another name")
         for names, kind in _not_identified(component):
             raise InputError(
                 f"{component.name} has {kind} ({', '.join(names)}) that inverse dynamics does not identify",
@@ -80,7 +78,7 @@ def _component_of(item: Any) -> SlottedModel:
     if isinstance(item, str):
         return find(item, path="model")
     if isinstance(item, Model):
-        raise InputError("already has parameter values", path="model", value=item, mend=f"Write model={item.name!r}, or model.component")
+        raise InputError("has values already", path="model", value=item, mend=f"Write model={item.name!r}, or model.component")
     if not isinstance(item, FrictionModel):
         raise InputError("must be a name, a friction model or a list of them", path="model", value=item)
     component = item if isinstance(item, SlottedModel) else slotted(item, asymmetry=False)
@@ -110,9 +108,7 @@ def freed(free: Sequence[str], components: Sequence[FrictionModel]) -> tuple[str
     }
     for name in free:
         if name not in shapes:
-            raise InputError(
-                "is not a shape parameter with a default value", path="free", value=name, allowed=", ".join(sorted(shapes)) or "none"
-            )
+            raise InputError("is not a shape with a default value", path="free", value=name, allowed=", ".join(sorted(shapes)) or "none")
     return tuple(free)
 
 
@@ -141,7 +137,7 @@ def prior_knowledge_of(axis: Axis | None, mass: float | str | None, offset: floa
     mass = axis.mass if mass is None else mass
     value = None if mass is None else quantity(mass, MASS, kind, path="mass")
     if value is not None and not (math.isfinite(value) and value >= 1e-15):
-        raise InputError("out of range", path="mass", value=value, allowed="> 0", mend="Omit the mass to identify it")
+        raise InputError("out of range", path="mass", value=value, allowed="> 0", mend="Leave it out to identify it")
     plant = with_terms(
         PLANTS[axis.plant],
         gravity=axis.gravity,

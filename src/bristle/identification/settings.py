@@ -1,8 +1,8 @@
 """Thresholds of an identification.
 
-The thresholds decide when bristle reports, doubts or omits a result. They change no parameter value, with two exceptions.
-The thresholds of the channels in time decide when bristle treats a delay, a filter or an inertia as known. The thresholds
-of validation may change the order of the models. Settings of a method (number of starts, seed, tolerance) are in its module.
+They decide from where on bristle reports, doubts or omits a result, and change no parameter value. There are two
+exceptions. The thresholds of the channels in time decide when a delay, a filter and an inertia count as known. Those of
+validation may change the order of the models. Settings of a method (number of starts, seed, tolerance) are in its module.
 """
 
 from dataclasses import dataclass
@@ -36,10 +36,10 @@ class Settings(CheckThresholds):
         )
     )
 
-    # Parameters: conditions of an identified parameter.
+    # Parameters: when they count as identified.
     unsure_std: float = _set(0.5, "largest relative standard error of an identified parameter")
     beyond_effort: float = _set(1.2, "largest friction force that a log can show, as a share of its largest effort")
-    inseparable: float = _set(0.99, "smallest correlation at which bristle reports two parameters as confounded", most=1.0)
+    inseparable: float = _set(0.99, "correlation from which bristle reports two parameters as confounded", most=1.0)
 
     # Excitation: the smallest motion that a log can show.
     zone_noise: float = _set(10.0, "smallest pre-sliding zone, in standard deviations of the position noise", "σ")
@@ -49,37 +49,35 @@ class Settings(CheckThresholds):
     )
 
     # Channels in time.
-    delay_rough: float = _set(0.7, "smallest half-width of the 95 % interval at which bristle reports a delay as uncertain", "samples")
+    delay_rough: float = _set(
+        0.7, "half-width of the 95 % interval of a delay from which bristle reports the delay as uncertain", "samples"
+    )
     delay_unsure: float = _set(4.0, "largest half-width of the 95 % interval of a delay that bristle removes", "samples")
     inertia_unsure: float = _set(
-        0.03, "smallest relative half-width of the measured inertia at which each model fits the inertia separately", most=1.0
+        0.03, "relative half-width of the measured inertia from which each model fits the inertia separately", most=1.0
     )
     stages_differ: float = _set(3.0, "largest difference between the fitted and the measured inertia, in joint standard errors", "σ")
     stages_apart = 0.02  # the same as a share of the inertia
 
     # Noise and residual.
-    acceleration_noise: float = _set(0.01, "smallest share of noise in the mean square acceleration that bristle reports", most=1.0)
+    acceleration_noise: float = _set(0.01, "share of noise in the mean square acceleration from which bristle reports it", most=1.0)
     noisy_inertia = 0.05  # share of noise in the mean square acceleration above which a fit does not identify the inertia
-    poor_error: float = _set(40.0, "smallest error of the effort at which bristle doubts units and signs", "%")
+    poor_error: float = _set(40.0, "error of the effort from which bristle doubts units and signs", "%")
     usable_error: float = _set(20.0, "largest model error relative to friction for the verdict Usable", "%")
     useless_error: float = _set(60.0, "largest model error relative to friction for the verdict Use with care", "%")
     missing_force: float = _set(0.006, "smallest missing force that matters: its rms as a share of friction")
-    missing_evidence: float = _set(
-        0.0016, "smallest missing force to report: its share of friction multiplied by its share of the residual"
-    )
+    missing_evidence: float = _set(0.0016, "smallest reported missing force: its share of friction times its share of the residual")
     # level at which such a cause must explain more than with random signs for each half-cycle; P. Kline, A. Santos, Journal of
     # Econometric Methods 1(1), 2012, doi:10.1515/2156-6674.1006
     missing_level = 0.99
 
     # Validation and comparison of models.
     held_out_rows: float = _set(20.0, "smallest held-out block, without its margins", "rows", least=2.0)
-    same_error: float = _set(1e-3, "largest relative difference between held-out errors that bristle treats as equal")
-    doubtful_share: float = _set(0.5, "smallest share of unidentified parameters at which bristle prefers a simpler model")
+    same_error: float = _set(1e-3, "largest relative difference between held-out errors that count as equal")
+    doubtful_share: float = _set(0.5, "share of unidentified parameters from which a simpler model is preferred")
 
     # The loop in simulation.
-    loop_differs: float = _set(
-        0.15, "largest relative difference between measured and simulated following error at which bristle predicts a gain"
-    )
+    loop_differs: float = _set(0.15, "largest relative difference of measured and simulated following error for a predicted gain")
 
 
 DEFAULT = Settings()

@@ -66,7 +66,7 @@ def read_apart(reader: str, data: bytes, request: Request) -> Table:
             if code == -getattr(signal, "SIGXCPU", 0) != 0:
                 ending = "takes too long"
             elif code != 0:
-                ending = f"the library that reads the file ended with signal {-code}" if code < 0 else last
+                ending = f"the library that reads it ended with signal {-code}" if code < 0 else last
     if ending is not None:
         message = f"is damaged, or in an unsupported format ({ending})"
         raise InputError(message, path=str(request.source), mend="Copy or save it again")

@@ -31,7 +31,7 @@ def read_hdf5(data: bytes, request: Request) -> Table:
             name = path.replace("/", separator)
             stored = Stored((0,) if node.shape is None else node.shape, node.dtype, lambda node=node: node[()])
             if not stored.holds_columns or _text(node, "MATLAB_class") in ("char", "cell", "function_handle"):
-                notes.append(f"{name} contains no column of numbers and was left out")
+                notes.append(f"{name} holds no column of numbers and was left out")
                 continue
             unit = next((text for key in UNIT_ATTRIBUTES if (text := _text(node, key))), "")
             values[name] = stored._replace(unit=unit)
@@ -52,16 +52,14 @@ def _data_sets(content: Any, source: Path) -> Iterator[tuple[str, Any]]:
             count += 1
             path = f"{before}{name}"
             link = group.get(name, getlink=True)
-            elsewhere = f"{path} is a link to another file" if isinstance(link, h5py.ExternalLink) else ""
+            elsewhere = f"{path} is a link into another file" if isinstance(link, h5py.ExternalLink) else ""
             if not elsewhere and (name.startswith("#") or not isinstance(link, h5py.HardLink)):
                 continue
             node: Any = None if elsewhere else group[name]
             if isinstance(node, h5py.Dataset) and (node.is_virtual or node.external):
-                elsewhere = f"{path} stores its numbers in other files"
+                elsewhere = f"{path} takes its numbers from other files"
             if elsewhere:
-                raise InputError(
-                    f"{elsewhere}, but bristle reads only this file", path=str(source), mend="Save the log in one file (h5repack)"
-                )
+                raise InputError(f"{elsewhere}, which are not read", path=str(source), mend="Save the log in one file (h5repack)")
             address = h5o.get_info(node.id).addr
             if address in visited or count > 100_000:
                 continue
@@ -90,7 +88,7 @@ def read_npz(data: bytes, request: Request) -> Table:
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         members = [member for member in archive.infolist() if member.filename.endswith(".npy")]
         if len(members) > MOST_ARRAYS:
-            raise InputError("contains too many arrays", path=str(request.source), value=len(members), allowed=f"up to {MOST_ARRAYS}")
+            raise InputError("holds too many arrays", path=str(request.source), value=len(members), allowed=f"up to {MOST_ARRAYS}")
         names, notes = distinct(member.filename.removesuffix(".npy") for member in members)
         stored = {}
         for name, member in zip(names, members, strict=True):
@@ -101,7 +99,7 @@ def read_npz(data: bytes, request: Request) -> Table:
 
 def _table(stored: dict[str, Stored], notes: list[str], request: Request) -> Table:
     columns = {name: array for name, array in stored.items() if array.holds_columns}
-    remarks = (f"{name} contains no column of numbers and was left out" for name in stored if name not in columns)
+    remarks = (f"{name} holds no column of numbers and was left out" for name in stored if name not in columns)
     return table_from(columns, request, "NPZ", notes=(*notes, *remarks))
 
 
@@ -112,7 +110,7 @@ def _stored(opened: Callable[[], IO[bytes]], size: int, source: Path) -> Stored:
         header: Any = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
         shape, _, dtype = header(file, max_header_size=10_000)  # [byte] at most, before the numbers of an array
     if dtype.hasobject:
-        raise InputError("contains Python objects, which bristle does not read", path=str(source), mend="Save arrays of numbers")
+        raise InputError("holds objects of Python, which are not read", path=str(source), mend="Save arrays of numbers")
 
     def read() -> np.ndarray:
         with opened() as file:
@@ -202,7 +200,7 @@ def _refuse_deep(element: bytes, order: Literal["little", "big"], source: Path) 
         else:
             at += -(-length // TAG_BYTES) * TAG_BYTES
         if len(ends) > DEEPEST:
-            allowed = f"up to {DEEPEST} levels of cells"
+            allowed = f"up to {DEEPEST} cells in one another"
             raise InputError("is nested too deeply", path=str(source), allowed=allowed, mend="Save the signals as vectors")
 
 
@@ -227,7 +225,7 @@ def read_parquet(data: bytes, request: Request) -> Table:
         may_be_numbers = types.is_primitive(part.type) or types.is_decimal(part.type)
         values = _numbers(columns[name]) if may_be_numbers and request.choice(name) else None
         if request.choice(name) and values is None:
-            notes.append(f"column {name!r} contains no numbers and was left out")
+            notes.append(f"column {name!r} holds no numbers and was left out")
         elif may_be_numbers:
             metadata, is_time = part.metadata or {}, types.is_timestamp(part.type) or types.is_time(part.type)
             unit = next((metadata[key].decode("utf-8", "replace") for key in (b"unit", b"units") if key in metadata), "")

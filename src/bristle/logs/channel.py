@@ -146,7 +146,7 @@ class LogData(Tabular):
     def __post_init__(self) -> None:
         for name, signal in self.channels():
             if signal.values.size != len(self):
-                raise InputError("has a different length than time", path=name, value=signal.values.size, allowed=f"{len(self)} samples")
+                raise InputError("has another length than time", path=name, value=signal.values.size, allowed=f"{len(self)} samples")
         if len(self) == 0:
             raise InputError("has no samples", path="time")
         if not self.sample_time:
@@ -236,5 +236,5 @@ def _spacing(time: np.ndarray) -> float:
     steps = np.diff(time)
     typical = float(np.median(steps)) if steps.size else 0.0
     if not (typical > 0.0 and np.all(steps > 0.0)):
-        raise InputError("must increase from sample to sample", path="time", mend="Sort the samples, or give sample_time")
+        raise InputError("must rise from sample to sample", path="time", mend="Sort the samples, or give sample_time")
     return typical

@@ -34,7 +34,7 @@ def order_of(stamps: np.ndarray, place: str) -> Order:
     if not np.any(steps < 0):
         return Order(None, stamps)
     if np.all(steps <= 0):
-        return Order(np.arange(stamps.size)[::-1], stamps[::-1], ("the newest row came first: bristle reversed the order",))
+        return Order(np.arange(stamps.size)[::-1], stamps[::-1], ("the newest row came first: the order was reversed",))
     backward = np.flatnonzero(steps < 0)
     # A clock that stepped back recovers within 32 rows, unless it restarted.
     restarts = [int(i) for i in backward if stamps[i + 1 : i + 1 + 32].max() < stamps[i]]
@@ -80,15 +80,15 @@ def without_repeats(order: Order, repeats: np.ndarray | None, fewest: int, place
         return order
     different = stamps.size - int(repeated.sum())
     if different < fewest:
-        raise InputError(f"has only {different} different timestamps in {stamps.size} rows", path=place, mend=LEAVE_OUT)
+        raise InputError(f"has {different} different stamps in {stamps.size} rows", path=place, mend=LEAVE_OUT)
     rows = np.arange(stamps.size) if order.rows is None else order.rows
     twice = repeated & (np.ones(stamps.size, dtype=bool) if repeats is None else repeats[rows])
     if count := int(twice.sum()):
-        notes.append(f"{count} {'row repeats' if count == 1 else 'rows repeat'} the previous row: left out")
+        notes.append(f"{count} {'row repeats' if count == 1 else 'rows repeat'} the row before: left out")
         stamps, rows, repeated = stamps[~twice], rows[~twice], repeated[~twice]
     if late := int(repeated.sum()):
-        sentence = "1 timestamp is repeated:" if late == 1 else f"{late} timestamps are repeated:"
-        notes.append(f"{sentence} interpolated between the neighbouring timestamps")
+        sentence = "1 stamp is repeated:" if late == 1 else f"{late} stamps are repeated:"
+        notes.append(f"{sentence} interpolated between the stamps around")
     spread, usual = stamps.copy(), median_step(stamps) if late else 0.0
     for run in runs(repeated):
         # Spread the stamps of a burst evenly on the side with free time.
@@ -145,7 +145,7 @@ def samples_between(stamps: np.ndarray, usual: float) -> tuple[np.ndarray, np.nd
     counts[gaps] = 1.0
     lost = int(np.sum(counts - 1.0))
     rows = "1 row is" if lost == 1 else f"{lost} rows are"
-    return gaps, counts, [f"{rows} missing, at most {BRIDGED} consecutive rows: interpolated"] if lost else []
+    return gaps, counts, [f"{rows} missing, at most {BRIDGED} in a row: interpolated"] if lost else []
 
 
 GAP = 1.5  # sample times: half of the step of a lost row is left for jitter
@@ -163,7 +163,7 @@ class Jitter:
 
     def __str__(self) -> str:
         usual, largest = (number(100.0 * share, digits=2) for share in (self.usual, self.largest))
-        return f"{usual} % (19 of 20 timestamps) and {largest} % (all)"
+        return f"{usual} % (19 of 20 stamps) and {largest} % (all)"
 
 
 @dataclass(frozen=True)
@@ -239,7 +239,7 @@ def clock_of(
     usual = median_step(order.stamps)
     if not SHORTEST <= usual <= LONGEST:
         allowed = f"{SHORTEST:g} s to {LONGEST:g} s"
-        raise InputError(f"has a step of {usual:.6g} s", path=place, allowed=allowed, mend="Correct the unit of the time column")
+        raise InputError(f"steps by {usual:.6g} s", path=place, allowed=allowed, mend="Correct the unit of the time column")
     even, step = _rounded(order.stamps, usual)
     order = order if step else without_repeats(order, repeats, SHORTEST_SEGMENT, place)
     stamps = order.stamps
@@ -255,7 +255,7 @@ def clock_of(
     if sample_time is not None and abs(period / sample_time - 1) > UNIFORM:
         mend = "Correct the unit of the time column, or sample_time in [timing]"
         raise InputError(
-            f"has a step of {period:.6g} s, unlike sample_time in the axis file", path=place, allowed=f"{sample_time:g} s", mend=mend
+            f"steps by {period:.6g} s, unlike sample_time in the axis file", path=place, allowed=f"{sample_time:g} s", mend=mend
         )
     raws = [slice(a, b) for a, b in pairwise([0, *(np.flatnonzero(gaps) + 1).tolist(), stamps.size])]
     usable = [raw for raw in raws if raw.stop - raw.start >= SHORTEST_SEGMENT]
@@ -269,7 +269,7 @@ def clock_of(
     notes += bridged
     if step:
         stamps = even
-        notes.append(f"timestamps are rounded to {step:.6g} s: the samples are treated as evenly spaced, {period:.6g} s apart")
+        notes.append(f"time stamps are rounded to {step:.6g} s: the samples are treated as even, {period:.6g} s apart")
     else:
         places = np.concatenate([[0.0], np.cumsum(counts)])
         position = position if position is None or order.rows is None else position[order.rows]
@@ -282,7 +282,7 @@ def clock_of(
         if count >= SHORTEST_SEGMENT:
             pieces.append((raw, first + period * np.arange(count)))
     if not pieces:
-        message = f"has no segment of {SHORTEST_SEGMENT} evenly spaced samples" + (f" within a delay of {delay:g} s" if delay else "")
+        message = f"has no stretch of {SHORTEST_SEGMENT} even samples" + (f" within a delay of {delay:g} s" if delay else "")
         raise InputError(message, path=place, mend="Correct the delay in [timing] of the axis file, or record without gaps")
     is_uniform = jitter is None and not np.any(counts > 1.0)
     return Clock(period, tuple(pieces), stamps, is_uniform, tuple(notes), order.rows, jitter)
@@ -348,9 +348,9 @@ def _deviation(
             # With interpolated rows, keep lasting shifts of the stamps: a miscounted row shifts few others.
             is_bridged = places[raw][-1] - places[raw.start] >= raw.stop - raw.start
             even[raw] = stamps[raw] - period * (off if is_bridged else error)
-        note = f"timestamps jitter by {jitter} of the sample time, but the position does not: the samples are treated as evenly spaced"
+        note = f"time stamps jitter by {jitter} of the sample time, but the position does not: the samples are treated as even"
         return even, None, [f"{note}, {period:.6g} s apart"]
-    reason = "samples are unevenly spaced: their steps differ" if uneven else "timestamps jitter"
+    reason = "samples are uneven: their steps differ" if uneven else "time stamps jitter"
     return stamps, jitter, [f"{reason} by {jitter} of the sample time: resampled onto a uniform grid of {period:.6g} s"]
 
 

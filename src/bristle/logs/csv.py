@@ -96,7 +96,7 @@ def _with_own_times(body: bytes, layout: Layout, request: Request, encoding: str
 
 
 def _note_of_text(names: Sequence[str]) -> list[str]:
-    return [f"columns of text were left out: {', '.join(names[:20])}" + (" and others" if len(names) > 20 else "")] if names else []
+    return [f"text was left out: {', '.join(names[:20])}" + (" and others" if len(names) > 20 else "")] if names else []
 
 
 def _decodable(data: bytes, source: Path) -> tuple[bytes, str]:
@@ -129,10 +129,7 @@ def _starts_of_lines(data: bytes, most: int, source: Path) -> list[int]:
     while len(starts) <= most:
         end = data.find(b"\n", at)
         if (end if end >= 0 else len(data)) - at > LONGEST_LINE:
-            message, mend = (
-                f"has a line of more than {LONGEST_LINE} characters",
-                "Export one row per sample, and check that the file is a log",
-            )
+            message, mend = f"has a line of more than {LONGEST_LINE} characters", "Export one row a sample: is it a log?"
             raise InputError(message, path=f"{source}: line {len(starts)}", mend=mend)
         if end < 0:
             break
@@ -160,7 +157,7 @@ def _without_open_end(body: bytes, layout: Layout, source: Path, encoding: str) 
     if cut:
         place, mend = f"{source}: line {layout.first + body.count(10) + 1}", "Copy or export the log again, or delete this row"
         raise InputError("is truncated: it ends within a row", path=place, value=last, mend=mend)
-    return body[:end], ["the file does not end with a line break: its last row may be incomplete and was left out"]
+    return body[:end], ["the file does not end with a line break: its last row may be cut and was left out"]
 
 
 def _numbers(body: bytes, layout: Layout, request: Request, chosen: list[int], encoding: str) -> list[np.ndarray]:
@@ -182,7 +179,7 @@ def _numbers(body: bytes, layout: Layout, request: Request, chosen: list[int], e
             ndmin=2,
         )
     except ValueError as error:
-        message, mend = f"contains a row that cannot be read ({error})", "Export the log again, with a number in each cell"
+        message, mend = f"holds a row that cannot be read ({error})", "Export it again: a number in each cell"
         raise _bad_row(body, layout, source, encoding) or InputError(message, path=str(source), mend=mend) from None
     expected = len(values) * (len(layout.numeric) - 1)
     if layout.delimiter and body.count(layout.delimiter.encode()) != expected and (bad := _bad_row(body, layout, source, encoding)):

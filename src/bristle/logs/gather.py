@@ -49,7 +49,7 @@ def gather(table: Table, axis: Axis) -> Gathered:
     if implied and time is not None:
         implied = (table.name_of(time.name) or "") in ("", *table.stamps.values())
         if implied:
-            gathered.notes.append(f"columns.time is not needed: each column of this {table.format} file contains its own times")
+            gathered.notes.append(f"columns.time is not needed: each column of this {table.format} file brings its time")
     for name, column in axis.columns.items():
         if name in ("reference", "following_error"):  # they share the unit and sign of the position
             column = _in_the_unit_of(axis.columns.get("position"), column, table, gathered)
@@ -84,7 +84,7 @@ def _compare_columns(table: Table, gathered: Gathered) -> None:
     sizes = {channel.column: channel.values.size for _, channel in gathered.named()}
     if len(set(sizes.values())) > 1:
         message = f"has columns of different lengths ({', '.join(f'{column}: {size}' for column, size in sizes.items())})"
-        mend = "Export all channels with the same rate and length; a shorter channel may be truncated"
+        mend = "Export all channels at one rate and of one length; a shorter one may be truncated"
         gathered.problems.append(InputError(message, path=str(table.source), mend=mend))
     error, position = gathered.channels.pop("following_error", None), gathered.channels.get("position")
     if error is None:
@@ -92,7 +92,7 @@ def _compare_columns(table: Table, gathered: Gathered) -> None:
     if position is None:
         gathered.notes.append(f"column {error.column} is not used: the log has no position for it")
     elif error.values.size == position.values.size and "reference" in gathered.channels:
-        gathered.notes.append(f"column {error.column} is not used: the log itself contains the reference")
+        gathered.notes.append(f"column {error.column} is not used: the reference is in the log itself")
     elif error.values.size == position.values.size:
         gathered.channels["reference"] = Channel(position.values + error.values, position.unit, error.column)
         gathered.notes.append(f"the reference is the position plus {error.column}, read as reference minus position")
@@ -135,7 +135,7 @@ def _channel(table: Table, column: Column, key: str, kind: Kind, gathered: Gathe
     if name is None:
         if column.optional:
             close = close_names(column.name, table.names)
-            hint = f"; is it {close[0]!r}? Then write this name in the axis file" if close else ""
+            hint = f"; is it {close[0]!r}? Then name it so in the axis file" if close else ""
             gathered.notes.append(f"optional column {column.name} is not in this log{hint}")
         else:
             gathered.problems.append(table.missing(column.name, key))
@@ -175,7 +175,7 @@ def _factor(table: Table, name: str, column: Column, gathered: Gathered) -> floa
         return units.factor(column.unit, column.base, path=place)
     factor = units.factor(unit, column.base, path=place)
     if column.unit and not np.isclose(factor, units.factor(column.unit, column.base), rtol=1e-9):
-        message = "has different units in the log and in the axis file"
+        message = "has another unit in the log than in the axis file"
         mend = f"If the log is right, write unit = {unit!r} in the axis file, or leave the unit out there"
         raise InputError(message, path=place, value=unit, allowed=column.unit, mend=mend)
     return factor
@@ -210,7 +210,7 @@ def _onto_one_time(table: Table, gathered: Gathered) -> None:
     gathered.injected = [brought(channel) for channel in gathered.injected]
     gathered.regressors = [brought(channel) for channel in gathered.regressors]
     if left := base.size - times_kept.size:
-        gathered.notes.append(f"{left} samples were left out: some channels have no values at these times")
+        gathered.notes.append(f"{left} samples were left out: some channels were not recorded there")
 
 
 def _on(times: np.ndarray, stamps: np.ndarray, channel: Channel, gathered: Gathered, step: float) -> Channel:

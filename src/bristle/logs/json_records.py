@@ -36,7 +36,7 @@ def read(data: bytes, request: Request) -> Table:
     with located(source):
         tables = {path: table for path, table in _tables(content, "", 0) if table[0]}
     if not tables:
-        raise InputError("contains no records and no columns of numbers", path=str(source), mend=MEND)
+        raise InputError("holds no records and no columns of numbers", path=str(source), mend=MEND)
     name = request.table
     if name not in tables:
         if name is not None and len(tables) > 1:
@@ -84,7 +84,7 @@ def _tables(node: Any, path: str, depth: int) -> Iterator[tuple[str, tuple[dict[
         return
     rows = node.get("data")
     if isinstance(node.get("columns"), list) and isinstance(rows, list) and rows and all(isinstance(row, list) for row in rows):
-        raise InputError("contains a data frame that is split into names and rows", path=path, mend=MEND)
+        raise InputError("holds a data frame that is split into names and rows", path=path, mend=MEND)
     lists = {name: value for name, value in node.items() if isinstance(value, list) and len(value) >= FEWEST}
     columns = {name: value for name, value in lists.items() if not isinstance(value[0], (dict, list))}
     if len(columns) > 1:
@@ -124,10 +124,10 @@ def _table(
         else:
             numbers[name] = column
     if not numbers:
-        raise InputError("contains no column of numbers", path=str(request.source), mend=MEND)
+        raise InputError("holds no column of numbers", path=str(request.source), mend=MEND)
     advancing = (c for c, v in numbers.items() if is_time(c) and v.size > 1 and np.all(np.isfinite(v)) and np.mean(np.diff(v) > 0) > 0.5)
     time = next(advancing, None)
-    notes += [f"columns of text were left out: {', '.join(list(texts)[:20])}"] if texts else []
+    notes += [f"text was left out: {', '.join(list(texts)[:20])}"] if texts else []
     series = []
     for name, values in numbers.items():
         if name == time:

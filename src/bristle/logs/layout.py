@@ -114,8 +114,8 @@ def layout_of(lines: Sequence[str], source: Path) -> Layout:
             if score > best_score:
                 best, best_score = layout, score
     if best is None:
-        message = "contains no rows of numbers, or is truncated before them"
-        mend = "Export one row per sample, with cells separated by a comma, a semicolon, a tab or blanks"
+        message = "holds no rows of numbers, or is truncated before them"
+        mend = "Export one row a sample, with cells separated by a comma, a semicolon, a tab or blanks"
         raise InputError(message, path=str(source), mend=mend)
     _refuse_bad_first_rows(bare, best, source)
     names, units_, notes = _header(lines, best)
@@ -129,7 +129,7 @@ def _rows(lines: Sequence[str], delimiter: str | None, source: Path) -> list[tup
     for index, line in enumerate(lines):
         cells = cells_of(line, delimiter) if line.strip() and not line.lstrip().startswith(COMMENT) else []
         if len(cells) > MOST_COLUMNS:
-            place, mend = f"{source}: line {index + 1}", "Export one row per sample. Check whether rows and columns are exchanged"
+            place, mend = f"{source}: line {index + 1}", "Export one row a sample: are rows and columns exchanged?"
             raise InputError(f"has {len(cells)} cells in a row", path=place, allowed=f"up to {MOST_COLUMNS}", mend=mend)
         if any(cells):
             rows.append((index, cells))
@@ -176,12 +176,12 @@ def _refuse_bad_first_rows(lines: Sequence[str], layout: Layout, source: Path) -
         return
     odd = next((column for column, is_numeric in enumerate(layout.numeric) if is_numeric != kinds[column]), None)
     if rows and any(kinds) and odd is not None:
-        message, mend = ("is a number, but the cell below contains text", "") if kinds[odd] else why_no_number(cells[odd])
+        message, mend = ("is a number, with text below it", "") if kinds[odd] else why_no_number(cells[odd])
         named = not any(is_number(cell, layout.decimal_comma) for cell in rows[0]) and rows[0][odd]
         column = repr(split_unit(rows[0][odd])[0]) if named else odd + 1
         raise InputError(message, path=f"{place}, column {column}", value=cells[odd], mend=mend)
     if is_row:
-        raise InputError("is a row of numbers with additional text", path=place, value=lines[index], mend=mend)
+        raise InputError("is a row of numbers with other text", path=place, value=lines[index], mend=mend)
 
 
 def _header(lines: Sequence[str], layout: Layout) -> tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]:

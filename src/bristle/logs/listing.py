@@ -43,7 +43,7 @@ def listed_logs(named: Sequence[str | Path], *, size_limit: int = SIZE_LIMIT) ->
     for place in (place for name in named for place in _places(os.fspath(name))):
         for log in _logs_at(place, size_limit):
             if log.identity in logs:
-                raise InputError("is listed twice", path=log.place, mend="Name each log once")
+                raise InputError("is named twice", path=log.place, mend="Name each log once")
             logs[log.identity] = log
     return list(logs.values())
 
@@ -78,14 +78,14 @@ def _places(name: str) -> Iterator[str]:
                 is_empty = False
                 yield os.path.join(folder, file)
     if is_empty:
-        raise InputError("contains no log", path=name, mend="Name the folder that contains the logs")
+        raise InputError("holds no log", path=name, mend="Name the folder that the logs are in")
 
 
 def _logs_at(place: str, size_limit: int) -> Iterator[LogFile]:
     """Yield the logs in a file; list an unreadable log, too: its row gives the reason."""
     file = place if os.path.lexists(place) else place.rpartition(WITHIN)[0] or place
     if not os.path.lexists(file):
-        raise InputError("there is no such file", path=file, mend="Check the spelling and the folder")
+        raise InputError("there is no such file", path=file, mend="Check the spelling, and the folder it lies in")
     source = Path(os.path.abspath(file))
     folder = escaped(source.parent.name)
     try:
@@ -107,5 +107,5 @@ def _parts(content: Content, size_limit: int) -> list[str | None]:
     matching = [name for name in tables if fnmatchcase(name, content.part)]
     if not matching:
         allowed = ", ".join(tables[:20]) or "a file with several tables"
-        raise InputError("contains no such table", path=str(content.source), value=content.part, allowed=allowed)
+        raise InputError("holds no such table", path=str(content.source), value=content.part, allowed=allowed)
     return [*matching]

@@ -48,7 +48,7 @@ def record_of_columns(columns: Any, *, axis: Axis | None = None, kind: Any = Non
         used = _axis_of(table, used)
         table = replace(table, notes=tuple(_notes_on(table, used)))
     if kind is not None and used.kind != kind:
-        raise InputError("differs from the kind of the axis", path="kind", value=kind, allowed=used.kind)
+        raise InputError("is not that of the axis", path="kind", value=kind, allowed=used.kind)
     record = record_of(table, used if sample_time is None else replace(used, sample_time=sample_time))
     renamed = (replace(channel, column=channel.column.removeprefix(KNOWN_INPUT)) for channel in record.injected)
     return replace(record, injected=tuple(renamed)) if by_name else record
@@ -118,7 +118,7 @@ def _numbers(values: Any, name: str) -> np.ndarray:
     if samples.dtype.kind in "mM":
         return (samples - samples[:1]) / np.timedelta64(1, "s")
     if samples.dtype.kind not in "fiubO":
-        raise InputError("contains no numbers", path=place, value=samples[0] if samples.size else None)
+        raise InputError("holds no numbers", path=place, value=samples[0] if samples.size else None)
     try:
         return samples.astype(float)
     except (TypeError, ValueError) as error:

@@ -55,11 +55,7 @@ def _no_measurements(gathered: Gathered, name: str, channel: Channel) -> Iterato
     far = far_outside(values)
     if far.size:
         at = int(far[np.argmax(np.abs(values[far]))])
-        yield (
-            f"has {values[at]:.6g} {channel.unit} at {_moment(gathered, at)}, which cannot be a measurement; "
-            f"number of such samples: {far.size}",
-            REPAIR,
-        )
+        yield (f"has {values[at]:.6g} {channel.unit} at {_moment(gathered, at)}, not a measurement; {far.size} such in all", REPAIR)
 
 
 def _odd(gathered: Gathered, name: str, channel: Channel) -> Iterator[tuple[str, str]]:
@@ -67,7 +63,7 @@ def _odd(gathered: Gathered, name: str, channel: Channel) -> Iterator[tuple[str,
     values, unit = channel.values, channel.unit
     if name in ("position", "velocity", "effort", "reference") and np.ptp(values) < SMALLEST:  # no information if constant
         mend = "Check the column, and that the axis moved. Remove columns that you do not need from [columns]"
-        yield f"is constant ({values[0]:.6g} {unit}), so this column contains no information on the {name}", mend
+        yield f"is constant ({values[0]:.6g} {unit}), which gives no information as the {name}", mend
     if name != "position":
         return
     if message := _saturated(gathered, channel):
@@ -77,7 +73,7 @@ def _odd(gathered: Gathered, name: str, channel: Channel) -> Iterator[tuple[str,
         yield (
             f"jumps by {worst.size:.6g} {unit} and returns after {worst.length} {'sample' if worst.length == 1 else 'samples'} "
             f"at {_moment(gathered, worst.start)}, {len(lost)} such {'place' if len(lost) == 1 else 'places'} in all: "
-            "the recorder lost readings",
+            "readings were lost",
             REPAIR,
         )
 
@@ -171,7 +167,7 @@ def _saturated(gathered: Gathered, channel: Channel) -> str:
             beyond = np.sign(extreme - values.mean()) * (reference.values[start : start + length] - extreme)
             if beyond.max() <= abrupt:
                 continue
-        return f"is saturated: the values end abruptly at {extreme:.6g} {channel.unit} at {_moment(gathered, start)}, for {length} samples"
+        return f"is saturated: it stops abruptly at {extreme:.6g} {channel.unit} at {_moment(gathered, start)}, for {length} samples"
     return ""
 
 

@@ -41,7 +41,7 @@ def read_table(given: Readable, table: str | None = None, *, choice: Choice = AL
     if log_format.name != "npz" and log_format.read is None:
         for magic, mend in REFUSED.items():
             if content.data.startswith(magic):
-                raise InputError("is not a log that bristle can read", path=place, mend=mend)
+                raise InputError("is not a log that can be read", path=place, mend=mend)
     if content.part is not None and not log_format.holds_tables:
         mend = "Remove the table name after the file name"
         raise InputError("is not a file with several tables", path=place, value=content.part, mend=mend)
@@ -73,7 +73,7 @@ def _read(log_format: LogFormat, content: Content, request: Request) -> Table:
         with damage_refused(content.source):
             return _as_table(read(content.data, request), log_format, content)
     except MemoryError:
-        raise InputError("needs more memory than is available", path=str(content.source), mend="Shorten the log") from None
+        raise InputError("takes more memory than there is", path=str(content.source), mend="Cut the log") from None
 
 
 def _as_table(read: Any, log_format: LogFormat, content: Content) -> Table:
@@ -81,7 +81,7 @@ def _as_table(read: Any, log_format: LogFormat, content: Content) -> Table:
     if isinstance(read, Table):
         return read
     if not is_table(read):
-        message = f"was read by {log_format.name}, which returned a {type(read).__name__}"
+        message = f"is read by {log_format.name}, which returned a {type(read).__name__}"
         raise InputError(message, path=str(content.source), allowed="a Table, a data frame, or arrays by name")
     table = table_of(read)
     names, units, notes = names_and_units(table.columns, table.units)

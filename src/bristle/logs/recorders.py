@@ -34,7 +34,7 @@ def read_tdms(data: bytes, request: Request) -> Table:
         refuse_larger(sum(NUMBER_BYTES * len(c) for name, c in called.items() if request.choice(name)), request.limit, request.source)
         for name, channel in called.items():
             if getattr(channel.dtype, "kind", "O") not in "fiubM" or not len(channel):
-                notes.append(f"channel {name!r} contains no numbers and was left out")
+                notes.append(f"channel {name!r} holds no numbers and was left out")
                 continue
             step = channel.properties.get("wf_increment")
             if isinstance(step, (int, float)) and 0.0 < step < math.inf:
@@ -85,7 +85,7 @@ def _refuse_truncated(data: bytes, source: Path) -> None:
         order = "big" if int.from_bytes(lead_in[4:8], "little") & (1 << 6) else "little"
         at += LEAD_IN_BYTES + int.from_bytes(lead_in[12:20], order)
         if len(lead_in) < LEAD_IN_BYTES or at > len(data):
-            mend = "Let LabVIEW close the file, then copy it again"
+            mend = "Copy it again, or let LabVIEW close the file before it is copied"
             raise InputError("is truncated: its last segment is not complete", path=str(source), mend=mend)
 
 
@@ -111,7 +111,7 @@ def read_mf4(data: bytes, request: Request) -> Table:
             signal = content.get(group=group, index=index)
             values, times = np.asarray(signal.samples), np.asarray(signal.timestamps, dtype=float)
             if values.dtype.kind not in "fiub" or values.ndim != 1 or not values.size:
-                notes.append(f"channel {name!r} contains no numbers and was left out")
+                notes.append(f"channel {name!r} holds no numbers and was left out")
                 continue
             bits = signal.invalidation_bits
             valid = np.ones(values.shape, dtype=bool) if bits is None else ~np.asarray(bits, dtype=bool)
@@ -160,7 +160,7 @@ def read_mcap(data: bytes, request: Request) -> Table:
     table = request.table
     chosen = {key: value for key, value in fields.items() if table is None or key[0] == table or key[1].startswith(f"{table}.")}
     if not chosen:
-        message, allowed = "contains no readable messages with numbers", ", ".join(sorted({topic for topic, _ in fields})[:8])
+        message, allowed = "holds no readable messages with numbers", ", ".join(sorted({topic for topic, _ in fields})[:8])
         raise InputError(message, path=str(request.source), value=table, allowed=allowed, mend="Record messages of ROS 2, or JSON")
     topics = {topic for topic, _ in chosen}
     origin = min(times[0] for times, _ in chosen.values())
@@ -223,7 +223,7 @@ def read_sinumerik(data: bytes, request: Request) -> Table:
     """Return the signals of a trace in XML, each with its times."""
     place = str(request.source)
     if ENTITY.search(data[: 2**16]):
-        raise InputError("declares XML entities, which bristle does not read", path=place, mend=MEND)
+        raise InputError("declares entities, which are not read", path=place, mend=MEND)
     signals: dict[str, tuple[str, str, str]] = {}
     records: dict[str, tuple[list[float], list[float]]] = {}
     try:

@@ -258,9 +258,9 @@ def read_scope(lines: Sequence[str], head: Head, request: Request) -> Table:
             series.append(Series(name, *read, "" if unit.lower() in NO_UNIT else unit.strip("()[]"), " ".join(about)))
     scaled = [name for name, place in zip(called, places, strict=True) if head.of("scalefactor", place) not in ("", "1")]
     if scaled:
-        notes.append(f"bristle does not apply the ScaleFactor of {', '.join(scaled)}: the export may have applied it already")
+        notes.append(f"the ScaleFactor of {', '.join(scaled)} is not applied: the export may have done so")
     if cut:
-        notes.append("the file does not end with a line break: its last row may be incomplete and was left out")
+        notes.append("the file does not end with a line break: its last row may be cut and was left out")
     return table_of_series(series, request, "TwinCAT Scope", time_unit="ms", notes=notes, texts=texts, facts=dict(head.facts))
 
 
@@ -275,8 +275,8 @@ def _times_of(columns: list[list[str]], place: int, head: Head, earliest: int, s
         return (np.array(cells, dtype=np.int64) - earliest) / 1e4
     times = numbers_in(cells, head.delimiter != ",")
     if times is None:
-        place_told, mend = f"{source}: column {head.names[place]!r}", "Export the log with a time column for each channel"
-        raise InputError("has samples without a time", path=place_told, mend=mend)
+        place_told, mend = f"{source}: column {head.names[place]!r}", "Export it with a column of time for each channel"
+        raise InputError("has no time for each of its samples", path=place_told, mend=mend)
     return times
 
 
@@ -313,8 +313,8 @@ def read_archive(lines: Sequence[str], pattern: re.Pattern[str], request: Reques
         times.append(match[time_at])
         values.append(float(match[3].replace(",", ".")))
     if len(signals) > MOST_SIGNALS:
-        allowed, mend = f"up to {MOST_SIGNALS}", "Export one column per signal"
-        raise InputError(f"contains {len(signals)} signals", path=str(request.source), allowed=allowed, mend=mend)
+        allowed, mend = f"up to {MOST_SIGNALS}", "Export one column a signal"
+        raise InputError(f"names {len(signals)} signals", path=str(request.source), allowed=allowed, mend=mend)
     origin = min((_date(times[0]) for times, _ in signals.values() if ":" in times[0]), default=None)
     series = []
     for name, (times, values) in signals.items():

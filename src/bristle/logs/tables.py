@@ -75,7 +75,7 @@ def table_from(arrays: Mapping[str, Stored], request: Request, kind: str, *, sep
     tables = {name: columns for name, columns in groups.items() if columns}
     names, remarks, chosen = list(tables), list(notes), request.table
     if not names:
-        raise InputError("contains no column of numbers", path=str(request.source), mend="Save the signals as vectors")
+        raise InputError("holds no column of numbers", path=str(request.source), mend="Save the signals as vectors")
     if chosen not in tables:
         if chosen is not None and len(names) > 1:
             raise no_such_table(chosen, names, request.source)
@@ -119,7 +119,7 @@ def tall(values: np.ndarray) -> np.ndarray:
 def no_such_table(table: str, names: list[str], source: Path) -> InputError:
     """Return the error that lists the tables of a file in place of an unknown one."""
     mend = did_you_mean(table, names, 0.5) or "Correct the name after ::, or `table` under [log] of the axis file"
-    return InputError(f"contains no table {table!r}", path=str(source), allowed=some_of(names), mend=mend)
+    return InputError(f"holds no table {table!r}", path=str(source), allowed=some_of(names), mend=mend)
 
 
 def flattened(node: Any, through: tuple[type, ...] = (Mapping, list), depth: int = 8, path: str = "") -> Iterator[tuple[str, Any]]:
@@ -164,7 +164,7 @@ def table_of_series(
     """Return the table of channels with separate times: one time column for all channels that share their times."""
     channels = [channel for channel in series if channel.values is None or channel.values.size]
     if not channels:
-        raise InputError("contains no column of numbers", path=str(request.source), mend="Save the signals as vectors, with their times")
+        raise InputError("holds no column of numbers", path=str(request.source), mend="Save the signals as vectors, with their times")
     names_used = {channel.name for channel in channels}
     chosen = [channel for channel in channels if channel.values is not None and request.choice(channel.name)]
     clocks: dict[str, np.ndarray] = {}

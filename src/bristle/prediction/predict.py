@@ -115,7 +115,7 @@ def predict(
     """
     log, axis = log_and_axis(log, axis)
     if plant.kind != log.kind:
-        message, mend = "is for a different kind of axis than the log", "Give the axis file of the identification"
+        message, mend = "is of another kind of axis than the log", "Give the axis file of the identification"
         raise InputError(message, path="model", value=plant.kind, allowed=log.kind, mend=mend)
     if log.effort is None:
         raise InputError("has no effort to compare with or to apply", path="log", mend="Add its column to the axis file")
@@ -155,7 +155,7 @@ def _simulated(plant: Model, friction: Model, log: Log, axis: Axis, mode: str, b
         if bands is not None:
             widths.append(simulated_widths(bands, plant, friction, runs[-1], stretch))
     if not runs:
-        raise InputError("no segment of the log is long enough", path="log", allowed=f"> {2 * START_SAMPLES} samples")
+        raise InputError("no stretch of the log is long enough", path="log", allowed=f"> {2 * START_SAMPLES} samples")
     prediction = _compare(mode, log, runs, used, tuple(about[i] for i in range(len(about)) if about[i] not in about[:i]))
     if not widths:
         return prediction

@@ -162,9 +162,7 @@ def _warnings(fit: Fit, following: Following | None) -> list[Line]:
     doubts.sort(key=lambda diagnostic: _gravity(diagnostic, fit))
     lines = dict.fromkeys(f"{_named(diagnostic)} [{diagnostic.code}]" for diagnostic in doubts)
     more = len(lines) - WARNINGS
-    lines = [*lines][:WARNINGS] + (
-        [f"{f'{more} more warnings: -v. ' if more > 0 else ''}To explain a warning: bristle explain CODE"] if lines else []
-    )
+    lines = [*lines][:WARNINGS] + ([f"{f'{more} more: -v. ' if more > 0 else ''}To explain one: bristle explain CODE"] if lines else [])
     models = dict.fromkeys(str(diagnostic.numbers["model"]) for diagnostic in doubts if diagnostic.numbers.get("model"))
     proposed = [Line("Try", f"--model {next(iter(models))}")] if models else []
     return [*(Line("" if place else "Warnings", text) for place, text in enumerate(lines)), *proposed]

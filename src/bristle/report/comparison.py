@@ -42,11 +42,11 @@ class Wording(NamedTuple):
     @property
     def sentence(self) -> str:
         """The verdict in a sentence."""
-        return f"{'These logs do not show whether the change helped' if self.is_open else self.words}: {self.reason}."
+        return f"{'These logs do not show whether it helped' if self.is_open else self.words}: {self.reason}."
 
 
 KEEP = "keep the change, and find the remaining causes: `bristle identify AFTER --axis axis.toml`"
-BACK = "undo the change, then run `bristle identify BEFORE --axis axis.toml`"
+BACK = "undo the change, then `bristle identify BEFORE --axis axis.toml`"
 ZERO = "the interval of its change contains zero"
 VERDICTS = {
     "lower": Wording("usable", "It helped", "the following error is lower", KEEP),
@@ -180,7 +180,7 @@ def _front(compared: Comparison, name: str, files: Mapping[str, str]) -> Front:
     typed = "no values: these logs show no clear change"
     if change is not None and wording is not None and not wording.is_open:
         typed = f"no new values: keep those {'after' if change.verdict == 'lower' else 'before'} the change"
-    partly = f"motion common to both logs: {percent_text(shared.before_percent)} before, {percent_text(shared.after_percent)} after"
+    partly = f"motion common to both: {percent_text(shared.before_percent)} before, {percent_text(shared.after_percent)} after"
     answers = answered(
         _lines(compared, ("following_error", "reversals"), "no following error: the logs have no reference"),
         [typed],

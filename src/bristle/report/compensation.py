@@ -68,7 +68,7 @@ class Gain(NamedTuple):
         if after > (1.0 + NO_CHANGE) * before:
             return f"In simulation, friction feedforward raises {change}. Do not use this compensation."
         if after > (1.0 - NO_CHANGE) * before:
-            return f"In simulation, friction feedforward hardly changes the following error: {old} without it, {new} with it."
+            return f"In simulation, friction feedforward hardly changes the following error: {old}, then {new}."
         return f"In simulation, friction feedforward lowers {change}{_times(before, after)}."
 
     def _about_lag(self) -> str:
@@ -83,9 +83,8 @@ class Gain(NamedTuple):
             else "the lag of the position loop, which velocity feedforward removes, or viscous friction without feedforward"
         )
         return (
-            f"{100.0 * compensated.lag_share:.3g} % of the mean square of the remaining error is proportional to velocity and corresponds "
-            f"to a lag of {with_unit(compensated.lag, 's')}. Likely cause: {cause}. Without this lag the error goes from {old} to {new} "
-            f"{scale.unit} "
+            f"{100.0 * compensated.lag_share:.3g} % of the mean square of the remaining error is proportional to velocity, a lag of "
+            f"{with_unit(compensated.lag, 's')}. Likely cause: {cause}. Without this lag the error goes from {old} to {new} {scale.unit} "
             "peak to peak."
         )
 
@@ -160,7 +159,7 @@ def _times(before: float, after: float) -> str:
 
 
 def pair_of(experiment: Experiment, compensated: Variant | None = None) -> tuple[Variant, Variant] | None:
-    """Return two variants that differ only in friction feedforward: without it and with it.
+    """Return a variant without and a variant with friction feedforward that otherwise agree.
 
     The second is the first variant with friction feedforward by default. If no variant differs only in feedforward, the
     first is the first variant without it. None if either kind is missing.

@@ -70,8 +70,8 @@ def budget_table(design: Design) -> Table | None:
     is_nothing = budget.no_cause.peak_to_peak <= NO_CHANGE * budget.all_causes.peak_to_peak
     left = "error of the law and its sampling, such as a delayed velocity"
     rows += [
-        ("all causes", length.cell(budget.all_causes.peak_to_peak), "–", ""),
-        ("no cause", length.cell(budget.no_cause.peak_to_peak), "–", "" if is_nothing else left),
+        ("all of them", length.cell(budget.all_causes.peak_to_peak), "–", ""),
+        ("none of them", length.cell(budget.no_cause.peak_to_peak), "–", "" if is_nothing else left),
     ]
     return Table("Error budget: following error, peak to peak", heads, rows)
 
@@ -174,9 +174,9 @@ def design_sentences(design: Design) -> list[str]:
     )
     if late is not None:
         (least, most), phase = (1e3 * lag for lag in design.unstated_lags), late.least_phase
-        own = f"is unstable with a lag of {most:g} ms"
+        own = f"is unstable with {most:g} ms"
         if late.is_stable and phase is not None:
-            own = f"has a phase margin of {short_text(phase)}° with a lag of {most:g} ms"
+            own = f"has a phase margin of {short_text(phase)}° with {most:g} ms"
         lines.append(
             f"The lag of the current loop is unknown. The proposed gains keep their margins for lags from {least:g} to {most:g} ms. "
             f"{design.variant.name} {own}. Write the lag of the drive into the axis file, such as "
@@ -186,17 +186,16 @@ def design_sentences(design: Design) -> list[str]:
         count = design.proposals[0].count_effort
         effort, friction = (with_unit(force, unit_of("force", kind)) for force in (count, design.friction))
         lines.append(
-            f"Much of the effort is noise: one encoder count causes an effort of {effort}, {number(count / design.friction, digits=2)} "
-            f"times the "
-            f"friction ({friction}). Use a finer encoder, a lower cut-off of the velocity, or lower gains."
+            f"Much of the effort is noise: one encoder count causes {effort}, {number(count / design.friction, digits=2)} times the "
+            f"friction ({friction}). Use a finer encoder, a lower cut-off of the velocity, or less gain."
         )
     if design.budget is not None and design.budget.entries:
         entries, error = design.budget.entries, design.budget.all_causes.peak_to_peak
         first, largest = entries[0], max(entries, key=lambda entry: entry.alone.peak_to_peak)
         without, alone = (length_text(peak, kind) for peak in (first.without.peak_to_peak, largest.alone.peak_to_peak))
         about_causes = (
-            "Removing a single cause does not reduce this error, because causes cancel each other or several causes produce the same "
-            f"error. The largest cause is {largest.cause}, which alone gives an error of {alone}."
+            "Removing a single cause does not reduce it, because causes cancel or several causes make the same error. The largest single "
+            f"cause is {largest.cause}, alone {alone}."
         )
         if first.without.peak_to_peak < (1.0 - NO_CHANGE) * error:
             about_causes = f"The main cause is {first.cause}: without it, the error is {without}."
@@ -254,13 +253,13 @@ def _front(design: Design) -> Front:
         [f"loop {title}", *law_lines(chosen.variant)],
         _cost(design),
         [
-            "margins are those of the sampled loop with its delays, and include only the resonances of the plant in the file",
+            "margins of the sampled loop with its delays, and only the resonances of the plant in the file",
             "" if budget is None else simulated,
         ],
         [
             "" if is_present else "copy these gains (below) into the experiment file, then use `bristle run`",
             "use a finer encoder or a lower cut-off of the velocity: much of the effort is noise" if _counts_much(design) else "",
-            "record the machine before and after the change, then run `bristle compare`",
+            "record the machine before and after, then `bristle compare`",
         ],
     )
     facts = about(f"variant {design.variant.name}", f"law {design.variant.controller.name}")

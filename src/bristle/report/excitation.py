@@ -100,7 +100,7 @@ def piece_table(excitation: Excitation) -> Table:
 
 
 def outlook_table(excitation: Excitation) -> Table:
-    """Return the parameters identified from the simulated motion, with their true values."""
+    """Return the parameters identified in the rehearsal, with their true values."""
     assert excitation.rehearsal is not None
     rows = []
     for estimate in _sought(excitation):
@@ -110,15 +110,15 @@ def outlook_table(excitation: Excitation) -> Table:
             {
                 "Parameter": estimate.name,
                 "Meaning": estimate.description,
-                "True value": "" if put_in is None else number(put_in * scale.factor),
+                "Put in": "" if put_in is None else number(put_in * scale.factor),
                 "Found": number(estimate.value * scale.factor),
                 "Unit": scale.unit or "–",
                 "Error [%]": "" if error is None else number(error, digits=2),
                 "95 % interval [%]": "–" if half is None or not math.isfinite(half) else f"± {number(half, digits=2)}",
-                "Remark": "outside its interval" if _misses(estimate, put_in) else STATUS_WORDS.get(estimate.status, estimate.status),
+                "Remark": "beyond its interval" if _misses(estimate, put_in) else STATUS_WORDS.get(estimate.status, estimate.status),
             }
         )
-    return Table.of(f"Expected results, with the model {excitation.rehearsal.identification.best.name}", rows).without_empty_columns()
+    return Table.of(f"Expected results, by {excitation.rehearsal.identification.best.name}", rows).without_empty_columns()
 
 
 def _error(estimate: Estimate, put_in: float | None) -> float | None:
@@ -204,7 +204,7 @@ def excitation_ruling(excitation: Excitation) -> Ruling:
     """Return the verdict on a motion, with its reasons."""
     rehearsal, limit, presliding = excitation.rehearsal, excitation.axis.effort_limit, excitation.limits.presliding
     if rehearsal is None:
-        return Ruling("with_care", "Run it, with care", ("bristle did not simulate the motion",))
+        return Ruling("with_care", "Run it, with care", ("the motion was not rehearsed",))
     sought = _sought(excitation)
     groups = (
         ("this motion would not determine {}", [estimate for estimate in sought if estimate.status in ("unidentifiable", "at_edge")]),
@@ -217,7 +217,7 @@ def excitation_ruling(excitation: Excitation) -> Ruling:
     reasons = [text.format(", ".join(estimate.name for estimate in estimates)) for text, estimates in groups if estimates]
     if presliding is not None and rehearsal.lag > presliding:
         lag = length_text(rehearsal.lag, excitation.motion.kind)
-        reasons.append(f"raise the gains for this motion: the controller follows the pre-sliding loops only with an error of {lag}")
+        reasons.append(f"raise the gains for this motion: the controller follows the pre-sliding loops only within {lag}")
     if limit is not None and rehearsal.peak_effort > limit:
         return Ruling("no", "Do not run it", ("the effort reaches the limit of the drive", *reasons))
     return Ruling("with_care", "Run it, with care", tuple(reasons)) if reasons else Ruling("usable", "Run it")
@@ -233,20 +233,20 @@ def _front(excitation: Excitation, identify: str) -> Front:
     takes = [
         f"{word} {fixed(value, of)}{f' of {fixed(most, of)} allowed' if most else ''}" for word, value, most, of in _limits(excitation)
     ]
-    trust = ["bristle did not simulate the motion"]
+    trust = ["the motion was not rehearsed"]
     if rehearsal is not None:
         allowed = "" if limit is None else f" of {fixed(limit, unit)}"
-        takes.append(f"effort up to {fixed(rehearsal.peak_effort, unit)}{allowed}, according to the assumed model")
+        takes.append(f"effort up to {fixed(rehearsal.peak_effort, unit)}{allowed}, by the assumed model")
         loop = "in the loop of its controller" if rehearsal.loop else "along the motion, without a stable loop"
         assumed = f"{believed} assumed {'value' if believed == 1 else 'values'}, listed below" if believed else ""
-        trust = [f"one simulation, {loop}, with the encoder of the axis and 5 % scatter of friction", assumed]
+        trust = [f"one rehearsal, {loop}, with the encoder of the axis and 5 % of scatter", assumed]
     answers = answered(
-        ["the log would determine, with 95 % intervals:", widths] if sure else ["the log would determine no parameter reliably"],
+        ["its log would determine, with 95 % intervals:", widths] if sure else ["its log would determine no parameter reliably"],
         ["set points: `motion.csv`", "or a list of moves: `moves.csv`", "or a program for an NC: `motion.nc`"],
-        [f"{motion.duration:.3g} s of machine time", *takes],
+        [f"{motion.duration:.3g} s of the axis", *takes],
         trust,
-        [f"run the motion, record the channels of the axis file, then `{identify}`"],
+        [f"run it, record the channels of the axis file, then `{identify}`"],
     )
     heading, facts = f"{excitation.axis.name}: a motion to run", about(f"{motion.duration:.3g} s", "for the controller of the axis")
-    without = "The log of the simulated motion determines every parameter."
+    without = "In the rehearsal its log determines every parameter."
     return Front(heading, facts, excitation_ruling(excitation), answers, "assumptions", without)

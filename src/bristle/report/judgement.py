@@ -51,20 +51,20 @@ ADVICE = {
     "sliding": ("Move in both directions, with at least ten reversals. Add a constant-velocity segment after each reversal.", "stribeck"),
     "speed": ("Move at several constant speeds, from a tenth of the working speed up to all of it, in both directions.", "stribeck"),
     "stribeck": (
-        "Move slowly at constant speed, in both directions. Use at least five speeds below the speed of minimum friction, "
+        "Move slowly at constant speed, in both directions. Use at least five speeds below that of the least friction, "
         "down to the speed at which the axis sticks.",
         "stribeck",
     ),
     "presliding": (
-        "Reverse gently and often, at amplitudes up to the break-away distance, in slow triangular strokes of a few to about ten encoder "
+        "Reverse gently and often, at amplitudes up to the break-away distance, in slow triangles of a few to some ten encoder "
         "counts. Sample at least fifty times per reversal.",
         "presliding,break-away,damping",
     ),
     "displacement": (
-        "Move at several amplitudes, up to the working stroke and through any resonance, until the force clearly softens or stiffens.",
+        "Move at several amplitudes, up to the working stroke and through any resonance, until the force visibly yields or hardens.",
         "",
     ),
-    "acceleration": ("Accelerate harder, or weigh the moving mass and write its value into the axis file.", "stribeck"),
+    "acceleration": ("Accelerate harder, or weigh the moving mass and give it in the axis file.", "stribeck"),
 }
 
 
@@ -83,7 +83,7 @@ def misfit(fit: Fit) -> list[str]:
         held_out = f"held-out error {percent_text(fit.held_out.mean_percent)}, over {fit.held_out.of}"
         # Smallest ratio of held-out to fitted error for a remark.
         if fit.held_out.mean_percent > 1.25 * fit.error_percent:
-            held_out += ". This is clearly larger: the model has too many free parameters for this log, or friction changed"
+            held_out += ". This is clearly larger: the model is too free for this log, or friction changed"
     return [quality, held_out]
 
 

@@ -29,11 +29,11 @@ TREATMENT = {
     "rows": ("Rows of the regression", "{:.0f}"),
     "delay": ("Delay of the effort, identified", "{:.3g} s"),
     "delay_half_width": ("Half-width of its 95 % interval", "{:.3g} s"),
-    "smoothing": ("Lag of the effort filter beyond the position filter, identified", "{:.3g} s"),
+    "smoothing": ("Filter of the effort beyond that of the position, identified", "{:.3g} s"),
     "position_smoothing": ("Filter of the position, identified", "{:.3g} s"),
     "slow": ("Cut-off of the acceleration", "{:.3g} Hz"),
     "lag": ("Lag of the drive, identified", "{:.3g} s"),
-    "rest_percent": ("Samples at rest, excluded", "{:.3g} %"),
+    "rest_percent": ("Samples at rest, left out", "{:.3g} %"),
 }
 
 
@@ -133,7 +133,7 @@ def _front(log: Log, segments: Sequence[Passage], diagnostics: Sequence[Mapping[
             f"a sample every {fixed(log.sample_time, 's')} ({number(1.0 / log.sample_time)} Hz)",
             "with a reference, so the following error is known" if log.reference is not None else "without a reference",
         ],
-        [fit if ruling.level != "no" else "correct the log or the axis file, then check again: `bristle log`"],
+        [fit if ruling.level != "no" else "correct it, then check it again: `bristle log`"],
         third="Range and effort",
     )
     facts = about(f"log {source}, {fixed(len(log) * log.sample_time, 's')}")

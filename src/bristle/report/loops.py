@@ -113,9 +113,9 @@ def run_table(variants: Sequence[Variant]) -> Table:
             {
                 "Variant": variant.name,
                 "Duration": with_unit(run.duration, "s", 4),
-                "Ignored at the start": with_unit(run.settle, "s", 4),
+                "Left out at the start": with_unit(run.settle, "s", 4),
                 "Sample time": with_unit(run.sample_time, "s", 4),
-                "Steps per sample": f"adaptive, to a position error of {with_unit(run.tolerance, unit_of('length', kind))}"
+                "Steps in a sample": f"adaptive, to {with_unit(run.tolerance, unit_of('length', kind))} of position"
                 if run.tolerance
                 else str(run.substeps),
                 "Delay [samples]": str(run.delay),

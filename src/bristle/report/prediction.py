@@ -93,7 +93,7 @@ def prediction_ruling(prediction: Prediction, *, own_log: bool = False) -> Rulin
     errors = {signal: prediction.metrics.get(key) for signal, key in signals.items()}
     finite = {signal: float(value) for signal, value in errors.items() if isinstance(value, (int, float)) and np.isfinite(value)}
     signal, error = next(iter(finite.items()), ("log", 0.0))
-    care = ["the model was fitted to this log, so this error does not show the error on other logs"] if own_log else []
+    care = ["the model was fitted to this log, so this is no test on other logs"] if own_log else []
     # Fewer than 80 %: the band is too narrow.
     care += [
         f"only {percent_text(share)} of the {name} is inside the 95 % band" for name, share in _bands(prediction).items() if share < 80.0
@@ -117,7 +117,7 @@ def _front(prediction: Prediction, friction: Model, log: Log, name: str, *, own_
         if prediction.mode == "inverse" and prediction.effort is not None:
             effort_rms = float(np.sqrt(np.mean(np.square(prediction.effort))))
             rest, effort = (fixed(value, unit_of("force", kind)) for value in (float(force), effort_rms))
-            left = f"with this feedforward the controller would supply an effort of {rest} instead of {effort}, root mean square"
+            left = f"with this feedforward the controller would supply {rest} instead of {effort}, root mean square"
     if isinstance(length, (int, float)):
         at_most = ""
         if prediction.position_predicted is not None:
@@ -128,7 +128,7 @@ def _front(prediction: Prediction, friction: Model, log: Log, name: str, *, own_
     if own_log:
         then = "predict another log of this axis, with another motion"
     elif ruling.level == "usable":
-        then = "use it as feedforward, record the machine without and with it, then run `bristle compare`"
+        then = "use it as feedforward, record the machine without and with it, then `bristle compare`"
     answers = answered(
         quality or ["the log has no signal to compare with the prediction"],
         ["no values from this model" if ruling.level == "no" else "no new values: use those of the identification report"],

@@ -97,14 +97,14 @@ def study_sentences(summary: Mapping[str, Any]) -> list[str]:
 
 
 def _strongest(metric: str, summary: Mapping[str, Any]) -> list[str]:
-    """Return the varied value with the strongest correlation to a metric."""
+    """Return the drawn cause with the strongest correlation to a metric."""
     at = {key for entry in summary["metrics"][metric].get("points", ()) for key in entry["at"]}
     entries = [entry for entry in summary["rank_correlations"] if entry["metric"] == metric and entry["cause"] not in at]
     if not entries:
         return []
     first = max(entries, key=lambda entry: abs(entry["value"]))
     if first["interval"][0] <= 0.0 <= first["interval"][1]:
-        return ["In these runs it does not correlate with any varied value."]
+        return ["These runs show no correlation with any drawn cause."]
     way = "rises" if first["value"] > 0.0 else "falls"
     return [f"It {way} most with {first['cause']} (rank correlation {_signed(first['value'])})."]
 
@@ -202,7 +202,7 @@ def _influence_tables(summary: Mapping[str, Any]) -> list[Table]:
             "Cause": entry["cause"],
             "Alone": number(entry["first"], 0.01),
             "95 % interval": _range(entry["first_interval"]),
-            "With interactions": number(entry["total"], 0.01),
+            "With others": number(entry["total"], 0.01),
             "its 95 % interval": _range(entry["total_interval"]),
         }
         for entry in summary["sobol_indices"]
@@ -284,8 +284,8 @@ def _spread(columns: Mapping[str, np.ndarray], name: str, about: Mapping[str, st
 def apart(columns: Mapping[str, np.ndarray], name: str) -> np.ndarray:
     """Return the logs that are outliers in a parameter, the farthest first.
 
-    Their distance from the median is more than `APART` robust standard deviations, computed from the median absolute
-    deviation of all logs and the interval of the log (Iglewicz and Hoaglin 1993).
+    Their distance from the median is more than `APART` robust standard deviations, from the median absolute deviation of
+    all logs and the interval of the log (Iglewicz and Hoaglin 1993).
     """
     tells = np.flatnonzero(identified(columns, name))
     # Fewer logs have no outliers.

@@ -112,11 +112,11 @@ class Job:
         if self._killed:
             return "stopped"
         if self._late:
-            return f"stopped after {self._limits.job_seconds:g} s. Use fewer models, or a shorter log"
+            return f"stopped after {self._limits.job_seconds:g} s. Take fewer models, or a shorter log"
         if code < 0:
             return (
                 f"signal {-code} ended the process of this job, perhaps because memory ran out. All other results are kept. "
-                "Run the job again, or use a shorter log"
+                "Run it again, or take a shorter log"
             )
         return f"the process of this job ended with code {code}. {complaint}".strip()
 

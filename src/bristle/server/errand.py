@@ -62,14 +62,14 @@ class Errand:
         """The logs of the fit."""
         logs = [log for log in self.logs if log.role == "fit"]
         if not logs:
-            raise InputError("is missing", path="log", mend="Add a log with the role fit")
+            raise InputError("is missing", path="log", mend="Drop a log to fit")
         return logs
 
     @property
     def model(self) -> Path:
         """The folder of the results of an identification."""
         if self.results is None:
-            raise InputError("is missing", path="model", mend="Identify a model first")
+            raise InputError("is missing", path="model", mend="Identify first")
         return self.results
 
     @property

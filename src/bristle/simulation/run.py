@@ -101,7 +101,7 @@ def _desired(variant: Variant) -> np.ndarray:
     elif variant.effort.values.size == count:
         effort = variant.effort.values
     else:
-        raise InputError("has a different length than the run", path="effort", value=variant.effort.values.size, allowed=f"{count} samples")
+        raise InputError("has another length than the run", path="effort", value=variant.effort.values.size, allowed=f"{count} samples")
     return np.stack((*(signal[:count] for signal in motion), effort))
 
 

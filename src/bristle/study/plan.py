@@ -106,7 +106,7 @@ def metrics_from(names: Sequence[object], experiment: Experiment, path: str) -> 
     columns = [metric.column for metric in metrics]
     for column in columns:
         if columns.count(column) > 1:
-            raise InputError("is listed twice", path=path, value=column)
+            raise InputError("is named twice", path=path, value=column)
     return tuple(metrics)
 
 

@@ -83,9 +83,7 @@ class _Reader:
             origins=origins,
         )
         if study.count > RUNS_MOST:
-            raise InputError(
-                "are too many, multiplied by the points of the grid", path="runs", value=study.count, allowed=f"up to {RUNS_MOST}"
-            )
+            raise InputError("are too many with the points of the grid", path="runs", value=study.count, allowed=f"up to {RUNS_MOST}")
         own = self.data.get("block")
         block = block_for(study.count, experiment) if own is None else self._count("block", 1, BLOCK_MOST)
         files = {f"{role}: {origin.name}": origin.checksum for role, group in origins.items() for origin in group}
@@ -102,7 +100,7 @@ class _Reader:
     def _count(self, key: str, least: int, most: int) -> int:
         value = self.data[key]
         if type(value) is not int or not least <= value <= most:
-            raise InputError("is not a valid number", path=key, value=value, allowed=f"a whole number, {least} to {most}")
+            raise InputError("does not fit", path=key, value=value, allowed=f"a whole number, {least} to {most}")
         return value
 
     def _experiment(self) -> tuple[dict[str, Any], Sources, dict[str, Any]]:
@@ -183,20 +181,14 @@ class _Reader:
         method = self.data.get("sampling", SAMPLINGS[0])
         if method not in SAMPLINGS:
             raise InputError(
-                "is not a sampling method",
-                path="sampling",
-                value=method,
-                allowed=", ".join(SAMPLINGS),
-                mend=did_you_mean(method, SAMPLINGS),
+                "is no sampling method", path="sampling", value=method, allowed=", ".join(SAMPLINGS), mend=did_you_mean(method, SAMPLINGS)
             )
         indices = self.data.get("sobol_indices", False)
         if type(indices) is not bool:
-            raise InputError("is not a valid value", path="sobol_indices", value=indices, allowed="true or false")
+            raise InputError("does not fit", path="sobol_indices", value=indices, allowed="true or false")
         if indices and (grid or not causes):
             raise InputError(
-                "requires randomly drawn values and does not allow a grid",
-                path="sobol_indices",
-                mend="Move each list of values from [grid] to [vary], as choice = [...]",
+                "needs drawn values, and no grid", path="sobol_indices", mend="Move the values of [grid] to [vary] as a choice"
             )
         if indices and runs & (runs - 1):
             below = 2 ** (runs.bit_length() - 1)

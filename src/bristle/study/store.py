@@ -150,7 +150,7 @@ def refuse_another(before: Any, now: Any, folder: Path) -> None:
     differences = list(_differences(before, now, ""))
     if differences:
         more = f", and {len(differences) - 1} more" if len(differences) > 1 else ""
-        raise InputError(f"contains a different study: {differences[0]}{more}", path=str(folder), mend="Name another folder for this study")
+        raise InputError(f"holds another study: {differences[0]}{more}", path=str(folder), mend="Name another folder for this one")
 
 
 def _differences(before: Any, now: Any, path: str) -> Iterator[str]:

@@ -177,7 +177,7 @@ def drawn_from(table: Mapping[str, Any], target: Target, path: str) -> Drawn:
     values, place = table[name], f"{path}.{name}"
     count = "at least one value" if name == "choice" else "two values"
     if not isinstance(values, list) or not values or (name != "choice" and len(values) != 2):
-        raise InputError("has the wrong number of values", path=place, value=values, allowed=count, mend=f"Write {EXAMPLES[name]}")
+        raise InputError("does not fit", path=place, value=values, allowed=count, mend=f"Write {EXAMPLES[name]}")
     if name == "choice":
         return Drawn(target, name, target.numbers(values, place))
     if target.is_whole or target.variable.choices:
@@ -201,7 +201,7 @@ def drawn_from(table: Mapping[str, Any], target: Target, path: str) -> Drawn:
             "must be above the lowest value", path=f"{place}[1]", value=values[1], allowed=f"> {first:g}", mend=f"Write {EXAMPLES[name]}"
         )
     if name == "log_uniform" and not first > 0.0:
-        raise InputError("must be positive, because the distribution is logarithmic", path=f"{place}[0]", value=values[0], allowed="> 0")
+        raise InputError("must be positive: it has a logarithm", path=f"{place}[0]", value=values[0], allowed="> 0")
     return Drawn(target, name, (first, second))
 
 
@@ -258,9 +258,7 @@ def columns_of(fitted: Fitted, section: str, experiment: Experiment, path: str) 
         )
     variables = {name: own.component.variables[name] for name in fitted.draws if name in own.component.variables}
     if not variables:
-        raise InputError(
-            f"the draws of the fit contain no parameter of {own.name}", path=path, value=fitted.folder, allowed=", ".join(fitted.draws)
-        )
+        raise InputError(f"the fit drew no parameter of {own.name}", path=path, value=fitted.folder, allowed=", ".join(fitted.draws))
     count = min(len(values) for values in fitted.draws.values())
     columns = {f"{section}.{key_of(name)}": fitted.draws[name][:count] for name in variables}
     units = {

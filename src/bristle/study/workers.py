@@ -132,7 +132,7 @@ class Crew:
                 ending, self._unbegun = self._closed(process), self._unbegun + 1
                 if self._unbegun >= TRIES * self.workers:
                     cause = f"by signal {-ending}" if ending < 0 else f"with code {ending}"
-                    raise WorkerError(f"{self._unbegun} workers ended during their start, {cause}") from None
+                    raise WorkerError(f"{self._unbegun} workers ended before they could start: ended {cause}") from None
         return self._own.process
 
     def _asked(self, process: subprocess.Popen[bytes], message: Any) -> Any:
@@ -190,10 +190,8 @@ class Cluster:
     @contextmanager
     def _connected(self) -> Iterator[Any]:
         """Connect to the scheduler, and wait for a worker; cancel the remaining tasks at the end."""
-        mend = (
-            f"Start a scheduler with dask scheduler --port 8786, and workers with dask worker {self.address} --nworkers auto --nthreads 1"
-        )
-        fault, client, distributed = "no Dask scheduler answers at this address", None, self._library
+        mend = f"Start one, dask scheduler --port 8786, and workers: dask worker {self.address} --nworkers auto --nthreads 1"
+        fault, client, distributed = "no scheduler of Dask answers there", None, self._library
 
         async def identity() -> None:  # the library alone would wait without a timeout
             arguments = distributed.Security().get_connection_args("client")
@@ -205,7 +203,7 @@ class Cluster:
                 with Abreast(1) as thread:  # this thread may run an event loop, as in a notebook
                     thread.submit(asyncio.run, asyncio.wait_for(identity(), ANSWERS)).result()
                 client = distributed.Client(self.address, timeout=ANSWERS, set_as_default=False, name="bristle")
-                fault = "the scheduler has no workers"
+                fault = "it has no workers"
                 client.wait_for_workers(1, timeout=WORKERS_JOIN)
             except Exception as error:  # noqa: BLE001  (what answers there may be anything)
                 raise InputError(f"{fault}{said_by_library(error)}", path="--scheduler", value=self.address, mend=mend) from None
@@ -223,7 +221,7 @@ class Cluster:
             raise self._scheduler_lost() from None
 
     def _scheduler_lost(self) -> InputError:
-        mend = "Written blocks are safe. Start the scheduler and its workers, and repeat the command"
+        mend = "Written blocks are safe. Start it and its workers, and repeat the command"
         return InputError("the scheduler is gone", path="--scheduler", value=self.address, mend=mend)
 
     def _arrived(self, futures: Iterator[tuple[Block, Future[Any]]]) -> Results:
@@ -243,9 +241,7 @@ class Cluster:
             if outcome == "unfit":
                 mend = "Install the same versions for this worker and restart it, or stop it"
                 allowed = ", ".join(f"{name} {value}" for name, value in described().items())
-                raise InputError(
-                    "a worker has different versions of the software", path=self.address, value=content, allowed=allowed, mend=mend
-                )
+                raise InputError("a worker has other software", path=self.address, value=content, allowed=allowed, mend=mend)
             yield block, content
 
 

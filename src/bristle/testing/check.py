@@ -73,9 +73,7 @@ def judged(fact: Fact, advice: str, *, unmet: bool) -> Fact:
     return fact
 
 
-def outcomes(
-    checks: Iterable[Demand], subject: Any, form: Collection[Demand], where_it_stops: str = "Kernels must not raise exceptions"
-) -> list[Check]:
+def outcomes(checks: Iterable[Demand], subject: Any, form: Collection[Demand], where_it_stops: str = "Kernels never raise") -> list[Check]:
     """Return the results of several demands, in order. If a demand of `form` is not met, the others are skipped.
 
     `where_it_stops` is the advice if user code raises an error.

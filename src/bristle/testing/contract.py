@@ -81,9 +81,7 @@ def described_variables(model: Model) -> Fact:
     try:
         state = component.State()
     except TypeError as error:
-        raise UnmetError(
-            f"State() has no defaults ({error})", "Give every field of State a default, the value of the virgin state"
-        ) from None
+        raise UnmetError(f"State() has no defaults ({error})", "Give every field of State a virgin value") from None
     for name, value in state._asdict().items():
         if not isinstance(value, (int, float)):
             raise UnmetError(f"State.{name} is not a scalar", "Put arrays into the memory, not into the state")
@@ -242,7 +240,7 @@ def flow_agrees(model: Model) -> Fact:
     if not any(parts):
         return Fact("no flow", applies=False)
     if not all(parts):
-        raise UnmetError("piece, flow and arrival are not all given", "Give all three functions, or omit all three")
+        raise UnmetError("piece, flow and arrival are not all given", "They work together: give all three, or leave all out")
     dt, worst = 1e-7, 0.0
     for v in (1e-3, -2e-3, 5e-3, -1e-4):
         state, memory = _used(model)
@@ -293,9 +291,7 @@ def derivatives_agree(model: Model) -> Fact:
             error = np.median(np.min(np.abs(derivative - differences), axis=0)) / max(float(np.max(np.abs(differences))), 1e-300)
             worst = max(worst, float(error) if np.all(np.isfinite(derivative)) else np.inf)
     if not worst <= LIKE_DIFFERENCES:
-        raise UnmetError(
-            f"derivatives and finite differences differ by {worst:.2g} of the largest derivative", "Report it: this is a fault of bristle"
-        )
+        raise UnmetError(f"derivatives and differences differ by {worst:.2g} of the largest", "Report it: this is a fault of bristle")
     return Fact(f"{directions.shape[1]} derivatives", worst, "1", LIKE_DIFFERENCES)
 
 

@@ -232,7 +232,7 @@ def nothing_left_open(trial: _Trial) -> Fact:
     if left:
         for number in left:
             sys.modules["matplotlib.pyplot"].close(number)
-        raise UnmetError("the figure is registered in pyplot", "Make the figure with bristle.figures.style.panels, not with pyplot")
+        raise UnmetError("pyplot keeps the figure", "Make it with bristle.figures.style.panels, not with pyplot")
     return Fact()
 
 

@@ -42,7 +42,7 @@ def check_reader(log_format: LogFormat, example: bytes = b"") -> list[Check]:
         One for each demand, in order; if a demand of the form is not met, the others are skipped.
     """
     trial = _Trial(log_format, example or log_format.example)
-    return outcomes(READER_CHECKS, trial, FORM, "Make the reader read the bytes of its example")
+    return outcomes(READER_CHECKS, trial, FORM, "Let it read the bytes of its example")
 
 
 class _Trial:
@@ -88,7 +88,7 @@ def recognises_its_example(trial: _Trial) -> Fact:
     for ending in ENDINGS:
         if not trial.format.recognises(trial.example[:START], ending):
             raise UnmetError(
-                f"the example is not recognized as {trial.format.title} in a file named log{ending}",
+                f"its example is not recognized as {trial.format.title} in a file named log{ending}",
                 f"Use head, the first {START} bytes, in recognises",
             )
     return Fact(f"with {len(ENDINGS)} endings")
@@ -98,7 +98,7 @@ def columns_of_numbers(trial: _Trial) -> Fact:
     """Give columns of numbers by name, of equal length or with separate times."""
     table = trial.table
     if len(table.columns) < FEWEST_COLUMNS:
-        raise UnmetError(f"the reader returns {len(table.columns)} columns of numbers", "Return arrays of numbers by their names")
+        raise UnmetError(f"it gives {len(table.columns)} columns of numbers", "Return arrays of numbers by their names")
     for name, values in table.columns.items():
         if values.ndim != 1 or values.dtype.kind != "f" or values.size < FEWEST_ROWS:
             raise UnmetError(
@@ -149,7 +149,7 @@ def time_in_order(trial: _Trial) -> Fact:
     if period is not None and not (np.isfinite(period) and period > 0.0):
         raise UnmetError(f"the time between samples is {period!r}", "Give sample_time in seconds, or leave it out")
     if not trial.times and period is None:
-        return Fact("the table has no time: the axis file states the time between samples", applies=False)
+        return Fact("no time: the axis file states the time between samples", applies=False)
     return Fact(", ".join(trial.times) or f"every {period:g} s")
 
 
@@ -165,7 +165,7 @@ def same_log_twice(trial: _Trial) -> Fact:
 def leaves_other_files(trial: _Trial) -> Fact:
     """Claim no file of another format, and never fail: recognises is called for every file, even an empty one."""
     if trial.format is FORMATS[-1]:
-        return Fact("bristle calls this reader last, for files that no other reader accepts", applies=False)
+        return Fact("it is called last, for files that no other format claims", applies=False)
     foreign = {title: data for title, data in other_files().items() if format_of(data, "") is not trial.format}
     for title, data in foreign.items():
         for ending in ENDINGS:
@@ -176,7 +176,7 @@ def leaves_other_files(trial: _Trial) -> Fact:
                     f"recognises stops with {type(error).__name__}: {told_by(error)} ({title})", "Return False for unknown files"
                 ) from None
             if claimed:
-                raise UnmetError(f"recognises accepts a file of another format: {title}", "Check more of the first bytes in recognises")
+                raise UnmetError(f"it claims a file of another format: {title}", "Check more of the first bytes in recognises")
     return Fact(f"{len(foreign)} files of other formats")
 
 
@@ -189,9 +189,7 @@ def tells_where_a_file_ends_early(trial: _Trial) -> Fact:
             table = trial.read(part)
         except InputError as error:
             if FILE not in str(error.path):
-                raise UnmetError(
-                    f"truncated to {len(part)} bytes, the file is refused with an error that lacks the file name: {error}", RAISE
-                ) from None
+                raise UnmetError(f"truncated to {len(part)} bytes, it is refused without its name: {error}", RAISE) from None
             refused += 1
         else:
             _refuse_other_rows(trial.table, table, len(part))

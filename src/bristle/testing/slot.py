@@ -59,9 +59,7 @@ def described_parameters(slot: Slot) -> Fact:
         raise UnmetError(f"{error.path} {error.message}", error.mend or error.allowed) from None
     unknown = [name for name in slot.example if name not in slot.variables]
     if unknown:
-        raise UnmetError(
-            f"the example contains the unknown parameter {unknown[0]}", f"The parameters of the slot are {', '.join(slot.variables)}"
-        )
+        raise UnmetError(f"the example gives {unknown[0]}", f"It has {', '.join(slot.variables)}")
     return Fact(f"{len(slot.variables)} parameters, {len(slot.identified)} to be identified")
 
 

@@ -107,7 +107,7 @@ def writes_or_refuses(trial: _Trial) -> Fact:
     written, refused = trial.first, trial.refused
     if not written:
         name, error = next(iter(refused.items()))
-        raise UnmetError(f"the target refuses every model: {name}, {error}", "Write at least one of the test models")
+        raise UnmetError(f"it refuses every model: {name}, {error}", "Write at least one of the test models")
     words = "".join(f"; refuses {name}" for name in refused)
     return Fact(f"{len(written)} of {len(written) + len(refused)} models{words}")
 
@@ -145,7 +145,7 @@ def names_no_folder(trial: _Trial) -> Fact:
             text = content if isinstance(content, str) else content.decode("latin-1")
             place = next((place for place in places if place in text), None)
             if place is not None:
-                raise UnmetError(f"{name} contains the path {place}", "Use the file names in request.source.lines")
+                raise UnmetError(f"{name} names {place}", "Use the file names in request.source.lines")
     return Fact()
 
 
@@ -175,9 +175,9 @@ def lowers_the_error(trial: _Trial) -> Fact:
         if effect is not None and not effect.ratio <= 1.0:
             raise UnmetError(f"{effect.lines()[0]} ({name})", advice)
         if not LEAST_SHARE <= share <= 1.0 / LEAST_SHARE:
-            raise UnmetError(f"the target feeds forward {share:.2g} times the effort of the axis ({name})", advice)
+            raise UnmetError(f"it feeds {share:.2g} times the effort of the axis ({name})", advice)
         ratios += [] if effect is None else [effect.ratio]
-    return Fact(f"smallest ratio of the error with the target to the error without it: {min(ratios):.2g}", min(ratios), "1", 1.0)
+    return Fact(f"error at best {min(ratios):.2g} times that without the target", min(ratios), "1", 1.0)
 
 
 def _share_fed(request: Request, drive: Drive, target: Target) -> float:

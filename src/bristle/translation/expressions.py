@@ -187,7 +187,7 @@ class Expressions:
     def _boolop(self, node: ast.BoolOp) -> tree.Expression:
         parts = [self.value(part) for part in node.values]
         if any(part.type != TRUTH for part in parts):
-            raise self.refuse(node, "`and` and `or` need logical values: write a comparison")
+            raise self.refuse(node, "and, or need truths: write a comparison")
         return tree.Logic(TRUTH, "and" if isinstance(node.op, ast.And) else "or", parts)
 
     def _ifexp(self, node: ast.IfExp) -> tree.Expression:
@@ -203,14 +203,14 @@ class Expressions:
         """Return the common type of two types."""
         kind = unified(first, second)
         if kind is None:
-            raise self.refuse(node, f"has two different types: {_in_words(first)} and {_in_words(second)}")
+            raise self.refuse(node, f"is {_in_words(first)} here and {_in_words(second)} there")
         return kind
 
     def _as_truth(self, value: tree.Expression, node: ast.AST) -> tree.Expression:
         if value.type == TRUTH:
             return value
         if value.type not in NUMBERS:
-            raise self.refuse(node, f"{_in_words(value.type)} is not a logical value")
+            raise self.refuse(node, f"{_in_words(value.type)} is not a truth")
         return tree.Compare(TRUTH, "!=", value, _converted(tree.Constant(INTEGER, 0), value.type))
 
     def _call(self, node: ast.Call) -> tree.Expression:

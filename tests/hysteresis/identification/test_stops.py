@@ -48,6 +48,6 @@ def test_weights_are_never_negative():
 
 
 def test_thresholds_without_a_range_are_refused():
-    with pytest.raises(InputError, match="must span a range"):
+    with pytest.raises(InputError, match="must have a range"):
         thresholds_over(0.0)
     assert np.allclose(np.diff(np.log(thresholds_over(1e-5, 30))), np.log(100.0) / 29.0)

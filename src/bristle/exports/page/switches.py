@@ -241,10 +241,7 @@ def switched(
     if over := channel_slots_of(model.component):
         names = ", ".join(slot.name for slot in over)
         raise InputError(
-            "has a slot that depends on a channel of the log, which the page cannot provide",
-            path="model",
-            value=names,
-            mend="Remove the slot",
+            "has a slot over a channel of the log, which a page does not have", path="model", value=names, mend="Remove the slot"
         )
     plain, slots = plain_of(model), slots_of(model)
     uncertainties = uncertainty or {}

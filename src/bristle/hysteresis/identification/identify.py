@@ -35,11 +35,11 @@ SAMPLES_LEAST = 20  # of a recording, for each fold
 def fit_table(recorded: Curves) -> Fitted:
     """Return the table along first-order reversal curves."""
     if recorded.start != "saturated" or len(recorded.curves) < 2:
-        mend = 'Write start = "saturated" if the curves start there, or fit preisach_grid'
+        mend = 'Write start = "saturated" if they do, or fit preisach_grid'
         raise InputError("needs reversal curves, which start from saturation", path="model", value="reversal_table", mend=mend)
     behind = smoothed(recorded)
     table = table_of_curves([(curve.u, curve.f) for curve in behind.recorded.curves], kind=recorded.kind)
-    remark = f"each curve is smoothed over {behind.window} samples, because the smoothed curve predicts its neighbours better"
+    remark = f"each curve is smoothed over {behind.window} samples, which predicts its neighbours better"
     return Fitted(table, notes=(remark,) if behind.window > 1 else ())
 
 
@@ -119,7 +119,7 @@ def _names(model: Sequence[str], recorded: Curves) -> list[str]:
     if tuple(names) == tuple(FITTED) and recorded.start != "saturated":
         names.remove("reversal_table")
     if not names or len(set(names)) < len(names):
-        raise InputError("must name operators, and each operator once", path="model", value=model, allowed=", ".join(FITTED))
+        raise InputError("must name operators, each once", path="model", value=model, allowed=", ".join(FITTED))
     return names
 
 
@@ -152,7 +152,7 @@ def _without_blocks(recorded: Curves, fit_operator: Callable[..., Fitted], folds
     sizes = [curve.u.size for curve in recorded.curves]
     if sum(sizes) < SAMPLES_LEAST * folds:
         most = max(sum(sizes) // SAMPLES_LEAST, 2)
-        raise InputError("exceeds the number of folds that the curves allow", path="folds", value=folds, allowed=f"2 to {most}, or 0")
+        raise InputError("is too short for so many folds", path="folds", value=folds, allowed=f"2 to {most}, or 0")
     fold_of = np.arange(sum(sizes)) * folds // sum(sizes)
     parts = np.split(fold_of, np.cumsum(sizes)[:-1])
     measured = np.concatenate([curve.f for curve in recorded.curves])
@@ -170,7 +170,7 @@ def _adequacy(fit: OperatorFit, congruency: Congruency) -> tuple[str, ...]:
     difference = with_unit(limit, unit_of("force", fit.operator.kind))
     share = 100.0 * limit / fit.prediction.full_scale
     condition = "wherever they turned" if fit.name == "prandtl_ishlinskii" else "that turned at the same input"
-    return (f"branches {condition} differ by {difference} ({share:.2g} % of full scale), but this operator predicts equal branches",)
+    return (f"branches {condition} differ by {difference} ({share:.2g} % of full scale), which no such operator can follow",)
 
 
 STARTS = (0.3, 3.0, 30.0)  # of s x over f_p at the largest input
@@ -189,7 +189,7 @@ def fit_closed_form(recorded: Curves, *, kernels: Sequence[str] = KERNELS, rows:
     recorded, rows = replace(recorded, curves=recorded.curves[::step]), None if rows is None else rows[::step]
     extent, spread = max(abs(recorded.low), abs(recorded.high)), float(np.ptp(outputs_of(recorded)))
     if not (extent > 0.0 and spread > 0.0):
-        raise InputError("must vary, and the output, too", path="input", value=f"ranges of {extent} (input) and {spread} (output)")
+        raise InputError("does not move", path="input", value=f"{extent} in, {spread} out")
     return min((_closed_form(recorded, kernel, extent, 0.5 * spread, rows) for kernel in kernels), key=lambda fit: fit.rms)
 
 

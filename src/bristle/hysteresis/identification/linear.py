@@ -183,7 +183,7 @@ def fit_grid(recorded: Curves, *, cells: int = RESOLUTION, signs: Sequence[str] 
     if recorded.start == "virgin":
         low, high = min(low, -high), max(high, -low)
     if not high > low:
-        raise InputError("is constant", path="input", value=high)
+        raise InputError("does not move", path="input", value=high)
     features = _Cells(low, high, cells)
     traces = [trace_of(curve.u, recorded.history(curve)) for curve in recorded.curves]
     samples = [np.arange(curve.u.size) for curve in recorded.curves] if rows is None else rows
@@ -194,7 +194,7 @@ def fit_grid(recorded: Curves, *, cells: int = RESOLUTION, signs: Sequence[str] 
     chosen = min(tried, key=lambda name: tried[name].rms)
     best, unseen = tried[chosen], float(np.mean(equations.scale == 0.0))
     operator = preisach_grid(kind=recorded.kind, low=low, high=high, E=features.everett(best.weights), offset=best.offset)
-    notes = [f"off the diagonal, weights with the sign of a {chosen} fit better"]
+    notes = [f"off the diagonal, the sign of a {chosen} fits better"]
     notes += [f"no curve crosses {100.0 * unseen:.3g} % of the cells, which stay empty"] if unseen > 0.0 else []
     return Fitted(operator, rms=best.rms, notes=tuple(notes))
 
@@ -234,7 +234,7 @@ def thresholds_over(largest: float, count: int = RESOLUTION, smallest: float | N
     low = 0.01 * largest if smallest is None else smallest
     if not 0.0 < low < largest < np.inf:
         interval, mend = f"{low} to {largest}", "The input must move by more than its smallest step"
-        raise InputError("must span a range", path="thresholds", value=interval, mend=mend)
+        raise InputError("must have a range", path="thresholds", value=interval, mend=mend)
     return np.geomspace(low, largest, int(count))
 
 
@@ -270,4 +270,4 @@ def _with_stops(recorded: Curves, traces: list[Trace], r: np.ndarray, rows: Rows
     if plays:  # a play is the input less the stop of its threshold
         spring, weights = spring + float(np.sum(weights[used])), -weights
     operator = prandtl_ishlinskii(kind=recorded.kind, thresholds=r[used], weights=weights[used], spring=spring)
-    return Fitted(operator, solution.offset, solution.rms, (f"{np.count_nonzero(used)} stops have a nonzero weight",))
+    return Fitted(operator, solution.offset, solution.rms, (f"{np.count_nonzero(used)} stops have a weight",))

@@ -50,10 +50,7 @@ def truths_named(names: Sequence[str] = (), *, allow_code: bool = False) -> list
     truths = [_truth(name, allow_code) for name in dict.fromkeys(names or SIMULATED)]
     if len({truth.name for truth in truths}) < len(truths):
         raise InputError(
-            "two test frictions have the same name",
-            path="TRUTH",
-            value=", ".join(truth.name for truth in truths),
-            mend="Rename one of the files",
+            "two truths have the same name", path="TRUTH", value=", ".join(truth.name for truth in truths), mend="Rename one of the files"
         )
     return truths
 
@@ -63,7 +60,7 @@ def _truth(name: str, allow_code: bool) -> Truth:
     if not file.is_file() or file.suffix != ".toml":
         allowed = ", ".join([*SIMULATED, "a model file"])
         mend = "bristle identify writes a model file of a log" if file.is_file() else did_you_mean(name, SIMULATED)
-        raise InputError("is not the name of a test friction", path="TRUTH", value=name, allowed=allowed, mend=mend)
+        raise InputError("is not a known truth", path="TRUTH", value=name, allowed=allowed, mend=mend)
     friction = read_model(file, allow_code=allow_code).friction
     # The thirty elements have their own scatter; a user's model stays unchanged.
     scatter = SCATTER if name in SIMULATED and "scatter" not in friction.values else 0.0
@@ -81,7 +78,7 @@ class Condition(NamedTuple):
 
 NOMINAL = "nominal"
 CONDITIONS = {
-    NOMINAL: Condition("friction as in the log that the compensator was identified from", {}),
+    NOMINAL: Condition("as in the log for the compensator", {}),
     "level_0.7": Condition("friction 0.7 times as large", {"level": 0.7}),
     "level_1.3": Condition("friction 1.3 times as large", {"level": 1.3}),
     "level_1.6": Condition("friction 1.6 times as large", {"level": 1.6}),

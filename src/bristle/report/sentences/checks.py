@@ -38,18 +38,15 @@ CHECKS: dict[str, Sentence] = {
     "resampled": Sentence(
         (
             "column {column} was recorded every {own_sample_time:time}, but the position every {sample_time:time}. bristle interpolated "
-            "{percent:.0f} % of the samples of this column. The interpolation error is at most {error_percent:.2g} % of the standard "
-            "deviation of the column",
-            "the time stamps are uneven. 19 of 20 time stamps deviate by at most {percent:.2g} % of the sample time, and the worst time "
-            "stamp deviates by {largest:.0f} %. "
+            "{percent:.0f} % of its samples, with an error of at most {error_percent:.2g} % of its standard deviation",
+            "the time stamps are uneven. 19 of 20 deviate by at most {percent:.2g} % of the sample time, the worst by {largest:.0f} %. "
             "bristle resampled all channels to steps of {sample_time:time}. The interpolation error is about {position_error:length} in "
             "the position",
             " and {effort_error:force} in the effort",
-            " (root mean square). If only the time stamps are uneven, replace the time column in the axis file with sample_time under "
-            "[timing]",
+            " (root mean square). If only the stamps are uneven, replace the time column in the axis file with sample_time under [timing]",
         ),
         "uneven time stamps, or channels with different sample times: bristle resampled the log",
-        "record all channels at one fixed rate. If only the time stamps are uneven, write sample_time in place of the time column",
+        "record all channels at one fixed rate. If only the stamps are uneven, write sample_time instead of the column of time",
         choose=_resampled,
     ),
     "unit_contradicts": says(
@@ -58,28 +55,25 @@ CHECKS: dict[str, Sentence] = {
         "correct the unit",
     ),
     "sign_reversed": says(
-        "the sign of the effort seems reversed. Over motion that returns to its start, the effort does negative work: {percent:.0f} % of "
-        "the energy that friction would dissipate. Reverse the sign in the axis file: sign = -1 if sign is missing or 1, otherwise sign = "
-        "1",
-        "over motion that returns to its start, the effort does negative work",
+        "the sign of the effort seems reversed. Over closed motion the effort does negative work, {percent:.0f} % of the work that "
+        "friction would take. Reverse the sign in the axis file: sign = -1 if sign is missing or 1, otherwise sign = 1",
+        "over closed motion the effort does negative work",
         "reverse the sign of the effort in the axis file",
     ),
     "effort_unsigned": says(
-        "the effort, up to {largest:force}, returns to zero repeatedly but never crosses zero. Probably the drive recorded the magnitude "
-        "of the effort without its sign. Record the signed signal",
-        "the effort was recorded without its sign",
+        "the effort, up to {largest:force}, returns to zero repeatedly but never crosses it. It is a magnitude, as many drives show the "
+        "current. Record the signed signal",
+        "the effort has lost its sign",
         "record the signed signal",
     ),
     "unit_suspect": Sentence(
         (
             "the name of column {column} suggests {called}, but its declared unit is {declared}. Correct the unit in the axis file",
-            "with the declared units the axis moves at {speed:length/time}. Correct the unit of the position, the gear or the lead in the "
-            "axis "
+            "with these units the axis moves at {speed:length/time}. Correct the unit of the position, the gear or the lead in the axis "
             "file. If the axis is that fast, raise the threshold",
-            "with the declared unit of time, the sample time would be {sample_time:time}, too long for a servo axis. Correct the unit of "
-            "time in the axis file",
+            "the samples would be {sample_time:time} apart, too slow for a servo axis. Correct the unit of time in the axis file",
         ),
-        "the declared unit of the position or of the time stamps is wrong",
+        "the position or the time stamps have another unit than declared",
         "correct the unit of position or time, the gear or the lead",
         choose=where("called", "speed"),
         also=("speed", "sample_time"),
@@ -96,20 +90,19 @@ CHECKS: dict[str, Sentence] = {
         choose=lambda texts, numbers: texts[0 if numbers["delay"] else 1],
     ),
     "mass_contradicts": says(
-        "the known mass or inertia, {known:mass}, is {ratio:.3g} times the value that the log shows, {found:mass}. Correct the mass, the "
-        "gear, "
+        "the known mass or inertia, {known:mass}, is {ratio:.3g} times the {found:mass} that the log shows. Correct the mass, the gear, "
         "the lead or the constant of the effort in the axis file",
         "the known mass contradicts the log",
         "correct the mass, the gear or the constant of the effort",
     ),
     "gear_suspect": says(
-        "a factor of {ratio:.4g} in the {of} is close to {gear}. A gear, a lead or a unit is probably missing, inverted or applied "
+        "that factor of the {of}, {ratio:.4g}, is close to {gear}. A gear, a lead or a unit is probably missing, inverted or applied "
         "twice. Correct it in the axis file",
-        "a quantity is wrong by a factor that is typical of a wrong gear or unit",
+        "a factor is typical of a wrong gear or unit",
         "correct the gear, the lead or the unit",
     ),
     "clipped": _with_names(
-        "the effort is clipped at {level:force}: {samples} consecutive samples from t = {time:.6g} s, and {all} samples in all. The "
+        "the effort is clipped at {level:force}: {samples} samples in a row from t = {time:.6g} s, {all} in all. The "
         "true effort was larger there. Lower the acceleration, or widen the range of the channel",
         ". The missing effort biases {names:list}",
         "the effort is clipped",
@@ -132,7 +125,7 @@ CHECKS: dict[str, Sentence] = {
         (
             "the position changes in steps of {step:length}, {times:.3g} times the resolution of {resolution:length} in the axis file. "
             "The unit of the position or the resolution is wrong",
-            ". One radian is 57.3 degrees: check whether the position is in degrees or in radians",
+            ". 57.3 degrees are one radian: is the position in the other unit?",
         ),
         "the steps of the position contradict the encoder resolution in the axis file",
         "correct the unit of the position, or the resolution under [encoder]",
@@ -143,11 +136,11 @@ CHECKS: dict[str, Sentence] = {
             "the channel of the effort saturates: its largest values read {percent:.0f} % too low for the measured motion. "
             "Widen the range of the sensor, or lower the acceleration",
             ". The missing effort biases {names:list}",
-            "the drive saturates: the largest actual efforts are {percent!m:.0f} % smaller than the recorded efforts. The log probably "
-            "contains a command that the motor torque does not reach. Record the actual torque or current, or lower the acceleration",
+            "the drive saturates: the largest efforts act by {percent!m:.0f} % less than recorded. The log probably has a command that the "
+            "motor torque no longer follows. Record the acting torque or current, or lower the acceleration",
         ),
         "the channel of the effort saturates, or the drive saturates after a recorded command",
-        "widen the range of the sensor, record the actual effort, or lower the acceleration",
+        "widen the range of the sensor, record the acting effort, or lower the acceleration",
         choose=lambda texts, numbers: _named((texts[0 if numbers["percent"] > 0.0 else 2], texts[1]), numbers),
     ),
     "scale_steps": _with_names(
@@ -170,7 +163,7 @@ CHECKS: dict[str, Sentence] = {
     ),
     "never_slides": _with_names(
         "the contact hardly slides within {reach:length}, or an external force pulls the axis back. The effort follows the position like "
-        "a spring (correlation {correlation:.2f}) and friction dissipates only {percent:.0f} % of its work. Also record motion beyond the "
+        "a spring (correlation {correlation:.2f}) and returns all but {percent:.0f} % of its work. Also record motion beyond the "
         "break-away distance",
         ". {names:list} are not valid for sliding",
         "the log contains only pre-sliding",
@@ -178,10 +171,10 @@ CHECKS: dict[str, Sentence] = {
     ),
     "level_drifts": _with_names(
         "friction changes by {percent:+.0f} % of its level ({level:force}) over the log, as on an axis that warms up. "
-        "Warm up the axis first, or identify parts of the log separately (`span` in the axis file)",
+        "Warm up the axis first, or identify parts of the log (`span` in the axis file)",
         ". {names:list} are averages over that change",
         "the level of friction changes over time",
-        "warm up the axis first, or identify parts of the log separately",
+        "warm up the axis first, or identify parts of the log",
     ),
     "level_over_position": says(
         "friction changes by {percent:+.0f} % of its level ({level:force}) from one end of the range to the other. Add "
@@ -244,7 +237,7 @@ COMPARISONS: dict[str, Sentence] = {
     ),
     "few_cycles": Sentence(
         (
-            "one side has only {cycles} cycles: intervals are wide, because the scatter is estimated from these cycles alone",
+            "one side has only {cycles} cycles: intervals are wide, and their scatter is estimated from these cycles alone",
             "a single cycle shows no scatter, so no change has an interval",
         ),
         "the cycles are too few to estimate their scatter",
@@ -252,26 +245,24 @@ COMPARISONS: dict[str, Sentence] = {
         choose=where("cycles"),
     ),
     "cycles_identical": says(
-        "the cycles of a quantity agree to the last digit, as in a simulation without noise. The 95 % interval of this quantity is not "
-        "valid for a machine",
-        "all cycles have the same value, so the interval has zero width",
+        "the cycles of a quantity agree to the last digit, as in a simulation without noise. Its interval does not describe a machine",
+        "cycles do not scatter, so an interval has zero width",
         "record the machine itself",
     ),
     "cycles_alike": says(
-        "neighbouring cycles are correlated, as during warm-up. For the intervals, {cycles:2 digits} cycles are worth a single "
-        "independent cycle",
+        "neighbouring cycles are correlated, as while an axis warms up: {cycles:2 digits} of them count as a single cycle",
         "neighbouring cycles are correlated, which widens the intervals",
         "record after the axis has warmed up",
     ),
     "friction_not_told": Sentence(
         ("friction is not compared: no speed occurs often enough in both directions of both logs", "{why}"),
         "a log does not determine friction",
-        "record motion in both directions, with more than ten samples per period of the cut-off frequency",
+        "record a motion to and fro, over more than ten samples for each period of the cut-off",
         choose=lambda texts, numbers: f"friction is not compared: {texts[1]}" if numbers["why"] else texts[0],
     ),
     "sample_times_differ": says(
-        "the logs have different sample times: bristle compares one sample about every {longest:time} of each log",
-        "logs with different sample times are compared at the longest sample time",
+        "the logs have different sample times: bristle compares a sample about every {longest:time} of each",
+        "logs of different sample times are compared at the longest",
     ),
     "one_recording": says(
         "one side has a single log. Its intervals lack the scatter between recordings, such as that of temperature",

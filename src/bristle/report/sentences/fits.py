@@ -7,8 +7,8 @@ from bristle.report.sentences.sentence import Sentence, says, where
 
 _INTERVALS = (
     "the 95 % intervals come from {{draws}} fits to simulated logs. These logs contain {causes} and friction that scatters by "
-    "{{scatter_percent:2 digits}} % over {{half_cycles}} half-cycles. The rest of the residual, {left} (root mean square), is added to "
-    "each simulated log in blocks with random signs"
+    "{{scatter_percent:2 digits}} % over {{half_cycles}} half-cycles. The rest of the residual, {left} (root mean square), is added block "
+    "by block with random sign"
 )
 
 
@@ -28,8 +28,7 @@ def _filtered(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
 
 
 _FILTERED = (
-    "bristle filtered position, effort and friction with a zero-phase filter at {cutoff:g} Hz. It dropped {dropped} samples at each edge, "
-    "and kept "
+    "bristle filtered position, effort and friction at {cutoff:g} Hz without phase. It dropped {dropped} samples at each edge, and kept "
 )
 _REMOVED = (
     ". bristle removed that delay, but inertia, damping and pre-sliding stiffness are just as uncertain. Record accelerations that "
@@ -51,12 +50,11 @@ FITS: dict[str, Sentence] = {
     ),
     "level_as_seen": says(
         "{names:and} is the friction at the speeds of this log, up to {speed:length/time}. The log does not show friction at higher speeds",
-        "a level of friction is known only at low speeds",
+        "a level of friction is known at slow speeds only",
         "slide at several speeds, up to the working speed",
     ),
     "noisy_acceleration": says(
-        "{parameter} is too small by about {percent:.2g} %, because position noise makes up that share of the mean square acceleration. "
-        "Lower the cut-off to "
+        "{parameter} is too small by about {percent:.2g} %, the share of position noise in the acceleration. Lower the cut-off to "
         "{cutoff:.0f} Hz",
         "noise of the position biases the inertia to a smaller value",
         "lower the cut-off to the suggested frequency",
@@ -69,10 +67,8 @@ FITS: dict[str, Sentence] = {
     ),
     "rising_friction": Sentence(
         (
-            "friction rises from {first:force} to {level:force} as the speed rises to {speed:length/time}. The log shows no Stribeck "
-            "effect",
-            "friction rises from {first:force} to {level:force} as the speed rises to {speed:length/time}, moving {direction}. The log "
-            "shows no "
+            "friction rises from {first:force} to {level:force} over the first {speed:length/time}. The log shows no Stribeck effect",
+            "friction rises from {first:force} to {level:force} over the first {speed:length/time}, moving {direction}. The log shows no "
             "Stribeck effect",
         ),
         "friction rises with speed before it levels off",
@@ -81,9 +77,9 @@ FITS: dict[str, Sentence] = {
     ),
     "widened": says(
         "bristle widened the intervals of {names:list} by a factor of {times:.2g}. The delay or filter of the log is uncertain, and "
-        "near reversals this uncertainty has more effect than noise",
-        "the intervals allow for an uncertain delay or filter, but the replicates do not",
-        "state the delay under [timing] of the axis file, or remove the cause that the warning states",
+        "near reversals this matters more than noise",
+        "intervals include an uncertain delay or filter, which replicates lack",
+        "state the delay under [timing] of the axis file, or correct the named cause",
     ),
     # The held-out stretches.
     "motion_repeats": says(
@@ -104,27 +100,24 @@ FITS: dict[str, Sentence] = {
     ),
     # The assumptions of a fit.
     "output_error_open": says(
-        "the parameters are fitted so that the simulated position matches the measured position without a filter. Effort errors are "
-        "computed from the measured motion, differentiated twice. The fit of inverse dynamics only provided start values",
-        "the simulated position was fitted to the measured position",
+        "the parameters fit the simulated position to the measured position, unfiltered. Statements about the effort use the measured "
+        "motion, differentiated twice. That earlier fit only started the search",
+        "the position was fitted",
     ),
     "output_error_closed": says(
-        "the parameters are fitted so that the controller effort of the simulated loop matches the measured effort without a filter. The "
-        "loop follows the reference "
-        "and the known inputs. Errors of the rows of the effort are computed from the measured motion. The fit of inverse dynamics only "
-        "provided start values",
-        "the effort of the simulated loop was fitted to the measured effort",
+        "the parameters fit the controller effort of the simulated loop to the measured effort, unfiltered. The loop follows the reference "
+        "and the known inputs. Statements about rows of the effort use the measured motion. That earlier fit only started the search",
+        "the effort of the simulated loop was fitted",
     ),
     "prediction_error": Sentence(
         (
             "the model does not explain all of the motion, so the parameters are those of inverse dynamics. An observer of {bandwidth:.3g} "
-            "Hz has {times:.2g} times the prediction error that it has in simulated logs of the identified axis",
-            "the contact parameters are the mean of the estimates of several observers, weighted by precision. Each observer has a "
-            "different bandwidth and predicts the next position. The most precise observer has a bandwidth of {bandwidth:.3g} Hz and a "
-            "prediction error of {error:length} rms",
+            "Hz predicts the next position {times:.2g} times worse than in simulated logs of the identified axis",
+            "the contact parameters are the mean of several observers, weighted by precision. Each observer has another bandwidth and "
+            "predicts the next position. The most precise observer, of {bandwidth:.3g} Hz, predicts it to {error:length} rms",
             "the parameters are those of inverse dynamics, because no observer was usable: {why}",
         ),
-        "the parameters minimize the prediction error of the position",
+        "prediction errors of the position were fitted",
         "compare other models",
         choose=where("unexplained", "bandwidth"),
     ),
@@ -132,7 +125,7 @@ FITS: dict[str, Sentence] = {
         (
             "bristle kept one row for {decimation} samples, to suppress noise of the position. With the usual number of rows, that noise "
             "would have appeared as an inertia force of {percent:.0f} % of friction",
-            "the log is sampled too slowly for the usual filter of {wanted:g} Hz. bristle filtered the log at {cutoff:.3g} Hz",
+            "the log is sampled too slowly for the usual filter of {wanted:g} Hz. bristle filtered it at {cutoff:.3g} Hz",
             _FILTERED + "a row for each sample",
             _FILTERED + "one row for {decimation} samples",
             "bristle filtered effort and motion at {cutoff:g} Hz",
@@ -173,56 +166,51 @@ FITS: dict[str, Sentence] = {
     ),
     "delay_or_filter": Sentence(
         (
-            "the lag of {delay:time} between effort and position may be a delay, or a filter in a channel. bristle treated the lag as a "
-            "delay and removed it",
+            "the {delay:time} between effort and position may be a delay or a filter in a channel. bristle removed them as a delay",
             ". {names:and} depend on this choice. Record accelerations that change fast, or switch off filters in the drive",
         ),
-        "a lag between the channels may be a delay or a filter",
+        "a delay may be a filter",
         "record accelerations that change fast, or switch off filters in the drive",
         choose=lambda texts, numbers: texts[0] + (texts[1] if numbers["names"] else ""),
     ),
     "filter_suspect": Sentence(
         (
-            "the effort passed a filter with {lag:time} more lag than the position. bristle removed this lag. Switch off the filter in "
-            "the drive, and record again",
+            "the effort passed a filter with {lag:time} more lag than the position. bristle removed this lag. Better switch off the filter "
+            "in the drive, and record again",
             "the position passed a filter with {lag:time} more lag than the effort. bristle removed this lag. An elastically coupled mass "
             "has the same effect. Switch off the filter in the drive and record again, or look for a resonance",
             "the recorded effort is probably a command, and the drive follows it with a lag of {lag:time}. A filter of the position or an "
-            "elastically coupled mass has the same effect. bristle delayed the command by this lag before it fitted friction. Record the "
-            "actual effort, or look "
+            "elastically coupled mass has the same effect. bristle used the lagged effort for friction. Record the acting effort, or look "
             "for a resonance",
         ),
         "a channel was filtered, a command was recorded, or part of the mass is coupled elastically",
-        "switch off the filter in the drive and record again, record the actual effort, or look for a resonance",
+        "switch off the filter in the drive and record again, record the acting effort, or look for a resonance",
         choose=lambda texts, numbers: texts[("effort", "position", "command").index(numbers["channel"])],
         also=("channel", "half_width"),
     ),
     "stages_differ": says(
-        "two estimates of {parameter} disagree: {value:mass} from all rows, {first:mass} from slowly varying acceleration during fast "
-        "motion. "
+        "two estimates of {parameter} disagree: {value:mass} from all rows, {first:mass} from slow accelerations and fast motion. "
         "Neither delay nor noise explains the difference",
         "two estimates of the inertia disagree",
         "look for other causes: gear, load, friction over position",
     ),
     "rests": Sentence(
         (
-            "bristle excluded {percent:.3g} % of the samples, because the axis was at rest. At rest, friction balances the effort for any "
-            "parameter values",
+            "bristle left out {percent:.3g} % of the samples, because the axis was at rest. At rest, friction balances any effort",
             "the axis moves too slowly to distinguish motion from rest with encoder steps of {resolution:length}. bristle fitted all "
-            "samples, including samples at rest",
+            "samples, including rests",
         ),
-        "samples at rest were excluded, or motion and rest are indistinguishable",
-        'write `rests = "keep"` under [identification] if samples at rest contain information on friction. '
-        "Record faster motion, or use a finer encoder",
+        "samples at rest were left out, or motion and rest are indistinguishable",
+        'write `rests = "keep"` under [identification] if rests contain information on friction. Record faster motion, or use a finer '
+        "encoder",
         choose=where("percent"),
     ),
     "standard_errors": says(
-        "standard errors assume independent residuals. The 95 % intervals also allow for residuals correlated over time, if this makes "
-        "the intervals wider",
-        "standard errors assume independent residuals",
+        "standard errors assume independent residuals. Intervals allow for residuals correlated over time, if that widens them",
+        "the assumption of the standard errors",
     ),
     "element_shape": says(
-        "standard errors and intervals assume that the shape of the elements is correct: the shares of the elements are fixed",
+        "errors and intervals assume this shape of the elements: the shares of the elements are fixed",
         "the shape of the elements is assumed known",
     ),
     "intervals": Sentence(
@@ -230,13 +218,13 @@ FITS: dict[str, Sentence] = {
             _INTERVALS.format(causes="noise of {noise:force}, encoder steps of {resolution:length},", left="{unexplained:force}"),
             _INTERVALS.format(causes="encoder steps of {resolution:length} in the loop", left="{unexplained:force}"),
         ),
-        "the computation of the 95 % intervals",
+        "the origin of the 95 % intervals",
         "nothing",
         choose=lambda texts, numbers: texts[int("loop" in numbers)],
     ),
     "intervals_motion": says(
         _INTERVALS.format(causes="encoder steps of {resolution:length} after the motion", left="{unexplained:length}"),
-        "the computation of the 95 % intervals of a fit to the position",
+        "the origin of the 95 % intervals of a fit to the position",
     ),
 }
 
@@ -244,8 +232,8 @@ FITS: dict[str, Sentence] = {
 PREDICTIONS: dict[str, Sentence] = {
     "worse_than_none": Sentence(
         (
-            "the prediction is worse than a constant position of zero: its error is {percent:2 digits} %. In open loop the simulated "
-            "position drifts, because no controller corrects it. Predict in inverse or closed-loop mode",
+            "the prediction is worse than a constant position of zero: its error is {percent:2 digits} %. An open loop runs away, because "
+            "no controller keeps the axis in place. Predict in inverse or closed-loop mode",
             "the prediction is worse than a constant effort of zero: its error is {percent:2 digits} %. Check that the model belongs to "
             "this axis. Check units and signs in the axis file",
         ),
@@ -261,17 +249,14 @@ PREDICTIONS: dict[str, Sentence] = {
         "fit the model to faster motion",
     ),
     "presliding_distance": says(
-        "friction reverses over a pre-sliding distance of {distance:length}, from the axis file",
+        "friction reverses over a pre-sliding distance of {distance:length} (axis file)",
         "a static model was simulated with the pre-sliding distance of the axis file",
     ),
-    "short_stretch": says(
-        "bristle omitted a stretch of {samples} samples, because it is too short for a prediction",
-        "bristle omitted a short stretch of the log",
-    ),
+    "short_stretch": says("bristle left out a stretch of {samples} samples, too short for a prediction", "a short stretch was left out"),
     "start_of_contact": Sentence(
         (
-            "at the start of the log, the deflection of the contact was {percents:percents} of the deflection at slip (negative: "
-            "backward), estimated from the first samples",
+            "the contact began at {percents:percents} of the distance from its middle to slip (negative: backward), estimated from the "
+            "first samples",
             "the log is one period of a periodic motion: bristle simulates it from rest until it repeats",
             "the log is {periods:g} equal periods of a periodic motion: bristle simulates it from rest until it repeats",
             "the motion begins at rest",

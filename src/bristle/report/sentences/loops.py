@@ -10,9 +10,9 @@ CAUSES = {
     "falling_friction": "friction falls with velocity at the speed of the reference, and the axis sticks and slips",
     "stiffness_taken": "friction feedforward along the measured motion removes more stiffness than the axis has",
     "stuck": "at rest, friction adds its stiffness to the loop, and the total gain is too high for the delay",
-    "delay": "a delay of {delay:samples}",
-    "gains": "the gains are too high for the sample time",
-    "none": "no smaller gain stabilizes the loop",
+    "delay": "{delay:samples} of delay",
+    "gains": "gains too high for the sample time",
+    "none": "no smaller gain stabilises it",
 }
 MENDS = {"raise_gains": "Raise the gains, or add friction feedforward", "feed_desired": "Base the feedforward on the desired motion"}
 SUSPECTS = {
@@ -25,7 +25,7 @@ SUSPECTS = {
     "reference_earlier": "a reference that acts {factor:time} earlier than recorded",
 }
 SIZES = {"all": "", "small": "for small motions ", "large": "for large motions "}
-ENDS = {"small": "Small oscillations grow into large oscillations, and the loop never settles"}
+ENDS = {"small": "Small motions grow until they are large, and never settle"}
 REASONS = ("motions", "why", "mend", "delay", "longest_delay", "largest_gain_percent")
 SETTLES_NOT = "The loop never settles"
 
@@ -49,8 +49,8 @@ def _mend(numbers: Mapping[str, Any]) -> str:
     if "longest_delay" in numbers:
         ways.append("with {longest_delay:samples} of delay" + (" at most" if numbers["longest_delay"] else ""))
     if "largest_gain_percent" in numbers:
-        ways.append("with gains of at most {largest_gain_percent:2 digits} % of the present gains")
-    return f"The loop is stable {' or '.join(ways)}" if ways else "Check the signs of the gains"
+        ways.append("with its gains at {largest_gain_percent:2 digits} % at most")
+    return f"It is stable {' or '.join(ways)}" if ways else "Check the signs of its gains"
 
 
 def _contradicts(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
@@ -63,14 +63,14 @@ LOOPS: dict[str, Sentence] = {
     "loop_stable": says("the sampled loop is stable: its largest pole is at {radius:4 digits}", "the loop is stable"),
     "loop_diverges": Sentence(
         ("unstable, not simulated: the sampled loop has a pole at {radius:4 digits}",),
-        "the loop diverges. The number `why` states the cause",
+        "the loop diverges because of `why`",
         "lower the delay or the gains as suggested",
         choose=lambda texts, numbers: f"{texts[0]}. Cause: {CAUSES[numbers['why']]}. {_mend(numbers)}",
         also=REASONS,
     ),
     "loop_oscillates": Sentence(
         ("the sampled loop has a pole at {radius:4 digits}",),
-        "the loop does not settle. The number `why` states the cause",
+        "the loop does not settle because of `why`",
         "lower the delay or the gains as suggested",
         choose=lambda texts, numbers: (
             f"oscillates: {SIZES[numbers['motions']]}{texts[0]}. Cause: {CAUSES[numbers['why']]}. "
@@ -79,14 +79,13 @@ LOOPS: dict[str, Sentence] = {
         also=REASONS,
     ),
     "switching_law": says(
-        "the control law chatters at rest: its effort jumps at every change of direction, even for the smallest motion. Add a boundary "
-        "layer",
+        "the law chatters around rest: its effort jumps at every change of direction, however small. Add a boundary layer",
         "the control law switches at rest",
         "add a boundary layer",
     ),
     "stiffness_taken": says(
         "friction feedforward along the measured motion raises the error at these low gains. It removes {taken:stiffness of an axis} of "
-        "the total stiffness of {whole:stiffness of an axis}, and the control law contributes only {law:stiffness of an axis}. Base the "
+        "the total stiffness of {whole:stiffness of an axis}, and the law contributes only {law:stiffness of an axis}. Base the "
         "feedforward on the desired motion",
         "friction feedforward along the measured motion removes stiffness",
         "base the feedforward on the desired motion",
@@ -95,12 +94,10 @@ LOOPS: dict[str, Sentence] = {
         (
             "the simulated loop does not match the log. Its following error is {simulated:length} peak to peak and {simulated_rms:length} "
             "root mean square, but {measured:length} and {measured_rms:length} in the log",
-            "the simulated loop does not match the log: the simulation diverges. The recorded following error is {measured:length} peak "
-            "to peak "
+            "the simulated loop does not match the log: it runs away. The recorded following error is {measured:length} peak to peak "
             "and {measured_rms:length} root mean square",
-            ". The simulated loop would match the log with ",
-            ". No single wrong gain, velocity feedforward, scale, delay or shift of the reference explains the difference. Check the "
-            "drive for "
+            ". It would match with ",
+            ". No single wrong gain, velocity feedforward, scale, delay or shift of the reference explains it. Check the drive for "
             "filters, feedforward of inertia or friction, or another control law",
         ),
         "the simulated loop does not match the log, so bristle predicts no gain. Each of `suspects` alone would explain the mismatch, with "
@@ -112,7 +109,7 @@ LOOPS: dict[str, Sentence] = {
     "small_margin": Sentence(
         (
             "the phase margin is only {phase:2 digits}° (usual: {enough:g}° or more)",
-            ", and the loop becomes unstable at {gain:3 digits} times the gain",
+            ", and {gain:3 digits} times the gain makes the loop unstable",
         ),
         "the loop has small margins",
         "lower the gains",
@@ -122,9 +119,8 @@ LOOPS: dict[str, Sentence] = {
         also=("motions",),
     ),
     "another_rig": says(
-        "the compensator was identified from an axis with different friction. A compensator identified from the simulated axis would give "
-        "a different error",
-        "the compensator was identified from an axis with different friction",
-        "identify the compensator from a log of the simulated axis",
+        "its compensator was identified on another friction than here. A model identified on this friction would give another error",
+        "the compensator was identified on another friction",
+        "identify it on this friction",
     ),
 }

@@ -39,68 +39,66 @@ PARAMETERS: dict[str, Sentence] = {
     "low_speed": cause("the speeds are too low", _SPEEDS, "the log never exceeds {speed:length/time}"),
     "no_fall": cause(
         "the log does not show friction that falls with speed",
-        "move slowly at constant speed, with at least five speeds below the speed of minimum friction",
+        "move slowly at constant speed, with at least five speeds below that of the least friction",
         "the log does not show friction that falls with speed. Only {slow_samples} of {samples} samples are slower than "
-        "{speed:length/time}, and the constant speeds of the log are {slowest:length/time} to {fastest:length/time}",
+        "{speed:length/time}, and its constant speeds are {slowest:length/time} to {fastest:length/time}",
         "the log does not show friction that falls with speed. Only {slow_samples} of {samples} samples are slower than "
-        "{speed:length/time}, and the only constant speed of the log is {slowest:length/time}",
+        "{speed:length/time}, and its only constant speed is {slowest:length/time}",
         "the log does not show friction that falls with speed. Only {slow_samples} of {samples} samples are slower than "
-        "{speed:length/time}, and the log has no constant-velocity segment",
+        "{speed:length/time}, and it has no constant-velocity segment",
         choose=_sliding,
     ),
     "few_reversals": cause(
-        "the log has few reversals, or each reversal crosses the pre-sliding zone within one period of the filter",
+        "the log has few reversals, or they cross the pre-sliding zone faster than the filter",
         "reverse gently and often, at amplitudes up to the break-away distance",
         "the log has no reversal",
         "the log has only {reversals} reversal",
         "the log has only {reversals} reversals",
-        "the log has only {reversals} reversal. This reversal crosses the pre-sliding zone of {zone:length} in {samples:.0f} samples, but "
-        "a period of the filter takes {filter_samples:.0f} samples",
-        "the log has only {reversals} reversals. Each reversal crosses the pre-sliding zone of {zone:length} in {samples:.0f} samples, "
-        "but a period of the filter takes {filter_samples:.0f} samples",
-        "each of {reversals} reversals crosses the pre-sliding zone of {zone:length} in {samples:.0f} samples, but a period of the filter "
-        "takes {filter_samples:.0f} samples",
-        "the effect of the parameter on the {reversals} reversals of the log is smaller than the model error. The reversals are slow "
-        "enough for the filter: each crosses the pre-sliding zone of {zone:length} in {samples:.0f} samples, and a period of the filter "
-        "takes {filter_samples:.0f} samples",
+        "the log has only {reversals} reversal. It crosses the pre-sliding zone of {zone:length} in {samples:.0f} "
+        "samples, but a period of the filter takes {filter_samples:.0f}",
+        "the log has only {reversals} reversals. Each crosses the pre-sliding zone of {zone:length} in {samples:.0f} "
+        "samples, but a period of the filter takes {filter_samples:.0f}",
+        "each of {reversals} reversals crosses the pre-sliding zone of {zone:length} in {samples:.0f} samples, but a "
+        "period of the filter takes {filter_samples:.0f}",
+        "the effect on its {reversals} reversals is smaller than the model error. They cross the pre-sliding zone of {zone:length} in "
+        "{samples:.0f} samples, slow enough for the filter ({filter_samples:.0f} a period)",
         choose=_crossed,
     ),
     "coarse_position": cause(
         "the pre-sliding zone is only a few encoder steps, or as small as the noise of the position",
         _FINER,
         "the pre-sliding zone of {zone:length} is less than {deviations:.0f} times the noise of the position "
-        "({noise:length} standard deviation). Noise of this size also reverses the friction of the model",
+        "({noise:length} standard deviation). Such noise also reverses friction",
         "the pre-sliding zone of {zone:length} is less than {counts:.0f} steps of the recorded position ({resolution:length} each)",
         choose=where("noise"),
     ),
     "coarse_elements": cause(
-        "part of the stiffness comes from elements that slip within a few encoder steps",
+        "a part of the stiffness is in elements that slip within a few encoder steps",
         _FINER,
-        "for displacements below {counts:.0f} steps of the recorded position ({resolution:length} each), stiffness and virgin curve may "
-        "be up to {percent:.0f} % too large. Elements that slip within these steps make up that share of the stiffness. The encoder does "
-        "not resolve these elements",
+        "stiffness and virgin curve may be up to {percent:.0f} % too large below {counts:.0f} steps of the recorded position "
+        "({resolution:length} each). Elements that slip within these steps make up that share, and the encoder does not resolve them",
     ),
     "few_strokes": cause(
-        "the log has too few reversals, or the force is linear over the stroke",
+        "the log has too little sliding in both directions, or a straight force over the stroke",
         "move in both directions, with at least ten reversals, at several amplitudes up to the working stroke",
         "the log has only {reversals} reversals over a stroke of {stroke:length}",
-        "the force is linear over the stroke of the log, {stroke:length}",
+        "the force is straight over the stroke of the log, {stroke:length}",
         choose=where("reversals"),
     ),
     "small_effect": cause(
         "the parameter hardly changes the effort",
-        "use a model without this parameter, or record motion with a larger effect of the parameter",
-        "the effect of the parameter on the effort is smaller than the model error",
+        "leave it out, or excite it more",
+        "its effect on the effort is smaller than the model error",
     ),
     "beyond_effort": cause(
         "the best value is a force that the log never reached",
-        "let the axis stick, break away and slide, or use a model without this parameter",
+        "let the axis stick, break away and slide, or leave the parameter out",
         "the best value is far beyond the largest friction in this log, {effort:force}",
     ),
     "redundant": held(
-        "the force depends only on {products:and}, so every value of {parameter} fits equally well",
-        "no log can identify the parameter: the force depends only on its products with other parameters",
-        "use the products listed under `combinations`",
+        "the force depends only on {products:and}, for any {parameter}",
+        "no log can identify it: the force depends only on products with it",
+        "use the products, under `combinations`",
     ),
     # A parameter at the end of its range.
     "edge_no_fall": Sentence(
@@ -121,13 +119,13 @@ PARAMETERS: dict[str, Sentence] = {
     "edge_of_model": Sentence(
         ("the best value is the {edge} allowed value, {value:unit}: {cause}",),
         "the best value is the smallest or largest allowed value of the model",
-        "look up the code in `cause` in this table",
+        "see `cause`, a code of this table",
         "edge",
     ),
     "edge_of_search": Sentence(
-        ("the search ended at the {edge} value that this log can show, {value:unit}: {cause}",),
+        ("the search ended at the {edge} value that this log could show, {value:unit}: {cause}",),
         "the best value is outside the range that the log can show",
-        "look up the code in `cause` in this table",
+        "see `cause`, a code of this table",
         "edge",
     ),
     # A parameter that is held constant.
@@ -142,8 +140,8 @@ PARAMETERS: dict[str, Sentence] = {
         "write `offset` under [plant] of the axis file if it is known",
     ),
     "held_constant": held(
-        "half of the difference in effort between the directions, probably a weight. {levels:list} are confounded with this offset. With "
-        "an offset of zero, one of these levels would be negative",
+        "half of the difference in effort between the directions, probably a weight. {levels:list} are confounded with it, and at an "
+        "offset of zero one of these levels would be negative",
         "a constant force is larger than friction",
         "write `offset` under [plant] of the axis file if it is known",
     ),
@@ -153,21 +151,19 @@ PARAMETERS: dict[str, Sentence] = {
         "move in both directions",
     ),
     "held_one_speed": held(
-        "confounded with elements that slip immediately, because the log has a single speed",
+        "confounded with elements that slip at once, because the log has a single speed",
         "at a single speed, viscous friction is confounded with Coulomb friction",
         _SPEEDS,
     ),
     "held_middle": held("the middle of the position range of the log", "the origin of the position in a slot"),
     "held_half_range": held("half of the position range of the log", "the unit of the position in a slot"),
-    "held_pitch": held(
-        "the lead of the axis file, or the period of the ripple in the residual of a simple friction model", "the pitch of the screw"
-    ),
+    "held_pitch": held("the lead of the axis file, or the period of the residual of simple friction", "the pitch of the screw"),
 }
 
 
 _CURVE = "the curve of friction over speed differs from that of the model: {force:force}, {percent:.2g} % of friction"
 
-_COMPARED = "bristle also compared `{compared}`, which is not better"
+_COMPARED = "`{compared}` was also compared, and is no better"
 
 _RIPPLE = (
     "the force has a ripple over position, {percent:.2g} % of friction (root mean square). Its period is {period:length}, its amplitude "
@@ -202,7 +198,7 @@ STRUCTURE: dict[str, Sentence] = {
     "structure": Sentence(
         (
             "the model lacks a force. {missing:force} of the residual (root mean square, {percent:.2g} % of friction) repeats on held-out "
-            "half-cycles. This force is systematic: noise and scatter explain only {chance:force}. The likely causes follow",
+            "half-cycles. It is physics, not noise: noise and scatter explain only {chance:force}. The likely causes follow",
             ". {names:list} are effective: valid for this model and similar motions, but biased for the axis. Their intervals are wider "
             "because of this force",
             "the model lacks a force, too small to matter in use. {missing:force} of the residual (root mean square, {percent:.2g} % "
@@ -232,16 +228,15 @@ STRUCTURE: dict[str, Sentence] = {
         "friction differs between the directions",
     ),
     "missing_lag": _missing(
-        "friction lags the speed: {force:force} of the residual varies with the acceleration, {percent:.2g} % of friction",
+        "friction lags the speed: {force:force} over the acceleration, {percent:.2g} % of friction",
         "`{model}`, with a lag of the sliding force",
-        "This model already has a lag: check the channels for a filter",
+        "This model already has a lag: look for a filter of a channel",
         "friction lags the speed",
     ),
     "missing_play": Sentence(
         (
-            "the drive has play: {force:force}, {percent:.2g} % of friction. Where the force on the load changes its sign, the residual "
-            "is {ratio:.2g} times larger than during the rest of the motion. No model of bristle includes play. Check coupling and screw, "
-            "and also record "
+            "the drive has play: {force:force}, {percent:.2g} % of friction. Where the force on the load changes its sign, the residual is "
+            "{ratio:.2g} times larger than elsewhere in motion. No model of bristle has play. Check coupling and screw, and also record "
             "the position of the load",
         ),
         "the drive has play",
@@ -250,23 +245,23 @@ STRUCTURE: dict[str, Sentence] = {
     ),
     "missing_presliding": _missing(
         "friction builds up over a distance after each reversal, which this model lacks: {force:force}, {percent:.2g} % of friction. An "
-        "elastic drive has the same effect. A model with pre-sliding distinguishes the two causes",
+        "elastic drive has the same effect. A model with pre-sliding distinguishes the two",
         "`{model}`",
-        "bristle has no further model of this effect",
+        "No other model of bristle builds up friction differently",
         "friction builds up over a distance after a reversal",
     ),
     "missing_position": _missing(
         "friction changes along the axis: {force:force}, {percent:.2g} % of friction",
         "`{model}`",
-        "The friction of this model already varies along the axis, up to the square of the position",
+        "This model already changes along the axis, up to the square of the position",
         "friction changes along the axis",
     ),
     "missing_ripple": Sentence(
         (
             _RIPPLE + ". Cogging or a screw is the likely cause",
             ". This model already has one period: look for a second period in motor, screw and belt",
-            _RIPPLE + ". The ripple changes its sign with the direction of motion, like friction that varies with the turns of a screw",
-            _RIPPLE + ". The ripple is the same in both directions, like cogging. Next: write `[[cogging]]` with "
+            _RIPPLE + ". It changes its sign with the motion, like friction that varies with the turns of a screw",
+            _RIPPLE + ". It is the same in both directions, like cogging. Next: write `[[cogging]]` with "
             '`turn = "{turner}"` and `harmonics = [{harmonics:whole numbers}]` into the axis file',
             ', and `lead = "{travel:lead}"` under `[transmission]`',
             ", or try `{model}`",
@@ -281,31 +276,30 @@ STRUCTURE: dict[str, Sentence] = {
     "elastic_load": Sentence(
         (
             "the load is coupled elastically, with an antiresonance near {antiresonance:.2g} Hz: {force:force}, {percent:.2g} % of "
-            "friction. No model of bristle has two masses. Keep the bandwidth of the loop and the frequencies of the motion below the "
-            "antiresonance, or record the position of the "
+            "friction. No model of bristle has two masses. Keep the loop and the motion slower than that, or record the position of the "
             "load",
         ),
         "the load is coupled elastically",
-        "keep the bandwidth of the loop and the motion below the antiresonance, or record the position of the load",
+        "keep loop and motion slower than the antiresonance, or record the position of the load",
         also=("share_percent",),
     ),
     "missing_gravity": says(
         "gravity of a link acts on the axis: the effort varies with the sine and cosine of the angle, up to {amplitude:force}. The model "
         "does not explain {force:force} of it (root mean square), {percent:.2g} % of friction. "
         'Next: write `gravity = "link"` under `[plant]` of the axis file',
-        "gravity varies with the angle, and the plant in the axis file does not include gravity",
+        "gravity varies with the angle, and the plant lacks it",
         'write `gravity = "link"` under `[plant]` of the axis file',
     ),
     "missing_channel": _missing(
         "friction changes with the recorded {channel}: {force:force}, {percent:.2g} % of friction",
         "`{model}`",
-        "The friction of this model already depends on the {channel}, or the model cannot include it",
+        "This model already changes with the {channel}, or cannot do so",
         "friction changes with the load, the temperature or a further channel of the log",
     ),
     "missing_transmitted": _missing(
         "friction rises with the effort transmitted to the load, as in a gear: {force:force}, {percent:.2g} % of friction",
         "`{model}`",
-        "The friction of this model already depends on that effort, or the model cannot include it",
+        "This model already depends on that effort, or cannot do so",
         "friction rises with the effort transmitted to the load",
     ),
 }

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 Choice = Callable[[tuple[str, ...], Mapping[str, Any]], str]
 
-UNSURE = ". The standard error is {std_percent:.0f} %, allowing for residuals correlated over time"
+UNSURE = ". Its standard error is {std_percent:.0f} %, with residuals correlated over time"
 
 
 class Sentence(NamedTuple):
@@ -19,7 +19,7 @@ class Sentence(NamedTuple):
     also: tuple[str, ...] = ()
 
     def template(self, numbers: Mapping[str, Any]) -> str:
-        """Return the text for these numbers, with its placeholders."""
+        """Return the text for these numbers, with its braces."""
         return self.choose(self.texts, numbers)
 
 
