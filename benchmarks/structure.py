@@ -30,7 +30,7 @@ __all__ = ["Tried", "lacking", "structures", "tried", "truth_of"]
 FIRST, RIGHT, WRONG = 2000, {"lugre": 70, "coulomb": 30}, 12
 KINDS = ("lag", "ripple", "root_viscous", "stribeck_half", "play")
 TOLD = ("structure", "unexplained")
-"""Codes that say that the model differs from the kind of the axis."""
+"""Codes that report a model that is not that of the axis."""
 LAG = 0.02  # [s]
 PLAY = 10.0  # times the play that is drawn
 SHOWS = 0.01  # of friction: a missing force that matters
