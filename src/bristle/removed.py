@@ -3,6 +3,7 @@
 import sys
 import warnings
 from collections.abc import Sequence
+from functools import partial
 from importlib import import_module
 from importlib.machinery import ModuleSpec
 from importlib.util import find_spec
@@ -61,13 +62,19 @@ def removed_name(package: str, name: str) -> Any:
     AttributeError
         If bristle has no such name; the message states its successor, if there was such a name.
     """
+    if name.startswith("_"):
+        raise AttributeError(f"module {package!r} has no attribute {name!r}")
     is_module = package not in PACKAGES and package in HOMES and find_spec(f"{package}.{name}") is not None
     for home in () if is_module else HOMES.get(package, ()):
         module = import_module(f"bristle.{home}")
-        if name in vars(module) and f"{package}.{name}" not in SUCCESSORS:
+        value = vars(module).get(name)
+        is_own = (
+            value is not None and not isinstance(value, ModuleType) and getattr(value, "__module__", module.__name__) == module.__name__
+        )
+        if is_own and f"{package}.{name}" not in SUCCESSORS:
             text = f"{package}.{name} moved to bristle.{home}.{name}. The old name is removed in bristle 0.4"
             warnings.warn(text, DeprecationWarning, stacklevel=3)
-            return vars(module)[name]
+            return value
     advice = SUCCESSORS.get(f"{package}.{name}")
     raise AttributeError(
         f"{package}.{name} was removed in bristle 0.3. {advice}" if advice else f"module {package!r} has no attribute {name!r}"
@@ -84,12 +91,7 @@ class _FormerPackages:
         return None
 
     def exec_module(self, module: ModuleType) -> None:
-        def find(name: str) -> Any:
-            if name.startswith("__"):
-                raise AttributeError(name)
-            return removed_name(module.__name__, name)
-
-        vars(module)["__getattr__"] = find
+        vars(module)["__getattr__"] = partial(removed_name, module.__name__)
 
 
 def install() -> None:

@@ -193,6 +193,7 @@ def test_verbose_adds_the_tables_and_quiet_leaves_the_verdict(bristle, place):
     verbose = bristle(*command, "-v").out
     assert "Parameters of coulomb_viscous" in verbose
     assert "smallest held-out error first" in verbose
+    assert {"Type in", "Gain", "Verdict"} <= {line[:12].strip() for line in verbose.splitlines()}
     quiet = bristle(*command, "--quiet")
     assert quiet.out.startswith("Verdict     Usable")
     assert len(quiet.out.splitlines()) == 1

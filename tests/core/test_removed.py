@@ -36,6 +36,13 @@ def test_a_removed_name_states_its_successor(place):
         getattr(__import__(package, fromlist=["x"]), name)
 
 
+def test_imports_of_a_module_are_not_its_names(recwarn):
+    for name in ("np", "Any", "_own", "__wrapped__"):
+        with pytest.raises(AttributeError):
+            getattr(bristle.figures, name)
+    assert not recwarn.list
+
+
 def test_an_unknown_name_is_an_attribute_error_as_usual():
     with pytest.raises(AttributeError, match=r"module 'bristle\.engine' has no attribute 'nonsense'"):
         _ = bristle.engine.nonsense

@@ -107,6 +107,15 @@ def test_the_gain_is_the_following_error_without_and_with_friction_feedforward(m
     assert module._gain(None, None)[0].text.startswith("not simulated")
 
 
+def test_a_command_to_copy_is_on_one_line_of_its_own_and_no_word_is_cut(capsys, monkeypatch):
+    monkeypatch.setattr("bristle.cli.terminal.PIPE_WIDTH", 40)
+    command = "bristle run results/experiment.toml --out results_loop"
+    show_lines([Line("Next", "Simulate the loop:", command=command), Line("Try", f"--model {60 * 'x'}")])
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[:2] == ["Next        Simulate the loop:", f"  {command}"]
+    assert lines[-1].split() == [60 * "x"]
+
+
 def test_many_parameters_are_cut_to_those_that_take_most_of_the_force(identification):
     fit = identification.best
     more = [replace(fit.estimates[1], name=f"p{place}", value=1.0 + place, effect=0.01 * place) for place in range(9)]

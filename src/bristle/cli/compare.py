@@ -39,6 +39,7 @@ def compare(
     from bristle.logs import read_log
     from bristle.report.compared import compared_as
     from bristle.report.comparison import change_table, remarks_of
+    from bristle.report.table import capital
 
     output.context.with_resource(own_readers(reader))
     limit, sides = size_limit(), ([before, *(before_too or ())], [after, *(after_too or ())])
@@ -60,6 +61,6 @@ def compare(
         if folder:
             comparison.write(folder)
 
-    remarks = (f"{remark[0].upper()}{remark[1:]}." for remark in remarks_of(comparison))
+    remarks = (f"{capital(remark)}." for remark in remarks_of(comparison))
     output.tell(comparison.summary, comparison.sentences[0], change_table(comparison), *remarks)
     return NO if comparison.helped is False else 0

@@ -23,7 +23,7 @@ def explain(
     from bristle.report.brief import Line
     from bristle.report.messages import fields_of
     from bristle.report.sentences import FORMER_CODES, SENTENCES
-    from bristle.report.table import Table
+    from bristle.report.table import Table, capital
 
     if code in FORMER_CODES:
         complain(
@@ -45,9 +45,5 @@ def explain(
         means, advice = entries[code].means, entries[code].advice
         advice = "no action needed" if advice == "nothing" else advice
         numbers = ", ".join(name for name in fields_of(code) if name != "std_percent")
-        lines = [Line("Code", code), Line("Meaning", _sentence(means)), Line("Do", _sentence(advice))]
+        lines = [Line("Code", code), Line("Meaning", f"{capital(means)}."), Line("Do", f"{capital(advice)}.")]
         show_lines([*lines, *([Line("Numbers", f"{numbers} (in the JSON)")] if numbers else [])])
-
-
-def _sentence(text: str) -> str:
-    return f"{text[:1].upper()}{text[1:]}."

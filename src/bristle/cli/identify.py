@@ -27,7 +27,7 @@ from bristle.cli.options import (
 )
 from bristle.cli.signals import INTERRUPTED
 from bristle.cli.study import exit_code, interruptible
-from bristle.cli.terminal import complain, progress, show, show_lines, stage
+from bristle.cli.terminal import complain, progress, show, show_lines
 
 if TYPE_CHECKING:
     from bristle.core import Content
@@ -38,8 +38,6 @@ if TYPE_CHECKING:
     from bristle.report.next_motion import NextMotion
     from bristle.report.table import Table
     from bristle.simulation import SimulationResult
-
-EXPERIMENT = "experiment.toml"
 
 
 EXAMPLE = """Example:
@@ -137,6 +135,7 @@ def identify(
 def _identify_friction(
     log: list[Path], axis: list[Content], options: dict[str, Any], output: Output, own: list[Path] | None, *, verbose: bool
 ) -> int:
+    from bristle.core import between
     from bristle.files import axes_for, read_axis
     from bristle.logs import read_log
     from bristle.report.identified import identify as identified
@@ -146,11 +145,11 @@ def _identify_friction(
     with output.opened("identifying", [*log, *axis]) as (folder, report):
         axes = axes_for([read_axis(file) for file in axis], len(log))
         recorded = [read_log(file, described, size_limit=limit) for file, described in zip(log, axes, strict=True)]
-        identification = identified(recorded, axis=axes, progress=stage(report, 0.05, 0.85), **options)
+        identification = identified(recorded, axis=axes, progress=between(report, 0.05, 0.85), **options)
         outcome = identification.outcome_with(
             command=output.command,
             axis_name=axes[0].name if axes[0] else log[0].stem,
-            progress=stage(report, 0.85, 0.86),
+            progress=between(report, 0.85, 0.86),
             figures=further,
             files={"axis": axis, "figure": code},
         )
@@ -158,7 +157,9 @@ def _identify_friction(
             complain(f"no certificates: {outcome.uncertified}")
         motion = None
         if folder:
-            motion = _next_motion(identification, options["draws"], stage(report, 0.86, 0.9))
+            # A rehearsal takes seconds: only a person who reads its line waits for it.
+            if not (output.as_json or output.quiet):
+                motion = _next_motion(identification, options["draws"], between(report, 0.86, 0.9))
             report(0.9, "writing the report")
             outcome.write(folder)
     if output.as_json:
@@ -185,22 +186,23 @@ def _next_motion(identification: Identified, draws: int, report: Callable[[float
 def _steps(outcome: Outcome, out: Path | None, motion: NextMotion | None, axis: Sequence[Any]) -> tuple[list[Line], list[Line]]:
     """Return the lines on the results, and on the next steps: the loop, and the motion that narrows open intervals."""
     from bristle.report.brief import Line, advice_to_record
+    from bristle.report.identified import EXPERIMENT
 
     if out is None:
         return [], [Line("Next", "Add --out DIR for the report, the drive table and the loop to simulate.")]
     results = [Line("Results", f"{out}: report.html, drive_table.csv, model.toml, {EXPERIMENT}")]
     file, gains = out / EXPERIMENT, " and ".join(outcome.following_experiment(out).missing)
     command = shlex.join(["bristle", "run", str(file), "--out", str(out.with_name(f"{out.name}_loop"))])
-    lines = [Line("Next", f"Simulate the loop: {command}")]
+    lines = [Line("Next", "Simulate the loop:", command=command)]
     if gains:
-        lines = [Line("Next", f"Write {gains} into the axis file and identify again, or fill in {file} and run: {command}")]
+        lines = [Line("Next", f"Write {gains} into the axis file and identify again, or fill in {file} and run:", command=command)]
     if again := advice_to_record(outcome.identification.best):
         lines = [Line("Next", again)]
     if motion is not None:
         file = str(axis[0].source) if axis else "AXIS.toml"
         words = ["bristle", "excite", file, "--model", str(out / "model.toml"), "--for", motion.purposes, *motion.options]
-        before = f"write {' and '.join(motion.limits)} under [limits] of {file}, then " if motion.limits else ""
-        lines.append(Line("Record", f"To narrow {motion.text}: {before}{shlex.join([*words, '--out', f'{out}_motion'])}"))
+        before = f"write {' and '.join(motion.limits)} under [limits] of {file}, then run" if motion.limits else "run"
+        lines.append(Line("Record", f"To narrow {motion.text}, {before}:", command=shlex.join([*words, "--out", f"{out}_motion"])))
     return results, lines
 
 
@@ -249,13 +251,14 @@ def identification_parts(
     from bristle.report.log import break_away_table
     from bristle.report.messages import warnings_of, whole_sentence
     from bristle.report.model_tables import comparison_table, parameter_table
+    from bristle.report.table import capital
 
     best = identification.best
     parts: list[str | Table] = [parameter_table(best)]
     parts += [whole_sentence(diagnostic) for diagnostic in best.diagnostics if diagnostic.code == "delay_found"]
     parts += [comparison_table(identification, details=False)] if len(identification.fits) > 1 else []
     parts += [table] if (table := break_away_table(identification)) is not None else []
-    parts += [f"{text[0].upper()}{text[1:]}." for text in misfit(best)]
+    parts += [f"{capital(text)}." for text in misfit(best)]
     parts += about_loop(gain_of(simulation) if simulation else None, following, best.plant.kind)
     parts += [f"Note: {note}" for note in identification.notes]
     return [*parts, *(f"Warning: {warning}." for warning in warnings_of(best))]
@@ -274,5 +277,4 @@ def show_identification(
         return
     if verbose:
         show(*identification_parts(identification, outcome.simulation, outcome.following))
-        lines = []
     show_lines([*lines, *results, verdict, *following])

@@ -128,17 +128,20 @@ def show_table(table: Table) -> None:
 
 
 def show_lines(lines: Iterable[Line]) -> None:
-    """Write labelled lines to the standard output, wrapped behind their labels, a verdict in its colour."""
+    """Write labelled lines to the standard output, wrapped behind their labels, a verdict in its colour, commands unwrapped."""
     from rich.text import Text
 
     console = _console(sys.stdout)
     width = min(console.width, READ_WELL) - LABEL
     for line in lines:
         style = VERDICT_STYLES.get(line.level, "")
-        parts = textwrap.wrap(line.text.replace("\u00a0", " "), width, break_on_hyphens=False, drop_whitespace=False) or [""]
+        options: dict[str, Any] = {"break_on_hyphens": False, "break_long_words": False, "drop_whitespace": False}
+        parts = textwrap.wrap(line.text.replace("\u00a0", " "), width, **options) or [""]
         for place, part in enumerate(parts):
             label = Text(f"{'' if place else line.label:<{LABEL}}", style="bold" if style or line.label else "")
             console.print(label + Text(part.strip() if place else part.rstrip(), style=style), soft_wrap=True)
+        if line.command:
+            console.print(Text(f"  {line.command}"), soft_wrap=True)
 
 
 def show(*parts: str | Table | None) -> None:
@@ -170,11 +173,6 @@ def progress(text: str, *, quiet: bool = False) -> Iterator[Callable[[float, str
         starter.cancel()
         starter.join()
         bar.stop()
-
-
-def stage(report: Callable[[float, str], None], begin: float, end: float) -> Callable[[float, str], None]:
-    """Return the progress report of one stage, from one share of all stages to another."""
-    return lambda share, text: report(begin + (end - begin) * share, text)
 
 
 @contextmanager

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from bristle.core.diagnostic import Diagnostic
     from bristle.core.dimensions import NAMES, Kind
     from bristle.core.dispatch import everett
-    from bristle.core.edge import TEXT, Amount, Progress, amount, array, guarded, model, optional, whole
+    from bristle.core.edge import TEXT, Amount, Progress, amount, array, between, guarded, model, optional, whole
     from bristle.core.errors import (
         BristleError,
         InputError,
@@ -54,7 +54,7 @@ if TYPE_CHECKING:
     from bristle.core.surroundings import Surrounding
     from bristle.core.symbols import GREEK, symbolic
     from bristle.core.tabular import Card, WithCard, library
-    from bristle.core.typography import LARGEST_WRITTEN_OUT, Scale, escaped, number, printable, scale_of, typeset, with_unit
+    from bristle.core.typography import Scale, escaped, number, printable, scale_of, typeset, with_unit
     from bristle.core.units import factor, is_unit, quantity
     from bristle.core.variable import Variable, unit_of, variables_of
 

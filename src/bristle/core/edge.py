@@ -260,6 +260,13 @@ TEXT: Converter = instance(str, "text")  # A text
 NAMES: Converter = _names  # Names, in a list or separated by commas
 FUNCTION: Converter = instance(Callable, "a function")  # type: ignore[arg-type]
 Progress = Callable[[float, str], None]
+
+
+def between(report: Callable[..., None], low: float, high: float) -> Callable[..., None]:
+    """Return the progress report of a stage, from the share `low` of the whole work to the share `high`."""
+    return lambda share, *words: report(low + (high - low) * share, *words)
+
+
 PROGRESS: Converter = optional(instance(Callable, "a function of the share done and a text"))  # type: ignore[arg-type]
 
 

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from bristle.core import Progress, content_of
+from bristle.core import Progress, between, content_of
 from bristle.demo import axis_simulated
 from bristle.files import Results, read_log
 from bristle.prediction import following_of, predict
@@ -43,7 +43,7 @@ def run(folder: Results, *, command: str, progress: Progress | None = None) -> D
     axis_simulated.write_log(folder / "unseen.csv", UNSEEN)
     axis = axis_simulated.axis()
     log, unseen = read_log(folder / "log.csv", axis), read_log(folder / "unseen.csv", axis)
-    identification = identify(log, axis=axis, progress=lambda share, text: at(0.1 + 0.7 * share, text)).finished
+    identification = identify(log, axis=axis, progress=between(at, 0.1, 0.8)).finished
     best = identification.best
     at(0.8, "predicting a log that was not fitted")
     prediction = predict(best.plant, best.friction, unseen, axis, "closed-loop")

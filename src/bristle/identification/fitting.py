@@ -9,6 +9,7 @@ import numpy as np
 
 from bristle.core.contracts import FrictionModel, Model, make_model
 from bristle.core.diagnostic import UNFINISHED, Diagnostic, Number
+from bristle.core.edge import between
 from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
 from bristle.core.normal import NORMAL_95
@@ -24,7 +25,7 @@ from bristle.identification.estimation import Context, Estimation, Estimator, al
 from bristle.identification.excitation import Excitation
 from bristle.identification.fixed_shape import ELEMENT_MODELS, TOTAL, ShapedModel
 from bristle.identification.inverse_dynamics import InverseDynamics
-from bristle.identification.least_squares import Report, between
+from bristle.identification.least_squares import Report
 from bristle.identification.parameter_space import Solution
 from bristle.identification.parameters import Fixed, Role, Scales, acts_in_sliding, names_of
 from bristle.identification.problem import Contrast, Covariance, covariance_of

@@ -13,7 +13,7 @@ from bristle.core.axis import Axis
 from bristle.core.contracts import FrictionModel
 from bristle.core.cores import cores_for_simulations
 from bristle.core.diagnostic import to_the_end
-from bristle.core.edge import NAMES, PROGRESS, Progress, among, guarded, instance, optional, whole
+from bristle.core.edge import NAMES, PROGRESS, Progress, among, between, guarded, instance, optional, whole
 from bristle.core.errors import InputError
 from bristle.files.arguments import logs_and_axes
 from bristle.friction import DEFAULT_MODELS, find
@@ -24,7 +24,7 @@ from bristle.identification.excitation import checks_of, spread_between_repeats,
 from bristle.identification.first_stage import alignment_of
 from bristle.identification.fitting import fit
 from bristle.identification.half_cycles import blocks_for
-from bristle.identification.least_squares import Report, between, silent
+from bristle.identification.least_squares import Report, silent
 from bristle.identification.observed_fit import foreseen
 from bristle.identification.output_error import Simulation, loop_of
 from bristle.identification.parameters import PriorKnowledge, Role, names_of, offset_of

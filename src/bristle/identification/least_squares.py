@@ -17,6 +17,7 @@ import numpy as np
 
 from bristle.core.cores import abreast
 from bristle.core.diagnostic import BestSoFar
+from bristle.core.edge import between
 from bristle.core.lazy import cached_property
 from bristle.core.least_squares import bounded, unbounded
 from bristle.core.variable import OF_SLOTS, Variable
@@ -51,11 +52,6 @@ class Report(Protocol):
 
 def silent(share: float, remark: str = "") -> None:
     """Ignore progress."""
-
-
-def between(report: Report, low: float, high: float) -> Report:
-    """Return the callback for a part of the work, from `low` to `high`."""
-    return lambda share, remark="": report(low + (high - low) * share, remark)
 
 
 class Sliding(NamedTuple):

@@ -19,6 +19,7 @@ from bristle.controllers import cascade
 from bristle.core.contracts import Model
 from bristle.core.cores import Abreast
 from bristle.core.diagnostic import Diagnostic, Number
+from bristle.core.edge import between
 from bristle.core.errors import InputError
 from bristle.core.normal import NORMAL_95
 from bristle.engine import run_closed_loop
@@ -30,7 +31,7 @@ from bristle.identification.estimate import Estimate
 from bristle.identification.estimation import Context, Estimation
 from bristle.identification.fitting import fit_of
 from bristle.identification.ladder import Ladder
-from bristle.identification.least_squares import Report, between, silent
+from bristle.identification.least_squares import Report, silent
 from bristle.identification.observed_elements import SpreadModel, gathered
 from bristle.identification.observer import BEND, DELAY, PredictionErrors, Recorded, Rung, climb, climbed, observable
 from bristle.identification.parameter_space import Solution

@@ -20,6 +20,7 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.core.contracts import FrictionModel, Model
 from bristle.core.diagnostic import BestSoFar, Diagnostic
+from bristle.core.edge import between
 from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
 from bristle.core.variable import Variable
@@ -27,7 +28,7 @@ from bristle.identification.dataset import Dataset
 from bristle.identification.estimation import Context, Estimation
 from bristle.identification.half_cycles import NUDGE, TIME, Disturbance, Groups, least_way, scaled, signs
 from bristle.identification.inverse_dynamics import InverseDynamics
-from bristle.identification.least_squares import Report, Search, between, linear
+from bristle.identification.least_squares import Report, Search, linear
 from bristle.identification.outputs import LAG, Effort, Mechanism, Output, Position, slices_of
 from bristle.identification.parameter_space import Solution
 from bristle.identification.parameters import ParameterSet

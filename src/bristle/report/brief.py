@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 from bristle.core import number, typeset, unit_of
@@ -11,7 +12,7 @@ from bristle.report.judgement import DOUBTS, judged
 from bristle.report.model_tables import WITH_CONSTANT, parameter_table
 from bristle.report.page import Ruling
 from bristle.report.sentences import SENTENCES
-from bristle.report.table import fixed, length_text, percent_text
+from bristle.report.table import capital, fixed, length_text, percent_text
 
 if TYPE_CHECKING:
     from bristle.core import Axis, Diagnostic
@@ -24,11 +25,17 @@ PARAMETERS, WARNINGS, REASONS = 5, 3, 3  # shown at most
 
 
 class Line(NamedTuple):
-    """One fact with its label; `level` is that of a verdict."""
+    """One fact with its label; `level` is that of a verdict, and a `command` to copy is never wrapped."""
 
     label: str
     text: str
     level: str = ""
+    command: str = ""
+
+
+def _labelled(label: str, texts: Sequence[str]) -> list[Line]:
+    """Return lines with the label in front of the first."""
+    return [Line("" if place else label, text) for place, text in enumerate(texts)]
 
 
 def brief(
@@ -37,29 +44,24 @@ def brief(
     """Return model, parameters, values to type in, gain, warnings and verdict of an identification."""
     fit = identification.best
     ruling = judged(fit, identification.settings, following)
-    usable = ruling.level != "measure_again"
-    return [
-        *_model(identification),
-        *_parameters(fit),
-        *_warnings(fit, following),
-        *(_to_type_in(fit, axis) if usable else []),
-        *(_gain(simulation, following, is_known=_levels_known(fit)) if usable else []),
-        verdict(ruling),
-    ]
+    lines = [*_model(identification), *_parameters(fit), *_warnings(fit, following)]
+    if ruling.level != "measure_again":
+        lines += [*_to_type_in(fit, axis), *_gain(simulation, following, is_known=not _is_one_sided(fit))]
+    return [*lines, verdict(ruling)]
 
 
 def advice_to_record(fit: Fit) -> str:
     """Return how to record the axis again, if the log is faulty or moves in one direction only; else an empty text."""
     codes = [diagnostic.code for diagnostic in fit.diagnostics if diagnostic.severity == "error"]
-    codes += [] if _levels_known(fit) else ["one_direction"]
+    codes += ["one_direction"] if _is_one_sided(fit) else []
     advice = [SENTENCES[code].advice for code in dict.fromkeys(codes) if SENTENCES[code].advice != "nothing"]
-    return f"{advice[0][:1].upper()}{advice[0][1:]}, and identify again." if advice else ""
+    return f"{capital(advice[0])}, and identify again." if advice else ""
 
 
-def _levels_known(fit: Fit) -> bool:
-    """Return whether the friction is known in both directions, or has no level."""
+def _is_one_sided(fit: Fit) -> bool:
+    """Return whether the level of friction is unknown in a direction."""
     levels = level_values(fit)
-    return levels is None or None not in (levels.forward, levels.backward)
+    return levels is not None and None in (levels.forward, levels.backward)
 
 
 def verdict(ruling: Ruling) -> Line:
@@ -73,10 +75,10 @@ def _model(identification: Identification) -> list[Line]:
     fit, others = identification.best, len(identification.fits) - 1
     held_out = "" if fit.held_out is None else f", {percent_text(fit.held_out.mean_percent)} held out"
     lines = [Line("Model", f"{fit.name}: model error {percent_text(fit.error_percent)}{held_out}")]
-    removed = [diagnostic.numbers for diagnostic in fit.diagnostics if diagnostic.code == "delay_found"]
-    delays = [numbers["delay"] for numbers in removed if abs(float(str(numbers["samples"]))) >= HALF_SAMPLE]
-    texts = (fixed(delay, "s") for delay in delays if isinstance(delay, float))
-    lines += [Line("", f"bristle removed a delay of {text} between effort and position") for text in texts]
+    for numbers in (diagnostic.numbers for diagnostic in fit.diagnostics if diagnostic.code == "delay_found"):
+        samples, delay = numbers["samples"], numbers["delay"]
+        if isinstance(samples, float) and isinstance(delay, float) and abs(samples) >= HALF_SAMPLE:
+            lines.append(Line("", f"bristle removed a delay of {fixed(delay, 's')} between effort and position"))
     return lines + ([Line("", f"best of {others + 1} models (compare them: -v)")] if others else [])
 
 
@@ -99,7 +101,7 @@ def _parameters(fit: Fit) -> list[Line]:
     more = len(free) - len(names)
     if lines:
         lines.append(f"(± half-width of the 95 % interval{f'; {more} more: -v' if more else ''})")
-    return [Line("" if place else "Parameters", text) for place, text in enumerate(lines)]
+    return _labelled("Parameters", lines)
 
 
 PLAIN = {"effective": "valid for similar motions", WITH_CONSTANT: "relies on the given constant force"}
@@ -117,7 +119,7 @@ def _to_type_in(fit: Fit, axis: Axis | None) -> list[Line]:
         lines.append(f"{'inertia' if kind == 'rotational' else 'mass'} {fixed(levels.inertia, unit_of('mass', kind))}{source}")
     if levels.forward is None or levels.backward is None:
         lines.append("friction: unknown, because the log moves in one direction only")
-        return [Line("" if place else "Type in", text) for place, text in enumerate(lines)]
+        return _labelled("Type in", lines)
     known = [estimate for estimate in fit.estimates if estimate.name in fit.levels and estimate.status == "identified"]
     friction = f"friction {fixed(levels.forward, unit)} forward, {fixed(levels.backward, unit)} backward{_width(known)}"
     is_known = all(estimate.status in ("identified", "held") for estimate in fit.estimates if estimate.name == "offset")
@@ -125,7 +127,7 @@ def _to_type_in(fit: Fit, axis: Axis | None) -> list[Line]:
     for drive_unit in drive_units(axis, kind).efforts:
         values = (number(float(f"{drive_unit.of(level):.3g}"), digits=3) for level in (levels.forward, levels.backward))
         lines.append(f"  in {typeset(drive_unit.name)}: {', '.join(values)}")
-    return [Line("" if place else "Type in", text) for place, text in enumerate(lines)]
+    return _labelled("Type in", lines)
 
 
 def _width(estimates: list[Estimate]) -> str:
@@ -165,7 +167,7 @@ def _warnings(fit: Fit, following: Following | None) -> list[Line]:
     lines = [*lines][:WARNINGS] + ([f"{f'{more} more: -v. ' if more > 0 else ''}To explain one: bristle explain CODE"] if lines else [])
     models = dict.fromkeys(str(diagnostic.numbers["model"]) for diagnostic in doubts if diagnostic.numbers.get("model"))
     proposed = [Line("Try", f"--model {next(iter(models))}")] if models else []
-    return [*(Line("" if place else "Warnings", text) for place, text in enumerate(lines)), *proposed]
+    return [*_labelled("Warnings", lines), *proposed]
 
 
 def _gravity(diagnostic: Diagnostic, fit: Fit) -> tuple[bool, int, bool]:
@@ -175,6 +177,6 @@ def _gravity(diagnostic: Diagnostic, fit: Fit) -> tuple[bool, int, bool]:
 
 
 def _named(diagnostic: Diagnostic) -> str:
-    """Return the meaning of a warning, in capitals or after its parameter."""
+    """Return the meaning of a warning, after the parameter that it concerns."""
     means = SENTENCES[diagnostic.code].means
-    return f"{diagnostic.parameter}: {means}" if diagnostic.parameter else f"{means[:1].upper()}{means[1:]}"
+    return f"{diagnostic.parameter}: {means}" if diagnostic.parameter else capital(means)

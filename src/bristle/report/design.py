@@ -14,7 +14,7 @@ from bristle.report.compensation import NO_CHANGE
 from bristle.report.loops import controller_text, law_lines
 from bristle.report.messages import as_data, message, picked, whole_sentence
 from bristle.report.page import Block, Figures, Front, Ruling, Section, about, answered, report_page
-from bristle.report.table import MICROMETRE, Quantity, Table, fixed, length_text, short_text, stiffness_text
+from bristle.report.table import MICROMETRE, Quantity, Table, capital, fixed, length_text, short_text, stiffness_text
 
 if TYPE_CHECKING:
     from bristle.loop import Design
@@ -201,7 +201,7 @@ def design_sentences(design: Design) -> list[str]:
             about_causes = f"The main cause is {first.cause}: without it, the error is {without}."
         lines.append(f"The following error is {length_text(error, kind)} peak to peak. {about_causes}")
     choice = _choice(design)
-    return [*lines, *([f"{choice[0].upper()}{choice[1:]}."] if design.best is not None else [])]
+    return [*lines, *([f"{capital(choice)}."] if design.best is not None else [])]
 
 
 def _counts_much(design: Design) -> bool:

@@ -7,10 +7,10 @@ from collections.abc import Callable, Iterable
 from string import Formatter
 from typing import TYPE_CHECKING, Any
 
-from bristle.core import LARGEST_WRITTEN_OUT, NAMES, Diagnostic, Kind, number, unit_of, with_unit
+from bristle.core import NAMES, Diagnostic, Kind, number, unit_of, with_unit
 from bristle.report.sentences import SENTENCES
 from bristle.report.sentences.loops import counted
-from bristle.report.table import stiffness_text
+from bristle.report.table import capital, stiffness_text
 
 if TYPE_CHECKING:
     from bristle.identification import Estimate, Fit
@@ -40,7 +40,7 @@ def message(diagnostic: Diagnostic) -> str:
 def whole_sentence(diagnostic: Diagnostic) -> str:
     """Return a diagnostic as a sentence, with a capital and a full stop."""
     text = message(diagnostic)
-    return f"{text[0].upper()}{text[1:]}."
+    return f"{capital(text)}."
 
 
 def clause(diagnostic: Diagnostic) -> str:
@@ -148,6 +148,7 @@ class _Words(Formatter):
             return ", ".join(with_unit(number_in_unit, unit_of(format_spec, self.kind)) for number_in_unit in values)
         text = super().format_field(value, format_spec)
         short = re.fullmatch(r"\.(\d)g", format_spec)
-        if short and isinstance(value, float) and "e+" in text and abs(value) < LARGEST_WRITTEN_OUT:
-            return number(value, digits=int(short[1]))  # "320 %", where Python has "3.2e+02 %"
+        if short and isinstance(value, float) and "e+" in text:
+            written = number(value, digits=int(short[1]))  # "320 %" in place of "3.2e+02 %"
+            return text if "e" in written else written
         return text

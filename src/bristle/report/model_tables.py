@@ -17,7 +17,10 @@ if TYPE_CHECKING:
 
 STATUS_WORDS = {"identified": "", "held": "held constant", "at_edge": "at the edge of its range", "unidentifiable": "not identified"}
 MOST_PERCENT, LEAST_PERCENT = 1000.0, 1e-3  # of a value, the limits for a half-width in percent
-RANKED = "Models, smallest held-out error first. Chosen: the fewest parameters within one standard error of the smallest"
+RANKED = (
+    "Models, smallest held-out error first. Chosen: the fewest parameters within one standard error of the smallest; "
+    "a model with half of its parameters not identified gives way"
+)
 RANKED_BY_FIT = "Models compared: the error of the fit decides, because the log has no held-out blocks"
 DOUBTED, WITH_CONSTANT = "doubtful: see the warnings", "valid only with the given offset"
 
@@ -111,15 +114,13 @@ def _percent(value: float | None) -> str:
 
 def comparison_table(identification: Identification, *, details: bool = True) -> Table:
     """Return the models by their held-out error, with the rule of the choice; `details` adds criteria and condition numbers."""
-    held_out = [fit for fit in identification.fits if fit.held_out is not None]
-    smallest = min(held_out, key=lambda fit: fit.held_out.mean_percent if fit.held_out else math.inf, default=None)
     in_order = sorted(identification.fits, key=lambda fit: fit.held_out.mean_percent if fit.held_out else math.inf)
-    rows = []
+    smallest, rows = in_order[0].held_out, []
     for fit in in_order:
         information, difference = fit.information, "–"
-        if smallest is not None and smallest.held_out and fit.held_out:
-            mean, error = fit.held_out.above(smallest.held_out)
-            difference = "0" if fit is smallest else f"+{short_text(mean)} ± {number(error, digits=2)}"
+        if smallest is not None and fit.held_out is not None:
+            mean, error = fit.held_out.above(smallest)
+            difference = "0" if fit is in_order[0] else f"+{short_text(mean)} ± {number(error, digits=2)}"
         unknown = [estimate.name for estimate in fit.estimates if estimate.status in ("unidentifiable", "at_edge")]
         row = {
             "Model": fit.name,
@@ -134,7 +135,7 @@ def comparison_table(identification: Identification, *, details: bool = True) ->
             row["BIC, above the best"] = "–" if information is None else short_text(information.bic)
             row["Condition number"] = short_text(fit.condition_number)
         rows.append(row | {"Not identified": ", ".join(unknown) or "–"})
-    return Table.of(RANKED if held_out else RANKED_BY_FIT, rows)
+    return Table.of(RANKED_BY_FIT if smallest is None else RANKED, rows)
 
 
 def drive_rows(table: Sequence[tuple[float, float]], kind: Kind, axis: Axis | None = None) -> Table:

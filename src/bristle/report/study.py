@@ -11,7 +11,7 @@ import numpy as np
 
 from bristle.core import DEVIATION_OVER_MEDIAN, NORMAL_95, number, scale_of, with_unit
 from bristle.report.page import Figures, Front, Section, report_page
-from bristle.report.table import Quantity, Table, interval_text
+from bristle.report.table import Quantity, Table, capital, interval_text
 from bristle.study.store import OK, Runs
 
 if TYPE_CHECKING:
@@ -91,7 +91,7 @@ def study_sentences(summary: Mapping[str, Any]) -> list[str]:
     for name, entry in summary["metrics"].items():
         if entry["count"]:
             low, median, high = (with_unit(entry[key], entry["unit"]) for key in ("low", "median", "high"))
-            lines.append(f"{_capital(entry['description'])}: median {median}, 90 % of the runs from {low} to {high}.")
+            lines.append(f"{capital(entry['description'])}: median {median}, 90 % of the runs from {low} to {high}.")
             lines += _strongest(name, summary)
     return lines
 
@@ -107,10 +107,6 @@ def _strongest(metric: str, summary: Mapping[str, Any]) -> list[str]:
         return ["These runs show no correlation with any drawn cause."]
     way = "rises" if first["value"] > 0.0 else "falls"
     return [f"It {way} most with {first['cause']} (rank correlation {_signed(first['value'])})."]
-
-
-def _capital(text: str) -> str:
-    return text[:1].upper() + text[1:]
 
 
 def _signed(value: float) -> str:
@@ -133,7 +129,7 @@ def spread_tables(summary: Mapping[str, Any]) -> list[Table]:
             *((point["name"], *_cells(point, column)) for point in points),
         ]
         unit = f" in {column.scale.unit}" if column.scale.unit else ""
-        tables.append(Table(f"{_capital(entry['description'])}{unit} ({name})", heads, rows).without_empty_columns())
+        tables.append(Table(f"{capital(entry['description'])}{unit} ({name})", heads, rows).without_empty_columns())
     return tables
 
 
@@ -181,7 +177,7 @@ def study_report(runs: Runs, summary: Mapping[str, Any], *, command: str, figure
     together = not described["grid"] or len(points) > 5
     spread = {
         name: (
-            _capital(entry["description"]),
+            capital(entry["description"]),
             entry["unit"],
             {"all runs": runs.columns[name]} if together else {_named(point, runs): runs.columns[name][at] for point, at in points},
         )

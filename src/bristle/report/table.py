@@ -76,6 +76,11 @@ def length_text(value: float, kind: Kind) -> str:
     return f"{short_text(value / MICROMETRE)}\u00a0µ{unit}" if 0.0 < abs(value) < MICROMETRE else fixed(value, unit)
 
 
+def capital(text: str) -> str:
+    """Return a text with a capital at its beginning."""
+    return f"{text[:1].upper()}{text[1:]}"
+
+
 def short_text(value: float) -> str:
     """Return a number to three digits."""
     return number(value, digits=3)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bristle.core import Content, InputError
+from bristle.core import Content, InputError, between
 from bristle.exports import NAME
 from bristle.files import CHANNELS, EMPTY, FILL_IN, edited, form_of, with_columns_of_motion
 from bristle.friction import DEFAULT_MODELS
@@ -120,8 +120,10 @@ def identify(errand: Errand) -> Answer:
     flags = {"--axis": errand.axis_label, "--model": ",".join(models), "--draws": draws, "--cutoff": options["cutoff"], "--out": "results"}
     command = _command("identify", [log.label for log in errand.fitted], flags)
     with errand.interruptible():
-        identified = bristle.identify(logs, models, axis=[axis] * len(logs), progress=errand.report, **options)
-    outcome = identified.outcome_with(command=command, axis_name=axis.name, progress=errand.report, files={"axis": [axis_file]})
+        identified = bristle.identify(logs, models, axis=[axis] * len(logs), progress=between(errand.report, 0.0, 0.95), **options)
+    outcome = identified.outcome_with(
+        command=command, axis_name=axis.name, progress=between(errand.report, 0.95, 1.0), files={"axis": [axis_file]}
+    )
     with results_folder(errand.folder / "results") as folder:
         outcome.write(folder)
     zipped(errand.folder / "results")
