@@ -27,7 +27,7 @@ def opened(fit, **statuses):
     return replace(fit, estimates=tuple(changed))
 
 
-def rehearsals(monkeypatch, fit, widths):
+def rehearsals(monkeypatch, fit, widths, off=1.0):
     """Stand in for `excite`: by purposes, the half-width in percent that a rehearsal gives each parameter."""
     asked = []
 
@@ -39,7 +39,9 @@ def rehearsals(monkeypatch, fit, widths):
             replace(
                 estimate,
                 status="identified",
-                interval=tuple(estimate.value * (1.0 + side * widths[purposes].get(estimate.name, 200.0) / 100.0) for side in (-1.0, 1.0)),
+                interval=tuple(
+                    off * estimate.value * (1.0 + side * widths[purposes].get(estimate.name, 200.0) / 100.0) for side in (-1.0, 1.0)
+                ),
             )
             for estimate in fit.estimates
         ]
@@ -70,6 +72,11 @@ def test_the_motion_names_the_half_widths_that_its_rehearsal_gives(fit, monkeypa
     assert motion.purposes == "stribeck"
     assert motion.text == "F_S open → ± 4.0 %"
     assert motion.half_widths["F_S"][1] == pytest.approx(4.0)
+
+
+def test_a_rehearsal_whose_interval_misses_its_own_truth_promises_no_half_width(fit, monkeypatch):
+    rehearsals(monkeypatch, fit, {"stribeck": {"F_S": 4.0}}, off=1.1)
+    assert next_motion(opened(fit, F_S="unidentifiable"), Axis(), sliding_log()) is None
 
 
 def test_an_axis_without_limits_gets_those_of_its_log(fit, monkeypatch):

@@ -101,7 +101,8 @@ def _now(estimate: Estimate) -> float | None:
 
 
 def _then(rehearsed: Estimate | None, estimate: Estimate) -> float | None:
-    """Return the half-width that the rehearsal gives, in percent of the value now."""
+    """Return the half-width that the rehearsal gives, in percent of the value now; None if its interval misses that value."""
     if rehearsed is None or rehearsed.status != "identified" or rehearsed.ends is None or not estimate.value:
         return None
-    return 50.0 * (rehearsed.ends[1] - rehearsed.ends[0]) / abs(estimate.value)
+    low, high = rehearsed.ends
+    return 50.0 * (high - low) / abs(estimate.value) if low <= estimate.value <= high else None
