@@ -200,6 +200,22 @@ def test_verbose_adds_the_tables_and_quiet_leaves_the_verdict(bristle, place):
     assert quiet.err == ""
 
 
+@pytest.mark.parametrize(("option", "rehearsed"), [("--json", False), ("--quiet", False), ("--draws=0", True)])
+def test_only_a_person_who_reads_the_next_motion_waits_for_its_rehearsal(bristle, place, monkeypatch, option, rehearsed):
+    asked = []
+    monkeypatch.setattr("bristle.cli.identify._next_motion", lambda *arguments: asked.append(arguments))
+    command = ("identify", "log.csv", "--axis", "axis.toml", "--model", "coulomb_viscous", "--draws", 0, "--out", "run", option)
+    assert bristle(*command).code == 0
+    assert bool(asked) is rehearsed
+
+
+def test_quiet_hides_the_folder_of_the_results(bristle, place):
+    loud, quiet = (bristle("run", "experiment.toml", "--out", name, *options) for name, options in (("a", ()), ("b", ("-q",))))
+    assert "wrote a;" in loud.err
+    assert "wrote" not in quiet.err
+    assert Path("b/report.html").is_file()
+
+
 @pytest.mark.fast_cases(1)
 @pytest.mark.measured
 @pytest.mark.parametrize(("model", "error"), [("coulomb_viscous", (4.0, 4.2)), ("coulomb_viscous+asymmetry", (3.1, 3.25))])

@@ -76,6 +76,12 @@ def test_a_null_in_a_summary_becomes_not_a_number():
     assert math.isnan(fit.force_error_percent)
 
 
+def test_the_value_of_a_parameter_without_limit_is_infinite():
+    reported = summary()
+    reported["parameters"]["F_C"]["value"] = None
+    assert kept(reported).estimates[1].value == math.inf
+
+
 def test_an_unidentified_parameter_has_the_first_reason():
     mass, force = kept(summary()).estimates
     assert (mass.name, mass.value, mass.std, mass.robust_std, mass.interval, mass.reason) == ("M", 2.0, 0.1, 0.2, (1.0, 3.0), None)

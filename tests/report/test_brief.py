@@ -50,6 +50,15 @@ def test_mass_and_level_of_friction_come_with_half_widths_and_in_the_unit_of_the
     assert "backward ±" in friction
 
 
+@pytest.mark.parametrize(("status", "is_shown"), [("identified", True), ("held", True), ("unidentifiable", False)])
+def test_a_constant_force_is_to_be_typed_in_only_if_it_is_known(identification, monkeypatch, status, is_shown):
+    fit = identification.best
+    offset = replace(fit.estimates[1], name="offset", value=5.0, status=status)
+    monkeypatch.setattr(module, "level_values", lambda fit: Some(forward=8.0, backward=8.0, constant=5.0, inertia=12.0))
+    friction = module._to_type_in(replace(fit, estimates=(*fit.estimates, offset)), None)[1].text
+    assert ("constant force 5" in friction) is is_shown
+
+
 def test_a_log_in_one_direction_has_no_level_to_type_in(identification, monkeypatch):
     levels = Some(forward=8.0, backward=None, constant=0.0, inertia=12.0)
     monkeypatch.setattr(module, "level_values", lambda fit: levels)
@@ -102,7 +111,8 @@ def gained(monkeypatch, before, after):
 
 def test_the_gain_is_the_following_error_without_and_with_friction_feedforward(monkeypatch):
     assert gained(monkeypatch, 203e-6, 7e-6).replace("\u00a0", " ") == "friction feedforward: 203 µm → 7 µm, 29 times smaller"
-    assert gained(monkeypatch, 203e-6, 200e-6).endswith("no improvement")
+    assert gained(monkeypatch, 203e-6, 195e-6).endswith("no improvement")
+    assert gained(monkeypatch, 203e-6, 190e-6).endswith("1.1 times smaller")
     assert module._gain(Some(), Some(contradiction=Diagnostic("loop_contradicts")))[0].text.startswith("not predicted")
     assert module._gain(None, None)[0].text.startswith("not simulated")
 
@@ -122,7 +132,10 @@ def test_many_parameters_are_cut_to_those_that_take_most_of_the_force(identifica
     lines = module._parameters(replace(fit, estimates=(*fit.estimates, *more)))
     assert len(lines) == module.PARAMETERS + 1
     assert lines[-1].text.endswith("more: -v)")
-    assert lines[0].text.startswith("M ")
+    shown = [line.text.split()[0] for line in lines[:-1]]
+    assert shown[0] == "M"
+    assert shown[-1] == "p8"
+    assert "p0" not in shown
 
 
 def test_a_verdict_with_many_reasons_is_cut_to_three():

@@ -9,6 +9,7 @@ from tests.identification.known_logs import STATED, log_of, sines, sliding_log
 
 import bristle.excitation
 from bristle.core import Axis, InputError
+from bristle.friction import lugre
 from bristle.identification import identify
 from bristle.report.next_motion import is_open, next_motion
 
@@ -77,6 +78,18 @@ def test_the_motion_names_the_half_widths_that_its_rehearsal_gives(fit, monkeypa
 def test_a_rehearsal_whose_interval_misses_its_own_truth_promises_no_half_width(fit, monkeypatch):
     rehearsals(monkeypatch, fit, {"stribeck": {"F_S": 4.0}}, off=1.1)
     assert next_motion(opened(fit, F_S="unidentifiable"), Axis(), sliding_log()) is None
+
+
+def test_the_motion_that_narrows_more_intervals_is_proposed(fit, monkeypatch):
+    fit = replace(fit, friction=lugre(F_C=20.0, F_S=30.0, v_S=4e-3, sigma_0=1e6))
+    estimate = next(estimate for estimate in fit.estimates if estimate.name == "F_S")
+    fit = replace(fit, estimates=tuple(replace(estimate, name=name) for name in ("F_S", "sigma_0", "sigma_1")))
+    unknown = opened(fit, F_S="unidentifiable", sigma_0="unidentifiable", sigma_1="unidentifiable")
+    gentle, slow = "presliding,break-away,damping", "stribeck"
+    for better, worse in ((gentle, slow), (slow, gentle)):
+        asked = rehearsals(monkeypatch, fit, {better: {"F_S": 4.0, "sigma_0": 9.0}, worse: {"sigma_1": 2.0}})
+        assert next_motion(unknown, Axis(), sliding_log()).purposes == better
+        assert {purposes for purposes, *_ in asked} == {gentle, slow}
 
 
 def test_an_axis_without_limits_gets_those_of_its_log(fit, monkeypatch):
