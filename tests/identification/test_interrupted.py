@@ -167,6 +167,15 @@ def test_progress_reports_the_best_error_so_far(log):
     assert best == sorted(best, reverse=True)
 
 
+def test_progress_reaches_the_end_with_simulated_logs():
+    shares = []
+    log = log_of(sines(2.0), sliding_effort(sines(2.0)))
+    identify(log, "coulomb_viscous", axis=STATED, blocks=0, draws=20, progress=lambda share, _: shares.append(share))
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
+    assert len({share for share in shares if 0.5 < share}) > 4
+
+
 @pytest.mark.parametrize("error", [KeyboardInterrupt(), SignalledError(15)])
 def test_interrupted_intervals_keep_the_fit(monkeypatch, error):
     def interrupted(*values):
