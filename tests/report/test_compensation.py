@@ -182,10 +182,10 @@ def test_measured_error_is_followed_by_the_simulated_error():
 def test_no_gain_is_predicted_if_the_log_contradicts_the_loop():
     contradicted = replace(FOLLOWED, contradiction=Diagnostic("switching_law"))
     (line,) = about_loop(Gain((), "translational", ""), contradicted, "translational")
-    assert line.startswith("bristle predicts no gain: the law chatters around rest")
+    assert line.startswith("bristle predicts no gain: the control law chatters around rest")
     first, second = plain(gain_lines(None, contradicted, "translational"))
     assert first == "following error, peak to peak: 9 µm in the log"
-    assert second.startswith("bristle predicts no gain: the law chatters")
+    assert second.startswith("bristle predicts no gain: the control law chatters")
 
 
 def loops(**efforts):

@@ -274,7 +274,7 @@ def test_reasons_of_a_design_name_error_and_margin():
 def test_design_has_its_sentences():
     lines = plain(design_sentences(made(switches=True)))
     assert lines[0] == "plain: the sampled loop is stable: its largest pole is at 0.9500."
-    assert lines[1].startswith("The law chatters around rest")
+    assert lines[1].startswith("The control law chatters around rest")
     assert lines[2] == (
         "The loop has 1.75 ms of delay. As a rule of thumb, the sum of its two bandwidths, such as λ + K_1, may be up to 286 1/s."
     )

@@ -170,10 +170,10 @@ def test_loops_with_the_same_warning_share_a_line():
     words = report.loop_warnings(reported)
     assert words[1].startswith("a, b: warning: the phase margin is only 15°")
     assert words[2].startswith("c: unstable, not simulated")
-    assert words[3].startswith("d: the law chatters")
+    assert words[3].startswith("d: the control law chatters")
     assert report.loop_doubts(reported) == [words[2], f"{SENTENCES['switching_law'].means}: a", "the loop has small margins: a, b"]
 
 
 def test_single_name_of_a_variant_is_accepted():
     single = Diagnostic("switching_law", "", "note", {"variants": "a"})
-    assert report.loop_warnings([single])[0].startswith("a: the law")
+    assert report.loop_warnings([single])[0].startswith("a: the control law")
