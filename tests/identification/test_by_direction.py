@@ -84,7 +84,7 @@ def test_a_constant_force_is_compared_with_the_level_not_with_break_away():
     identification = identify(log, ["stribeck+asymmetry", "lugre"], axis=STATED, blocks=0, draws=0)
     fits = {fit.name: fit for fit in identification.fits}
     notes = replace(identification, fits=(fits["stribeck+asymmetry"], fits["lugre"])).notes
-    assert any("fixes offset at 0" in note for note in notes)
+    assert any("holds offset at 0" in note for note in notes)
 
 
 def test_break_away_by_direction_is_valid_with_the_offset():
@@ -106,7 +106,7 @@ def test_a_constant_force_found_by_another_model_is_named(offset, told):
     identification = identify(log, [split, plain], axis=STATED, blocks=0, draws=0)
     fits = {fit.name: fit for fit in identification.fits}
     notes = replace(identification, fits=(fits[split], fits[plain])).notes
-    named = [note for note in notes if "fixes offset at 0" in note]
+    named = [note for note in notes if "holds offset at 0" in note]
     assert bool(named) is told
     if told:
         assert re.search(r'coulomb_viscous found (3|2\.9).*offset = "(3|2\.9)\d*\.?\d* N" under \[plant\]', named[0])

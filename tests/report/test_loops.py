@@ -129,12 +129,12 @@ def test_run_settings_have_units():
         "Sample time": "1 ms",
         "Steps in a sample": "4",
         "Delay [samples]": "2",
-        "Largest effort": "∞ N",
+        "Effort limit": "∞ N",
         "Mass feedforward": "20 kg",
         "Factor on friction feedforward": "0.5",
     }
     run.tolerance = 1e-9
-    assert dict(zip(table.heads, run_table([variant]).rows[0], strict=True))["Steps in a sample"] == "adaptive, to 1 nm of position"
+    assert dict(zip(table.heads, run_table([variant]).rows[0], strict=True))["Steps in a sample"] == "adaptive, to within 1 nm of position"
 
 
 def lines(**changes):

@@ -137,7 +137,7 @@ TIME = ReportFigure(
     draw=effort_over_time,
     alternative="Measured and predicted effort over time",
     caption="Effort over the whole log, and close up where measured and predicted effort differ most (shaded above). "
-    "Where the light line is visible, the model is wrong.",
+    "Where the light line of the measurement is visible, the model is wrong.",
 )
 
 
@@ -187,8 +187,8 @@ RESIDUALS = ReportFigure(
     draw=residuals,
     alternative="Residuals over time, their distribution and autocorrelation",
     caption="Measured minus predicted effort. Bursts at reversals indicate pre-sliding friction, a drift indicates temperature "
-    "or load. Bars of the autocorrelation outside the band mean that neighbouring residuals are correlated: then standard "
-    "errors, which assume independence, are too small.",
+    "or load. Bars of the autocorrelation outside the band mean that neighbouring residuals are correlated. Standard "
+    "errors, which assume independence, are then too small.",
 )
 
 

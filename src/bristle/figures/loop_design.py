@@ -82,7 +82,7 @@ MARGINS = ReportFigure(
     draw=margins,
     alternative="Gain and phase of the open loop over frequency, and the poles of the closed loop",
     caption="The open loop without friction, and the phase margin where its gain crosses 1 (thick). Poles outside the "
-    "circle grow; close inside it they ring.",
+    "circle are unstable. Poles just inside the circle ring.",
 )
 
 

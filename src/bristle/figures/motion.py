@@ -93,6 +93,6 @@ EXPECTED = ReportFigure(
     draw=expected,
     alternative="Expected friction over position and over speed",
     caption="Friction of the assumed axis along the motion: pre-sliding loops over position, "
-    "and friction over the speed of the steady slides. Loops that do not close at their ends into sliding mean "
-    "that the pre-sliding distance is larger than assumed.",
+    "and friction over the speed of the steady slides. If the recorded loops do not reach sliding at their ends, "
+    "the pre-sliding distance is larger than assumed.",
 )
