@@ -335,7 +335,7 @@ def test_first_page_of_a_replaced_loop_has_gain_and_cost(monkeypatch):
         ],
         [
             "the margins include the delays of the sampled loop, but only those resonances that the plant of the experiment file has",
-            "errors are simulated, 3 runs each, with the friction of the file",
+            "errors are simulated, 3 runs each, with the friction of the experiment file",
         ],
         [
             "copy these gains (below) into the experiment file, then use `bristle run`",

@@ -93,7 +93,7 @@ def test_first_page_compares_the_best_loop_with_the_base():
         ],
         ["variant best, as in the experiment file", "law cascade: "],
         ["effort 3 N root mean square, 6 N at its peak (base: 2 N root mean square, 4 N at its peak)"],
-        ["This is a simulation: confirm it on the machine.", "3 runs with different noise: ± 0.100 µm"],
+        ["This is a simulation: confirm it on the machine.", "3 runs with different noise: standard deviation 0.100 µm"],
         [ON_THE_MACHINE, "find the causes of the remaining error: `bristle design EXPERIMENT.toml`"],
     ]
     assert front.facts.endswith("simulated, 3 variants · mean of 3 runs")

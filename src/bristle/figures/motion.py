@@ -85,7 +85,8 @@ FIGURE = ReportFigure(
     takes="motion",
     draw=motion,
     alternative="Position over time, for each purpose",
-    caption="Position from the start of the motion; each panel has its own scale. Only the encoder resolves the small pre-sliding loops.",
+    caption="Position from the start of the motion; each panel has its own scale. "
+    "The pre-sliding loops are so small that only the encoder shows them.",
 )
 EXPECTED = ReportFigure(
     name="expected",

@@ -103,5 +103,5 @@ CURVES = ReportFigure(
     takes=("recorded", "outputs"),
     draw=lambda recorded, outputs: recorded_curves(recorded.curves, outputs, recorded.kind),
     alternative="Recorded and predicted output over the input",
-    caption="Where the light line is visible, the prediction is wrong. If there are many curves, the figure shows only some.",
+    caption="Where the light line of the record is visible, the prediction is wrong. If there are many curves, the figure shows only some.",
 )
