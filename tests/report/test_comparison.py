@@ -120,7 +120,7 @@ def test_percentage_has_its_sign(percent, text):
 def test_compared_cycles_are_listed_between_warnings_and_notes(shared, turns, words):
     doubt, note = Diagnostic("few_cycles", "", "warning", {"cycles": 3}), Diagnostic("one_recording", "", "note")
     remarks = remarks_of(compared(change(), diagnostics=(note, doubt), turns=turns, **shared))
-    assert remarks[0].startswith("warning: one side of the change has only 3 cycles")
+    assert remarks[0].startswith("warning: one side has only 3 cycles")
     assert remarks[1] == words
     assert remarks[2].startswith("one side has a single log")
 

@@ -38,7 +38,7 @@ CHOSEN = [
     ),
     ("one_speed", {"slowest": 0.01, "fastest": 0.02}, "one speed, 10 mm/s to 20 mm/s. Move"),
     ("one_speed", {"slowest": 0.01, "fastest": 0.010001, "names": ("F_C",)}, "one speed, 10 mm/s. Move"),
-    ("few_cycles", {"cycles": 3}, "one side of the change has only 3 cycles"),
+    ("few_cycles", {"cycles": 3}, "one side has only 3 cycles"),
     ("few_cycles", {"cycles": ""}, "a single cycle shows no scatter"),
     ("friction_not_told", {"why": ""}, "friction is not compared: no speed"),
     ("friction_not_told", {"why": "no filter"}, "friction is not compared: no filter"),

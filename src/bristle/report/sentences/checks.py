@@ -39,14 +39,13 @@ CHECKS: dict[str, Sentence] = {
     "resampled": Sentence(
         (
             "column {column} was recorded every {own_sample_time:time}, but the position every {sample_time:time}. bristle interpolated "
-            "{percent:.0f} % of the samples of the column. The interpolation error is at most {error_percent:.2g} % of the standard "
+            "{percent:.0f} % of its samples. The interpolation error is at most {error_percent:.2g} % of the standard "
             "deviation of the column",
             "the time stamps are uneven. 19 of 20 stamps deviate by at most {percent:.2g} % of the sample time, the worst by "
             "{largest:.0f} %. bristle resampled all channels to steps of {sample_time:time}. The interpolation error is about "
             "{position_error:length} in the position",
             " and {effort_error:force} in the effort",
-            " (root mean square). If the sampling was even and only the stamps are uneven, replace the time column in the axis file with "
-            "sample_time under [timing]",
+            " (root mean square). If only the stamps are uneven, replace the time column in the axis file with sample_time under [timing]",
         ),
         "uneven time stamps, or channels with different sample times: bristle resampled the log",
         "record all channels at one fixed rate. If only the stamps are uneven, write sample_time in the axis file instead of the time "
@@ -56,7 +55,7 @@ CHECKS: dict[str, Sentence] = {
     "unit_contradicts": says(
         "the name of column {column} suggests {called}, but its declared unit is {declared}. Correct the unit in the axis file",
         "the name of a column contradicts the unit in the header or the axis file",
-        "correct the unit of the column in the axis file",
+        "correct the unit in the axis file",
     ),
     "sign_reversed": says(
         "the sign of the effort seems reversed. Over motion that returns to its start the effort does negative work, {percent:.0f} % of "
@@ -104,7 +103,7 @@ CHECKS: dict[str, Sentence] = {
     "gear_suspect": says(
         "the {of} contradicts the log by a factor of {ratio:.4g}, close to {gear}. A gear, a lead or a unit is probably missing, inverted "
         "or applied twice. Correct it in the axis file",
-        "a quantity contradicts the log by a factor that is typical of a wrong gear or unit",
+        "a quantity is wrong by a factor typical of a wrong gear or unit",
         "correct the gear, the lead or the unit",
     ),
     "clipped": _with_names(
@@ -239,14 +238,14 @@ COMPARISONS: dict[str, Sentence] = {
         "record both logs with the same reference",
     ),
     "pieces_for_cycles": says(
-        "one side of the change has fewer than two whole cycles. bristle compares pieces of the motion instead, so the intervals show how "
+        "one side has fewer than two whole cycles. bristle compares pieces of the motion instead, so the intervals show how "
         "the change varies along the motion",
         "the motion has too few whole cycles",
         "record ten cycles or more, to and fro",
     ),
     "few_cycles": Sentence(
         (
-            "one side of the change has only {cycles} cycles. The intervals are wide, because these cycles alone show the scatter",
+            "one side has only {cycles} cycles. The intervals are wide, because these cycles alone show the scatter",
             "a single cycle shows no scatter, so no change has an interval",
         ),
         "the cycles are too few to estimate their scatter",
@@ -276,6 +275,6 @@ COMPARISONS: dict[str, Sentence] = {
     "one_recording": says(
         "one side has a single log. The intervals lack the scatter between recordings, for example from temperature",
         "intervals show scatter between cycles, not between recordings",
-        "record each side of the change several times, and give all logs",
+        "record each side several times, and give all logs",
     ),
 }

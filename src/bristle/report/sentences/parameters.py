@@ -89,7 +89,7 @@ PARAMETERS: dict[str, Sentence] = {
     ),
     "small_effect": cause(
         "the parameter hardly changes the effort",
-        "leave the parameter out, or record a motion in which it changes the effort more",
+        "leave the parameter out, or excite it more strongly",
         "the effect of {parameter} on the effort is smaller than the model error",
     ),
     "beyond_effort": cause(
@@ -159,9 +159,7 @@ PARAMETERS: dict[str, Sentence] = {
     ),
     "held_middle": held("the middle of the position range of the log", "the origin of the position in a slot"),
     "held_half_range": held("half of the position range of the log", "the length by which a slot divides the position"),
-    "held_pitch": held(
-        "the lead of the axis file, or else the period in the residual of a simple friction model", "the pitch of the screw"
-    ),
+    "held_pitch": held("the lead of the axis file, or the period in the residual of a simple friction model", "the pitch of the screw"),
 }
 
 
@@ -228,7 +226,7 @@ STRUCTURE: dict[str, Sentence] = {
     "missing_direction": _missing(
         "friction differs between the directions. The missing part is {force:force} rms, {percent:.2g} % of friction",
         "`{model}`",
-        "This model already has separate parameters for each direction: check load and cables for a force that depends on direction",
+        "This model already has separate parameters for each direction: check load and cables",
         "friction differs between the directions",
     ),
     "missing_lag": _missing(
