@@ -59,7 +59,7 @@ def test_a_built_in_slot_is_used_by_name(bristle, tmp_path, monkeypatch):
         assert plain.code == 0, plain.err
         words = " ".join((plain.out + plain.err).split())
         assert ("friction changes with the recorded pressure" in words.lower()) == is_pressure
-        assert ("Next: `coulomb_viscous+pressure`" in words) == is_pressure
+        assert ("Next: try `coulomb_viscous+pressure`" in words) == is_pressure
 
     requested = ("identify", "log.csv", "--axis", "axis.toml", "--model", "coulomb_viscous+pressure", "--draws", "50")
     result = bristle(*requested, "--out", "results", "--json")

@@ -192,5 +192,5 @@ def test_a_compensator_identified_on_another_rig_is_reported(bristle, tmp_path):
     brief = text.replace("seeds = 6", "seeds = 1").replace('duration = "28 s"', 'duration = "3 s"')
     short.write_text(brief, encoding="utf-8")
     message = " ".join(bristle("run", short).err.split())
-    assert "identified: its compensator was identified on another friction than here" in message
-    assert "observer: its compensator" not in message
+    assert "identified: the friction model of its compensator was identified on a different friction" in message
+    assert "observer: the friction model of its compensator" not in message

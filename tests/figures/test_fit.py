@@ -9,7 +9,7 @@ from tests.figures.gallery import PLAIN, F, T, X, fit, looped, predicted
 
 from bristle.figures import fit as figures
 
-WORDS = "Shaded: the 95 % band of the measurement."
+WORDS = "The shading is the 95 % band of the measurement."
 
 
 def lines(axes):

@@ -143,7 +143,7 @@ def test_captions_follow_the_drawing():
     assert "Reference minus encoder reading, measured and simulated: over time" in FIGURE.caption(None, (), 1)
     single, two = (["a"], ["a"]), (["a", "b", "c"], ["b", "c"])
     assert AT_REVERSAL.caption(None, single).endswith("and the effort there.")
-    assert AT_REVERSAL.caption(None, two).endswith("and the effort there, both of b and c.")
+    assert AT_REVERSAL.caption(None, two).endswith("and the effort there. The close-ups show only b and c.")
     assert AT_REVERSAL.alternative(None, two).startswith("Following error of a, b, c over time")
     error = Some(error=np.full(T.size, 9e-6))
     assert "measured" in lines(FIGURE.draw(looped(NAMES), (), error).axes[1])

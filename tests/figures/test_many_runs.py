@@ -53,7 +53,7 @@ def test_the_caption_of_a_study_depends_on_its_grid():
     spread = {"m": ("Way", "m", {"all": np.arange(9.0)})}
     grid, plain = (Some(described={"grid": grid}) for grid in ({"a": [1]}, {}))
     assert SPREAD.caption(grid, spread).endswith("A line for each point of the grid.")
-    assert SPREAD.caption(plain, spread).endswith("Shaded: the middle 90 %.")
+    assert SPREAD.caption(plain, spread).endswith("Shaded: the middle 90 % of the runs.")
     assert SPREAD.alternative(plain, spread) == "Distribution of m over the runs"
     assert SPREAD.draw(plain, spread).axes[0].get_xlabel() == "Way [m]"
     assert FLEET.alternative(None, ["F_C", "M"], {}) == "F_C, M of each log with 95 % intervals"

@@ -74,7 +74,7 @@ def test_a_weight_larger_than_friction_makes_no_level_negative(offset, code):
     assert {fit.parameters[name].status for name in ("F_C_pos", "F_C_neg")} == {"identified"}
     remarks = {row[0]: row[-1] for row in parameter_table(fit).rows}
     assert [name for name, remark in remarks.items() if remark == WITH_CONSTANT] == ["F_C_pos", "F_C_neg"]
-    assert any("which is a guess" in text for text in warnings_of(fit)) is (code == "held_constant")
+    assert any("which bristle guessed" in text for text in warnings_of(fit)) is (code == "held_constant")
 
 
 def test_a_constant_force_is_compared_with_the_level_not_with_break_away():
@@ -84,7 +84,7 @@ def test_a_constant_force_is_compared_with_the_level_not_with_break_away():
     identification = identify(log, ["stribeck+asymmetry", "lugre"], axis=STATED, blocks=0, draws=0)
     fits = {fit.name: fit for fit in identification.fits}
     notes = replace(identification, fits=(fits["stribeck+asymmetry"], fits["lugre"])).notes
-    assert any("fixes offset at 0" in note for note in notes)
+    assert any("holds offset at 0" in note for note in notes)
 
 
 def test_break_away_by_direction_is_valid_with_the_offset():
@@ -92,7 +92,7 @@ def test_break_away_by_direction_is_valid_with_the_offset():
     truth = find("lugre+asymmetry")(F_C_pos=8.0, F_C_neg=6.0, F_S_pos=11.0, F_S_neg=9.0, **shape)
     fit = identify(slow_log(truth, duration=10.0), "lugre+asymmetry", axis=STATED, blocks=0, draws=0).best
     assert fit.with_constant == ("F_C_pos", "F_C_neg", "F_S_pos", "F_S_neg")
-    (message,) = (text for text in warnings_of(fit) if "which is a guess" in text)
+    (message,) = (text for text in warnings_of(fit) if "which bristle guessed" in text)
     assert "F_C_pos, F_C_neg, F_S_pos, F_S_neg are valid only with an offset of 12" in message
     judgement = judged(fit, DEFAULT)
     assert judgement.level != "usable"
@@ -106,7 +106,7 @@ def test_a_constant_force_found_by_another_model_is_named(offset, told):
     identification = identify(log, [split, plain], axis=STATED, blocks=0, draws=0)
     fits = {fit.name: fit for fit in identification.fits}
     notes = replace(identification, fits=(fits[split], fits[plain])).notes
-    named = [note for note in notes if "fixes offset at 0" in note]
+    named = [note for note in notes if "holds offset at 0" in note]
     assert bool(named) is told
     if told:
         assert re.search(r'coulomb_viscous found (3|2\.9).*offset = "(3|2\.9)\d*\.?\d* N" under \[plant\]', named[0])

@@ -55,7 +55,7 @@ def test_few_fast_reversals_do_not_show_presliding():
     log = slow_log(stiff, duration=8.0, step=2e-8)
     fit = identify(log, "lugre", axis=STATED, draws=0).best
     for name in ("sigma_0", "sigma_1"):
-        assert "reversals. Each crosses the pre-sliding zone of" in warning_about(name, warnings_of(fit))
+        assert "reversals. Each reversal crosses the pre-sliding zone of" in warning_about(name, warnings_of(fit))
         assert fit.parameters[name].status == "unidentifiable"
     assert fit.parameters["F_C"].status == "identified"
 
@@ -67,13 +67,13 @@ def test_friction_that_does_not_fall_hides_the_stribeck_velocity():
     assert estimate.status in ("unidentifiable", "at_edge")
     assert estimate.std is None or estimate.relative_std_percent > 50.0
     assert "falls with speed" in note_of(estimate)
-    assert "it has no constant-velocity segment" in note_of(estimate)
+    assert "the log has no constant-velocity segment" in note_of(estimate)
 
 
 def test_the_speeds_of_steady_sliding_are_named():
     motion, _ = planned_sweeps((0.05, 0.2))
     fit = identify(log_of(motion, sliding_effort(motion)), "stribeck", axis=STATED, blocks=0, draws=0).best
-    assert "its constant speeds are 49.8 mm/s to 200 mm/s" in note_of(fit.parameters["v_S"])
+    assert "the constant speeds are 49.8 mm/s to 200 mm/s" in note_of(fit.parameters["v_S"])
 
 
 def test_an_offset_of_zero_is_identified_as_zero():

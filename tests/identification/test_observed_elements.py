@@ -82,7 +82,7 @@ def test_elements_that_explain_the_force_less_well_than_inverse_dynamics_are_not
     result = br.identify(columns, "maxwell_slip", axis=Axis(resolution=STEP), blocks=0, draws=20).best
     assert result.parameters["F_C"].value == fits[0].parameters["F_C"].value
     (told,) = [message(one) for one in result.diagnostics if one.code == "prediction_error"]
-    assert "its elements leave 1.4 times as much of the force unexplained" in told
+    assert "with its elements, 1.4 times as much of the force is unexplained" in told
 
 
 def test_draws_of_a_band_contain_the_lists(fits):

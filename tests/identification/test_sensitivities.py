@@ -100,7 +100,7 @@ def test_an_untranslatable_law_is_differentiated_by_differences_with_a_warning(r
     own = own_model(own_trial)
     problem = InverseDynamics(rows, parameters_of(own, PriorKnowledge(plant=inertia), rows))
     values = {"M": 12.0, "F_C": 8.0, "sigma_2": 30.0, "offset": 0.0}
-    with pytest.warns(InputWarning, match="own is differentiated by differences: .*math.tanh"):
+    with pytest.warns(InputWarning, match="bristle differentiates own by finite differences: .*math.tanh"):
         residual, columns = problem.linearised(values)
     assert residual == pytest.approx(problem.residual(values), abs=1e-12 * np.abs(rows.effort).max())
     smooth = np.tanh(rows.segments[0].velocity / 1e-3)
@@ -119,7 +119,7 @@ def test_a_search_differentiates_along_the_motion_and_not_by_differences(monkeyp
         raise NotExportableError(own_trial, None, "it is told to be so")
 
     monkeypatch.setattr(inverse_dynamics, "friction_rows", untranslated)
-    with pytest.warns(InputWarning, match="lugre is differentiated by differences"):
+    with pytest.warns(InputWarning, match="bristle differentiates lugre by finite differences"):
         stepwise = identify(LOG, "lugre", axis=STATED, blocks=0, draws=0).best
     assert forward.error_percent == pytest.approx(stepwise.error_percent, rel=1e-6)
     for parameter in ("F_C", "sigma_2", "M"):

@@ -63,7 +63,7 @@ def test_an_untranslatable_model_is_differentiated_by_differences_with_a_warning
     problem = problem_of(Effort, log, AXIS, own, plants.inertia)
     values = {name: (VALUES | {"sigma_2": 200.0})[name] for name in problem.parameters.free}
     monkeypatch.setattr(OutputError, "residual", lambda self, free: np.ones(3))
-    with pytest.warns(InputWarning, match="own is differentiated by differences: .*math.tanh"):
+    with pytest.warns(InputWarning, match="bristle differentiates own by finite differences: .*math.tanh"):
         residual, derivatives = problem.linearised(values)
     assert (residual.tolist(), derivatives) == ([1.0] * 3, None)
 

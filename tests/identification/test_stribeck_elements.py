@@ -59,7 +59,7 @@ def test_curve_attraction_and_stiffness_are_recovered(result):
         assert estimate.status == "identified", note_of(estimate)
         assert estimate.value == pytest.approx(value, rel=0.05), name
     assert fit.parameters["s"].value == pytest.approx(float(np.sum(SHAPE["k_i"])), rel=0.05)
-    assert any("assume this shape of the elements" in item for item in assumptions_of(fit))
+    assert any("assume the given shape of the elements" in item for item in assumptions_of(fit))
 
 
 def test_intervals_contain_curve_and_attraction_for_scattering_friction():

@@ -220,7 +220,7 @@ def test_steps_that_contradict_the_stated_resolution_are_reported(write, axis, r
     result = [item for item in checked(log, described) if item.code == "resolution_contradicts"]
     assert bool(result) == told
     if told:
-        assert "57.3 degrees are one radian" in message(result[0])
+        assert "One radian has 57.3 degrees" in message(result[0])
 
 
 @pytest.mark.parametrize(("share", "told"), [(1 / 57.3, True), (57.3, False)])

@@ -106,7 +106,9 @@ def test_figure_12_names_compensators_identified_on_another_rig(tmp_path):
     def message():
         sound = Sound(Tracked(folder / "set_c.toml"), Tracked(folder / "set_a_break_away.toml", needed=()))
         result = figure_12(Tracked(folder / "set_a.toml"), sound).found
-        return [item.partition(": its compensator")[0] for item in result if "identified on another friction" in item]
+        return [
+            item.partition(": the friction model of its compensator")[0] for item in result if "identified on a different friction" in item
+        ]
 
     assert message() == []
     rig = folder / "set_a_rig.toml"

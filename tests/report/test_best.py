@@ -33,7 +33,7 @@ def test_best_variant_is_compared_with_the_base():
 
 
 def test_base_is_the_variant_called_base_or_the_first():
-    assert message(variant("base", 2e-6), variant("best", 5e-9)).endswith("2 µm (base) peak to peak, less than a hundredth.")
+    assert message(variant("base", 2e-6), variant("best", 5e-9)).endswith("2 µm (base) peak to peak, smaller by more than a factor of 100.")
     assert "(base) peak to peak, 50 % less" in message(variant("a", 5e-6), variant("base", 2e-6), variant("best", 1e-6))
     assert "(a) peak to peak, 80 % less" in message(variant("a", 5e-6), variant("b", 2e-6), variant("best", 1e-6))
     assert "by a factor of 20" in message(variant("a", 20e-6), variant("b", 2e-6), variant("best", 1e-6))

@@ -64,7 +64,7 @@ def test_a_log_in_one_direction_has_no_level_to_type_in(identification, monkeypa
     monkeypatch.setattr(module, "level_values", lambda fit: levels)
     assert texts(brief(identification, Some(), None), "Gain") == ["not predicted: the friction is unknown"]
     assert [line.text for line in module._to_type_in(identification.best, None)][1:] == [
-        "friction: unknown, because the log moves in one direction only"
+        "friction: unknown, because the axis moves in one direction only"
     ]
 
 

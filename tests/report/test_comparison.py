@@ -46,8 +46,13 @@ HARDLY = change(after=1.92e-5, interval=(-1.2e-6, -0.4e-6))
         (change(), "usable", "It helped", "It helped: the following error is lower."),
         (HARDLY, "with_care", "It hardly helped", "It hardly helped: the following error is lower, by less than 5 %."),
         (HIGHER, "no", "It did not help", "It did not help: the following error is higher."),
-        (OPEN, "with_care", "No clear change", "These logs do not show whether it helped: the interval of its change contains zero."),
-        (ONCE, "with_care", "Effect unknown", "These logs do not show whether it helped: a single cycle gives no interval."),
+        (
+            OPEN,
+            "with_care",
+            "No clear change",
+            "These logs do not show whether the change helped: the 95 % interval of the change in following error contains zero.",
+        ),
+        (ONCE, "with_care", "Effect unknown", "These logs do not show whether the change helped: a single cycle gives no interval."),
     ],
 )
 def test_verdict_follows_the_change_of_the_following_error(item, level, words, sentence):
@@ -103,11 +108,11 @@ def test_percentage_has_its_sign(percent, text):
 @pytest.mark.parametrize(
     ("shared", "turns", "words"),
     [
-        ({}, (), "compared: 8 cycles before and 9 after, of one motion, resampled in pairs"),
+        ({}, (), "bristle compared 8 cycles before and 9 after, of one motion. The intervals resample them in pairs"),
         (
             {"motions": 3, "paired": False, "complete": False},
             (1,),
-            "compared: 8 pieces before and 9 after, of 3 motions, resampled separately for each side. "
+            "bristle compared 8 pieces before and 9 after, of 3 motions. The intervals resample them separately for each side. "
             "The window after a reversal is 150 ms",
         ),
     ],
@@ -130,11 +135,11 @@ def test_first_page_has_gain_and_uncertainty():
     effort = change("effort.rms", 8.0, 9.0, (0.5, 1.5))
     page, lines = front((change(), turn, effort), before_percent=98.0)
     assert lines == [
-        ["Following error after a reversal, forward to backward: 30 µm, before 40 µm (no clear change)"],
-        ["no new values: keep those after the change"],
-        ["Effort, root mean square: 9 N, before 8 N (+12.5 %)"],
+        ["Following error after a reversal, forward to backward: 30 µm after, 40 µm before (no clear change)"],
+        ["no new values: keep the values from after the change"],
+        ["Effort, root mean square: 9 N after, 8 N before (+12.5 %)"],
         ["8 cycles before, 9 after. Their scatter gives the intervals", "motion common to both: 98.0 % before, 100 % after"],
-        ["keep the change, and find the remaining causes: `bristle identify AFTER --axis axis.toml`"],
+        ["keep the change, and find the causes of the remaining error: `bristle identify AFTER --axis axis.toml`"],
     ]
     assert page.heading == "axis: before and after"
     assert page.facts.endswith("before: a.csv")
@@ -142,10 +147,10 @@ def test_first_page_has_gain_and_uncertainty():
 
 def test_worse_change_advises_the_old_values():
     _, lines = front((HIGHER,), logs=1)
-    assert lines[0] == ["Following error, root mean square: 30 µm, before 20 µm (+50 %)"]
-    assert lines[1] == ["no new values: keep those before the change"]
+    assert lines[0] == ["Following error, root mean square: 30 µm after, 20 µm before (+50 %)"]
+    assert lines[1] == ["no new values: keep the values from before the change"]
     assert lines[2] == ["no effort in these logs"]
-    assert lines[3][1:] == ["intervals lack the scatter between recordings, such as that of temperature"]
+    assert lines[3][1:] == ["intervals lack the scatter between recordings, for example from temperature"]
     assert lines[4] == [
         "undo the change, then `bristle identify BEFORE --axis axis.toml`",
         "add further logs of each side for more certainty: `--before`, `--after`",

@@ -127,8 +127,8 @@ def plain(lines):
     [
         (8e-6, 2e-6, "lowers the following error from 8 µm (plain) to 2 µm (fed) peak to peak, by a factor of 4.0."),
         (8e-6, 7.5e-6, "lowers the following error from 8 µm (plain) to 7.5 µm (fed) peak to peak, by a factor of 1.1."),
-        (8e-6, 7.7e-6, "hardly changes the following error: 8 µm (plain), then 7.7 µm (fed)."),
-        (8e-6, 8.3e-6, "hardly changes the following error: 8 µm (plain), then 8.3 µm (fed)."),
+        (8e-6, 7.7e-6, "hardly changes the following error: 8 µm (plain) without it, 7.7 µm (fed) with it."),
+        (8e-6, 8.3e-6, "hardly changes the following error: 8 µm (plain) without it, 8.3 µm (fed) with it."),
         (8e-6, 8.5e-6, "raises the following error from 8 µm (plain) to 8.5 µm (fed) peak to peak. Do not use this compensation."),
         (8e-6, 0.0, "lowers the following error from 8 µm (plain) to 0 m (fed) peak to peak."),
     ],
@@ -152,9 +152,10 @@ def test_lag_is_reported_from_half_of_the_mean_square_on(share, told):
     assert (len(lines) == 3) is told
     if told:
         assert lines[1].startswith(
-            f"{100.0 * share:.3g} % of the mean square of the remaining error is proportional to velocity, a lag of 2.5 ms. Likely cause: "
+            f"{100.0 * share:.3g} % of the mean square of the remaining error is proportional to velocity, like a lag of 2.5 ms. Likely "
+            "cause: "
         )
-        assert lines[1].endswith("Without this lag the error goes from 5.00 to 1.23 µm peak to peak.")
+        assert lines[1].endswith("Without this lag, compensation changes the error from 5.00 to 1.23 µm peak to peak.")
 
 
 def errors_of(peak, rms):
@@ -182,10 +183,10 @@ def test_measured_error_is_followed_by_the_simulated_error():
 def test_no_gain_is_predicted_if_the_log_contradicts_the_loop():
     contradicted = replace(FOLLOWED, contradiction=Diagnostic("switching_law"))
     (line,) = about_loop(Gain((), "translational", ""), contradicted, "translational")
-    assert line.startswith("bristle predicts no gain: the law chatters around rest")
+    assert line.startswith("bristle predicts no gain: the control law chatters around rest")
     first, second = plain(gain_lines(None, contradicted, "translational"))
     assert first == "following error, peak to peak: 9 µm in the log"
-    assert second.startswith("bristle predicts no gain: the law chatters")
+    assert second.startswith("bristle predicts no gain: the control law chatters")
 
 
 def loops(**efforts):
@@ -212,11 +213,11 @@ def test_first_page_has_error_and_effort_with_and_without_compensation():
     ("best", "words"),
     [
         (2.2e-7, "89 % less"),
-        (1.9e-7, "by a factor of 11"),
-        (2e-8, "by a factor of 100"),
-        (1.9e-8, "less than a hundredth"),
+        (1.9e-7, "smaller by a factor of 11"),
+        (2e-8, "smaller by a factor of 100"),
+        (1.9e-8, "smaller by more than a factor of 100"),
         (1e-6, "50 % less"),
-        (0.0, "less than a hundredth"),
+        (0.0, "smaller by more than a factor of 100"),
     ],
 )
 def test_large_gain_is_a_factor(best, words):

@@ -114,7 +114,7 @@ def test_budget_table_has_the_numbers_of_the_budget(designed):
     assert [row[0] for row in table.rows[-2:]] == ["all of them", "none of them"]
     assert table.rows[-1][3] == ""
     late = replace(designed, budget=replace(designed.budget, no_cause=designed.budget.all_causes))
-    assert "error of the law" in budget_table(late).rows[-1][3]
+    assert "error of the control law" in budget_table(late).rows[-1][3]
 
 
 def test_no_main_cause_if_causes_cancel(designed):
@@ -209,7 +209,7 @@ def test_delay_is_listed_by_parts_in_milliseconds():
     assert rows[-1][0] == "all"
 
 
-@pytest.mark.parametrize(("nothing", "told"), [(0.39e-6, ""), (0.4e-6, ""), (0.41e-6, "error of the law")])
+@pytest.mark.parametrize(("nothing", "told"), [(0.39e-6, ""), (0.4e-6, ""), (0.41e-6, "error of the control law")])
 def test_error_without_causes_is_explained_above_a_twentieth(nothing, told):
     table = budget_table(made(budget=budget(*ENTRIES, nothing=nothing)))
     assert table.heads == ("Cause", "This cause alone [µm]", "All but this cause [µm]", "Description")
@@ -265,7 +265,7 @@ def test_loop_is_kept_unless_another_reduces_the_error_by_a_fifth(peaks, gain, s
 def test_reasons_of_a_design_name_error_and_margin():
     assert plain(design_ruling(made()).reasons) == ["the loop tuned has a following error of 2 µm instead of 8 µm, and keeps the margins"]
     kept = made(proposal("as it is", 8e-6), proposal("tuned", 7e-6))
-    assert design_ruling(kept).reasons == ("phase margin 45.0°", "no proposed loop reduces the following error by a fifth")
+    assert design_ruling(kept).reasons == ("phase margin 45.0°", "no proposed loop reduces the following error by a fifth or more")
     assert report._margin_text(proposal("a", 1.0, phase=None).assessment.least_phase) == "no crossover, so no phase margin"
     unknown = made(proposal("as it is", None), proposal("tuned", 2e-6))
     assert plain(design_ruling(unknown).reasons) == ["the loop tuned has a following error of 2 µm, and keeps the margins"]
@@ -274,7 +274,7 @@ def test_reasons_of_a_design_name_error_and_margin():
 def test_design_has_its_sentences():
     lines = plain(design_sentences(made(switches=True)))
     assert lines[0] == "plain: the sampled loop is stable: its largest pole is at 0.9500."
-    assert lines[1].startswith("The law chatters around rest")
+    assert lines[1].startswith("The control law chatters around rest")
     assert lines[2] == (
         "The loop has 1.75 ms of delay. As a rule of thumb, the sum of its two bandwidths, such as λ + K_1, may be up to 286 1/s."
     )
@@ -300,7 +300,7 @@ def test_effort_of_a_count_matters_above_half_of_friction(count, friction, much,
     lines = design_sentences(item)
     assert any(line.startswith("Much of the effort is noise: one encoder count causes") for line in lines) is much
     if much:
-        assert "causes 5.1 N, 0.51 times the friction (10 N)" in lines[2]
+        assert "causes an effort of 5.1 N, 0.51 times the friction (10 N)" in lines[2]
     assert any("a finer encoder" in line for _, lines in report._front(item).answers for line in lines) is much
 
 
@@ -308,7 +308,7 @@ def test_effort_of_a_count_matters_above_half_of_friction(count, friction, much,
 def test_main_cause_reduces_the_error_by_its_absence(without, weighs):
     line = plain(design_sentences(made(budget=budget(("friction", 6e-6, without), ("lag", 7e-6, 8e-6)))))[2]
     assert ("The main cause is" in line) is weighs
-    assert ("The largest single cause is lag, alone 7 µm" in line) is not weighs
+    assert ("The largest single cause is lag: alone, it makes an error of 7 µm" in line) is not weighs
 
 
 def lines_of(item):
@@ -324,9 +324,9 @@ def test_first_page_of_a_replaced_loop_has_gain_and_cost(monkeypatch):
         [
             "stable, phase margin 45.0°",
             "following error 8 µm peak to peak, simulated",
-            "main cause friction (the friction): without it 2 µm",
+            "main cause friction (the friction): without it, the error is 2 µm",
         ],
-        ["loop tuned, as replacement", "law"],
+        ["loop tuned, in place of the present loop", "law"],
         [
             "following error 2 µm instead of 8 µm",
             "effort, root mean square: 6 N instead of 4 N",
@@ -334,8 +334,8 @@ def test_first_page_of_a_replaced_loop_has_gain_and_cost(monkeypatch):
             "phase margin 50.0° instead of 45.0°",
         ],
         [
-            "margins of the sampled loop with its delays, and only the resonances of the plant in the file",
-            "errors are simulated, 3 runs each, with the friction of the file",
+            "the margins include the delays of the sampled loop, but only those resonances that the plant of the experiment file has",
+            "errors are simulated, 3 runs each, with the friction of the experiment file",
         ],
         [
             "copy these gains (below) into the experiment file, then use `bristle run`",

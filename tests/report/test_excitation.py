@@ -62,24 +62,24 @@ def test_equal_pieces_share_a_row():
 
 def test_expected_results_have_found_and_true_values():
     table = outlook_table(excited())
-    assert table.caption == "Expected results, by lugre"
+    assert table.caption == "Expected results, by a fit of lugre"
     rows = {row[0]: dict(zip(table.heads, row, strict=True)) for row in table.rows}
     assert list(rows) == ["a", "b", "c", "d", "f"]
     assert rows["a"] == {
         "Parameter": "a",
         "Meaning": "level",
-        "Put in": "5.000",
-        "Found": "5.000",
+        "True value": "5.000",
+        "Identified": "5.000",
         "Unit": "N",
         "Error [%]": "0",
         "95 % interval [%]": "± 5.0",
         "Remark": "",
     }
-    assert (rows["b"]["Error [%]"], rows["b"]["Remark"]) == ("10", "beyond its interval")
+    assert (rows["b"]["Error [%]"], rows["b"]["Remark"]) == ("10", "true value outside the interval")
     assert (rows["d"]["Remark"], rows["d"]["95 % interval [%]"], rows["d"]["Error [%]"]) == ("not identified", "–", "−50")
-    assert (rows["f"]["Put in"], rows["f"]["Error [%]"], rows["f"]["95 % interval [%]"]) == ("0", "", "–")
+    assert (rows["f"]["True value"], rows["f"]["Error [%]"], rows["f"]["95 % interval [%]"]) == ("0", "", "–")
     unknown = outlook_table(excited((estimate("a", 5.0, half=math.inf),), truth={}))
-    assert "Put in" not in unknown.heads
+    assert "True value" not in unknown.heads
     assert "95 % interval [%]" not in unknown.heads
 
 
@@ -124,12 +124,15 @@ def test_reasons_against_a_motion_name_the_parameters():
     assert ruling.level == "with_care"
     assert [reason.replace("\u00a0", " ") for reason in ruling.reasons] == [
         "this motion would not determine d",
-        "this motion would hardly determine c: intervals as wide as the values",
-        "this motion would give biased values, outside the interval: b",
+        "this motion would hardly determine c: the intervals are as wide as the values",
+        "this motion would give biased values, with the true value outside the interval: b",
         "raise the gains for this motion: the controller follows the pre-sliding loops only within 1 µm",
     ]
     edge = excitation_ruling(excited((estimate("a", 5.0, "at_edge"), estimate("b", 5.0, half=100.0))))
-    assert edge.reasons == ("this motion would not determine a", "this motion would hardly determine b: intervals as wide as the values")
+    assert edge.reasons == (
+        "this motion would not determine a",
+        "this motion would hardly determine b: the intervals are as wide as the values",
+    )
 
 
 @pytest.mark.parametrize(
@@ -155,24 +158,27 @@ def lines_of(excitation):
 def test_first_page_of_a_motion_lists_identifiable_parameters():
     front, lines = lines_of(excited(limit=20.0))
     assert lines == [
-        ["its log would determine, with 95 % intervals:", "a ± 5.0 %, b ± 7.0 %"],
+        ["the log of this motion would determine, with 95 % intervals:", "a ± 5.0 %, b ± 7.0 %"],
         ["set points: `motion.csv`", "or a list of moves: `moves.csv`", "or a program for an NC: `motion.nc`"],
         [
-            "7 s of the axis",
+            "7 s of motion",
             "travel 60 mm of 100 mm allowed",
             "velocity 200 mm/s",
             "acceleration 3 m/s² of 5 m/s² allowed",
-            "effort up to 8 N of 20 N, by the assumed model",
+            "effort up to 8 N of 20 N allowed, by the assumed model",
         ],
-        ["one rehearsal, in the loop of its controller, with the encoder of the axis and 5 % of scatter", "1 assumed value, listed below"],
-        ["run it, record the channels of the axis file, then `bristle identify LOG`"],
+        [
+            "one rehearsal, in the loop of its controller, with the encoder of the axis and friction that scatters by 5 %",
+            "1 assumed value, listed below",
+        ],
+        ["run the motion, record the channels of the axis file, then `bristle identify LOG`"],
     ]
     assert front.heading == "stage: a motion to run"
     assert front.facts.endswith("7 s · for the controller of the axis")
     _, other = lines_of(excited((estimate("f", 3.0, half=None), *ESTIMATES[3:4]), truth={}, assumed=("M", "F_v"), loop=False))
     assert other[0][1] == "f"
     assert other[3] == [
-        "one rehearsal, along the motion, without a stable loop, with the encoder of the axis and 5 % of scatter",
+        "one rehearsal, along the motion, without a stable loop, with the encoder of the axis and friction that scatters by 5 %",
         "2 assumed values, listed below",
     ]
     assert other[2][-1] == "effort up to 8 N, by the assumed model"
@@ -180,7 +186,7 @@ def test_first_page_of_a_motion_lists_identifiable_parameters():
 
 def test_motion_without_rehearsal_has_no_expected_results():
     _, lines = lines_of(excited(rehearsed=False, assumed=()))
-    assert lines[0] == ["its log would determine no parameter reliably"]
+    assert lines[0] == ["the log of this motion would determine no parameter reliably"]
     assert lines[3] == ["the motion was not rehearsed"]
     assert len(lines[2]) == 4
     assert len(lines_of(excited(assumed=()))[1][3]) == 1
@@ -227,7 +233,7 @@ def test_page_of_a_motion_has_the_demands_on_the_axis(monkeypatch):
         ("Travel", "60 mm of 100 mm allowed"),
         ("Velocity", "200 mm/s"),
         ("Acceleration", "3 m/s² of 5 m/s² allowed"),
-        ("Effort, assumed model", "8 N"),
+        ("Effort by the assumed model", "8 N"),
     ]
     assert outlook.blocks[0].rows
     assert assumptions.blocks[0].content == ("a note",)

@@ -61,7 +61,7 @@ def test_run_reports_worst_reversal_and_effort(stage):
     words = Page(simulation_page(stage, result=result)).words
     assert "following error 4 µm (compensated) instead of 20 µm (as_recorded)" in words
     assert "At its worst reversal: 4 µm instead of 20 µm".lower() in words.lower()
-    assert "friction feedforward alone: from 9 µm (feedforward) to 4 µm" in words
+    assert "friction feedforward alone changes the following error from 9 µm (feedforward) to 4 µm" in words
     assert simulation_summary(result, files={}, provenance={})["verdict"] == simulation_ruling(result).as_data()
 
 

@@ -107,7 +107,7 @@ def test_report_has_the_assumptions_of_the_prediction(stage):
     best = stage.identified.best
     predicted = predict(best.plant, best.friction, stage.log, axis, "closed-loop")
     assumed = Page(identification_page(stage, prediction=predicted)).words.split("Assumptions")[-1]
-    assert "closed-loop prediction: friction reverses over a pre-sliding distance of 2 µm (axis file)" in assumed
+    assert "closed-loop prediction: bristle simulated the static friction with the pre-sliding distance of the axis file, 2 µm" in assumed
 
 
 def test_report_states_missing_held_out_stretches(stage):

@@ -268,7 +268,7 @@ def test_intervals_of_at_most_eight_parameters_are_listed():
     assert _trust(trusted()) == ["no parameter was identified"]
     lacking = Diagnostic("structure", numbers={"names": ("p0",)})
     assert _trust(trusted(2.0, diagnostics=(lacking,)))[2].startswith(
-        "effective values, valid for similar motions: the model lacks a force"
+        "effective values, valid only for similar motions, because the model lacks a force"
     )
 
 
@@ -287,5 +287,7 @@ def test_next_steps_are_errors_then_missing_models(actual):
     lacking = [Diagnostic("missing_lag", "", "warning", {"model": model}) for model in ("lugre", "dahl", "lugre", "")]
     fit = doubted(actual.best, grave, *lacking)
     assert _next(fit, usable=True) == [SENTENCES["sign_reversed"].advice, "try a model with the missing force: `--model lugre,dahl`"]
-    assert _next(doubted(fit), usable=True) == ["try it on the machine, record again, and measure the gain with `bristle compare`"]
+    assert _next(doubted(fit), usable=True) == [
+        "enter the values on the machine, record again, and measure the gain with `bristle compare`"
+    ]
     assert _next(doubted(fit), usable=False) == ["record the axis again, in both directions and at several speeds"]

@@ -25,7 +25,7 @@ def test_passages_of_a_kind_share_a_row():
     table = passage_table(
         [passage("moves", 1.0, 3.0), passage("rest", 3.0, 4.0), passage("moves", 4.5, 5.0, speeds=(0.04,))], "translational"
     )
-    assert table.heads == ["Passages", "Count", "Together [s]", "First at [s]", "Amplitude", "Speed"]
+    assert table.heads == ["Passages", "Count", "Total time [s]", "First begins at [s]", "Amplitude", "Speed"]
     assert table.rows == [["ordinary moves", "2", "2.5", "1", "1 mm to 2 mm", "10 mm/s to 40 mm/s"], ["rest", "1", "1", "3", "", ""]]
 
 
@@ -148,11 +148,11 @@ def diagnosed(code, severity):
 @pytest.mark.parametrize(
     ("severities", "effort", "level", "words", "reasons"),
     [
-        ((), True, "usable", "It can be identified", 0),
-        (("note",), True, "usable", "It can be identified", 0),
+        ((), True, "usable", "The log can be identified", 0),
+        (("note",), True, "usable", "The log can be identified", 0),
         (("warning", "warning"), True, "with_care", "Use with care", 1),
-        (("warning", "error"), True, "no", "Correct it first", 1),
-        ((), False, "no", "Correct it first", 1),
+        (("warning", "error"), True, "no", "Correct the log first", 1),
+        ((), False, "no", "Correct the log first", 1),
     ],
 )
 def test_errors_or_missing_effort_ask_to_correct_the_log(severities, effort, level, words, reasons):
@@ -174,7 +174,7 @@ def test_first_page_of_a_log_has_durations_of_passages():
         ["rest: 2 s", "ordinary moves: 1.5 s"],
         ["the axis file needs no corrections"],
         ["position spans 3 mm (column x)", "effort spans 5 N (column u)"],
-        ["4 samples in 1 stretch", "a sample every 1 ms (1000 Hz)", "without a reference"],
+        ["4 samples in 1 stretch", "a sample every 1 ms (1000 Hz)", "without a reference, so the following error is unknown"],
         ["fit models: `bristle identify a.csv --axis axis.toml --out results`"],
     ]
     assert front.facts.replace("\u00a0", " ").endswith("log a.csv, 4 ms")
@@ -188,7 +188,7 @@ def test_first_page_of_a_log_lists_corrections():
     assert lines["Values to enter"] == ["lower the acceleration, or widen the range of the channel"]
     assert [line.replace("\u00a0", " ") for line in lines["Range and effort"]] == ["position spans 3 mm (column x)"]
     assert lines["Can it be trusted?"][::2] == ["4 samples in 2 stretches", "with a reference, so the following error is known"]
-    assert lines["Next steps"] == ["correct it, then check it again: `bristle log`"]
+    assert lines["Next steps"] == ["correct the cause, then check the log again: `bristle log`"]
 
 
 def test_page_is_written_only_for_a_readable_log(tmp_path):

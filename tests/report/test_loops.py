@@ -129,12 +129,12 @@ def test_run_settings_have_units():
         "Sample time": "1 ms",
         "Steps in a sample": "4",
         "Delay [samples]": "2",
-        "Largest effort": "∞ N",
+        "Effort limit": "∞ N",
         "Mass feedforward": "20 kg",
         "Factor on friction feedforward": "0.5",
     }
     run.tolerance = 1e-9
-    assert dict(zip(table.heads, run_table([variant]).rows[0], strict=True))["Steps in a sample"] == "adaptive, to 1 nm of position"
+    assert dict(zip(table.heads, run_table([variant]).rows[0], strict=True))["Steps in a sample"] == "adaptive, to within 1 nm of position"
 
 
 def lines(**changes):
@@ -170,10 +170,10 @@ def test_loops_with_the_same_warning_share_a_line():
     words = report.loop_warnings(reported)
     assert words[1].startswith("a, b: warning: the phase margin is only 15°")
     assert words[2].startswith("c: unstable, not simulated")
-    assert words[3].startswith("d: the law chatters")
+    assert words[3].startswith("d: the control law chatters")
     assert report.loop_doubts(reported) == [words[2], f"{SENTENCES['switching_law'].means}: a", "the loop has small margins: a, b"]
 
 
 def test_single_name_of_a_variant_is_accepted():
     single = Diagnostic("switching_law", "", "note", {"variants": "a"})
-    assert report.loop_warnings([single])[0].startswith("a: the law")
+    assert report.loop_warnings([single])[0].startswith("a: the control law")

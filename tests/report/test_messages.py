@@ -182,7 +182,7 @@ def test_sentence_begins_with_a_capital_and_ends_with_a_full_stop():
     assert (
         whole_sentence(Diagnostic("low_speed", "F_v", numbers={"speed": 1.0})) == "F_v cannot be identified: the log never exceeds 1 m/s."
     )
-    assert whole_sentence(Diagnostic("switching_law", "", "note")).startswith("The law chatters")
+    assert whole_sentence(Diagnostic("switching_law", "", "note")).startswith("The control law chatters")
 
 
 def test_head_of_a_sentence_follows_the_status_of_the_parameter():

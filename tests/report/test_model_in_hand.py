@@ -77,7 +77,7 @@ def test_a_data_frame_has_a_row_for_each_parameter():
 
 def test_text_of_a_diagnostic_is_its_sentence():
     (diagnostic,) = in_hand().diagnostics
-    assert diagnostic.message.startswith("the law chatters")
+    assert diagnostic.message.startswith("the control law chatters")
     assert str(diagnostic) == diagnostic.message
 
 

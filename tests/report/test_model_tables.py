@@ -116,7 +116,7 @@ def test_remarks_of_a_parameter_are_joined():
     row = row_of(estimate(), effective=("F_C",), doubted=("F_C",), with_constant=("M",))
     assert row["Remark"] == "effective; doubtful: see the warnings"
     assert row_of(estimate(), with_constant=("F_C",))["Remark"] == "valid only with the given offset"
-    assert row_of(estimate(is_rough=True), effective=("F_C",))["Remark"] == "roughly; effective"
+    assert row_of(estimate(is_rough=True), effective=("F_C",))["Remark"] == "roughly identified; effective"
     assert row_of(estimate(status="unidentifiable"), effective=("F_C",))["Remark"] == "not identified"
 
 

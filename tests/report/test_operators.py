@@ -65,7 +65,7 @@ def test_first_page_of_an_operator_lists_the_other_operators():
     front = report._front(FITS[0].prediction, "axis: preisach", RECORDED, FITS)
     lines = [[line.replace("\u00a0", " ") for line in lines] for _, lines in front.answers]
     assert lines == [
-        ["error 2 mN of 500 mN, root mean square", "held-out error 3.25 %, over the last curve"],
+        ["error 2 mN root mean square, at a full scale of 500 mN", "held-out error 3.25 %, over the last curve"],
         ["the model file, model.toml"],
         ["for comparison: 4.00 % by duhem", "for comparison: 6.00 % by c"],
         ["2 curves, each begins: demagnetised", "first", "second"],
@@ -82,7 +82,7 @@ def test_first_page_of_a_prediction_has_no_other_operators():
     assert [lines[1], lines[2], lines[4]] == [
         ["no new values: use the same model file"],
         ["no other operator was compared"],
-        ["record more curves in regions of large error, and identify again"],
+        ["record more curves in the regions of large error, and identify again"],
     ]
     assert lines[3] == ["1 curve, each begins: demagnetised"]
     assert front.ruling.level == "usable"

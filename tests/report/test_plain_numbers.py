@@ -22,7 +22,7 @@ def test_percentage_has_no_power_of_ten():
     assert "e+" not in text
 
 
-@pytest.mark.parametrize(("key", "other", "said"), [("model", "compared", "Next: {}"), ("compared", "model", "{} was also compared")])
+@pytest.mark.parametrize(("key", "other", "said"), [("model", "compared", "Next: try {}"), ("compared", "model", "also compared {}")])
 def test_model_is_suggested_or_reported_as_compared(key, other, said):
     named = "stribeck_free+position"
     text = reported("missing_position", force=3.0, percent=3.0, share_percent=50.0, **{key: named, other: ""})
@@ -32,9 +32,9 @@ def test_model_is_suggested_or_reported_as_compared(key, other, said):
 @pytest.mark.parametrize(
     ("model", "compared", "end"),
     [
-        ("", "", "This model already has one period: look for a second period in motor, screw and belt"),
-        ("", "coulomb+periodic", "Cogging or a screw is the likely cause. `coulomb+periodic` was also compared, and is no better"),
-        ("coulomb+periodic", "", "Cogging or a screw is the likely cause. Next: `coulomb+periodic`"),
+        ("", "", "This model already has a ripple of one period: look for a second period in motor, screw and belt"),
+        ("", "coulomb+periodic", "Cogging or a screw is the likely cause. bristle also compared `coulomb+periodic`, which is no better"),
+        ("coulomb+periodic", "", "Cogging or a screw is the likely cause. Next: try `coulomb+periodic`"),
     ],
 )
 def test_ripple_suggests_a_model_unless_compared_or_present(model, compared, end):

@@ -69,7 +69,7 @@ def test_closed_loop_has_no_position_error_in_percent():
         (
             {"inside_percent": 79.0, "position_inside_percent": 95.0},
             "with_care",
-            ["the error is 3.46 % of the effort of this log", "only 79.0 % of the effort is inside the 95 % band"],
+            ["the error is 3.46 % of the effort of this log", "only 79.0 % of the measured effort is inside the 95 % band"],
         ),
     ],
 )
@@ -80,7 +80,7 @@ def test_verdict_follows_errors_and_bands(changes, level, reasons):
 
 def test_log_of_the_fit_and_missed_tolerance_ask_for_care():
     same_log = prediction_ruling(predicted(), own_log=True)
-    assert (same_log.level, same_log.reasons[1]) == ("with_care", "the model was fitted to this log, so this is no test on other logs")
+    assert (same_log.level, same_log.reasons[1]) == ("with_care", "the model was fitted to this log, so its error on other logs is unknown")
     missed = prediction_ruling(predicted(status=Status.TOLERANCE_MISSED))
     assert (missed.level, missed.reasons[1:]) == ("with_care", (Status.TOLERANCE_MISSED.sentence,))
     wild = prediction_ruling(predicted(status=Status.NOT_FINITE, diagnostics=(Diagnostic("short_stretch", "", "warning", {"samples": 3}),)))
@@ -103,10 +103,10 @@ def test_first_page_has_the_remaining_effort_of_the_controller():
     front, lines = lines_of(predicted(inside_percent=94.4))
     assert lines == [
         ["effort error 250 mN, root mean square"],
-        ["no new values: use those of the identification report"],
+        ["no new values: use the values of the identification report"],
         [MODES["inverse"], "with this feedforward the controller would supply 250 mN instead of 3.54 N, root mean square"],
-        ["94.4 % of the effort is inside its 95 % band"],
-        ["use it as feedforward, record the machine without and with it, then `bristle compare`"],
+        ["94.4 % of the measured effort is inside the 95 % band"],
+        ["use the model as feedforward, record the machine without and with this feedforward, then `bristle compare`"],
     ]
     assert plain([front.facts])[0].endswith("log a.csv, 4 s · model lugre · inverse mode")
     assert front.answers[2][0] == "Mode of the prediction"
@@ -131,7 +131,7 @@ def test_first_page_names_the_next_step():
     _, lines = lines_of(predicted(diagnostics=doubts))
     assert lines[4] == [
         "predict in another mode, or check model, units and signs",
-        "identify this log together with the first: `bristle identify FIRST THIS --axis axis.toml`",
+        "identify this log together with the first log: `bristle identify FIRST THIS --axis axis.toml`",
     ]
     assert lines_of(predicted(), own_log=True)[1][4] == ["predict another log of this axis, with another motion"]
     assert lines_of(predicted(metrics={"force_error_percent": 90.0}))[1][1] == ["no values from this model"]

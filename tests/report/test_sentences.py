@@ -28,13 +28,13 @@ CHOSEN = [
     ("resampled", {"percent": 9.0, "largest": 20.0, "sample_time": 1e-3, "position_error": 1e-6, "effort_error": 2.0}, "and 2 N in the"),
     ("velocity_contradicts", {"delay": 2e-3, "ratio": 1.0, "correlation": 0.9}, "lags the derivative of the position by 2 ms"),
     ("velocity_contradicts", {"delay": 0.0, "ratio": 1.5, "correlation": 0.9}, "is 1.5 times the derivative of the position"),
-    ("resolution_contradicts", {"step": 1e-6, "times": 57.3, "resolution": 1e-6, "degrees": True}, "57.3 degrees are one radian"),
+    ("resolution_contradicts", {"step": 1e-6, "times": 57.3, "resolution": 1e-6, "degrees": True}, "One radian has 57.3 degrees"),
     ("clipped", {"level": 9.0, "samples": 5, "time": 1.0, "all": 7, "names": ("M",)}, ". The missing effort biases M"),
     ("one_direction", {"direction": "forward", "percent": 0.05}, "for all but 0.1 % of its travel"),
     (
         "one_direction",
         {"direction": "forward", "percent": 0.04, "names": ("F_C",)},
-        "moves forward only. A constant force and friction are confounded",
+        "moves forward only, so a constant force and friction are confounded",
     ),
     ("one_speed", {"slowest": 0.01, "fastest": 0.02}, "one speed, 10 mm/s to 20 mm/s. Move"),
     ("one_speed", {"slowest": 0.01, "fastest": 0.010001, "names": ("F_C",)}, "one speed, 10 mm/s. Move"),
@@ -46,7 +46,7 @@ CHOSEN = [
     ("rising_friction", RISE | {"direction": "backward"}, "over the first 10 mm/s, moving backward. The log shows no Stribeck"),
     ("filtered", FILTER | {"percent": 3.0, "decimation": 4}, "kept one row for 4 samples, to suppress noise"),
     ("filtered", FILTER | {"wanted": 60.0}, "sampled too slowly"),
-    ("filtered", FILTER, "dropped 5 samples at each edge, and kept a row for each sample"),
+    ("filtered", FILTER, "dropped 5 samples at each edge, and kept one row for each sample"),
     ("filtered", FILTER | {"decimation": 4}, "dropped 5 samples at each edge, and kept one row for 4 samples"),
     ("filtered", {"cutoff": 60.0, "decimation": 1}, "filtered effort and motion at 60 Hz"),
     ("filtered", {"cutoff": 60.0, "decimation": 4}, "filtered effort and motion at 60 Hz, and kept one row for 4 samples"),
@@ -58,7 +58,7 @@ CHOSEN = [
     ("delay_rough", DELAY, "lags the position by roughly 1 ms (1.0 samples"),
     ("delay_rough", DELAY | {"delay": 0.0, "samples": 0.0}, "lags the position by roughly 0 s (0.0 samples"),
     ("delay_rough", DELAY | {"delay": -2e-3, "samples": -2.0}, "leads the position by roughly 2 ms (2.0"),
-    ("delay_or_filter", {"delay": 1e-3, "names": ("M", "F_v")}, "removed them as a delay. M and F_v depend on this choice"),
+    ("delay_or_filter", {"delay": 1e-3, "names": ("M", "F_v")}, "removed it as a delay. M and F_v depend on this choice"),
     ("filter_suspect", {"lag": 1e-3, "channel": "effort"}, "the effort passed a filter with 1 ms more lag"),
     ("filter_suspect", {"lag": 1e-3, "channel": "position"}, "the position passed a filter with 1 ms more lag"),
     ("filter_suspect", {"lag": 1e-3, "channel": "command"}, "the recorded effort is probably a command"),
@@ -66,14 +66,22 @@ CHOSEN = [
     ("rests", {"resolution": 1e-6}, "encoder steps of 1 µm. bristle fitted all"),
     ("worse_than_none", {"percent": 120.0, "signal": "position"}, "worse than a constant position of zero"),
     ("worse_than_none", {"percent": 120.0, "signal": "effort"}, "worse than a constant effort of zero"),
-    ("start_of_contact", {"percents": (10.0, -20.0)}, "began at 10 %, −20 % of the distance"),
+    ("start_of_contact", {"percents": (10.0, -20.0)}, "deflected by 10 %, −20 % of the distance"),
     ("start_of_contact", {"periods": 1}, "the log is one period"),
     ("start_of_contact", {"periods": 3}, "the log is 3 equal periods"),
     ("start_of_contact", {}, "the motion begins at rest"),
-    ("loop_diverges", LOOP | {"largest_gain_percent": 50.0}, "stable with its gains at 50 % at most"),
-    ("loop_diverges", LOOP | {"longest_delay": 2}, "gains too high for the sample time. It is stable with two samples of delay at most"),
-    ("loop_diverges", LOOP | {"longest_delay": 0, "largest_gain_percent": 50.0}, "with no samples of delay or with its gains at 50"),
-    ("loop_diverges", LOOP, "Check the signs of its gains"),
+    ("loop_diverges", LOOP | {"largest_gain_percent": 50.0}, "stable with its gains lowered to 50 % or less"),
+    (
+        "loop_diverges",
+        LOOP | {"longest_delay": 2},
+        "gains too high for the sample time. The loop is stable with at most two samples of delay",
+    ),
+    (
+        "loop_diverges",
+        LOOP | {"longest_delay": 0, "largest_gain_percent": 50.0},
+        "with no samples of delay or with its gains lowered to 50",
+    ),
+    ("loop_diverges", LOOP, "Check the signs of the gains"),
     ("loop_diverges", LOOP | {"mend": "raise_gains", "longest_delay": 2}, "Raise the gains, or add friction feedforward"),
     ("loop_oscillates", LOOP | {"motions": "small"}, "oscillates: for small motions the sampled"),
     ("loop_oscillates", LOOP | {"motions": "small"}, "Small motions grow"),
@@ -82,37 +90,41 @@ CHOSEN = [
     ("small_margin", MARGIN | {"gain": 1.5}, "or more), and 1.50 times the gain makes the loop unstable"),
     ("loop_contradicts", FOLLOWS, "Its following error is 2 µm peak to peak"),
     ("loop_contradicts", FOLLOWS, "No single wrong gain"),
-    ("loop_contradicts", {name: FOLLOWS[name] for name in FOLLOWS if "sim" not in name}, "it runs away. The recorded following error"),
-    ("no_fall", SPEEDS | {"slowest": 0.01, "fastest": 0.02}, "its constant speeds are 10 mm/s to 20 mm/s"),
-    ("no_fall", SPEEDS | {"slowest": 0.01, "fastest": 0.010001}, "its only constant speed is 10 mm/s"),
-    ("no_fall", SPEEDS, "it has no constant-velocity segment"),
+    (
+        "loop_contradicts",
+        {name: FOLLOWS[name] for name in FOLLOWS if "sim" not in name},
+        "runs away, and the recorded loop does not. The recorded following error",
+    ),
+    ("no_fall", SPEEDS | {"slowest": 0.01, "fastest": 0.02}, "the constant speeds are 10 mm/s to 20 mm/s"),
+    ("no_fall", SPEEDS | {"slowest": 0.01, "fastest": 0.010001}, "the only constant speed is 10 mm/s"),
+    ("no_fall", SPEEDS, "the log has no constant-velocity segment"),
     ("few_reversals", {}, "the log has no reversal"),
     ("few_reversals", {"reversals": 1}, "the log has only 1 reversal"),
     ("few_reversals", {"reversals": 2}, "the log has only 2 reversals"),
     ("few_reversals", ZONE | {"reversals": 1}, "the log has only 1 reversal. It crosses"),
-    ("few_reversals", ZONE | {"reversals": 20}, "the log has only 20 reversals. Each crosses"),
+    ("few_reversals", ZONE | {"reversals": 20}, "the log has only 20 reversals. Each reversal crosses"),
     ("few_reversals", ZONE | {"reversals": 21}, "each of 21 reversals crosses"),
-    ("few_reversals", ZONE | {"reversals": 21, "samples": 8.0}, "the effect on its 21 reversals is smaller"),
+    ("few_reversals", ZONE | {"reversals": 21, "samples": 8.0}, "the effect on the 21 reversals of the log is smaller"),
     ("few_strokes", {"reversals": 2, "stroke": 0.1}, "the log has only 2 reversals over"),
-    ("few_strokes", {"stroke": 0.1}, "the force is straight over the stroke"),
+    ("few_strokes", {"stroke": 0.1}, "the force is a straight line over the stroke"),
     ("structure", STRUCTURE, "the model lacks a force. 2 N"),
     ("structure", STRUCTURE | {"small": True, "names": ("M",)}, "a force, too small to matter in use. 2 N"),
     ("structure", STRUCTURE | {"names": ("M", "F_C")}, "M, F_C are effective: valid for this model"),
     ("missing_speed", FORCE, "No model of bristle has a better curve"),
-    ("missing_speed", FORCE | {"model": "lugre"}, "Next: `lugre`"),
+    ("missing_speed", FORCE | {"model": "lugre"}, "Next: try `lugre`"),
     ("missing_speed", FORCE | {"model": "stribeck_free"}, "`stribeck_free`, also with its exponent"),
-    ("missing_speed", FORCE | {"compared": "lugre", "model": "x"}, "`lugre` was also compared, and is no better"),
-    ("missing_play", FORCE | {"ratio": 3.0, "model": "x"}, "3 times larger than elsewhere"),
-    ("missing_direction", FORCE | {"compared": "x"}, "`x` was also compared, and is no better"),
+    ("missing_speed", FORCE | {"compared": "lugre", "model": "x"}, "bristle also compared `lugre`, which is no better"),
+    ("missing_play", FORCE | {"ratio": 3.0, "model": "x"}, "3 times larger than in the rest"),
+    ("missing_direction", FORCE | {"compared": "x"}, "bristle also compared `x`, which is no better"),
     ("missing_direction", FORCE, "already has separate parameters for each direction"),
-    ("missing_ripple", RIPPLE, "Cogging or a screw is the likely cause. This model already has one period"),
-    ("missing_ripple", RIPPLE | {"model": "x"}, "Cogging or a screw is the likely cause. Next: `x`"),
-    ("missing_ripple", RIPPLE | {"compared": "x"}, "Cogging or a screw is the likely cause. `x` was also compared"),
-    ("missing_ripple", RIPPLE | {"pulls": "turning", "model": "x"}, "with the turns of a screw. Next: `x`"),
-    ("missing_ripple", RIPPLE | {"pulls": "turning", "compared": "x"}, "with the turns of a screw. `x` was also"),
+    ("missing_ripple", RIPPLE, "Cogging or a screw is the likely cause. This model already has a ripple of one period"),
+    ("missing_ripple", RIPPLE | {"model": "x"}, "Cogging or a screw is the likely cause. Next: try `x`"),
+    ("missing_ripple", RIPPLE | {"compared": "x"}, "Cogging or a screw is the likely cause. bristle also compared `x`"),
+    ("missing_ripple", RIPPLE | {"pulls": "turning", "model": "x"}, "with the turns of a screw. Next: try `x`"),
+    ("missing_ripple", RIPPLE | {"pulls": "turning", "compared": "x"}, "with the turns of a screw. bristle also compared `x`"),
     ("missing_ripple", RIPPLE | MOTORS, 'harmonics = [1, 2]` into the axis file, and `lead = "5.000 mm"` under'),
     ("missing_ripple", RIPPLE | MOTORS | {"turner": "load", "model": "x"}, "into the axis file, or try `x`"),
-    ("missing_ripple", RIPPLE | MOTORS | {"turner": "load", "compared": "x"}, "into the axis file. `x` was also"),
+    ("missing_ripple", RIPPLE | MOTORS | {"turner": "load", "compared": "x"}, "into the axis file. bristle also compared `x`"),
 ]
 
 
@@ -133,7 +145,7 @@ def test_missing_numbers_omit_their_clauses():
 def test_each_suspect_of_a_loop_has_its_factor():
     numbers = FOLLOWS | {"suspects": ("k_p", "delay", "reference_later"), "factors": (1.2, 2, 3e-3)}
     assert clause(Diagnostic("loop_contradicts", "", "note", numbers)).endswith(
-        "It would match with a position gain of 1.20 times the value in the axis file or a delay of two samples in the loop or a "
+        "The loop would match with a position gain of 1.20 times the value in the axis file or a delay of two samples in the loop or a "
         "reference that acts 3 ms later than recorded"
     )
 
@@ -148,7 +160,7 @@ def test_reason_ends_with_a_known_standard_error():
     sure = Diagnostic("low_speed", "F_v", "warning", {"speed": 0.5})
     unsure = Diagnostic("low_speed", "F_v", "warning", {"speed": 0.5, "std_percent": 40.0})
     assert message(sure) == "F_v cannot be identified: the log never exceeds 500 mm/s"
-    assert message(unsure) == message(sure) + ". Its standard error is 40 %, with residuals correlated over time"
+    assert message(unsure) == message(sure) + ". The standard error of F_v is 40 %, which allows for residuals correlated over time"
 
 
 @pytest.mark.parametrize(

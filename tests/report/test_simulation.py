@@ -87,10 +87,13 @@ def lines_of(result, warnings=()):
 def test_first_page_compares_the_best_loop_with_the_base():
     front, lines = lines_of(simulated(ran("base", 8e-6), ran("best", 2e-6, runs=3, spread=1e-7, effort=3.0), refused=["wild"]))
     assert lines == [
-        ["following error 2 µm peak to peak, 0.500 µm root mean square (best)", "at its worst reversal: 2 µm instead of 8 µm"],
-        ["variant best, of the file", "law cascade: "],
+        [
+            "following error 2 µm peak to peak, 0.500 µm root mean square (best)",
+            "swing of the error at its worst reversal: 2 µm instead of 8 µm",
+        ],
+        ["variant best, as in the experiment file", "law cascade: "],
         ["effort 3 N root mean square, 6 N at its peak (base: 2 N root mean square, 4 N at its peak)"],
-        ["This is a simulation: confirm it on the machine.", "3 runs with different noise: ± 0.100 µm"],
+        ["This is a simulation: confirm it on the machine.", "3 runs with different noise: standard deviation 0.100 µm"],
         [ON_THE_MACHINE, "find the causes of the remaining error: `bristle design EXPERIMENT.toml`"],
     ]
     assert front.facts.endswith("simulated, 3 variants · mean of 3 runs")
@@ -100,7 +103,7 @@ def test_first_page_compares_the_best_loop_with_the_base():
 def test_first_page_of_a_single_loop_has_no_comparison():
     front, lines = lines_of(simulated(ran("base", 8e-6), limit=4.0))
     assert front.facts.endswith("simulated, 1 variant")
-    assert lines[0][1] == "at its worst reversal: 8 µm"
+    assert lines[0][1] == "swing of the error at its worst reversal: 8 µm"
     assert lines[1][0] == "variant base, unchanged"
     assert lines[2] == ["effort 2 N root mean square, 4 N at its peak", "the drive is at its limit"]
     assert lines[4] == ["find the limits of this loop, and better gains: `bristle design EXPERIMENT.toml`"]
@@ -114,24 +117,24 @@ def test_first_page_of_open_loops_has_their_motion():
         ["moves by 8 mm (a)"],
         ["no values: the experiment compares no loops"],
         ["effort 2 N root mean square, 4 N at its peak (a)"],
-        ["this is a simulation: it lacks every effect that the models lack"],
+        ["this is a simulation: it lacks every effect that the models of plant and friction lack"],
         ["compare the motion with a log of the same effort"],
     ]
     assert front.ruling.words == "No loop: the effort is given"
     _, lines = lines_of(simulated(ran("a", status=Status.NOT_FINITE)))
     assert lines[0] == ["no open loop ran to its end"]
     assert lines[2] == ["no variant completed"]
-    assert lines[4] == ["correct the cause in the verdict"]
+    assert lines[4] == ["correct the cause that the verdict names"]
 
 
 @pytest.mark.parametrize(
     ("loops", "options", "warnings", "level", "words", "reasons"),
     [
-        ([ran("a")], {}, (), "usable", "It runs, but a single loop has no comparison", 0),
-        ([ran("a")], {"refused": ["b"]}, (), "with_care", "It runs, but a single loop has no comparison", 1),
-        ([ran("a")], {}, ("b: unstable",), "with_care", "It runs, but a single loop has no comparison", 1),
-        ([ran("a")], {"refused": ["b"]}, ("b: unstable",), "with_care", "It runs, but a single loop has no comparison", 1),
-        ([ran("base", status=Status.NOT_FINITE), ran("a")], {}, (), "with_care", "No loop for comparison", 1),
+        ([ran("a")], {}, (), "usable", "It runs, but there is no second loop to compare", 0),
+        ([ran("a")], {"refused": ["b"]}, (), "with_care", "It runs, but there is no second loop to compare", 1),
+        ([ran("a")], {}, ("b: unstable",), "with_care", "It runs, but there is no second loop to compare", 1),
+        ([ran("a")], {"refused": ["b"]}, ("b: unstable",), "with_care", "It runs, but there is no second loop to compare", 1),
+        ([ran("base", status=Status.NOT_FINITE), ran("a")], {}, (), "with_care", "The present loop does not run: no comparison", 1),
         ([ran("base", 2e-6), ran("a", 8e-6)], {}, (), "no", "Another loop does not help", 1),
         ([ran("base", 8e-6), ran("a", 2e-6)], {}, (), "usable", "Another loop helps", 1),
         ([ran("base", 8e-6), ran("a", 7.9e-6)], {}, (), "with_care", "Another loop hardly helps", 1),

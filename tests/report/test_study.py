@@ -83,7 +83,7 @@ def test_sentence_of_a_metric_names_the_strongest_cause(reported):
     assert study_sentences(reported)[2:] == ["Position, rms: median 3.5 mm, 90 % of the runs from 1.25 mm to 5.75 mm."]
     entries = [("plant.M", -0.6, (-0.8, -0.3)), ("x", 0.4, (-0.1, 0.7)), ("friction.F_C", 0.9, (0.8, 0.95))]
     # What the grid sets was not drawn.
-    assert study_sentences(goes_with(reported, *entries))[3:] == ["It falls most with plant.M (rank correlation −0.60)."]
+    assert study_sentences(goes_with(reported, *entries))[3:] == ["This number falls most with plant.M (rank correlation −0.60)."]
     assert "rises most with x (rank correlation +0.70)" in study_sentences(goes_with(reported, *entries, ("x", 0.7, (0.1, 0.9))))[3]
 
 
@@ -95,7 +95,7 @@ def test_study_of_failed_runs_has_a_sentence(reported):
 @pytest.mark.parametrize("interval", [(-0.1, 0.4), (0.0, 0.4), (-0.4, 0.0)])
 def test_cause_with_zero_in_its_interval_is_left_out(reported, interval):
     lines = study_sentences(goes_with(reported, ("plant.M", 0.2, interval)))
-    assert lines[-1] == "These runs show no correlation with any drawn cause."
+    assert lines[-1] == "These runs show no correlation of this number with any drawn cause."
 
 
 def test_complete_study_has_no_sentence_on_failures(reported):
@@ -108,7 +108,17 @@ def test_complete_study_has_no_sentence_on_failures(reported):
 def test_table_of_a_distribution_has_two_digits_of_the_scatter(reported):
     (table,) = spread_tables(reported)
     assert table.caption == "Position, rms in mm (motion.rms)"
-    assert table.heads == ["At", "Runs", "Mean", "its 95 % interval", "Std", "5 %", "Median", "95 %", "its 95 % interval"]
+    assert table.heads == [
+        "At",
+        "Runs",
+        "Mean",
+        "95 % interval of the mean",
+        "Std",
+        "5 % quantile",
+        "Median",
+        "95 % quantile",
+        "95 % interval of the quantile",
+    ]
     assert table.rows == [
         ["all", "6", "3.5", "", "1.9", "1.2", "3.5", "5.8", ""],
         ["friction.F_C 1 N", "3", "3.0", "0.7 to 5.3", "2.0", "1.2", "3.0", "4.8", "3.0 to ?"],
@@ -138,7 +148,7 @@ def test_causes_are_sorted_by_strength_with_intervals(reported):
     index = {"metric": "motion.rms", "cause": "x", "first": 0.123, "first_interval": (0.1, 0.2)}
     index |= {"total": 0.5, "total_interval": (-0.4, 0.6)}
     shares, ranks = report._influence_tables(goes_with(reported, *entries) | {"sobol_indices": [index]})
-    assert shares.heads == ["Metric", "Cause", "Alone", "95 % interval", "With others", "its 95 % interval"]
+    assert shares.heads == ["Metric", "Cause", "Alone", "95 % interval", "With interactions", "95 % interval with interactions"]
     assert shares.rows == [["motion.rms", "x", "0.123", "+0.10 to +0.20", "0.500", "−0.40 to +0.60"]]
     assert ranks.rows == [
         ["motion.rms", "friction.F_C", "+0.90", "+0.80 to +0.95"],
@@ -220,9 +230,9 @@ def test_fleet_has_its_sentences():
     assert fleet_sentences(summary) == [
         "7 of 9 logs are complete: repeat the same command to continue.",
         "6 of 7 logs were fitted, 1 failed.",
-        "Fits with warnings: clipped in 2, one_speed in 1.",
+        "Warnings of the fits: clipped in 2 logs, one_speed in 1 log.",
         "Held-out error: median 3.5 %, largest 6 %.",
-        "Outliers among the logs: 1 of b in friction.F_C.",
+        "Outliers among the logs: 1 from b in friction.F_C.",
     ]
     assert summary["failures"] == [{"run": 6, "folder": "b", "log": "6.csv", "status": "refused", "reason": "no effort"}]
     sound = summary | {"logs": 7, "failures": [], "warnings": {"clipped": 0}, "held_out_error": {"median": None, "largest": None}}
@@ -268,7 +278,7 @@ def test_fleet_has_a_row_for_each_log_and_states_omissions(monkeypatch):
     assert table.caption == "The logs"
     monkeypatch.setattr(report, "LOGS_SHOWN", 3)
     short = report._logs_table(fleet(), summary, ["friction.F_C"])
-    assert (short.caption, len(short.rows)) == ("The logs (the first 3; all are in runs/)", 3)
+    assert (short.caption, len(short.rows)) == ("The logs (the first 3; the folder runs/ has all)", 3)
     open_ = fleet()
     open_.columns["friction.F_C.upper"][0] = np.nan
     assert report._logs_table(open_, summary, ["friction.F_C"]).rows[0][4] == "5.00"
@@ -279,7 +289,7 @@ def test_failed_logs_have_reasons_and_a_limited_list():
     assert report.failed_logs_table(summary)[::2] == ("Logs that failed", [("b", "6.csv", "no effort")])
     assert report.failed_logs_table(summary | {"failures": []}) is None
     many = report.failed_logs_table(summary | {"failures": summary["failures"] * 21})
-    assert (many.caption, len(many.rows)) == ("Logs that failed (the first of them)", 20)
+    assert (many.caption, len(many.rows)) == ("Logs that failed (the first 20)", 20)
     assert report.failed_logs_table(summary | {"failures": summary["failures"] * 20}).caption == "Logs that failed"
 
 

@@ -41,14 +41,14 @@ def typed(monkeypatch):
 def test_levels_are_by_direction_with_the_viscous_part(typed):
     assert typed("usual") == [
         "mass 12 kg",
-        "F+ 8 N, F− 9 N, viscous 30 N·s/m: at most 500 mN below the steady friction, never above it",
+        "F+ 8 N, F− 9 N, viscous 30 N·s/m: these values are at most 500 mN below the steady friction, never above it",
         "or use the table for the drive, below",
     ]
     assert (
         "F− 9 N, constant 2 N, viscous forward 30 N·s/m, viscous backward 40 N·s/m:"
         in typed("usual", constant=2.0, viscous_backward=40.0)[1]
     )
-    assert typed("usual", forward=None, viscous_forward=None, viscous_backward=0.0)[1].startswith("F− 9 N: at most")
+    assert typed("usual", forward=None, viscous_forward=None, viscous_backward=0.0)[1].startswith("F− 9 N: these values are at most")
     assert typed("usual", item=fit(kind="rotational"))[0] == "inertia 12 kg·m²"
 
 
@@ -87,4 +87,4 @@ def test_straight_lines_follow_the_model_within_rounding(deviation, words, monke
     lead, block = _for_the_drive(fit(), [(-0.1, -9.0), (0.1, 8.0)], None)
     assert f"Straight\nlines between the rows {words}." in lead
     assert block.content.rows[0][0] == "1"
-    assert block.further == ("The same in SI units, to be copied:", "velocity [m/s],effort [N]\n-0.1,-9\n0.1,8")
+    assert block.further == ("The same table in SI units, to be copied:", "velocity [m/s],effort [N]\n-0.1,-9\n0.1,8")

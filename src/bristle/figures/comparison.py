@@ -112,7 +112,7 @@ def _draw_turns(panels: Sequence[style.Axes], compared: Comparison) -> None:
 
 
 def _draw_changes(axes: style.Axes, changes_told: Sequence[Change]) -> None:
-    """Draw each change with its interval; a full point means that its interval excludes zero."""
+    """Draw each change with its interval; a filled point means that the interval excludes zero."""
     if not changes_told:
         return
     places = np.arange(len(changes_told), dtype=float)
@@ -129,7 +129,7 @@ def _draw_changes(axes: style.Axes, changes_told: Sequence[Change]) -> None:
     axes.set(ylim=(len(changes_told) - 0.4, -0.6), ylabel="Quantity", xlabel="Change [%]", title="change, with its 95 % interval")
 
 
-CHANGES = "each change in percent of before: the interval of a full point excludes zero."
+CHANGES = "each change in percent of the value before. The interval of a filled point excludes zero."
 
 
 def _signal(compared: Comparison) -> str:
@@ -143,7 +143,7 @@ FIGURE = ReportFigure(
     alternative=lambda compared: f"{_signal(compared).capitalize()} and friction before and after, and each change with its interval",
     caption=lambda compared: (
         f"Above, the mean over cycles of the {_signal(compared)}: light before, dark after. "
-        + "Then the mean around reversals, with the window of the peak shaded. " * bool(compared.turns)
+        + "Next, the mean around reversals. The peak is that in the shaded window. " * bool(compared.turns)
         + "Friction at the same speeds is half the difference of the effort between the directions. " * bool(compared.friction_curve)
         + f"Below, {CHANGES}"
     ),

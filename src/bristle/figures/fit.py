@@ -79,7 +79,7 @@ FIRST = ReportFigure(
     caption=lambda fit, curve, simulation, following: (
         "Friction over velocity, measured and modelled."
         if simulation is None
-        else "Above, friction measured and modelled. Below, the following error around its worst reversal: measured,  "
+        else "Above, friction measured and modelled. Below, the following error around its worst reversal: measured, "
         "simulated as recorded, and compensated."
     ),
 )
@@ -137,7 +137,7 @@ TIME = ReportFigure(
     draw=effort_over_time,
     alternative="Measured and predicted effort over time",
     caption="Effort over the whole log, and close up where measured and predicted effort differ most (shaded above). "
-    "Where the light line is visible, the model is wrong.",
+    "Where the light line of the measurement is visible, the model is wrong.",
 )
 
 
@@ -187,8 +187,8 @@ RESIDUALS = ReportFigure(
     draw=residuals,
     alternative="Residuals over time, their distribution and autocorrelation",
     caption="Measured minus predicted effort. Bursts at reversals indicate pre-sliding friction, a drift indicates temperature "
-    "or load. Bars of the autocorrelation outside the band mean that neighbouring residuals are correlated: then standard "
-    "errors, which assume independence, are too small.",
+    "or load. Bars of the autocorrelation outside the band mean that neighbouring residuals are correlated. Standard "
+    "errors, which assume independence, are then too small.",
 )
 
 
@@ -224,8 +224,8 @@ PREDICTION = ReportFigure(
     alternative=lambda predicted, kind: f"Measured and predicted signals, {predicted.mode} mode",
     caption=lambda predicted, kind: (
         f"The model, simulated on the log in {predicted.mode} mode: {MODES.get(predicted.mode, '')}. Where the light line "
-        "is visible, the prediction is wrong."
-        + " Shaded: the 95 % band of the measurement."
+        "of the measurement is visible, the prediction is wrong."
+        + " The shading is the 95 % band of the measurement."
         * (predicted.half_width is not None or predicted.position_half_width is not None)
     ),
     applies=lambda predicted, kind: predicted.effort_predicted is not None or predicted.position_predicted is not None,

@@ -190,8 +190,8 @@ FIGURE = ReportFigure(
     alternative="Following error and effort of each variant over time",
     caption=lambda simulation, focus, following: (
         f"Reference minus encoder reading{', measured and simulated' if following is not None else ''}: over time, as a "
-        "distribution, and close up at a reversal (shaded above). Spikes at reversals are friction. "
-        "An error that grows with the speed is lag of the position loop, or viscous friction without feedforward. "
+        "distribution, and close up at a reversal (shaded above). Spikes at reversals come from friction. "
+        "An error that grows with the speed comes from lag of the position loop, or from viscous friction without feedforward. "
         "Below, the effort."
     ),
 )
@@ -204,7 +204,7 @@ AT_REVERSAL = ReportFigure(
     ),
     caption=lambda simulation, at_reversal: (
         "Following error over the whole run, close up at the worst reversal (shaded above), and the effort there"
-        f"{'' if at_reversal[0] == at_reversal[1] else ', both of ' + ' and '.join(at_reversal[1])}."
+        f"{'' if at_reversal[0] == at_reversal[1] else '. The close-ups show only ' + ' and '.join(at_reversal[1])}."
     ),
     applies=lambda simulation, at_reversal: has_completed(simulation),
 )

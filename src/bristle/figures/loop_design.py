@@ -82,7 +82,7 @@ MARGINS = ReportFigure(
     draw=margins,
     alternative="Gain and phase of the open loop over frequency, and the poles of the closed loop",
     caption="The open loop without friction, and the phase margin where its gain crosses 1 (thick). Poles outside the "
-    "circle grow; close inside it they ring.",
+    "unit circle are unstable. Poles just inside it ring.",
 )
 
 
@@ -183,5 +183,5 @@ CIRCLES = ReportFigure(
     draw=circles,
     alternative="Radial deviation of the circle, around it and unrolled",
     caption="Deviation of the two axes from the circle, magnified, around the grey circle on the left. At each of the four "
-    "reversals friction changes sides, and the path bulges.",
+    "reversals friction changes its sign, and the path bulges.",
 )

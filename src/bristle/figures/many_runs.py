@@ -54,7 +54,7 @@ SPREAD = ReportFigure(
     alternative=lambda study, spread: f"Distribution of {', '.join(spread)} over the runs",
     caption=lambda study, spread: (
         "Distribution of each number over the runs. "
-        + ("A line for each point of the grid." if study.described["grid"] else "Shaded: the middle 90 %.")
+        + ("A line for each point of the grid." if study.described["grid"] else "Shaded: the middle 90 % of the runs.")
     ),
 )
 
@@ -114,6 +114,6 @@ FLEET = ReportFigure(
     takes=("fleet", "names", "apart"),
     draw=fleet_parameters,
     alternative=lambda runs, names, apart: f"{', '.join(names)} of each log with 95 % intervals",
-    caption="Each log with its 95 % interval. The line is the median. Hollow: an outlier. A "
-    "tick at the bottom: a log that failed, or that does not identify this parameter. An arrow: beyond the panel.",
+    caption="Each log with its 95 % interval. The line is the median. A hollow point is an outlier. A tick at the bottom is a log that "
+    "failed, or that does not identify this parameter. An arrow marks a value outside the panel.",
 )

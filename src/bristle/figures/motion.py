@@ -85,7 +85,8 @@ FIGURE = ReportFigure(
     takes="motion",
     draw=motion,
     alternative="Position over time, for each purpose",
-    caption="Position from the start of the motion; each panel has its own scale. Only the encoder resolves the small pre-sliding loops.",
+    caption="Position from the start of the motion; each panel has its own scale. "
+    "The pre-sliding loops are so small that only the encoder shows them.",
 )
 EXPECTED = ReportFigure(
     name="expected",
@@ -93,6 +94,6 @@ EXPECTED = ReportFigure(
     draw=expected,
     alternative="Expected friction over position and over speed",
     caption="Friction of the assumed axis along the motion: pre-sliding loops over position, "
-    "and friction over the speed of the steady slides. Loops that do not close at their ends into sliding mean "
-    "that the pre-sliding distance is larger than assumed.",
+    "and friction over the speed of the steady slides. If the recorded loops do not reach sliding at their ends, "
+    "the pre-sliding distance is larger than assumed.",
 )

@@ -67,9 +67,9 @@ PASSAGES = ReportFigure(
     draw=passages,
     alternative=lambda log, passages: f"Position over time{', and effort over position of its loops' if _has_loops(log, passages) else ''}",
     caption=lambda log, passages: (
-        "Shaded: the kind of experiment in each part of the log."
-        + " Below, effort over position where friction reverses slowly: loops inside each other separate models of "
-        "friction; loops of one amplitude do not." * _has_loops(log, passages)
+        "The shading shows the kind of experiment in each part of the log."
+        + " Below, effort over position where friction reverses slowly. Nested loops distinguish models of friction, "
+        "loops of one amplitude do not." * _has_loops(log, passages)
     ),
 )
 
@@ -103,5 +103,5 @@ CURVES = ReportFigure(
     takes=("recorded", "outputs"),
     draw=lambda recorded, outputs: recorded_curves(recorded.curves, outputs, recorded.kind),
     alternative="Recorded and predicted output over the input",
-    caption="Where the light line is visible, the prediction is wrong. Of many curves, some are shown.",
+    caption="Where the light line of the record is visible, the prediction is wrong. If there are many curves, the figure shows only some.",
 )

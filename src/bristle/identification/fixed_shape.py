@@ -23,7 +23,9 @@ TOTAL = "s"  # the stiffness of all elements together
 ELEMENT_MODELS = (maxwell_slip, gms)
 LEAST = 0.05  # of level and stiffness: both stay positive in every draw
 DIFFERENCE = "difference"  # half the difference of the levels forward and backward
-STIFFNESS = Variable("force/length", "stiffness after a reversal, of all elements", min=1e-9, nominal=1e6, excitation="presliding")
+STIFFNESS = Variable(
+    "force/length", "stiffness after a reversal, the sum over all elements", min=1e-9, nominal=1e6, excitation="presliding"
+)
 
 
 CURVE = 12  # displacements at which the virgin curve has intervals

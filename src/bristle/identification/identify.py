@@ -260,7 +260,7 @@ def _all_fits(
     fits, estimations, left_out = _fits(context, components, blocks, share)
     ended = len(fits) + len(left_out) < len(components)
     if extended and not ended:
-        report = share(len(components), "fitting slots")
+        report = share(len(components), "fitting models with slots")
         added, ended = _with_slots(context, fits, estimations, left_out, blocks, report)
         components = (*components, *added)
     missing = [component.name for component in components if component.name not in left_out][len(fits) :]

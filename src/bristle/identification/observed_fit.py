@@ -187,7 +187,7 @@ def foreseen(fit: Fit, estimation: Estimation, context: Context, logs: Sequence[
     # If the elements of the observer explain the force less well, a missing force was taken for stiffness.
     miss = better.force_error_percent / max(fit.force_error_percent, np.finfo(float).tiny)
     if better.further and miss > WORSE:
-        return with_remark(fit, {"why": f"its elements leave {miss:.2g} times as much of the force unexplained"})
+        return with_remark(fit, {"why": f"with its elements, {miss:.2g} times as much of the force is unexplained"})
     return with_remark(better, numbers)
 
 

@@ -64,7 +64,7 @@ class Perturbed:
 
 def warn_of_differences(component: FrictionModel, error: NotExportableError) -> None:
     """Warn about a law that is differentiated by differences, with the reason."""
-    warnings.warn(f"{component.name} is differentiated by differences: {error}", InputWarning, stacklevel=3)
+    warnings.warn(f"bristle differentiates {component.name} by finite differences: {error}", InputWarning, stacklevel=3)
 
 
 class FrictionRows(NamedTuple):

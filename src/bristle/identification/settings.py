@@ -60,7 +60,7 @@ class Settings(CheckThresholds):
     stages_apart = 0.02  # the same as a share of the inertia
 
     # Noise and residual.
-    acceleration_noise: float = _set(0.01, "share of noise in the mean square acceleration from which bristle reports it", most=1.0)
+    acceleration_noise: float = _set(0.01, "share of noise in the mean square acceleration from which bristle reports this noise", most=1.0)
     noisy_inertia = 0.05  # share of noise in the mean square acceleration above which a fit does not identify the inertia
     poor_error: float = _set(40.0, "error of the effort from which bristle doubts units and signs", "%")
     usable_error: float = _set(20.0, "largest model error relative to friction for the verdict Usable", "%")

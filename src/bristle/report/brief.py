@@ -118,7 +118,7 @@ def _to_type_in(fit: Fit, axis: Axis | None) -> list[Line]:
         source = " (given)" if inertia.status == "held" else _width([inertia])
         lines.append(f"{'inertia' if kind == 'rotational' else 'mass'} {fixed(levels.inertia, unit_of('mass', kind))}{source}")
     if levels.forward is None or levels.backward is None:
-        lines.append("friction: unknown, because the log moves in one direction only")
+        lines.append("friction: unknown, because the axis moves in one direction only")
         return _labelled("Type in", lines)
     known = [estimate for estimate in fit.estimates if estimate.name in fit.levels and estimate.status == "identified"]
     friction = f"friction {fixed(levels.forward, unit)} forward, {fixed(levels.backward, unit)} backward{_width(known)}"
@@ -164,7 +164,9 @@ def _warnings(fit: Fit, following: Following | None) -> list[Line]:
     doubts.sort(key=lambda diagnostic: _gravity(diagnostic, fit))
     lines = dict.fromkeys(f"{_named(diagnostic)} [{diagnostic.code}]" for diagnostic in doubts)
     more = len(lines) - WARNINGS
-    lines = [*lines][:WARNINGS] + ([f"{f'{more} more: -v. ' if more > 0 else ''}To explain one: bristle explain CODE"] if lines else [])
+    lines = [*lines][:WARNINGS] + (
+        [f"{f'{more} more: -v. ' if more > 0 else ''}To explain a warning: bristle explain CODE"] if lines else []
+    )
     models = dict.fromkeys(str(diagnostic.numbers["model"]) for diagnostic in doubts if diagnostic.numbers.get("model"))
     proposed = [Line("Try", f"--model {next(iter(models))}")] if models else []
     return [*_labelled("Warnings", lines), *proposed]

@@ -42,12 +42,12 @@ class Wording(NamedTuple):
     @property
     def sentence(self) -> str:
         """The verdict in a sentence."""
-        return f"{'These logs do not show whether it helped' if self.is_open else self.words}: {self.reason}."
+        return f"{'These logs do not show whether the change helped' if self.is_open else self.words}: {self.reason}."
 
 
-KEEP = "keep the change, and find the remaining causes: `bristle identify AFTER --axis axis.toml`"
+KEEP = "keep the change, and find the causes of the remaining error: `bristle identify AFTER --axis axis.toml`"
 BACK = "undo the change, then `bristle identify BEFORE --axis axis.toml`"
-ZERO = "the interval of its change contains zero"
+ZERO = "the 95 % interval of the change in following error contains zero"
 VERDICTS = {
     "lower": Wording("usable", "It helped", "the following error is lower", KEEP),
     "hardly": Wording("with_care", "It hardly helped", f"the following error is lower, by less than {100.0 * NO_CHANGE:g} %", KEEP),
@@ -149,7 +149,7 @@ def remarks_of(compared: Comparison) -> list[str]:
     drawn = "in pairs" if shared.paired else "separately for each side"
     window = f". The window after a reversal is {with_unit(compared.window, 's')}" if compared.window and compared.turns else ""
     pieces = f"{shared.cycles_before} {_pieces(compared)} before and {shared.cycles_after} after"
-    return [*doubts, f"compared: {pieces}, of {motions}, resampled {drawn}{window}", *notes]
+    return [*doubts, f"bristle compared {pieces}, of {motions}. The intervals resample them {drawn}{window}", *notes]
 
 
 def _pieces(compared: Comparison) -> str:
@@ -179,7 +179,7 @@ def _front(compared: Comparison, name: str, files: Mapping[str, str]) -> Front:
     wording, is_single = _wording(change) if change else None, min(len(compared.logs_before), len(compared.logs_after)) == 1
     typed = "no values: these logs show no clear change"
     if change is not None and wording is not None and not wording.is_open:
-        typed = f"no new values: keep those {'after' if change.verdict == 'lower' else 'before'} the change"
+        typed = f"no new values: keep the values from {'after' if change.verdict == 'lower' else 'before'} the change"
     partly = f"motion common to both: {percent_text(shared.before_percent)} before, {percent_text(shared.after_percent)} after"
     answers = answered(
         _lines(compared, ("following_error", "reversals"), "no following error: the logs have no reference"),
@@ -188,7 +188,7 @@ def _front(compared: Comparison, name: str, files: Mapping[str, str]) -> Front:
         [
             f"{shared.cycles_before} {_pieces(compared)} before, {shared.cycles_after} after. Their scatter gives the intervals",
             partly if min(shared.before_percent, shared.after_percent) < 99.0 else "",
-            "intervals lack the scatter between recordings, such as that of temperature" if is_single else "",
+            "intervals lack the scatter between recordings, for example from temperature" if is_single else "",
         ],
         [wording.advice, "add further logs of each side for more certainty: `--before`, `--after`" if is_single else ""]
         if wording
@@ -205,7 +205,7 @@ def _lines(compared: Comparison, groups: tuple[str, ...], otherwise: str) -> lis
     for change in changes:
         if change.name != RMS or len(changes) == 1:
             verdict = CELLS["no_change"] if change.verdict == "no_change" else percent_of(change)
-            lines.append(f"{WORDS[change.name]}: {_text(change, change.after)}, before {_text(change, change.before)} ({verdict})")
+            lines.append(f"{WORDS[change.name]}: {_text(change, change.after)} after, {_text(change, change.before)} before ({verdict})")
     return lines or [otherwise]
 
 

@@ -68,7 +68,7 @@ class Gain(NamedTuple):
         if after > (1.0 + NO_CHANGE) * before:
             return f"In simulation, friction feedforward raises {change}. Do not use this compensation."
         if after > (1.0 - NO_CHANGE) * before:
-            return f"In simulation, friction feedforward hardly changes the following error: {old}, then {new}."
+            return f"In simulation, friction feedforward hardly changes the following error: {old} without it, {new} with it."
         return f"In simulation, friction feedforward lowers {change}{_times(before, after)}."
 
     def _about_lag(self) -> str:
@@ -83,9 +83,9 @@ class Gain(NamedTuple):
             else "the lag of the position loop, which velocity feedforward removes, or viscous friction without feedforward"
         )
         return (
-            f"{100.0 * compensated.lag_share:.3g} % of the mean square of the remaining error is proportional to velocity, a lag of "
-            f"{with_unit(compensated.lag, 's')}. Likely cause: {cause}. Without this lag the error goes from {old} to {new} {scale.unit} "
-            "peak to peak."
+            f"{100.0 * compensated.lag_share:.3g} % of the mean square of the remaining error is proportional to velocity, like a lag of "
+            f"{with_unit(compensated.lag, 's')}. Likely cause: {cause}. Without this lag, compensation changes the error from {old} to "
+            f"{new} {scale.unit} peak to peak."
         )
 
     def _words(self, length: float) -> str:
@@ -111,9 +111,9 @@ class Standing(NamedTuple):
             less = (
                 f"{number(100.0 * (1.0 - 1.0 / ratio), digits=2)}\u00a0% less"
                 if ratio <= MANY
-                else f"by a factor of {number(ratio, digits=2)}"
+                else f"smaller by a factor of {number(ratio, digits=2)}"
             )
-            less = "less than a hundredth" if ratio > MANY * MANY else less
+            less = "smaller by more than a factor of 100" if ratio > MANY * MANY else less
         return f"following error {new} instead of {old} peak to peak, {less}"
 
 

@@ -68,7 +68,7 @@ def budget_table(design: Design) -> Table | None:
         for entry in budget.entries
     ]
     is_nothing = budget.no_cause.peak_to_peak <= NO_CHANGE * budget.all_causes.peak_to_peak
-    left = "error of the law and its sampling, such as a delayed velocity"
+    left = "error of the control law and its sampling, such as a delayed velocity"
     rows += [
         ("all of them", length.cell(budget.all_causes.peak_to_peak), "–", ""),
         ("none of them", length.cell(budget.no_cause.peak_to_peak), "–", "" if is_nothing else left),
@@ -117,9 +117,9 @@ def circle_table(design: Design) -> Table:
     return Table.of("The circle", rows)
 
 
-GAINS = """“Tuned” is the same law, with gains for a phase margin of 40° and a gain margin of two, for small and large motions.
-“With an observer” is a proportional-derivative law with a disturbance observer and the same margins. Both use feedforward along
-the desired motion. Both assume that the real axis has the friction of the model."""
+GAINS = """“Tuned” is the present law with new gains. They give a phase margin of 40° and a gain margin of two, for small and large
+motions. “With an observer” is a proportional-derivative law with a disturbance observer and the same margins. Both loops use
+feedforward along the desired motion. Both assume that the real axis has the friction of the model."""
 MARGINS = """The sampled loop includes the zero-order hold, computation delay, lag of the drive, and the velocity estimate of the
 law. Poles determine its stability, margins the distance to instability. Small motions are inside a boundary layer or dead band
 of the law, large motions far outside it. Stuck friction acts as a spring. Sliding friction acts as the slope of its curve at the
@@ -134,14 +134,14 @@ def design_report(design: Design, **options: Any) -> str:
         for proposal in design.proposals[1:]
         for block in (Markup("<p>{}:</p>").format(proposal.name), Block("code", controller_text(proposal.variant)))
     ]
-    errs = ["Each cause is simulated alone, and the loop is simulated without each cause.", budget] if budget is not None else []
+    errs = ["bristle simulated the loop with each cause alone, and with all causes but one.", budget] if budget is not None else []
     circles: list[object] = []
     if design.circles:
         circle, kind = design.circles[0], design.experiment.kind
         radius, feed = with_unit(circle.radius, unit_of("length", kind)), with_unit(circle.feed, unit_of("length/time", kind))
         circles = [
-            f"Two such axes run a circle of {radius} at {feed}, and the second of two revolutions is shown. A glitch is the "
-            "swing of the deviation within 30° of the reversal of an axis.",
+            f"Two axes with the same loop run a circle of radius {radius} at {feed}. The results are those of the second of two "
+            "revolutions. A glitch is the swing of the deviation within 30° of the reversal of an axis.",
             circle_table(design),
         ]
     sections = [
@@ -174,9 +174,9 @@ def design_sentences(design: Design) -> list[str]:
     )
     if late is not None:
         (least, most), phase = (1e3 * lag for lag in design.unstated_lags), late.least_phase
-        own = f"is unstable with {most:g} ms"
+        own = f"is unstable with a lag of {most:g} ms"
         if late.is_stable and phase is not None:
-            own = f"has a phase margin of {short_text(phase)}° with {most:g} ms"
+            own = f"has a phase margin of {short_text(phase)}° with a lag of {most:g} ms"
         lines.append(
             f"The lag of the current loop is unknown. The proposed gains keep their margins for lags from {least:g} to {most:g} ms. "
             f"{design.variant.name} {own}. Write the lag of the drive into the axis file, such as "
@@ -186,16 +186,16 @@ def design_sentences(design: Design) -> list[str]:
         count = design.proposals[0].count_effort
         effort, friction = (with_unit(force, unit_of("force", kind)) for force in (count, design.friction))
         lines.append(
-            f"Much of the effort is noise: one encoder count causes {effort}, {number(count / design.friction, digits=2)} times the "
-            f"friction ({friction}). Use a finer encoder, a lower cut-off of the velocity, or less gain."
+            f"Much of the effort is noise: one encoder count causes an effort of {effort}, {number(count / design.friction, digits=2)} "
+            f"times the friction ({friction}). Use a finer encoder, a lower cut-off of the velocity, or less gain."
         )
     if design.budget is not None and design.budget.entries:
         entries, error = design.budget.entries, design.budget.all_causes.peak_to_peak
         first, largest = entries[0], max(entries, key=lambda entry: entry.alone.peak_to_peak)
         without, alone = (length_text(peak, kind) for peak in (first.without.peak_to_peak, largest.alone.peak_to_peak))
         about_causes = (
-            "Removing a single cause does not reduce it, because causes cancel or several causes make the same error. The largest single "
-            f"cause is {largest.cause}, alone {alone}."
+            "Removing a single cause does not reduce this error, because causes cancel or several causes make the same error. The largest "
+            f"single cause is {largest.cause}: alone, it makes an error of {alone}."
         )
         if first.without.peak_to_peak < (1.0 - NO_CHANGE) * error:
             about_causes = f"The main cause is {first.cause}: without it, the error is {without}."
@@ -213,7 +213,7 @@ def _choice(design: Design) -> str:
     """Return the recommended loop and its following error, compared with the present loop."""
     chosen, present, kind = design.chosen, design.proposals[0], design.experiment.kind
     if chosen is present:
-        return "no proposed loop reduces the following error by a fifth"
+        return "no proposed loop reduces the following error by a fifth or more"
     instead = "" if present.following_error is None else f" instead of {length_text(present.peak_to_peak, kind)}"
     error = length_text(chosen.peak_to_peak, kind)
     return f"the loop {chosen.name} has a following error of {error}{instead}, and keeps the margins"
@@ -243,17 +243,17 @@ def _front(design: Design) -> Front:
         first = budget.entries[0]
         quality += [
             f"following error {length_text(budget.all_causes.peak_to_peak, kind)} peak to peak, simulated",
-            f"main cause {first.cause} ({first.description}): without it {length_text(first.without.peak_to_peak, kind)}",
+            f"main cause {first.cause} ({first.description}): without it, the error is {length_text(first.without.peak_to_peak, kind)}",
         ]
     runs = 0 if budget is None else budget.runs
-    simulated = f"errors are simulated, {'one run' if runs == 1 else f'{runs} runs'} each, with the friction of the file"
-    title = f"{design.variant.name}, unchanged" if is_present else f"{chosen.name}, as replacement"
+    simulated = f"errors are simulated, {'one run' if runs == 1 else f'{runs} runs'} each, with the friction of the experiment file"
+    title = f"{design.variant.name}, unchanged" if is_present else f"{chosen.name}, in place of the present loop"
     answers = answered(
         quality,
         [f"loop {title}", *law_lines(chosen.variant)],
         _cost(design),
         [
-            "margins of the sampled loop with its delays, and only the resonances of the plant in the file",
+            "the margins include the delays of the sampled loop, but only those resonances that the plant of the experiment file has",
             "" if budget is None else simulated,
         ],
         [

@@ -71,7 +71,7 @@ def excitation_report(excitation: Excitation, *, identify: str, **options: Any) 
         for word, value, limit, unit in _limits(excitation)
     ]
     if rehearsal is not None:
-        limits.append(("Effort, assumed model", with_unit(rehearsal.peak_effort, unit_of("force", excitation.motion.kind))))
+        limits.append(("Effort by the assumed model", with_unit(rehearsal.peak_effort, unit_of("force", excitation.motion.kind))))
     motion = [
         Block("facts", excitation.purposes, ("Purpose of each part",)),
         piece_table(excitation),
@@ -110,15 +110,17 @@ def outlook_table(excitation: Excitation) -> Table:
             {
                 "Parameter": estimate.name,
                 "Meaning": estimate.description,
-                "Put in": "" if put_in is None else number(put_in * scale.factor),
-                "Found": number(estimate.value * scale.factor),
+                "True value": "" if put_in is None else number(put_in * scale.factor),
+                "Identified": number(estimate.value * scale.factor),
                 "Unit": scale.unit or "–",
                 "Error [%]": "" if error is None else number(error, digits=2),
                 "95 % interval [%]": "–" if half is None or not math.isfinite(half) else f"± {number(half, digits=2)}",
-                "Remark": "beyond its interval" if _misses(estimate, put_in) else STATUS_WORDS.get(estimate.status, estimate.status),
+                "Remark": "true value outside the interval"
+                if _misses(estimate, put_in)
+                else STATUS_WORDS.get(estimate.status, estimate.status),
             }
         )
-    return Table.of(f"Expected results, by {excitation.rehearsal.identification.best.name}", rows).without_empty_columns()
+    return Table.of(f"Expected results, by a fit of {excitation.rehearsal.identification.best.name}", rows).without_empty_columns()
 
 
 def _error(estimate: Estimate, put_in: float | None) -> float | None:
@@ -208,9 +210,9 @@ def excitation_ruling(excitation: Excitation) -> Ruling:
     sought = _sought(excitation)
     groups = (
         ("this motion would not determine {}", [estimate for estimate in sought if estimate.status in ("unidentifiable", "at_edge")]),
-        ("this motion would hardly determine {}: intervals as wide as the values", _sure(excitation, sure=False)),
+        ("this motion would hardly determine {}: the intervals are as wide as the values", _sure(excitation, sure=False)),
         (
-            "this motion would give biased values, outside the interval: {}",
+            "this motion would give biased values, with the true value outside the interval: {}",
             [estimate for estimate in sought if _misses(estimate, rehearsal.truth.get(estimate.name))],
         ),
     )
@@ -219,7 +221,7 @@ def excitation_ruling(excitation: Excitation) -> Ruling:
         lag = length_text(rehearsal.lag, excitation.motion.kind)
         reasons.append(f"raise the gains for this motion: the controller follows the pre-sliding loops only within {lag}")
     if limit is not None and rehearsal.peak_effort > limit:
-        return Ruling("no", "Do not run it", ("the effort reaches the limit of the drive", *reasons))
+        return Ruling("no", "Do not run it", ("the effort exceeds the limit of the drive", *reasons))
     return Ruling("with_care", "Run it, with care", tuple(reasons)) if reasons else Ruling("usable", "Run it")
 
 
@@ -235,18 +237,20 @@ def _front(excitation: Excitation, identify: str) -> Front:
     ]
     trust = ["the motion was not rehearsed"]
     if rehearsal is not None:
-        allowed = "" if limit is None else f" of {fixed(limit, unit)}"
+        allowed = "" if limit is None else f" of {fixed(limit, unit)} allowed"
         takes.append(f"effort up to {fixed(rehearsal.peak_effort, unit)}{allowed}, by the assumed model")
         loop = "in the loop of its controller" if rehearsal.loop else "along the motion, without a stable loop"
         assumed = f"{believed} assumed {'value' if believed == 1 else 'values'}, listed below" if believed else ""
-        trust = [f"one rehearsal, {loop}, with the encoder of the axis and 5 % of scatter", assumed]
+        trust = [f"one rehearsal, {loop}, with the encoder of the axis and friction that scatters by 5 %", assumed]
     answers = answered(
-        ["its log would determine, with 95 % intervals:", widths] if sure else ["its log would determine no parameter reliably"],
+        ["the log of this motion would determine, with 95 % intervals:", widths]
+        if sure
+        else ["the log of this motion would determine no parameter reliably"],
         ["set points: `motion.csv`", "or a list of moves: `moves.csv`", "or a program for an NC: `motion.nc`"],
-        [f"{motion.duration:.3g} s of the axis", *takes],
+        [f"{motion.duration:.3g} s of motion", *takes],
         trust,
-        [f"run it, record the channels of the axis file, then `{identify}`"],
+        [f"run the motion, record the channels of the axis file, then `{identify}`"],
     )
     heading, facts = f"{excitation.axis.name}: a motion to run", about(f"{motion.duration:.3g} s", "for the controller of the axis")
-    without = "In the rehearsal its log determines every parameter."
+    without = "In the rehearsal, the log of this motion determines every parameter."
     return Front(heading, facts, excitation_ruling(excitation), answers, "assumptions", without)

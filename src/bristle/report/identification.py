@@ -35,9 +35,9 @@ if TYPE_CHECKING:
 
 NO_BREAK = "\u00a0"
 PAIRS_SHOWN = 20
-BY_POSITION = """The model was fitted to the position. The figures below show the effort along the measured motion, where the search
-started. The second derivative of the position amplifies its noise."""
-FIT_FOR_USE = """A feedforward along the desired motion only needs a well-posed model, because it replays a known motion. The last
+BY_POSITION = """bristle fitted the model to the position. The figures below show the effort along the measured motion, from which the
+search started. This effort is noisy, because the second derivative of the position amplifies noise."""
+FIT_FOR_USE = """A feedforward along the desired motion needs only a well-posed model, because it replays a known motion. The last
 column lists the uses that need the other certificates."""
 DRIVE_TABLE = """Friction at constant speed, with offset and without inertia. Zero speed has two rows, one per direction. Straight
 lines between the rows {}."""
@@ -145,7 +145,7 @@ def _for_the_drive(fit: Fit, table: Sequence[tuple[float, float]], axis: Axis | 
     if deviation > 1e-6 * max(abs(effort) for _, effort in table):
         lines = f"deviate from the model by {with_unit(deviation, unit_of('force', kind))} at most"
     lead = Markup('<p class="lead">{}</p>').format(DRIVE_TABLE.format(lines))
-    return [lead, Block("table_beside", drive_rows(table, kind, axis), ("The same in SI units, to be copied:", as_csv(table, kind)))]
+    return [lead, Block("table_beside", drive_rows(table, kind, axis), ("The same table in SI units, to be copied:", as_csv(table, kind)))]
 
 
 def answers(
@@ -195,7 +195,7 @@ def _typed_in(fit: Fit, axis: Axis | None) -> list[str]:
     turned = [f"after a reversal, 95 % of the friction builds up within {length_text(distance, kind)}{at_motor}"] if distance else []
     return [
         f"{'inertia' if kind == 'rotational' else 'mass'}{mass}",
-        f"{', '.join(words)}: at most {fixed(levels.deviation, unit)} below the steady friction, never above it",
+        f"{', '.join(words)}: these values are at most {fixed(levels.deviation, unit)} below the steady friction, never above it",
         *in_units,
         *turned,
         "or use the table for the drive, below",
@@ -212,7 +212,7 @@ def _trust(fit: Fit) -> list[str]:
         f"{name} {'–' if half is None else f'± {number(half, digits=2)} %' if half < 100.0 else '≈ 0'}" for name, half in halves.items()
     ]
     widths = names_text(precise, 2 * NAMES_MAX) + (", below" if len(identified) > 2 * NAMES_MAX else "")
-    effective = f"effective values, valid for similar motions: {why_effective(fit)}" if fit.effective else ""
+    effective = f"effective values, valid only for similar motions, because {why_effective(fit)}" if fit.effective else ""
     return [f"{len(identified)} of {len(sought)} parameters identified; 95 % intervals:", widths, effective]
 
 
@@ -228,5 +228,5 @@ def _next(fit: Fit, *, usable: bool) -> list[str]:
     lines += [f"for {', '.join(names)}: {motion}" for motion, names in by_motion.items()]
     otherwise = "record the axis again, in both directions and at several speeds"
     if usable:
-        otherwise = "try it on the machine, record again, and measure the gain with `bristle compare`"
+        otherwise = "enter the values on the machine, record again, and measure the gain with `bristle compare`"
     return lines or [otherwise]

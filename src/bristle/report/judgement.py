@@ -49,9 +49,12 @@ WRITTEN_BY = " Generate it with: "  # between the motion and its command
 # The required motion, and the purposes of `bristle excite --for` that generate it.
 ADVICE = {
     "sliding": ("Move in both directions, with at least ten reversals. Add a constant-velocity segment after each reversal.", "stribeck"),
-    "speed": ("Move at several constant speeds, from a tenth of the working speed up to all of it, in both directions.", "stribeck"),
+    "speed": (
+        "Move at several constant speeds, from a tenth of the working speed up to the working speed, in both directions.",
+        "stribeck",
+    ),
     "stribeck": (
-        "Move slowly at constant speed, in both directions. Use at least five speeds below that of the least friction, "
+        "Move slowly at constant speed, in both directions. Use at least five speeds below the speed of least friction, "
         "down to the speed at which the axis sticks.",
         "stribeck",
     ),
@@ -61,7 +64,7 @@ ADVICE = {
         "presliding,break-away,damping",
     ),
     "displacement": (
-        "Move at several amplitudes, up to the working stroke and through any resonance, until the force visibly yields or hardens.",
+        "Move at several amplitudes, up to the working stroke and through any resonance, until the stiffness visibly falls or rises.",
         "",
     ),
     "acceleration": ("Accelerate harder, or weigh the moving mass and give it in the axis file.", "stribeck"),
@@ -83,7 +86,7 @@ def misfit(fit: Fit) -> list[str]:
         held_out = f"held-out error {percent_text(fit.held_out.mean_percent)}, over {fit.held_out.of}"
         # Smallest ratio of held-out to fitted error for a remark.
         if fit.held_out.mean_percent > 1.25 * fit.error_percent:
-            held_out += ". This is clearly larger: the model is too free for this log, or friction changed"
+            held_out += ". This is clearly larger than the model error: the model has too many parameters for this log, or friction changed"
     return [quality, held_out]
 
 

@@ -91,7 +91,7 @@ def _words(parameter: Determined) -> str:
     if parameter.truth == 0.0 and not of:
         return "not determined: the true value is 0"
     if parameter.within_percent is None or parameter.is_rare:
-        within = "" if parameter.within_percent is None else f", then {within}"
+        within = "" if parameter.within_percent is None else f", in those {within}"
         return f"not determined: identified in {parameter.identified} of {parameter.logs} logs{within}"
     return f"not determined: error up to {_percent(parameter.within_percent)} %{of}"
 
@@ -126,7 +126,7 @@ def _beside(folder: Path, name: str) -> Path:
         if name and (place / name.partition("::")[0]).is_file():
             return place / name
     raise InputError(
-        "the log of these results is missing" if name else "has no file name of its log, which was identified from memory",
+        "the log of these results is missing" if name else "has no file name of its log, because the log was identified from memory",
         path=str(folder),
         value=name,
         allowed="the parent folder, the folder, or the current folder",

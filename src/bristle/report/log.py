@@ -28,7 +28,7 @@ TREATMENT = {
     "dropped": ("Samples dropped at each edge", "{:.0f}"),
     "rows": ("Rows of the regression", "{:.0f}"),
     "delay": ("Delay of the effort, identified", "{:.3g} s"),
-    "delay_half_width": ("Half-width of its 95 % interval", "{:.3g} s"),
+    "delay_half_width": ("Half-width of the 95 % interval of the delay", "{:.3g} s"),
     "smoothing": ("Filter of the effort beyond that of the position, identified", "{:.3g} s"),
     "position_smoothing": ("Filter of the position, identified", "{:.3g} s"),
     "slow": ("Cut-off of the acceleration", "{:.3g} Hz"),
@@ -106,8 +106,8 @@ def log_ruling(log: Log, diagnostics: Sequence[Mapping[str, Any]]) -> Ruling:
         grave.insert(0, "the log has no effort, so friction is unknown")
     reasons = tuple(dict.fromkeys([*grave, *doubts]))
     if grave:
-        return Ruling("no", "Correct it first", reasons)
-    return Ruling("with_care", "Use with care", reasons) if doubts else Ruling("usable", "It can be identified")
+        return Ruling("no", "Correct the log first", reasons)
+    return Ruling("with_care", "Use with care", reasons) if doubts else Ruling("usable", "The log can be identified")
 
 
 def _front(log: Log, segments: Sequence[Passage], diagnostics: Sequence[Mapping[str, Any]], name: str) -> Front:
@@ -131,9 +131,11 @@ def _front(log: Log, segments: Sequence[Passage], diagnostics: Sequence[Mapping[
         [
             f"{len(log)} samples in {count} {'stretch' if count == 1 else 'stretches'}",
             f"a sample every {fixed(log.sample_time, 's')} ({number(1.0 / log.sample_time)} Hz)",
-            "with a reference, so the following error is known" if log.reference is not None else "without a reference",
+            "with a reference, so the following error is known"
+            if log.reference is not None
+            else "without a reference, so the following error is unknown",
         ],
-        [fit if ruling.level != "no" else "correct it, then check it again: `bristle log`"],
+        [fit if ruling.level != "no" else "correct the cause, then check the log again: `bristle log`"],
         third="Range and effort",
     )
     facts = about(f"log {source}, {fixed(len(log) * log.sample_time, 's')}")
@@ -203,7 +205,7 @@ def passage_table(segments: Sequence[Mapping[str, Any]], kind: Kind) -> Table:
                     remark = span_text(turns, "Hz")
                 spans = amplitudes, speeds, remark
             rows.append((words, *counts, *spans))
-    heads = ("Passages", "Count", "Legs", "Together [s]", "First at [s]", "Amplitude", "Speed", "Remark")
+    heads = ("Passages", "Count", "Legs", "Total time [s]", "First begins at [s]", "Amplitude", "Speed", "Remark")
     return Table("Motion of the log", heads, rows).without_empty_columns()
 
 

@@ -115,11 +115,11 @@ def run_table(variants: Sequence[Variant]) -> Table:
                 "Duration": with_unit(run.duration, "s", 4),
                 "Left out at the start": with_unit(run.settle, "s", 4),
                 "Sample time": with_unit(run.sample_time, "s", 4),
-                "Steps in a sample": f"adaptive, to {with_unit(run.tolerance, unit_of('length', kind))} of position"
+                "Steps in a sample": f"adaptive, to within {with_unit(run.tolerance, unit_of('length', kind))} of position"
                 if run.tolerance
                 else str(run.substeps),
                 "Delay [samples]": str(run.delay),
-                "Largest effort": with_unit(run.effort_limit, unit_of("force", kind), 4),
+                "Effort limit": with_unit(run.effort_limit, unit_of("force", kind), 4),
                 "Mass feedforward": with_unit(variant.feedforward.mass, unit_of("mass", kind), 4),
                 "Factor on friction feedforward": f"{variant.feedforward.gain:g}",
             }

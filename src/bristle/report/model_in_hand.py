@@ -72,7 +72,7 @@ class ModelInHand(WithCard):
 
     @property
     def covariance_names(self) -> tuple[str, ...]:
-        """Names of the identified parameters in the order of the covariance; parameters from before the fit are last."""
+        """Names of the identified parameters in the order of the covariance; parameters estimated before the fit are last."""
         together = self.best.correlation_names
         stds = self._stds()
         return (*(name for name in together if name in stds), *(name for name in stds if name not in together))
@@ -81,7 +81,7 @@ class ModelInHand(WithCard):
     def covariance(self) -> np.ndarray:
         """Covariance of the identified parameters [products of their units], shape (parameter, parameter).
 
-        An inertia from before the fit counts as independent of the others; `draws` include its true correlation.
+        An inertia estimated before the fit counts as independent of the other parameters; `draws` include the true correlation.
         """
         stds, together = self._stds(), self.best.correlation_names
         places = [index for index, name in enumerate(together) if name in stds]

@@ -18,10 +18,10 @@ if TYPE_CHECKING:
 STATUS_WORDS = {"identified": "", "held": "held constant", "at_edge": "at the edge of its range", "unidentifiable": "not identified"}
 MOST_PERCENT, LEAST_PERCENT = 1000.0, 1e-3  # of a value, the limits for a half-width in percent
 RANKED = (
-    "Models, smallest held-out error first. Chosen: the fewest parameters within one standard error of the smallest; "
-    "a model with half of its parameters not identified gives way"
+    "Models, smallest held-out error first. bristle chose the fewest parameters within one standard error of the smallest error. "
+    "A model with half or more of its parameters not identified gives way to a simpler model"
 )
-RANKED_BY_FIT = "Models compared: the error of the fit decides, because the log has no held-out blocks"
+RANKED_BY_FIT = "Models compared: the error of the fit decides, because the log has no held-out stretches"
 DOUBTED, WITH_CONSTANT = "doubtful: see the warnings", "valid only with the given offset"
 
 
@@ -85,7 +85,7 @@ def _remark(fit: Fit, estimate: Estimate) -> str:
     if estimate.status != "identified":
         return STATUS_WORDS.get(estimate.status, estimate.status)
     rough = (estimate.name,) if estimate.is_rough else ()
-    remarks = {"roughly": rough, "effective": fit.effective, DOUBTED: fit.doubted, WITH_CONSTANT: fit.with_constant}
+    remarks = {"roughly identified": rough, "effective": fit.effective, DOUBTED: fit.doubted, WITH_CONSTANT: fit.with_constant}
     return "; ".join(text for text, names in remarks.items() if estimate.name in names)
 
 

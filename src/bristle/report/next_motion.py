@@ -1,4 +1,4 @@
-"""The motion to record next: of the motions that `bristle excite` designs, the motion that narrows open intervals most."""
+"""The motion to record next: the motion of `bristle excite` that narrows most of the open intervals."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ if TYPE_CHECKING:
 
 DRAWS = 20  # simulated logs for the intervals of a rehearsal
 DURATION = "30 s"
-NARROWER = 0.7  # of the half-width now: a motion that gives more is not worth recording
+NARROWER = 0.7  # largest ratio of the half-width after a motion to the present half-width: a smaller gain is not worth a recording
 OPEN = 30.0  # half-width [%] above which the interval of a parameter that matters counts as open
 
 
 class NextMotion(NamedTuple):
-    """A motion by its purposes, with half-widths in percent of the value, now and after that motion, by parameter.
+    """A motion by its purposes, with the half-width of each parameter before and after the motion [% of the value].
 
     `options` are those of `bristle excite`, and `limits` the lines that the axis file lacks under [limits].
     """
@@ -33,7 +33,7 @@ class NextMotion(NamedTuple):
 
     @property
     def text(self) -> str:
-        """The parameters with their half-widths, now and after the motion."""
+        """The parameters with their half-widths before and after the motion."""
         changes = [f"{name} {_half(now)} → {_half(then)}" for name, (now, then) in self.half_widths.items()]
         return ", ".join(changes)
 
@@ -101,7 +101,7 @@ def _now(estimate: Estimate) -> float | None:
 
 
 def _then(rehearsed: Estimate | None, estimate: Estimate) -> float | None:
-    """Return the half-width that the rehearsal gives, in percent of the value now; None if its interval misses that value."""
+    """Return the half-width that the rehearsal gives, in percent of the present value; None if the new interval misses this value."""
     if rehearsed is None or rehearsed.status != "identified" or rehearsed.ends is None or not estimate.value:
         return None
     low, high = rehearsed.ends

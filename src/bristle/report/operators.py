@@ -130,7 +130,7 @@ def _front(prediction: OperatorPrediction, heading: str, recorded: Curves, fits:
     then = "predict further curves: `bristle predict model.toml CURVES --axis axis.toml`"
     answers = answered(
         [
-            f"error {fixed(prediction.rmse, unit)} of {fixed(recorded.full_scale, unit)}, root mean square",
+            f"error {fixed(prediction.rmse, unit)} root mean square, at a full scale of {fixed(recorded.full_scale, unit)}",
             f"held-out error {percent_text(held_out.mean_percent)}, over {held_out.of}" if held_out is not None else "",
         ],
         ["the model file, model.toml" if fits else "no new values: use the same model file"],
@@ -141,7 +141,7 @@ def _front(prediction: OperatorPrediction, heading: str, recorded: Curves, fits:
         ]
         or ["no other operator was compared"],
         [f"{curves}, each begins: {recorded.start}", *(list(filter(None, fits[0].notes))[:2] if fits else ())],
-        [then if fits else "record more curves in regions of large error, and identify again"],
+        [then if fits else "record more curves in the regions of large error, and identify again"],
         third="Other operators",
     )
     ruling = operator_ruling(prediction.error_percent, held_out and held_out.mean_percent, fitted=bool(fits))

@@ -22,7 +22,7 @@ def prediction_report(
 ) -> str:
     """Return the report of a prediction as an HTML page; options as of `report_page`."""
     notes = (*notes_of(prediction), *log.notes)
-    errors = Block("facts", metrics_in_words(prediction), ("Root mean square errors. Percentages are relative to the measured signal",))
+    errors = Block("facts", metrics_in_words(prediction), ("Errors, root mean square. Percentages are relative to the measured signal",))
     sections = [
         Section("metrics", "Errors", [errors, Block("items", notes)]),
         Section("model", "The model", [component_table("The model", [("Plant", plant), ("Friction", friction)])], folded=True),
@@ -93,10 +93,12 @@ def prediction_ruling(prediction: Prediction, *, own_log: bool = False) -> Rulin
     errors = {signal: prediction.metrics.get(key) for signal, key in signals.items()}
     finite = {signal: float(value) for signal, value in errors.items() if isinstance(value, (int, float)) and np.isfinite(value)}
     signal, error = next(iter(finite.items()), ("log", 0.0))
-    care = ["the model was fitted to this log, so this is no test on other logs"] if own_log else []
+    care = ["the model was fitted to this log, so its error on other logs is unknown"] if own_log else []
     # Fewer than 80 %: the band is too narrow.
     care += [
-        f"only {percent_text(share)} of the {name} is inside the 95 % band" for name, share in _bands(prediction).items() if share < 80.0
+        f"only {percent_text(share)} of the measured {name} is inside the 95 % band"
+        for name, share in _bands(prediction).items()
+        if share < 80.0
     ]
     care += [] if prediction.status is Status.OK else [prediction.status.sentence]
     reasons = ([f"the error is {percent_text(error)} of the {signal} of this log"] if finite else []) + care + doubts
@@ -109,7 +111,7 @@ def prediction_ruling(prediction: Prediction, *, own_log: bool = False) -> Rulin
 
 def _front(prediction: Prediction, friction: Model, log: Log, name: str, *, own_log: bool) -> Front:
     ruling, kind = prediction_ruling(prediction, own_log=own_log), log.kind
-    bands = [f"{percent_text(share)} of the {name} is inside its 95 % band" for name, share in _bands(prediction).items()]
+    bands = [f"{percent_text(share)} of the measured {name} is inside the 95 % band" for name, share in _bands(prediction).items()]
     force, length = (prediction.metrics.get(f"{key}_rmse") for key in ("force", "position"))
     quality, left = [], ""
     if isinstance(force, (int, float)):
@@ -124,14 +126,14 @@ def _front(prediction: Prediction, friction: Model, log: Log, name: str, *, own_
             at_most = f", {length_text(float(np.max(np.abs(prediction.position - prediction.position_predicted))), kind)} at most"
         quality.append(f"position error {length_text(float(length), kind)}, root mean square{at_most}")
     advice = [SENTENCES[diagnostic.code].advice for diagnostic in prediction.diagnostics if diagnostic.severity != "note"]
-    then = "identify this log together with the first: `bristle identify FIRST THIS --axis axis.toml`"
+    then = "identify this log together with the first log: `bristle identify FIRST THIS --axis axis.toml`"
     if own_log:
         then = "predict another log of this axis, with another motion"
     elif ruling.level == "usable":
-        then = "use it as feedforward, record the machine without and with it, then `bristle compare`"
+        then = "use the model as feedforward, record the machine without and with this feedforward, then `bristle compare`"
     answers = answered(
         quality or ["the log has no signal to compare with the prediction"],
-        ["no values from this model" if ruling.level == "no" else "no new values: use those of the identification report"],
+        ["no values from this model" if ruling.level == "no" else "no new values: use the values of the identification report"],
         [MODES.get(prediction.mode, prediction.mode), left],
         bands or ["the model has no uncertainty band"],
         [*(line for line in dict.fromkeys(advice) if line != "nothing"), then],

@@ -97,9 +97,9 @@ def simulation_ruling(result: SimulationResult, warnings: Sequence[str] = ()) ->
         return Ruling(level, "No loop: the effort is given", doubts)
     rank = standing(result)
     if rank is None:
-        return Ruling("with_care", "No loop for comparison", doubts)
+        return Ruling("with_care", "The present loop does not run: no comparison", doubts)
     if len(completed) == 1:
-        return Ruling(level, "It runs, but a single loop has no comparison", doubts)
+        return Ruling(level, "It runs, but there is no second loop to compare", doubts)
     if rank.best is rank.base:
         subject = "Compensation" if gain_of(result) is not None else "Another loop"
         return Ruling("no", f"{subject} does not help", (f"no variant is better than {rank.base.name}", *doubts))
@@ -128,8 +128,8 @@ def _front(result: SimulationResult, warnings: Sequence[str]) -> Front:
             went or ["no open loop ran to its end"],
             ["no values: the experiment compares no loops"],
             [f"effort {_effort(variant)} ({variant.name})" for variant in completed] or ["no variant completed"],
-            ["this is a simulation: it lacks every effect that the models lack"],
-            ["correct the cause in the verdict" if not completed else "compare the motion with a log of the same effort"],
+            ["this is a simulation: it lacks every effect that the models of plant and friction lack"],
+            ["correct the cause that the verdict names" if not completed else "compare the motion with a log of the same effort"],
         )
     return Front(f"{result.experiment.name}: simulated", facts, simulation_ruling(result, warnings), answers, "variants")
 
@@ -142,16 +142,16 @@ def _loop_answers(result: SimulationResult, rank: Standing) -> list[tuple[str, l
     cost = ""
     if gain is not None and len(gain.steps) > 1 and gain.alone:
         before, after = gain.steps[-2:]
-        cost = f"friction feedforward alone: from {length_text(before.peak_to_peak, kind)} ({before.name}) to "
+        cost = f"friction feedforward alone changes the following error from {length_text(before.peak_to_peak, kind)} ({before.name}) to "
         cost += length_text(after.peak_to_peak, kind)
     limit = variant.run.effort_limit
     return answered(
         [
             f"following error {length_text(best.following_error.peak_to_peak, kind)} peak to peak, "
             f"{length_text(best.following_error.rms, kind)} root mean square ({best.name})",
-            new and f"at its worst reversal: {new}" + ("" if is_base else f" instead of {old}"),
+            new and f"swing of the error at its worst reversal: {new}" + ("" if is_base else f" instead of {old}"),
         ],
-        [f"variant {best.name}, {'unchanged' if is_base else 'of the file'}", *law_lines(variant)],
+        [f"variant {best.name}, {'unchanged' if is_base else 'as in the experiment file'}", *law_lines(variant)],
         [
             cost,
             f"effort {_effort(best)}" + ("" if is_base else f" ({rank.base.name}: {_effort(rank.base)})"),
@@ -159,7 +159,9 @@ def _loop_answers(result: SimulationResult, rank: Standing) -> list[tuple[str, l
         ],
         [
             gain.caveat if gain is not None else "This is a simulation: confirm it on the machine.",
-            f"{best.runs} runs with different noise: ± {length_text(float(spread), kind)}" if best.runs > 1 and spread else "",
+            f"{best.runs} runs with different noise: standard deviation {length_text(float(spread), kind)}"
+            if best.runs > 1 and spread
+            else "",
         ],
         ["find the limits of this loop, and better gains: `bristle design EXPERIMENT.toml`"]
         if is_base

@@ -104,9 +104,9 @@ def _strongest(metric: str, summary: Mapping[str, Any]) -> list[str]:
         return []
     first = max(entries, key=lambda entry: abs(entry["value"]))
     if first["interval"][0] <= 0.0 <= first["interval"][1]:
-        return ["These runs show no correlation with any drawn cause."]
+        return ["These runs show no correlation of this number with any drawn cause."]
     way = "rises" if first["value"] > 0.0 else "falls"
-    return [f"It {way} most with {first['cause']} (rank correlation {_signed(first['value'])})."]
+    return [f"This number {way} most with {first['cause']} (rank correlation {_signed(first['value'])})."]
 
 
 def _signed(value: float) -> str:
@@ -115,7 +115,20 @@ def _signed(value: float) -> str:
 
 def spread_tables(summary: Mapping[str, Any]) -> list[Table]:
     """Return the distribution of each metric as a table, with a row for each point of the grid."""
-    heads, tables = ("At", "Runs", "Mean", "its 95 % interval", "Std", "5 %", "Median", "95 %", "its 95 % interval"), []
+    heads, tables = (
+        (
+            "At",
+            "Runs",
+            "Mean",
+            "95 % interval of the mean",
+            "Std",
+            "5 % quantile",
+            "Median",
+            "95 % quantile",
+            "95 % interval of the quantile",
+        ),
+        [],
+    )
     for name, entry in summary["metrics"].items():
         points = entry.get("points", ())
         column = Quantity.of(entry["unit"], [])
@@ -159,7 +172,7 @@ def study_report(runs: Runs, summary: Mapping[str, Any], *, command: str, figure
     """Return the report of a study as an HTML page."""
     described, metric = runs.described, next(iter(summary["metrics"]))
     failures = [(str(entry["run"]), entry["status"], entry["reason"]) for entry in summary["failures"]]
-    failed = Table("Failed runs (the first of them)", ("Run", "Status", "Reason"), failures) if failures else None
+    failed = Table(f"Failed runs (at most the first {FAILURES_SHOWN})", ("Run", "Status", "Reason"), failures) if failures else None
     worst: Table | None = None
     if summary["worst"]:
         unit, shown = summary["metrics"][metric]["unit"], summary["worst"]
@@ -198,8 +211,8 @@ def _influence_tables(summary: Mapping[str, Any]) -> list[Table]:
             "Cause": entry["cause"],
             "Alone": number(entry["first"], 0.01),
             "95 % interval": _range(entry["first_interval"]),
-            "With others": number(entry["total"], 0.01),
-            "its 95 % interval": _range(entry["total_interval"]),
+            "With interactions": number(entry["total"], 0.01),
+            "95 % interval with interactions": _range(entry["total_interval"]),
         }
         for entry in summary["sobol_indices"]
     ]
@@ -305,14 +318,14 @@ def fleet_sentences(summary: Mapping[str, Any]) -> list[str]:
     lines.append(f"{good} of {summary['done']} logs were fitted" + (f", {failed} failed." if failed else "."))
     warned = {name: count for name, count in summary["warnings"].items() if count}
     if warned:
-        words = ", ".join(f"{name} in {count}" for name, count in warned.items())
-        lines.append(f"Fits with warnings: {words}.")
+        words = ", ".join(f"{name} in {count} {'log' if count == 1 else 'logs'}" for name, count in warned.items())
+        lines.append(f"Warnings of the fits: {words}.")
     error = summary["held_out_error"]
     if error["median"] is not None:
         lines.append(f"Held-out error: median {100.0 * error['median']:.3g} %, largest {100.0 * error['largest']:.3g} %.")
     counts_apart = Counter((entry["folder"], name) for name, about in summary["parameters"].items() for entry in about["apart"])
     if counts_apart:
-        words = ", ".join(f"{count} of {folder} in {name}" for (folder, name), count in counts_apart.most_common())
+        words = ", ".join(f"{count} from {folder} in {name}" for (folder, name), count in counts_apart.most_common())
         lines.append(f"Outliers among the logs: {words}.")
     return lines
 
@@ -327,7 +340,7 @@ def parameters_table(summary: Mapping[str, Any]) -> Table:
         column = Quantity.of(entry["unit"], [entry["median"]])
         cells = [column.cell(entry[key]) if entry[key] is not None else "" for key in ("low", "median", "high", "half_width")]
         rows.append((name, str(entry["count"]), column.scale.unit, *cells))
-    heads = ("Parameter", "Identified in logs", "Unit", "5 %", "Median", "95 %", "± of one log")
+    heads = ("Parameter", "Identified in logs", "Unit", "5 % quantile", "Median", "95 %", "Median half-width")
     return Table("The parameters over the logs", heads, rows).without_empty_columns()
 
 
@@ -336,7 +349,7 @@ def failed_logs_table(summary: Mapping[str, Any]) -> Table | None:
     rows = [(entry["folder"], entry["log"], entry["reason"]) for entry in summary["failures"][:FAILURES_SHOWN]]
     if not rows:
         return None
-    caption = "Logs that failed" + (" (the first of them)" if len(summary["failures"]) > len(rows) else "")
+    caption = "Logs that failed" + (f" (the first {len(rows)})" if len(summary["failures"]) > len(rows) else "")
     return Table(caption, ("Folder", "Log", "Reason"), rows)
 
 
@@ -348,7 +361,7 @@ def fleet_report(runs: Runs, summary: Mapping[str, Any], *, command: str) -> str
         for name, about in summary["parameters"].items()
         for entry in about["apart"][:WORST_SHOWN]
     ]
-    heads = ("Parameter", "Folder", "Log", "Here", "Median of all")
+    heads = ("Parameter", "Folder", "Log", "This log", "Median of all logs")
     logs_apart = Table("Outliers among the logs", heads, rows) if rows else None
     sections = [
         Section("", "", fleet_sentences(summary)),
@@ -377,5 +390,5 @@ def _logs_table(runs: Runs, summary: Mapping[str, Any], names: Sequence[str]) ->
             text = scale.cell(float(columns[name][place])) + (f" ± {scale.cell(float(half))}" if np.isfinite(half) else "")
             cells.append(text if identified(columns, name)[place] else "")
         rows.append((run, folder, log, f"{number(100.0 * error, 0.1)} %" if np.isfinite(error) else "", *cells, codes))
-    more = f" (the first {LOGS_SHOWN}; all are in runs/)" if runs.count > LOGS_SHOWN else ""
+    more = f" (the first {LOGS_SHOWN}; the folder runs/ has all)" if runs.count > LOGS_SHOWN else ""
     return Table(f"The logs{more}", heads, rows).without_empty_columns()

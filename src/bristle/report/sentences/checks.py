@@ -6,7 +6,7 @@ from typing import Any
 from bristle.core import with_unit
 from bristle.report.sentences.sentence import Sentence, says, where
 
-_SPEEDS = "move at several constant speeds, from a tenth of the working speed up to all of it"
+_SPEEDS = "move at several constant speeds, from a tenth of the working speed up to the working speed"
 
 
 def _named(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
@@ -30,48 +30,53 @@ def _with_names(first: str, names: str, means: str, advice: str) -> Sentence:
 
 CHECKS: dict[str, Sentence] = {
     "rows_lost": says(
-        "the position jumps by up to {step:length} within one sample, first after t = {time:.6g} s ({places} in all). The velocity "
-        "around the jumps does not explain them: rows are missing, or a counter wrapped. Correct the time stamps, or cut the log there",
+        "the position jumps by up to {step:length} within one sample, first after t = {time:.6g} s (number of jumps: {places}). The "
+        "velocity around the jumps is too small for them: rows are missing, or a counter wrapped. Correct the time stamps, unwrap the "
+        "counter, or cut the log at the jumps",
         "rows are missing although the time stamps continue, or a counter wrapped",
-        "correct the time stamps, unwrap the counter, or cut the log there",
+        "correct the time stamps, unwrap the counter, or cut the log at the jumps",
     ),
     "resampled": Sentence(
         (
             "column {column} was recorded every {own_sample_time:time}, but the position every {sample_time:time}. bristle interpolated "
-            "{percent:.0f} % of its samples, with an error of at most {error_percent:.2g} % of its standard deviation",
-            "the time stamps are uneven. 19 of 20 deviate by at most {percent:.2g} % of the sample time, the worst by {largest:.0f} %. "
-            "bristle resampled all channels to steps of {sample_time:time}. The interpolation error is about {position_error:length} in "
-            "the position",
+            "{percent:.0f} % of its samples. The interpolation error is at most {error_percent:.2g} % of the standard "
+            "deviation of the column",
+            "the time stamps are uneven. 19 of 20 stamps deviate by at most {percent:.2g} % of the sample time, the worst by "
+            "{largest:.0f} %. bristle resampled all channels to steps of {sample_time:time}. The interpolation error is about "
+            "{position_error:length} in the position",
             " and {effort_error:force} in the effort",
             " (root mean square). If only the stamps are uneven, replace the time column in the axis file with sample_time under [timing]",
         ),
         "uneven time stamps, or channels with different sample times: bristle resampled the log",
-        "record all channels at one fixed rate. If only the stamps are uneven, write sample_time instead of the column of time",
+        "record all channels at one fixed rate. If only the stamps are uneven, write sample_time in the axis file instead of the time "
+        "column",
         choose=_resampled,
     ),
     "unit_contradicts": says(
         "the name of column {column} suggests {called}, but its declared unit is {declared}. Correct the unit in the axis file",
         "the name of a column contradicts the unit in the header or the axis file",
-        "correct the unit",
+        "correct the unit in the axis file",
     ),
     "sign_reversed": says(
-        "the sign of the effort seems reversed. Over closed motion the effort does negative work, {percent:.0f} % of the work that "
-        "friction would take. Reverse the sign in the axis file: sign = -1 if sign is missing or 1, otherwise sign = 1",
-        "over closed motion the effort does negative work",
+        "the sign of the effort seems reversed. Over motion that returns to its start the effort does negative work, {percent:.0f} % of "
+        "the work that friction would take. Reverse the sign of the effort in the axis file: write sign = -1 if sign is missing or 1, "
+        "otherwise sign = 1",
+        "over motion that returns to its start the effort does negative work",
         "reverse the sign of the effort in the axis file",
     ),
     "effort_unsigned": says(
-        "the effort, up to {largest:force}, returns to zero repeatedly but never crosses it. It is a magnitude, as many drives show the "
-        "current. Record the signed signal",
+        "the effort, up to {largest:force}, returns to zero repeatedly but never crosses it. It is a magnitude, like the current that "
+        "many drives show. Record the effort with its sign",
         "the effort has lost its sign",
-        "record the signed signal",
+        "record the effort with its sign",
     ),
     "unit_suspect": Sentence(
         (
             "the name of column {column} suggests {called}, but its declared unit is {declared}. Correct the unit in the axis file",
             "with these units the axis moves at {speed:length/time}. Correct the unit of the position, the gear or the lead in the axis "
-            "file. If the axis is that fast, raise the threshold",
-            "the samples would be {sample_time:time} apart, too slow for a servo axis. Correct the unit of time in the axis file",
+            "file. If the axis is that fast, raise the threshold `fastest` or `fastest_turning`",
+            "with this unit of time the samples are {sample_time:time} apart, which no servo axis has. Correct the unit of time in the "
+            "axis file",
         ),
         "the position or the time stamps have another unit than declared",
         "correct the unit of position or time, the gear or the lead",
@@ -81,9 +86,9 @@ CHECKS: dict[str, Sentence] = {
     "velocity_contradicts": Sentence(
         (
             "the recorded velocity lags the derivative of the position by {delay:time}, because of an undeclared filter. Leave the "
-            "velocity out of [columns], or remove the delay",
+            "velocity out of [columns] in the axis file, or remove this delay from the velocity",
             "the recorded velocity is {ratio:.3g} times the derivative of the position (correlation {correlation:.2g}). Correct the unit "
-            "or sign of position or velocity, or leave the velocity out of [columns]",
+            "or sign of position or velocity, or leave the velocity out of [columns] in the axis file",
         ),
         "the recorded velocity is not the derivative of the position",
         "correct the unit or sign of position or velocity",
@@ -93,16 +98,16 @@ CHECKS: dict[str, Sentence] = {
         "the known mass or inertia, {known:mass}, is {ratio:.3g} times the {found:mass} that the log shows. Correct the mass, the gear, "
         "the lead or the constant of the effort in the axis file",
         "the known mass contradicts the log",
-        "correct the mass, the gear or the constant of the effort",
+        "correct the mass, the gear or the constant of the effort in the axis file",
     ),
     "gear_suspect": says(
-        "that factor of the {of}, {ratio:.4g}, is close to {gear}. A gear, a lead or a unit is probably missing, inverted or applied "
-        "twice. Correct it in the axis file",
-        "a factor is typical of a wrong gear or unit",
+        "the {of} contradicts the log by a factor of {ratio:.4g}, close to {gear}. A gear, a lead or a unit is probably missing, inverted "
+        "or applied twice. Correct it in the axis file",
+        "a quantity is wrong by a factor typical of a wrong gear or unit",
         "correct the gear, the lead or the unit",
     ),
     "clipped": _with_names(
-        "the effort is clipped at {level:force}: {samples} samples in a row from t = {time:.6g} s, {all} in all. The "
+        "the effort is clipped at {level:force}: {samples} samples in a row from t = {time:.6g} s, {all} samples in all. The "
         "true effort was larger there. Lower the acceleration, or widen the range of the channel",
         ". The missing effort biases {names:list}",
         "the effort is clipped",
@@ -111,8 +116,8 @@ CHECKS: dict[str, Sentence] = {
     "beyond_limit": Sentence(
         (
             "the effort reaches {value:force}, but {key} of the axis file is {limit:force}. The limit, the unit or constant of the effort, "
-            "or the gain of a known input is wrong. The limit of the controller applies before known inputs are added. A limit of the sum "
-            "belongs under [effort]",
+            "or the gain of a known input is wrong. The limit of the controller applies to its output, before known inputs are "
+            "added. Write a limit of the sum under [effort]",
             "the position travels {value:length}, but the stroke of the axis file is {limit:length}. The unit of the position or the "
             "stroke is wrong",
         ),
@@ -125,7 +130,7 @@ CHECKS: dict[str, Sentence] = {
         (
             "the position changes in steps of {step:length}, {times:.3g} times the resolution of {resolution:length} in the axis file. "
             "The unit of the position or the resolution is wrong",
-            ". 57.3 degrees are one radian: is the position in the other unit?",
+            ". One radian has 57.3 degrees: the position is probably in the other unit of angle",
         ),
         "the steps of the position contradict the encoder resolution in the axis file",
         "correct the unit of the position, or the resolution under [encoder]",
@@ -136,25 +141,27 @@ CHECKS: dict[str, Sentence] = {
             "the channel of the effort saturates: its largest values read {percent:.0f} % too low for the measured motion. "
             "Widen the range of the sensor, or lower the acceleration",
             ". The missing effort biases {names:list}",
-            "the drive saturates: the largest efforts act by {percent!m:.0f} % less than recorded. The log probably has a command that the "
-            "motor torque no longer follows. Record the acting torque or current, or lower the acceleration",
+            "the drive saturates: the largest acting efforts are {percent!m:.0f} % smaller than recorded. The log probably has a command "
+            "that the motor torque no longer follows. Record the acting torque or current, or lower the acceleration",
         ),
-        "the channel of the effort saturates, or the drive saturates after a recorded command",
+        "the channel of the effort saturates, or the log has a command and the drive saturates",
         "widen the range of the sensor, record the acting effort, or lower the acceleration",
         choose=lambda texts, numbers: _named((texts[0 if numbers["percent"] > 0.0 else 2], texts[1]), numbers),
     ),
     "scale_steps": _with_names(
-        "at t = {time:.4g} s the scale of the effort changes by {percent:+.2g} %, for both inertia and friction. The torque constant, a "
-        "gain or a unit changed. Identify the two parts of the log separately (`span` in the axis file), or rescale the effort of one part",
-        ". {names:list} are averages of both parts",
+        "at t = {time:.4g} s the scale of the effort changes by {percent:+.2g} %: inertia and friction change alike. The torque constant, "
+        "a gain or a unit changed. Identify the two parts of the log separately (`span` in the axis file), or rescale the effort of one "
+        "part",
+        ". {names:list} are averages over both parts",
         "the scale of the effort changes during the log",
         "identify the two parts of the log separately, or rescale the effort of one part",
     ),
     "high_passed": _with_names(
-        "the effort has no content below {cutoff:.2g} Hz, as after an AC-coupled input. Switch the channel to DC, and record again",
-        ". {names:list} are wrong for the axis",
+        "the effort has no content below {cutoff:.2g} Hz, as behind an AC-coupled input. Switch this input to DC coupling, and record "
+        "again",
+        ". The values of {names:list} are wrong",
         "the effort passed a high-pass filter",
-        "switch the channel of the effort to DC",
+        "switch the input of the effort to DC coupling",
     ),
     "reference_recorded": says(
         "position and reference agree to the last digit: the position is a copy of the reference. Record the position of the encoder",
@@ -163,7 +170,7 @@ CHECKS: dict[str, Sentence] = {
     ),
     "never_slides": _with_names(
         "the contact hardly slides within {reach:length}, or an external force pulls the axis back. The effort follows the position like "
-        "a spring (correlation {correlation:.2f}) and returns all but {percent:.0f} % of its work. Also record motion beyond the "
+        "a spring (correlation {correlation:.2f}), and only {percent:.0f} % of its work is lost. Also record motion beyond the "
         "break-away distance",
         ". {names:list} are not valid for sliding",
         "the log contains only pre-sliding",
@@ -172,7 +179,7 @@ CHECKS: dict[str, Sentence] = {
     "level_drifts": _with_names(
         "friction changes by {percent:+.0f} % of its level ({level:force}) over the log, as on an axis that warms up. "
         "Warm up the axis first, or identify parts of the log (`span` in the axis file)",
-        ". {names:list} are averages over that change",
+        ". {names:list} are averages over the log",
         "the level of friction changes over time",
         "warm up the axis first, or identify parts of the log",
     ),
@@ -180,7 +187,7 @@ CHECKS: dict[str, Sentence] = {
         "friction changes by {percent:+.0f} % of its level ({level:force}) from one end of the range to the other. Add "
         "the slot `+position` to the model, or record only the working range",
         "the level of friction changes along the axis",
-        "add `+position`",
+        "add the slot `+position` to the model",
     ),
     "below_resolution": says(
         "the axis moves only {way:length} between reversals, and the position has steps of {resolution:length}. Record "
@@ -190,10 +197,10 @@ CHECKS: dict[str, Sentence] = {
     ),
     "one_direction": Sentence(
         (
-            "the axis moves {direction} for all but {percent:.1f} % of its travel. A constant force and friction are confounded. Move in "
-            "both directions",
+            "the axis moves {direction} for all but {percent:.1f} % of its travel, so a constant force and friction are confounded. "
+            "Move in both directions",
             ". Do not trust the intervals of {names:list}: these parameters are confounded",
-            "the axis moves {direction} only. A constant force and friction are confounded. Move in both directions",
+            "the axis moves {direction} only, so a constant force and friction are confounded. Move in both directions",
         ),
         "the axis moves in one direction only",
         "move in both directions",
@@ -214,30 +221,31 @@ CHECKS: dict[str, Sentence] = {
 
 COMPARISONS: dict[str, Sentence] = {
     "no_reference": says(
-        "no reference {sides:and}: the following error is not compared, and motions are matched by the measured position",
+        "the reference is missing {sides:and} the change. bristle does not compare the following error, and matches the motions by the "
+        "measured position",
         "a log has no reference, so its following error is unknown",
         "record the reference, and name its column in the axis file",
     ),
     "no_effort": says(
-        "no effort {sides:and}: effort and friction are not compared",
+        "the effort is missing {sides:and} the change, so bristle does not compare effort and friction",
         "a log has no effort",
         "record the effort, and name its column in the axis file",
     ),
     "motions_differ": says(
         "the motions differ: {before_percent:3 digits} % of the motion before and {after_percent:3 digits} % of the motion after "
-        "are common to both. bristle compares only these",
+        "are common to both. bristle compares only this common motion",
         "two logs share only a part of their motion",
-        "record both with the same reference",
+        "record both logs with the same reference",
     ),
     "pieces_for_cycles": says(
-        "a side has fewer than two whole cycles. bristle compares pieces of the motion instead, so the intervals show how the change "
-        "varies along the motion",
+        "one side has fewer than two whole cycles. bristle compares pieces of the motion instead, so the intervals show how "
+        "the change varies along the motion",
         "the motion has too few whole cycles",
         "record ten cycles or more, to and fro",
     ),
     "few_cycles": Sentence(
         (
-            "one side has only {cycles} cycles: intervals are wide, and their scatter is estimated from these cycles alone",
+            "one side has only {cycles} cycles. The intervals are wide, because these cycles alone show the scatter",
             "a single cycle shows no scatter, so no change has an interval",
         ),
         "the cycles are too few to estimate their scatter",
@@ -247,26 +255,26 @@ COMPARISONS: dict[str, Sentence] = {
     "cycles_identical": says(
         "the cycles of a quantity agree to the last digit, as in a simulation without noise. Its interval does not describe a machine",
         "cycles do not scatter, so an interval has zero width",
-        "record the machine itself",
+        "record the real machine",
     ),
     "cycles_alike": says(
-        "neighbouring cycles are correlated, as while an axis warms up: {cycles:2 digits} of them count as a single cycle",
+        "neighbouring cycles are correlated, as while an axis warms up: {cycles:2 digits} cycles count as one independent cycle",
         "neighbouring cycles are correlated, which widens the intervals",
         "record after the axis has warmed up",
     ),
     "friction_not_told": Sentence(
         ("friction is not compared: no speed occurs often enough in both directions of both logs", "{why}"),
-        "a log does not determine friction",
-        "record a motion to and fro, over more than ten samples for each period of the cut-off",
+        "a log does not determine its friction",
+        "record a longer motion to and fro, with more than ten samples for each period of the cut-off frequency",
         choose=lambda texts, numbers: f"friction is not compared: {texts[1]}" if numbers["why"] else texts[0],
     ),
     "sample_times_differ": says(
-        "the logs have different sample times: bristle compares a sample about every {longest:time} of each",
-        "logs of different sample times are compared at the longest",
+        "the logs have different sample times: bristle compares them at the longest, one sample about every {longest:time}",
+        "bristle compares logs of different sample times at the longest",
     ),
     "one_recording": says(
-        "one side has a single log. Its intervals lack the scatter between recordings, such as that of temperature",
+        "one side has a single log. The intervals lack the scatter between recordings, for example from temperature",
         "intervals show scatter between cycles, not between recordings",
-        "record each side several times, and give all of its logs",
+        "record each side several times, and give all logs",
     ),
 }

@@ -7,8 +7,8 @@ from bristle.report.sentences.sentence import Sentence, says, where
 
 _INTERVALS = (
     "the 95 % intervals come from {{draws}} fits to simulated logs. These logs contain {causes} and friction that scatters by "
-    "{{scatter_percent:2 digits}} % over {{half_cycles}} half-cycles. The rest of the residual, {left} (root mean square), is added block "
-    "by block with random sign"
+    "{{scatter_percent:2 digits}} % over {{half_cycles}} half-cycles. bristle added the rest of the residual, {left} (root mean "
+    "square), block by block with random sign"
 )
 
 
@@ -28,11 +28,12 @@ def _filtered(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
 
 
 _FILTERED = (
-    "bristle filtered position, effort and friction at {cutoff:g} Hz without phase. It dropped {dropped} samples at each edge, and kept "
+    "bristle filtered position, effort and friction at {cutoff:g} Hz without phase shift. It dropped {dropped} samples at each edge, and "
+    "kept "
 )
 _REMOVED = (
-    ". bristle removed that delay, but inertia, damping and pre-sliding stiffness are just as uncertain. Record accelerations that "
-    "change fast, or write `delay` under [timing] of the axis file"
+    ". bristle removed this delay, but its uncertainty also makes inertia, damping and pre-sliding stiffness uncertain. Record "
+    "accelerations that change fast, or write `delay` under [timing] of the axis file"
 )
 
 FITS: dict[str, Sentence] = {
@@ -40,11 +41,11 @@ FITS: dict[str, Sentence] = {
     "correlated": says(
         "{other} and {parameter} are confounded in this log (correlation {correlation:.3f})",
         "two parameters are confounded",
-        "give a value for one of them, or excite them separately",
+        "give a value for one of the two parameters, or record a motion that excites them separately",
     ),
     "weight_guessed": says(
-        "{levels:list} are valid only with an offset of {weight:force}, which is a guess. A weight and friction that differs by direction "
-        "are confounded. Write the weight as `offset` under [plant] of the axis file",
+        "{levels:list} are valid only with an offset of {weight:force}, which bristle guessed. A weight and friction that differs by "
+        "direction are confounded. Write the weight as `offset` under [plant] of the axis file",
         "friction by direction depends on a guessed weight",
         "write `offset` under [plant] of the axis file",
     ),
@@ -54,14 +55,14 @@ FITS: dict[str, Sentence] = {
         "slide at several speeds, up to the working speed",
     ),
     "noisy_acceleration": says(
-        "{parameter} is too small by about {percent:.2g} %, the share of position noise in the acceleration. Lower the cut-off to "
+        "{parameter} is too small by about {percent:.2g} %, the share of noise in the mean square acceleration. Lower the cut-off to "
         "{cutoff:.0f} Hz",
         "noise of the position biases the inertia to a smaller value",
         "lower the cut-off to the suggested frequency",
     ),
     "unexplained": says(
         "the model does not explain {percent:.0f} % of the effort. Check units, signs, the delay between the channels and the mass in the "
-        "axis file. Check also for gravity of a link, cogging or a spring (`[plant]` and `[[cogging]]`)",
+        "axis file. Look also for gravity of a link, cogging or a spring, and describe them under `[plant]` and `[[cogging]]`",
         "the model explains little of the effort",
         "check units, signs, delay and mass. Check for further forces on the axis",
     ),
@@ -76,15 +77,15 @@ FITS: dict[str, Sentence] = {
         choose=lambda texts, numbers: texts[bool(numbers["direction"])],
     ),
     "widened": says(
-        "bristle widened the intervals of {names:list} by a factor of {times:.2g}. The delay or filter of the log is uncertain, and "
-        "near reversals this matters more than noise",
-        "intervals include an uncertain delay or filter, which replicates lack",
-        "state the delay under [timing] of the axis file, or correct the named cause",
+        "bristle widened the intervals of {names:list} by a factor of {times:.2g}. The delay or filter of the log is uncertain. "
+        "Near reversals this uncertainty matters more than noise",
+        "intervals include the uncertainty of the delay or filter, which the replicates lack",
+        "state the delay under [timing] of the axis file, or switch off filters in the drive and record again",
     ),
     # The held-out stretches.
     "motion_repeats": says(
-        "the log repeats one motion every {every:time}, so the held-out error shows repeatability only. Test the model on a different "
-        "motion with several amplitudes",
+        "the log repeats one motion every {every:time}, so the held-out error shows only how well this motion repeats. Test the model on a "
+        "different motion with several amplitudes",
         "the held-out stretches have the same motion as the fitted stretches",
         "also record another motion of several amplitudes, and predict its log",
     ),
@@ -94,26 +95,27 @@ FITS: dict[str, Sentence] = {
         "record a longer log",
     ),
     "unfinished": says(
-        "unfinished: the search was interrupted, and this is its best result so far. Run it again to the end",
+        "unfinished: the search was interrupted, and this is its best result so far. Run the command again to its end",
         "the search was interrupted",
-        "run it again",
+        "run the command again to its end",
     ),
     # The assumptions of a fit.
     "output_error_open": says(
-        "the parameters fit the simulated position to the measured position, unfiltered. Statements about the effort use the measured "
-        "motion, differentiated twice. That earlier fit only started the search",
+        "bristle fitted the simulated position to the measured position, unfiltered. Statements about the effort come from an earlier fit, "
+        "along the measured motion differentiated twice. That earlier fit only started the search",
         "the position was fitted",
     ),
     "output_error_closed": says(
-        "the parameters fit the controller effort of the simulated loop to the measured effort, unfiltered. The loop follows the reference "
-        "and the known inputs. Statements about rows of the effort use the measured motion. That earlier fit only started the search",
+        "bristle fitted the controller effort of the simulated loop to the measured effort, unfiltered. The loop follows the reference and "
+        "the known inputs. Statements about rows of the effort come from an earlier fit along the measured motion. That earlier fit only "
+        "started the search",
         "the effort of the simulated loop was fitted",
     ),
     "prediction_error": Sentence(
         (
             "the model does not explain all of the motion, so the parameters are those of inverse dynamics. An observer of {bandwidth:.3g} "
             "Hz predicts the next position {times:.2g} times worse than in simulated logs of the identified axis",
-            "the contact parameters are the mean of several observers, weighted by precision. Each observer has another bandwidth and "
+            "the contact parameters are the mean of several observers, weighted by precision. Each observer has a different bandwidth and "
             "predicts the next position. The most precise observer, of {bandwidth:.3g} Hz, predicts it to {error:length} rms",
             "the parameters are those of inverse dynamics, because no observer was usable: {why}",
         ),
@@ -126,7 +128,7 @@ FITS: dict[str, Sentence] = {
             "bristle kept one row for {decimation} samples, to suppress noise of the position. With the usual number of rows, that noise "
             "would have appeared as an inertia force of {percent:.0f} % of friction",
             "the log is sampled too slowly for the usual filter of {wanted:g} Hz. bristle filtered it at {cutoff:.3g} Hz",
-            _FILTERED + "a row for each sample",
+            _FILTERED + "one row for each sample",
             _FILTERED + "one row for {decimation} samples",
             "bristle filtered effort and motion at {cutoff:g} Hz",
             "bristle filtered effort and motion at {cutoff:g} Hz, and kept one row for {decimation} samples",
@@ -166,7 +168,7 @@ FITS: dict[str, Sentence] = {
     ),
     "delay_or_filter": Sentence(
         (
-            "the {delay:time} between effort and position may be a delay or a filter in a channel. bristle removed them as a delay",
+            "the lag of {delay:time} between effort and position may be a delay or a filter in a channel. bristle removed it as a delay",
             ". {names:and} depend on this choice. Record accelerations that change fast, or switch off filters in the drive",
         ),
         "a delay may be a filter",
@@ -175,8 +177,8 @@ FITS: dict[str, Sentence] = {
     ),
     "filter_suspect": Sentence(
         (
-            "the effort passed a filter with {lag:time} more lag than the position. bristle removed this lag. Better switch off the filter "
-            "in the drive, and record again",
+            "the effort passed a filter with {lag:time} more lag than the position. bristle removed this lag. Switch off the filter in "
+            "the drive, and record again",
             "the position passed a filter with {lag:time} more lag than the effort. bristle removed this lag. An elastically coupled mass "
             "has the same effect. Switch off the filter in the drive and record again, or look for a resonance",
             "the recorded effort is probably a command, and the drive follows it with a lag of {lag:time}. A filter of the position or an "
@@ -189,7 +191,7 @@ FITS: dict[str, Sentence] = {
         also=("channel", "half_width"),
     ),
     "stages_differ": says(
-        "two estimates of {parameter} disagree: {value:mass} from all rows, {first:mass} from slow accelerations and fast motion. "
+        "two estimates of {parameter} disagree: {value:mass} from all rows, {first:mass} from fast motion with slow accelerations. "
         "Neither delay nor noise explains the difference",
         "two estimates of the inertia disagree",
         "look for other causes: gear, load, friction over position",
@@ -206,11 +208,12 @@ FITS: dict[str, Sentence] = {
         choose=where("percent"),
     ),
     "standard_errors": says(
-        "standard errors assume independent residuals. Intervals allow for residuals correlated over time, if that widens them",
+        "standard errors assume independent residuals. The intervals also allow for residuals that are "
+        "correlated over time, if this makes them wider",
         "the assumption of the standard errors",
     ),
     "element_shape": says(
-        "errors and intervals assume this shape of the elements: the shares of the elements are fixed",
+        "standard errors and intervals assume the given shape of the elements: the share of each element is fixed",
         "the shape of the elements is assumed known",
     ),
     "intervals": Sentence(
@@ -232,10 +235,10 @@ FITS: dict[str, Sentence] = {
 PREDICTIONS: dict[str, Sentence] = {
     "worse_than_none": Sentence(
         (
-            "the prediction is worse than a constant position of zero: its error is {percent:2 digits} %. An open loop runs away, because "
-            "no controller keeps the axis in place. Predict in inverse or closed-loop mode",
-            "the prediction is worse than a constant effort of zero: its error is {percent:2 digits} %. Check that the model belongs to "
-            "this axis. Check units and signs in the axis file",
+            "the prediction is worse than a constant position of zero: its error is {percent:2 digits} % of the measured position. An open "
+            "loop runs away, because no controller keeps the axis in place. Predict in inverse or closed-loop mode",
+            "the prediction is worse than a constant effort of zero: its error is {percent:2 digits} % of the measured effort. Check that "
+            "the model belongs to this axis. Check units and signs in the axis file",
         ),
         "the prediction is worse than a constant zero",
         "predict in another mode, or check model, units and signs",
@@ -249,16 +252,17 @@ PREDICTIONS: dict[str, Sentence] = {
         "fit the model to faster motion",
     ),
     "presliding_distance": says(
-        "friction reverses over a pre-sliding distance of {distance:length} (axis file)",
+        "bristle simulated the static friction with the pre-sliding distance of the axis file, {distance:length}",
         "a static model was simulated with the pre-sliding distance of the axis file",
     ),
     "short_stretch": says("bristle left out a stretch of {samples} samples, too short for a prediction", "a short stretch was left out"),
     "start_of_contact": Sentence(
         (
-            "the contact began at {percents:percents} of the distance from its middle to slip (negative: backward), estimated from the "
-            "first samples",
-            "the log is one period of a periodic motion: bristle simulates it from rest until it repeats",
-            "the log is {periods:g} equal periods of a periodic motion: bristle simulates it from rest until it repeats",
+            "at the start the contact was deflected by {percents:percents} of the distance at which it slips (negative: backward). bristle "
+            "estimated this from the first samples",
+            "the log is one period of a periodic motion: bristle simulates this period again from rest until the result repeats",
+            "the log is {periods:g} equal periods of a periodic motion: bristle simulates a period again from rest until the result "
+            "repeats",
             "the motion begins at rest",
         ),
         "the start of the motion: a deflected contact, rest, or a periodic motion",

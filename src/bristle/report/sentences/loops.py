@@ -7,12 +7,12 @@ from bristle.report.sentences.sentence import Sentence, says
 
 WORDS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten")
 CAUSES = {
-    "falling_friction": "friction falls with velocity at the speed of the reference, and the axis sticks and slips",
+    "falling_friction": "friction falls with velocity at the speed of the reference, so the axis sticks and slips",
     "stiffness_taken": "friction feedforward along the measured motion removes more stiffness than the axis has",
     "stuck": "at rest, friction adds its stiffness to the loop, and the total gain is too high for the delay",
     "delay": "{delay:samples} of delay",
     "gains": "gains too high for the sample time",
-    "none": "no smaller gain stabilises it",
+    "none": "unknown, because no smaller gain stabilises the loop",
 }
 MENDS = {"raise_gains": "Raise the gains, or add friction feedforward", "feed_desired": "Base the feedforward on the desired motion"}
 SUSPECTS = {
@@ -47,10 +47,10 @@ def _mend(numbers: Mapping[str, Any]) -> str:
         return MENDS[numbers["mend"]]
     ways = []
     if "longest_delay" in numbers:
-        ways.append("with {longest_delay:samples} of delay" + (" at most" if numbers["longest_delay"] else ""))
+        ways.append(f"with {'at most ' if numbers['longest_delay'] else ''}{{longest_delay:samples}} of delay")
     if "largest_gain_percent" in numbers:
-        ways.append("with its gains at {largest_gain_percent:2 digits} % at most")
-    return f"It is stable {' or '.join(ways)}" if ways else "Check the signs of its gains"
+        ways.append("with its gains lowered to {largest_gain_percent:2 digits} % or less")
+    return f"The loop is stable {' or '.join(ways)}" if ways else "Check the signs of the gains"
 
 
 def _contradicts(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
@@ -79,13 +79,13 @@ LOOPS: dict[str, Sentence] = {
         also=REASONS,
     ),
     "switching_law": says(
-        "the law chatters around rest: its effort jumps at every change of direction, however small. Add a boundary layer",
+        "the control law chatters around rest: its effort jumps at every change of direction, however small. Add a boundary layer",
         "the control law switches at rest",
         "add a boundary layer",
     ),
     "stiffness_taken": says(
         "friction feedforward along the measured motion raises the error at these low gains. It removes {taken:stiffness of an axis} of "
-        "the total stiffness of {whole:stiffness of an axis}, and the law contributes only {law:stiffness of an axis}. Base the "
+        "the total stiffness of {whole:stiffness of an axis}, and the control law adds only {law:stiffness of an axis}. Base the "
         "feedforward on the desired motion",
         "friction feedforward along the measured motion removes stiffness",
         "base the feedforward on the desired motion",
@@ -94,15 +94,15 @@ LOOPS: dict[str, Sentence] = {
         (
             "the simulated loop does not match the log. Its following error is {simulated:length} peak to peak and {simulated_rms:length} "
             "root mean square, but {measured:length} and {measured_rms:length} in the log",
-            "the simulated loop does not match the log: it runs away. The recorded following error is {measured:length} peak to peak "
+            "the simulated loop runs away, and the recorded loop does not. The recorded following error is {measured:length} peak to peak "
             "and {measured_rms:length} root mean square",
-            ". It would match with ",
-            ". No single wrong gain, velocity feedforward, scale, delay or shift of the reference explains it. Check the drive for "
-            "filters, feedforward of inertia or friction, or another control law",
+            ". The loop would match with ",
+            ". No single wrong gain, velocity feedforward, scale, delay or shift of the reference explains the mismatch. Check the drive "
+            "for filters, feedforward of inertia or friction, or another control law",
         ),
         "the simulated loop does not match the log, so bristle predicts no gain. Each of `suspects` alone would explain the mismatch, with "
         "the value in `factors` (a delay in samples, a shift of the reference in seconds)",
-        "correct that value in the axis file",
+        "correct the suspected value in the axis file",
         choose=_contradicts,
         also=("suspects", "factors"),
     ),
@@ -119,8 +119,9 @@ LOOPS: dict[str, Sentence] = {
         also=("motions",),
     ),
     "another_rig": says(
-        "its compensator was identified on another friction than here. A model identified on this friction would give another error",
-        "the compensator was identified on another friction",
-        "identify it on this friction",
+        "the friction model of its compensator was identified on a different friction. A model identified on the friction of this loop "
+        "would give another error",
+        "the compensator was identified on a friction other than that of the loop",
+        "identify the compensator on the friction of this loop",
     ),
 }

@@ -6,7 +6,7 @@ from typing import Any
 from bristle.core import with_unit
 from bristle.report.sentences.sentence import Sentence, cause, held, says, where
 
-_SPEEDS = "move at several constant speeds, from a tenth of the working speed up to all of it"
+_SPEEDS = "move at several constant speeds, from a tenth of the working speed up to the working speed"
 _FINER = "record the position more finely, or leave the stiffness of the contact out of the model"
 
 
@@ -35,17 +35,17 @@ PARAMETERS: dict[str, Sentence] = {
         "accelerate harder, or give the mass or inertia in the axis file",
         "the acceleration never exceeds {acceleration:length/time^2}. Give the mass or inertia in the axis file",
     ),
-    "few_speeds": cause("the log has a single speed", _SPEEDS, "the log moves at one speed only, {speed:length/time}"),
+    "few_speeds": cause("the log has a single speed", _SPEEDS, "the axis moves at one speed only, {speed:length/time}"),
     "low_speed": cause("the speeds are too low", _SPEEDS, "the log never exceeds {speed:length/time}"),
     "no_fall": cause(
         "the log does not show friction that falls with speed",
-        "move slowly at constant speed, with at least five speeds below that of the least friction",
+        "move at five or more slow constant speeds, below the speed of least friction",
         "the log does not show friction that falls with speed. Only {slow_samples} of {samples} samples are slower than "
-        "{speed:length/time}, and its constant speeds are {slowest:length/time} to {fastest:length/time}",
+        "{speed:length/time}, and the constant speeds are {slowest:length/time} to {fastest:length/time}",
         "the log does not show friction that falls with speed. Only {slow_samples} of {samples} samples are slower than "
-        "{speed:length/time}, and its only constant speed is {slowest:length/time}",
+        "{speed:length/time}, and the only constant speed is {slowest:length/time}",
         "the log does not show friction that falls with speed. Only {slow_samples} of {samples} samples are slower than "
-        "{speed:length/time}, and it has no constant-velocity segment",
+        "{speed:length/time}, and the log has no constant-velocity segment",
         choose=_sliding,
     ),
     "few_reversals": cause(
@@ -55,40 +55,42 @@ PARAMETERS: dict[str, Sentence] = {
         "the log has only {reversals} reversal",
         "the log has only {reversals} reversals",
         "the log has only {reversals} reversal. It crosses the pre-sliding zone of {zone:length} in {samples:.0f} "
-        "samples, but a period of the filter takes {filter_samples:.0f}",
-        "the log has only {reversals} reversals. Each crosses the pre-sliding zone of {zone:length} in {samples:.0f} "
-        "samples, but a period of the filter takes {filter_samples:.0f}",
+        "samples, but a period of the filter takes {filter_samples:.0f} samples",
+        "the log has only {reversals} reversals. Each reversal crosses the pre-sliding zone of {zone:length} in "
+        "{samples:.0f} samples, but a period of the filter takes {filter_samples:.0f} samples",
         "each of {reversals} reversals crosses the pre-sliding zone of {zone:length} in {samples:.0f} samples, but a "
-        "period of the filter takes {filter_samples:.0f}",
-        "the effect on its {reversals} reversals is smaller than the model error. They cross the pre-sliding zone of {zone:length} in "
-        "{samples:.0f} samples, slow enough for the filter ({filter_samples:.0f} a period)",
+        "period of the filter takes {filter_samples:.0f} samples",
+        "the effect on the {reversals} reversals of the log is smaller than the model error. These reversals are slow enough for the "
+        "filter: they cross the pre-sliding zone of {zone:length} in {samples:.0f} samples, and a period of the filter takes "
+        "{filter_samples:.0f} samples",
         choose=_crossed,
     ),
     "coarse_position": cause(
         "the pre-sliding zone is only a few encoder steps, or as small as the noise of the position",
         _FINER,
         "the pre-sliding zone of {zone:length} is less than {deviations:.0f} times the noise of the position "
-        "({noise:length} standard deviation). Such noise also reverses friction",
+        "({noise:length} standard deviation). Noise of this size also reverses friction",
         "the pre-sliding zone of {zone:length} is less than {counts:.0f} steps of the recorded position ({resolution:length} each)",
         choose=where("noise"),
     ),
     "coarse_elements": cause(
         "a part of the stiffness is in elements that slip within a few encoder steps",
         _FINER,
-        "stiffness and virgin curve may be up to {percent:.0f} % too large below {counts:.0f} steps of the recorded position "
-        "({resolution:length} each). Elements that slip within these steps make up that share, and the encoder does not resolve them",
+        "stiffness and virgin curve may be up to {percent:.0f} % too large for displacements below {counts:.0f} steps of the recorded "
+        "position ({resolution:length} each). Elements that slip within these steps make up this share of the stiffness, and the encoder "
+        "does not resolve them",
     ),
     "few_strokes": cause(
-        "the log has too little sliding in both directions, or a straight force over the stroke",
+        "the log has too little sliding in both directions, or a force that is a straight line over the stroke",
         "move in both directions, with at least ten reversals, at several amplitudes up to the working stroke",
         "the log has only {reversals} reversals over a stroke of {stroke:length}",
-        "the force is straight over the stroke of the log, {stroke:length}",
+        "the force is a straight line over the stroke of the log, {stroke:length}",
         choose=where("reversals"),
     ),
     "small_effect": cause(
         "the parameter hardly changes the effort",
-        "leave it out, or excite it more",
-        "its effect on the effort is smaller than the model error",
+        "leave the parameter out, or excite it more strongly",
+        "the effect of {parameter} on the effort is smaller than the model error",
     ),
     "beyond_effort": cause(
         "the best value is a force that the log never reached",
@@ -96,9 +98,9 @@ PARAMETERS: dict[str, Sentence] = {
         "the best value is far beyond the largest friction in this log, {effort:force}",
     ),
     "redundant": held(
-        "the force depends only on {products:and}, for any {parameter}",
-        "no log can identify it: the force depends only on products with it",
-        "use the products, under `combinations`",
+        "the force depends only on {products:and}, so any value of {parameter} fits",
+        "no log can identify the parameter: the force depends only on its products with others",
+        "use the products, which the results list under `combinations`",
     ),
     # A parameter at the end of its range.
     "edge_no_fall": Sentence(
@@ -140,8 +142,8 @@ PARAMETERS: dict[str, Sentence] = {
         "write `offset` under [plant] of the axis file if it is known",
     ),
     "held_constant": held(
-        "half of the difference in effort between the directions, probably a weight. {levels:list} are confounded with it, and at an "
-        "offset of zero one of these levels would be negative",
+        "half of the difference in effort between the directions, probably a weight. {levels:list} are confounded with this "
+        "offset. With an offset of zero, one of these levels would be negative",
         "a constant force is larger than friction",
         "write `offset` under [plant] of the axis file if it is known",
     ),
@@ -151,19 +153,19 @@ PARAMETERS: dict[str, Sentence] = {
         "move in both directions",
     ),
     "held_one_speed": held(
-        "confounded with elements that slip at once, because the log has a single speed",
+        "confounded with elements that slip immediately, because the log has a single speed",
         "at a single speed, viscous friction is confounded with Coulomb friction",
         _SPEEDS,
     ),
     "held_middle": held("the middle of the position range of the log", "the origin of the position in a slot"),
-    "held_half_range": held("half of the position range of the log", "the unit of the position in a slot"),
-    "held_pitch": held("the lead of the axis file, or the period of the residual of simple friction", "the pitch of the screw"),
+    "held_half_range": held("half of the position range of the log", "the length by which a slot divides the position"),
+    "held_pitch": held("the lead of the axis file, or the period in the residual of a simple friction model", "the pitch of the screw"),
 }
 
 
-_CURVE = "the curve of friction over speed differs from that of the model: {force:force}, {percent:.2g} % of friction"
+_CURVE = "the measured curve of friction over speed differs from that of the model by {force:force} rms, {percent:.2g} % of friction"
 
-_COMPARED = "`{compared}` was also compared, and is no better"
+_COMPARED = "bristle also compared `{compared}`, which is no better"
 
 _RIPPLE = (
     "the force has a ripple over position, {percent:.2g} % of friction (root mean square). Its period is {period:length}, its amplitude "
@@ -186,7 +188,7 @@ def _ripple(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
 def _missing(text: str, by_model: str, without: str, means: str) -> Sentence:
     """Return the sentence about a force that a model lacks, with the next model to try or without."""
     return Sentence(
-        (f"{text}. Next: {by_model}", f"{text}. {_COMPARED}", f"{text}. {without}"),
+        (f"{text}. Next: try {by_model}", f"{text}. {_COMPARED}", f"{text}. {without}"),
         means,
         "try the suggested model",
         choose=where("model", "compared"),
@@ -212,8 +214,8 @@ STRUCTURE: dict[str, Sentence] = {
     "missing_speed": Sentence(
         (
             _CURVE + ". No model of bristle has a better curve",
-            _CURVE + ". Next: `{model}`",
-            _CURVE + ". Next: `{model}`, also with its exponent identified (`--free delta_S`)",
+            _CURVE + ". Next: try `{model}`",
+            _CURVE + ". Next: try `{model}`, also with its exponent identified (`--free delta_S`)",
             _CURVE + ". " + _COMPARED,
         ),
         "the curve of friction over speed differs from that of the model",
@@ -222,50 +224,50 @@ STRUCTURE: dict[str, Sentence] = {
         also=("share_percent",),
     ),
     "missing_direction": _missing(
-        "friction differs between the directions: {force:force}, {percent:.2g} % of friction",
+        "friction differs between the directions. The missing part is {force:force} rms, {percent:.2g} % of friction",
         "`{model}`",
         "This model already has separate parameters for each direction: check load and cables",
         "friction differs between the directions",
     ),
     "missing_lag": _missing(
-        "friction lags the speed: {force:force} over the acceleration, {percent:.2g} % of friction",
-        "`{model}`, with a lag of the sliding force",
-        "This model already has a lag: look for a filter of a channel",
+        "friction lags the speed. The missing part is {force:force} rms, {percent:.2g} % of friction",
+        "`{model}`, in which the sliding force lags",
+        "This model already has such a lag: look for a filter in a channel of the log",
         "friction lags the speed",
     ),
     "missing_play": Sentence(
         (
-            "the drive has play: {force:force}, {percent:.2g} % of friction. Where the force on the load changes its sign, the residual is "
-            "{ratio:.2g} times larger than elsewhere in motion. No model of bristle has play. Check coupling and screw, and also record "
-            "the position of the load",
+            "the drive has play. The missing part is {force:force} rms, {percent:.2g} % of friction. Where the force on the load changes "
+            "its sign, the residual is {ratio:.2g} times larger than in the rest of the motion. No model of bristle has play. Check "
+            "coupling and screw, and also record the position of the load",
         ),
         "the drive has play",
         "check coupling and screw, and also record the position of the load",
         also=("share_percent",),
     ),
     "missing_presliding": _missing(
-        "friction builds up over a distance after each reversal, which this model lacks: {force:force}, {percent:.2g} % of friction. An "
-        "elastic drive has the same effect. A model with pre-sliding distinguishes the two",
+        "friction builds up over a distance after each reversal, which this model lacks. The missing part is {force:force} rms, "
+        "{percent:.2g} % of friction. An elastic drive has the same effect. A model with pre-sliding distinguishes the two causes",
         "`{model}`",
-        "No other model of bristle builds up friction differently",
+        "No other model of bristle describes this build-up differently",
         "friction builds up over a distance after a reversal",
     ),
     "missing_position": _missing(
-        "friction changes along the axis: {force:force}, {percent:.2g} % of friction",
+        "friction changes along the axis. The missing part is {force:force} rms, {percent:.2g} % of friction",
         "`{model}`",
-        "This model already changes along the axis, up to the square of the position",
+        "Friction of this model already changes along the axis, up to the square of the position",
         "friction changes along the axis",
     ),
     "missing_ripple": Sentence(
         (
             _RIPPLE + ". Cogging or a screw is the likely cause",
-            ". This model already has one period: look for a second period in motor, screw and belt",
+            ". This model already has a ripple of one period: look for a second period in motor, screw and belt",
             _RIPPLE + ". It changes its sign with the motion, like friction that varies with the turns of a screw",
             _RIPPLE + ". It is the same in both directions, like cogging. Next: write `[[cogging]]` with "
             '`turn = "{turner}"` and `harmonics = [{harmonics:whole numbers}]` into the axis file',
             ', and `lead = "{travel:lead}"` under `[transmission]`',
             ", or try `{model}`",
-            ". Next: `{model}`",
+            ". Next: try `{model}`",
             ". " + _COMPARED,
         ),
         "the force has a ripple over position",
@@ -275,9 +277,9 @@ STRUCTURE: dict[str, Sentence] = {
     ),
     "elastic_load": Sentence(
         (
-            "the load is coupled elastically, with an antiresonance near {antiresonance:.2g} Hz: {force:force}, {percent:.2g} % of "
-            "friction. No model of bristle has two masses. Keep the loop and the motion slower than that, or record the position of the "
-            "load",
+            "the load is coupled elastically, with an antiresonance near {antiresonance:.2g} Hz. The missing part is {force:force} rms, "
+            "{percent:.2g} % of friction. No model of bristle has two masses. Keep the loop and the motion slower than this antiresonance, "
+            "or record the position of the load",
         ),
         "the load is coupled elastically",
         "keep loop and motion slower than the antiresonance, or record the position of the load",
@@ -291,15 +293,16 @@ STRUCTURE: dict[str, Sentence] = {
         'write `gravity = "link"` under `[plant]` of the axis file',
     ),
     "missing_channel": _missing(
-        "friction changes with the recorded {channel}: {force:force}, {percent:.2g} % of friction",
+        "friction changes with the recorded {channel}. The missing part is {force:force} rms, {percent:.2g} % of friction",
         "`{model}`",
-        "This model already changes with the {channel}, or cannot do so",
+        "This model already changes with the {channel}, or accepts no slot for it",
         "friction changes with the load, the temperature or a further channel of the log",
     ),
     "missing_transmitted": _missing(
-        "friction rises with the effort transmitted to the load, as in a gear: {force:force}, {percent:.2g} % of friction",
+        "friction rises with the effort transmitted to the load, as in a gear. The missing part is {force:force} rms, {percent:.2g} % of "
+        "friction",
         "`{model}`",
-        "This model already depends on that effort, or cannot do so",
+        "This model already depends on this effort, or accepts no slot for it",
         "friction rises with the effort transmitted to the load",
     ),
 }

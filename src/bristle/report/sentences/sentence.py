@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 Choice = Callable[[tuple[str, ...], Mapping[str, Any]], str]
 
-UNSURE = ". Its standard error is {std_percent:.0f} %, with residuals correlated over time"
+UNSURE = ". The standard error of {parameter} is {std_percent:.0f} %, which allows for residuals correlated over time"
 
 
 class Sentence(NamedTuple):
