@@ -267,7 +267,7 @@ def test_ctrl_c_keeps_written_blocks_and_cancels_the_rest(slow_bench, dask):
     process.send_signal(signal.SIGINT)
     text = process.communicate(timeout=60.0)[1].decode()
     assert process.returncode == 130
-    assert text.splitlines() == [f"bristle: {out} keeps the finished runs. The same command continues", "bristle: interrupted"]
+    assert text.splitlines() == [f"bristle: {out} keeps the finished runs. Give the same command again to continue", "bristle: interrupted"]
     assert len(content(out)) < 100
     with distributed.Client(dask.address, set_as_default=False) as client:
         until(lambda: not any(client.processing().values()), "workers without work")

@@ -55,7 +55,7 @@ def test_ctrl_c_ends_the_workers_and_prints_advice(slow_bench):
     process.send_signal(signal.SIGINT)
     text = process.communicate(timeout=PATIENCE)[1].decode()
     assert process.returncode == 130
-    assert "keeps the finished runs. The same command continues" in text
+    assert "keeps the finished runs. Give the same command again to continue" in text
     until(lambda: not any(lives(worker) for worker in workers), "workers to end")
     assert len(content(out)) < 100
 
