@@ -52,7 +52,7 @@ def lab_page(
     Parameters
     ----------
     model : Model, optional
-        The first model on the page.
+        The model that the page shows first.
     uncertainty : mapping, optional
         Status and intervals of its parameters, from its model file.
     mass : float, optional
@@ -60,7 +60,7 @@ def lab_page(
     fastest : float
         Largest speed of the fit, if known [m/s or rad/s].
     source : str
-        The file of the model.
+        Name of the model file.
     provenance : mapping of str to str, optional
         Origin of the page.
     """

@@ -66,7 +66,7 @@ class Gate:
             return _refused(403, "Origin: belongs to another site")
         sites = () if scope["path"].startswith(ENTRANCE) else headers.getlist("sec-fetch-site")
         if any(site not in ("same-origin", "none") for site in sites):
-            return _refused(403, "Sec-Fetch-Site: the request comes from another site. Type the address instead")
+            return _refused(403, "Sec-Fetch-Site: the request comes from another site. Type the address into the browser")
         if _takes_no_token(scope["path"]):
             return None
         tokens = headers.getlist(TOKEN)

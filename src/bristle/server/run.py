@@ -142,5 +142,5 @@ def listening_on(port: int) -> socket.socket:
     except OSError as error:
         reason = str(error.strerror).partition(" (while")[0]  # followed by the address
         raise InputError(
-            f"cannot be listened to: {reason}", path="--port", value=port, mend="Leave --port out: bristle takes a free port"
+            f"cannot be opened: {reason}", path="--port", value=port, mend="Leave --port out: bristle takes a free port"
         ) from None
