@@ -122,7 +122,7 @@ def test_a_block_that_ends_every_worker_is_reported_and_the_others_are_complete(
 
 def test_workers_that_cannot_begin_end_the_study(bench, monkeypatch):
     monkeypatch.setattr(sys, "executable", "/bin/false")
-    with pytest.raises(WorkerError, match="ended before they could start: ended with code 1"):
+    with pytest.raises(WorkerError, match="ended before they could start, the last one with code 1"):
         run_study(bench.study(), bench.folder / "out", workers=2)
 
 

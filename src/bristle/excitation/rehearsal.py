@@ -38,7 +38,7 @@ class Rehearsal:
     identification : Identification
         Identification from the log.
     truth : dict
-        Parameters of the prior [SI] that the identified model has.
+        True values of the identified parameters: those of the prior [SI].
     loop : bool
         Whether the controller of the axis was simulated; else the axis followed the motion exactly.
     """
@@ -59,7 +59,7 @@ def rehearse(motion: ExcitationMotion, axis: Axis, prior: Prior, *, draws: int, 
     position is in counts of the encoder.
     """
     if progress is not None:
-        progress(0.1, "running the motion on the prior")
+        progress(0.1, "simulating the motion")
     log, friction, loop = recorded(motion, axis, prior)
     # Fit the model of the prior, unless it has lists of elements.
     component = prior.friction.component

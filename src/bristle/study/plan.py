@@ -224,7 +224,7 @@ class Study:
     tables : mapping
         Tables of the experiment, into which bristle writes the values of a run.
     sources : Sources
-        Reader of the files that they name, which are already loaded.
+        Reader of the files named in `tables`, which are already loaded.
     seed : int
         Seed of the study.
     sampling : Sampling
@@ -232,11 +232,11 @@ class Study:
     causes : tuple of Cause
         Drawn quantities.
     grid : tuple of (Target, tuple)
-        Grid of values; each draw runs with all combinations.
+        Grid of values; bristle runs each draw with all combinations.
     metrics : tuple of Metric
         Stored metrics; the worst run has the largest first metric.
     block : int
-        Runs in a block.
+        Number of runs in a block.
     described : mapping
         Description of the study as text and numbers: equal descriptions mean equal studies.
     origins : mapping of str to tuple of Origin
