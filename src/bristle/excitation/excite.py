@@ -146,7 +146,7 @@ def excite(
     count = seconds / sample_time
     if not SAMPLES_LEAST <= count <= SAMPLES_MOST:
         allowed, longer = (
-            f"{SAMPLES_LEAST} to {SAMPLES_MOST}",
+            f"{SAMPLES_LEAST} to {SAMPLES_MOST} samples",
             "Record the motion in parts" if count > SAMPLES_MOST else "Extend the duration",
         )
         mend = f"{longer}, or correct the sample time, {with_unit(sample_time, 's')}"
