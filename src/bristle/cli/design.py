@@ -1,4 +1,4 @@
-"""``bristle design``: limits, error budget and gains of a loop."""
+"""``bristle design``: margins, error budget and gains of a loop."""
 
 import math
 from pathlib import Path

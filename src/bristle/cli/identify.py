@@ -205,7 +205,11 @@ def _steps(outcome: Outcome, out: Path | None, motion: NextMotion | None, axis: 
         file = str(axis[0].source) if axis else "AXIS.toml"
         words = ["bristle", "excite", file, "--model", str(out / "model.toml"), "--for", motion.purposes, *motion.options]
         before = f"write {' and '.join(motion.limits)} under [limits] of {file}, then run" if motion.limits else "run"
-        lines.append(Line("Record", f"To narrow {motion.text}, {before}:", command=shlex.join([*words, "--out", f"{out}_motion"])))
+        lines.append(
+            Line(
+                "Record", f"To narrow the 95 % intervals ({motion.text}), {before}:", command=shlex.join([*words, "--out", f"{out}_motion"])
+            )
+        )
     return results, lines
 
 

@@ -29,7 +29,7 @@ def run(
     simulation, and does not simulate a loop that would diverge. The exit code is 1 if a loop diverges.
 
     With [effort] instead of [controller] and [reference], bristle simulates an open loop with this effort. A tolerance in
-    [run] then determines the time steps, instead of substeps.
+    [run] then determines the time steps and replaces substeps.
 
     Writes summary.json and report.html into DIR. With --log, also writes log.csv: reference, encoder position and
     commanded effort.

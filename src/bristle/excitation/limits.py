@@ -79,7 +79,7 @@ class MotionLimits:
         return self.velocity or math.inf
 
     def corner(self, speed: float, leg: float) -> float:
-        """Return the acceleration at the ends of a leg of this length [m or rad], which take a tenth of it."""
+        """Return the acceleration at the ends of a leg of this length [m or rad], if the ends take a tenth of the leg."""
         return min(2.0 * speed * speed / (0.1 * leg), self.acceleration or math.inf)
 
     def in_unit(self, value: float, quantity: str) -> str:

@@ -25,7 +25,7 @@ from bristle.study.store import OK, RUNS, SCHEMA, STUDY, Store, opened, refuse_a
 
 
 class FleetStore(Store):
-    """The folder of a fleet: that of a study, with the list of its logs, which may grow."""
+    """The folder of a fleet: the folder of a study, with a list of logs that may grow."""
 
     study: Fleet
     kind: ClassVar[str] = "fleet"

@@ -1,4 +1,4 @@
-"""`Fleet`: many logs, identified separately with one model, as data: a study with a run for each log."""
+"""`Fleet`: a description of many logs, each identified separately with one model. It is a study with one run per log."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The page of the lab: one self-contained file, with its scripts and styles identified by their hashes."""
+"""The page of the lab: one file that contains all scripts and styles, which the page identifies by their hashes."""
 
 from __future__ import annotations
 

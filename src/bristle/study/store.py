@@ -89,7 +89,7 @@ class Store:
         return {blocks[name].first for name in names}
 
     def write(self, block: Block, columns: Mapping[str, Any]) -> None:
-        """Write a block; it appears complete under its name."""
+        """Write a block. Its file appears under its name only when it is complete."""
         arrays = [self._array(columns[field.name], field) for field in self.schema]
         self.write_table(f"{RUNS}/{block.file}", self.pyarrow.Table.from_arrays(arrays, schema=self.schema))
 

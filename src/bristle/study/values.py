@@ -1,4 +1,4 @@
-"""Varied values of a study: a value of the experiment by its dotted key, drawn alone or jointly from a fit."""
+"""Varied values of a study: a value of the experiment by its dotted key, drawn alone or jointly from an identification."""
 
 import math
 from collections.abc import Mapping

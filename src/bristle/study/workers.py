@@ -1,7 +1,7 @@
 """Workers that simulate the blocks of a study: this process, its threads, child processes, or a Dask cluster.
 
 A child process receives pickled messages on its standard input and answers on its standard output. On a cluster the study
-is a separate task, sent once; workers pass its result on, and compute it again if it was lost.
+is a separate task, sent once. Workers pass the study on, and repeat this task if the study was lost.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ Results = Generator[tuple[Block, dict[str, Any]], None, None]
 
 
 class WorkerError(BristleError):
-    """Workers that end before they start, or report a fault."""
+    """Error of workers that end before they start, or report a fault."""
 
     exit_code = 70
 
@@ -58,7 +58,7 @@ class WorkerError(BristleError):
 
 @dataclass
 class Here:
-    """Simulator in this process: block by block, or several at once in threads."""
+    """Simulator in this process: one block after the other, or several blocks at once in threads."""
 
     simulate: Callable[[Block], dict[str, Any]]
     workers: int = 1
