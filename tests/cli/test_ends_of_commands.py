@@ -34,9 +34,9 @@ def reported(capsys):
         (KeyboardInterrupt("stopped early"), 130, "stopped early"),
         (SignalledError(signal.SIGTERM), 143, "terminated"),
         (InputError("is missing", path="axis"), 2, "axis: is missing"),
-        (MemoryError(), 2, "there is not enough memory for this. Take a shorter log or experiment"),
-        (OSError(errno.EMFILE, "Too many open files"), 2, "no more files can be opened"),
-        (ImportError("no libx", name="scipy"), 2, "a library that is needed cannot be loaded: no libx. Install it again"),
+        (MemoryError(), 2, "there is not enough memory for this command. Use a shorter log or experiment"),
+        (OSError(errno.EMFILE, "Too many open files"), 2, "bristle cannot open more files"),
+        (ImportError("no libx", name="scipy"), 2, "bristle cannot load a required library: no libx. Install the library again"),
     ],
 )
 def test_an_error_has_its_code_and_a_line(reported, error, code, words):
@@ -50,8 +50,8 @@ def test_a_full_standard_output_is_reported(reported, monkeypatch, results, stay
     monkeypatch.setattr(terminal, "let_go", let_go.append)
     assert report(OSError(errno.ENOSPC, "No space left on device"), results=results) == 2
     line = reported()
-    assert line.startswith("the standard output cannot be written: No space left on device. Make room or write it elsewhere")
-    assert line.endswith("The folder of results is whole and stays") is stays
+    assert line.startswith("bristle cannot write to the standard output: No space left on device. Free disk space, or redirect the output")
+    assert line.endswith("The folder of results is complete") is stays
     assert let_go == [sys.stdout]
 
 

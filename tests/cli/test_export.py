@@ -152,7 +152,7 @@ def test_a_law_is_exported_tunable_and_in_single_precision(bristle, place):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--law", "experiment.toml"], "must be named"),
+        (["--law", "experiment.toml"], "the experiment has several variants"),
         (["--law", "experiment.toml", "--variant", "nome"], "none"),
         (["--law", "experiment.toml", "--variant", "none", "--step", "1 ms"], "applies to a model only"),
         (["model.toml", "--law", "experiment.toml"], "either a model or a law"),

@@ -305,7 +305,7 @@ def test_an_identified_delay_is_printed_before_the_parameters(bristle, place):
 
 
 def test_the_help_states_the_range_of_draws(bristle):
-    assert "0, or 20 to" in " ".join(bristle("identify", "--help").out.split()).replace("│ ", "")
+    assert "20 to 100000, or 0" in " ".join(bristle("identify", "--help").out.split()).replace("│ ", "")
 
 
 def next_command(result):

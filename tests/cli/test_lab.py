@@ -142,7 +142,7 @@ def test_an_occupied_port_is_reported():
     with listening_on(0) as listening:
         address, port = listening.getsockname()
         assert address == "127.0.0.1"
-        with pytest.raises(br.core.InputError, match=r"listened to: [^()]+; found \d+\. Leave --port out"):
+        with pytest.raises(br.core.InputError, match=r"cannot be opened: [^()]+; found \d+\. Leave --port out"):
             run(["lab", "--serve", "--no-open", "--port", str(port)])
 
 

@@ -362,7 +362,7 @@ def test_a_full_output_keeps_the_results(place):
         process = [sys.executable, "-c", INTERRUPTIBLE, "run", "experiment.toml", "--out", "run"]
         ended = subprocess.run(process, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
     assert ended.returncode == 2
-    assert "The folder of results is whole and stays" in ended.stderr
+    assert "The folder of results is complete" in ended.stderr
     assert (place / "run" / "summary.json").is_file()
 
 
@@ -379,7 +379,7 @@ def test_unwritable_messages_change_no_exit_code(place, arguments, code):
 
 
 def test_a_library_that_cannot_be_loaded_is_no_fault_of_bristle_but_its_own_module_is(monkeypatch, capsys):
-    for name, code, text in (("numpy", 2, "a library that is needed cannot"), ("bristle.x", 70, "a fault of bristle")):
+    for name, code, text in (("numpy", 2, "bristle cannot load a required library"), ("bristle.x", 70, "a fault of bristle")):
 
         def ends(*_, name=name):
             raise ImportError("failed to map segment", name=name)
@@ -439,7 +439,7 @@ def test_a_limit_of_open_files_is_no_fault_of_bristle(monkeypatch, capsys):
 
     monkeypatch.setattr("bristle.cli.models._families", ends)
     assert main(["models"]) == 2
-    assert "no more files can be opened" in capsys.readouterr().err
+    assert "bristle cannot open more files" in capsys.readouterr().err
 
 
 @pytest.mark.fast_cases(1)

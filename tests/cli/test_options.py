@@ -168,7 +168,7 @@ def test_runs_that_crash_every_process_are_reported(capsys, code, words):
 def test_an_interruption_reports_the_kept_runs(capsys):
     with pytest.raises(KeyboardInterrupt), study.interruptible(Path("out"), "runs"):
         raise KeyboardInterrupt
-    assert capsys.readouterr().err == "bristle: out keeps the finished runs. The same command continues\n"
+    assert capsys.readouterr().err == "bristle: out keeps the finished runs. Give the same command again to continue\n"
 
 
 def test_values_of_a_run_are_written_as_text():
@@ -210,7 +210,7 @@ def summary(count, **changed):
 def test_of_many_columns_the_first_hundred_are_shown():
     assert len(_parts(summary(MOST_COLUMNS))) == 1
     table, rest = _parts(summary(MOST_COLUMNS + 2))
-    assert (len(table.rows), rest) == (100, "... and 2 more columns. --json lists all.")
+    assert (len(table.rows), rest) == (100, "... and 2 more columns. --json lists all columns.")
 
 
 def test_a_rate_is_printed_with_its_duration():

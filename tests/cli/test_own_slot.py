@@ -94,7 +94,7 @@ def test_it_is_checked_and_shown(bristle, tmp_path, monkeypatch):
     assert shown["channels"] == ["pressure"]
     alone = bristle("models", "oiled.py")
     assert "e^" in alone.out or "exp" in alone.out
-    assert "Needs pressure of the log: pressure of the oil, >= 0 N/m^2" in alone.out
+    assert "Needs channel pressure of the log: pressure of the oil, >= 0 N/m^2" in alone.out
     Path("oiled.py").write_text(SLOT.replace('nominal=1e-5, excitation="channel")] = 0.0', 'excitation="channel")] = 1e-6'))
     drifted = bristle("check", "oiled.py", "--json")
     assert drifted.code == 1

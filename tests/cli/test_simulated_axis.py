@@ -136,7 +136,7 @@ def test_a_log_has_the_form_of_a_drive(tmp_path, monkeypatch):
     assert np.mean(rows[:, 3]) == pytest.approx(2.0, abs=2e-3)
     assert np.std(rows[:, 3]) == pytest.approx(0.01, rel=0.15)
     Recorded.status = Status.NOT_FINITE
-    with pytest.raises(RuntimeError, match="the simulated axis did not run"):
+    with pytest.raises(RuntimeError, match="the simulation of the axis failed"):
         axis_simulated.write_log(tmp_path / "again.csv", 1)
 
 

@@ -149,17 +149,21 @@ def test_an_effort_limit_and_a_mass_serve_for_an_acceleration():
         (replace(STAGE, stroke=None), {"purposes": "stribeck"}, "stroke under"),
         (replace(STAGE, mass=None), {"purposes": "damping"}, "moving mass"),
         (replace(STAGE, sample_time=0.02), {"purposes": "damping"}, "too long for a resonance"),
-        (Axis(), {}, "axis: has too few data .* Write velocity, acceleration and stroke under"),
-        (STAGE, {"purposes": ""}, "purposes: has no purpose"),
-        (STAGE, {"purposes": []}, "purposes: has no purpose"),
+        (Axis(), {}, "axis: contains too few data .* Write velocity, acceleration and stroke under"),
+        (STAGE, {"purposes": ""}, "purposes: names no purpose"),
+        (STAGE, {"purposes": []}, "purposes: names no purpose"),
         (STAGE, {"purposes": "stribek"}, "Did you mean 'stribeck'"),
         (STAGE, {"travel": "1 m"}, "more than the stroke"),
         (STAGE, {"travel": "-1 mm"}, "must be positive"),
         (STAGE, {"duration": "1 s"}, "duration: out of range"),
-        (STAGE, {"duration": 1e5}, "samples; found '100000 s', allowed 100 to 1500000. Record it in parts, or correct the sample time"),
-        (replace(STAGE, stroke=(1e9, 1e9 + 0.1)), {}, "too few digits.*Count positions from the present position"),
+        (
+            STAGE,
+            {"duration": 1e5},
+            "samples; found '100000 s', allowed 100 to 1500000 samples. Record the motion in parts, or correct the sample time",
+        ),
+        (replace(STAGE, stroke=(1e9, 1e9 + 0.1)), {}, "too few digits.*Measure positions from a point near the stroke"),
         (replace(STAGE, velocity_limit=1e-9), {}, "the typical friction is out of range \\(v_S: out of range.*in the axis file"),
-        (replace(STAGE, sample_time=10.0), {"duration": 20.0}, "duration: is 2 samples.*Extend the duration"),
+        (replace(STAGE, sample_time=10.0), {"duration": 20.0}, "duration: contains 2 samples.*Extend the duration"),
         (replace(STAGE, jerk_limit=1e-9), {"purposes": "stribeck"}, "for stribeck that the limits allow: acceleration: "),
         (STAGE, {"model": 3}, "a friction model or a model file"),
         (STAGE, {"model": coulomb_viscous(F_C="1 N*m", F_v=0.0)}, "rotational"),
@@ -183,7 +187,7 @@ def test_no_motion_takes_longer_than_it_may(seconds, left):
     assert result.motion.time[-1] <= 1.001 * seconds
     purposes = {piece.purpose for piece in result.motion.pieces}
     assert (len(purposes), "stribeck" in purposes) == (left, True)
-    assert len([note for note in result.notes if "with it the motion takes" in note]) == 4 - left
+    assert len([note for note in result.notes if "with it, the motion would take" in note]) == 4 - left
 
 
 @pytest.mark.slow
@@ -246,7 +250,7 @@ def test_a_minute_is_taken_where_no_duration_is_given():
 @pytest.mark.parametrize(("refused", "allowed"), [((0.101, 10.0), (0.0999, 10.0)), ((1e-3, 1501.0), (1.1e-3, 1501.0))])
 def test_a_motion_has_a_hundred_samples_at_least_and_a_million_and_a_half_at_most(refused, allowed):
     axis = replace(STAGE, presliding=4e-4, stroke=(-0.5, 0.5), jerk_limit=None)
-    with pytest.raises(InputError, match=r"duration: is .* samples; .* allowed 100 to 1500000"):
+    with pytest.raises(InputError, match=r"duration: contains .* samples; .* allowed 100 to 1500000"):
         planned(replace(axis, sample_time=refused[0]), duration=refused[1], purposes="stribeck")
     motion = planned(replace(axis, sample_time=allowed[0]), duration=allowed[1], purposes="stribeck").motion
     assert motion.duration <= 1.001 * allowed[1]
@@ -270,9 +274,9 @@ def test_missing_start_and_timing_are_noted():
     assert silent.motion.sample_time == 1e-3
     assert silent.motion.start == 0.0
     assert silent.notes == (
-        "assumed a sample time of 1 ms: the axis file has no [timing] entry",
-        "the motion begins at position 0: add the position of your axis, or give it with --start",
-        "assumed for the rehearsal: Coulomb friction of 70 N, lugre with the usual proportions",
+        "bristle assumed a sample time of 1 ms: the axis file has no [timing] entry",
+        "the motion begins at position 0: add the present position of your axis, or state it with --start",
+        "the rehearsal assumes: Coulomb friction of 70 N, lugre with the usual proportions",
     )
 
 
@@ -299,7 +303,7 @@ def test_chirps_leave_first_and_sweeps_last_where_time_is_short(monkeypatch):
     assert purposes == [set(PURPOSES), {"presliding", "break-away", "stribeck"}, {"presliding", "stribeck"}, {"stribeck"}]
     notes = left[6.0][1]
     assert [note.split()[1] for note in notes] == ["damping", "break-away", "presliding"]
-    assert notes[0] == "no damping (micro-damping and the resonance on the contact): with it the motion takes 20.5 s"
+    assert notes[0] == "no damping (micro-damping and the resonance on the contact): with it, the motion would take 20.5 s"
 
 
 @pytest.mark.parametrize("chosen", [["stribeck"], ["damping", "stribeck"]])
@@ -336,7 +340,7 @@ def test_loops_that_the_controller_does_not_follow_are_planned_again():
     assert limits.followed == 1.4e-6
     assert result.notes == (
         *again.notes,
-        "loops before sliding are at least 1.4 µm: smaller loops are below the tracking error of the controller in the rehearsal",
+        "the amplitude of pre-sliding loops is at least 1.4 µm, the tracking error of the controller in the rehearsal",
     )
     assert followed(1.4e-6, planned(purposes="break-away"))[0].notes == planned(purposes="break-away").notes
     assert followed(1.4e-6)[0] is None

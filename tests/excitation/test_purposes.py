@@ -39,8 +39,8 @@ def test_a_complete_axis_file_allows_every_purpose(purpose):
     ("allowed", "refused", "why"),
     [
         # Half of the largest loop, which is 97 % of the pre-sliding amplitude.
-        ({"count": 1.61e-6}, {"count": 1.62e-6}, "3 of its steps of 1.62 µm are not small against 10 µm"),
-        ({"followed": 4.8e-6}, {"followed": 4.9e-6}, "to within 4.9 µm, which is not small against 10 µm"),
+        ({"count": 1.61e-6}, {"count": 1.62e-6}, "3 of its steps of 1.62 µm are not small against the pre-sliding amplitude of 10 µm"),
+        ({"followed": 4.8e-6}, {"followed": 4.9e-6}, "is 4.9 µm, which is not small against the pre-sliding amplitude of 10 µm"),
         # Four pre-sliding amplitudes to either side.
         ({"travel": 8.1e-5}, {"travel": 7.9e-5}, "a travel of 80 µm"),
         ({"travel": None}, {"presliding": None}, "write presliding under"),

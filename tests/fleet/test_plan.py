@@ -149,7 +149,7 @@ def test_errors_of_a_fit_are_shares_in_a_row(monkeypatch):
     assert (row["diagnostics"], row["friction.F_C"], row["friction.F_C.upper"]) == ("a", 5.0, 6.0)
     with pytest.raises(InputError, match="has changed since the command began"):
         Identifier(fleet(log("a")))._numbers(log("a", "1"))
-    with pytest.raises(InputError, match="is translational, but this fleet is rotational"):
+    with pytest.raises(InputError, match="is the log of a translational axis, but this fleet has rotational axes"):
         Identifier(fleet(log("a"), kind="rotational"))._numbers(log("a"))
 
 

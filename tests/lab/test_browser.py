@@ -39,7 +39,7 @@ def test_a_browser_computes_the_bits_of_python(page, tmp_path):
         timeout=120,
     )
     message = re.search(r'<output id="selftest">(.*?)</output>', ran.stdout)
-    assert message[1] == f"0 of {blocks_with_given()} differ"
+    assert message[1] == f"0 of {blocks_with_given()} blocks differ"
 
 
 DRAWN = """
@@ -213,7 +213,7 @@ def test_the_loop_is_computed_with_or_without_a_worker(page, tmp_path, host_lets
         worker, errors, circle = tab.run(FOLLOWED)
         assert worker == ("object" if host_lets_it else "string")
         assert "Peak-to-peak" in errors
-        assert "Circle of two" in circle
+        assert "Circle driven by two" in circle
         # What drifts and does not close is red.
         classes = "[...document.getElementById('verdicts').children].map(({ className }) => className)"
         assert tab.run(classes) == ["alert", "alert"]

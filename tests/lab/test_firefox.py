@@ -26,7 +26,7 @@ def test_firefox_computes_the_bits_of_python_without_complaints(tmp_path):
         tab.call("WebDriver:Navigate", url=f"{page.as_uri()}#selftest")
         assert tab.run(WAIT % "/differ/.test(document.getElementById('selftest').textContent)")
         message = tab.run("return document.getElementById('selftest').textContent;")
-        assert message == f"0 of {blocks_with_given()} differ"
+        assert message == f"0 of {blocks_with_given()} blocks differ"
         assert tab.run(WAIT % "/Peak-to-peak/.test(document.getElementById('track-reading').textContent)")
         assert tab.run("return document.getElementById('verdicts').children.length;") == 3
         assert tab.complaints("lab.html") == []

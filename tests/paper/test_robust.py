@@ -211,7 +211,7 @@ def test_the_command_writes_report_and_numbers(bristle, quick, tmp_path, monkeyp
         (("--robust", "--figure", "4"), "--figure: has no effect with --robust"),
         (("--robust", "--write", "there"), "--write: has no effect with --robust"),
         (("--seeds", "3"), "--seeds: has no effect without --robust"),
-        (("gms",), "TRUTH: has no effect without --robust"),
+        (("gms",), "FRICTION: has no effect without --robust"),
         (("--robust", "gms,bouc_ven"), "Did you mean 'bouc_wen'?"),
         (("--robust", "--seeds", "0"), "--seeds"),
         (("--robust", "--axis", "axis.toml", "gms"), "Give model files after --robust"),

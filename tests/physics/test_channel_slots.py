@@ -199,7 +199,7 @@ def test_a_new_channel_slot_needs_one_file_and_one_name(tmp_path):
     assert (data["name"], data["same"]) == ("coulomb_viscous+pressure+humidity", True)
     assert data["files"] == ["model.toml", "out"]
     assert re.search(r"\+humidity\s+│?\s*k_H, h_0", data["list"])
-    assert "Needs humidity of the log: relative humidity" in data["one"]
+    assert "Needs channel humidity of the log: relative humidity" in data["one"]
     assert data["json"]["models"][0]["channels"] == ["humidity"]
     assert "### humidity" in data["reference"]
     assert "[`+humidity`](#humidity)" in data["reference"]

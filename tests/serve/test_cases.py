@@ -212,7 +212,7 @@ def test_a_job_reports_its_end():
     assert job._ending(3, "the end") == "the process of this job ended with code 3. the end"
     assert job._ending(3, "") == "the process of this job ended with code 3."
     job._late = True
-    assert job._ending(-9, "") == "stopped after 90 s. Take fewer models, or a shorter log"
+    assert job._ending(-9, "") == "stopped after 90 s. Use fewer models, or a shorter log"
     job._killed = True
     assert job._ending(-9, "") == "stopped"
 
@@ -251,7 +251,7 @@ def test_a_job_that_cannot_run_gives_a_reason(monkeypatch):
 
     monkeypatch.setattr(job, "_ended_with", breaks)
     assert not asyncio.run(job.run({}))
-    assert (job.state, job.message) == ("failed", "the job could not be run: no more processes")
+    assert (job.state, job.message) == ("failed", "bristle could not run the job: no more processes")
 
 
 def test_a_job_that_has_not_started_or_has_ended_is_not_cancelled():
@@ -333,8 +333,8 @@ def test_a_body_is_stored_whole_and_its_size_is_returned(tmp_path, size):
     [
         (Request(b"abc", b"def"), 413, "is larger than allowed.*up to 5 B"),
         (Request(b"ab", size=6), 413, "is larger than allowed"),
-        (Request(b"ab", 5.0, b"c"), 408, "has been silent for 0.02 s"),
-        (Request(b"ab", ClientDisconnect()), 400, "was cut off"),
+        (Request(b"ab", 5.0, b"c"), 408, "has sent no data for 0.02 s"),
+        (Request(b"ab", ClientDisconnect()), 400, "ended before all data arrived"),
     ],
 )
 def test_a_body_that_is_refused_leaves_no_file(tmp_path, request_, status, words):

@@ -135,7 +135,7 @@ def test_the_memory_of_a_job_is_limited(client, case, work):
 
 def test_an_array_without_memory_gives_the_same_message(client, case, work):
     work("import numpy\nnumpy.zeros(2**45)")
-    assert ended(client, case, "look")["job"]["message"] == "there is not enough memory for this. Take a shorter log"
+    assert ended(client, case, "look")["job"]["message"] == "there is not enough memory for this job. Use a shorter log"
 
 
 def test_a_library_with_endless_output_does_no_harm(client, case, work):

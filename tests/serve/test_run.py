@@ -24,7 +24,7 @@ def test_only_this_machine_connects_and_a_port_is_used_once():
         host, port = listening.getsockname()
         assert host == "127.0.0.1"
         assert port > 0
-        with pytest.raises(InputError, match=r"--port: cannot be listened to: .*bristle takes a free port"):
+        with pytest.raises(InputError, match=r"--port: cannot be opened: .*bristle takes a free port"):
             listening_on(port)
         with socket.create_connection(("127.0.0.1", port), timeout=5):
             pass

@@ -80,8 +80,8 @@ def test_a_limit_rejected_by_the_system_is_no_fault(process, monkeypatch, refusa
     ("error", "code", "words"),
     [
         (KeyboardInterrupt(), 2, "cancelled before the first result"),
-        (MemoryError("x"), 2, "there is not enough memory for this. Take a shorter log"),
-        (np._core._exceptions._ArrayMemoryError((9,), np.dtype(float)), 2, "there is not enough memory for this. Take a shorter log"),
+        (MemoryError("x"), 2, "there is not enough memory for this job. Use a shorter log"),
+        (np._core._exceptions._ArrayMemoryError((9,), np.dtype(float)), 2, "there is not enough memory for this job. Use a shorter log"),
         (InputError("is wrong", path="log"), 2, "log: is wrong"),
         (ValueError("a bug"), None, "this is a fault of bristle, not yours: ValueError: a bug"),
     ],

@@ -153,7 +153,7 @@ def test_a_worker_that_cannot_load_bristle_is_reported(bench, own_dask, tmp_path
 
 def test_a_worker_of_another_version_is_refused(bench, own_dask, tmp_path):
     code = "def simulated(*_):\n    return 'unfit', 'bristle 0.0.9 on a-machine'\n"
-    message = rf"has other software; found 'bristle 0\.0\.9 on a-machine', allowed bristle .*{remote.described()['code']}"
+    message = rf"the software of a worker differs; found 'bristle 0\.0\.9 on a-machine', allowed bristle .*{remote.described()['code']}"
     with own_dask.stranger(bristle_of_another_kind(tmp_path / "other", code)), pytest.raises(InputError, match=message):
         run_study(bench.study(), bench.folder / "out", scheduler=own_dask.address)
     assert numbers(bench.folder / "out") == []
@@ -203,14 +203,14 @@ def test_a_missing_scheduler_is_reported(bench, deaf, monkeypatch):
         with pytest.raises(InputError) as refused:
             run_study(study, bench.folder / "out", scheduler=address)
         assert time.monotonic() < begin + 5.0
-        assert "--scheduler: no scheduler of Dask answers there" in str(refused.value)
+        assert "--scheduler: no Dask scheduler answers at this address" in str(refused.value)
         assert f"found '{address}'" in str(refused.value)
-        assert f"Start one, dask scheduler --port 8786, and workers: dask worker {address}" in str(refused.value)
+        assert f"Start dask scheduler --port 8786, then dask worker {address}" in str(refused.value)
 
 
 def test_a_scheduler_without_workers_is_reported(bench, own_dask, monkeypatch):
     monkeypatch.setattr("bristle.study.workers.WORKERS_JOIN", 1.0)
-    with pytest.raises(InputError, match="--scheduler: it has no workers"):
+    with pytest.raises(InputError, match="--scheduler: the scheduler has no workers"):
         run_study(bench.study(), bench.folder / "out", scheduler=own_dask.address)
 
 
@@ -267,7 +267,7 @@ def test_ctrl_c_keeps_written_blocks_and_cancels_the_rest(slow_bench, dask):
     process.send_signal(signal.SIGINT)
     text = process.communicate(timeout=60.0)[1].decode()
     assert process.returncode == 130
-    assert text.splitlines() == [f"bristle: {out} keeps the finished runs. The same command continues", "bristle: interrupted"]
+    assert text.splitlines() == [f"bristle: {out} keeps the finished runs. Give the same command again to continue", "bristle: interrupted"]
     assert len(content(out)) < 100
     with distributed.Client(dask.address, set_as_default=False) as client:
         until(lambda: not any(client.processing().values()), "workers without work")
@@ -309,7 +309,7 @@ def test_a_lost_scheduler_is_reported_and_written_blocks_stay(slow_bench, own_da
         if share > 0.02:
             own_dask.scheduler.kill()
 
-    with pytest.raises(InputError, match=r"--scheduler: the scheduler is gone; found 'tcp://.*Written blocks are safe"):
+    with pytest.raises(InputError, match=r"--scheduler: the scheduler no longer answers; found 'tcp://.*The written blocks remain"):
         run_study(study, out, scheduler=own_dask.address, progress=end)
     assert 3 <= len(content(out)) < 100
     assert run_study(study, out, workers=2).is_whole

@@ -55,7 +55,7 @@ def test_ctrl_c_ends_the_workers_and_prints_advice(slow_bench):
     process.send_signal(signal.SIGINT)
     text = process.communicate(timeout=PATIENCE)[1].decode()
     assert process.returncode == 130
-    assert "keeps the finished runs. The same command continues" in text
+    assert "keeps the finished runs. Give the same command again to continue" in text
     until(lambda: not any(lives(worker) for worker in workers), "workers to end")
     assert len(content(out)) < 100
 
@@ -122,7 +122,7 @@ def test_a_block_that_ends_every_worker_is_reported_and_the_others_are_complete(
 
 def test_workers_that_cannot_begin_end_the_study(bench, monkeypatch):
     monkeypatch.setattr(sys, "executable", "/bin/false")
-    with pytest.raises(WorkerError, match="ended before they could start: ended with code 1"):
+    with pytest.raises(WorkerError, match="ended before they could start, the last one with code 1"):
         run_study(bench.study(), bench.folder / "out", workers=2)
 
 

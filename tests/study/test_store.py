@@ -202,7 +202,7 @@ def test_the_folder_may_be_a_link(bench):
 def test_another_study_is_refused_with_its_differences(bench, change, told):
     run_study(bench.study(), bench.folder / "out", workers=1)
     before = content(bench.folder / "out")
-    with pytest.raises(InputError, match=f"holds another study: {told}"):
+    with pytest.raises(InputError, match=f"contains another study: {told}"):
         run_study(bench.study(change=change), bench.folder / "out", workers=1)
     assert content(bench.folder / "out") == before
 
@@ -210,7 +210,7 @@ def test_another_study_is_refused_with_its_differences(bench, change, told):
 def test_a_study_whose_experiment_was_edited_is_another_one(bench):
     run_study(bench.study(), bench.folder / "out", workers=1)
     bench.rig(substeps=3)
-    with pytest.raises(InputError, match=r"the file of experiment: rig\.toml has changed"):
+    with pytest.raises(InputError, match=r"the file experiment: rig\.toml has changed"):
         run_study(bench.study(), bench.folder / "out", workers=1)
 
 
@@ -310,12 +310,12 @@ def refused(before, now):
 
 def test_the_first_difference_is_named_and_the_rest_counted():
     single = refused({"study": {"seed": 7}}, {"study": {"seed": 8}})
-    assert "holds another study: seed was 7 and is now 8" in single
+    assert "contains another study: seed was 7 and is now 8" in single
     assert "more" not in single
     two = refused({"study": {"seed": 7, "runs": 1}, "block": 4}, {"study": {"seed": 8, "runs": 2}, "block": 4})
     assert "seed was 7 and is now 8, and 1 more" in two
-    assert "a was not there and is now 3" in refused({"study": {}}, {"study": {"a": 3}})
-    assert "the file of axis: a.toml has changed" in refused({"files": {"axis: a.toml": "1"}}, {"files": {"axis: a.toml": "2"}})
+    assert "a was missing and is now 3" in refused({"study": {}}, {"study": {"a": 3}})
+    assert "the file axis: a.toml has changed" in refused({"files": {"axis: a.toml": "1"}}, {"files": {"axis: a.toml": "2"}})
     assert refuse_another({"a": {"b": 1}}, {"a": {"b": 1}}, Path("out")) is None
 
 

@@ -111,7 +111,7 @@ def test_draws_of_another_model_are_refused(bench):
         + 'F_v = "1 N*s/m"\n[effort]\nmodel = "constant"\nlevel = 2.0\n'
         + '[run]\nduration = "0.1 s"\nsample_time = "1 ms"\n'
     )
-    with pytest.raises(ValueError, match="the fit has lugre, translational, but the experiment has coulomb_v"):
+    with pytest.raises(ValueError, match="the identification has lugre, translational, but the experiment has coulomb_v"):
         bench.study(
             STUDY.replace('"friction.F_C" = { normal = ["1 N", "0.1 N"] }', '"friction" = { from = "results", draws = "bootstrap" }')
         )
@@ -169,7 +169,7 @@ def test_a_value_is_read_in_si_within_the_range():
         ({"choice": 3.0}, "allowed at least one value"),
         ({"normal": [1.0, 0.0]}, r"normal\[1\]: must be positive"),
         ({"uniform": [2.0, 2.0]}, r"uniform\[1\]: must be above the lowest value.*allowed > 2"),
-        ({"log_uniform": [0.0, 2.0]}, r"log_uniform\[0\]: must be positive: it has a logarithm"),
+        ({"log_uniform": [0.0, 2.0]}, r"log_uniform\[0\]: must be positive: log_uniform takes its logarithm"),
     ],
 )
 def test_a_distribution_that_does_not_fit_is_reported(table, words):
@@ -218,7 +218,7 @@ FROM = {"from": "results", "draws": "bootstrap"}
     [
         ({"from": "results"}, "needs draws"),
         ({"draws": "bootstrap"}, "needs from"),
-        (FROM | {"draws": "jackknife"}, "are not draws of a fit.*allowed bootstrap"),
+        (FROM | {"draws": "jackknife"}, "are not draws of an identification.*allowed bootstrap"),
         (FROM | {"from": 3}, "must be the name of a folder"),
         (FROM | {"from": ""}, "must be the name of a folder"),
         (FROM | {"rows": 3}, "rows: unknown key"),
@@ -247,9 +247,9 @@ def test_draws_go_to_the_section_whose_parameters_they_are(bench):
     assert columns["friction.F_C"].tolist() == draws["F_C"].tolist()
     shorter = dataclasses.replace(fitted, draws=fitted.draws | {"M": fitted.draws["M"][:7]})
     assert columns_of(shorter, "friction", experiment, "vary")[0]["friction.F_C"].size == 7
-    with pytest.raises(InputError, match=r"cannot use draws of a fit.*plant or friction"):
+    with pytest.raises(InputError, match=r"cannot use draws of an identification.*plant or friction"):
         columns_of(fitted, "sensor", experiment, "vary")
-    with pytest.raises(InputError, match="the fit drew no parameter of lugre"):
+    with pytest.raises(InputError, match="the draws contain no parameter of lugre"):
         columns_of(dataclasses.replace(fitted, draws={"M": fitted.draws["M"]}), "friction", experiment, "vary")
-    with pytest.raises(InputError, match="the fit has no plant"):
+    with pytest.raises(InputError, match="the identification has no plant"):
         columns_of(dataclasses.replace(fitted, plant=None), "plant", experiment, "vary")

@@ -141,8 +141,8 @@ def test_a_block_whose_worker_was_killed_is_noted_and_the_others_arrive(cluster)
     [
         (("failed", "a trace"), WorkerError, "a worker failed at the runs 0 to 0: a trace"),
         (ValueError("broken"), WorkerError, "a worker failed at the runs 0 to 0: ValueError: broken"),
-        (("unfit", "bristle 2 on far"), InputError, "tcp://a:1: a worker has other software.*bristle 2 on far"),
-        (CancelledError(), InputError, "--scheduler: the scheduler is gone.*tcp://a:1"),
+        (("unfit", "bristle 2 on far"), InputError, "tcp://a:1: the software of a worker differs.*bristle 2 on far"),
+        (CancelledError(), InputError, "--scheduler: the scheduler no longer answers.*tcp://a:1"),
     ],
 )
 def test_faults_on_a_cluster_are_reported(cluster, outcome, error, words):
@@ -156,7 +156,7 @@ def test_threads_of_a_cluster_are_counted_and_a_lost_scheduler_is_reported(clust
     def gone(callback_timeout):
         raise OSError
 
-    with pytest.raises(InputError, match="the scheduler is gone"):
+    with pytest.raises(InputError, match="the scheduler no longer answers"):
         cluster._threads(Some(nthreads=gone))
 
 
@@ -217,12 +217,12 @@ def test_a_block_goes_to_the_next_worker_where_a_worker_ended(monkeypatch):
 
 def test_workers_that_never_begin_are_reported_by_how_they_end(monkeypatch):
     crew, requested = crew_of(iter([EOFError()] * 20), monkeypatch)
-    with pytest.raises(WorkerError, match="10 workers ended before they could start: ended by signal 9"):
+    with pytest.raises(WorkerError, match="10 workers ended before they could start, the last one by signal 9"):
         crew._simulated(BLOCKS[0])
     assert len(requested) == 10
     crew, _ = crew_of(iter([EOFError()] * 20), monkeypatch)
     monkeypatch.setattr(Fake, "wait", lambda self: 3)
-    with pytest.raises(WorkerError, match="ended with code 3"):
+    with pytest.raises(WorkerError, match="the last one with code 3"):
         crew._simulated(BLOCKS[0])
 
 
@@ -292,10 +292,10 @@ def test_a_cluster_is_connected_to_for_a_while_and_left_again(cluster):
     [
         (
             Dask(scheduler=OSError("nobody")),
-            "--scheduler: no scheduler of Dask answers there.*nobody.*tcp://a:1.*dask worker tcp://a:1",
+            "--scheduler: no Dask scheduler answers at this address.*nobody.*tcp://a:1.*dask worker tcp://a:1",
             False,
         ),
-        (Dask(workers=TimeoutError("late")), "--scheduler: it has no workers.*late.*tcp://a:1", True),
+        (Dask(workers=TimeoutError("late")), "--scheduler: the scheduler has no workers.*late.*tcp://a:1", True),
     ],
 )
 def test_a_cluster_that_does_not_answer_is_reported_by_the_missing_part(cluster, library, words, closed):
@@ -309,7 +309,7 @@ def test_a_scheduler_that_is_silent_is_given_up(cluster, monkeypatch):
     cluster._library = Dask()
     monkeypatch.setattr(cluster._library, "identity", lambda: asyncio.sleep(60.0))
     monkeypatch.setattr(workers, "ANSWERS", 0.05)
-    with pytest.raises(InputError, match="no scheduler of Dask answers there"), cluster._connected():
+    with pytest.raises(InputError, match="no Dask scheduler answers at this address"), cluster._connected():
         pass
 
 

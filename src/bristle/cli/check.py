@@ -24,13 +24,13 @@ def check(
         Path,
         typer.Argument(
             metavar="RESULTS|MODEL.toml|OWN.py",
-            help="Results of identify, a model file, or your model, slot, law, sensor, reader, figure or export target.",
+            help="Results of identify, a model file, or a Python file with your model, slot, law, sensor, reader, figure or target.",
         ),
     ],
     force_ripple: Annotated[str | None, typer.Option(metavar="LOW,HIGH", help="Range of the force ripple in the drift test.")] = None,
     loop: Annotated[str | None, typer.Option(metavar="X1,X2", help="Reversal points of the loop in the closure test.")] = None,
     log: Annotated[
-        list[Path] | None, typer.Option("--log", metavar="LOG", help="With RESULTS: their log, if it was moved; repeatable.")
+        list[Path] | None, typer.Option("--log", metavar="LOG", help="With RESULTS: the identified log, if its file has moved; repeatable.")
     ] = None,
     draws: Annotated[
         int | None, typer.Option("--draws", metavar="COUNT", min=3, max=1000, help="With RESULTS: number of simulated logs, by default 10.")
@@ -39,20 +39,21 @@ def check(
 ) -> int:
     """Check a model, your own code, or the information in a log.
 
-    RESULTS (the folder written by identify, or its summary.json): bristle simulates the identified axis along its own
-    log and identifies each simulated log with the same model and settings. The true values are known, so a table shows
-    which parameters this log determines, how accurately, and how many intervals contain the true value.
+    RESULTS (a folder written by identify, or its summary.json): bristle simulates logs of the identified axis with the
+    motion of the recorded log, and identifies them with the same model and settings. The true parameters of these logs
+    are known. Therefore the table shows which parameters the recorded log determines, how accurately, and how many 95 %
+    intervals contain the true value.
 
-    Model file: bristle computes its certificates: bounded deflection, passivity, drift, closure of a minor loop, dissipation.
+    Model file: bristle computes the certificates of the model: bounded deflection, passivity, drift, closure of a minor loop, dissipation.
 
-    Python file: bristle runs it and tests its friction model, slot, control law, sensor, log reader, figure or export target
-    against the contract.
+    Python file: bristle runs the file and tests whether its friction model, slot, control law, sensor, log reader, figure
+    or export target meets all requirements.
 
-    Every failed test comes with advice. The exit code is 1 if a test fails.
+    bristle prints advice for every failed test. The exit code is 1 if a test fails.
     """
     options = {"--force-ripple": force_ripple, "--loop": loop}
     if model.is_dir() or model.name == "summary.json":
-        refuse(options, "applies to a model file", "Leave it out, or check model.toml in that folder")
+        refuse(options, "applies to a model file", "Leave the option out, or check model.toml in that folder")
         return _of_results(model, log or None, draws or 10, as_json=as_json)
     refuse({"--log": log, "--draws": draws}, "applies to a folder of results")
     judged = _of_values(model, options) if model.suffix == ".toml" else _of_code(model, options)
@@ -115,7 +116,7 @@ def _of_values(model: Path, options: dict[str, str | None]) -> _Judged:
 
 
 def _of_code(model: Path, options: dict[str, str | None]) -> _Judged:
-    """Return the result of a code file against its contract; naming the file allows its code."""
+    """Test a code file against its contract and return the result. The name on the command line allows its code."""
     from bristle.core import InputError
     from bristle.exports import load_target_file
     from bristle.figures import load_figure_file
@@ -130,7 +131,7 @@ def _of_code(model: Path, options: dict[str, str | None]) -> _Judged:
             allowed="a file .toml or .py, or a folder of results",
             mend="For the built-in models see: bristle models",
         )
-    mend = f'Write a model file with file = "{model.name}" and its parameters, and check that'
+    mend = f'Write a model file with file = "{model.name}" and its parameters, and check the model file'
     refuse(options, "needs a model with parameter values", mend)
     content = code_in(model)
     module = SourceText(content).module()
@@ -155,10 +156,10 @@ def _of_code(model: Path, options: dict[str, str | None]) -> _Judged:
     keys = ("applies", "value", "unit", "threshold", "passed", "detail", "advice")
     rows = [
         {
-            "Demand": check.name,
+            "Requirement": check.name,
             "Outcome": "–" if not check.applies else "met" if check.passed else "NOT MET",
-            "Seen": check.detail,
-            "What to do": check.advice,
+            "Finding": check.detail,
+            "Advice": check.advice,
         }
         for check in results
     ]

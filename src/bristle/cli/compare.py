@@ -13,8 +13,8 @@ EXAMPLE = """Example:
 
 
 def compare(
-    before: Annotated[Path, typer.Argument(metavar="BEFORE", help="Log recorded before a change.")],
-    after: Annotated[Path, typer.Argument(metavar="AFTER", help="Log recorded after it: same axis, same reference.")],
+    before: Annotated[Path, typer.Argument(metavar="BEFORE", help="Log recorded before the change.")],
+    after: Annotated[Path, typer.Argument(metavar="AFTER", help="Log recorded after the change: same axis, same reference.")],
     *,
     axis: AxisFiles = None,
     before_too: Annotated[
@@ -29,9 +29,9 @@ def compare(
 ) -> int:
     """Compare two logs of one axis, from before and after a change.
 
-    Shows whether the change helped: following error, its peaks at reversals, effort and friction, each with the 95 %
-    interval of its change. Only motion common to both logs is compared. The exit code is 1 if the following error is
-    not significantly lower.
+    Shows the change of following error, of its peaks at reversals, of effort and of friction, each with a 95 % interval.
+    bristle compares only the motion that occurs in both logs. The exit code is 1 if the following error is not
+    significantly lower after the change.
 
     Writes summary.json and report.html into DIR.
     """

@@ -24,8 +24,8 @@ def demo(
 ) -> None:
     """Show the whole workflow on a simulated axis.
 
-    Log, identification, prediction of a second log, compensated loop, report. The last lines list the commands for a
-    log of your own.
+    bristle simulates a log, identifies a model, predicts a second log, compensates the loop and writes a report. The last
+    lines list the commands for a log of your own.
     """
     from bristle.demo import BANNER, run
     from bristle.report.brief import Line
@@ -43,7 +43,7 @@ def demo(
         Line("Results", f"{out}: report.html, drive_table.csv, model.toml, log.csv, unseen.csv"),
     ]
     following = [
-        Line("Your log", "bristle log YOUR.csv --write axis.toml, then fill in its columns and units"),
+        Line("Your log", 'bristle log YOUR.csv --write axis.toml, then replace each "?" in axis.toml'),
         Line("", "bristle identify YOUR.csv --axis axis.toml --out results"),
     ]
     if not quiet:

@@ -1,4 +1,4 @@
-"""``bristle design``: limits, error budget and gains of a loop."""
+"""``bristle design``: margins, error budget and gains of a loop."""
 
 import math
 from pathlib import Path
@@ -19,7 +19,10 @@ def design(
         str | None, typer.Option(metavar="NAME", help="Variant to design; by default the first with friction feedforward.")
     ] = None,
     bandwidth: Annotated[
-        str | None, typer.Option(metavar="FREQUENCY", help='Bandwidth of the proposed gains, such as "30 Hz"; by default the largest.')
+        str | None,
+        typer.Option(
+            metavar="FREQUENCY", help='Bandwidth of the proposed gains, such as "30 Hz"; by default the largest that keeps the margins.'
+        ),
     ] = None,
     *,
     output: Output,
@@ -28,8 +31,9 @@ def design(
 ) -> int:
     """Compute margins, error budget and gains of a loop.
 
-    Shows poles and margins of the sampled loop with all its delays, the sources of the following error, gains that
-    keep the margins, and the circle driven by two such axes. The exit code is 1 if the loop is unstable.
+    Shows the poles and margins of the sampled loop with all its delays, the contribution of each source to the following
+    error, and gains that keep the margins. The report also shows the error of a circle driven by two such axes. The exit
+    code is 1 if the loop is unstable.
     """
     from bristle.core import Variable, quantity
     from bristle.files import provenance

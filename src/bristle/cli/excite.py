@@ -24,16 +24,18 @@ def excite(
     ] = None,
     purposes: Annotated[
         str | None,
-        typer.Option("--for", metavar="NAME[,NAME...]", help="Goals: presliding, break-away, damping, stribeck; by default all."),
+        typer.Option(
+            "--for", metavar="NAME[,NAME...]", help="Goals of the motion: presliding, break-away, damping, stribeck; by default all."
+        ),
     ] = None,
     model: Annotated[
-        Path | None, typer.Option("--model", metavar="MODEL.toml", help="An earlier model of the axis, for the simulation.")
+        Path | None, typer.Option("--model", metavar="MODEL.toml", help="An earlier model of the axis, which bristle then simulates.")
     ] = None,
 ) -> None:
     """Design the motion to record on an axis, within its limits.
 
-    Shows which parameters its log would identify, and how accurately: bristle simulates the motion on a model of the
-    axis and identifies the simulated log.
+    bristle simulates the motion on a model of the axis and identifies the simulated log. The output shows which
+    parameters a log of this motion would identify, and how accurately.
 
     Writes motion.csv, moves.csv, motion.nc, axis.toml, summary.json and report.html into DIR.
     """

@@ -14,16 +14,26 @@ if TYPE_CHECKING:
     from bristle.exports import Target
     from bristle.report.exported import ExportedModel
 
-Speed = Annotated[str | None, typer.Option(metavar="SPEED", help="Largest speed of a table; by default that of the fitted log.")]
-Points = Annotated[int, typer.Option(metavar="COUNT", help="Largest number of table entries; 3: gravity and two levels.")]
-LogOfTable = Annotated[Path | None, typer.Option(metavar="LOG", help="Report the error of a table along this log.")]
+Speed = Annotated[
+    str | None, typer.Option(metavar="SPEED", help="Largest speed in the table; by default the largest speed of the fitted log.")
+]
+Points = Annotated[int, typer.Option(metavar="COUNT", help="Largest number of table entries; for 3, see the target table below.")]
+LogOfTable = Annotated[Path | None, typer.Option(metavar="LOG", help="Report the error of the written table along this log.")]
 VariantOfLaw = Annotated[str | None, typer.Option("--variant", metavar="NAME", help="Variant of that experiment.")]
-Step = Annotated[str | None, typer.Option(metavar="TIME", help="Time step of self-test and example, or in an FMU; by default 0.5 ms.")]
+Step = Annotated[
+    str | None, typer.Option(metavar="TIME", help="Time step of the self-test and the example, or of an FMU; by default 0.5 ms.")
+]
 Rest = Annotated[
-    str | None, typer.Option(metavar="held|middle", help="Force at rest without memory: that of the last direction, or the mean.")
+    str | None,
+    typer.Option(
+        metavar="held|middle",
+        help="Force at rest, if the target has no memory: force of the last direction (held), or mean of both directions (middle).",
+    ),
 ]
 AcceptHarm = Annotated[bool, typer.Option("--accept-harm", help="Write the files even if they increase the simulated following error.")]
-To = Annotated[str, typer.Option("--to", metavar="TARGET|TARGET.py", help="A target of the list below, or a file with your own target.")]
+To = Annotated[
+    str, typer.Option("--to", metavar="TARGET|TARGET.py", help="A target from the list below, or a Python file with your own target.")
+]
 EXAMPLE = """Example:
   bristle export results --to c --out axis_c"""
 
@@ -32,11 +42,11 @@ def export(
     context: typer.Context,
     *,
     model: Annotated[
-        Path | None, typer.Argument(metavar="[MODEL.toml|RESULTS]", help="A model file, or results of identify with one.")
+        Path | None, typer.Argument(metavar="[MODEL.toml|RESULTS]", help="A model file, or a folder of results of identify.")
     ] = None,
     to: To,
     out: Annotated[Path, typer.Option("--out", metavar="DIR", parser=folder_named, help="Write the files to this new folder.")],
-    name: Annotated[str, typer.Option(metavar="NAME", help="Name of files and functions.")] = "axis_x",
+    name: Annotated[str, typer.Option(metavar="NAME", help="Name of the written files and functions.")] = "axis_x",
     law: Annotated[
         Path | None, typer.Option("--law", metavar="EXPERIMENT.toml", help="Write the control law of an experiment, not a model.")
     ] = None,
@@ -56,10 +66,10 @@ def export(
 ) -> None:
     """Write a model or a control law as C, for a PLC or a drive.
 
-    The summary states every simplification of a target. A target of your own is a Python file with a TARGET; bristle
-    runs it, and bristle check tests it.
+    bristle prints every simplification that the target requires. A target of your own is a Python file that defines
+    TARGET. bristle export runs this file. Test it with bristle check first.
 
-    With --law: the command of a variant of an experiment, that is its controller with all feedforward.
+    --law writes the control law of one variant of an experiment: its controller with all feedforward.
     """
     from bristle.core import InputError
     from bristle.report.exported import export_model_file
@@ -147,7 +157,7 @@ def variant_of(experiment: Experiment, name: str | None) -> Variant:
     if name not in variants:
         from bristle.core import InputError, did_you_mean
 
-        reason = "must be named: the experiment has several" if name is None else "is not in the experiment"
+        reason = "is missing: the experiment has several variants" if name is None else "is not in the experiment"
         raise InputError(
             reason, path="variant", value=name or "", allowed=", ".join(variants), mend=did_you_mean(name, variants) if name else ""
         )

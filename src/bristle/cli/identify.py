@@ -48,7 +48,7 @@ EXAMPLE = """Example:
 Method = Annotated[
     str | None,
     typer.Option(
-        "--method", metavar="METHOD", help="prediction_error, inverse_dynamics or output_error; by default that of the axis file."
+        "--method", metavar="METHOD", help="prediction_error, inverse_dynamics or output_error; by default the method in the axis file."
     ),
 ]
 Separate = Annotated[bool, typer.Option("--each", help="Identify each log separately: one row per log in DIR, which later runs extend.")]
@@ -67,9 +67,12 @@ ModelNames = Annotated[
 ]
 Cutoff = Annotated[str | None, typer.Option("--cutoff", metavar="FREQUENCY", help="Cut-off of the zero-phase filter, such as '100 Hz'.")]
 Draws = Annotated[
-    int, typer.Option("--draws", metavar="COUNT", help="Number of simulated logs for the 95 % intervals: 0, or 20 to 100000.")
+    int,
+    typer.Option("--draws", metavar="COUNT", help="Number of simulated logs for the 95 % intervals: 20 to 100000, or 0 for no intervals."),
 ]
-Free = Annotated[str, typer.Option("--free", metavar="NAME[,NAME...]", help="Shape parameters to identify too, such as exponent of dahl.")]
+Free = Annotated[
+    str, typer.Option("--free", metavar="NAME[,NAME...]", help="Shape parameters that bristle also identifies, such as exponent of dahl.")
+]
 
 
 def identify(
@@ -90,32 +93,32 @@ def identify(
 ) -> int:
     """Identify friction models from one log or several.
 
-    bristle compares several models on stretches of the log that were not fitted, or on each of several logs in turn.
-    Method output_error simulates the axis and fits all parameters to the simulation, in closed loop if the axis file
-    has a controller. An axis file with the columns input and output identifies hysteresis operators.
+    bristle ranks several models by their error on stretches of the log that it did not fit, or on each of several logs in
+    turn. Method output_error fits a simulation of the axis to the log, in closed loop if the axis file has a controller.
+    If the axis file names the columns input and output, bristle identifies hysteresis operators.
 
     Writes model.toml, drive_table.csv, summary.json, report.html, experiment.toml (for bristle run) and files for other
-    programs and bristle.load into DIR. Ctrl-C ends the search with the best result so far, marked unfinished, and exit
-    code 130.
+    programs and for bristle.load into DIR. Ctrl-C ends the search: bristle then writes the best result so far, marks it
+    as unfinished, and ends with exit code 130.
 
-    With --each, every log is a separate row in DIR, for br.read_study. A failed log is a row with the reason. LOG may
-    be a folder, and FILE::* selects every table of a file. The same command adds missing and new logs.
+    With --each, bristle writes one row per log into DIR, for br.read_study. If a log fails, its row states the reason. LOG
+    may be a folder, and FILE::* selects every table of a file. Give the same command again to add missing or new logs.
     """
     from bristle.core import Variable, amount
     from bristle.files import describes_curves
     from bristle.friction import DEFAULT_MODELS
 
     if separate:
-        refuse({"--force": output.force}, "cannot replace a fleet: bristle continues it", "Name another folder")
+        refuse({"--force": output.force}, "cannot replace a fleet: bristle always continues it", "Name another folder")
         refuse({"--format, --figure": output.formats or figure}, "a fleet has no figures", "Read its rows: br.read_study(DIR)")
     else:
-        refuse({"--workers": workers is not None}, "is an option of --each", "Add --each")
+        refuse({"--workers": workers is not None}, "applies to --each only", "Add --each")
     output.context.with_resource(own_readers(reader))
     axes = [toml_content(file) for file in axis or ()]
     if axes and describes_curves(axes[0]) and not separate:
         from bristle.cli.operators import identify_operators
 
-        refuse({"--figure": figure}, "is for friction, not for recorded curves")
+        refuse({"--figure": figure}, "applies to friction, not to recorded curves")
         return identify_operators(log, axes, model, output)
     # Parameters of different models cannot be compared.
     names = model if model is not None else "coulomb_viscous" if separate else DEFAULT_MODELS
@@ -202,7 +205,11 @@ def _steps(outcome: Outcome, out: Path | None, motion: NextMotion | None, axis: 
         file = str(axis[0].source) if axis else "AXIS.toml"
         words = ["bristle", "excite", file, "--model", str(out / "model.toml"), "--for", motion.purposes, *motion.options]
         before = f"write {' and '.join(motion.limits)} under [limits] of {file}, then run" if motion.limits else "run"
-        lines.append(Line("Record", f"To narrow {motion.text}, {before}:", command=shlex.join([*words, "--out", f"{out}_motion"])))
+        lines.append(
+            Line(
+                "Record", f"To narrow the 95 % intervals ({motion.text}), {before}:", command=shlex.join([*words, "--out", f"{out}_motion"])
+            )
+        )
     return results, lines
 
 

@@ -25,30 +25,32 @@ def lab(
     context: typer.Context,
     *,
     model: Annotated[
-        Path | None, typer.Argument(metavar="[MODEL.toml|RESULTS]", help="A model file, or results of identify with one.")
+        Path | None, typer.Argument(metavar="[MODEL.toml|RESULTS]", help="A model file, or a folder of results of identify.")
     ] = None,
     out: Annotated[Path | None, typer.Option("--out", metavar="LAB.html", help="Write the page to this new file.")] = None,
-    serve: Annotated[bool, typer.Option("--serve", help="Open the workflow from log to drive in a browser instead.")] = False,
+    serve: Annotated[
+        bool, typer.Option("--serve", help="Instead of writing a page, open the workflow from log to drive table in a browser.")
+    ] = False,
     port: Annotated[int, typer.Option("--port", metavar="PORT", help="Port of the server; 0 for any free port.")] = 0,
     no_open: Annotated[bool, typer.Option("--no-open", help="Print the address without opening a browser.")] = False,
     allow_code: AllowCode = False,
     force: Annotated[bool, typer.Option("--force", help="Replace an existing page of the lab.")] = False,
     as_json: Json = False,
 ) -> None:
-    """Write an interactive page: move parameters, watch loops.
+    """Write an interactive page of friction models.
 
-    The page contains every friction model with its physics. Move a parameter, and loops, curves and stick-slip follow.
-    It starts with the given model, its slots, values and intervals. One self-contained HTML file; works offline.
-    LAB.html#selftest shows whether a browser computes the same bits as Python.
+    The page simulates every friction model. Move a parameter, and the page recomputes loops, curves and stick-slip. It
+    starts with the given model: its slots, values and intervals. The page is one HTML file and works offline. Open
+    LAB.html#selftest to test whether the browser computes bit by bit the same numbers as Python.
 
-    With --serve, the workflow runs in the browser, on this machine only: drop logs, see columns, units and signs,
-    check, identify, compensate, export, or design the motion to record. Ctrl-C ends it.
+    With --serve, the workflow runs in the browser, on this machine only: drop logs, confirm columns, units and signs,
+    check, identify, compensate and export, or design the motion to record. Ctrl-C ends the server.
     """
     from bristle.core import InputError
 
     if serve:
         unfit = {"MODEL.toml": model, "--out": out, "--force": force, "--json": as_json}
-        refuse(unfit, "cannot be combined with --serve", "Leave it out and drop files on the page")
+        refuse(unfit, "cannot be combined with --serve", "Leave this option out and drop files on the page")
         _serve(port, opens=not no_open)
         return
     refuse({"--port": port, "--no-open": no_open}, "applies to --serve only", "Add --serve")
@@ -99,7 +101,7 @@ def _serve(port: int, *, opens: bool) -> None:
     def announce(address: str) -> None:
         sys.stdout.write(f"{address}\n")
         sys.stdout.flush()
-        complain("open this address in a browser on this machine. Anybody who knows it can use the lab. Ctrl-C ends it")
+        complain("open this address in a browser on this machine. Anybody who knows the address can use the lab. Ctrl-C ends the server")
 
     limits = Limits(file_size=size_limit(), total_size=4 * size_limit())
     with suppress(KeyboardInterrupt):  # the usual end

@@ -36,18 +36,20 @@ def log(
     file: Annotated[Path, typer.Argument(metavar="FILE", help=f"A log: {LOG_FILE}")],
     *,
     axis: AxisFile = None,
-    write: Annotated[Path | None, typer.Option("--write", metavar="AXIS.toml", help="Write an axis file guessed from the log.")] = None,
+    write: Annotated[
+        Path | None, typer.Option("--write", metavar="AXIS.toml", help="Write the recognized columns and units as an axis file.")
+    ] = None,
     output: Output,
     reader: Readers = None,
 ) -> int:
     """Show the contents and problems of a log.
 
-    Lists columns, channels, rates, ranges, the experiments in the log, and every problem.
-    Without an axis file, bristle recognizes columns by their names, their units and correlated motion. --write makes an
-    axis file of that guess, in which "?" marks the gaps to fill in. If AXIS.toml already exists, --write keeps it and
+    Lists the columns, channels, sample rates and ranges of the log, its kinds of motion, and every problem.
+    Without an axis file, bristle recognizes the columns by their names, units and correlations. --write saves the result
+    as an axis file. Replace each "?" in this file. If AXIS.toml already exists, --write does not change it, and bristle
     reads the log with it. The exit code is 1 if the log has problems.
 
-    Writes summary.json and report.html into DIR. The report needs a log without problems, in known units.
+    Writes summary.json into DIR, and report.html if the log has no problems and all units are known.
     """
     from bristle.files import provenance, read_axis, write_whole
     from bristle.report.log import inspect_log
@@ -66,7 +68,7 @@ def log(
     proposal = inspected.proposal
     if write is not None and proposal is None:
         used = write.exists()
-        complain(f"{write} already exists: it was used, not replaced" if used else f"{write} was not written")
+        complain(f"{write} already exists: bristle used it and did not replace it" if used else f"bristle did not write {write}")
     elif write is not None and proposal is not None:
         write_whole(write, proposal.text, new=True)
         complain(f"wrote {write}")
@@ -87,7 +89,7 @@ def _parts(summary: dict[str, Any]) -> list[Any]:
     columns = summary["columns"]
     parts: list[Any] = [_table("Columns of the file", columns[:MOST_COLUMNS])]
     if len(columns) > MOST_COLUMNS:
-        parts.append(f"... and {len(columns) - MOST_COLUMNS} more columns. --json lists all.")
+        parts.append(f"... and {len(columns) - MOST_COLUMNS} more columns. --json lists all columns.")
     parts += [_table(f"Channels of the axis, {summary['kind']}", summary["channels"])] if summary["channels"] else []
     parts += [passage_table(summary["passages"], summary["kind"])] if summary["passages"] else []
     if summary["rate"]:

@@ -22,8 +22,8 @@ def models(
 ) -> None:
     """List models, with parameters and units.
 
-    Friction models, hysteresis operators, plants, controllers, sensors and references. With NAME: the equations and
-    parameters of one model, or of your own by its file, such as my_slot.py.
+    Lists friction models, hysteresis operators, plants, controllers, sensors and references. With NAME, shows the
+    equations and parameters of one model. NAME can also be your own file, such as my_slot.py.
     """
     chosen = _families() if name is None else _selected(name)
     if as_json:
@@ -114,8 +114,8 @@ def _show_families(families: dict[str, list[Component]]) -> None:
     rows = [(f"+{name}", ", ".join(PARAMETERS_OF_SLOTS[name]), what) for name, what in WHAT_SLOTS_DO.items()]
     show_table(Table("Slots", ("Name", "Parameters", "Description"), rows))
     say(
-        "Every friction model accepts an offset, and slots after its name: built-in, or your own by its file, +my_slot.py. "
-        "Plants accept terms: +gravity, +cogging, +known."
+        "Every friction model accepts an offset. Write slots after its name: built-in slots, or your own file, such as "
+        "+my_slot.py. Plants accept the terms +gravity, +cogging and +known."
     )
 
 
@@ -141,7 +141,10 @@ def _show_one(component: Component) -> None:
     for relation in component.relations:
         say(f"{'Should have' if relation.advisory else 'Needs'} {relation.condition}.")
     for channel in component.channels_needed:
-        say(f"Needs {channel.name} of the log: {channel.variable.description}, {channel.variable.allowed()}; {channel.usual:g} by default.")
+        say(
+            f"Needs channel {channel.name} of the log: {channel.variable.description}, {channel.variable.allowed()}; "
+            f"{channel.usual:g} by default."
+        )
     if component.reference:
         say(f"Source: {component.reference}")
 

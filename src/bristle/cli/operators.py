@@ -63,7 +63,9 @@ def predict_operator(model: Content, log: Path, axis: Content | None, output: Ou
 
     if axis is None:
         raise InputError(
-            "is required: it names the columns of input and output", path="--axis", mend="Name them under [columns] of an axis file"
+            "is required: the axis file names the columns of input and output",
+            path="--axis",
+            mend="Name input and output under [columns] of an axis file",
         )
     with output.opened("predicting", [model, log, axis]) as (folder, _):
         operator, offset, _ = read_operator(model)

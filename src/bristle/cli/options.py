@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from bristle.figures import ReportFigure
     from bristle.report.table import Table
 
-LOG_FILE = "text (also TwinCAT, LabVIEW) or a format listed by bristle log --help; FILE::TABLE selects a table in it."
+LOG_FILE = "text (also of TwinCAT or LabVIEW) or a format listed by bristle log --help. FILE::TABLE selects one table of a file."
 SEPARATORS = f"{os.sep}{os.altsep or ''}"
 SIZE_SETTING = "BRISTLE_SIZE_LIMIT"
 # Replacements of the commands and options of earlier releases; with a command if another command still has the option.
@@ -34,8 +34,8 @@ REMOVED = {
     "--data": "Write --format csv",
     "--size-limit": f'Set {SIZE_SETTING}="2 GB" in the environment',
     "--decimation": "Write decimation = 5 under [identification] of the axis file",
-    "--global": "Leave it out: the search starts from the result of inverse dynamics",
-    "--no-global": "Leave it out: the search never covers the full range of each parameter",
+    "--global": "Leave this option out: the search starts from the result of inverse dynamics",
+    "--no-global": "Leave this option out: the search never covers the full range of each parameter",
     "--set": "Write NAME = VALUE under [identification.settings] of the axis file",
     "--truth": "Give the frictions after --robust: bristle paper --robust gms bouc_wen",
     "--window": "Call br.compare(..., window=...) in Python",
@@ -45,8 +45,8 @@ REMOVED = {
     "demo --format": "Write bristle identify DIR/log.csv --axis DIR/axis.toml --out OTHER --format svg",
     "--dry-run": "Start the command: a terminal shows the remaining time, and an interrupted run continues from its finished parts",
     "export --draws": "The results of identify contain draws.parquet, or draws.npz without pyarrow: one row per draw, in SI units",
-    "check --allow-code": "Check the file with the code first, which allows it: bristle check OWN.py",
-    "excite --allow-code": "Check the file with the code first, which allows it: bristle check OWN.py",
+    "check --allow-code": "Run bristle check OWN.py first: it allows the code in OWN.py",
+    "excite --allow-code": "Run bristle check OWN.py first: it allows the code in OWN.py",
 }
 
 
@@ -75,7 +75,7 @@ class Listing(TyperCommand):
 def folder_named(text: str | Path) -> Path:
     """Return the folder for results. Refuse an empty name, such as that of an unset variable."""
     if isinstance(text, str) and not text.strip():
-        raise typer.BadParameter("the name of the folder is empty: name a new folder, or leave the option out")
+        raise typer.BadParameter("the name of the folder is empty. Name a new folder, or leave the option out")
     return Path(text)
 
 
@@ -86,9 +86,10 @@ Force = Annotated[bool, typer.Option("--force", help="Replace existing results i
 Json = Annotated[bool, typer.Option("--json", help="Print only one JSON object.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print only a verdict and warnings: no progress, no tables.")]
 Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="Print all tables, warnings and notes.")]
-AllowCode = Annotated[bool, typer.Option("--allow-code", help="Run user models named in the file. Read their code first.")]
+AllowCode = Annotated[bool, typer.Option("--allow-code", help="Allow the Python models named in the file to run. Read their code first.")]
 Readers = Annotated[
-    list[Path] | None, typer.Option("--reader", metavar="READER.py", help="Your reader for another log format; repeatable.")
+    list[Path] | None,
+    typer.Option("--reader", metavar="READER.py", help="Python file with your reader for another log format; repeatable."),
 ]
 Formats = Annotated[
     list[Format] | None,
@@ -99,7 +100,9 @@ Formats = Annotated[
         help="Also write each figure to DIR/figures for publication, or its numbers as csv; repeatable.",
     ),
 ]
-FigureFiles = Annotated[list[Path] | None, typer.Option("--figure", metavar="FIGURE.py", help="Your figure for the report; repeatable.")]
+FigureFiles = Annotated[
+    list[Path] | None, typer.Option("--figure", metavar="FIGURE.py", help="Python file with your figure for the report; repeatable.")
+]
 
 
 @dataclass(frozen=True)

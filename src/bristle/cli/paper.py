@@ -13,14 +13,18 @@ EXAMPLE = """Example:
   bristle paper --figure 8 --format pdf --format csv
   bristle paper --write experiments
   bristle paper --robust gms bouc_wen --seeds 4 --out robust"""
-Robust = Annotated[bool, typer.Option("--robust", help="Test the compensation with other frictions and conditions instead.")]
-Seeds = Annotated[int | None, typer.Option(metavar="COUNT", min=1, max=1000, help="With --robust: runs of each loop; by default 20.")]
+Robust = Annotated[
+    bool, typer.Option("--robust", help="Instead of the figures, test the compensation with other frictions and conditions.")
+]
+Seeds = Annotated[
+    int | None, typer.Option(metavar="COUNT", min=1, max=1000, help="With --robust: number of runs of each loop; by default 20.")
+]
 
 
 def paper(
     context: typer.Context,
     truths: Annotated[
-        list[str] | None, typer.Argument(metavar="[TRUTH...]", help="With --robust: only these frictions (names or model files).")
+        list[str] | None, typer.Argument(metavar="[FRICTION...]", help="With --robust: only these frictions (names or model files).")
     ] = None,
     *,
     figure: Annotated[list[int] | None, typer.Option("--figure", metavar="N", help="Only this figure; repeatable.")] = None,
@@ -47,10 +51,11 @@ def paper(
 
     Each figure is an experiment on a simulated rig. One report compares every result with the statement of the paper,
     explains the differences, and lists the errors of the paper with corrections. --format writes each figure as a file
-    with captions.txt for publication, or its numbers as csv.
+    for publication, with its caption in captions.txt, or its numbers as csv.
 
-    --robust runs the loops of the paper with other kinds of friction, 0.7 to 1.6 times as strong, and with compensators
-    of several families. Each compensator is identified from a log of that friction.
+    --robust runs the loops of the paper with other kinds of friction and with compensators of several families. bristle
+    identifies each compensator from a log of this friction. In the loops, the friction is 0.7 to 1.6 times as strong as
+    in the log.
     """
     # Results in the default folder are disposable.
     usual = Path("bristle-robust" if robust else "bristle-paper")
@@ -59,7 +64,7 @@ def paper(
         refuse({"--figure": figure, "--write": write, "--from": source}, "has no effect with --robust")
         _try_robustness(output, truths or [], seeds or 20, allow_code=allow_code)
         return
-    refuse({"TRUTH": truths, "--seeds": seeds}, "has no effect without --robust")
+    refuse({"FRICTION": truths, "--seeds": seeds}, "has no effect without --robust")
     if write is not None:
         from bristle.paper import write_experiments
 
@@ -68,7 +73,7 @@ def paper(
             print_json({"written": [str(path) for path in written]})
             return
         show(*map(str, written))
-        complain(f"change them, and run them with: bristle paper --from {write}")
+        complain(f"change these experiments, and run them with: bristle paper --from {write}")
         return
     from bristle.files import provenance
     from bristle.paper import EXPERIMENTS, FIGURES, paper_report, paper_summary, reproduce

@@ -38,8 +38,9 @@ def predict(
 ) -> int:
     """Predict a log with an identified model.
 
-    inverse: effort from the measured motion. closed-loop: effort and motion from the reference, with the controller of
-    the axis file. open-loop: motion from the measured effort. A hysteresis operator predicts recorded curves.
+    Mode inverse predicts the effort from the measured motion. Mode closed-loop predicts effort and motion from the
+    reference, with the controller of the axis file. Mode open-loop predicts the motion from the measured effort. A
+    hysteresis operator predicts recorded curves.
     """
     from bristle.core import InputError, Status
     from bristle.files import holds_operator, origins_of_code, provenance, read_axis, read_model

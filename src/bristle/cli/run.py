@@ -19,17 +19,20 @@ def run(
     output: Output,
     figure: FigureFiles = None,
     allow_code: AllowCode = False,
-    log: Annotated[bool, typer.Option("--log", help="Write the log that the drive would record of each variant to DIR, as CSV.")] = False,
+    log: Annotated[
+        bool, typer.Option("--log", help="Also write to DIR, as CSV, the log that the drive of each variant would record.")
+    ] = False,
 ) -> int:
     """Simulate an experiment.
 
-    [compare] in the file simulates several variants of the loop. bristle reports an unstable loop before the simulation
-    and skips the simulation of a loop that would diverge. The exit code is 1 if a loop diverges.
+    With [compare] in the file, bristle simulates several variants of the loop. It reports an unstable loop before the
+    simulation, and does not simulate a loop that would diverge. The exit code is 1 if a loop diverges.
 
-    [effort] instead of [controller] and [reference] simulates an open loop with a given effort. A tolerance in [run]
-    then replaces substeps, and sets the length of the steps.
+    With [effort] instead of [controller] and [reference], bristle simulates an open loop with this effort. A tolerance in
+    [run] then determines the time steps and replaces substeps.
 
-    Writes summary.json and report.html into DIR, and with --log log.csv: reference, encoder and commanded effort.
+    Writes summary.json and report.html into DIR. With --log, also writes log.csv: reference, encoder position and
+    commanded effort.
     """
     from bristle.files import provenance
     from bristle.loop import runnable

@@ -40,13 +40,18 @@ def study(
     *,
     out: Annotated[
         Path | None,
-        typer.Option("--out", metavar="DIR", parser=folder_named, help="Write the results to DIR, or continue the study in it."),
+        typer.Option(
+            "--out",
+            metavar="DIR",
+            parser=folder_named,
+            help="Write the results to this new folder, or continue the study that it contains.",
+        ),
     ] = None,
     workers: Annotated[
         int | None, typer.Option(metavar="COUNT", min=1, max=1024, help="Number of processes; by default one per core.")
     ] = None,
     scheduler: Annotated[
-        str | None, typer.Option(metavar="tcp://HOST:PORT", help="Simulate on a Dask cluster; results are written on this machine.")
+        str | None, typer.Option(metavar="tcp://HOST:PORT", help="Simulate on a Dask cluster; bristle writes the results on this machine.")
     ] = None,
     run: Annotated[int | None, typer.Option(metavar="NUMBER", min=0, help="Repeat only this run, and record its signals.")] = None,
     formats: Formats = None,
@@ -54,16 +59,16 @@ def study(
     allow_code: AllowCode = False,
     as_json: Json = False,
 ) -> int:
-    """Run an experiment thousands of times with other values.
+    """Run an experiment thousands of times with varied values.
 
-    The study file defines the values that vary: distributions, joint draws of a fit, a grid. Values and seed of a run
-    follow from its number, so that any number of workers writes the same files.
+    The study file defines how the values vary: by distributions, by joint draws of an identification, or on a grid. The
+    number of a run determines its values and its seed. Therefore the results do not depend on the number of workers.
 
-    After an interruption give the same command again: it simulates the missing runs. The exit code is 1 if runs are
-    missing, or if no run succeeded.
+    To continue after an interruption, give the same command again: bristle simulates only the missing runs. The exit
+    code is 1 if runs are missing, or if no run succeeded.
 
-    Writes runs/*.parquet, study.json, summary.json and report.html into DIR. --run writes report.html and the log of
-    that run into a new folder.
+    Writes runs/*.parquet, study.json, summary.json and report.html into DIR. With --run, writes report.html and the log
+    of the repeated run into a new folder.
     """
     from bristle.core import library
     from bristle.study import read_study_file
@@ -154,7 +159,7 @@ def interruptible(folder: Path, parts: str) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
-        complain(f"{folder} keeps the finished {parts}. The same command continues")
+        complain(f"{folder} keeps the finished {parts}. Give the same command again to continue")
         raise
 
 
@@ -166,6 +171,6 @@ def exit_code(ran: Ran, summary: Mapping[str, Any]) -> int:
         ended = "reported by the cluster" if code is None else f"by signal {-code}" if code < 0 else f"with code {code}"
         complain(
             f"runs {block.first} to {block.last - 1} are missing: every process that simulated them crashed ({ended}). "
-            "Check the memory. The same command tries again"
+            "Check the free memory, then give the same command again"
         )
     return 0 if ran.is_whole and OK in summary["statuses"] else NO

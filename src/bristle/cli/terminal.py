@@ -209,14 +209,14 @@ def report(error: BaseException, *, results: bool = False) -> int:
         let_go(sys.stdout)
         return 0
     if isinstance(error, MemoryError):
-        complain("there is not enough memory for this. Take a shorter log or experiment")
+        complain("there is not enough memory for this command. Use a shorter log or experiment")
         return BAD_INPUT
     if isinstance(error, OSError) and error.errno in {errno.EMFILE, errno.ENFILE}:
-        complain("no more files can be opened: the limit of this process or of the system is reached (ulimit -n)")
+        complain("bristle cannot open more files: this process or the system has reached its limit. Raise it with ulimit -n")
         return BAD_INPUT
     if isinstance(error, OSError) and error.filename is None and error.errno in NO_OUTPUT:
-        remark = ". The folder of results is whole and stays" if results else ""
-        complain(f"the standard output cannot be written: {error.strerror}. Make room or write it elsewhere{remark}")
+        remark = ". The folder of results is complete" if results else ""
+        complain(f"bristle cannot write to the standard output: {error.strerror}. Free disk space, or redirect the output{remark}")
         let_go(sys.stdout)
         return BAD_INPUT
     own = _place_in_own_file(error)
@@ -226,8 +226,8 @@ def report(error: BaseException, *, results: bool = False) -> int:
         return BAD_INPUT
     if isinstance(error, ImportError) and not (error.name or "").startswith("bristle"):
         complain(
-            f"a library that is needed cannot be loaded: {told_by(error)[:LONGEST]}. Install it again; where "
-            "memory is limited (ulimit -v), allow more"
+            f"bristle cannot load a required library: {told_by(error)[:LONGEST]}. Install the library again. If the "
+            "memory is limited (ulimit -v), raise the limit"
         )
         return BAD_INPUT
     try:
@@ -236,7 +236,7 @@ def report(error: BaseException, *, results: bool = False) -> int:
             file.writelines([f"command: {sys.argv}\n", *traceback.format_exception(error)])
         details = f"Please report it with the details in {file.name}"
     except OSError:
-        details = "Its details could not be saved: there is no room for temporary files"
+        details = "bristle could not save the details: there is no space for temporary files"
     complain(f"this is a fault of bristle, not yours: {type(error).__name__}: {told_by(error)[:LONGEST]}. {details}")
     return OUR_BUG
 

@@ -75,7 +75,7 @@ def write_log(path: Path, seed: int) -> None:
         limit=described.effort_limit or np.inf,
     )
     if trace.status != Status.OK:
-        raise RuntimeError(f"the simulated axis did not run: {trace.status.sentence}")
+        raise RuntimeError(f"the simulation of the axis failed: {trace.status.sentence}")
     constant = 61.2
     generator = np.random.default_rng(seed + 1000)
     current = trace.command / constant + 0.01 * generator.standard_normal(trace.command.size)  # With noise of 10 mA

@@ -12,8 +12,8 @@ from bristle.report.identified import Outcome, identify
 from bristle.simulation import Prediction, compensation_experiment, simulate
 
 BANNER = (
-    "This axis is simulated. Its friction, thirty elements that slip in turn and a thinning oil film, differs in structure "
-    "from every fitted model. The loop runs on that axis, not on the model."
+    "This axis is simulated. Its friction has thirty elements that slip in turn, and an oil film that thins with speed. No "
+    "fitted model has this structure. The loop runs on the simulated axis, not on the model."
 )
 FITTED, UNSEEN = 1, 2  # seeds of the two motions
 
@@ -45,7 +45,7 @@ def run(folder: Results, *, command: str, progress: Progress | None = None) -> D
     log, unseen = read_log(folder / "log.csv", axis), read_log(folder / "unseen.csv", axis)
     identification = identify(log, axis=axis, progress=between(at, 0.1, 0.8)).finished
     best = identification.best
-    at(0.8, "predicting a log that was not fitted")
+    at(0.8, "predicting the second log")
     prediction = predict(best.plant, best.friction, unseen, axis, "closed-loop")
     at(0.83, "compensating the simulated axis")
     assert log.reference is not None

@@ -46,9 +46,9 @@ class Excitation:
     prior : Prior
         Assumed mechanism and friction of the axis.
     notes : tuple of str
-        Left-out parts and assumptions, with reasons.
+        Omitted parts of the motion and assumptions, with reasons.
     rehearsal : Rehearsal or None
-        The motion run on the prior, and the identification from its log.
+        The simulation of the motion on the prior, and the identification of the simulated log.
     """
 
     motion: ExcitationMotion
@@ -97,12 +97,12 @@ def excite(
     allow_code: bool = False,
     progress: Progress | None = None,
 ) -> Excitation:
-    """Return a motion for an axis from whose log its friction can be identified.
+    """Return a motion for an axis, so that bristle can identify the friction from a log of this motion.
 
     Parameters
     ----------
     axis : Axis, path-like, bytes, file object or dict
-        Its limits, encoder, sample time and pre-sliding distance, or an axis file with them.
+        Axis or axis file with limits, encoder, sample time and pre-sliding distance.
     duration : float or str, optional
         Duration of the motion [s], or text such as ``"60 s"``; 60 s by default.
     travel : float or str, optional
@@ -112,12 +112,12 @@ def excite(
     purposes : sequence of str, optional
         Names of `PURPOSES`, in a list or separated by commas; by default all that are possible on the axis.
     model : Model, (Model, Model) or path-like, optional
-        An earlier model of the friction, plant and friction, or the model file of the mechanism; by default a model
-        derived from the limits.
+        An earlier model: the friction, a pair of plant and friction, or a model file. By default, bristle derives a model
+        from the limits.
     rehearsed : bool
-        Whether to run the motion on the prior and identify the prior from its log.
+        Whether to simulate the motion on this model and to identify the simulated log.
     draws : int
-        Simulated logs for the 95 % intervals of that identification; 0 for no intervals.
+        Number of simulated logs for the 95 % intervals of this identification; 0 for no intervals.
     allow_code : bool
         Whether your own models, named by the model file, may run without earlier permission.
     progress : callable, optional
@@ -141,13 +141,16 @@ def excite(
         prior = prior_of(axis, *mechanism)
     except InputError as error:
         mend = "Correct velocity, acceleration, stroke and mass in the axis file"
-        raise InputError(f"fit no real axis: the typical friction is out of range ({error})", path="[limits]", mend=mend) from None
+        raise InputError(f"describe no real axis: the typical friction is out of range ({error})", path="[limits]", mend=mend) from None
     sample_time = axis.sample_time or SAMPLE_TIME
     count = seconds / sample_time
     if not SAMPLES_LEAST <= count <= SAMPLES_MOST:
-        allowed, longer = f"{SAMPLES_LEAST} to {SAMPLES_MOST}", "Record it in parts" if count > SAMPLES_MOST else "Extend the duration"
+        allowed, longer = (
+            f"{SAMPLES_LEAST} to {SAMPLES_MOST} samples",
+            "Record the motion in parts" if count > SAMPLES_MOST else "Extend the duration",
+        )
         mend = f"{longer}, or correct the sample time, {with_unit(sample_time, 's')}"
-        raise InputError(f"is {count:.3g} samples", path="duration", value=with_unit(seconds, "s"), allowed=allowed, mend=mend)
+        raise InputError(f"contains {count:.3g} samples", path="duration", value=with_unit(seconds, "s"), allowed=allowed, mend=mend)
     begin = None if start is None else quantity(start, START, axis.kind, path="start")
     distance = None if travel is None else amount(TRAVEL, exclusive=True)(travel, "travel", axis.kind)
     plan = partial(_planned, axis, prior, seconds=seconds, purposes=purposes, begin=begin)
@@ -174,14 +177,14 @@ def _planned(
     motion = ExcitationMotion(tuple(pieces), limits.sample_time, axis.kind, middle if begin is None else begin)
     notes += left_out
     if axis.sample_time is None:
-        notes.append(f"assumed a sample time of {with_unit(SAMPLE_TIME, 's')}: the axis file has no [timing] entry")
+        notes.append(f"bristle assumed a sample time of {with_unit(SAMPLE_TIME, 's')}: the axis file has no [timing] entry")
     place = with_unit(motion.start, unit_of("length", axis.kind))
     if begin is None and not axis.stroke:
-        notes.append("the motion begins at position 0: add the position of your axis, or give it with --start")
+        notes.append("the motion begins at position 0: add the present position of your axis, or state it with --start")
     else:
         notes.append(f"the motion begins {'in the middle of the stroke, ' if begin is None else ''}at {place}")
     if prior.assumed:
-        notes.append(f"assumed for the rehearsal: {', '.join(prior.assumed)}")
+        notes.append(f"the rehearsal assumes: {', '.join(prior.assumed)}")
     # Check the finished motion against the limits, to protect the axis.
     reach = float(np.max(np.abs(motion.position - motion.start)))
     for name, value, limit in (
@@ -205,7 +208,7 @@ def _for_the_loop(excitation: Excitation, rehearsal: Rehearsal, plan: Callable[[
     except InputError:  # keep requested purposes; the report shows the tracking error
         return None
     length = limits.in_unit(rehearsal.lag, "length")
-    note = f"loops before sliding are at least {length}: smaller loops are below the tracking error of the controller in the rehearsal"
+    note = f"the amplitude of pre-sliding loops is at least {length}, the tracking error of the controller in the rehearsal"
     return replace(again, notes=(*again.notes, note)) if any(piece.purpose == "presliding" for piece in again.motion.pieces) else again
 
 
@@ -232,7 +235,7 @@ def _chosen(purposes: Sequence[str] | None, limits: MotionLimits) -> tuple[list[
     names = list(PURPOSES) if purposes is None else list(purposes)
     if not names:
         mend = "Name a purpose, or omit the option for all possible purposes"
-        raise InputError("has no purpose of a motion", path="purposes", allowed=", ".join(PURPOSES), mend=mend)
+        raise InputError("names no purpose of a motion", path="purposes", allowed=", ".join(PURPOSES), mend=mend)
     for name in names:
         if name not in PURPOSES:
             allowed, mend = ", ".join(PURPOSES), did_you_mean(name, PURPOSES)
@@ -240,7 +243,7 @@ def _chosen(purposes: Sequence[str] | None, limits: MotionLimits) -> tuple[list[
     reasons = {name: PURPOSES[name].missing(limits) for name in names}
     if purposes is None and all(reasons.values()):
         mend = "Write velocity, acceleration and stroke under [limits], or presliding under [plant]"
-        raise InputError("has too few data to plan a motion", path="axis", mend=mend)
+        raise InputError("contains too few data to plan a motion", path="axis", mend=mend)
     for name, reason in reasons.items():
         if reason and purposes is not None:
             raise InputError(f"cannot be planned: {reason}", path="purposes", value=name)
@@ -262,9 +265,9 @@ def _in_time(chosen: list[str], limits: MotionLimits, seconds: float, *, may_dro
         asked, needed = (f"{time + ExcitationMotion.rest:.3g} s" for time in (seconds, takes))
         if len(chosen) == 1 or not may_drop:
             reason = f"is too short: a motion for {', '.join(chosen)} needs {needed} on this axis. Faster motion would not identify enough"
-            raise InputError(reason, path="duration", value=asked, mend="Allow that time, or ask for fewer purposes")
+            raise InputError(reason, path="duration", value=asked, mend="Extend the duration to this time, or name fewer purposes")
         first = next(name for name in LEAVES_FIRST if name in chosen)
-        notes.append(f"no {first} ({PURPOSES[first].tells}): with it the motion takes {needed}")
+        notes.append(f"no {first} ({PURPOSES[first].tells}): with it, the motion would take {needed}")
         chosen = [name for name in chosen if name != first]
 
 

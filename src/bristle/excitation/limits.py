@@ -79,7 +79,7 @@ class MotionLimits:
         return self.velocity or math.inf
 
     def corner(self, speed: float, leg: float) -> float:
-        """Return the acceleration at the ends of a leg of this length [m or rad], which take a tenth of it."""
+        """Return the acceleration at the ends of a leg of this length [m or rad], if the ends take a tenth of the leg."""
         return min(2.0 * speed * speed / (0.1 * leg), self.acceleration or math.inf)
 
     def in_unit(self, value: float, quantity: str) -> str:
@@ -100,7 +100,7 @@ def limits_of(axis: Axis, prior: Prior, sample_time: float, travel: float | None
             raise InputError("is too small for a motion", path=path, value=value, allowed=f">= {LEAST:g} in SI", mend="Check the unit")
     stroke = axis.stroke[1] - axis.stroke[0] if axis.stroke else None
     if axis.stroke and math.ulp(max(map(abs, axis.stroke))) > LEAST:
-        reason, mend = "is so far from zero that positions have too few digits", "Count positions from the present position"
+        reason, mend = "is so far from zero that positions have too few digits", "Measure positions from a point near the stroke"
         raise InputError(reason, path="limits.stroke", value=axis.stroke, mend=mend)
     if axis.stroke and start is not None:
         stroke = 2.0 * min(start - axis.stroke[0], axis.stroke[1] - start)

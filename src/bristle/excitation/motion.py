@@ -1,4 +1,4 @@
-"""`ExcitationMotion`: a sequence of pieces from rest to rest, and the samples of the whole."""
+"""`ExcitationMotion`: a sequence of pieces from rest to rest, and the samples of the whole motion."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -25,11 +25,11 @@ class ExcitationPiece:
     reference : Model
         A reference that begins and ends at rest.
     rest : float
-        Standstill before it [s].
+        Standstill before the piece [s].
     speed : float
         Velocity of the motion [m/s or rad/s]; the largest velocity of a chirp.
     amplitude : float
-        Largest displacement from its start [m or rad].
+        Largest displacement from the start of the piece [m or rad].
     """
 
     purpose: str
@@ -69,7 +69,7 @@ class ExcitationMotion:
     start : float
         Position at the start [m or rad].
     rest : float
-        Standstill at its end [s].
+        Standstill at the end of the motion [s].
     """
 
     pieces: tuple[ExcitationPiece, ...]

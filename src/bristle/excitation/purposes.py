@@ -45,20 +45,20 @@ class Purpose(NamedTuple):
 def _no_presliding(limits: MotionLimits) -> str:
     """Return the reason why an axis does not allow this motion, with advice; empty if it does."""
     if limits.presliding is None:
-        return "the pre-sliding distance is unknown: write presliding under [plant], or give a model. A slow reversal shows the distance"
+        return "the pre-sliding distance is unknown: write presliding under [plant], or give a model. A slow reversal shows this distance"
     if LOOP_COUNTS * limits.count > 0.5 * LARGEST * limits.presliding:
         return (
             f"the encoder is too coarse: {LOOP_COUNTS:.0f} of its steps of {limits.in_unit(limits.count, 'length')} are not "
-            f"small against {limits.in_unit(limits.presliding, 'length')}"
+            f"small against the pre-sliding amplitude of {limits.in_unit(limits.presliding, 'length')}"
         )
     if limits.followed > 0.5 * LARGEST * limits.presliding:
         return (
-            f"the controller follows such loops to within {limits.in_unit(limits.followed, 'length')}, which is "
-            f"not small against {limits.in_unit(limits.presliding, 'length')}: raise its gains for this motion, or add "
-            "integral action"
+            f"the tracking error of the controller is {limits.in_unit(limits.followed, 'length')}, which is not small "
+            f"against the pre-sliding amplitude of {limits.in_unit(limits.presliding, 'length')}: raise the gains of the "
+            "controller for this motion, or add integral action"
         )
     if limits.travel is not None and limits.travel < 2.0 * SLIDE * limits.presliding:
-        return f"it needs a travel of {limits.in_unit(2.0 * SLIDE * limits.presliding, 'length')}"
+        return f"this motion needs a travel of {limits.in_unit(2.0 * SLIDE * limits.presliding, 'length')}"
     return ""
 
 
@@ -209,8 +209,8 @@ def _no_damping(limits: MotionLimits) -> str:
     amplitude = _chirp_amplitude(limits)
     if amplitude < CHIRP_COUNTS * limits.count:
         return (
-            f"the limits allow {limits.in_unit(amplitude, 'length')} at {_highest_frequency(limits):.3g} Hz, but the encoder "
-            f"needs {CHIRP_COUNTS:.0f} of its steps of {limits.in_unit(limits.count, 'length')}: raise jerk or "
+            f"the limits allow an amplitude of {limits.in_unit(amplitude, 'length')} at {_highest_frequency(limits):.3g} Hz, but "
+            f"the encoder needs {CHIRP_COUNTS:.0f} of its steps of {limits.in_unit(limits.count, 'length')}: raise jerk or "
             "acceleration under [limits] for this motion"
         )
     return ""

@@ -1,4 +1,4 @@
-"""Rehearsal: the motion run on the prior, logged as on the axis, and an identification from that log."""
+"""Rehearsal: a simulation of the motion on the prior, with a log like that of the axis, and its identification."""
 
 import math
 from dataclasses import dataclass, replace
@@ -23,24 +23,24 @@ SCATTER = 0.05  # of the friction force, between reversals
 
 @dataclass(frozen=True)
 class Rehearsal:
-    """Result of a motion on an axis equal to the prior.
+    """Result of a simulated motion on an axis equal to the prior.
 
     Parameters
     ----------
     log : Log
         Log as written by the drive: position in encoder counts, effort with noise.
     friction : ndarray, shape (sample,)
-        Friction force [N or N*m], which real logs do not have.
+        Friction force [N or N*m], which real logs do not contain.
     peak_effort : float
         Largest effort [N or N*m].
     lag : float
-        Largest distance between motion and axis during slow motion before sliding [m or rad].
+        Largest tracking error during slow pre-sliding motion [m or rad].
     identification : Identification
-        Identification from the log.
+        Identification of this log.
     truth : dict
-        Parameters of the prior [SI] that the identified model has.
+        True values of the identified parameters: those of the prior [SI].
     loop : bool
-        Whether the controller of the axis was simulated; else the axis followed the motion exactly.
+        Whether bristle simulated the controller of the axis. Otherwise the axis follows the motion exactly.
     """
 
     log: Log
@@ -53,13 +53,13 @@ class Rehearsal:
 
 
 def rehearse(motion: ExcitationMotion, axis: Axis, prior: Prior, *, draws: int, progress: Progress | None = None) -> Rehearsal:
-    """Run a motion on the prior, and identify the prior from the log.
+    """Simulate a motion on the prior, and identify the simulated log.
 
     Friction scatters by 5 % between reversals, the effort has a noise of 0.5 % of friction, and the
     position is in counts of the encoder.
     """
     if progress is not None:
-        progress(0.1, "running the motion on the prior")
+        progress(0.1, "simulating the motion")
     log, friction, loop = recorded(motion, axis, prior)
     # Fit the model of the prior, unless it has lists of elements.
     component = prior.friction.component

@@ -25,7 +25,7 @@ from bristle.study.store import OK, RUNS, SCHEMA, STUDY, Store, opened, refuse_a
 
 
 class FleetStore(Store):
-    """The folder of a fleet: that of a study, with the list of its logs, which may grow."""
+    """The folder of a fleet: the folder of a study, with a list of logs that may grow."""
 
     study: Fleet
     kind: ClassVar[str] = "fleet"
@@ -104,7 +104,7 @@ class Identifier:
         if entry.checksum and log.origin.checksum != entry.checksum:
             raise InputError("has changed since the command began", path=entry.place)
         if log.kind != self.fleet.kind:
-            raise InputError(f"is {log.kind}, but this fleet is {self.fleet.kind}", path=entry.place)
+            raise InputError(f"is the log of a {log.kind} axis, but this fleet has {self.fleet.kind} axes", path=entry.place)
         identification = identify(log, self.fleet.model, axis=axis, **self.fleet.options).finished
         fit = identification.fits[0]
         codes = dict.fromkeys(diagnostic.code for diagnostic in fit.diagnostics if diagnostic.severity == "warning")
@@ -158,7 +158,7 @@ def fleet_of(
     kinds: set[Any] = {axis.kind for axis in described if axis is not None}
     plants = {(axis.plant, axis.gravity, axis.cogging, axis.regressors) for axis in described if axis is not None}
     if len(kinds) > 1 or len(plants) > 1:
-        raise InputError("describe axes of different kinds", path="--axis", mend="Make a fleet of each kind")
+        raise InputError("describe axes of different kinds or plants", path="--axis", mend="Write a separate fleet for each kind")
     if not kinds:  # the kind of the log; the usual kind if it cannot be read
         kinds = {"translational"}
         with suppress(InputError):
@@ -187,20 +187,20 @@ def identify_each(
     progress: Progress | None = None,
     **options: Any,
 ) -> Ran:
-    """Identify each of many logs separately, with one model, and store a row of each in a folder.
+    """Identify each of many logs separately, with one model, and store one row per log in a folder.
 
     Parameters
     ----------
     logs : sequence of path-like
-        Files, ``FILE::TABLE`` with ``*`` for several tables of a file, folders with all their contents.
+        Files, folders with all their contents, or ``FILE::TABLE``, with ``*`` for several tables of a file.
     folder : path-like
-        A new folder, or that of the same fleet: missing logs are identified and new logs are added.
+        A new folder, or the folder of the same fleet: bristle then identifies missing logs and adds new logs.
     model : str or FrictionModel
-        The model for all of them.
+        The model for all logs.
     axis : Axis or path-like, or list of either, optional
-        One for all logs, or one for each.
+        One axis for all logs, or one for each log.
     workers : int, optional
-        Processes; by default as many as there are cores.
+        Number of processes; by default the number of cores.
     progress : callable, optional
         Called with the share done and the remaining time.
     **options
@@ -209,7 +209,7 @@ def identify_each(
     Returns
     -------
     Ran
-        Number of finished logs, and the missing logs. `bristle.read_study` reads the rows.
+        Number of logs that needed no work, and the logs whose process crashed. `bristle.read_study` reads the rows.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""`Fleet`: many logs, identified separately with one model, as data: a study with a run for each log."""
+"""`Fleet`: a description of many logs, each identified separately with one model. It is a study with one run per log."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ RUN = {
 }
 OF_FIT = {
     "held_out_error": ("", "error on held-out blocks, as a share of the effort"),
-    "error": ("", "fitted error, as a share"),
-    "scatter": ("", "standard deviation of the level of friction from reversal to reversal, as a share"),
-    "temperature": ("K", "mean of the column temperature"),
+    "error": ("", "error on the fitted rows, as a share of the effort"),
+    "scatter": ("", "standard deviation of the level of friction from reversal to reversal, as a share of the level"),
+    "temperature": ("K", "mean of the temperature column"),
     "duration": ("s", "length of the log"),
 }
 
@@ -84,7 +84,7 @@ class Fleet:
             past = LogFile("", entry["folder"], entry["log"], entry["sha256"], entry["time"])
             log = named.pop(past.identity, None)
             if log is None and (past.folder, past.name) in places:
-                mend = "Give it another name, or name another folder for the fleet"
+                mend = "Rename the log, or name another folder for the fleet"
                 raise InputError("is already in this fleet, with different content", path=places[past.folder, past.name], mend=mend)
             logs.append(past if log is None else log)
         return replace(self, logs=(*logs, *named.values()))

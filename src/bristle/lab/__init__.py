@@ -1,4 +1,4 @@
-"""The lab: an interactive page of friction models with the physics in it; also in notebooks and reports."""
+"""The lab: an interactive page that simulates friction models; also in notebooks and reports."""
 
 from typing import TYPE_CHECKING
 

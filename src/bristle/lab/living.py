@@ -1,4 +1,4 @@
-"""The interactive part of a report: its scripts, and the data for their computation."""
+"""The interactive part of a report: its scripts and their data."""
 
 from collections.abc import Mapping
 from functools import partial

@@ -1,4 +1,4 @@
-"""The page of the lab: one self-contained file, with its scripts and styles identified by their hashes."""
+"""The page of the lab: one file that contains all scripts and styles, which the page identifies by their hashes."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def lab_page(
     Parameters
     ----------
     model : Model, optional
-        The first model on the page.
+        The model that the page shows first.
     uncertainty : mapping, optional
         Status and intervals of its parameters, from its model file.
     mass : float, optional
@@ -60,7 +60,7 @@ def lab_page(
     fastest : float
         Largest speed of the fit, if known [m/s or rad/s].
     source : str
-        The file of the model.
+        Name of the model file.
     provenance : mapping of str to str, optional
         Origin of the page.
     """

@@ -26,26 +26,27 @@ STYLES = ("lab.css", "controls.css", "widget.css")
 
 
 class Widget(anywidget.AnyWidget):
-    """A friction model with a slider for each parameter, its loops and its friction over velocity.
+    """A view of a friction model: a slider for each parameter, its loops and its friction over velocity.
 
     Parameters
     ----------
     model : Model
         A friction model with parameters.
     uncertainty : mapping of str to mapping, optional
-        For a parameter, its ``interval``, drawn under its slider: (low, high) in SI.
+        For each parameter, a mapping with its ``interval`` (low, high) in SI, drawn under the slider.
     fastest : float
         Largest speed on the plot [m/s or rad/s]; 0 derives it from the model.
 
     Attributes
     ----------
     model : Model
-        The present model, a trait: it follows the sliders, and they follow it. You may set another model.
+        The present model, as a trait. A slider changes the model, and a change of the model moves the sliders. You may set
+        another model.
 
     Raises
     ------
     InputError
-        If it is not a friction model, or a page cannot compute it.
+        If `model` is not a friction model, or a page cannot compute the model.
     MissingExtraError
         If anywidget is not installed.
 

@@ -1,4 +1,4 @@
-"""The lab as a browser application: from a dropped log to drive tables, without a terminal."""
+"""The lab as a browser application: from a log dropped on the page to drive tables, without a terminal."""
 
 from bristle.server.limits import Limits
 from bristle.server.run import serve

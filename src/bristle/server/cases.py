@@ -52,7 +52,7 @@ class Job:
         try:
             code, complaint = await self._ended_with(request)
         except Exception as error:  # noqa: BLE001  (the page shows any error, and the application continues)
-            self.message = f"the job could not be run: {error}"
+            self.message = f"bristle could not run the job: {error}"
         self._ended = time.monotonic()
         if self._answered and code == 0:
             self.state = "done"
@@ -112,11 +112,11 @@ class Job:
         if self._killed:
             return "stopped"
         if self._late:
-            return f"stopped after {self._limits.job_seconds:g} s. Take fewer models, or a shorter log"
+            return f"stopped after {self._limits.job_seconds:g} s. Use fewer models, or a shorter log"
         if code < 0:
             return (
-                f"signal {-code} ended the process of this job, perhaps because memory ran out. All other results are kept. "
-                "Run it again, or take a shorter log"
+                f"signal {-code} ended the process of this job, perhaps because memory ran out. The other results remain. "
+                "Run the job again, or use a shorter log"
             )
         return f"the process of this job ended with code {code}. {complaint}".strip()
 
@@ -151,7 +151,7 @@ async def _last_of(stream: asyncio.StreamReader | None) -> str:
 
 
 class RefusedRequestError(InputError):
-    """A refused request; `status` is that of HTTP."""
+    """A refused request; `status` is the HTTP status."""
 
     def __init__(self, status: int, message: str, **facts: Any) -> None:
         self.status = status
@@ -195,7 +195,7 @@ async def _pieces(request: Request, most: int, silence: float) -> AsyncIterator[
         "is larger than allowed",
         path="file",
         allowed=f"up to {size_in_words(most)}",
-        mend='Cut the log, or start again with BRISTLE_SIZE_LIMIT="2 GB" in the environment',
+        mend='Shorten the log, or start bristle lab again with BRISTLE_SIZE_LIMIT="2 GB" in the environment',
     )
     if announced_by(request) > most:
         raise too_large
@@ -211,9 +211,9 @@ async def _pieces(request: Request, most: int, silence: float) -> AsyncIterator[
                 raise too_large
             yield piece
     except TimeoutError:
-        raise RefusedRequestError(408, f"has been silent for {silence:g} s", path="request") from None
+        raise RefusedRequestError(408, f"has sent no data for {silence:g} s", path="request") from None
     except ClientDisconnect:
-        raise RefusedRequestError(400, "was cut off", path="request") from None
+        raise RefusedRequestError(400, "ended before all data arrived", path="request") from None
 
 
 ROLES = ("fit", "held_out", "axis")  # use of a file: fit, prediction only, description of the axis
@@ -359,12 +359,12 @@ class Cases:
                 f"the analysis has {len(case.files)} files already",
                 path="file",
                 allowed=f"up to {self._limits.files}",
-                mend="Remove some",
+                mend="Remove a file",
             )
         stored_size = sum(file.size for open_case in self for file in open_case.files.values()) + self.receiving
         available = self._limits.total_size - stored_size
         if available <= 0 or available < announced <= self._limits.file_size:
-            raise RefusedRequestError(413, "all files together are too large", path="file", mend="Remove some")
+            raise RefusedRequestError(413, "all files together are too large", path="file", mend="Remove some files")
         return min(self._limits.file_size, available)
 
 

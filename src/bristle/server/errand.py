@@ -69,7 +69,7 @@ class Errand:
     def model(self) -> Path:
         """The folder of the results of an identification."""
         if self.results is None:
-            raise InputError("is missing", path="model", mend="Identify first")
+            raise InputError("is missing", path="model", mend="Identify a model first")
         return self.results
 
     @property

@@ -1,8 +1,8 @@
 """Access control, before any other code sees a request.
 
 A page of another site can send requests to a server on this machine, and can point its host name to this machine
-(DNS rebinding). So the name in ``Host`` must be that of this machine, and ``Origin``, if sent, that of this server.
-Everything but the page needs the token. The token is in the fragment of the address: browsers never send fragments,
+(DNS rebinding). Therefore ``Host`` must name this machine, and ``Origin``, if sent, must be this server. Every request
+except the one for the page needs the token. The token is in the fragment of the address: browsers never send fragments,
 and other sites cannot read them.
 """
 
@@ -66,7 +66,7 @@ class Gate:
             return _refused(403, "Origin: belongs to another site")
         sites = () if scope["path"].startswith(ENTRANCE) else headers.getlist("sec-fetch-site")
         if any(site not in ("same-origin", "none") for site in sites):
-            return _refused(403, "Sec-Fetch-Site: the request comes from another site. Type the address instead")
+            return _refused(403, "Sec-Fetch-Site: the request comes from another site. Type the address into the browser")
         if _takes_no_token(scope["path"]):
             return None
         tokens = headers.getlist(TOKEN)

@@ -14,27 +14,27 @@ class Limits:
     file_size : int
         Largest file [byte].
     total_size : int
-        All files of all analyses together [byte].
+        Largest total size of the files of all analyses [byte].
     body_size : int
         Largest message other than a file [byte].
     files : int
-        Files of one analysis.
+        Largest number of files in one analysis.
     cases : int
-        Open analyses.
+        Largest number of open analyses.
     jobs : int
-        Jobs at the same time.
+        Largest number of jobs that run at the same time.
     job_seconds : float
-        Time of a job; an identification then ends with its best result [s].
+        Longest time of a job [s]. An identification ends before this time with its best result.
     grace_seconds : float
-        Time for a job to end on request [s].
+        Time that a job has between the request to end and its forced end [s].
     job_memory : int
-        Address space of a job [byte].
+        Largest address space of a job [byte].
     silence_seconds : float
-        Longest silence of a client within a request, sending or reading [s].
+        Longest time within a request in which a client neither sends nor reads data [s].
     strangers : int
-        Connections without the token, or without any request yet. The oldest is dropped for a new connection.
+        Largest number of connections without the token, or without a request so far. For a new one, the server drops the oldest.
     stranger_seconds : float
-        Time of such a connection for the lines of a request, or for the rest of an answered request [s].
+        Longest time that such a connection has for a request [s].
     """
 
     file_size: int = SIZE_LIMIT

@@ -137,7 +137,7 @@ class Routes:
         if task not in LEAVES or not isinstance(options, dict):
             raise RefusedRequestError(400, "is not a job", path="task", value=task, allowed=", ".join(LEAVES))
         if case.job is not None and case.job.runs:
-            raise RefusedRequestError(409, "this analysis has a running job", path="job", mend="Wait for its end, or cancel it")
+            raise RefusedRequestError(409, "this analysis has a running job", path="job", mend="Wait until the job ends, or cancel it")
         running = sum(open_case.job is not None and open_case.job.runs for open_case in self._cases)
         if running >= self._limits.jobs:
             raise RefusedRequestError(429, f"{running} jobs are running", path="job", mend="Wait until a job has ended")
@@ -198,7 +198,7 @@ class Routes:
         return FileResponse(part.folder / DOWNLOADS[name], media_type="application/zip", filename=label)
 
     async def ticket(self, request: Request) -> Response:
-        """Return an address that shows a report once: a frame sends no token."""
+        """Return an address that shows a report once, because a frame cannot send the token."""
         part, name = self._part(request), request.path_params["part"]
         if name not in REPORTS:
             raise RefusedRequestError(404, "has no report", path=name)
@@ -212,7 +212,7 @@ class Routes:
         """Show a report, once."""
         file, until = self._tickets.pop(request.path_params["ticket"], (None, 0.0))
         if file is None or time.monotonic() > until or not file.is_file():
-            raise RefusedRequestError(404, "is no longer available", path="report", mend="Open it from the lab again")
+            raise RefusedRequestError(404, "is no longer available", path="report", mend="Open the report again from the lab")
         request.scope["state"][HAS_TOKEN] = True  # a ticket is given for a token only
         return FileResponse(file, media_type="text/html", headers={"content-security-policy": SHOWN_POLICY})
 

@@ -1,8 +1,8 @@
 """`serve`: the application on this machine, and its temporary folder.
 
-A killed server removes no files. So each folder has a note, locked by its server as long as the server lives. The note
-names the folder, so that a copy of the note is not valid for another folder. An unlocked note marks the folder of a dead
-server, which the next server removes. All other folders with similar names stay.
+A killed server removes no files. Therefore each folder contains a note, which its server locks as long as the server
+runs. The note names the folder, so that a copy of the note is not valid for another folder. An unlocked note marks the
+folder of a killed server. The next server removes this folder, but no other folder with a similar name.
 """
 
 import os
@@ -142,5 +142,5 @@ def listening_on(port: int) -> socket.socket:
     except OSError as error:
         reason = str(error.strerror).partition(" (while")[0]  # followed by the address
         raise InputError(
-            f"cannot be listened to: {reason}", path="--port", value=port, mend="Leave --port out: bristle takes a free port"
+            f"cannot be opened: {reason}", path="--port", value=port, mend="Leave --port out: bristle takes a free port"
         ) from None

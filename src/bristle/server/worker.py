@@ -1,4 +1,4 @@
-"""The process of a job: does one piece of work, reports its progress, and ends."""
+"""The process of a job: it does one piece of work, reports its progress, and ends."""
 
 import json
 import os
@@ -12,7 +12,10 @@ from typing import Any
 
 from bristle.core import BristleError, told_by
 
-REFUSED = {KeyboardInterrupt: "cancelled before the first result", MemoryError: "there is not enough memory for this. Take a shorter log"}
+REFUSED = {
+    KeyboardInterrupt: "cancelled before the first result",
+    MemoryError: "there is not enough memory for this job. Use a shorter log",
+}
 
 
 class Interruption:

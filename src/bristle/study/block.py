@@ -146,7 +146,7 @@ def _overridden(override: Any, keys: Sequence[str]) -> bool:
 
 
 def _seeds(variant: Variant, changed: dict[str, Model], seed: int, fields: Sequence[str] = SEEDED) -> dict[str, Model]:
-    """Return the changed models with the seeds of a run: its seed is added to those of the file."""
+    """Return the changed models with the seeds of a run: the seed of the run is added to those of the file."""
     for name in SEEDED:
         model = changed.get(name, getattr(variant, name)) if name in fields else None
         if model is not None and "seed" in model.component.variables:

@@ -32,7 +32,7 @@ SHORT = {
 
 @dataclass(frozen=True)
 class Metric:
-    """A stored number of each run."""
+    """A quantity that bristle stores for each run."""
 
     column: str
     variant: str
@@ -47,7 +47,7 @@ class Metric:
         return words if self.column == self.name else f"{self.variant}: {words}"
 
     def of(self, result: VariantResult) -> float:
-        """Return the number of a run; NaN if it diverged."""
+        """Return the value of the metric in a run; NaN if the run diverged."""
         if result.status is Status.NOT_FINITE:
             return float("nan")
         if self.name in EFFORTS:
@@ -58,7 +58,7 @@ class Metric:
         return float(reduce(getattr, (group, statistic), result))
 
     def along(self, position: np.ndarray, effort: np.ndarray) -> np.ndarray:
-        """Return the number of several open loops, shape (run,), from the judged part of them, shape (run, sample).
+        """Return the values of the metric in several open loops, shape (run,), from their evaluated part, shape (run, sample).
 
         The bits equal those of `of` for each run.
         """
@@ -224,7 +224,7 @@ class Study:
     tables : mapping
         Tables of the experiment, into which bristle writes the values of a run.
     sources : Sources
-        Reader of the files that they name, which are already loaded.
+        Reader of the files named in `tables`, which are already loaded.
     seed : int
         Seed of the study.
     sampling : Sampling
@@ -232,11 +232,11 @@ class Study:
     causes : tuple of Cause
         Drawn quantities.
     grid : tuple of (Target, tuple)
-        Grid of values; each draw runs with all combinations.
+        Grid of values; bristle runs each draw with all combinations.
     metrics : tuple of Metric
         Stored metrics; the worst run has the largest first metric.
     block : int
-        Runs in a block.
+        Number of runs in a block.
     described : mapping
         Description of the study as text and numbers: equal descriptions mean equal studies.
     origins : mapping of str to tuple of Origin

@@ -25,14 +25,14 @@ def read_study_file(path: Readable, *, allow_code: bool = False, size_limit: int
     path : path-like
         A study file, TOML. File names in it are relative to its folder.
     allow_code : bool
-        Whether your own models, in files that it names, may run without earlier permission.
+        Whether your own models, in files named by the study file, may run without earlier permission.
     size_limit : int or str
-        Largest log that it names [byte], or text such as ``"2 GB"``.
+        Largest size of a log named by the study file [byte], or text such as ``"2 GB"``.
 
     Raises
     ------
     InputError
-        With file, key, value and allowed values.
+        If the file is not valid. The message states file, key, value and allowed values.
     """
     data, source, content = read_toml(path, path="study", what="a study file")
     with located(source):
@@ -53,7 +53,7 @@ class _Reader:
             raise InputError(
                 "needs an experiment",
                 path="experiment",
-                mend='Write experiment = "rig.toml", which may take a model from a file: [friction] file = "results/model.toml"',
+                mend='Write experiment = "rig.toml". This file may contain [friction] file = "results/model.toml"',
             )
         check_keys(self.data, KEYS, "")
         check_schema(self.data)
@@ -83,7 +83,9 @@ class _Reader:
             origins=origins,
         )
         if study.count > RUNS_MOST:
-            raise InputError("are too many with the points of the grid", path="runs", value=study.count, allowed=f"up to {RUNS_MOST}")
+            raise InputError(
+                "are too many, multiplied by the points of the grid", path="runs", value=study.count, allowed=f"up to {RUNS_MOST}"
+            )
         own = self.data.get("block")
         block = block_for(study.count, experiment) if own is None else self._count("block", 1, BLOCK_MOST)
         files = {f"{role}: {origin.name}": origin.checksum for role, group in origins.items() for origin in group}
@@ -166,7 +168,7 @@ class _Reader:
             raise InputError(
                 "varies no value: all runs would be equal",
                 path="vary",
-                mend="Write [vary] or [grid], or give sensor.noise to the experiment",
+                mend="Write [vary] or [grid], or set sensor.noise in the experiment",
             )
         paths = [path for cause in causes for path in cause.units] + [target.path for target, _ in grid]
         for path in paths:

@@ -46,10 +46,10 @@ def run_study(
     study : Study
         The study.
     folder : path
-        A new folder, or the folder of the same study, which bristle completes.
+        A new folder, or the folder of the same study: bristle then runs only the missing blocks.
     workers : int, optional
-        Processes; with 1, this process does the work. By default the count of cores; threads of this process if runs are
-        simulated in batches.
+        Number of processes; with 1, this process does the work. By default the number of cores, or threads of this process
+        if it simulates runs in batches.
     scheduler : str, optional
         Address of the scheduler of a Dask cluster, ``tcp://HOST:PORT``; its workers simulate instead of this machine.
     progress : callable, optional
@@ -60,7 +60,7 @@ def run_study(
     Returns
     -------
     Ran
-        Counts of present and missing runs.
+        Number of blocks that were complete before, and the blocks whose workers crashed.
 
     Raises
     ------
@@ -104,7 +104,7 @@ def run_within(
 def _crew(study: Any, missing: int, workers: int | None, scheduler: str | None, make: Callable[[Any], Any]) -> Crew | Cluster | Here:
     """Return the simulator of the missing blocks."""
     if scheduler is not None and workers is not None:
-        raise InputError("cannot be chosen together with a scheduler", path="workers", value=workers, mend="Remove one of the two")
+        raise InputError("cannot be chosen together with a scheduler", path="workers", value=workers, mend="Remove workers or scheduler")
     if scheduler is not None and missing:
         return Cluster(study, scheduler)
     if workers is None and make is Simulator and missing:
@@ -145,7 +145,7 @@ def values_of(study: Study, number: int) -> dict[str, Any]:
 def worst_runs(runs: Runs, count: int) -> list[int]:
     """Return the numbers of the worst runs, the worst first: those with the largest first metric.
 
-    Failed runs without numbers are left out; among equal runs the earlier comes first.
+    Failed runs without numbers do not count. Among equal runs, the earlier comes first.
     """
     metric = runs.columns[runs.described["metrics"][0]]
     usable = np.flatnonzero(np.isfinite(metric) & ~np.isin(runs.columns["status"], FAILED))

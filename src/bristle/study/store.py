@@ -69,7 +69,7 @@ class Store:
                 raise InputError(
                     "is missing, and the runs in this folder do not identify their study",
                     path=str(self.folder / STUDY),
-                    mend="Put it back, or name another folder",
+                    mend="Restore this file, or name another folder",
                 )
             self.grown.write(STUDY, text)
         self.grown.make(RUNS)
@@ -84,12 +84,12 @@ class Store:
             raise InputError(
                 "is not a file of this study",
                 path=str(self.folder / unknown[0]),
-                mend="Move it elsewhere: readers of the folder would include it",
+                mend="Move it elsewhere: programs that read this folder would include it",
             )
         return {blocks[name].first for name in names}
 
     def write(self, block: Block, columns: Mapping[str, Any]) -> None:
-        """Write a block; it appears complete under its name."""
+        """Write a block. Its file appears under its name only when it is complete."""
         arrays = [self._array(columns[field.name], field) for field in self.schema]
         self.write_table(f"{RUNS}/{block.file}", self.pyarrow.Table.from_arrays(arrays, schema=self.schema))
 
@@ -150,7 +150,7 @@ def refuse_another(before: Any, now: Any, folder: Path) -> None:
     differences = list(_differences(before, now, ""))
     if differences:
         more = f", and {len(differences) - 1} more" if len(differences) > 1 else ""
-        raise InputError(f"holds another study: {differences[0]}{more}", path=str(folder), mend="Name another folder for this one")
+        raise InputError(f"contains another study: {differences[0]}{more}", path=str(folder), mend="Name another folder")
 
 
 def _differences(before: Any, now: Any, path: str) -> Iterator[str]:
@@ -161,9 +161,9 @@ def _differences(before: Any, now: Any, path: str) -> Iterator[str]:
     elif before != now:
         place = path.removeprefix("study.").removeprefix("files.")
         if path.startswith("files."):
-            yield f"the file of {place} has changed"
+            yield f"the file {place} has changed"
         else:
-            texts = ("not there" if value is None else json.dumps(value, ensure_ascii=False) for value in (before, now))
+            texts = ("missing" if value is None else json.dumps(value, ensure_ascii=False) for value in (before, now))
             was, now_is = (text if len(text) <= LONGEST else f"{text[: LONGEST - 1]}…" for text in texts)
             yield f"{place} was {was} and is now {now_is}"
 
@@ -223,21 +223,21 @@ def read_study(folder: str | Path) -> Any:
     Returns
     -------
     xarray.Dataset
-        Over ``run``, or over ``draw`` and the quantities of the grid if the study has a grid. Each number has its SI
-        ``units``; ``run``, ``seed`` and ``status`` accompany the numbers. A missing run has the number -1, and NaN for its
-        metrics.
+        The dimension is ``run``; with a grid, the dimensions are ``draw`` and the quantities of the grid. Each variable
+        has its SI unit as ``units``. ``run``, ``seed`` and ``status`` are coordinates. A missing run has the number -1, and
+        NaN for its metrics.
 
     Raises
     ------
     InputError
-        If the folder is not that of a study, or a file in it cannot be read.
+        If the folder does not belong to a study, or bristle cannot read a file in it.
     MissingExtraError
         If pyarrow or xarray is not installed.
 
     Notes
     -----
     The files are plain Parquet: ``polars.read_parquet("DIR/runs/*.parquet")``, ``duckdb.sql("from 'DIR/runs/*'")`` and
-    ``pandas.read_parquet("DIR/runs")`` read them, too.
+    ``pandas.read_parquet("DIR/runs")`` also read them.
     """
     runs = runs_in(folder)
     xarray = library("xarray", "read_study()")

@@ -1,4 +1,4 @@
-"""Varied values of a study: a value of the experiment by its dotted key, drawn alone or jointly from a fit."""
+"""Varied values of a study: a value of the experiment by its dotted key, drawn alone or jointly from an identification."""
 
 import math
 from collections.abc import Mapping
@@ -16,7 +16,7 @@ EXAMPLES = {
     "normal": 'normal = ["34 mN*m", "2 mN*m"], mean and standard deviation',
     "uniform": 'uniform = ["0.8e-4 kg*m^2", "1.2e-4 kg*m^2"], lowest and highest',
     "log_uniform": 'log_uniform = ["1e4 N/m", "1e6 N/m"], lowest and highest',
-    "choice": 'choice = ["1 mm", "5 mm"], values drawn equally often',
+    "choice": 'choice = ["1 mm", "5 mm"], values that are drawn equally often',
 }
 DISTRIBUTIONS = tuple(EXAMPLES)
 OF_FIT = ("from", "draws")
@@ -78,7 +78,7 @@ def target_at(path: str, experiment: Experiment, data: Mapping[str, Any], place:
     names = {key_of(name): name for name in registry}
     if keys[-1] == "seed" or keys == ["run", "seeds"]:
         raise InputError(
-            "cannot be varied", path=place, mend="Remove it: each run has a separate seed, added to those of sensor and friction"
+            "cannot be varied", path=place, mend="Remove it: bristle adds a separate seed for each run to those of sensor and friction"
         )
     if keys[-1] not in names:
         raise InputError(
@@ -92,7 +92,7 @@ def target_at(path: str, experiment: Experiment, data: Mapping[str, Any], place:
         raise InputError(
             "is a list, which cannot be varied as one number",
             path=place,
-            mend='Use joint draws of a fit (from = "results"), or vary another value',
+            mend='Use joint draws of an identification (from = "results"), or vary another value',
         )
     is_whole = name in WHOLE_NUMBERS or (model is not None and model.component.is_integer(name))
     kind = "translational" if keys[0] == "table_friction" else experiment.kind
@@ -201,7 +201,7 @@ def drawn_from(table: Mapping[str, Any], target: Target, path: str) -> Drawn:
             "must be above the lowest value", path=f"{place}[1]", value=values[1], allowed=f"> {first:g}", mend=f"Write {EXAMPLES[name]}"
         )
     if name == "log_uniform" and not first > 0.0:
-        raise InputError("must be positive: it has a logarithm", path=f"{place}[0]", value=values[0], allowed="> 0")
+        raise InputError("must be positive: log_uniform takes its logarithm", path=f"{place}[0]", value=values[0], allowed="> 0")
     return Drawn(target, name, (first, second))
 
 
@@ -223,7 +223,7 @@ def fitted_at(table: Mapping[str, Any], folder: Path, path: str, *, allow_code: 
         if key not in table:
             raise InputError(f"needs {key}", path=path, mend='Write { from = "results", draws = "bootstrap" }')
     if table["draws"] != "bootstrap":
-        raise InputError("are not draws of a fit", path=f"{path}.draws", value=table["draws"], allowed="bootstrap")
+        raise InputError("are not draws of an identification", path=f"{path}.draws", value=table["draws"], allowed="bootstrap")
     named = table["from"]
     if not isinstance(named, str) or not named:
         raise InputError("must be the name of a folder of results", path=f"{path}.from", value=named)
@@ -238,7 +238,7 @@ def fitted_at(table: Mapping[str, Any], folder: Path, path: str, *, allow_code: 
         draws = (info["bands"] or {}).get("draws", {})
     if not draws:
         raise InputError(
-            "has no draws: it was identified without intervals", path=f"{path}.from", value=named, mend="Identify again with --draws 1000"
+            "has no draws: these results have no intervals", path=f"{path}.from", value=named, mend="Identify again with --draws 1000"
         )
     return Fitted(named, plant, friction, draws, content_of(file).origin)
 
@@ -246,19 +246,20 @@ def fitted_at(table: Mapping[str, Any], folder: Path, path: str, *, allow_code: 
 def columns_of(fitted: Fitted, section: str, experiment: Experiment, path: str) -> tuple[dict[str, np.ndarray], dict[str, str]]:
     """Return the draws of one section of an experiment by dotted key, in SI, and their units."""
     if section not in SECTIONS:
-        raise InputError("cannot use draws of a fit", path=path, allowed=" or ".join(SECTIONS))
+        raise InputError("cannot use draws of an identification", path=path, allowed=" or ".join(SECTIONS))
     own = sections_of(experiment.variants[0])[section]
     drawn = fitted.friction if section == "friction" else fitted.plant
     if drawn is None or (own.name, own.kind) != (drawn.name, drawn.kind):
         raise InputError(
-            f"the fit has {'no plant' if drawn is None else f'{drawn.name}, {drawn.kind}'}, but the experiment has {own.name}, {own.kind}",
+            f"the identification has {'no plant' if drawn is None else f'{drawn.name}, {drawn.kind}'}, but the experiment "
+            f"has {own.name}, {own.kind}",
             path=path,
             value=fitted.folder,
             mend=f'Write file = "{fitted.folder}/model.toml" under [friction] of the experiment',
         )
     variables = {name: own.component.variables[name] for name in fitted.draws if name in own.component.variables}
     if not variables:
-        raise InputError(f"the fit drew no parameter of {own.name}", path=path, value=fitted.folder, allowed=", ".join(fitted.draws))
+        raise InputError(f"the draws contain no parameter of {own.name}", path=path, value=fitted.folder, allowed=", ".join(fitted.draws))
     count = min(len(values) for values in fitted.draws.values())
     columns = {f"{section}.{key_of(name)}": fitted.draws[name][:count] for name in variables}
     units = {

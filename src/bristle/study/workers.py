@@ -1,7 +1,7 @@
 """Workers that simulate the blocks of a study: this process, its threads, child processes, or a Dask cluster.
 
 A child process receives pickled messages on its standard input and answers on its standard output. On a cluster the study
-is a separate task, sent once; workers pass its result on, and compute it again if it was lost.
+is a separate task, sent once. Workers pass the study on, and repeat this task if the study was lost.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ Results = Generator[tuple[Block, dict[str, Any]], None, None]
 
 
 class WorkerError(BristleError):
-    """Workers that end before they start, or report a fault."""
+    """Error of workers that end before they start, or report a fault."""
 
     exit_code = 70
 
@@ -58,7 +58,7 @@ class WorkerError(BristleError):
 
 @dataclass
 class Here:
-    """Simulator in this process: block by block, or several at once in threads."""
+    """Simulator in this process: one block after the other, or several blocks at once in threads."""
 
     simulate: Callable[[Block], dict[str, Any]]
     workers: int = 1
@@ -90,7 +90,7 @@ class Crew:
     def results(self, blocks: Iterable[Block]) -> Results:
         """Yield blocks with their columns, as they finish.
 
-        A block whose workers ended `TRIES` times is left out and added to `lost`.
+        A block whose workers ended `TRIES` times is not yielded but added to `lost`.
         """
         try:
             for block, columns in _in_threads(self._simulated, blocks, self.workers, self._end):
@@ -132,7 +132,7 @@ class Crew:
                 ending, self._unbegun = self._closed(process), self._unbegun + 1
                 if self._unbegun >= TRIES * self.workers:
                     cause = f"by signal {-ending}" if ending < 0 else f"with code {ending}"
-                    raise WorkerError(f"{self._unbegun} workers ended before they could start: ended {cause}") from None
+                    raise WorkerError(f"{self._unbegun} workers ended before they could start, the last one {cause}") from None
         return self._own.process
 
     def _asked(self, process: subprocess.Popen[bytes], message: Any) -> Any:
@@ -167,12 +167,12 @@ class Cluster:
     def results(self, blocks: Iterable[Block]) -> Results:
         """Yield blocks with their columns, as they arrive.
 
-        A block whose workers ended as often as the scheduler tries gets the same number of tries at the end, alone in the
-        cluster, in case other blocks ended its workers. After that it is left out and added to `lost`.
+        If the workers of a block ended in all tries of the scheduler, the block gets the same number of tries at the end,
+        alone in the cluster, because other blocks may have ended its workers. If these also fail, it is added to `lost`.
         """
         with _silent(), self._connected() as client:
             for origin in self.study.origins.get("code", ()):
-                sentence = f"the code in {origin.name} (SHA-256 {origin.checksum}) is run on every worker of {self.address}"
+                sentence = f"bristle runs the code in {origin.name} (SHA-256 {origin.checksum}) on every worker of {self.address}"
                 warnings.warn(sentence, InputWarning, stacklevel=2)
             pool = client.get_executor(pure=False)
             with warnings.catch_warnings():
@@ -190,8 +190,8 @@ class Cluster:
     @contextmanager
     def _connected(self) -> Iterator[Any]:
         """Connect to the scheduler, and wait for a worker; cancel the remaining tasks at the end."""
-        mend = f"Start one, dask scheduler --port 8786, and workers: dask worker {self.address} --nworkers auto --nthreads 1"
-        fault, client, distributed = "no scheduler of Dask answers there", None, self._library
+        mend = f"Start dask scheduler --port 8786, then dask worker {self.address} --nworkers auto --nthreads 1"
+        fault, client, distributed = "no Dask scheduler answers at this address", None, self._library
 
         async def identity() -> None:  # the library alone would wait without a timeout
             arguments = distributed.Security().get_connection_args("client")
@@ -203,7 +203,7 @@ class Cluster:
                 with Abreast(1) as thread:  # this thread may run an event loop, as in a notebook
                     thread.submit(asyncio.run, asyncio.wait_for(identity(), ANSWERS)).result()
                 client = distributed.Client(self.address, timeout=ANSWERS, set_as_default=False, name="bristle")
-                fault = "it has no workers"
+                fault = "the scheduler has no workers"
                 client.wait_for_workers(1, timeout=WORKERS_JOIN)
             except Exception as error:  # noqa: BLE001  (what answers there may be anything)
                 raise InputError(f"{fault}{said_by_library(error)}", path="--scheduler", value=self.address, mend=mend) from None
@@ -221,8 +221,8 @@ class Cluster:
             raise self._scheduler_lost() from None
 
     def _scheduler_lost(self) -> InputError:
-        mend = "Written blocks are safe. Start it and its workers, and repeat the command"
-        return InputError("the scheduler is gone", path="--scheduler", value=self.address, mend=mend)
+        mend = "The written blocks remain. Start scheduler and workers, and repeat the command"
+        return InputError("the scheduler no longer answers", path="--scheduler", value=self.address, mend=mend)
 
     def _arrived(self, futures: Iterator[tuple[Block, Future[Any]]]) -> Results:
         """Yield blocks with their columns; note those whose workers ended."""
@@ -239,9 +239,9 @@ class Cluster:
             if outcome == "failed":
                 raise WorkerError.at(block, content)
             if outcome == "unfit":
-                mend = "Install the same versions for this worker and restart it, or stop it"
+                mend = "Install the allowed versions on this worker and restart the worker, or stop it"
                 allowed = ", ".join(f"{name} {value}" for name, value in described().items())
-                raise InputError("a worker has other software", path=self.address, value=content, allowed=allowed, mend=mend)
+                raise InputError("the software of a worker differs", path=self.address, value=content, allowed=allowed, mend=mend)
             yield block, content
 
 

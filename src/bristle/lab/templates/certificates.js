@@ -124,12 +124,12 @@ function judged(contact) {
 // Two lines: the property, whether it holds (null if not applicable), and the deviation.
 function verdicts(model, { holding, drift, closure }) {
   const lines = [], say = (asked, passed, text) => lines.push({ asked, passed, text });
-  const resting = holding.breaksAway ? "the force is not reached" : "no break-away force";
+  const resting = holding.breaksAway ? "the friction does not reach the test force" : "no break-away force";
   if (!drift) say("Drift", null, `not applicable: ${resting}`);
   else if (drift.passed) say("Drift", true, "no drift under a force ripple");
-  else say("Drift", false, `it drifts by ${told(Math.abs(drift.moved), model.units.position)} per cycle of a force between ${RIPPLE.join(" and ")} of break-away`);
+  else say("Drift", false, `the contact drifts by ${told(Math.abs(drift.moved), model.units.position)} per cycle of a force between ${RIPPLE.join(" and ")} of the break-away force`);
   if (!closure) say("Closure", null, "not applicable: no force builds up over a distance");
   else if (closure.passed) say("Closure", true, "minor loops return to their initial force");
-  else say("Closure", false, `on return, ${withDigits(100 * Math.abs(closure.missing), 3)} % of break-away is missing`);
+  else say("Closure", false, `on return, ${withDigits(100 * Math.abs(closure.missing), 3)} % of the break-away force is missing`);
   return lines;
 }

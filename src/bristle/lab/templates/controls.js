@@ -51,7 +51,7 @@ function control(variable, index, { input, change, start, text = typed }) {
   field.addEventListener("change", () => {
     const value = read(field.value);
     if (!(value >= Number(variable.min) && value <= Number(variable.max))) {
-      return refuse(`${field.value || "An empty field"} is not allowed: ${allowedIn(variable)}`);
+      return refuse(`${field.value || "An empty field"} is not allowed. Allowed: ${allowedIn(variable)}`);
     }
     refuse("");
     input(value, "field");
@@ -75,7 +75,7 @@ function brokenLines(model, values) {
   const symbols = Object.fromEntries(model.variables.map(({ name, symbol }) => [name, symbol]));
   const said = (factors) => factors.map((factor) => symbols[factor] ?? factor).join(" · ");
   const lines = broken(model, values).map(({ left, sign, right, text, mend, advisory }) =>
-    `${advisory ? "Better" : "Needed"}: ${text ?? `${said(left)} ${sign === ">=" ? "≥" : sign === "<" ? "&lt;" : "&gt;"} ${said(right)}`}. ${mend}.`);
+    `${advisory ? "Recommended" : "Required"}: ${text ?? `${said(left)} ${sign === ">=" ? "≥" : sign === "<" ? "&lt;" : "&gt;"} ${said(right)}`}. ${mend}.`);
   return lines.map((line) => `<li>${line}</li>`).join("");
 }
 
@@ -115,12 +115,12 @@ function loopSettings(model, loop) {
   return [
     { ...setting("loop_body", "", "", "friction of the mass", 0, 0, 1), choices: model.kind === loop.rig.kind ? bodies : bodies.slice(0, 1) },
     setting("loop_M", "<i>M</i>", model.pull[0].unit, "mass driven by the control law", mass, mass / 100, 100 * mass),
-    setting("loop_gain", "<i>λ</i>", "1/s", "gain λ of the control law, and its K₁", gain, 10, 400),
+    setting("loop_gain", "<i>λ</i>", "1/s", "gain λ of the control law; also its gain K₁", gain, 10, 400),
     setting("loop_K_2", "<i>K</i><sub>2</sub>", `${units.velocity}²`, "switching gain of the control law", 0, 0, 10 * paper.K_2, false),
     setting("loop_g", "<i>g</i>", "1/s", "bandwidth of the observer", paper.g, 1, 400),
     setting("loop_A", "<i>A</i>", units.position, "amplitude of the motion", amplitude, reach / 20, 200 * reach),
     setting("loop_f", "<i>f</i>", "Hz", "frequency of the motion", paper.frequency, 0.05, 20),
-    setting("loop_resolution", "<i>δ</i>", units.position, "count of the encoder", round(reach / 20), reach / 1000, reach),
+    setting("loop_resolution", "<i>δ</i>", units.position, "step of the encoder", round(reach / 20), reach / 1000, reach),
   ];
 }
 

@@ -102,10 +102,10 @@ function followed(found) {
 
 function tellFollowing() {
   const { loop, reason } = data.loop, words = [];
-  if (!loop) words.push(`No simulation with other values: ${reason}.`);
+  if (!loop) words.push(`This page cannot simulate the loop with other values: ${reason}.`);
   else if (following.start) {
     const part = loop.count < loop.all ? `the first ${told(loop.count * loop.sampleTime, "s")} of the loop` : "the loop";
-    const now = allTraces().at(-1).name === "moved" ? `, with these values ${peakToPeak(following.asked.found)}` : "";
+    const now = allTraces().at(-1).name === "moved" ? `, and ${peakToPeak(following.asked.found)} with these values` : "";
     words.push(`Following error of ${part}, peak to peak, computed on this page: ${peakToPeak(following.start)} with feedforward of the identified values${now}.`);
   }
   const text = words.join(" ");

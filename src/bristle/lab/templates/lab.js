@@ -238,7 +238,7 @@ function moveBy(distance) {
   if (to === at) return;
   if (turns.length > 1 && (to - at) * (at - turns.at(-2)) > 0) turns[turns.length - 1] = to;
   else if (turns.length < MOST_TURNS) turns.push(to);
-  else return say(`The path has ${MOST_TURNS} turns. Restart it with “${PRESETS.drawn.word}”.`);
+  else return say(`The path has ${MOST_TURNS} turns, the most that are allowed. Restart the path with “${PRESETS.drawn.word}”.`);
   lab.moment = 1;
   drawNow();
   for (const button of byId("presets").children) button.setAttribute("aria-pressed", String(button.value === "drawn"));
@@ -295,7 +295,7 @@ async function selfTest() {
     differ += counts.differ;
     of += counts.of;
   }
-  byId("selftest").textContent = `${differ} of ${of} differ`;
+  byId("selftest").textContent = `${differ} of ${of} blocks differ`;
 }
 
 function offerFiles() {

@@ -113,8 +113,8 @@ function buildPlots() {
 
 function summed() {
   const { found, start, rows } = alive, say = ({ rms, share }) => `${told(rms, data.effort)} rms, ${withDigits(100 * share, 3)} % of the effort`;
-  const fit = `the report has ${told(rows.rms, data.effort)}`;
-  return isMoved() ? `Residual: ${say(found)}. With the identified values ${told(start.rms, data.effort)}; ${fit}.` : `Residual: ${say(found)}; ${fit}.`;
+  const fit = `in the report: ${told(rows.rms, data.effort)}`;
+  return isMoved() ? `Residual: ${say(found)}. With the identified values: ${told(start.rms, data.effort)}; ${fit}.` : `Residual: ${say(found)}; ${fit}.`;
 }
 
 function update() {

@@ -79,5 +79,5 @@ function circleView(lab, canvas, reading) {
   ring(deviations.none, { colour: theme.ghost, width: 2.2 });
   ring(deviations.both, { colour: theme.accent, width: 1.8 });
   const size = (way) => told(Math.max(...extent(deviations[way]).map(Math.abs)), units.position);
-  tell(reading, `Circle of two such axes, errors enlarged ${withDigits(times, 2)} times: control law alone (grey), up to ${size("none")}; with observer and friction feedforward (blue), up to ${size("both")}.`, false);
+  tell(reading, `Circle driven by two such axes, with errors enlarged ${withDigits(times, 2)} times: control law alone (grey), up to ${size("none")}; with observer and friction feedforward (blue), up to ${size("both")}.`, false);
 }

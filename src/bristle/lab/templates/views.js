@@ -58,8 +58,8 @@ function loopWords(lab, path, forces, closing) {
     words.push(`on return to the start of the minor loop the force differs by ${told(Math.abs(closing.gap), units.force)}: the loop ${closing.closes ? "closes" : "does not close"}`);
   }
   if (lab.isMoved()) words.push("dashed: initial values");
-  if (lab.samples < SAMPLES) words.push(`${lab.samples} samples during the move`);
-  if (lab.contact.overflow) words.push("a force is not a number and is left out");
+  if (lab.samples < SAMPLES) words.push(`${lab.samples} samples while the slider moves`);
+  if (lab.contact.overflow) words.push("the plot omits forces that are not numbers");
   return `${words.join("; ")}.`;
 }
 
@@ -96,8 +96,8 @@ function speedView(lab, canvas, reading) {
   frame.axes();
   frame.curve(v, forces, { colour: theme.accent, width: 2.2, first: 1, last: half });
   frame.curve(v, forces, { colour: theme.ink, width: 1.5, dash: [6, 4], first: half + 1 });
-  const along = lab.model.placed?.size ? " In the middle of the axis, without variation along it." : lab.model.varies && !lab.model.placed ? " This friction also varies during the sweep." : "";
-  tell(reading, `Rising velocity solid, falling velocity dashed; sweep in ${told(time, "s")}.${along}`, lab.contact.overflow);
+  const along = lab.model.placed?.size ? " Computed in the middle of the axis, without variation along the axis." : lab.model.varies && !lab.model.placed ? " This friction also varies during the sweep." : "";
+  tell(reading, `Solid: rising velocity. Dashed: falling velocity. The sweep takes ${told(time, "s")}.${along}`, lab.contact.overflow);
 }
 
 function pulledView(lab, canvas, reading) {
@@ -126,7 +126,7 @@ function pulledView(lab, canvas, reading) {
   let still = 0;
   const slow = 0.01 * Math.abs(valueOf(lab, "v_e")) * dt;
   for (let k = 1; k < PULLED; k++) still += Math.abs(x[k] - x[k - 1]) < slow;
-  tell(reading, `Mass solid, far end of the spring dashed. The mass sticks (moves slower than a hundredth of the far end) in ${Math.round(100 * still / (PULLED - 1))} % of the time.`, false);
+  tell(reading, `Solid: mass. Dashed: far end of the spring. The mass sticks in ${Math.round(100 * still / (PULLED - 1))} % of the time: its speed is below 1 % of that of the far end.`, false);
 }
 
 function planeView(lab, canvas, reading) {
@@ -166,7 +166,7 @@ function elementsView(lab, canvas, reading) {
     context.fillRect(left, Math.min(frame.up(0), frame.up(value)), right - left, Math.abs(frame.up(value) - frame.up(0)));
     for (const limit of [least, most]) frame.curve([i + 0.65, i + 1.35], [limit, limit], { colour: theme.ink, width: 1.5 });
   });
-  tell(reading, `Bars: force of each element; lines: its slip limits at rest. ${full} of ${count} ${full === 1 ? "slips" : "slip"}.`, false);
+  tell(reading, `Bars: force of each element; lines: its slip limits at rest. ${full} of ${count} elements ${full === 1 ? "slips" : "slip"}.`, false);
 }
 
 // The verdicts on drift and closure, with a mark in addition to the colour.

@@ -15,7 +15,7 @@ async function asked(method, path, { body = null, headers = {} } = {}) {
   }
   if (!answer.ok) {
     const told_ = await answer.json().catch(() => ({}));
-    throw Object.assign(new Refusal(told_.message ?? `refused (${answer.status})`), { status: answer.status });
+    throw Object.assign(new Refusal(told_.message ?? `the server refused the request (HTTP status ${answer.status})`), { status: answer.status });
   }
   return answer;
 }

@@ -83,7 +83,7 @@ function columnsView(looked, state, { edit, use, check }) {
   go.addEventListener("click", check);
   const missing = part.missing.length ? [`Fill in: ${part.missing.join(", ")}`] : [];
   return [
-    element("p", { class: "note", text: `Proposed from ${looked.log}. Correct it if necessary.` }),
+    element("p", { class: "note", text: `bristle recognized these columns, units and signs in ${looked.log}. Correct them if necessary.` }),
     ...looked.channels.map((channel) => channelRow(channel, looked, edit)),
     kindChoice(looked, edit),
     element("div", { class: "fields" }, ...furtherFields(looked, edit)),

@@ -20,7 +20,7 @@ function excitationForm(design) {
   });
   const field = (word, input) => element("label", {}, element("span", { text: word }), input);
   return [
-    element("p", { class: "note", text: "Limits of the axis, with units. Empty fields take the values of the axis file in step 1." }),
+    element("p", { class: "note", text: "Write the limits of the axis, with units. For an empty field, bristle uses the value from the axis file of step 1." }),
     element("div", { class: "choices", role: "radiogroup", "aria-label": "Kind of axis" }, ...kinds.map((input) => element("label", {}, input, ` ${input.value}`))),
     element("div", { class: "fields" }, ...inputs.map(([, word, input]) => field(word, input)), field("Travel, if the stroke is unknown", travel), field("Duration", duration)),
     element("div", { class: "choices", role: "group", "aria-label": "Purpose of the motion" }, ...purposes.map(([, word, input]) => element("label", {}, input, ` ${word}`))),
@@ -40,7 +40,7 @@ function excitedView(excited, { download, report }) {
     excited.outlook ? tableOf(excited.outlook) : null,
     listOf(excited.notes),
     element("div", { class: "tools" }, button("Download motion.zip", download), button("Show the report", report)),
-    element("p", { class: "note", text: "motion.csv contains the motion as samples, moves.csv and motion.nc as moves." }),
+    element("p", { class: "note", text: "motion.csv contains the samples of the motion. moves.csv and motion.nc contain its moves." }),
   ];
 }
 

@@ -165,7 +165,7 @@ async function look() {
 async function receive(files) {
   const role = document.querySelector('input[name="role"]:checked').value;
   for (const file of files) {
-    if (file.size > settings.file_size) throw new Refusal(`${file.name} has ${sizeText(file.size)}; the limit is ${sizeText(settings.file_size)}. Start again with a larger BRISTLE_SIZE_LIMIT`);
+    if (file.size > settings.file_size) throw new Refusal(`${file.name} has ${sizeText(file.size)}; the limit is ${sizeText(settings.file_size)}. Start bristle lab --serve again with a larger BRISTLE_SIZE_LIMIT in the environment`);
     byId("said").textContent = `receiving ${file.name}`;
     const headers = { "X-Bristle-Name": encodeURIComponent(file.name), "X-Bristle-Role": /\.toml$/i.test(file.name) ? "axis" : role, "Content-Type": "application/octet-stream" };
     state = await (await asked("PUT", pathTo("/files"), { body: file, headers })).json();
@@ -176,7 +176,7 @@ async function receive(files) {
 
 function chosenModels() {
   const names = [...document.querySelectorAll('input[name="model"]:checked')].map(({ value }) => value);
-  if (!names.length) throw new Refusal("Select a model");
+  if (!names.length) throw new Refusal("Select at least one model");
   return names.flatMap((name) => byId("asymmetry").checked ? [name, `${name}+asymmetry`] : [name]).join(",");
 }
 

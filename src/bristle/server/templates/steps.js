@@ -15,7 +15,7 @@ function checkView(checked) {
 function verdictView(told_, state, { download, report }) {
   const units = unitsOf(told_.kind), old = state.parts.identified.old;
   return [
-    old ? element("p", { class: "old", text: "Logs or axis have changed. Check and identify again." }) : null,
+    old ? element("p", { class: "old", text: "The logs or the axis file have changed since this identification. Check the logs and identify again." }) : null,
     element("p", { class: `ruling ${told_.verdict.level}`, id: "ruling", text: told_.verdict.words }),
     told_.unfinished ? element("p", { class: "alert", text: `Unfinished: ${told_.unfinished}` }) : null,
     listOf(told_.verdict.reasons),
@@ -27,7 +27,7 @@ function verdictView(told_, state, { download, report }) {
     listOf(told_.warnings),
     element("div", { id: "predicted" }),
     element("div", { class: "tools" }, button("Show the report", report, { id: "show-report" }), button("Download results.zip", download, { id: "results" })),
-    element("p", { class: "note" }, "The same in a terminal: ", element("code", { text: told_.command })),
+    element("p", { class: "note" }, "The same command in a terminal: ", element("code", { text: told_.command })),
     element("div", { id: "report" }),
   ].filter(Boolean);
 }
