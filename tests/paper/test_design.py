@@ -84,7 +84,7 @@ def test_margins_of_set_c(name, g, told):
     assert (phase, gain) == pytest.approx(margins_by_transfer_functions(g), rel=1e-4)
     assert (round(phase, 1), round(gain, 2)) == told
     readme = " ".join((ROOT / "README.md").read_text(encoding="utf-8").split())
-    assert "(43° and more of phase, 3.3 and more of gain)" in readme
+    assert "at least 43° of phase and 3.3 of gain" in readme
 
 
 def test_two_samples_are_flagged_inside_the_layer_and_three_are_refused():

@@ -283,7 +283,7 @@ def test_the_pages_quote_the_run():
         left[variant] = sorted(1e6 * after for _, after in errors)
     alone, both = shares["feedforward"], shares["observer_feedforward"]
     assert f"the model alone removes {alone[0]:.0f} to {alone[-1]:.0f} % of the error" in readme
-    assert f"both together {both[0]:.0f} to {both[-1]:.0f} %" in readme
+    assert f"model and observer together {both[0]:.0f} to {both[-1]:.0f} %" in readme
     ends = left["observer_feedforward"]
     assert f"They leave {ends[0]:.2f} to {ends[-1]:.2f} µm" in readme
 
