@@ -78,10 +78,10 @@ def page(title: str, *parts: str) -> str:
 def models() -> str:
     """Return the page of all models: the texts of `bristle models`."""
     parts = [
-        "`bristle models NAME` and, in Python, `help(bristle.friction.lugre)` print the same. Every "
+        "`bristle models NAME` and, in Python, `help(bristle.friction.lugre)` print these texts. Every "
         "friction model also takes an `offset`, and [slots](#slots) "
-        "behind its name. With `+asymmetry` the parameters marked *by direction* have one value forward (`_pos`) and "
-        "one backward (`_neg`); others let friction [vary](../theory/models.md#what-varies). Plants take "
+        "after its name. With `+asymmetry` the parameters marked *by direction* have one value forward (`_pos`) and "
+        "one backward (`_neg`). The other slots let friction [vary](../theory/models.md#what-varies). Plants take "
         "[terms](../theory/models.md#terms-of-the-plant): `+gravity`, `+cogging`, `+known`. To choose a model: "
         "[how to choose](../how-to/choose-a-model.md)."
     ]
@@ -184,8 +184,8 @@ def symbols() -> str:
     ]
     return page(
         "Symbols",
-        "Names are those of the literature. A symbol has one meaning inside a model; where two models use it for "
-        "different things it has a line for each. Units are those of a translational axis, then of a rotational one.",
+        "The symbols follow the literature. A symbol has one meaning in a model. If models use a symbol for different "
+        "quantities, the table has a row for each. The unit of a translational axis is first, that of a rotational axis second.",
         table(("Symbol", "Meaning", "Unit", "Used in"), rows),
         "## In formulas",
         table(
@@ -195,7 +195,7 @@ def symbols() -> str:
                 ("F", "friction force, positive when it opposes v > 0", "N or N*m"),
                 ("u", "effort: force or torque of the drive on the axis", "N or N*m"),
                 ("r", "reference, the desired position", "m or rad"),
-                ("q", "position as the encoder reads it", "m or rad"),
+                ("q", "position measured by the encoder", "m or rad"),
                 ("e", "following error, r − q; the true error is r − x", "m or rad"),
                 ("z", "deflection of the bristles", "m or rad"),
                 ("G(v)", "Stribeck curve: the level of friction in sliding, a force", "N or N*m"),
@@ -206,23 +206,23 @@ def symbols() -> str:
                 ("Φ", "share of the travel that bristles slip, a function of the ratio r", "1"),
                 ("ρ", "ratio up to which the gate prevents slip", "1"),
                 ("ς", "sliding surface of a control law, ė + λ e", "m/s or rad/s"),
-                ("ξ", "place along the axis, −1 to 1 over its range", "1"),
+                ("ξ", "position along the axis, −1 to 1 over its range", "1"),
                 ("φ", "angle of a screw, 2π x/pitch", "rad"),
                 ("α, β", "inputs at which a relay of the Preisach plane goes up and down, α ≥ β", "m or rad"),
                 ("μ", "measure of the Preisach plane over α and β", "N/m^2 or N*m/rad^2"),
-                ("E, F(α, β)", "Everett function, integral of μ over a triangle; F as the source paper writes it", "N or N*m"),
-                ("τ", "effort that passes on to the load", "N or N*m"),
+                ("E, F(α, β)", "Everett function, integral of μ over a triangle; the source paper writes F", "N or N*m"),
+                ("τ", "effort transmitted to the load", "N or N*m"),
             ),
         ),
-        "## The same letter",
-        "The meaning of a letter depends on the subject:",
+        "## Letters with several meanings",
+        "The meaning of these letters depends on the subject:",
         table(
-            ("Letter", "Here", "There"),
+            ("Letter", "Meaning", "Other meanings"),
             (
                 ("r", "reference, in control", "ratio f sgn v / G(v), in friction; threshold of a stop or play; 1 − F sgn v/F_C of Dahl"),
-                ("s", "stiffness after a reversal", "the sliding surface in the source paper, here ς; s of Laplace"),
+                ("s", "stiffness after a reversal", "the sliding surface in the source paper, here ς; Laplace variable"),
                 ("F", "friction force", "integral of the measure over a triangle, in (13) to (15) of the source paper"),
-                ("G", "Stribeck curve, a force", "g(v) of others, with σ₀ g(v) = G(v)"),
+                ("G", "Stribeck curve, a force", "g(v) in other texts, with σ₀ g(v) = G(v)"),
                 ("φ", "angle of a screw", "`phi`: boundary layer of a control law"),
                 (
                     "α, β",
@@ -297,9 +297,9 @@ def python() -> str:
         "## Modules",
         table(("Module", "Content", "Public names"), modules),
         "## What applications use",
-        "The command line, reports, figures, the paper, the lab and its server, studies, fleets, the demonstration and the bridges stand "
-        "above the library, and import these names of its packages and no others: `from bristle.files import read_axis`. A test holds the "
-        "list.",
+        "The command line, reports, figures, the paper, the lab and its server, studies, fleets, the demonstration and the bridges use "
+        "the library. They import only these names from its packages, for example `from bristle.files import read_axis`. A test checks "
+        "the list.",
         *(part for room, names in sorted(border().items()) for part in (f"### bristle.{room}", _offered(room, names))),
     )
 
@@ -490,10 +490,10 @@ def errata() -> str:
         parts += [f"## {kind.capitalize()}s", what, table(("Place", "As printed", "Correct", "Test"), found)]
     return page(
         "Errata of the source paper",
-        "Of *Pre-sliding friction control using the sliding mode controller with hysteresis friction compensator*: "
-        "errors and ambiguities as printed, the correct form, and the test below `tests/` that shows it. The consequences "
-        "are on the page on [the source paper](../theory/the-source-paper.md). The report of `bristle paper` has the same "
-        "table. Equation by equation: [equations](equations.md).",
+        "The tables list errors and ambiguities of *Pre-sliding friction control using the sliding mode controller with "
+        "hysteresis friction compensator*: the passage as printed, the correct form, and the test in `tests/` that shows the "
+        "error. The page on [the source paper](../theory/the-source-paper.md) describes the consequences. The report of "
+        "`bristle paper` also contains these tables. All equations: [equations](equations.md).",
         *parts,
     )
 
@@ -521,15 +521,16 @@ def equations() -> str:
         )
     return page(
         "Equations of the source paper",
-        "Of *Pre-sliding friction control using the sliding mode controller with hysteresis friction compensator*: "
-        "(1) to (23) as printed, as they are computed here, by which file, which test holds them, and a line to run. "
-        "*Corrected*: wrong as printed. *Completed*: something was missing. Why: [errata](errata.md). Along a position "
-        "`br.response` returns the mean force of each step, not that at its end; `contact_equations` returns force and "
-        "rates of (position, deflection) at one instant. Lines of Python build on",
+        "The table lists equations (1) to (23) of *Pre-sliding friction control using the sliding mode controller with "
+        "hysteresis friction compensator*: the printed form, the form in bristle, the file that computes it, its test, and a "
+        "line to run. *Corrected*: the printed form is wrong. *Completed*: the printed form lacks a term or a condition. "
+        "Reasons: [errata](errata.md). Along a position, `br.response` returns the mean force of each step, not the force at "
+        "its end. `contact_equations` returns the force and the rates of (position, deflection) at one instant. Before a line "
+        "of Python, run",
         "```python\n" + "\n".join(f">>> {line}" for line in SETUP) + "\n```",
-        table(("Equation", "What", "As printed", "Here", "Computed by", "Tested by", "Run"), rows),
-        "Below (17) stand $f_r = (f_s/2)\\left[\\sqrt{(1+k)^2 + 4k} - (1+k)\\right]$ and $k = S x_r/f_s$: here with "
-        "$f_s = f_p$ and $S = s$, in [hysteresis/everett.py](../../src/bristle/hysteresis/everett.py).",
+        table(("Equation", "Subject", "As printed", "In bristle", "Computed by", "Tested by", "Run"), rows),
+        "Below (17), the paper defines $f_r = (f_s/2)\\left[\\sqrt{(1+k)^2 + 4k} - (1+k)\\right]$ and $k = S x_r/f_s$. bristle "
+        "uses $f_s = f_p$ and $S = s$, in [hysteresis/everett.py](../../src/bristle/hysteresis/everett.py).",
     )
 
 
@@ -563,21 +564,21 @@ def diagnostics() -> str:
     ]
     return page(
         "Diagnostics",
-        "A diagnostic has a code with a fixed meaning, the parameter it concerns, a severity, and numbers in SI. "
-        "`bristle explain CODE` prints its meaning and advice. The sentences in `warnings[]`, `assumptions[]`, `notes[]` and "
-        "`note` of the [JSON](json.md) come from diagnostics. In Python: `fit.diagnostics`, `estimate.reason`, "
-        "`prediction.diagnostics`, and `bristle.report.messages.message` for the sentence.",
+        "A diagnostic has a code with a fixed meaning, the parameter that it concerns, a severity, and numbers in SI. "
+        "`bristle explain CODE` prints the meaning and the advice. The sentences in `warnings[]`, `assumptions[]`, `notes[]` and "
+        "`note` of the [JSON](json.md) come from diagnostics. In Python, diagnostics are in `fit.diagnostics`, `estimate.reason` "
+        "and `prediction.diagnostics`. `bristle.report.messages.message` returns the sentence of a diagnostic.",
         "| Severity | Meaning |\n| --- | --- |\n| `error` | bristle has no reliable result |\n"
         "| `warning` | the result may "
         "mislead |"
         "\n| `note` | an assumption or treatment behind the result |",
         "## Codes",
-        "A code with a parameter and the severity `warning` is the reason why the log does not determine it; with the "
-        "severity `note`, why bristle held it constant. Numbers without a unit are counts, shares in percent or names; a cut-off is "
-        "in Hz. The `value` of a parameter comes with its `unit`; `std_percent` is its standard error, if known.",
+        "A code with a parameter and the severity `warning` states why the log does not determine this parameter. With the "
+        "severity `note` it states why bristle held the parameter constant. Numbers without a unit are counts, shares in percent or "
+        "names. A cut-off is in Hz. The `value` of a parameter comes with its `unit`. `std_percent` is its standard error, if known.",
         table(("Code", "Meaning", "Numbers", "Advice"), codes),
         "## Thresholds",
-        "Limits above which bristle reports or doubts something. Thresholds do not change the value of a parameter; those "
+        "Thresholds decide when bristle gives a diagnostic. They do not change the value of a parameter, but the thresholds "
         "of validation may change the choice of the model. Set a threshold with "
         "`NAME = VALUE` under `[identification.settings]` of the axis file, or with "
         '`settings={"NAME": VALUE}` in Python. The JSON contains all thresholds.',
@@ -611,10 +612,10 @@ def robustness() -> str:
     tables = {"Set A": told["robust"], "Set C": told["robust_set_c"]}
     seeds = next(iter(told["robust"].values()))["nominal"]["none"]["seeds"]
     parts = [
-        f"Numbers of one run, `{told['provenance']['command']}`, kept in [robust.json](../theory/robust.json): "
-        f"following error peak to peak in µm, mean over {seeds} runs with other noise and scatter, and its 95 % "
-        "interval. Method and limits: "
-        "[compensation](../theory/compensation.md#on-other-frictions).",
+        f"The numbers come from one run of `{told['provenance']['command']}`, stored in [robust.json](../theory/robust.json). "
+        f"The tables give the following error peak to peak in µm: its mean over {seeds} runs with different noise and scatter, "
+        "and the 95 % interval of the mean. A *truth* is a simulated friction of the rig. *Both* is model feedforward and "
+        "observer together. Method and limits: [compensation](../theory/compensation.md#on-other-frictions).",
         "\n".join(f"- {sentence}" for sentence in told["sentences"]),
     ]
     for name, by_truth in tables.items():
@@ -637,9 +638,9 @@ def robustness() -> str:
         "## Margins",
         table(("Set", "Friction compensation", "Phase margin [°]", "Gain margin"), margins),
         "## Families",
-        "Which share of the error without compensation is left by a model that is fed forward alone, in "
-        "percent, when the model is of one family or another; each is identified from the same log. **Bold**: the "
-        "family has the structure of the truth, or of a limit of it. The last row: the best one.",
+        "A model of each family is identified from one log and fed forward alone. The tables give the remaining error in "
+        "percent of the error without compensation. **Bold**: the family has the structure of the truth, or of a limiting "
+        "case of it. The last row names the family with the smallest error.",
         *_families_of(told),
     )
 
@@ -681,10 +682,10 @@ def sticking() -> str:
         "setting": "Setting or model",
         "slope": "Block on a slope, creep [m/s]",
         "axis": "Axis under load, creep [m/s]",
-        "stop": "Stopped, off by [m]",
-        "still": "Still moves at [m/s]",
-        "pulled": "Pulled by a spring, error [m]",
-        "step": "A step [s]",
+        "stop": "Error of the stopping position [m]",
+        "still": "Remaining speed after the stop [m/s]",
+        "pulled": "Pulled by a spring, position error [m]",
+        "step": "Time per step [s]",
     }
     rows = [
         [
@@ -694,18 +695,19 @@ def sticking() -> str:
         for row in json.loads(RESTS.read_text(encoding="utf-8"))
     ]
     parts = [
-        "Four cases with known answers, in each simulator with steps of 1 ms: `python -m "
-        "benchmarks.sticking`, after `pip install mujoco drake pybullet`. A block lies on a slope where its weight "
-        "pulls with 0.8 of the break-away force. An axis of 1 kg with 1 N of friction is pushed by 0.8 N. It slides "
-        "from 1 m/s and stops after 0.5 m. A spring of 100 N/m, whose end moves at 10 mm/s, pulls it until it breaks "
-        "away. Creep is the mean over nine seconds, after a first second.",
+        "The table compares simulators in four cases with known solutions, with steps of 1 ms. `python -m "
+        "benchmarks.sticking` prints it, after `pip install mujoco drake pybullet`. In the first case, a block lies on a slope, "
+        "and its weight pulls with 0.8 of the break-away force. The other cases use an axis of 1 kg with 1 N of friction. A force "
+        "of 0.8 N pushes it at rest. It starts at 1 m/s and stops after 0.5 m. A spring of 100 N/m, whose end moves at 10 mm/s, "
+        "pulls it until it breaks away. Creep is the mean velocity over nine seconds, after a first second.",
         table(heads.values(), rows),
-        "With Coulomb friction, rest in bristle is a velocity of exactly 0. Bristles bend before they hold: for `lugre` they "
-        "absorb the momentum σ_1 z = 10 N·s/m · 10 µm, so that its axis stops 0.1 mm early. `lugre` moves by a further 1.3 µm "
-        "while it rings after the push ([its drift](../theory/which-model-fails-which-certificate.md)); `preisach_lugre` "
-        "does not drift and moves by a few nanometres. MuJoCo regularises friction. Its `noslip_iterations` remove the creep "
-        "of a joint; elliptic cones help more for a contact. Drake used point contacts with default settings. Joints of Drake "
-        "and Bullet were not tested. These tools simulate bodies and contacts; bristle does not.",
+        "With Coulomb friction, the velocity at rest in bristle is exactly 0. Bristles deflect before they hold the axis. For "
+        "`lugre` they absorb the momentum σ_1 z = 10 N·s/m · 10 µm, so that the axis stops 0.1 mm early. While it oscillates after "
+        "the push, `lugre` moves by a further 1.3 µm ([drift](../theory/which-model-fails-which-certificate.md)). "
+        "`preisach_lugre` does not drift and moves by a few nanometres. MuJoCo regularises friction. Its `noslip_iterations` "
+        "remove the creep of a joint. For a contact, elliptic cones reduce creep more. Drake used point contacts with default "
+        "settings. The benchmark does not test joints of Drake and Bullet. These tools simulate bodies and contacts; bristle "
+        "does not.",
     ]
     return page("Rest and creep", *parts)
 
