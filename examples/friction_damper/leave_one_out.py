@@ -41,9 +41,8 @@ def main() -> None:
         print(f"{name}, {len(rows)} tests: pooled error", {one: f"{value:.4g} N" for one, value in pooled.items()})
         for one, ratio in ratios.items():
             pooled_ratio = pooled[models[0]] / pooled[one]
-            print(
-                f"  error of {models[0]} / error of {one}: pooled {pooled_ratio:.2f}, median {np.median(ratio):.2f}, smallest {min(ratio):.2f}"
-            )
+            spread = f"median {np.median(ratio):.2f}, smallest {min(ratio):.2f}"
+            print(f"  error of {models[0]} / error of {one}: pooled {pooled_ratio:.2f}, {spread}")
     if chosen.json:
         chosen.json.write_text(json.dumps(found, indent=1))
 
