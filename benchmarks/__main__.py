@@ -1,6 +1,6 @@
-"""Run the benchmarks: ``python -m benchmarks [NAME ...]``; prints one line for each claim, exit code 1 if one misses.
+"""Run the benchmarks: ``python -m benchmarks [NAME ...]``. Print one line for each claim; exit code 1 if a claim fails.
 
-What needs measured logs reads them where BRISTLE_DATA names them.
+Benchmarks on measured logs read the folder named in BRISTLE_DATA.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ def lugre() -> Iterator[Ratio]:
     generator = np.random.default_rng(5)
     v = 1e-3 * np.cumsum(generator.standard_normal(count)) / 30.0
     force_c = np.empty(count)
-    for label, v_d in (("constant micro-damping", float("inf")), ("micro-damping that fades", 5e-3)):
+    for label, v_d in (("constant micro-damping", float("inf")), ("micro-damping falls with speed", 5e-3)):
         model = friction.lugre(F_C=1.0, F_S=1.5, v_S=1e-3, sigma_0=1e5, sigma_1=300.0, sigma_2=0.4, v_d=v_d)
         with tempfile.TemporaryDirectory() as folder:
             library = Path(folder) / "lugre.so"
@@ -90,10 +90,10 @@ def lugre() -> Iterator[Ratio]:
 
 
 def start_up() -> Iterator[Ratio]:
-    """Time how long it takes to answer at all, against importing numpy.
+    """Time the start of bristle, against importing numpy.
 
-    That a process which finds everything compiled has computed within a second of its start is an absolute claim: the
-    median of nine processes, on whatever else the machine is doing.
+    One claim is absolute: with a full cache, a process returns its first result within a second of its start (median of
+    nine processes).
     """
     numpy = python("import numpy")
     yield Ratio("import bristle", *side_by_side(python("import bristle"), numpy, 15), 3.0, "import numpy")
@@ -105,7 +105,7 @@ def start_up() -> Iterator[Ratio]:
         )
         second = python(code, BRISTLE_CACHE_DIR=cache)
         yield Ratio(
-            "a second process until it has computed",
+            "second process, until its first result",
             *side_by_side(second, python("import numpy, numba"), 9),
             None,
             "import numpy, numba",
@@ -142,8 +142,8 @@ def identify() -> Iterator[Ratio]:
 def demo() -> Iterator[Ratio]:
     """Time the demonstration, start of the process and report included: the first on a machine, and a later one.
 
-    The first compiles all that it needs, and is run once; the later ones find it in the cache, and the best of three
-    is told. Neither has a limit: they tell how long a newcomer waits.
+    The first run compiles its kernels, and is timed once. Of the later runs with a full cache, the best of three counts.
+    Neither has a limit: they show how long a new user waits.
     """
     with tempfile.TemporaryDirectory() as folder:
         job = command(BRISTLE, "demo", "--out", f"{folder}/out", "--force", BRISTLE_CACHE_DIR=f"{folder}/cache")
@@ -157,7 +157,7 @@ def demo() -> Iterator[Ratio]:
 def paper() -> Iterator[Ratio]:
     """Time the source paper, all of its figures and the report: the first time on a machine, and a later one.
 
-    The limits are in seconds on two cores; how many entries it compiles is told beside them.
+    The limits are in seconds on two cores. The last column gives the number of compiled entries.
     """
     with tempfile.TemporaryDirectory() as folder:
         job = command(BRISTLE, "paper", "--out", f"{folder}/out", "--force", BRISTLE_CACHE_DIR=f"{folder}/cache")
@@ -165,7 +165,7 @@ def paper() -> Iterator[Ratio]:
         compiled = sum(one.suffix == ".bin" for one in Path(folder, "cache").rglob("*"))
     beside = wall(python("import numpy, numba, scipy.signal"))
     against = "import numpy, numba, scipy.signal"
-    yield Ratio("paper, cold cache", cold, beside, cold / beside, None, against, f"{compiled} entries", most=90.0)
+    yield Ratio("paper, cold cache", cold, beside, cold / beside, None, against, f"{compiled} compiled entries", most=90.0)
     yield Ratio("paper, warm cache", warm, beside, warm / beside, None, against, "best of 2", most=30.0)
 
 
@@ -217,7 +217,7 @@ def main(names: list[str]) -> int:
     known = BENCHMARKS | LONG
     unknown = [name for name in names if name not in known]
     if unknown:
-        print(f"no benchmark {', '.join(unknown)}; there are {', '.join(known)}", file=sys.stderr)
+        print(f"unknown benchmark: {', '.join(unknown)}; allowed: {', '.join(known)}", file=sys.stderr)
         return 2
     print(HEAD)
     missed = 0

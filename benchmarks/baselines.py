@@ -54,9 +54,9 @@ def main() -> int:
     chosen = [v for v in experiment.variants if v.name in (LAW, IDENTIFIED)]
     whole = tuple(replace(v, run=replace(v.run, settle=0.0, seeds=1)) for v in chosen)
     start, both = learning_time(simulate(replace(experiment, variants=whole)).variants)
-    print(f"learned, period by period:    {', '.join(f'{1e6 * e:.2f}' for e in both[0])} µm")
-    print(f"identified, period by period: {', '.join(f'{1e6 * e:.2f}' for e in both[1])} µm")
-    print(f"within 15 % of what was identified from {start:.0f} s on")
+    print(f"error of each period, learned:    {', '.join(f'{1e6 * e:.2f}' for e in both[0])} µm")
+    print(f"error of each period, identified: {', '.join(f'{1e6 * e:.2f}' for e in both[1])} µm")
+    print(f"from {start:.0f} s on, the learned law is within 15 % of the identified compensator")
     return 0 if min(errors, key=lambda name: errors[name]) == "observer_and_feedforward" else 1
 
 

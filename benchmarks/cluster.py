@@ -39,7 +39,7 @@ def cluster() -> Iterator[Ratio]:
         until(lambda: len(there.joined()) == WORKERS, "two workers")
         idle = _idle(parts)
         spent = sum(idle.values())
-        yield Ratio("a second in which nothing is asked of it", spent, 1.0, spent, None, "a second of one core")
+        yield Ratio("processor time of an idle second", spent, 1.0, spent, None, "a second of one core")
         for label, (rig, level, spread, block, counts) in CASES.items():
             studies = [_study(Path(name), rig, level, spread, block, block * blocks) for blocks in counts]
             _spent(studies[0], Path(name), idle, parts, scheduler=there.address)  # what is needed is compiled
@@ -48,13 +48,7 @@ def cluster() -> Iterator[Ratio]:
             shares = ", ".join(f"{part} {1e3 * seconds:.1f} ms" for part, seconds in ours.items())
             total, beside = sum(ours.values()), sum(theirs.values())
             yield Ratio(
-                label,
-                total / block,
-                beside / block,
-                total / beside,
-                None,
-                "two workers of this machine; time of the processor",
-                f"of a block: {shares}",
+                label, total / block, beside / block, total / beside, None, "two local workers; processor time", f"for each block: {shares}"
             )
 
 

@@ -32,5 +32,5 @@ def lanes() -> Iterator[Ratio]:
         implicit / one_by_one,
         1.0 / 2.5,
         "one by one, on one core",
-        "to the bit the same",
+        "identical to the bit",
     )

@@ -62,7 +62,7 @@ def logs() -> Iterator[tuple[str, dict[str, np.ndarray], str, br.Axis]]:
             columns = columns_of(br.read_log(Path(data) / folder / file, axis))
             yield file, columns, MODELS["one"], br.Axis(kind=axis.kind)
     else:
-        print("last_digits: the measured logs are left out, BRISTLE_DATA is not set")
+        print("last_digits: skips the measured logs, BRISTLE_DATA is not set")
     for seed in (31, 32, 33):
         rig = drawn(seed)
         reference = motion(rig, 8.0, seed, 0.02, 0.05)
@@ -81,4 +81,4 @@ def last_digits() -> Iterator[Share]:
             same += told == as_it_is
             changed |= {part for part in told if told[part] != as_it_is[part]}
         note = f"changed: {', '.join(sorted(changed))}" if changed else models
-        yield Share(f"the same in the last digits, {name}", 100.0 * same / TIMES, 100.0, 100.0, TIMES, note)
+        yield Share(f"unchanged by last digits, {name}", 100.0 * same / TIMES, 100.0, 100.0, TIMES, note)

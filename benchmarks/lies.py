@@ -70,5 +70,5 @@ def lies() -> Iterator[Share]:
     for name in LIES:
         outcomes = [one for lie, one in zip(names, found, strict=True) if lie == name]
         told = sum(bool(set(DOUBTS).intersection(one.codes)) for one in outcomes)
-        remark = f"{sum(bool(one.refused) for one in outcomes)} refused, {told} told"
+        remark = f"{sum(bool(one.refused) for one in outcomes)} refused, {told} reported"
         yield Share(name, 100.0 * sum(one.well for one in outcomes) / LOGS, 100.0, 100.0, LOGS, remark)

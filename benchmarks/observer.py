@@ -107,7 +107,9 @@ def observer(first: int = FIRST, count: int = LOGS) -> Iterator[Share]:
                 note += f"{np.quantile(np.abs(errors), 0.9):.1f}), half-width {width:.1f}"
                 yield Share(f"{method}, {name}", _holds(sure), min(bounds[0], 86.0), 100.0, len(sure), note)
             astray = sum(abs(one.error) > ASTRAY * one.half_width and not one.warned for one in every)
-            yield Share(f"{method}, pooled", _holds(every), *bounds, len(every), f"{astray} beyond {ASTRAY:g} half-widths unwarned")
+            yield Share(
+                f"{method}, pooled", _holds(every), *bounds, len(every), f"{astray} errors above {ASTRAY:g} half-widths without a warning"
+            )
             yield Share(f"{method}, read", 100.0 * len(logs) / count, 100.0, 100.0, count)
 
 

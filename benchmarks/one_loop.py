@@ -68,4 +68,4 @@ def one_loop() -> Iterator[Share]:
         )
         apart = max(errors) / min(errors) - 1.0
         micro = " / ".join(f"{1e6 * error:.3g}" for error in errors)
-        yield Share(f"promises apart, axis {number}", 100.0 * apart, 0.0, MOST, 3, f"{model}: {micro} um")
+        yield Share(f"predictions differ, axis {number}", 100.0 * apart, 0.0, MOST, 3, f"{model}: {micro} um")

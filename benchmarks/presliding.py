@@ -80,7 +80,7 @@ def _row(name: str, fit: Callable[[], Any], size: tuple[int, int], told: str, mo
     columns = np.random.default_rng(0).standard_normal(size)
     plain = columns[:, 0].copy()
     ours, theirs, ratio = side_by_side(fit, lambda: np.linalg.lstsq(columns, plain, rcond=None), REPEATS)
-    return Ratio(name, ours, theirs, ratio, None, "numpy.linalg.lstsq of this size, no signs", told, most=most)
+    return Ratio(name, ours, theirs, ratio, None, "numpy.linalg.lstsq of this size, unbounded", told, most=most)
 
 
 def _of_a_magnet() -> Iterator[Ratio]:
@@ -90,7 +90,7 @@ def _of_a_magnet() -> Iterator[Ratio]:
     from bristle.hysteresis.identification.linear import fit_grid
 
     if "BRISTLE_DATA" not in os.environ:
-        print("presliding: the magnet is skipped, BRISTLE_DATA is not set")
+        print("presliding: skips the magnet, BRISTLE_DATA is not set")
         return
     axis = Path(__file__).parents[1] / "examples" / "forc" / "axis.toml"
     recorded = read_curves(Path(os.environ["BRISTLE_DATA"]) / "forc" / "forc_curves.npz", axis)

@@ -157,7 +157,7 @@ def _judged(name: str, machine: Machine, folder: Path, arguments: tuple[str, ...
         else:
             with_it = _error(rig, rig.follow(law.along(x, desired.size), desired))
         kept.append(move["distance"] < least * (1.0 - 1e-9) or with_it <= WORSE * without)
-        told.append(f"{1e6 * without:.3g} -> {1e6 * with_it:.3g} um" + (" (said)" * (move["distance"] < least)))
+        told.append(f"{1e6 * without:.3g} -> {1e6 * with_it:.3g} um" + (" (stated in the file)" * (move["distance"] < least)))
     return Share(f"no wrong push: {name}", 100.0 * float(np.mean(kept)), 100.0, 100.0, len(kept), "; ".join(told))
 
 

@@ -26,7 +26,14 @@ def readers() -> Iterator[Ratio]:
     for name, middle in (("blanks in a bracket", " "), ("opening brackets", "["), ("a name", "x"), ("names", "x,")):
         long, short = (content_of(_headed(middle, length)) for length in (LONG, SHORT))
         ours, theirs, ratio = side_by_side(lambda long=long: read_table(long), lambda short=short: read_table(short), 15)
-        yield Ratio(f"a header of {LONG} characters, {name}", ours, theirs, ratio / (LONG / SHORT), 3.0, f"one of {SHORT}, per character")
+        yield Ratio(
+            f"a header of {LONG} characters, {name}",
+            ours,
+            theirs,
+            ratio / (LONG / SHORT),
+            3.0,
+            f"a header of {SHORT} characters, per character",
+        )
 
 
 def _export(columns: int, rows: int) -> bytes:

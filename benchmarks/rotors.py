@@ -146,7 +146,9 @@ def rotors(first: int = FIRST, count: int = LOGS) -> Iterator[Share]:
     sure = [entry for entry in plain if entry.identified]
     width, errors = float(np.median([entry.half_width for entry in sure])), [abs(entry.error) for entry in sure]
     note = f"error {np.median(errors):.1f} %, 90 % within {np.quantile(errors, 0.9):.1f}, half-width {width:.1f}"
-    yield Share("inertia of rotors, intervals", 100.0 * float(np.mean([entry.holds for entry in sure])), 92.0, 100.0, len(sure), note)
+    yield Share(
+        "inertia of rotors, intervals that hold", 100.0 * float(np.mean([entry.holds for entry in sure])), 92.0, 100.0, len(sure), note
+    )
     yield Share("inertia of rotors, identified", 100.0 * len(sure) / count, 90.0, 100.0, count)
     yield Share(
         "inertia of rotors, half-width up to 35 %",
@@ -157,7 +159,7 @@ def rotors(first: int = FIRST, count: int = LOGS) -> Iterator[Share]:
     )
     pairs = [(one, other) for one, other in zip(wide, narrow, strict=True) if one.identified and other.identified]
     steady = [abs(one.error - other.error) <= STEADY for one, other in pairs]
-    yield Share("inertia of rotors, the same at 100 and 25 Hz", 100.0 * float(np.mean(steady)), 90.0, 100.0, len(pairs))
+    yield Share("inertia of rotors, equal at 100 and 25 Hz", 100.0 * float(np.mean(steady)), 90.0, 100.0, len(pairs))
 
 
 if __name__ == "__main__":

@@ -278,7 +278,7 @@ def claims(points: list[Point]) -> Iterator[Ratio]:
                     best.wall / peer.wall,
                     limit,
                     f"{peer.method.name} at {peer.setting:.0e}, LuGre",
-                    f"{best.method.name}, {best.error:.1e} m; the peer {peer.error:.1e} m",
+                    f"{best.method.name}, {best.error:.1e} m; the other program {peer.error:.1e} m",
                 )
 
 

@@ -1,15 +1,14 @@
-"""What rests and what creeps: one table of simulators, ``python -m benchmarks.sticking [--json FILE]``.
+"""Compare how simulators stick and creep: ``python -m benchmarks.sticking [--json FILE]``.
 
-Four questions whose answers are known beforehand, asked of each simulator at the same step: a block on a slope that
-friction holds, an axis that friction holds, one that slides to a stop, and one that a spring pulls until it breaks
-away.
+Each simulator runs four cases with known solutions, at the same step:
 
-- On a slope where its weight pulls with 0.8 of what friction can hold, a block rests: creep [m/s] over 10 s, the first
-  second left out.
-- An axis with Coulomb friction F_C rests under 0.8 F_C: creep as before.
-- It slides from 1 m/s, of 1 kg against 1 N: it stops at 1 s and 0.5 m; how far off it is at 5 s, and how fast still.
-- Pulled by a spring whose end moves at v from rest, it breaks away at F_C/(k v) and then moves by
-  x = v t - (v/w) sin(w t), w^2 = k/M: the largest error over three periods.
+- A block rests on a slope. Its weight pulls with 0.8 of the largest friction force. Result: creep [m/s] over 10 s,
+  without the first second.
+- An axis with Coulomb friction F_C rests under a force of 0.8 F_C. Result: creep [m/s], as above.
+- An axis of 1 kg slides from 1 m/s against 1 N, and stops after 1 s and 0.5 m. Result: errors of position and velocity
+  at 5 s.
+- A spring pulls an axis from rest. The end of the spring moves at v. The axis breaks away at F_C/(k v) and then moves by
+  x = v t - (v/w) sin(w t), w^2 = k/M. Result: the largest error over three periods.
 """
 
 from __future__ import annotations
@@ -229,14 +228,14 @@ def answers() -> list[Answers]:
         try:
             found += one()
         except ModuleNotFoundError as missing:
-            print(f"left out: {missing.name} is not installed")
+            print(f"skipped: {missing.name} is not installed")
     return found
 
 
 def main() -> None:
     """Ask, and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--json", type=Path, help="write the answers into this file, too")
+    parser.add_argument("--json", type=Path, help="also write the results into this file")
     given = parser.parse_args()
     found = answers()
     for one in found:

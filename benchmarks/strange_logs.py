@@ -88,7 +88,7 @@ def strange_logs(first: int = 0, count: int = LOGS, families: Iterable[str] = MO
             read = [trial for trial in trials if not trial.refused]
             every = [inside for trial in read for inside in trial.inside.values()]
             errors = np.array([trial.mass_error for trial in read])
-            remark = f"M off by {np.median(errors):.2f} % (median), {np.sqrt(np.mean(errors**2)):.2f} % (rms)"
+            remark = f"error of M: {np.median(errors):.2f} % (median), {np.sqrt(np.mean(errors**2)):.2f} % (rms)"
             yield Share(f"{family}, pooled", 100.0 * float(np.mean(every)), 90.0, 98.0, len(every), remark)
             for parameter in dict.fromkeys(name for trial in read for name in trial.inside):
                 inside = [trial.inside[parameter] for trial in read if parameter in trial.inside]

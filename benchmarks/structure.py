@@ -112,11 +112,11 @@ def structures(first: int = FIRST) -> Iterator[Share]:
         print(kind, seed, f"{100.0 * one.lacking:.2f} %", one.refused or ", ".join(one.told), file=sys.stderr)
     read = {kind: [one for (of, _), one in trials.items() if of == kind and not one.refused] for kind in kinds}
     for kind in KINDS:
-        yield _share(f"{kind}, told", read[kind])
+        yield _share(f"{kind}, reported", read[kind])
     wrong, right = ([one for kind in of for one in read[kind]] for of in (KINDS, RIGHT))
-    yield _share("wrong structure, told", wrong)
-    yield _share("wrong structure that shows, told", [one for one in wrong if one.lacking > SHOWS], least=90.0)
-    yield _share("right structure, told as wrong", right, most=5.0)
+    yield _share("wrong structure, reported", wrong)
+    yield _share("wrong structure above 1 %, reported", [one for one in wrong if one.lacking > SHOWS], least=90.0)
+    yield _share("right structure, reported as wrong", right, most=5.0)
 
 
 def _share(name: str, tried: list[Tried], least: float = 0.0, most: float = 100.0) -> Share:

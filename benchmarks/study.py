@@ -102,8 +102,8 @@ def study() -> Iterator[Ratio]:
             one,
             ours / one,
             1.0 / 15.0,
-            "a warm loop over simulate, a run",
-            f"{cores} cores, to the bit the same",
+            "a loop over simulate, compiled; one run",
+            f"{cores} cores, identical to the bit",
         )
 
         (folder / "rig.toml").write_text(LOOP)
@@ -119,17 +119,17 @@ def study() -> Iterator[Ratio]:
         ours, theirs, _ = busy_side_by_side(lambda: simulator.columns(block), lambda: [simulate(one) for one in experiments], 7)
         more, beside = (ours - theirs) / block.count, theirs / block.count
         yield Ratio(
-            "what a run of a study costs more",
+            "extra time of a run in a study",
             max(more, 0.0),
             beside,
             max(more, 0.0) / beside,
             None,
-            "simulate of a closed loop; time of the processor",
+            "simulate of a closed loop; processor time",
             most=3e-4,
         )
         alone = wall(lambda: run_study(plan, folder / "alone", workers=1))
         both = wall(lambda: run_study(plan, folder / "both", workers=2))
-        yield Ratio(f"{LOOP_RUNS} closed loops on two workers", both, alone, both / alone, 1.0 / 1.7, "on one")
+        yield Ratio(f"{LOOP_RUNS} closed loops on two workers", both, alone, both / alone, 1.0 / 1.7, "one worker")
 
         import pyarrow
         import pyarrow.parquet
@@ -148,4 +148,4 @@ def study() -> Iterator[Ratio]:
         (folder / "read").rename(folder / "both" / "runs")
         read_study(folder / "both")
         seconds = min(wall(lambda: read_study(folder / "both")) for _ in range(3))
-        yield Ratio("a million runs into xarray", seconds, seconds, 1.0, None, "", "4 096 a file", most=2.0)
+        yield Ratio("a million runs read into xarray", seconds, seconds, 1.0, None, "", "4 096 runs in each file", most=2.0)

@@ -50,7 +50,7 @@ class Ratio:
         )
 
 
-HEAD = f"{'what':<44} {'ours':>10} {'beside it':>10} {'ratio':>7} {'limit':>8} {'':<7} against; error"
+HEAD = f"{'claim':<44} {'bristle':>10} {'other':>10} {'ratio':>7} {'limit':>8} {'':<7} other program; error"
 
 
 def _time(seconds: float) -> str:

@@ -142,6 +142,6 @@ def tracking() -> Iterator[Ratio]:
         theirs / steps,
         ratio,
         1.5,
-        "a loop written by hand",
+        "a hand-written loop",
         f"within {float(apart[:together].max()):.0e} m for {together * run.sample_time:.1f} s",
     )

@@ -77,4 +77,4 @@ def unstated_lag() -> Iterator[Share]:
             worst["0.5 ms more than stated"].append(efforts_of(late, stated.law, reference) / named)
     for name, ratios in worst.items():
         quiet = 100.0 * float(np.mean(np.array(ratios) <= RINGS))
-        yield Share(f"gains do not ring, lag {name}", quiet, 100.0, 100.0, len(ratios), f"most {max(ratios):.3f} x effort")
+        yield Share(f"gains do not oscillate, lag {name}", quiet, 100.0, 100.0, len(ratios), f"at most {max(ratios):.3f} times the effort")

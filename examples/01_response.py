@@ -1,4 +1,4 @@
-"""Friction along a prescribed motion: break-away, sliding, and the force that flips at a reversal."""
+"""Compute friction along a prescribed motion: break-away, sliding, and the change of sign after a reversal."""
 
 import numpy as np
 
@@ -9,7 +9,7 @@ print(model)
 
 dt = 1e-4  # s
 t = np.arange(0.0, 2.0, dt)
-x = 1e-3 * np.sin(np.pi * t) ** 2  # out by a millimetre and back, twice
+x = 1e-3 * np.sin(np.pi * t) ** 2  # a stroke of one millimetre forth and back, twice
 F = br.response(model, x, dt)
 
 turn = round(0.5 / dt)

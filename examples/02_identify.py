@@ -1,4 +1,4 @@
-"""From a log to a friction model with standard errors; the log is written first, by the simulated axis of the demo."""
+"""Identify a friction model with standard errors from a log. The simulated axis of `bristle demo` writes the log first."""
 
 import tempfile
 from pathlib import Path
@@ -14,9 +14,9 @@ with tempfile.TemporaryDirectory() as folder:
     found = br.identify(br.read_log(file, axis), "coulomb_viscous,lugre+asymmetry", axis=axis)
 
 for fit in found.fits:
-    print(f"{fit.rank}. {fit.name}: {fit.held_out.mean_percent:.2f} % on held-out blocks")
+    print(f"{fit.rank}. {fit.name}: {fit.held_out.mean_percent:.2f} % held-out error")
 for name, one in found.best.parameters.items():
     if one.status == "identified":
-        print(f"  {name} = {one.value:.5g} {one.unit}, ± {one.relative_std_percent:.2f} %")
+        print(f"  {name} = {one.value:.5g} {one.unit}, ± {one.relative_std_percent:.2f} % (standard error)")
 velocity, force = drive_table(found.best, 20)[-1]
-print(f"last entry for the drive: {velocity:.4f} m/s, {force:.2f} N")
+print(f"last entry of the drive table: {velocity:.4f} m/s, {force:.2f} N")

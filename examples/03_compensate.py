@@ -1,4 +1,4 @@
-"""What friction compensation gains on a loop: the same sine without it, with it, and with a poor model of it."""
+"""Compare a loop without friction compensation, with a crude friction model, and with the exact friction model."""
 
 import bristle as br
 from bristle.core.experiment import Experiment, Feedforward, Run, Variant

@@ -1,4 +1,4 @@
-"""A friction model of your own, from its one file: checked against the contract, used, and put into a loop."""
+"""Check a friction model of your own against the contract, compute its force, and simulate an axis with it."""
 
 import numpy as np
 from quadratic_drag import MODEL

@@ -1,4 +1,4 @@
-"""A loop on many axes that scatter as a series does: simulated on all cores, one process each."""
+"""Simulate a loop on a series of axes with different friction, on all cores, with one process for each core."""
 
 from concurrent.futures import ProcessPoolExecutor
 
@@ -11,7 +11,7 @@ NOMINAL = br.friction.lugre(F_C=20.0, F_S=28.0, v_S=2e-3, sigma_0=1e7, sigma_1=1
 
 
 def axis(generator: np.random.Generator) -> Experiment:
-    """Friction within 15 %, stiffness within 30 %, compensated by the nominal model."""
+    """Return an axis with friction within 15 % and stiffness within 30 %, compensated by the nominal model."""
     level, stiffness = generator.uniform(0.85, 1.15), generator.uniform(0.7, 1.3)
     loop = Variant(
         name="compensated",
@@ -26,9 +26,9 @@ def axis(generator: np.random.Generator) -> Experiment:
     return Experiment("series", "translational", (loop,))
 
 
-if __name__ == "__main__":  # new processes read this file, too, and must not begin anew
+if __name__ == "__main__":  # worker processes import this file, too, and must not run this part
     experiments = [axis(np.random.default_rng(seed)) for seed in range(100)]
-    br.simulate(experiments[0])  # compiles, once for all
+    br.simulate(experiments[0])  # compiles the kernels, once for all processes
     with ProcessPoolExecutor() as pool:
         results = list(pool.map(br.simulate, experiments, chunksize=10))
     errors = [1e6 * one.variants["compensated"].following_error.peak_to_peak for one in results]

@@ -2,8 +2,8 @@ r"""A slot of your own: friction that rises with the humidity of the air.
 
 .. math:: F = \bigl(1 + k_H (h - h_0)\bigr) F_\text{model}
 
-Check it with ``bristle check humidity.py``; fit it with ``bristle identify LOG --axis AXIS.toml --model
-lugre+humidity.py``, where the axis file names the column under [columns]: ``humidity = { column = "rh", unit = "%" }``.
+Check it with ``bristle check humidity.py``. Name the column under [columns] of the axis file: ``humidity = { column =
+"rh", unit = "%" }``. Then fit it with ``bristle identify LOG --axis AXIS.toml --model lugre+humidity.py``.
 """
 
 from typing import Annotated, NamedTuple
@@ -13,7 +13,7 @@ from bristle.core import Slot, Surrounding, Variable, kernel
 
 class Parameters(NamedTuple):
     k_H: Annotated[float, Variable("1", "change of friction from dry to saturated air", nominal=0.1, excitation="channel")] = 0.0
-    h_0: Annotated[float, Variable("1", "humidity that friction is told at", min=0.0, max=1.0)] = 0.5
+    h_0: Annotated[float, Variable("1", "humidity at which the parameters of the friction model are valid", min=0.0, max=1.0)] = 0.5
 
 
 @kernel

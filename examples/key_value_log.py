@@ -1,6 +1,6 @@
-"""A reader of your own: lines of ``name=value`` pairs, one a sample, as many a firmware prints them.
+"""A reader of your own: lines of ``name=value`` pairs, one line for each sample, as printed by many firmwares.
 
-``bristle log drive.log --reader key_value_log.py`` reads ``t_ms=12 pos=0.1834 iq=-0.42`` and the like. Check it with
+``bristle log drive.log --reader key_value_log.py`` reads lines such as ``t_ms=12 pos=0.1834 iq=-0.42``. Check it with
 ``bristle check key_value_log.py``.
 """
 
@@ -15,7 +15,7 @@ def recognises(head, suffix):
 
 
 def read(data, request):
-    lines = data.decode().split("\n")[:-1]  # what stands behind the last end of a line is a row that was cut off
+    lines = data.decode().split("\n")[:-1]  # the text after the last line end is an incomplete row
     rows = [dict(pair.split("=") for pair in line.split()) for line in lines if line]
     units = {"t_ms": "t [ms]", "pos": "position [mm]", "iq": "current [A]"}
     return {units.get(name, name): np.array([float(row[name]) for row in rows]) for name in rows[0]}

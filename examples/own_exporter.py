@@ -1,7 +1,7 @@
-"""A target of your own: the friction table of a made-up drive, TOML in the units of its log.
+"""A target of your own: the friction table of an invented drive, as TOML in the units of the log.
 
-``bristle export results --to own_exporter.py --axis axis.toml --out acme`` writes it. The drive takes 16 entries
-for each direction at most, ascending in speed, and nothing that varies along the travel.
+``bristle export results --to own_exporter.py --axis axis.toml --out acme`` writes the table. The drive accepts
+at most 16 entries for each direction, in order of speed, and no friction that depends on the position.
 """
 
 import tomllib
@@ -20,7 +20,7 @@ MOST = 16
 def write(request):
     if variations_of(request.model.component):
         raise InputError(
-            "the drive has one table for the whole travel",
+            "the drive has one table for all positions",
             path="acme",
             value=request.model.name,
             mend="Identify it without +position, +periodic, +load and +temperature",
@@ -40,7 +40,7 @@ def write(request):
 
 
 def reads(files, request):
-    """What the drive computes from its file: bristle simulates the axis with that, and states the effect."""
+    """Return the force that the drive computes from its file. bristle simulates the axis with it, and states the effect."""
     velocity, effort = log_units(request.axis, request.model.kind)
     table = tomllib.loads(files[f"{request.name}.toml"])
     speeds, forces = zip(*(np.transpose(table[name]) for name in ("forward", "backward")), strict=True)

@@ -1,6 +1,6 @@
-"""A figure of your own: what the model leaves over, along the travel. Friction that depends on the place shows here.
+"""A figure of your own: the residual over the position. It shows friction that depends on the position.
 
-``bristle identify log.csv --axis axis.toml --figure own_figure.py --out results`` puts it on the report.
+``bristle identify log.csv --axis axis.toml --figure own_figure.py --out results`` adds it to the report.
 """
 
 import numpy as np
@@ -8,7 +8,7 @@ import numpy as np
 from bristle.figures import ReportFigure, style
 from bristle.figures.style import effort_scale, position_word, scale_for
 
-BINS, FEWEST = 60, 5  # along the travel; samples of one that is shown
+BINS, FEWEST = 60, 5  # along the position; fewest samples of a bin in the figure
 
 
 def draw(identification, log):
@@ -32,9 +32,9 @@ def draw(identification, log):
 
 FIGURE = ReportFigure(
     name="residual_over_position",
-    title="What the model leaves over along the travel",
-    caption="Mean of the residual at each place, by direction. Where both lines rise and fall together with the place, "
-    "friction or a force depends on it: add +position or +periodic to the model, or cogging to the axis file.",
+    title="Residual over the position",
+    caption="Mean of the residual at each position, by direction. If both lines rise and fall together over the position, "
+    "friction or another force depends on it: add +position or +periodic to the model, or cogging to the axis file.",
     alternative="Mean residual over the position, forward and backward",
     takes=("identification", "log"),
     draw=draw,

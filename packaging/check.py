@@ -1,8 +1,8 @@
-"""Build wheel and sdist, look inside, and run the demonstration from the wheel in new environments.
+"""Build wheel and sdist, check their contents, and run `bristle demo` from the wheel in new environments.
 
     python packaging/check.py [--out dist] [--licences] [--quick]
 
-It needs ``build`` and ``twine``, and ``uv`` for its second way of installing.
+It needs ``build`` and ``twine``. With ``uv``, it also tests ``uv tool run``.
 """
 
 from __future__ import annotations
@@ -57,12 +57,12 @@ def looked_inside(wheel: Path, sdist: Path) -> None:
     }
     odd = sorted(name for name in inside if PurePosixPath(name).suffix not in CARRIED)
     if inside != wanted or odd:
-        raise SystemExit(f"the wheel lacks {sorted(wanted - inside)}, has {sorted(inside - wanted)} too, odd: {odd}")
+        raise SystemExit(f"wheel: missing {sorted(wanted - inside)}, unexpected {sorted(inside - wanted)}, forbidden {odd}")
     with tarfile.open(sdist) as archive:
         names = {PurePosixPath(*PurePosixPath(name).parts[1:]).as_posix() for name in archive.getnames()}
     lacking = {"LICENSE", "README.md", "CHANGELOG.md", "CITATION.cff", "pyproject.toml"} - names
     if lacking or any(name.startswith(".") and name != "." and name != ".gitignore" for name in names):
-        raise SystemExit(f"the sdist lacks {sorted(lacking)}, or has what is hidden")
+        raise SystemExit(f"files missing in the sdist: {sorted(lacking)}, or it contains hidden files")
     sizes = [f"{one.name}: {one.stat().st_size / 1e6:.1f} MB" for one in (wheel, sdist)]
     print(f"{'; '.join(sizes)}; {len(inside)} files in the wheel")
 
@@ -92,18 +92,18 @@ def licences(programs: Path) -> None:
         print(f"  {name} {version}: {licence}")
     bad = [name for name, (_, licence) in found.items() if licence == "unknown" or "GPL" in licence.replace("LGPL", "")]
     if bad:
-        raise SystemExit(f"under the GPL, or nobody says under what: {', '.join(bad)}")
+        raise SystemExit(f"licence of the GPL family, or no stated licence: {', '.join(bad)}")
 
 
 def main() -> None:
     """Do all of it, and say what was seen."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--out", type=Path, help="keep wheel and sdist in this folder, which must not be there yet")
-    parser.add_argument("--licences", action="store_true", help="print the licences of what is installed")
-    parser.add_argument("--quick", action="store_true", help="build and look inside only")
+    parser.add_argument("--out", type=Path, help="new folder for wheel and sdist")
+    parser.add_argument("--licences", action="store_true", help="print the licences of the installed packages")
+    parser.add_argument("--quick", action="store_true", help="only build and check the contents")
     asked = parser.parse_args()
     if asked.out and asked.out.exists():
-        raise SystemExit(f"{asked.out} is there already: name a new folder")
+        raise SystemExit(f"{asked.out} exists already. State a new folder")
     with tempfile.TemporaryDirectory() as name:
         work = Path(name)
         wheel, sdist = built(asked.out or work / "dist")
@@ -119,7 +119,7 @@ def main() -> None:
             run("uv", "tool", "run", "--from", wheel.resolve(), "bristle", "demo", folder=work)
             print("uv tool run, bristle demo:", report_of(work))
         else:
-            print("uv is not installed: its way was not tried")
+            print("uv is not installed: bristle demo was not tested with uv tool run")
 
 
 if __name__ == "__main__":

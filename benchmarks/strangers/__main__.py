@@ -1,4 +1,4 @@
-"""`python -m benchmarks.strangers --seed 5 --family coulomb --out x.csv`: a record as CSV, its truth as JSON beside."""
+"""`python -m benchmarks.strangers --seed 5 --family coulomb --out x.csv`: write a record as CSV and its true values as JSON."""
 
 from __future__ import annotations
 
@@ -30,16 +30,16 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.strangers", description=__doc__)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--family", choices=FAMILIES, default="lugre")
-    parser.add_argument("--motion", choices=MOTIONS, help="drawn by the seed where not given")
-    parser.add_argument("--lie", choices=sorted(LIES), help="hand in a record that lies")
-    parser.add_argument("--out", type=Path, help="a .csv; the truth goes beside it as .json")
-    parser.add_argument("--picture", type=Path, help="a .png of the record")
-    parser.add_argument("--list", action="store_true", help="list families, motions and lies")
+    parser.add_argument("--motion", choices=MOTIONS, help="kind of motion; default: drawn from the seed")
+    parser.add_argument("--lie", choices=sorted(LIES), help="fault to add to the record")
+    parser.add_argument("--out", type=Path, help="CSV file for the record; the true values go into a JSON file of the same name")
+    parser.add_argument("--picture", type=Path, help="PNG file for a picture of the record")
+    parser.add_argument("--list", action="store_true", help="list friction families, motions and faults")
     given = parser.parse_args()
     if given.list or (given.out is None and given.picture is None):
-        print("families:", *FAMILIES, "\nmotions:", *MOTIONS, "\nlies:")
+        print("families:", *FAMILIES, "\nmotions:", *MOTIONS, "\nfaults:")
         for name, lie in LIES.items():
-            print(f"  {name}{' (a habit)' if name in HABITS else ''}: {(lie.__doc__ or '').splitlines()[0]}")
+            print(f"  {name}{' (from practice)' if name in HABITS else ''}: {(lie.__doc__ or '').splitlines()[0]}")
         return
     truth, record = make(given.seed, given.family, given.motion)
     lied = Lied("", truth, record, "", 0.0) if given.lie is None else LIES[given.lie](truth, record, given.seed)

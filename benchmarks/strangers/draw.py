@@ -32,7 +32,7 @@ def draw(seed: int, family: str = "lugre", motion: str | None = None, linear: bo
 
     """
     if family not in FAMILIES:
-        raise ValueError(f"no family {family!r}: {', '.join(FAMILIES)}")
+        raise ValueError(f"unknown family {family!r}, allowed: {', '.join(FAMILIES)}")
     rng = np.random.default_rng((seed, FAMILIES.index(family), 77))
     drawn = bool(rng.random() < 0.55)
     axis, speed, acceleration, level = _axis(rng, drawn if linear is None else linear)

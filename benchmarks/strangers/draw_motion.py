@@ -17,7 +17,7 @@ def motion(rng: np.random.Generator, axis: Axis, friction: Friction, speed: floa
     drawn = str(rng.choice(MOTIONS, p=WEIGHTS))
     kind = drawn if kind is None else kind
     if kind not in MOTIONS:
-        raise ValueError(f"no motion {kind!r}: {', '.join(MOTIONS)}")
+        raise ValueError(f"unknown motion {kind!r}, allowed: {', '.join(MOTIONS)}")
     duration = float(rng.uniform(15.0, 40.0))
     stroke = max(float(rng.uniform(1.3, 4.0)) * speed**2 / acceleration, 0.1 * speed)
     smoothing = float(rng.uniform(0.01, 0.08))

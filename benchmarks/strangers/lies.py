@@ -63,7 +63,7 @@ LIES["known_mass_wrong"] = known_mass_wrong
 
 
 def _scaled(record: Record, factor: float) -> Record:
-    """All that is a position or a velocity, times a factor."""
+    """Positions and velocities are multiplied by a factor."""
     return replace(
         record,
         position=factor * record.position,
@@ -89,32 +89,32 @@ def _delayed(x: Floats, rows: int) -> Floats:
 
 @listed
 def sign_reversed(truth: Truth, record: Record, _: np.random.Generator) -> tuple[Truth, Record, str, float]:
-    """The effort counts positive the other way."""
+    """The effort has the wrong sign."""
     return truth, replace(record, effort=-record.effort), "effort has the wrong sign", -1.0
 
 
 @listed
 def gear_doubled(truth: Truth, record: Record, _: np.random.Generator) -> tuple[Truth, Record, str, float]:
-    """A gear of two between the encoder and the axis was counted the wrong way round or not at all."""
+    """A gear of two between encoder and axis was ignored, or its ratio was inverted."""
     return truth, _scaled(record, 2.0), "positions and velocities are twice the true ones", 2.0
 
 
 @listed
 def gear_forgotten(truth: Truth, record: Record, rng: np.random.Generator) -> tuple[Truth, Record, str, float]:
-    """Positions of the motor, in radians, declared as those of the axis: the lead or the gear was left out."""
+    """Positions of the motor, in radians, declared as positions of the axis, without lead or gear."""
     factor = 2.0 * np.pi / truth.axis.turn if truth.axis.linear else float(rng.choice([5.0, 10.0, 50.0, 100.0]))
     return truth, _scaled(record, factor), f"positions are those of the motor, {factor:.4g} times the axis's", factor
 
 
 @listed
 def effort_late(truth: Truth, record: Record, _: np.random.Generator) -> tuple[Truth, Record, str, float]:
-    """The effort is three rows late, and nobody says so."""
+    """The effort is three rows late, without a note."""
     return truth, replace(record, effort=_delayed(record.effort, 3)), "effort is three rows late", 3.0
 
 
 @listed
 def position_late(truth: Truth, record: Record, _: np.random.Generator) -> tuple[Truth, Record, str, float]:
-    """The position is three rows late, and nobody says so."""
+    """The position is three rows late, without a note."""
     return truth, replace(record, position=_delayed(record.position, 3)), "position is three rows late", 3.0
 
 
@@ -134,7 +134,7 @@ def position_filtered(truth: Truth, record: Record, _: np.random.Generator) -> t
 
 @listed
 def rows_lost(truth: Truth, record: Record, rng: np.random.Generator) -> tuple[Truth, Record, str, float]:
-    """200 rows in a gap amid motion are gone, and the rest was stamped again."""
+    """200 rows within the motion are missing, and the remaining rows have new time stamps."""
     n = record.t.size
     starts = rng.integers(n // 5, n - n // 5, 50)
     moved = np.abs(record.position[starts + 200] - record.position[starts])
@@ -145,14 +145,14 @@ def rows_lost(truth: Truth, record: Record, rng: np.random.Generator) -> tuple[T
 
 @listed
 def effort_saturates_softly(truth: Truth, record: Record, _: np.random.Generator) -> tuple[Truth, Record, str, float]:
-    """The sensor bends over: by tanh, to 70 % of the largest effort."""
+    """The sensor saturates gradually (tanh) at 70 % of the largest effort."""
     top = 0.7 * float(np.abs(record.effort).max())
     return truth, replace(record, effort=top * np.tanh(record.effort / top)), "effort bends over as tanh", top
 
 
 @listed
 def effort_clipped(truth: Truth, record: Record, _: np.random.Generator) -> tuple[Truth, Record, str, float]:
-    """The channel ends at 60 % of the largest effort."""
+    """The channel is clipped at 60 % of the largest effort."""
     top = 0.6 * float(np.abs(record.effort).max())
     return truth, replace(record, effort=np.clip(record.effort, -top, top)), "effort is clipped", top
 
@@ -163,7 +163,7 @@ def _again(truth: Truth) -> tuple[Truth, Record]:
 
 @listed
 def backlash(truth: Truth, _: Record, rng: np.random.Generator) -> tuple[Truth, Record, str, float]:
-    """Play of 5 to 20 micrometres to either side behind the encoder (a joint: what a screw of 10 mm makes of it)."""
+    """Play of 5 to 20 micrometres to either side behind the encoder (rotary: as an angle of a 10 mm screw)."""
     half = float(rng.uniform(5e-6, 20e-6)) * (1.0 if truth.axis.linear else 2.0 * np.pi / 0.01)
     share, wave = float(rng.uniform(0.3, 0.6)), 2.0 * np.pi * 250.0
     reduced = truth.mass * share * (1.0 - share)
@@ -206,14 +206,14 @@ def _strokes(truth: Truth, kind: str, rng: np.random.Generator) -> Truth:
 
 @listed
 def one_speed(truth: Truth, _: Record, rng: np.random.Generator) -> tuple[Truth, Record, str, float]:
-    """The axis ran at one speed only."""
+    """The axis moved at one speed only."""
     new = _strokes(truth, "one_speed", rng)
     return *_again(new), "one speed only", new.motion.speeds[0]
 
 
 @listed
 def one_direction(truth: Truth, _: Record, rng: np.random.Generator) -> tuple[Truth, Record, str, float]:
-    """The axis ran in one direction only."""
+    """The axis moved in one direction only."""
     return *_again(_strokes(truth, "one_direction", rng)), "one direction only", 1.0
 
 
@@ -236,32 +236,32 @@ def _tiny(truth: Truth, um: float) -> Truth:
 
 @listed
 def presliding_1um(truth: Truth, _: Record, __: np.random.Generator) -> tuple[Truth, Record, str, float]:
-    """Triangles of 1 micrometre and nothing else."""
+    """The motion has triangles of 1 micrometre only."""
     return *_again(_tiny(truth, 1.0)), "triangles of 1 micrometre alone", 1e-6
 
 
 @listed
 def presliding_3um(truth: Truth, _: Record, __: np.random.Generator) -> tuple[Truth, Record, str, float]:
-    """Triangles of 3 micrometres and nothing else."""
+    """The motion has triangles of 3 micrometres only."""
     return *_again(_tiny(truth, 3.0)), "triangles of 3 micrometres alone", 3e-6
 
 
 @listed
 def degrees_as_radians(truth: Truth, record: Record, _: np.random.Generator) -> tuple[Truth, Record, str, float]:
-    """Positions in degrees declared as radians (of a linear axis: millimetres as metres)."""
+    """Positions in degrees are declared as radians (linear axis: millimetres as metres)."""
     factor, told = (1e3, "millimetres declared as metres") if truth.axis.linear else (180.0 / np.pi, "degrees as radians")
     return truth, _scaled(record, factor), told, factor
 
 
 @listed
 def seconds_as_milliseconds(truth: Truth, record: Record, _: np.random.Generator) -> tuple[Truth, Record, str, float]:
-    """Stamps in seconds declared as milliseconds: read in, they are a thousandth."""
+    """Time stamps in seconds are declared as milliseconds, so that all times are a thousandth."""
     return truth, replace(record, t=1e-3 * record.t), "stamps are a thousandth of the true ones", 1e-3
 
 
 @listed
 def counter_overflows(truth: Truth, record: Record, _: np.random.Generator) -> tuple[Truth, Record, str, float]:
-    """The counter has as many bits as make it overflow within the record, and nobody unwraps it."""
+    """The counter overflows within the record, and the record is not unwrapped."""
     counts = np.round(record.position / truth.encoder.resolution)
     bits = int(np.floor(np.log2(max(float(np.ptp(counts)), 4.0))))
     half = 2.0 ** (bits - 1)

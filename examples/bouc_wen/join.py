@@ -1,4 +1,4 @@
-"""Join the input and the output of a test record, which come in two MAT files, into one log.
+"""Join the input and output of a test record from two MAT files into one log.
 
 Usage: ``python join.py uval_multisine.mat yval_multisine.mat test.npz``.
 """

@@ -9,8 +9,8 @@ import tempfile
 import zipfile
 from pathlib import Path
 
-PUBLISHED = """A. Janot, M. Gautier and M. Brunot publish the data set, as a ZIP archive, on https://www.nonlinearbenchmark.org
-(Electro-Mechanical Positioning System). Download it there with a browser, or name its new place with --url."""
+PUBLISHED = """A. Janot, M. Gautier and M. Brunot publish the data set as a ZIP archive on https://www.nonlinearbenchmark.org
+(Electro-Mechanical Positioning System). Download the archive there with a browser, or state its new address with --url."""
 # Where the benchmark's own Python loader (nonlinear-benchmarks on PyPI) finds the archive.
 URL = "https://drive.google.com/uc?export=download&id=1zwoXYa9-3f8NQ0ohzmjpF7UxbNgRTHkS"
 FILE = "DATA_EMPS.mat"
@@ -19,8 +19,8 @@ SHA256 = "6cf6814ae14618795da0101aae2bb97ff0c6351b0501b5492751b02b07facf7e"
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--url", default=URL, help="where the archive, or the MAT file itself, is")
-    parser.add_argument("--to", type=Path, default=Path(), help="folder to put the file into")
+    parser.add_argument("--url", default=URL, help="address of the archive or of the MAT file")
+    parser.add_argument("--to", type=Path, default=Path(), help="folder for the file")
     chosen = parser.parse_args()
     try:
         import pooch
@@ -29,18 +29,18 @@ def main() -> int:
         return refuse('pooch is missing. Type: pip install "bristle[fetch]"')
     pooch.get_logger().setLevel("WARNING")
     if not chosen.to.is_dir():
-        return refuse(f"{chosen.to}: there is no such folder")
+        return refuse(f"{chosen.to}: the folder does not exist. Create it first")
     wanted = chosen.to / FILE
     with tempfile.TemporaryDirectory() as folder:
         try:
             arrived = Path(pooch.retrieve(chosen.url, known_hash=None, fname="arrived", path=folder))
         except (RequestException, OSError, ValueError) as error:
-            return refuse(f"{chosen.url}: cannot be fetched ({type(error).__name__}).\n{PUBLISHED}")
+            return refuse(f"{chosen.url}: the download failed ({type(error).__name__}).\n{PUBLISHED}")
         data = content(arrived)
         found = Path(folder) / FILE
         found.write_bytes(data)
         if pooch.file_hash(str(found)) != SHA256:
-            return refuse(f"{chosen.url}: does not hold the {FILE} that is expected (its checksum differs).\n{PUBLISHED}")
+            return refuse(f"{chosen.url}: does not contain the expected {FILE} (its checksum differs).\n{PUBLISHED}")
     wanted.write_bytes(data)
     print(f"{wanted}: {len(data)} bytes, checksum as expected")
     return 0

@@ -1,7 +1,7 @@
-"""Leave one test out, within each set and tension of the damper: fit to the others, predict it, compare the errors.
+"""Leave each test out in turn, within each set and tension: fit to the others, predict this test, compare the errors.
 
 Usage: ``python leave_one_out.py brfd_all.npz [--models coulomb,gap_slider+asymmetry] [--only "set 1, 20 lb"]``.
-The tests at 2 Hz are predicted, but nothing is fitted to them.
+The models predict the tests at 2 Hz, but are not fitted to them.
 """
 
 import argparse
@@ -24,8 +24,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("file", type=Path)
     parser.add_argument("--models", default="coulomb,gap_slider+asymmetry")
-    parser.add_argument("--only", help="one group, as it is printed")
-    parser.add_argument("--json", type=Path, help="write the errors into this file")
+    parser.add_argument("--only", help="run one group only, named as in the output")
+    parser.add_argument("--json", type=Path, help="JSON file for the errors")
     chosen = parser.parse_args()
     models, found = chosen.models.split(","), []
     for group, tests in groups(chosen.file).items():
@@ -38,10 +38,11 @@ def main() -> None:
     for name, rows in parts(found).items():
         pooled = {one: float(np.sqrt(np.mean([row[one] ** 2 for row in rows]))) for one in models}
         ratios = {one: [row[models[0]] / row[one] for row in rows] for one in models[1:]}
-        print(f"{name}, {len(rows)} tests: pooled", {one: f"{value:.4g} N" for one, value in pooled.items()})
+        print(f"{name}, {len(rows)} tests: pooled error", {one: f"{value:.4g} N" for one, value in pooled.items()})
         for one, ratio in ratios.items():
             pooled_ratio = pooled[models[0]] / pooled[one]
-            print(f"  {models[0]} over {one}: pooled {pooled_ratio:.2f}, median {np.median(ratio):.2f}, least {min(ratio):.2f}")
+            spread = f"median {np.median(ratio):.2f}, smallest {min(ratio):.2f}"
+            print(f"  error of {models[0]} / error of {one}: pooled {pooled_ratio:.2f}, {spread}")
     if chosen.json:
         chosen.json.write_text(json.dumps(found, indent=1))
 
@@ -56,11 +57,11 @@ def groups(file: Path) -> dict[str, list[tuple[str, float]]]:
 
 
 def errors_of(file: Path, tests: list[tuple[str, float]], models: list[str]) -> list[dict]:
-    """Return the root mean square of the error of the force [N] on each test, by model, fitted to the others."""
+    """Return the rms force error [N] of each model on each test, fitted to the other tests."""
     axis = read_axis(AXIS)
     logs = {name: br.read_log(f"{file}::{name}", axis) for name, _ in tests}
     slow = [name for name, frequency in tests if frequency < FAST]
-    # Of several logs, each is held out in turn. Intervals are not asked for, so nothing is drawn.
+    # identify holds out each of several logs in turn. draws=0: no intervals.
     found = br.identify([logs[name] for name in slow], models, axis=axis, draws=0)
     rows = []
     for name, frequency in tests:
@@ -78,7 +79,7 @@ def errors_of(file: Path, tests: list[tuple[str, float]], models: list[str]) -> 
 
 
 def parts(found: list[dict]) -> dict[str, list[dict]]:
-    """Return the tests of each kind: those that the model is for, those of a loose band, and the fast ones."""
+    """Return the tests of each kind: slow tests with a tight band, tests with a loose band, and fast tests."""
     kinds = {
         "20 lb and more, up to 1 Hz": lambda row: not row["group"].endswith(" 0 lb") and row["frequency"] < FAST,
         "0 lb": lambda row: row["group"].endswith(" 0 lb"),

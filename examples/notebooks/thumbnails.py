@@ -1,4 +1,4 @@
-"""Execute the notebooks of the gallery, keep the first figure of each: ``python examples/notebooks/thumbnails.py``."""
+"""Run the notebooks of the gallery and save the first figure of each: ``python examples/notebooks/thumbnails.py``."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-r"""A control law of your own: three terms, and what is fed forward.
+r"""A control law of your own: a PID controller with feedforward.
 
 .. math:: u = K_P\,e + K_I \int e\,dt + K_D\,\dot e + u_{ff}
 
-Check it with ``bristle check pid.py``; `rig.toml` beside it names it.
+Check it with ``bristle check pid.py``. The file `rig.toml` of the same folder uses it.
 """
 
 from typing import Annotated, NamedTuple
@@ -35,7 +35,7 @@ def start(measured, velocity, acceleration, dt, p):
 
 MODEL = Controller(
     name="pid",
-    description="three terms",
+    description="PID controller",
     Parameters=Parameters,
     State=State,
     step=step,

@@ -1,8 +1,8 @@
-r"""A sensor of your own: a resolver, whose error comes back twice in a turn.
+r"""A sensor of your own: a resolver whose error repeats twice per turn.
 
 .. math:: q = x + a \sin\left(4 \pi x / L\right)
 
-Check it with ``bristle check resolver.py``; `rig.toml` beside it names it.
+Check it with ``bristle check resolver.py``. The file `rig.toml` of the same folder uses it.
 """
 
 from typing import Annotated, NamedTuple
@@ -15,11 +15,11 @@ FOUR_PI = 12.566370614359172
 
 class Parameters(NamedTuple):
     a: Annotated[float, Variable("length", "largest error", min=0.0)]
-    L: Annotated[float, Variable("length", "travel in a turn", min=1e-9)]
+    L: Annotated[float, Variable("length", "travel per turn", min=1e-9)]
 
 
 class State(NamedTuple):
-    """A sample depends on none before it."""
+    """Empty: a reading does not depend on earlier samples."""
 
 
 @kernel
@@ -29,7 +29,7 @@ def step(state, x, dt, p):
 
 MODEL = Sensor(
     name="resolver",
-    description="an error twice in a turn",
+    description="resolver with an error of two periods per turn",
     Parameters=Parameters,
     State=State,
     step=step,

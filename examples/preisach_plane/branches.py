@@ -1,4 +1,4 @@
-"""First-order reversal branches of the virtual rig, as a bench would record them: branches.csv and record.csv."""
+"""Record first-order reversal branches of the virtual rig, with encoder steps and noise: branches.csv and record.csv."""
 
 import csv
 import sys
@@ -17,9 +17,9 @@ SAMPLE_TIME = 5e-3  # s
 
 
 def motion():
-    """Return the positions [m] of the whole motion, and the samples at which it turns.
+    """Return the positions [m] of the whole motion, and the samples of its reversals.
 
-    A round of the outer loop; then, branch by branch, up to where it turns and down to the lower end.
+    The motion is one cycle of the outer loop. Then, for each branch, it rises to the reversal and falls to the lower end.
     """
     tops = EXTENT * (1.0 - 2.0 * np.arange(BRANCHES) / BRANCHES)
     branches = np.column_stack([tops, np.full(BRANCHES, -EXTENT)]).ravel()
@@ -30,7 +30,7 @@ def motion():
 
 
 def stroke(x, force):
-    """Return one point for each count of the encoder on the way from one turn to the next: the mean of its readings."""
+    """Return one point for each encoder step between two reversals: position and mean force."""
     way = 1.0 if x[-1] > x[0] else -1.0
     counts, places = np.unique(way * np.round(x / COUNT), return_inverse=True)
     return way * COUNT * counts, np.bincount(places, force) / np.bincount(places)

@@ -1,4 +1,4 @@
-"""Draw the following error with and without what was identified: ``python picture.py`` after the commands."""
+"""Draw the following error with and without the identified feedforward: ``python picture.py`` after the commands."""
 
 from dataclasses import replace
 from pathlib import Path

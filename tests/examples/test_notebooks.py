@@ -55,12 +55,12 @@ def test_each_notebook_is_small_stripped_listed_and_tested():
 def test_which_model_drifts(run):
     shown, printed = run("which_model_drifts")
     assert figures_in(shown) == 2
-    (walked,) = numbers(r"LuGre +walks +([\d.]+) nm", printed)
+    (walked,) = numbers(r"LuGre +drifts +([\d.]+) nm", printed)
     first, last = numbers(r"LuGre +from +([\d.]+) um to +([\d.]+) um", printed)
     # What is certified of a cycle is what 28 kg do, shaken twice a second for half a minute: 59 cycles.
     assert last - first == pytest.approx(59 * 1e-3 * walked, rel=0.03)
     for name in ("Maxwell slip", "Preisach with a gate"):
-        assert numbers(rf"{name} +walks +([\d.]+) nm", printed) == [0.0]
+        assert numbers(rf"{name} +drifts +([\d.]+) nm", printed) == [0.0]
         first, last = numbers(rf"{name} +from +([\d.]+) um to +([\d.]+) um", printed)
         assert last == pytest.approx(first, abs=0.02)
 

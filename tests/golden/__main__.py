@@ -1,10 +1,11 @@
-"""Freeze what identifications find and what commands print, or check that they still do.
+"""Freeze the results of identifications and the output of commands, or compare them with the frozen ones.
 
-``python -m tests.golden check [CASE ...]`` tells each difference; exit code 1 if there is one. Numbers that were frozen
-on another processor may differ by more than last bits, as `tests.golden.comparison` states; ``--relative 1e-6`` is a
-share of one's own. The slow cases compare many models on logs that do not determine them: there a search that stops
-by a tolerance ends elsewhere on another processor, so what differs is printed and counts only where it was frozen.
-``python -m tests.golden freeze [CASE ...]`` writes what is found now, ``list`` tells names.
+``python -m tests.golden check [CASE ...]`` prints each difference; exit code 1 if there is one. Numbers frozen on
+another processor may differ by more than their last bits (`tests.golden.comparison`); ``--relative 1e-6`` sets another
+tolerance. The slow cases compare many models on logs that do not determine them. There, a search that stops at a
+tolerance ends at another point on another processor. So `check` prints all differences of slow cases, but counts them
+only on the processor of the frozen results.
+``python -m tests.golden freeze [CASE ...]`` writes the present results, ``list`` prints the names of the cases.
 """
 
 from __future__ import annotations

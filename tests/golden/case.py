@@ -1,4 +1,4 @@
-"""What a golden case is, and where its numbers lie."""
+"""A golden case, and the file of its frozen results."""
 
 from __future__ import annotations
 

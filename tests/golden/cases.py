@@ -1,4 +1,4 @@
-"""The golden cases: every way of identifying, with fixed input. Each returns what it found as plain data."""
+"""The golden cases: every method of identification, with fixed input. Each case returns its result as plain data."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The golden command lines: what each command prints as JSON, in the situations that decide which keys there are."""
+"""The golden command lines: the JSON output of each command, in all situations that change its keys."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Numbers as they were frozen against numbers as they are."""
+"""Compare present numbers with frozen numbers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The logs that are read: measured ones from the folder named in BRISTLE_DATA, the demonstration, the examples."""
+"""Logs of the golden cases: measured logs from the folder named in BRISTLE_DATA, the demo and the examples."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""What decides over the last bits of a number: the processor, and the libraries that know several of them.
+"""The parts of a machine that change the last bits of a number: the processor, and libraries with several kernels.
 
-Elsewhere the last bits differ, and a search that stops by a tolerance makes them into the fifth digit. So numbers are
-compared more closely where they were frozen, case by case.
+On another machine the last bits differ, and a search that stops at a tolerance may then change the fifth digit. So each
+case has a smaller tolerance on the machine on which it was frozen.
 """
 
 from __future__ import annotations

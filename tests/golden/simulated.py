@@ -1,6 +1,6 @@
 """Simulated logs and curves of the golden cases.
 
-They are no part of any test module: what a test needs may change with the test, and what was frozen may not.
+They are not in a test module, because the inputs of a test may change with the test. The inputs of frozen results may not.
 """
 
 from __future__ import annotations

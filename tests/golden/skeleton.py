@@ -1,4 +1,4 @@
-"""The skeleton of a result: its keys, and of its values what a program tells apart by: names, units, statuses."""
+"""The skeleton of a result: its keys, and the values on which programs depend: names, units and statuses."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What identifications find is what they found: the fast golden cases; ``python -m tests.golden check`` has all."""
+"""Present results equal the frozen results in the fast golden cases. ``python -m tests.golden check`` runs all cases."""
 
 import json
 import os

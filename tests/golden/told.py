@@ -1,6 +1,6 @@
-"""What was found, as plain data: what ``--json`` prints, and the raw numbers that it leaves out.
+"""Results as plain data: the output of ``--json``, and the raw numbers that this output omits.
 
-The only place of the golden tests that knows how results are made up, and what is not called through ``bristle``.
+No other module of the golden tests depends on the structure of results, or on names that ``bristle`` does not export.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A folder with all that the golden command lines read."""
+"""Write a folder with all files that the golden command lines read."""
 
 from __future__ import annotations
 
