@@ -8,7 +8,7 @@ creeps:
     \dot f_c = k_c v - f_c/\tau
 
 Each reversal draws a new value :math:`1 + s\,\xi`, with :math:`\xi` standard normal, and the factor :math:`\gamma`
-approaches it as the contact moves: after the travel :math:`d` the difference has fallen to :math:`1/e`. Friction
+approaches that value as the contact moves: after the travel :math:`d` the difference has fallen to :math:`1/e`. Friction
 thus remains continuous, for any model inside. The branch is a spring in series with a damper: it yields to a lasting force.
 """
 
