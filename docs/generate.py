@@ -78,12 +78,12 @@ def page(title: str, *parts: str) -> str:
 def models() -> str:
     """Return the page of all models: the texts of `bristle models`."""
     parts = [
-        "`bristle models NAME` and, in Python, `help(bristle.friction.lugre)` print the same. Every "
-        "friction model also takes an `offset`, and [slots](#slots) "
-        "behind its name. With `+asymmetry` the parameters marked *by direction* have one value forward (`_pos`) and "
-        "one backward (`_neg`); others let friction [vary](../theory/models.md#what-varies). Plants take "
-        "[terms](../theory/models.md#terms-of-the-plant): `+gravity`, `+cogging`, `+known`. To choose a model: "
-        "[how to choose](../how-to/choose-a-model.md)."
+        "`bristle models NAME` prints the section of a model; in Python, `help(bristle.friction.lugre)` does. Every "
+        "friction model also takes a constant `offset`. Its name takes [slots](#slots), as in `lugre+asymmetry`. With "
+        "`+asymmetry`, each parameter marked *by direction* has one value for motion forward (`_pos`) and one for motion "
+        "backward (`_neg`). Other slots let friction [vary](../theory/models.md#what-varies). Plants take "
+        "[terms](../theory/models.md#terms-of-the-plant): `+gravity`, `+cogging`, `+known`. "
+        "[How to choose a model](../how-to/choose-a-model.md)."
     ]
     for family, members in families().items():
         parts.append(f"## {family}")
@@ -110,8 +110,8 @@ def slots() -> tuple[str, ...]:
 def _channel(slot: Slot) -> str:
     channel = slot.channel
     return (
-        f"Needs `{channel.name}` of the log: {channel.variable.description}, in {_units(channel.variable.quantity)}; "
-        f"the default is {channel.usual:g}."
+        f"The slot uses the channel `{channel.name}` of the log: {channel.variable.description}, in "
+        f"{_units(channel.variable.quantity)}. Without this channel its value is {channel.usual:g}."
     )
 
 
@@ -122,7 +122,7 @@ def _member(one: Documented) -> list[str]:
         f"{one.description[0].upper()}{one.description[1:]}.",
         *(as_markdown(part) for part in one.explanation[1:] if part.kind != REFERENCE),
         _parameters(one),
-        *(f"Needs `{relation.condition}`." for relation in one.relations),
+        *(f"{'Recommended' if relation.advisory else 'Condition'}: `{relation.condition}`." for relation in one.relations),
         f"Source: {_linked(one.reference)}" if one.reference else "",
     ]
 
@@ -184,8 +184,8 @@ def symbols() -> str:
     ]
     return page(
         "Symbols",
-        "Names are those of the literature. A symbol has one meaning inside a model; where two models use it for "
-        "different things it has a line for each. Units are those of a translational axis, then of a rotational one.",
+        "Names are those of the literature. Within a model each symbol has one meaning. A symbol with different meanings "
+        "in different models has a line for each. The first unit is for a translational axis, the second for a rotational axis.",
         table(("Symbol", "Meaning", "Unit", "Used in"), rows),
         "## In formulas",
         table(
@@ -195,34 +195,34 @@ def symbols() -> str:
                 ("F", "friction force, positive when it opposes v > 0", "N or N*m"),
                 ("u", "effort: force or torque of the drive on the axis", "N or N*m"),
                 ("r", "reference, the desired position", "m or rad"),
-                ("q", "position as the encoder reads it", "m or rad"),
+                ("q", "position measured by the encoder", "m or rad"),
                 ("e", "following error, r − q; the true error is r − x", "m or rad"),
                 ("z", "deflection of the bristles", "m or rad"),
                 ("G(v)", "Stribeck curve: the level of friction in sliding, a force", "N or N*m"),
                 ("ζ", "deflection over its value in sliding, −1 to 1", "1"),
                 ("h, dt", "length of an integration step", "s"),
                 ("T_s", "sample time of the controller", "s"),
-                ("r", "with Φ: the ratio f sgn v / G(v), 1 in steady sliding", "1"),
+                ("r", "in models with Φ: the ratio f sgn v / G(v), 1 in steady sliding", "1"),
                 ("Φ", "share of the travel that bristles slip, a function of the ratio r", "1"),
-                ("ρ", "ratio up to which the gate prevents slip", "1"),
+                ("ρ", "ratio r up to which the gate of the elastoplastic transition prevents slip", "1"),
                 ("ς", "sliding surface of a control law, ė + λ e", "m/s or rad/s"),
-                ("ξ", "place along the axis, −1 to 1 over its range", "1"),
+                ("ξ", "position over half the range of the axis, −1 to 1", "1"),
                 ("φ", "angle of a screw, 2π x/pitch", "rad"),
                 ("α, β", "inputs at which a relay of the Preisach plane goes up and down, α ≥ β", "m or rad"),
                 ("μ", "measure of the Preisach plane over α and β", "N/m^2 or N*m/rad^2"),
-                ("E, F(α, β)", "Everett function, integral of μ over a triangle; F as the source paper writes it", "N or N*m"),
-                ("τ", "effort that passes on to the load", "N or N*m"),
+                ("E, F(α, β)", "Everett function, integral of μ over a triangle; F in the source paper", "N or N*m"),
+                ("τ", "effort transmitted to the load", "N or N*m"),
             ),
         ),
         "## The same letter",
         "The meaning of a letter depends on the subject:",
         table(
-            ("Letter", "Here", "There"),
+            ("Letter", "Usual meaning", "Other meanings"),
             (
-                ("r", "reference, in control", "ratio f sgn v / G(v), in friction; threshold of a stop or play; 1 − F sgn v/F_C of Dahl"),
-                ("s", "stiffness after a reversal", "the sliding surface in the source paper, here ς; s of Laplace"),
+                ("r", "reference, in control", "ratio f sgn v / G(v), in friction; threshold of a stop or play; 1 − F sgn v/F_C, in dahl"),
+                ("s", "stiffness after a reversal", "in the source paper the sliding surface, here ς; Laplace variable"),
                 ("F", "friction force", "integral of the measure over a triangle, in (13) to (15) of the source paper"),
-                ("G", "Stribeck curve, a force", "g(v) of others, with σ₀ g(v) = G(v)"),
+                ("G", "Stribeck curve, a force", "in other texts g(v), with σ₀ g(v) = G(v)"),
                 ("φ", "angle of a screw", "`phi`: boundary layer of a control law"),
                 (
                     "α, β",
@@ -284,22 +284,22 @@ def python() -> str:
     return page(
         "Python",
         "`import bristle as br` is quick: bristle imports heavy libraries at their first use. Quantities are "
-        'numbers in SI of the axis (m, N, kg or rad, N*m, kg*m^2) or text with a unit (`"40 mN*m"`). '
+        'numbers in SI units of the axis (m, N, kg or rad, N*m, kg*m^2) or text with a unit (`"40 mN*m"`). '
         "`help(br.identify)` prints parameters, units, shapes and errors, and `help(br.friction.lugre)` the "
         "equations of a model.",
         "## Functions",
         *functions,
         "## Results and data",
-        "The classes of arguments and results. All of them can be pickled. Classes with signals convert to tables: "
+        "These are the classes of arguments and results. All of them can be pickled. Classes with signals convert to tables: "
         "`to_dataframe()` (pandas), `to_xarray()` with units, `to_dict()` with plain "
         "data. `np.asarray(log.position)` is an array.",
         *(part for one in _classes() for part in _class(one)),
         "## Modules",
         table(("Module", "Content", "Public names"), modules),
         "## What applications use",
-        "The command line, reports, figures, the paper, the lab and its server, studies, fleets, the demonstration and the bridges stand "
-        "above the library, and import these names of its packages and no others: `from bristle.files import read_axis`. A test holds the "
-        "list.",
+        "The command line, reports, figures, the paper, the lab and its server, studies, fleets, the demonstration and the bridges "
+        "build on the library. They import only these names from its packages, such as `from bristle.files import read_axis`. A test "
+        "checks this rule.",
         *(part for room, names in sorted(border().items()) for part in (f"### bristle.{room}", _offered(room, names))),
     )
 
@@ -351,7 +351,9 @@ def _remark(module: str, name: str) -> str:
         if name in {part.id for target in targets for part in ast.walk(target) if isinstance(part, ast.Name)}:
             if isinstance(after, ast.Expr) and isinstance(after.value, ast.Constant) and isinstance(after.value.value, str):
                 return _paragraphs(after.value.value)[0]
-            told = lines[node.end_lineno - 1].partition("  # ")[2] or lines[node.lineno - 2].partition("# ")[2]
+            beside = lines[node.end_lineno - 1].partition("  # ")[2]
+            above = lines[node.lineno - 2].partition("# ")[2]
+            told = beside or ("" if above.startswith("type:") else above)
             return told[:1].upper() + told[1:]
     return ""
 
@@ -424,7 +426,7 @@ def _class(cls: type) -> list[str]:
         for name, value in inspect.getmembers(cls, callable)
         if not name.startswith("_") and _is_ours(value)
     ]
-    prose = [_markdown(one) for one in _paragraphs((inspect.getdoc(cls) or "").split("\nParameters\n---")[0])]
+    prose = [_markdown(one) for one in _paragraphs(re.split(r"\n[A-Z]\w+\n---", inspect.getdoc(cls) or "")[0])]
     told = table(heads if any(row[2] for row in rows) else heads[:2], [row if any(r[2] for r in rows) else row[:2] for row in rows])
     return [f"### {cls.__name__}", *prose, told, table(("Method", "Purpose"), methods) if methods else ""]
 
@@ -490,10 +492,10 @@ def errata() -> str:
         parts += [f"## {kind.capitalize()}s", what, table(("Place", "As printed", "Correct", "Test"), found)]
     return page(
         "Errata of the source paper",
-        "Of *Pre-sliding friction control using the sliding mode controller with hysteresis friction compensator*: "
-        "errors and ambiguities as printed, the correct form, and the test below `tests/` that shows it. The consequences "
-        "are on the page on [the source paper](../theory/the-source-paper.md). The report of `bristle paper` has the same "
-        "table. Equation by equation: [equations](equations.md).",
+        "Errors and ambiguities of *Pre-sliding friction control using the sliding mode controller with hysteresis friction "
+        "compensator*. Each row has the text as printed, the correct form, and the test below `tests/` that demonstrates it. "
+        "[The source paper](../theory/the-source-paper.md) describes the consequences. The report of `bristle paper` has an "
+        "equal table. The page [equations](equations.md) lists all equations.",
         *parts,
     )
 
@@ -521,14 +523,15 @@ def equations() -> str:
         )
     return page(
         "Equations of the source paper",
-        "Of *Pre-sliding friction control using the sliding mode controller with hysteresis friction compensator*: "
-        "(1) to (23) as printed, as they are computed here, by which file, which test holds them, and a line to run. "
-        "*Corrected*: wrong as printed. *Completed*: something was missing. Why: [errata](errata.md). Along a position "
-        "`br.response` returns the mean force of each step, not that at its end; `contact_equations` returns force and "
-        "rates of (position, deflection) at one instant. Lines of Python build on",
+        "Equations (1) to (23) of *Pre-sliding friction control using the sliding mode controller with hysteresis friction "
+        "compensator*: as printed and as bristle computes them, with the file, the test and an example to run. A *corrected* "
+        "equation is wrong as printed. A *completed* equation lacks a part in print. The [errata](errata.md) have the reasons. "
+        "`br.response` returns the mean force of each step along a position, not the force at the end of the step. "
+        "`contact_equations` returns force and rates of (position, deflection) at one instant. The examples in Python need "
+        "these lines first:",
         "```python\n" + "\n".join(f">>> {line}" for line in SETUP) + "\n```",
-        table(("Equation", "What", "As printed", "Here", "Computed by", "Tested by", "Run"), rows),
-        "Below (17) stand $f_r = (f_s/2)\\left[\\sqrt{(1+k)^2 + 4k} - (1+k)\\right]$ and $k = S x_r/f_s$: here with "
+        table(("Equation", "Subject", "As printed", "In bristle", "Computed by", "Tested by", "Example"), rows),
+        "Below (17) the paper has $f_r = (f_s/2)\\left[\\sqrt{(1+k)^2 + 4k} - (1+k)\\right]$ and $k = S x_r/f_s$. In bristle, "
         "$f_s = f_p$ and $S = s$, in [hysteresis/everett.py](../../src/bristle/hysteresis/everett.py).",
     )
 
@@ -572,13 +575,13 @@ def diagnostics() -> str:
         "mislead |"
         "\n| `note` | an assumption or treatment behind the result |",
         "## Codes",
-        "A code with a parameter and the severity `warning` is the reason why the log does not determine it; with the "
-        "severity `note`, why bristle held it constant. Numbers without a unit are counts, shares in percent or names; a cut-off is "
-        "in Hz. The `value` of a parameter comes with its `unit`; `std_percent` is its standard error, if known.",
+        "A `warning` about a parameter states why the log does not determine the parameter. A `note` about a parameter "
+        "states why bristle held the parameter constant. Numbers without a unit are counts, shares in percent or names; a cut-off is "
+        "in Hz. The `value` of a parameter comes with its `unit`; `std_percent` is its standard error in percent, if known.",
         table(("Code", "Meaning", "Numbers", "Advice"), codes),
         "## Thresholds",
-        "Limits above which bristle reports or doubts something. Thresholds do not change the value of a parameter; those "
-        "of validation may change the choice of the model. Set a threshold with "
+        "Beyond these limits bristle reports a diagnostic. Thresholds do not change the value of a parameter. Thresholds "
+        "of the validation may change the choice of the model. Set a threshold with "
         "`NAME = VALUE` under `[identification.settings]` of the axis file, or with "
         '`settings={"NAME": VALUE}` in Python. The JSON contains all thresholds.',
         table(("Name", "Default", "Unit", "Allowed", "Meaning"), settings),
@@ -611,9 +614,9 @@ def robustness() -> str:
     tables = {"Set A": told["robust"], "Set C": told["robust_set_c"]}
     seeds = next(iter(told["robust"].values()))["nominal"]["none"]["seeds"]
     parts = [
-        f"Numbers of one run, `{told['provenance']['command']}`, kept in [robust.json](../theory/robust.json): "
-        f"following error peak to peak in µm, mean over {seeds} runs with other noise and scatter, and its 95 % "
-        "interval. Method and limits: "
+        f"The numbers are from one run of `{told['provenance']['command']}`, stored in [robust.json](../theory/robust.json). "
+        f"The tables have the following error peak to peak in µm: the mean over {seeds} simulations with different noise and "
+        "scatter, and its 95 % interval. Method and limits: "
         "[compensation](../theory/compensation.md#on-other-frictions).",
         "\n".join(f"- {sentence}" for sentence in told["sentences"]),
     ]
@@ -637,9 +640,10 @@ def robustness() -> str:
         "## Margins",
         table(("Set", "Friction compensation", "Phase margin [°]", "Gain margin"), margins),
         "## Families",
-        "Which share of the error without compensation is left by a model that is fed forward alone, in "
-        "percent, when the model is of one family or another; each is identified from the same log. **Bold**: the "
-        "family has the structure of the truth, or of a limit of it. The last row: the best one.",
+        "The tables have the error with feedforward of a friction model alone, in percent of the error without compensation. "
+        "A row is a family of models, a column the true friction of the rig. All models of a column were identified from the "
+        "same log. **Bold**: the family has the structure of the true friction, or of a limiting case of it. The last row "
+        "names the best family.",
         *_families_of(told),
     )
 
@@ -681,10 +685,10 @@ def sticking() -> str:
         "setting": "Setting or model",
         "slope": "Block on a slope, creep [m/s]",
         "axis": "Axis under load, creep [m/s]",
-        "stop": "Stopped, off by [m]",
-        "still": "Still moves at [m/s]",
-        "pulled": "Pulled by a spring, error [m]",
-        "step": "A step [s]",
+        "stop": "Stopping axis, error of the position [m]",
+        "still": "Stopped axis, remaining velocity [m/s]",
+        "pulled": "Axis pulled by a spring, error [m]",
+        "step": "Computing time of a step [s]",
     }
     rows = [
         [
@@ -694,18 +698,19 @@ def sticking() -> str:
         for row in json.loads(RESTS.read_text(encoding="utf-8"))
     ]
     parts = [
-        "Four cases with known answers, in each simulator with steps of 1 ms: `python -m "
-        "benchmarks.sticking`, after `pip install mujoco drake pybullet`. A block lies on a slope where its weight "
-        "pulls with 0.8 of the break-away force. An axis of 1 kg with 1 N of friction is pushed by 0.8 N. It slides "
-        "from 1 m/s and stops after 0.5 m. A spring of 100 N/m, whose end moves at 10 mm/s, pulls it until it breaks "
-        "away. Creep is the mean over nine seconds, after a first second.",
+        "Four cases with known answers compare simulators, with steps of 1 ms. To repeat the comparison, run `pip install "
+        "mujoco drake pybullet`, then `python -m benchmarks.sticking`. First, a block lies on a slope where its weight "
+        "pulls with 0.8 of the break-away force. Second, a force of 0.8 N pushes an axis of 1 kg with 1 N of friction. Third, "
+        "this axis slides from 1 m/s and stops after 0.5 m. Fourth, a spring of 100 N/m, whose end moves at 10 mm/s, pulls the "
+        "axis until it breaks away. Creep is the mean velocity over nine seconds, after the first second.",
         table(heads.values(), rows),
-        "With Coulomb friction, rest in bristle is a velocity of exactly 0. Bristles bend before they hold: for `lugre` they "
-        "absorb the momentum σ_1 z = 10 N·s/m · 10 µm, so that its axis stops 0.1 mm early. `lugre` moves by a further 1.3 µm "
-        "while it rings after the push ([its drift](../theory/which-model-fails-which-certificate.md)); `preisach_lugre` "
+        "With Coulomb friction, an axis at rest in bristle has a velocity of exactly 0. Bristles bend before they hold the "
+        "axis. With `lugre` they absorb the momentum σ_1 z = 10 N·s/m · 10 µm, so that the axis stops 0.1 mm early. After the "
+        "push, the axis with `lugre` rings and moves by a further 1.3 µm "
+        "([drift of LuGre](../theory/which-model-fails-which-certificate.md)). With `preisach_lugre` the axis "
         "does not drift and moves by a few nanometres. MuJoCo regularises friction. Its `noslip_iterations` remove the creep "
-        "of a joint; elliptic cones help more for a contact. Drake used point contacts with default settings. Joints of Drake "
-        "and Bullet were not tested. These tools simulate bodies and contacts; bristle does not.",
+        "of a joint; elliptic cones help more for a contact. Drake used point contacts with default settings. The benchmark "
+        "does not test joints of Drake and Bullet. MuJoCo, Drake and Bullet simulate bodies and contacts; bristle does not.",
     ]
     return page("Rest and creep", *parts)
 
