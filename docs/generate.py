@@ -698,10 +698,10 @@ def sticking() -> str:
         for row in json.loads(RESTS.read_text(encoding="utf-8"))
     ]
     parts = [
-        "Four cases with known answers compare simulators, with steps of 1 ms. To repeat the comparison, run `pip install "
-        "mujoco drake pybullet`, then `python -m benchmarks.sticking`. First, a block lies on a slope where its weight "
-        "pulls with 0.8 of the break-away force. Second, a force of 0.8 N pushes an axis of 1 kg with 1 N of friction. Third, "
-        "this axis slides from 1 m/s and stops after 0.5 m. Fourth, a spring of 100 N/m, whose end moves at 10 mm/s, pulls the "
+        "Four cases with known answers compare simulators, with steps of 1 ms (`pip install "
+        "mujoco drake pybullet`, then `python -m benchmarks.sticking`). A block lies on a slope where its weight "
+        "pulls with 0.8 of the break-away force. A force of 0.8 N pushes an axis of 1 kg with 1 N of friction. "
+        "This axis slides from 1 m/s and stops after 0.5 m. A spring of 100 N/m, whose end moves at 10 mm/s, pulls the "
         "axis until it breaks away. Creep is the mean velocity over nine seconds, after the first second.",
         table(heads.values(), rows),
         "With Coulomb friction, an axis at rest in bristle has a velocity of exactly 0. Bristles bend before they hold the "

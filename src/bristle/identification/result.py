@@ -130,11 +130,11 @@ class Fit:
     position_error_percent : float or None
         Error of the position simulated from the effort [%], if the fit minimised this error.
     position_rmse : float or None
-        Rms of the same error [m or rad].
+        Rms error of the position simulated from the effort [m or rad].
     loop_error_percent : float or None
         Error of the controller effort in the simulated loop [%], if the fit minimised this error.
     loop_rmse : float or None
-        Rms of the same error [N or N*m].
+        Rms error of the controller effort in the simulated loop [N or N*m].
     lag : float or None
         Time constant with which the drive follows its controller [s], if the fit identified it.
     combinations : tuple of Estimate

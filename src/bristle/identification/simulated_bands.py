@@ -162,7 +162,7 @@ class Bands:
         Standard deviation of the position error in closed loop that the values above and the rounding of the encoder do
         not explain [m or rad].
     left_in_open_loop : float
-        The corresponding standard deviation in open loop [m or rad].
+        Standard deviation of the position error in open loop that the values above do not explain [m or rad].
     """
 
     draws: Mapping[str, np.ndarray]
