@@ -110,8 +110,8 @@ def slots() -> tuple[str, ...]:
 def _channel(slot: Slot) -> str:
     channel = slot.channel
     return (
-        f"Needs `{channel.name}` of the log: {channel.variable.description}, in {_units(channel.variable.quantity)}; "
-        f"the default is {channel.usual:g}."
+        f"The slot uses the channel `{channel.name}` of the log: {channel.variable.description}, in "
+        f"{_units(channel.variable.quantity)}. Without this channel its value is {channel.usual:g}."
     )
 
 
@@ -122,7 +122,7 @@ def _member(one: Documented) -> list[str]:
         f"{one.description[0].upper()}{one.description[1:]}.",
         *(as_markdown(part) for part in one.explanation[1:] if part.kind != REFERENCE),
         _parameters(one),
-        *(f"Needs `{relation.condition}`." for relation in one.relations),
+        *(f"{'Recommended' if relation.advisory else 'Condition'}: `{relation.condition}`." for relation in one.relations),
         f"Source: {_linked(one.reference)}" if one.reference else "",
     ]
 
@@ -202,9 +202,9 @@ def symbols() -> str:
                 ("ζ", "deflection over its value in sliding, −1 to 1", "1"),
                 ("h, dt", "length of an integration step", "s"),
                 ("T_s", "sample time of the controller", "s"),
-                ("r", "with Φ: the ratio f sgn v / G(v), 1 in steady sliding", "1"),
+                ("r", "in models with Φ: the ratio f sgn v / G(v), 1 in steady sliding", "1"),
                 ("Φ", "share of the travel that bristles slip, a function of the ratio r", "1"),
-                ("ρ", "ratio up to which the gate prevents slip", "1"),
+                ("ρ", "ratio r up to which the gate of the elastoplastic transition prevents slip", "1"),
                 ("ς", "sliding surface of a control law, ė + λ e", "m/s or rad/s"),
                 ("ξ", "position along the axis, −1 to 1 over its range", "1"),
                 ("φ", "angle of a screw, 2π x/pitch", "rad"),
@@ -284,13 +284,13 @@ def python() -> str:
     return page(
         "Python",
         "`import bristle as br` is quick: bristle imports heavy libraries at their first use. Quantities are "
-        'numbers in SI of the axis (m, N, kg or rad, N*m, kg*m^2) or text with a unit (`"40 mN*m"`). '
+        'numbers in SI units of the axis (m, N, kg or rad, N*m, kg*m^2) or text with a unit (`"40 mN*m"`). '
         "`help(br.identify)` prints parameters, units, shapes and errors, and `help(br.friction.lugre)` the "
         "equations of a model.",
         "## Functions",
         *functions,
         "## Results and data",
-        "The classes of arguments and results. All of them can be pickled. Classes with signals convert to tables: "
+        "These are the classes of arguments and results. All of them can be pickled. Classes with signals convert to tables: "
         "`to_dataframe()` (pandas), `to_xarray()` with units, `to_dict()` with plain "
         "data. `np.asarray(log.position)` is an array.",
         *(part for one in _classes() for part in _class(one)),
@@ -351,7 +351,9 @@ def _remark(module: str, name: str) -> str:
         if name in {part.id for target in targets for part in ast.walk(target) if isinstance(part, ast.Name)}:
             if isinstance(after, ast.Expr) and isinstance(after.value, ast.Constant) and isinstance(after.value.value, str):
                 return _paragraphs(after.value.value)[0]
-            told = lines[node.end_lineno - 1].partition("  # ")[2] or lines[node.lineno - 2].partition("# ")[2]
+            beside = lines[node.end_lineno - 1].partition("  # ")[2]
+            above = lines[node.lineno - 2].partition("# ")[2]
+            told = beside or ("" if above.startswith("type:") else above)
             return told[:1].upper() + told[1:]
     return ""
 
@@ -424,7 +426,7 @@ def _class(cls: type) -> list[str]:
         for name, value in inspect.getmembers(cls, callable)
         if not name.startswith("_") and _is_ours(value)
     ]
-    prose = [_markdown(one) for one in _paragraphs((inspect.getdoc(cls) or "").split("\nParameters\n---")[0])]
+    prose = [_markdown(one) for one in _paragraphs(re.split(r"\n[A-Z]\w+\n---", inspect.getdoc(cls) or "")[0])]
     told = table(heads if any(row[2] for row in rows) else heads[:2], [row if any(r[2] for r in rows) else row[:2] for row in rows])
     return [f"### {cls.__name__}", *prose, told, table(("Method", "Purpose"), methods) if methods else ""]
 

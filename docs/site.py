@@ -40,7 +40,7 @@ LAB = """# The lab
 Every friction model on one page that computes in your browser. [Open it in the whole window](lab.html), or
 [read how to use it](how-to/lab.md).
 
-<iframe src="../lab.html" title="Friction models under the mouse" style="width: 100%; height: 80vh; border: 0"></iframe>
+<iframe src="../lab.html" title="Friction models, moved by the mouse" style="width: 100%; height: 80vh; border: 0"></iframe>
 """
 
 
@@ -113,7 +113,7 @@ def beside_lab(content: str) -> str:
     from bristle.friction import MODELS
 
     for name in MODELS:
-        link = f'<p><a href="../../lab.html#model={name}">Move it under the mouse</a></p>'
+        link = f'<p><a href="../../lab.html#model={name}">Try this model in the lab</a></p>'
         content, count = re.subn(rf'(<h3 id="{name}">.*?</h3>)', rf"\1{link}", content, count=1)
         if count != 1:
             raise SystemExit(f"reference/models.md: no heading of {name}")

@@ -10,20 +10,20 @@ from bristle.core.kernel import kernel
 
 @dataclass(frozen=True)
 class Certificate:
-    """The answer to one question about a model.
+    """The result of one test of a model.
 
     Parameters
     ----------
     applies : bool
-        Whether the question makes sense for this model.
+        Whether the test makes sense for this model.
     value : float or None
-        The measured number, in `unit`; None if the question does not apply.
+        The result of the test, in `unit`; None if the test does not apply.
     unit : str
         SI unit of `value` and `threshold`.
     threshold : float or None
         The limit of `value`.
     passed : bool or None
-        The verdict; None if the question does not apply.
+        Whether `value` is within its limit; None if the test does not apply.
     advice : str
         One line: the meaning of the number and, on failure, the remedy.
     """
@@ -37,7 +37,7 @@ class Certificate:
 
 
 def not_applicable(unit: str, reason: str) -> Certificate:
-    """Return the certificate of a question that does not make sense for a model."""
+    """Return the certificate of a test that does not make sense for a model."""
     return Certificate(False, None, unit, None, None, reason)
 
 

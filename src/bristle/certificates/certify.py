@@ -1,11 +1,11 @@
 r"""All certificates of a model: dissipation, those of slow motion, and passivity.
 
-Dissipation: the contact follows random closed cycles, small and large, slow and fast, until it has settled on each. The work
-done on it in the last round must not be negative. A negative result is repeated in finer steps, which removes work that comes from
-the summation over steps alone.
+Dissipation: the contact follows random closed cycles, small and large, slow and fast, until the force has settled on each. The
+work done on the contact in the last round must not be negative. bristle repeats a negative result in finer steps, which removes
+the work that comes from the summation over steps alone.
 
 Bounded deflection: a bristle under a hysteresis force that saturates at :math:`f_p` stops deflecting when that force
-reaches the break-away force :math:`F_S`. With :math:`f_p \le F_S` it never stops, and the deflection grows as long as the
+reaches the break-away force :math:`F_S`. With :math:`f_p \le F_S` the deflection never stops, but grows as long as the
 body slides. The test slides the contact slowly over growing distances and reads the deflection.
 
 Drift: under a force that rises and falls below break-away a real contact settles into a closed loop. A model
@@ -234,14 +234,14 @@ PAIR = optional(many(lambda raw, path, kind: raw, least=2, most=2))  # in units 
 
 @guarded(model=of_family("friction", "hysteresis"), force_ripple=PAIR, loop=PAIR)
 def check(model: Model, *, force_ripple: Any = None, loop: Any = None) -> dict[str, Certificate]:
-    """Test whether a friction model is fit for use: a certificate for each question.
+    """Test dissipation, passivity, drift, closure of loops and bounded deflection of a friction model, with a certificate each.
 
     Parameters
     ----------
     model : Model
         A friction model, or a hysteresis operator, with parameters. An operator counts as friction whose position is
-        the input. If its loops run in the opposite sense (a magnet), energy is counted as in magnets. Friction that
-        varies along the axis is tested in its middle.
+        the input. If its loops run in the opposite sense (a magnet), bristle counts energy as in magnets. If friction
+        varies along the axis, the tests apply to the middle of the range.
     force_ripple : (low, high), optional
         Forces between which the contact is loaded, for `drift`: numbers [N or N*m], or text with a unit.
         The default is 0.3 and 0.6 of the break-away force.
@@ -257,7 +257,7 @@ def check(model: Model, *, force_ripple: Any = None, loop: Any = None) -> dict[s
     Raises
     ------
     InputError
-        If `model` is neither, or the contact does not rest under the ripple.
+        If `model` is neither a friction model nor an operator, or the contact does not rest under the ripple.
 
     Examples
     --------

@@ -5,23 +5,23 @@ With the error :math:`e = r - q` and the surface :math:`\varsigma = \dot e + \la
 .. math::
     u = J\left[\ddot r + \lambda\,\dot e + K_1 \varsigma\right] + w_0 + \sum_{i=1}^{6} w_i E_i[r] + \hat F
 
-:math:`E_i` are normalised stop operators of the desired motion, with thresholds that divide the reach of pre-sliding
-evenly:
+:math:`\hat F` is the feedforward. :math:`E_i` are normalised stop operators of the desired motion. Their thresholds
+divide the reach :math:`\rho` of pre-sliding evenly:
 
 .. math::
     E_i \leftarrow \max\left(-1, \min\left(1, E_i + \frac{\Delta r}{\rho_i}\right)\right), \quad
     \rho_i = \frac{i}{6}\,\rho
 
-They enter linearly, so the weights follow the gradient of the energy of the surface,
+The effort is linear in the weights, so the weights follow the gradient of the energy :math:`J\varsigma^2/2`,
 
 .. math::
     \dot w_i = \Gamma E_i \varsigma_\delta, \quad \dot w_0 = \Gamma \varsigma_\delta, \quad
     \varsigma_\delta = \varsigma - \max(-\delta, \min(\delta, \varsigma))
 
-The dead zone :math:`\delta` suppresses the counts of the encoder. A projection keeps :math:`0 \le w_i \le w_{max}`
-and :math:`|w_0| \le w_{max}`, so the weights are always bounded. If :math:`F = w_0 + \sum w_i E_i[r]`
-for some weights, :math:`V = J\varsigma^2/2 + \sum \tilde w_i^2/(2\Gamma)` falls outside the dead zone.
-:math:`\hat F` is the feedforward.
+The dead zone :math:`\delta` keeps the counts of the encoder out of the learning. A projection keeps
+:math:`0 \le w_i \le w_{max}` and :math:`|w_0| \le w_{max}`, so the weights are always bounded. If some weights give
+:math:`F = w_0 + \sum w_i E_i[r]`, then :math:`V = J\varsigma^2/2 + \sum \tilde w_i^2/(2\Gamma)` falls outside the dead
+zone, with the errors :math:`\tilde w_i` of the learned weights.
 
 References
 ----------
@@ -53,10 +53,10 @@ class Parameters(NamedTuple):
     J: quantities.KnownInertia
     lambda_: quantities.SurfaceSlope
     K_1: quantities.ApproachRate
-    reach: Annotated[float, Variable("length", "stroke after a reversal in which friction rises", min=1e-12)]
+    reach: Annotated[float, Variable("length", "distance after a reversal over which friction rises", min=1e-12)]
     Gamma: Annotated[float, Variable("force/length", "rate of learning", min=0.0)]
     w_max: Annotated[float, Variable("force", "largest strength of each element, and of the constant part", min=0.0)]
-    delta: Annotated[float, Variable("length/time", "dead zone of the surface in learning", min=0.0)] = 0.0
+    delta: Annotated[float, Variable("length/time", "dead zone of the learning, in units of the surface", min=0.0)] = 0.0
     estimator: quantities.Estimator = 0
     cutoff: quantities.Cutoff = math.inf
     limit: quantities.EffortLimit = math.inf

@@ -6,8 +6,8 @@ With the error :math:`e = r - q` and the surface :math:`\varsigma = \dot e + \la
     u = J\left[\ddot r + \lambda\,\dot e + K_1 \varsigma\right] + \hat F + \hat d, \qquad
     \hat d = \frac{g}{s + g}\left(u - \hat F - J \dot{\hat v}\right)
 
-The observer has the inertia and the friction feedforward as its model, and estimates the rest of the force.
-It needs no derivative of the velocity: :math:`\hat d = z - g J \hat v` with
+The model of the observer is the inertia and the friction feedforward :math:`\hat F`. The observer estimates the rest of
+the force, :math:`\hat d`. It needs no derivative of the velocity: :math:`\hat d = z - g J \hat v` with
 :math:`\dot z = g\,(u - \hat F + g J \hat v - z)`. The observer uses the limited effort, so it does not wind up.
 
 References

@@ -8,7 +8,7 @@ With the error :math:`e = r - q`, the surface :math:`\varsigma = \dot e + \lambd
 
 with the Stribeck force :math:`G(v) = F_C + (F_S - F_C)\,e^{-(v/v_S)^2}`. The term with :math:`k` corrects the
 deflection of the bristles by the error. Within a sample :math:`\hat v` and :math:`\varsigma` are constant, and
-:math:`\hat z` is exact. :math:`\hat F` is the feedforward.
+the step of :math:`\hat z` is exact. :math:`\hat F` is the feedforward.
 
 References
 ----------
@@ -37,9 +37,9 @@ class Parameters(NamedTuple):
     F_C: Annotated[float, Variable("force", "Coulomb friction force of the observer", min=1e-12)]
     F_S: Annotated[float, Variable("force", "static friction force of the observer", min=1e-12)]
     v_S: Annotated[float, Variable("length/time", "Stribeck velocity of the observer", min=1e-12)]
-    sigma_0: Annotated[float, Variable("force/length", "stiffness of its bristles", min=0.0)]
-    sigma_2: Annotated[float, Variable("force*time/length", "its viscous coefficient", min=0.0)] = 0.0
-    k: Annotated[float, Variable("1", "gain of the correction of the bristles by the error", min=0.0)] = 0.0
+    sigma_0: Annotated[float, Variable("force/length", "bristle stiffness of the observer", min=0.0)]
+    sigma_2: Annotated[float, Variable("force*time/length", "viscous coefficient of the observer", min=0.0)] = 0.0
+    k: Annotated[float, Variable("1", "gain of the correction of the bristle deflection by the error", min=0.0)] = 0.0
     estimator: quantities.Estimator = 0
     cutoff: quantities.Cutoff = math.inf
     limit: quantities.EffortLimit = math.inf

@@ -1,16 +1,15 @@
 r"""Sliding mode control with a boundary layer and friction compensation, (19) to (23) of the source paper.
 
-With the error :math:`e = r - q` and the surface :math:`\varsigma = \dot e + \lambda e` (the paper calls it s, like the
-stiffness)
+With the error :math:`e = r - q` and the surface :math:`\varsigma = \dot e + \lambda e` (s in the source paper)
 
 .. math::
     u = J\left[\ddot r + \lambda\,\dot e + K_1 \varsigma + K_2\,\mathrm{sat}(\varsigma/\phi)\right] + \hat F, \qquad
     \dot\varsigma = -K_1 \varsigma - K_2\,\mathrm{sat}(\varsigma/\phi) + \frac{F - \hat F}{J}
 
-:math:`\phi = 0` is the sign function. The law reaches and keeps the surface only if :math:`K_2` exceeds the
-uncompensated friction over the inertia, :math:`K_2 > \sup|F - \hat F|/J`. With a smaller :math:`K_2` it works as a
-proportional-derivative law of high gain, :math:`J\lambda(K_1 + K_2/\phi)` inside the layer. With :math:`K_2 = 0` it is
-that law. :math:`\hat F` is the feedforward.
+For :math:`\phi = 0`, sat is the sign function. :math:`\hat F` is the feedforward. The law reaches and keeps the surface
+only if :math:`K_2` exceeds the uncompensated friction over the inertia, :math:`K_2 > \sup|F - \hat F|/J`. With a smaller
+:math:`K_2` the law acts inside the layer as a proportional-derivative law of high gain, :math:`J\lambda(K_1 + K_2/\phi)`.
+With :math:`K_2 = 0` it is a proportional-derivative law.
 
 References
 ----------
@@ -37,7 +36,7 @@ class Parameters(NamedTuple):
     lambda_: quantities.SurfaceSlope
     K_1: quantities.ApproachRate
     K_2: Annotated[float, Variable("length/time^2", "switching gain", min=0.0, nominal=1e-2)] = 0.0
-    phi: Annotated[float, Variable("length/time", "boundary layer; 0 for the sign function", min=0.0)] = 0.0
+    phi: Annotated[float, Variable("length/time", "width of the boundary layer; 0 for the sign function", min=0.0)] = 0.0
     estimator: quantities.Estimator = 0
     cutoff: quantities.Cutoff = math.inf
     limit: quantities.EffortLimit = math.inf

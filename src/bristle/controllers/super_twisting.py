@@ -6,8 +6,8 @@ With the surface :math:`\varsigma = \dot e + \lambda e`
     u = J\left[\ddot r + \lambda\,\dot e + K_1 \varsigma + k_1 \sqrt{|\varsigma|}\,\operatorname{sgn}\varsigma
     + w\right] + \hat F, \qquad \dot w = k_2 \operatorname{sgn}\varsigma
 
-It rejects a disturbance of bounded rate :math:`|\dot d| < k_2`, not of bounded size. Friction that reverses within a
-few samples changes faster.
+The law rejects a disturbance :math:`d` whose rate is bounded, :math:`|\dot d| < k_2`; a bound on its size is not enough.
+Friction that reverses within a few samples exceeds this rate.
 
 References
 ----------
@@ -32,7 +32,7 @@ class Parameters(NamedTuple):
     J: quantities.KnownInertia
     lambda_: quantities.SurfaceSlope
     K_1: quantities.ApproachRate
-    k_1: Annotated[float, Variable("length^0.5/time^1.5", "gain on the root of the surface", min=0.0)]
+    k_1: Annotated[float, Variable("length^0.5/time^1.5", "gain on the square root of the surface", min=0.0)]
     k_2: Annotated[float, Variable("length/time^3", "rate of the integrated switching", min=0.0)]
     estimator: quantities.Estimator = 0
     cutoff: quantities.Cutoff = math.inf

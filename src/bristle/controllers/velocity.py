@@ -5,14 +5,14 @@ r"""The velocity of a control law, from sampled positions.
 .. math:: \hat v_k = \hat v_{k-1} + \left(1 - e^{-2\pi f_c T_s}\right)
           \left(\frac{q_k - q_{k-1}}{T_s} - \hat v_{k-1}\right)
 
-``tracking_observer``: a kinematic observer with both poles at :math:`p = e^{-2\pi f_c T_s}`: the least-squares line
-through all positions so far, each with the weight :math:`p` to the power of its age,
+``tracking_observer``: a kinematic observer with both poles at :math:`p = e^{-2\pi f_c T_s}`. It is the least-squares
+line through all earlier positions, each with the weight :math:`p` to the power of its age in samples,
 
 .. math:: \tilde q_k = \hat q_{k-1} + T_s \hat v_{k-1}, \quad
           \hat q_k = \tilde q_k + (1 - p^2)(q_k - \tilde q_k), \quad
           \hat v_k = \hat v_{k-1} + \frac{(1 - p)^2}{T_s}(q_k - \tilde q_k)
 
-It follows a steady motion without lag, and its velocity has smaller jumps from the counts of an encoder.
+The observer follows a steady motion without lag, and its velocity has smaller jumps from the counts of an encoder.
 """
 
 import math

@@ -259,7 +259,7 @@ FLAG: Converter = _flag
 TEXT: Converter = instance(str, "text")  # A text
 NAMES: Converter = _names  # Names, in a list or separated by commas
 FUNCTION: Converter = instance(Callable, "a function")  # type: ignore[arg-type]
-Progress = Callable[[float, str], None]
+Progress = Callable[[float, str], None]  # Function that receives the completed share of the work and the stage in words
 
 
 def between(report: Callable[..., None], low: float, high: float) -> Callable[..., None]:

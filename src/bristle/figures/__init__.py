@@ -1,7 +1,7 @@
 """Figures: functions from results to a `matplotlib.figure.Figure`; the only importers of matplotlib.
 
-Every figure is readable in grey: lines differ in lightness and dashes, markers in shape. Figures for reports only are
-in their files.
+Every figure is readable in grey: lines differ in lightness and dashes, markers in shape. This module does not export figures
+that only reports use.
 """
 
 from functools import partial

@@ -35,15 +35,15 @@ class ReportFigure:
     draw : callable
         Returns a `matplotlib.figure.Figure`, such as that of `bristle.figures.style.panels`.
     caption : str or callable
-        Text below the figure; a function of the same results, if it depends on them.
+        Text below the figure, or a function of the same results that returns the text.
     alternative : str or callable
-        Description for people who cannot see the figure, or a function of the results.
+        Description for people who cannot see the figure, or a function of the same results that returns it.
     title : str
         Heading above a user-defined figure.
     may_take : tuple of str
-        Further results, after the others; None for missing results.
+        Further results that `draw` takes after the others; it receives None for a missing result.
     applies : callable or None
-        Condition on these results; by default, the figure is drawn if all its inputs exist.
+        Condition on these results for the figure to appear; by default, all its inputs must exist.
     """
 
     name: str
@@ -61,13 +61,13 @@ class ReportFigure:
         return (self.takes,) if isinstance(self.takes, str) else tuple(self.takes)
 
     def missing(self, facts: Facts) -> tuple[str, ...]:
-        """Return the inputs that a report lacks."""
+        """Return the names of the inputs that a report lacks."""
         return tuple(name for name in self.needs if facts.get(name) is None)
 
     def arguments(self, facts: Facts) -> tuple[Any, ...]:
-        """Return the inputs."""
+        """Return the inputs of the figure from the results of a report."""
         return tuple(facts.get(name) for name in (*self.needs, *self.may_take))
 
     def applies_to(self, facts: Facts) -> bool:
-        """Return whether a report has it."""
+        """Return whether a report with these results has the figure."""
         return not self.missing(facts) and (self.applies is None or self.applies(*self.arguments(facts)))

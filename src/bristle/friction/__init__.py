@@ -1,4 +1,4 @@
-"""Friction models, each in a file. Call a descriptor with parameters to get a model.
+"""Friction models, each in a file. Call one with parameters to get a model with values.
 
 Examples
 --------
@@ -57,7 +57,7 @@ MODELS: dict[str, FrictionModel] = {model.name: model for model in tuple(vars().
 """Every friction model, by name."""
 
 DEFAULT_MODELS = "coulomb_viscous,stribeck+asymmetry,lugre+asymmetry"
-"""Models that are fitted and compared by default: two static ones, and one with pre-sliding."""
+"""Models that `identify` fits and compares by default: two static models, and one model with pre-sliding."""
 
 __all__ = [
     "CHANNEL_SLOTS",
@@ -81,7 +81,7 @@ def __dir__() -> list[str]:
 
 
 def find(name: str, path: str = "friction.model") -> SlottedModel:
-    """Return the model with this name and slots, such as ``"lugre+asymmetry"``; each model takes an ``offset``.
+    """Return the model with this name and slots, such as ``"lugre+asymmetry"``; the result also takes an ``offset``.
 
     Raises
     ------
@@ -143,7 +143,7 @@ def _over(model: FrictionModel, names: Sequence[str], path: str) -> FrictionMode
     """Return a friction model over the named operator."""
     if not isinstance(model, TakesOperator) or len(names) > 1:
         raise InputError(
-            "takes one operator at most, and only preisach_lugre and preisach_contact take it",
+            "must have one operator at most: only preisach_lugre and preisach_contact take an operator",
             path=path,
             value="+".join([model.name, *names]),
         )

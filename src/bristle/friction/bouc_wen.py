@@ -4,11 +4,11 @@ r"""The Bouc-Wen model as friction: smooth hysteresis, with minor loops that do 
     F = \alpha s\,x + (1 - \alpha)\,f + \sigma_2 v, \qquad
     \frac{df}{dx} = s\left[1 - \left|\frac{f}{F_C}\right|^n\left(\gamma + \beta \operatorname{sgn}(v f)\right)\right]
 
-with :math:`\gamma = 1 - \beta`, so that :math:`f \to F_C \operatorname{sgn} v` in sliding. The usual amplitudes are
-redundant: here the stiffness :math:`s` and the force :math:`F_C` fix them. With :math:`\alpha = 0` (the
-default) the contact has no elastic restoring force and slides freely. The model dissipates for
-:math:`\beta \ge 1/2`; a smaller value makes unloading too steep. A small cycle at a force of one sign creeps: the model
-violates Drucker's postulate and has no return-point memory.
+with :math:`\gamma = 1 - \beta`, so that :math:`f \to F_C \operatorname{sgn} v` in sliding. The usual amplitudes of
+``bouc_wen_classic`` are redundant. This model derives them from the stiffness :math:`s` and the force :math:`F_C`. With
+:math:`\alpha = 0` (the default) the contact has no elastic restoring force and slides freely. For :math:`\beta \ge 1/2`
+the model dissipates energy. A smaller value makes the slope in unloading too steep. Under a small cycle of a force that
+keeps its sign, the contact creeps: the model violates Drucker's postulate and has no return-point memory.
 
 References
 ----------

@@ -4,11 +4,11 @@ r"""The Bouc-Wen model with its usual amplitudes: the restoring force yields or 
     F = z + \sigma_2 v, \qquad
     \frac{dz}{dt} = \alpha\,v - \beta\left(\gamma\,|v|\,|z|^{\nu-1} z + \delta\,v\,|z|^{\nu}\right)
 
-with `z` in units of 1 N (1 N*m) under the exponent. The slope in loading is
+where the exponents apply to the number of `z` in N (N*m). The slope in loading is
 :math:`dz/dx = \alpha - \beta(\gamma + \delta)|z|^\nu`, in unloading
 :math:`dz/dx = \alpha + \beta(\gamma - \delta)|z|^\nu`. For :math:`\gamma + \delta > 0` the force is bounded and the
-contact slides, as in ``bouc_wen``. For :math:`\gamma + \delta < 0` the force hardens, as in structures and joints, but
-in no friction. For :math:`\gamma \ge 0` a closed cycle dissipates.
+contact slides, as in ``bouc_wen``. For :math:`\gamma + \delta < 0` the force hardens: this occurs in structures and
+joints, but not in friction. For :math:`\gamma \ge 0` a closed cycle dissipates energy.
 
 The amplitudes are redundant: the force depends on :math:`\beta\gamma` and :math:`\beta\delta` only, for every
 :math:`\nu`. No log identifies :math:`\beta` alone.
@@ -34,12 +34,12 @@ LARGEST = 500.0  # exponent beyond which hardening is no longer followed
 
 
 class Parameters(NamedTuple):
-    """Parameters of the Bouc-Wen model in its customary amplitudes."""
+    """Parameters of the Bouc-Wen model with its usual amplitudes."""
 
     alpha: Annotated[float, Variable("force/length", "stiffness at rest", min=1e-9, nominal=1e6, excitation="displacement")]
-    gamma: Annotated[float, Variable("1", "amplitude of the dissipation of a cycle", excitation="displacement")]
-    delta: Annotated[float, Variable("1", "amplitude of yielding; hardening < 0", excitation="displacement")]
-    beta: Annotated[float, Variable("1/length", "common factor of both amplitudes", min=1e-12, nominal=1e3)] = 1.0
+    gamma: Annotated[float, Variable("1", "amplitude of the energy loss in a cycle", excitation="displacement")]
+    delta: Annotated[float, Variable("1", "amplitude of yielding; below 0 for hardening", excitation="displacement")]
+    beta: Annotated[float, Variable("1/length", "common factor of gamma and delta", min=1e-12, nominal=1e3)] = 1.0
     nu: Annotated[float, Variable("1", "exponent, how sharp the knee is", min=1.0, max=20.0)] = 1.0
     sigma_2: Annotated[float, Variable("force*time/length", "viscous friction coefficient", min=0.0, excitation="speed")] = 0.0
 

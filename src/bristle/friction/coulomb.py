@@ -44,7 +44,7 @@ def commit(state, memory, move, p):
 
 MODEL = coulomb = FrictionModel(
     name="coulomb",
-    description="constant force against the motion; truly sticks at rest",
+    description="constant force against the motion; holds the axis at rest without creep",
     Parameters=Parameters,
     State=State,
     trial=trial,

@@ -1,12 +1,13 @@
-r"""The Dahl model: friction that grows with displacement until it slides.
+r"""The Dahl model: friction that grows with displacement until the contact slides.
 
 .. math::
     \frac{dF}{dx} = \sigma_0 \left|1 - \frac{F}{F_C}\operatorname{sgn} v\right|^{i}
                     \operatorname{sgn}\!\left(1 - \frac{F}{F_C}\operatorname{sgn} v\right)
 
-plus :math:`\sigma_2 v`. With :math:`r = 1 - (F/F_C)\operatorname{sgn} v` a step in one direction has a closed form:
-:math:`r_1 = r_0\,[1 + (i-1)\kappa |r_0|^{i-1}]^{-1/(i-1)}`, :math:`\kappa = \sigma_0|\Delta x|/F_C`
-(:math:`r_0 e^{-\kappa}` for :math:`i = 1`). Its end and its mean force are exact for every step size.
+plus the viscous force :math:`\sigma_2 v`. With :math:`r = 1 - (F/F_C)\operatorname{sgn} v` a step :math:`\Delta x` in
+one direction has a closed form: :math:`r_1 = r_0\,[1 + (i-1)\kappa |r_0|^{i-1}]^{-1/(i-1)}`,
+:math:`\kappa = \sigma_0|\Delta x|/F_C` (:math:`r_0 e^{-\kappa}` for :math:`i = 1`). The force at the end of the step and
+its mean are exact for every step size.
 
 References
 ----------
@@ -90,7 +91,7 @@ def rate(state, motion, p):
 
 MODEL = dahl = FrictionModel(
     name="dahl",
-    description="friction that grows with displacement until it slides; drifts under a ripple",
+    description="friction that grows with displacement until the contact slides; drifts under a force ripple",
     Parameters=Parameters,
     State=State,
     trial=trial,

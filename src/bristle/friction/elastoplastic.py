@@ -4,11 +4,11 @@ r"""The elastoplastic model: bristles that do not slip until their deflection re
     \dot z = v\left(1 - \alpha(z, v)\,\frac{\sigma_0 z}{G(v)}\operatorname{sgn} v\right), \qquad
     F = \sigma_0 z + \sigma_1\,\dot z + \sigma_2 v
 
-with :math:`\alpha = 0` up to the break-away deflection :math:`z_{ba}`, a half wave of a sine up to the deflection in
-sliding :math:`G(v)/\sigma_0`, and 1 beyond; 0 also while the motion unloads the bristles. Below the threshold the
-contact is a spring: it neither drifts nor dissipates, and has no hysteresis. The threshold is the same deflection for
-all velocities, so it must lie below the smallest deflection in sliding, :math:`\sigma_0 z_{ba} < F_C`; otherwise
-:math:`\alpha` would jump.
+Up to the break-away deflection :math:`z_{ba}`, and while the motion unloads the bristles, :math:`\alpha = 0`. From
+:math:`z_{ba}` to the deflection in sliding, :math:`G(v)/\sigma_0`, :math:`\alpha` rises as a half wave of a sine; beyond,
+:math:`\alpha = 1`. Below the threshold :math:`z_{ba}` the contact is a spring: it neither drifts nor dissipates energy,
+and has no hysteresis. The threshold does not depend on the velocity. It must therefore lie below the smallest
+deflection in sliding, :math:`\sigma_0 z_{ba} < F_C`; otherwise :math:`\alpha` would jump.
 
 References
 ----------
@@ -60,7 +60,7 @@ class Move(NamedTuple):
 
 
 THRESHOLD_BELOW_SLIDING = Relation(
-    "sigma_0 * z_ba < F_C", lambda p: p.sigma_0 * p.z_ba < p.F_C, "Lower z_ba: the bristles must begin to slip before they slide"
+    "sigma_0 * z_ba < F_C", lambda p: p.sigma_0 * p.z_ba < p.F_C, "Lower z_ba: the bristles must begin to slip before the contact slides"
 )
 
 
@@ -96,7 +96,7 @@ def rate(state, motion, p):
 
 MODEL = elastoplastic = FrictionModel(
     name="elastoplastic",
-    description="bristles that do not slip below a threshold: no drift, and no hysteresis below it either",
+    description="bristles that slip only above a threshold; below the threshold neither drift nor hysteresis",
     Parameters=Parameters,
     State=State,
     trial=trial,

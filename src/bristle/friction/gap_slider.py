@@ -1,19 +1,20 @@
 r"""A slider in series with a hardening spring with backlash: a banded damper, or a loose joint that slips.
 
-The spring deflects by `z`, limited to :math:`\pm r`, :math:`r = \tfrac12 h + a`, with the backlash `h` and the
-deflection :math:`a` from the end of the backlash to slip. The force is a monotone map of the deflection,
+The spring deflects by `z`, limited to :math:`\pm r`, :math:`r = \tfrac12 h + a`, with the backlash `h` (``gap``) and the
+deflection :math:`a` (``give``) from the end of the backlash to slip. The force is a monotone function of the deflection,
 
 .. math::
     F(z) = F_C \operatorname{sgn}(z)\left[\lambda\,\frac{|z|}{r}
            + (1 - \lambda)\left(\frac{(|z| - \tfrac12 h)_+}{a}\right)^{n}\right] + \sigma_2 v,
 
-which reaches :math:`F_C` where the slider slips. At a reversal the force falls steeply, is small throughout the
-backlash, and then rises on the other side with a growing slope. Between the ends the contact is elastic: a cycle
-dissipates in slip only. A sum of stops (Prandtl-Ishlinskii) cannot represent this: its stiffness only falls along a
-stroke.
+with the linear share :math:`\lambda` (``share``); :math:`(\cdot)_+` is 0 for a negative argument. The force reaches
+:math:`F_C` where the slider slips. At a reversal the force falls steeply, is small throughout the backlash, and then
+rises on the other side with a growing slope. Between the ends :math:`\pm r` the contact is elastic: a cycle dissipates
+energy in slip only. A sum of stops (Prandtl-Ishlinskii) cannot represent this force, because the stiffness of such a sum
+only falls along a stroke.
 
-The place of the contact in its backlash at the beginning of a log is unknown: it may be anywhere between the stops. With
-``+asymmetry`` the two ends have separate forces and springs, by the side that the contact leans to.
+At the beginning of a log the position of the contact within its backlash is unknown. With ``+asymmetry`` the two ends
+have separate forces and springs, selected by the sign of the deflection.
 
 References
 ----------
@@ -51,7 +52,15 @@ class Parameters(NamedTuple):
         Variable("1", "exponent of the spring, above 1 for a hardening spring", min=1.0, max=12.0, nominal=2.0, excitation="displacement"),
     ] = 1.0
     share: Annotated[
-        float, Variable("1", "linear share of the force, backlash included", min=0.0, max=1.0, nominal=0.1, excitation="displacement")
+        float,
+        Variable(
+            "1",
+            "share of the force that rises linearly, also within the backlash",
+            min=0.0,
+            max=1.0,
+            nominal=0.1,
+            excitation="displacement",
+        ),
     ] = 0.0
     sigma_2: ViscousCoefficient = 0.0
 

@@ -7,7 +7,8 @@ r"""The generalised Maxwell-slip model: Maxwell-slip elements that slip by the S
 
 with :math:`G(v) = F_C + (F_S - F_C)\,e^{-(v/v_S)^2}`. Pre-sliding has the non-local memory of Maxwell slip. In sliding
 the attraction :math:`C` makes the force follow the Stribeck curve with a lag, and
-:math:`F_{ss} = G(v) \operatorname{sgn} v + \sigma_2 v`. A step at constant velocity is exact, including its mean force.
+in steady sliding :math:`F_{ss} = G(v) \operatorname{sgn} v + \sigma_2 v`. A step at constant velocity is exact, and so is
+its mean force.
 
 References
 ----------

@@ -4,10 +4,10 @@ r"""Slots that raise the level of dry friction: with the effort transmitted to t
     F = F_\text{model} + \frac{c_T |\tau| + \sum_{i=1,2} h_{c,i} \cos i\varphi + h_{s,i} \sin i\varphi}{F_C}
         \left(F_\text{model} - F_v v\right)
 
-``+transmitted``: the friction of teeth and nuts grows with the effort :math:`\tau` that reaches the load, which is the
-effort minus friction. In sliding the level is :math:`F_C + c_T |\tau|`; all forces of a contact with memory rise by
-the same factor. ``+ripple``: the level varies once and twice a turn of the screw, :math:`\varphi = 2\pi x/p` with the
-pitch `p`. Its force changes sign with the motion, unlike ``+periodic`` and the cogging of a motor.
+With ``+transmitted`` the friction of teeth and nuts grows with the effort :math:`\tau` that reaches the load: the effort
+of the drive minus friction. In sliding the level is :math:`F_C + c_T |\tau|`; all forces of a contact with memory rise by
+the same factor. With ``+ripple`` the level varies once and twice per turn of the screw, :math:`\varphi = 2\pi x/p` with
+the pitch `p`. Unlike the forces of ``+periodic`` and of motor cogging, this force changes sign with the motion.
 Viscous friction :math:`F_v v` does not change.
 """
 
@@ -27,7 +27,7 @@ from bristle.friction.enclosing import CoefficientsModel, enclosed
 from bristle.friction.variation import PITCH, SMALLEST_FACTOR
 
 TWO_PI = 2.0 * math.pi
-TRANSMITTED = Variable("1", "friction for each unit of effort transmitted to the load", nominal=0.1, excitation="place")
+TRANSMITTED = Variable("1", "additional friction per unit of effort transmitted to the load", nominal=0.1, excitation="place")
 
 
 class Rise(NamedTuple):
@@ -35,10 +35,10 @@ class Rise(NamedTuple):
 
     c_T: Annotated[float, TRANSMITTED] = 0.0
     pitch: Annotated[float, PITCH] = 1.0
-    h_c1: Annotated[float, Variable("force", "level of friction once a turn, cosine", excitation="place")] = 0.0
-    h_s1: Annotated[float, Variable("force", "level of friction once a turn, sine", excitation="place")] = 0.0
-    h_c2: Annotated[float, Variable("force", "level of friction twice a turn, cosine", excitation="place")] = 0.0
-    h_s2: Annotated[float, Variable("force", "level of friction twice a turn, sine", excitation="place")] = 0.0
+    h_c1: Annotated[float, Variable("force", "variation of the friction level once per turn, cosine", excitation="place")] = 0.0
+    h_s1: Annotated[float, Variable("force", "variation of the friction level once per turn, sine", excitation="place")] = 0.0
+    h_c2: Annotated[float, Variable("force", "variation of the friction level twice per turn, cosine", excitation="place")] = 0.0
+    h_s2: Annotated[float, Variable("force", "variation of the friction level twice per turn, sine", excitation="place")] = 0.0
     level: Annotated[float, Variable("force", "level of sliding friction of the model")] = 1.0
     viscous: Annotated[float, Variable("force*time/length", "viscous friction of the model")] = 0.0
 

@@ -5,10 +5,10 @@ r"""The LuGre model: bristles that deflect, slip and have the Stribeck effect; (
     F = \sigma_0 z + \sigma_1(v)\,\dot z + \sigma_2 v, \qquad
     G(v) = F_C + (F_S - F_C)\,e^{-(v/v_S)^2}
 
-with :math:`\sigma_1(v) = \sigma_1 e^{-(v/v_d)^2}`, constant for :math:`v_d = \infty`. The deflection in sliding is
-:math:`z = G/\sigma_0` and the force :math:`F_{ss} = G(v)\operatorname{sgn} v + \sigma_2 v`. Some texts write a bristle
+with :math:`\sigma_1(v) = \sigma_1 e^{-(v/v_d)^2}`, constant for :math:`v_d = \infty`. In steady sliding the deflection is
+:math:`|z| = G/\sigma_0` and the force :math:`F_{ss} = G(v)\operatorname{sgn} v + \sigma_2 v`. Some texts write a bristle
 function :math:`g(v)` with :math:`\sigma_0 g = G`. A formula that divides by :math:`g` *and* keeps
-:math:`\sigma_0 z` in the numerator counts :math:`\sigma_0` twice; this form is consistent. A step at constant
+:math:`\sigma_0 z` in the numerator counts :math:`\sigma_0` twice; the form above does not. A step at constant
 velocity is exact for every step size.
 
 References
@@ -133,7 +133,7 @@ def arrival(state, memory, contact, p):
 
 MODEL = lugre = FrictionModel(
     name="lugre",
-    description="bristles with Stribeck effect; drifts under a ripple and does not close minor loops",
+    description="bristles with the Stribeck effect; drifts under a force ripple and does not close minor loops",
     Parameters=Parameters,
     State=State,
     trial=trial,

@@ -48,7 +48,7 @@ RELATIONS = (
         "Give one stiffness and one share for each element",
         structural=True,
     ),
-    Relation("sum of nu_i = 1", lambda p: abs(float(np.sum(p.nu_i)) - 1.0) <= 1e-9, "Divide the shares by their sum"),
+    Relation("sum of nu_i = 1", lambda p: abs(float(np.sum(p.nu_i)) - 1.0) <= 1e-9, "Divide each value of nu_i by the sum of all"),
 )
 
 

@@ -4,11 +4,12 @@ r"""Maxwell-slip elements with limits that fall with speed and scatter from reve
     F = \sum_i k_i e_i + \sigma_1 n_s v + \sigma_2 v, \qquad
     |k_i e_i| \le \nu_i\,\gamma\,G(v), \qquad G(v) = F_C + (F_S - F_C)\,e^{-(v/v_S)^2}
 
-Each element sticks and stretches by :math:`e_i`, or slips at its share :math:`\nu_i` of the Stribeck curve. An element
-beyond a fallen limit yields to it at once. :math:`n_s` is the share of the elements that stick: micro-damping
-belongs to contacts that have not broken away. Real friction does not repeat exactly: :math:`\gamma = 1 + s\,\xi`, with
-:math:`\xi` standard normal, is drawn anew at each reversal of the velocity (beyond the speed :math:`v_r`). A seed
-makes a run repeatable to the bit.
+Each element sticks and stretches by :math:`e_i`, or slips at its share :math:`\nu_i` of the Stribeck curve. If the limit
+falls below the force of an element, the force drops to the limit at once. :math:`n_s` is the share of the elements that
+stick: micro-damping acts only in contacts that have not broken away. Real friction does not repeat exactly. The model
+therefore draws :math:`\gamma = 1 + s\,\xi` anew at each reversal of the velocity, with :math:`\xi` standard normal and
+`s` the parameter ``scatter``. Reversals below the speed :math:`v_r` do not count. Runs with one seed are identical to
+the bit.
 
 References
 ----------
@@ -41,12 +42,12 @@ class Parameters(NamedTuple):
     F_S: StaticForceAboveZero
     v_S: StribeckVelocity
     k_i: ElementStiffness
-    nu_i: Annotated[np.ndarray, Variable("1", "share of each element in the limit", min=0.0, max=1.0)]
+    nu_i: Annotated[np.ndarray, Variable("1", "share of each element in the limit force", min=0.0, max=1.0)]
     sigma_1: Annotated[float, Variable("force*time/length", "micro-damping while all elements stick", min=0.0, excitation="presliding")] = (
         0.0
     )
     sigma_2: ViscousCoefficient = 0.0
-    scatter: Annotated[float, Variable("1", "standard deviation of the limit from reversal to reversal", min=0.0, max=0.3)] = 0.0
+    scatter: Annotated[float, Variable("1", "relative standard deviation of the limit force between reversals", min=0.0, max=0.3)] = 0.0
     v_r: Annotated[float, Variable("length/time", "speed above which a reversal counts", min=0.0)] = 0.0
     seed: Annotated[int, Variable("1", "seed of the scatter", min=0, max=SEED_MAX)] = 0
 

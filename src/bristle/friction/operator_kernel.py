@@ -155,13 +155,13 @@ class TakesOperator(FrictionModel):
         return over_operator(self, operator.component), _prefixed(operator.values)
 
 
-_REFUSED = {"relay_grid": "has a staircase output without stiffness; take preisach_grid, which has the same measure"}
+_REFUSED = {"relay_grid": "has a staircase output without stiffness; use preisach_grid, which has the same measure"}
 
 
 def _closed_form(operator: Model, path: str) -> dict[str, Any]:
     if operator.values["tolerance"] != OWN_TOLERANCE:
         raise InputError(
-            "has a tolerance, which a kernel in closed form does not take",
+            "has a tolerance, but a kernel in closed form has a fixed tolerance",
             path=path,
             value=operator.values["tolerance"],
             allowed=repr(OWN_TOLERANCE),
@@ -258,7 +258,7 @@ def _relations(model: TakesOperator, operator: HysteresisOperator) -> tuple[Rela
             Relation(
                 f"saturation of the operator > {model.exceeded}",
                 lambda p: saturation(operator, p.operator) > getattr(p.own, model.exceeded),
-                f"Lower {model.exceeded}, or record curves that reach farther: otherwise the deflection grows without "
+                f"Lower {model.exceeded}, or record curves up to a larger force: otherwise the deflection grows without "
                 "bound while the body slides",
             )
         )

@@ -2,10 +2,10 @@ r"""The Preisach operator on the position: the hysteresis friction compensator o
 
 .. math:: F = f_h[x] + \sigma_2 v
 
-Every motion deflects the contact, and it never slips: this is a model of pre-sliding, equal to `preisach_lugre`
-below the force of sliding. It has no Stribeck effect and no break-away; for gross sliding take `preisach_lugre`.
-The force is the mean over a step, a long step in parts. ``kernel`` also takes a hysteresis operator, measured or
-identified, which then replaces ``s`` and ``f_p``.
+Every motion deflects the contact, and the contact never slips. The model thus describes pre-sliding only: below the
+force of sliding it equals `preisach_lugre`. It has no Stribeck effect and no break-away. For gross sliding use
+`preisach_lugre`. The force of a step is the mean over the step; bristle divides a long step into parts. The parameter
+``kernel`` also takes a hysteresis operator, measured or identified, whose parameters then replace ``s`` and ``f_p``.
 
 References
 ----------

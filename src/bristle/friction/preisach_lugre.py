@@ -5,22 +5,23 @@ r"""Preisach-LuGre: the bristles of LuGre with the hysteresis of a Preisach oper
     \dot z = v\left[1 - \Phi\!\left(\frac{f_h \operatorname{sgn} v}{G(v)}\right)\right], \qquad
     G(v) = F_C + (F_S - F_C)\,e^{-(v/v_S)^2}
 
-with :math:`\sigma_1(v) = \sigma_1 e^{-(v/v_d)^2}`, constant for :math:`v_d = \infty`. The hysteretic force is that of
-a Preisach operator (`bristle.hysteresis.preisach`) on the deflection :math:`z`. The transition to slip is one of
+with :math:`\sigma_1(v) = \sigma_1 e^{-(v/v_d)^2}`, constant for :math:`v_d = \infty`. A Preisach operator
+(`bristle.hysteresis.preisach`) computes the hysteretic force :math:`f_h` from the deflection :math:`z`. The parameter
+``transition`` selects the function :math:`\Phi` of the ratio :math:`r = f_h \operatorname{sgn} v/G(v)`:
 
-* ``paper``: :math:`\Phi = r`, the equations as printed. The memory is in :math:`z`, not in the position: the model
-  drifts under a ripple, more than LuGre, and a minor loop in the position does not close.
-* ``leuven``: :math:`\Phi = \operatorname{sgn}(r)\,|r|^n`. A larger `n` drifts less, but passivity then needs a larger
-  :math:`\sigma_2`.
-* ``elastoplastic`` (the default): a gate on the ratio :math:`r`, closed up to :math:`\rho`. Below :math:`\rho F_S` the
-  deflection is the position: loops close exactly and the model does not drift. The gate is on the ratio, because a
-  fixed break-away force above :math:`G(v)` would make :math:`\Phi` jump.
+* ``paper``: :math:`\Phi = r`, as printed in the source paper. The memory is in :math:`z`, not in the position. The model
+  therefore drifts under a force ripple, more than LuGre, and a minor loop in the position does not close.
+* ``leuven``: :math:`\Phi = \operatorname{sgn}(r)\,|r|^n`. With a larger `n` the model drifts less, but passivity then
+  needs a larger :math:`\sigma_2`.
+* ``elastoplastic`` (the default): a gate, which prevents slip up to :math:`r = \rho`. Below the force :math:`\rho F_S`
+  the deflection follows the position: loops close exactly and the model does not drift. The gate depends on the ratio,
+  because a fixed break-away force above :math:`G(v)` would make :math:`\Phi` jump.
 
 In sliding :math:`F_{ss} = G(v) \operatorname{sgn} v + \sigma_2 v` for each transition, as in LuGre. The saturation of
 the operator must exceed the break-away force, :math:`f_p > F_S`; otherwise the deflection grows without bound while the
-body slides. With ``dahl_masing`` of exponent 2 it is bounded by :math:`f_p F_S/(s(f_p - F_S))`. The directions of motion
-may differ in sliding only: both have the same operator. ``kernel`` also takes a hysteresis operator, measured or
-identified, which then replaces ``s`` and ``f_p``.
+body slides. With ``dahl_masing`` of exponent 2 the deflection is at most :math:`f_p F_S/(s(f_p - F_S))`. With
+``+asymmetry`` the directions of motion differ in sliding only, because both use one operator. The parameter ``kernel``
+also takes a hysteresis operator, measured or identified, whose parameters then replace ``s`` and ``f_p``.
 
 References
 ----------
@@ -63,7 +64,7 @@ TRANSITIONS = ("paper", "leuven", "elastoplastic")
 PAPER, LEUVEN, ELASTOPLASTIC = range(3)
 TRANSITION = Variable("1", "how slip sets in", choices=TRANSITIONS)
 EXPONENT = Variable("1", "exponent of the transition leuven", min=1.0, max=50.0)
-GATE = Variable("1", "share of the force in sliding below which elastoplastic does not slip", min=0.0, max=0.999)
+GATE = Variable("1", "share of the sliding force up to which the transition elastoplastic does not slip", min=0.0, max=0.999)
 
 
 class Parameters(NamedTuple):
@@ -123,7 +124,7 @@ SATURATION_ABOVE_STATIC = Relation(
 SATURATION_WELL_ABOVE_STATIC = Relation(
     "f_p >= 1.05 * F_S",
     lambda p: p.f_p >= 1.05 * p.F_S,
-    "This close to F_S, the deflection in sliding is many times that of break-away",
+    "Raise f_p: this close to F_S, the deflection in sliding is many times the deflection at break-away",
     advisory=True,
 )
 

@@ -1,14 +1,14 @@
 r"""Pre-sliding for a static friction map: the force reverses over a distance, not in an instant.
 
-A static map jumps from one side to the other at a velocity reversal. On a real axis the contact deflects first. With
+The force of a static map jumps at a velocity reversal. On a real axis the contact deflects first. With
 the one-sided limits :math:`F_\pm` of the map at rest and the distance :math:`d`
 
 .. math::
     F = F_\text{map}(v) - F_{\operatorname{sgn} v} + \tfrac12(F_+ + F_-) + \tfrac12(F_+ - F_-)\,\zeta, \qquad
     \frac{d\zeta}{dx} = \frac{1 - \zeta\operatorname{sgn} v}{d}
 
-which equals the map in sliding, :math:`\zeta = \operatorname{sgn} v`, and around a reversal the model of Dahl with
-exponent 1 and stiffness :math:`(F_+ - F_-)/2d`. A step at constant velocity is exact.
+In sliding, :math:`\zeta = \operatorname{sgn} v`, this model equals the map. Around a reversal it equals the model of Dahl
+with exponent 1 and stiffness :math:`(F_+ - F_-)/2d`. A step at constant velocity is exact.
 
 References
 ----------

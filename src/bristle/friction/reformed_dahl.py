@@ -6,12 +6,13 @@ After a reversal at the force :math:`f_r`, moving forward by :math:`d` from ther
     f = f_r + \frac{P\,s\,d}{P + s\,d}, \quad P = f_p - f_r, \qquad
     \frac{df}{dx} = s\left(\frac{f_p - f}{f_p - f_r}\right)^2
 
-and mirrored moving backward. The slope at every reversal is :math:`s`, unlike that of Dahl's model with exponent 2. The
-model remembers its last reversal only. A symmetric loop between :math:`\pm x_r` closes at
+Motion backward is the mirror image. The slope at every reversal is :math:`s`, unlike in Dahl's model with exponent 2.
+A symmetric loop between :math:`\pm x_r` closes at the force
 :math:`f_r = \tfrac{f_p}{2}\left[\sqrt{(1+k)^2 + 4k} - (1+k)\right]`, :math:`k = s x_r/f_p`. Other minor loops do not
-close: after an inner loop the model does not return to the outer loop (no return-point memory), and loops of the same
-width at different forces differ in height (no congruency). The operator `reformed_dahl_exact` has the same symmetric
-loops, return-point memory and congruency. A step is exact for every step size, including its mean force.
+close. After an inner loop the model does not return to the outer loop (no return-point memory). Loops of equal
+width at different forces differ in height (no congruency). The kernel ``reformed_dahl_exact`` of the Preisach operators
+has equal symmetric loops, and in addition return-point memory and congruency. The force at the end of a step and its
+mean are exact for every step size.
 
 References
 ----------

@@ -1,15 +1,15 @@
 r"""Slots: additions to any friction model.
 
-Some slots let friction vary (`bristle.friction.variation`), some raise the level of its dry part
-(`bristle.friction.level`), and some multiply it by a function of a log channel, built-in or user-defined
+Some slots let friction vary (`bristle.friction.variation`). Others raise the level of its dry part
+(`bristle.friction.level`), or multiply friction by a function of a log channel, built-in or user-defined
 (`bristle.friction.channel_slot`). ``+asymmetry`` lets the directional parameters of a model differ between the
 directions of motion (``F_C`` becomes ``F_C_pos`` and ``F_C_neg``), and every model takes a constant ``offset``:
 
 .. math:: F = F_\pm(v, \dots) + F_\text{offset}
 
-The slot is a layer around the model. The sign of the velocity selects the direction, with :math:`\pm 0` as the two
-one-sided limits, so that a set-valued model still sticks. In steady sliding an offset and a direction-dependent
-Coulomb force are confounded: two levels are measured for three unknowns.
+The slot is a layer around the model. The sign of the velocity selects the direction. The velocities :math:`\pm 0` are
+the two one-sided limits, so that a model with a set of forces at rest still sticks. In steady sliding an offset and a
+direction-dependent Coulomb force are confounded: the log has two levels for three unknowns.
 """
 
 from collections.abc import Mapping
@@ -44,9 +44,9 @@ SLOTS = (*VARIATIONS, *LEVELS, *CHANNEL_SLOTS, "asymmetry")
 WHAT_SLOTS_DO = (
     {name: f"friction that varies with {cause}" for name, cause in VARIES_WITH.items()}
     | ADDS
-    | {name: f"a level of dry friction that rises with {cause}" for name, cause in RISES_WITH.items()}
+    | {name: f"a level of dry friction that changes with {cause}" for name, cause in RISES_WITH.items()}
     | {name: slot.description for name, slot in CHANNEL_SLOTS.items()}
-    | {"asymmetry": "parameters by direction of motion, NAME_pos and NAME_neg"}
+    | {"asymmetry": "one value per direction of motion for some parameters, NAME_pos and NAME_neg"}
 )
 """The effect of each slot, in a few words."""
 PARAMETERS_OF_SLOTS: dict[str, tuple[str, ...]] = {
@@ -241,7 +241,7 @@ def slot_needing(component: FrictionModel, channel: str) -> str:
 
 @guarded(friction=model("friction"))
 def unvaried(friction: Model) -> Model:
-    """Return a friction model without variation: as in the middle, at nominal load and temperature."""
+    """Return a friction model without variation: with its values at the middle of the range, at nominal load and temperature."""
     p, inner = friction.parameters, getattr(friction.component, "inner", None)
     if not isinstance(p, Slotted) or not getattr(inner, "slots", ()):
         return friction

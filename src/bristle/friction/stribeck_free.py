@@ -4,8 +4,8 @@ r"""Static friction that falls or rises with speed before it becomes constant: a
     F = G(v) \operatorname{sgn} v + F_v\,v, \qquad G(v) = F_C + (F_0 - F_C)\,e^{-|v/v_S|^{\delta_S}}
 
 For :math:`F_0 > F_C` this is the Stribeck effect, as in ``stribeck``. For :math:`F_0 < F_C` friction rises over the
-first few :math:`v_S`, as in sheared grease or seals and in preloaded rolling balls. Then it has no
-break-away peak, and no stick-slip from it. At rest :math:`F \in [-F_0, F_0]`.
+first few :math:`v_S`, as in sheared grease or seals and in preloaded rolling balls. Friction then has no break-away peak
+that could cause stick-slip. At rest :math:`F \in [-F_0, F_0]`.
 
 References
 ----------

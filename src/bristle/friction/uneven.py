@@ -8,7 +8,7 @@ creeps:
     \dot f_c = k_c v - f_c/\tau
 
 Each reversal draws a new value :math:`1 + s\,\xi`, with :math:`\xi` standard normal, and the factor :math:`\gamma`
-approaches it as the contact moves: after the travel :math:`d` the difference has fallen to :math:`1/e`. Friction
+approaches that value as the contact moves: after the travel :math:`d` the difference has fallen to :math:`1/e`. Friction
 thus remains continuous, for any model inside. The branch is a spring in series with a damper: it yields to a lasting force.
 """
 
@@ -146,7 +146,7 @@ class UnevenModel(FrictionModel):
 
 
 def uneven(friction: Model, **values: Any) -> Model:
-    """Return a friction model in the layer; without values the layer has no effect."""
+    """Return a friction model with scatter, a wave along the axis and creep; without values of these causes it is unchanged."""
     return _uneven(friction.component)(kind=friction.kind, **(dict(friction.values) | values))
 
 

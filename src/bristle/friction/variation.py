@@ -5,9 +5,9 @@ r"""Slots that let friction vary: with the place on the axis, the angle of a scr
         + a_1 \xi + a_2 \xi^2 + \sum_{i=1,2} c_i \cos i\varphi + s_i \sin i\varphi
 
 with :math:`\xi = (x - x_0)/x_L`, limited to :math:`\pm 1` beyond the identified range, :math:`\varphi =
-2\pi x/\text{pitch}`, the load :math:`L` over its nominal value and :math:`T_0` = 293.15 K. ``+position`` has both a
-factor and an additive part. On a drive that moves in one direction only, friction that varies along a guide and an
-additive force, such as of a cable or a cover, are confounded. Each part is linear in its coefficients.
+2\pi x/\text{pitch}`, the load :math:`L` over its nominal value and :math:`T_0` = 293.15 K. The slot ``+position`` has a
+factor and an additive force, such as the force of a cable or a cover. In a log of motion in one direction only, the two
+are confounded. Each part is linear in its coefficients.
 """
 
 import math
@@ -31,7 +31,7 @@ TWO_PI = 2.0 * math.pi
 # Known from the log or the axis file, never fitted.
 MIDDLE = Variable("length", "middle of the range of positions")
 HALF_RANGE = Variable("length", "half of the range of positions", min=1e-12)
-PITCH = Variable("length", "travel for one turn of the screw", min=1e-12)
+PITCH = Variable("length", "travel per turn of the screw", min=1e-12)
 
 
 class Place(NamedTuple):
@@ -39,17 +39,21 @@ class Place(NamedTuple):
 
     x_0: Annotated[float, MIDDLE] = 0.0
     x_L: Annotated[float, HALF_RANGE] = 1.0
-    p_1: Annotated[float, Variable("1", "change of friction from x_0 to x_0 + x_L", nominal=0.1, excitation="place")] = 0.0
-    p_2: Annotated[float, Variable("1", "change of friction, its even part", nominal=0.1, excitation="place")] = 0.0
-    a_1: Annotated[float, Variable("force", "force that rises from x_0 to x_0 + x_L", excitation="place")] = 0.0
-    a_2: Annotated[float, Variable("force", "force that varies along x, its even part", excitation="place")] = 0.0
+    p_1: Annotated[float, Variable("1", "relative change of friction along x, linear part", nominal=0.1, excitation="place")] = 0.0
+    p_2: Annotated[float, Variable("1", "relative change of friction along x, quadratic part", nominal=0.1, excitation="place")] = 0.0
+    a_1: Annotated[float, Variable("force", "additive force along x, linear part", excitation="place")] = 0.0
+    a_2: Annotated[float, Variable("force", "additive force along x, quadratic part", excitation="place")] = 0.0
     pitch: Annotated[float, PITCH] = 1.0
-    c_1: Annotated[float, Variable("force", "force once a turn, cosine of the angle", directional=True, excitation="place")] = 0.0
-    s_1: Annotated[float, Variable("force", "force once a turn, sine of the angle", directional=True, excitation="place")] = 0.0
-    c_2: Annotated[float, Variable("force", "force twice a turn, cosine of the angle", directional=True, excitation="place")] = 0.0
-    s_2: Annotated[float, Variable("force", "force twice a turn, sine of the angle", directional=True, excitation="place")] = 0.0
-    k_L: Annotated[float, Variable("1", "change of friction for twice the nominal load", excitation="load")] = 0.0
-    k_T: Annotated[float, Variable("1/temperature", "change of friction for a kelvin", nominal=1e-2, excitation="temperature")] = 0.0
+    c_1: Annotated[float, Variable("force", "additive force once per turn, cosine of the angle", directional=True, excitation="place")] = (
+        0.0
+    )
+    s_1: Annotated[float, Variable("force", "additive force once per turn, sine of the angle", directional=True, excitation="place")] = 0.0
+    c_2: Annotated[float, Variable("force", "additive force twice per turn, cosine of the angle", directional=True, excitation="place")] = (
+        0.0
+    )
+    s_2: Annotated[float, Variable("force", "additive force twice per turn, sine of the angle", directional=True, excitation="place")] = 0.0
+    k_L: Annotated[float, Variable("1", "relative change of friction at twice the nominal load", excitation="load")] = 0.0
+    k_T: Annotated[float, Variable("1/temperature", "relative change of friction per kelvin", nominal=1e-2, excitation="temperature")] = 0.0
 
 
 VARIATIONS: dict[str, tuple[str, ...]] = {
@@ -186,7 +190,7 @@ def _relations(slots: tuple[str, ...]) -> tuple[Relation, ...]:
         Relation(
             "1 + p_1 xi + p_2 xi^2 > 0 for xi from -1 to 1",
             lambda p: _least_factor(p.place) > SMALLEST_FACTOR,
-            "Friction must not change its sign along the axis: take smaller p_1 and p_2",
+            "Give smaller p_1 and p_2: friction must not change its sign along the axis",
         ),
     )
 

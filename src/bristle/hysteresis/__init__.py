@@ -1,6 +1,6 @@
 """Hysteresis operators, each in a file: the output depends on the path of the input, not on its speed.
 
-Call a descriptor with parameters to get an operator, and run it with `bristle.response`.
+Call one with parameters to get an operator with values, and run the operator with `bristle.response`.
 
 Examples
 --------

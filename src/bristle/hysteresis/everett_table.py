@@ -1,13 +1,13 @@
 r"""The Preisach operator with a tabulated Everett function, for measured hysteresis of any sign.
 
-The table is over :math:`c = \alpha + \beta` and :math:`d = \alpha - \beta`, with :math:`d` spaced quadratically and
-:math:`c` evenly over its range :math:`\pm(2X - d)`, and linear between its nodes. The same number of nodes over
-:math:`(\alpha, \beta)` has an error of nearly 2 % of saturation, because the kink at :math:`\alpha = \beta` crosses the
-cells. Here the kink is an edge, and the error is 2e-4 at 101 by 101 nodes.
+The table is over :math:`c = \alpha + \beta` and :math:`d = \alpha - \beta`, and linear between its nodes. :math:`d` is
+spaced quadratically, :math:`c` evenly over its range :math:`\pm(2X - d)`. With as many nodes over
+:math:`(\alpha, \beta)`, the error would be nearly 2 % of saturation, because the kink at :math:`\alpha = \beta` crosses
+the cells. Here the kink is an edge of the table, and the error is 2e-4 of saturation at 101 by 101 nodes.
 
-The measure is zero outside :math:`[-X, X]`: the output stays constant. Inside, the demagnetised operator follows the
-measure above the line :math:`\alpha = -\beta`. The constructors in `bristle.hysteresis.tabulate` put it into `upper`,
-so the measure may have any sign and need not be symmetric.
+Outside :math:`[-X, X]` the measure is zero: the output stays constant. Inside, the demagnetised operator follows the
+measure above the line :math:`\alpha = -\beta`. Its integral is the parameter `upper`, which the constructors in
+`bristle.hysteresis.tabulate` compute. The measure may therefore have any sign and need not be symmetric.
 """
 
 import math
@@ -35,7 +35,10 @@ class Parameters(NamedTuple):
     """Parameters of the Preisach operator with a tabulated Everett function."""
 
     extent: Annotated[float, Variable("length", "largest input X that the table covers", min=1e-12, nominal=1e-5)]
-    E: Annotated[np.ndarray, Variable("force", "Everett function, row after row: c over 2X - d from -1 to 1, d = 2X (j/n)^2 along a row")]
+    E: Annotated[
+        np.ndarray,
+        Variable("force", "Everett function, row after row: c/(2X - d) from -1 to 1 over the rows, d = 2X (j/n)^2 along each row"),
+    ]
     upper: Annotated[np.ndarray, Variable("force", "integral of the measure above alpha = -beta, for each d")]
     capacity: Annotated[int, CAPACITY] = 256
     tolerance: Annotated[float, TOLERANCE] = 1e-12

@@ -2,12 +2,12 @@ r"""The inverse of a Prandtl–Ishlinskii operator in closed form: plays in para
 
 .. math:: u = c f + \sum_j c_j\,\mathcal P_{h_j}[f]
 
-Its virgin curve is the inverse of the operator's, :math:`\varphi^{-1}`. With the slope :math:`\varphi'` of the
-operator's virgin curve between its thresholds,
+The virgin curve of the inverse is :math:`\varphi^{-1}`, with the virgin curve :math:`\varphi` of the operator. With the
+slope :math:`\varphi'` between the thresholds :math:`r_j` of the operator,
 
 .. math:: h_j = \varphi(r_j), \qquad c = 1/\varphi'(0), \qquad c_j = 1/\varphi'(r_j^+) - 1/\varphi'(r_j^-)
 
-It exists if :math:`\varphi` rises everywhere. The spring must therefore be positive: a force at saturation does not
+The inverse exists if :math:`\varphi` rises everywhere. The spring must therefore be positive: a force at saturation does not
 determine a displacement.
 
 References

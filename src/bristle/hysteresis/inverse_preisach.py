@@ -2,11 +2,11 @@ r"""The inverse of a Preisach operator: the displacement from the force, with th
 
 The branches of friction rise with the input (:math:`E` grows with :math:`\alpha - \beta`), so force and displacement
 have the same turning points and share a stack. On a branch of a Masing kernel the displacement has a closed form,
-:math:`z = z_n \pm 2\varphi^{-1}(|f - f_n|/2)` with the virgin curve :math:`\varphi`. On any other branch it is the root
-between the ends of the branch. State and memory are those of the operator.
+:math:`z = z_n \pm 2\varphi^{-1}(|f - f_n|/2)` with the virgin curve :math:`\varphi`. On any other branch a search between
+the ends of the branch finds the displacement. State and memory are those of the operator.
 
-A force of :math:`f_p` or more has no displacement: the result is NaN, and `bristle.response` names the sample in an
-error.
+A force of :math:`f_p` or more has no displacement: the result is NaN, and `bristle.response` raises an error that names
+the sample.
 
 References
 ----------

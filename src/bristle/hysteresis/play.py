@@ -2,7 +2,7 @@ r"""The play operator, or backlash: the output of a link with a gap of width :ma
 
 .. math:: w = \max(u - r, \min(u + r, w^-))
 
-with :math:`w^-` the output before the move. Its memory is its output.
+with :math:`w^-` the output before the move. The output is the only memory of the operator.
 
 References
 ----------
@@ -19,7 +19,7 @@ from bristle.core.variable import Variable
 class Parameters(NamedTuple):
     """Parameters of the play operator."""
 
-    r: Annotated[float, Variable("length", "half of the gap", min=0.0)]
+    r: Annotated[float, Variable("length", "half of the width of the gap", min=0.0)]
 
 
 class State(NamedTuple):

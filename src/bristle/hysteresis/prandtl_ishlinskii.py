@@ -2,10 +2,10 @@ r"""The Prandtl–Ishlinskii operator: stops in parallel, and a spring.
 
 .. math:: f = k u + \sum_i w_i\,\mathcal S_{r_i}[u]
 
-Its virgin curve :math:`\varphi(x) = k x + \sum_i w_i \min(x, r_i)` describes it completely: each branch is
-:math:`f_n \pm 2\varphi(|u - u_n|/2)` (Masing's rule), so minor loops between the same inputs are congruent
-everywhere. It is a Preisach operator whose measure depends on :math:`\alpha - \beta` only. Weights may have any sign;
-those of friction are positive.
+The virgin curve :math:`\varphi(x) = k x + \sum_i w_i \min(x, r_i)` describes the operator completely. Each branch is
+:math:`f_n \pm 2\varphi(|u - u_n|/2)` (Masing's rule), so minor loops of equal width are congruent everywhere. It is a
+Preisach operator whose measure depends on :math:`\alpha - \beta` only. Weights may have any sign; those of friction are
+positive.
 
 References
 ----------
@@ -27,7 +27,7 @@ class Parameters(NamedTuple):
 
     thresholds: Annotated[np.ndarray, Variable("length", "deflection at which each stop slips", min=0.0)]
     weights: Annotated[np.ndarray, Variable("force/length", "stiffness of each stop", nominal=1e6)]
-    spring: Annotated[float, Variable("force/length", "stiffness that never slips")] = 0.0
+    spring: Annotated[float, Variable("force/length", "stiffness of the spring, which never slips")] = 0.0
 
 
 class State(NamedTuple):

@@ -3,8 +3,8 @@ r"""The Preisach operator with an Everett function in closed form.
 .. math:: f = \iint_{\alpha \ge \beta} \mu(\alpha, \beta)\,\gamma_{\alpha\beta}[z]\,d\alpha\,d\beta
 
 with relays :math:`\gamma_{\alpha\beta} = \pm 1` and a signed measure :math:`\mu`, equation (12) of the source paper.
-It is evaluated from the turning points of the input, exactly and in amortised constant time
-(`bristle.hysteresis.turning_points`); the measure enters by its Everett function (`bristle.hysteresis.everett`).
+bristle computes the integral exactly, from the turning points of the input, in amortised constant time
+(`bristle.hysteresis.turning_points`). The Everett function represents the measure (`bristle.hysteresis.everett`).
 
 References
 ----------
@@ -19,8 +19,8 @@ from bristle.core.variable import Variable
 from bristle.hysteresis.everett import KERNELS, ClosedForm
 from bristle.hysteresis.turning_points import SMALLEST_CAPACITY, Stack, stack_commit, stack_size, stack_trial
 
-CAPACITY = Variable("1", "turning points remembered; beyond it the innermost pair is lost", min=SMALLEST_CAPACITY)
-TOLERANCE = Variable("1", "smallest reversal that is stored, over f_p/s", min=0.0, max=1.0)
+CAPACITY = Variable("1", "largest number of stored turning points; beyond it the innermost pair is lost", min=SMALLEST_CAPACITY)
+TOLERANCE = Variable("1", "smallest stored reversal, over f_p/s, or over the range of the input in a table", min=0.0, max=1.0)
 
 
 class Parameters(NamedTuple):

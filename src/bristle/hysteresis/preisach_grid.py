@@ -1,15 +1,14 @@
 r"""The Preisach operator on a grid of cells, for identification from data, with a measure of either sign.
 
-The inputs from `low` to `high` are divided evenly. A cell off the diagonal has a uniform density. A cell on the
+Levels divide the inputs from `low` to `high` evenly. A cell off the diagonal has a uniform density. A cell on the
 diagonal has its whole measure on the line :math:`\alpha = \beta`: a spring between its two levels. The
-Everett function is therefore bilinear between the levels, and `E` has its values there:
+Everett function is therefore bilinear between the levels. The parameter `E` has its values at the levels:
 
 .. math:: E(\alpha_i, \beta_j) = \sum_{j \le l \le k < i} \mu_{kl}
 
-The output is continuous; relays at the middle of the cells (`bristle.hysteresis.relay_grid`) give a staircase.
-Outside the levels there is no measure: the output stays constant. The demagnetised state is half-way between the
-branches of the loop through an input, :math:`f_0 \pm E(|u|, -|u|)`, as for a measure symmetric to
-:math:`\alpha = -\beta`.
+The output is continuous; relays at the middle of the cells (`bristle.hysteresis.relay_grid`) would give a staircase.
+Outside the levels the measure is zero: the output stays constant. The virgin curve of the demagnetised state is
+:math:`f_0 \pm E(|u|, -|u|)`, as for a measure symmetric to :math:`\alpha = -\beta`.
 
 References
 ----------
@@ -47,7 +46,8 @@ class Parameters(NamedTuple):
     low: Annotated[float, Variable("length", "smallest input of the grid")]
     high: Annotated[float, Variable("length", "largest input of the grid")]
     E: Annotated[
-        np.ndarray, Variable("force", "Everett function at the levels: alpha at level i + 1, beta at levels 0 to i, row after row")
+        np.ndarray,
+        Variable("force", "Everett function at the levels, row after row: in row i, alpha is level i + 1 and beta is level 0 to i"),
     ]
     offset: Annotated[float, OUTPUT_OFFSET] = 0.0
     capacity: Annotated[int, CAPACITY] = 256

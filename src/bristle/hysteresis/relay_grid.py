@@ -2,9 +2,10 @@ r"""The Preisach operator by brute force: every relay of a grid is evaluated.
 
 .. math:: f = \sum_{i \ge j} \mu_{ij}\,\gamma_{ij}[u]
 
-It is the definition, equation (12) of the source paper, and the reference for the turning points: with extremes on the
-levels of the grid both agree to rounding. Between the levels the grid is a staircase. Its time grows with the square of
-the number of levels; the time of the turning points does not depend on it.
+This sum is the definition of the operator, equation (12) of the source paper. It is the reference for the operators
+that use turning points: if the extremes of the input are levels of the grid, both agree to rounding. Between the levels
+the output is a staircase. The computing time grows with the square of the number of levels. With turning points it does
+not depend on the number.
 
 References
 ----------
@@ -27,8 +28,10 @@ from bristle.core.variable import Variable
 class Parameters(NamedTuple):
     """Parameters of the grid: its levels, and the weight of each cell between them."""
 
-    levels: Annotated[np.ndarray, Variable("length", "inputs between which the cells lie, rising")]
-    weights: Annotated[np.ndarray, Variable("force", "measure of each cell: alpha in cell i, beta in cells 0 to i, row after row")]
+    levels: Annotated[np.ndarray, Variable("length", "inputs at the borders of the cells, rising")]
+    weights: Annotated[
+        np.ndarray, Variable("force", "measure of each cell, row after row: in row i, alpha is in cell i and beta in cell 0 to i")
+    ]
 
 
 class State(NamedTuple):
@@ -106,7 +109,7 @@ MODEL = relay_grid = RelayGrid(
         Relation(
             "n (n + 1)/2 weights for n cells",
             lambda p: 2 * len(p.weights) == (len(p.levels) - 1) * len(p.levels),
-            "Take them from an operator with relays_of",
+            "Use relays_of to get them from an operator",
         ),
     ),
     reference="doi:10.1007/978-1-4612-3028-1",
@@ -125,7 +128,7 @@ def relays_of(operator: Model, extent: Amount, count: int) -> Model:
     extent : float
         Largest input of the grid [m or rad].
     count : int
-        Number of cells along a side; their extremes are ``linspace(-extent, extent, count + 1)``.
+        Number of cells along a side; the levels are ``linspace(-extent, extent, count + 1)``.
 
     Returns
     -------

@@ -2,7 +2,8 @@ r"""The stop operator: a spring that slips at a deflection of :math:`r`, the com
 
 .. math:: w = u - \max(u - r, \min(u + r, y^-)), \qquad |w| \le r
 
-The state is the place :math:`y` of the slider, so rounding errors do not add up over many moves.
+The state is the position :math:`y` of the slider, and :math:`y^-` its position before the move. Rounding errors
+therefore do not add up over many moves.
 
 References
 ----------
@@ -20,7 +21,7 @@ from bristle.hysteresis.play import played
 class Parameters(NamedTuple):
     """Parameters of the stop operator."""
 
-    r: Annotated[float, Variable("length", "deflection at which it slips", min=0.0)]
+    r: Annotated[float, Variable("length", "deflection at which the spring slips", min=0.0)]
 
 
 class State(NamedTuple):

@@ -16,14 +16,20 @@ class Estimate:
 
     Parameters
     ----------
-    name, unit, description : str
-        Name, SI unit of the kind of axis, meaning.
+    name : str
+        Name of the parameter.
+    unit : str
+        SI unit for the kind of axis.
+    description : str
+        Meaning of the parameter.
     value : float
         The value in `unit`.
     std : float or None
-        Standard error in `unit` for independent residuals; None if held constant, at an edge or not determined.
+        Standard error in `unit` for independent residuals; None if the parameter is held constant, at an edge of its
+        range or not determined.
     status : {"identified", "held", "at_edge", "unidentifiable"}
-        ``held`` at a given value; ``at_edge`` of its range; ``unidentifiable`` if the log does not determine it.
+        ``held``: held constant at a given value; ``at_edge``: at an edge of its range; ``unidentifiable``: not determined
+        by the log.
     reason : Diagnostic or None
         Reason for a status other than ``identified``; else None.
     robust_std : float or None
@@ -31,8 +37,8 @@ class Estimate:
     interval : tuple of float or None
         Low and high end of the 95 % interval in `unit`, from fits to replicates of the log; None without replicates.
     effect : float
-        Change of the effort per `unit` of this parameter alone, as a share of the friction force (root mean squares of the log);
-        infinite if not computed.
+        Rms change of the effort per `unit` of this parameter alone, over the rms friction force of the log; infinite if
+        not computed.
     """
 
     name: str
@@ -60,21 +66,21 @@ class Estimate:
 
     @property
     def ends(self) -> tuple[float, float] | None:
-        """Ends of the 95 % interval in `unit`, else from the larger standard error; None if both are missing."""
+        """Ends of the 95 % interval in `unit`, or else from the larger standard error; None without either."""
         if self.interval is not None or self.larger_std is None:
             return self.interval
         return self.value - NORMAL_95 * self.larger_std, self.value + NORMAL_95 * self.larger_std
 
     @property
     def interval_percent(self) -> float | None:
-        """Half-width of the 95 % interval as a percentage of the value, else from the larger standard error."""
+        """Half-width of `ends` as a percentage of the value."""
         if self.value == 0.0 or self.ends is None:
             return None
         return 50.0 * (self.ends[1] - self.ends[0]) / abs(self.value)
 
     @property
     def is_rough(self) -> bool:
-        """Whether the half-width exceeds half of the value and matters to the force."""
+        """Whether the half-width exceeds half of the value, and the parameter matters to the force."""
         if self.status != "identified" or self.ends is None:
             return False
         half_width = 0.5 * (self.ends[1] - self.ends[0])
@@ -82,10 +88,10 @@ class Estimate:
 
     @property
     def takes(self) -> float:
-        """Share of the friction force due to this parameter (root mean squares of the log)."""
+        """Rms force due to this parameter over the rms friction force of the log."""
         return self.effect * abs(self.value) if self.value else 0.0
 
     @property
     def matters(self) -> bool:
-        """Whether a model without this parameter would miss a share of friction that matters in use."""
+        """Whether a model without this parameter would lack a share of friction that matters in use."""
         return self.takes > MATTERS

@@ -78,13 +78,13 @@ def identify(
     ----------
     log : Log, path-like, or table of columns; or list of these
         Position and effort, or a file with them. A data frame or a dictionary of arrays has columns ``time``,
-        ``position`` and ``effort``, and optionally ``velocity`` and ``reference``, in SI. It needs no axis. If there
-        are several logs, each is held out in turn.
+        ``position`` and ``effort``, and optionally ``velocity`` and ``reference``, in SI. It needs no axis. Of several
+        logs, bristle holds out each in turn.
     model : str, FrictionModel, or list of either
         ``"lugre"``, ``"lugre,maxwell_slip+asymmetry"``, or your model; ``"all"`` for every model of bristle with
         useful slots.
     axis : Axis or path-like, or list of either, optional
-        A single axis for all logs, or an axis for each log. Known data, or a file with them: mass, offset, encoder
+        A single axis for all logs, or an axis for each log: an axis or its file, with known mass, offset, encoder
         resolution, cut-off and decimation.
     cutoff : float or str, optional
         Cut-off of the zero-phase filter [Hz], or text such as ``"100 Hz"``; a tenth of the sampling frequency by
@@ -92,12 +92,12 @@ def identify(
     decimation : int, optional
         Number of samples per row; 10 by default, more if position noise would hide friction.
     blocks : int, optional
-        Number of time blocks. Each block is held out in turn, and models are ranked by the held-out error; 0 disables
-        it. The default is 5, fewer for a short log.
+        Number of time blocks. bristle holds out each block in turn, and ranks models by the held-out error; 0 disables
+        this validation. The default is 5, fewer for a short log.
     offset : float, str or "identify", optional
-        Constant part of the force [N or N*m] if known, or text with a unit; by default that of the axis.
+        Constant part of the force [N or N*m] if known, or text with a unit; by default the value of the axis.
     mass : float or str, optional
-        Moving mass [kg] or inertia [kg*m^2] if known, or text with a unit; by default that of the axis.
+        Moving mass [kg] or inertia [kg*m^2] if known, or text with a unit; by default the value of the axis.
     free : str or sequence of str
         Shape parameters to identify instead of keeping their default, such as ``"exponent"`` of the Dahl model;
         separate several by commas.
@@ -105,8 +105,9 @@ def identify(
         Number of logs simulated with the best model and fitted again, for its 95 % intervals; 0 disables them.
     method : {"prediction_error", "inverse_dynamics", "output_error"}, optional
         The error that is minimised. ``"inverse_dynamics"``: error of the effort along the measured motion.
-        ``"prediction_error"``: the same, then for the best model with pre-sliding, if `draws` is not 0, error of the
-        position predicted by an observer. ``"output_error"``: error of a simulation. By default that of the axis.
+        ``"prediction_error"``: first ``"inverse_dynamics"``; then, for the best model with pre-sliding and if `draws` is
+        not 0, the error of the position predicted by an observer. ``"output_error"``: error of a simulation. The default
+        is the method of the axis.
     settings : Settings or mapping of str to float, optional
         Thresholds of diagnostics, by name; by default those of the axis, else the default values.
     progress : callable, optional

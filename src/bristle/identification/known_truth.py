@@ -1,9 +1,9 @@
-"""Recovery test of a log: the identified axis is simulated along the recorded motion and identified again, with known truth.
+"""Recovery test of a log: bristle simulates the identified axis along the recorded motion and identifies it again.
 
 A simulated log has the motion, channel and encoder of the recorded log, with encoder steps of random phase. The friction
-level scatters from half-cycle to half-cycle, and the effort is noisy. The axis is simulated in a loop around the recorded
-motion, so friction affects the motion. Friction that depends on a recorded surrounding acts along the recorded motion
-instead. The fit to a simulated log knows only the given data of the axis.
+level scatters from half-cycle to half-cycle, and the effort is noisy. The simulated axis runs in a loop around the recorded
+motion, so friction affects the motion. Friction that depends on a recorded channel, such as temperature, acts along the
+recorded motion instead. The fit to a simulated log receives only the known data of the axis.
 """
 
 from __future__ import annotations
@@ -47,16 +47,22 @@ class Determined:
 
     Parameters
     ----------
-    name, unit, description : str
-        Name, SI unit of the kind of axis, meaning.
+    name : str
+        Name of the parameter.
+    unit : str
+        SI unit for the kind of axis.
+    description : str
+        Meaning of the parameter.
     truth : float
         The value of the simulated axis in `unit`.
     relative_to : str
         The reference of relative errors: the parameter, or the friction level for a constant force.
     errors : ndarray, shape (fit,)
-        Relative error of each fit that identified the parameter [%], not finite for a truth of zero.
-    intervals, hold : int
-        Number of these fits with a 95 % interval, and number of intervals that contain the truth.
+        Relative error of each fit that identified the parameter [%], not finite for a true value of zero.
+    intervals : int
+        Number of these fits with a 95 % interval.
+    hold : int
+        Number of these intervals that contain the true value.
     logs : int
         Number of simulated logs.
     """

@@ -49,23 +49,23 @@ class Scatter(NamedTuple):
 
 @dataclass(frozen=True)
 class Resampling:
-    """Results of fits to replicates of the log and to parts of it.
+    """Results of fits to replicates of the log and to parts of the log.
 
     Parameters
     ----------
     bands : Bands
         Draws of the free parameters, and the other data of a band around a prediction.
     scatter : Scatter
-        Of the friction level between half-cycles.
+        Scatter of the friction level between half-cycles.
     half_cycles : int
-        Number of half-cycles behind the scatter.
+        Number of half-cycles that determine the scatter.
     resolution : float
         Step of the position encoder [m or rad].
     curve : tuple of (float, float, float, float)
         Virgin curve of elements that slip: displacement [m or rad], force [N or N*m], and the ends of its 95 %
         interval.
     curve_from : float
-        Displacement from which that curve is identified [m or rad]; 0 if all of it is.
+        Displacement above which the log determines this curve [m or rad]; 0 if the log determines the whole curve.
     """
 
     bands: Bands
@@ -107,14 +107,16 @@ class Fit:
 
     Parameters
     ----------
-    plant, friction : Model
-        The inertia and the friction model with the identified values.
+    plant : Model
+        The plant with the identified values.
+    friction : Model
+        The friction model with the identified values.
     estimates : tuple of Estimate
         Every parameter, plant first, then friction in the order of the model.
     correlation : ndarray, shape (parameter, parameter)
         Correlation of the estimates named in `correlation_names`.
     condition_number : float
-        That of the regressor with columns scaled to unit length.
+        Condition number of the regressor, with its columns scaled to unit length.
     traces : Traces
         The fitted signals.
     force_error_percent : float
@@ -125,16 +127,20 @@ class Fit:
         Parameters that are not identified, with the reason, as ``warning``; assumptions as ``note``.
     rank : int
         1 for the best of the models compared.
-    position_error_percent, position_rmse : float or None
-        Error of the position of the model under the effort [%, and m or rad], if this error was minimised.
-    loop_error_percent, loop_rmse : float or None
-        Error of the effort of the controller in the simulated loop [%, and N or N*m], if this error was minimised.
+    position_error_percent : float or None
+        Error of the position simulated from the effort [%], if the fit minimised this error.
+    position_rmse : float or None
+        Rms error of the position simulated from the effort [m or rad].
+    loop_error_percent : float or None
+        Error of the controller effort in the simulated loop [%], if the fit minimised this error.
+    loop_rmse : float or None
+        Rms error of the controller effort in the simulated loop [N or N*m].
     lag : float or None
-        Time constant of the drive behind its controller [s], if it was identified.
+        Time constant with which the drive follows its controller [s], if the fit identified it.
     combinations : tuple of Estimate
-        Products that are identified although one of their factors is redundant.
+        Products of parameters that the log determines, although it does not determine each factor.
     further : int
-        Number of free numbers besides the parameters: the shape of the elements of ``maxwell_slip``.
+        Number of free numbers in addition to the parameters, such as the shape of the elements of ``maxwell_slip``.
     unfinished : bool
         Whether the search or the validation was interrupted.
     resampling : Resampling or None
@@ -182,7 +188,7 @@ class Fit:
 
     @property
     def never_slid(self) -> bool:
-        """Whether the log contains no sliding: the effort follows the position, or a level is above the largest effort."""
+        """Whether the log contains no sliding: the effort follows the position, or a level exceeds the largest effort."""
         beyond = [item.name for item in self.estimates if item.reason is not None and item.reason.code == "beyond_effort"]
         levels = [variable for name, variable in self.friction.component.variables.items() if name in beyond]
         is_stuck = any(diagnostic.code == "never_slides" for diagnostic in self.diagnostics)
@@ -211,7 +217,7 @@ class Fit:
 
     @property
     def levels(self) -> tuple[str, ...]:
-        """Names of the friction levels: a single level, a level for each direction, or empty."""
+        """Names of the friction levels: one level, or one for each direction; empty without a level."""
         return tuple(names_of(Role.LEVEL, self.friction.component.variables))
 
     @property
@@ -229,13 +235,13 @@ class Fit:
 
     @property
     def friction_alone_error_percent(self) -> float:
-        """The same as a percentage of friction alone, without its constant part (weight, bias)."""
+        """Residual as a percentage of the friction, without its constant part (weight, bias)."""
         friction = self.traces.friction - constant_of(self.friction.component.variables, self.friction.values)
         return relative_error_percent(friction, friction - self.traces.residual)
 
     @property
     def missed_percent(self) -> float:
-        """The same without effort noise and encoder steps, if replicates were fitted."""
+        """Residual without effort noise and encoder steps, as a percentage of the friction; the whole residual without replicates."""
         percent, size = self.friction_alone_error_percent, float(np.sqrt(np.mean(self.traces.residual**2)))
         if self.resampling is None or not size > 0.0:
             return percent
@@ -244,7 +250,7 @@ class Fit:
 
     @property
     def error_percent(self) -> float:
-        """The minimised error [%]: that of a simulation, else that of the effort."""
+        """The minimised error [%]: the error of a simulation, or else of the effort."""
         simulated = (self.position_error_percent, self.loop_error_percent)
         return next((percent for percent in simulated if percent is not None), self.force_error_percent)
 
@@ -283,13 +289,13 @@ class Identification:
         ``cutoff`` [Hz], ``decimation``, samples ``dropped`` at each edge, ``rows`` used, ``rest_percent``, the share
         of the samples at rest [%], and ``velocity_max``, the largest fitted speed [m/s or rad/s].
     unfinished : str
-        Interrupted work in words; empty if complete.
+        Work that an interruption prevented, in words; empty if complete.
     further_logs : tuple of Log
         The other logs of the fit.
     break_aways : tuple of BreakAway
-        Break-aways in the log by rate, the slowest first; inertia and offset are those of the best model.
+        Break-aways in the log by rate, the slowest first, with inertia and offset of the best model.
     left_out : mapping of str to str
-        Requested models that cannot be compared, with the reason.
+        Requested models that bristle cannot compare, by name, with the reason.
     settings : Settings
         The thresholds of the diagnostics.
     """
@@ -305,7 +311,7 @@ class Identification:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Notes from reading the logs; a constant force that the best model fixes at 0; omitted models."""
+        """Notes from reading the logs, on omitted models, and on a constant force that the best model fixes at 0."""
         logs, logs_by_note = (self.log, *self.further_logs), dict[str, list[str]]()
         for log in logs:
             for note in log.notes:
@@ -344,5 +350,5 @@ class Identification:
 
     @property
     def passages(self) -> tuple[Passage, ...]:
-        """The experiments that the log contains, in order."""
+        """The kinds of experiment that the log contains, in order."""
         return passages(self.log)

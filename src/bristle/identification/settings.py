@@ -13,7 +13,7 @@ from bristle.logs.look import CheckThresholds
 
 @dataclass(frozen=True)
 class Settings(CheckThresholds):
-    """The thresholds; `Settings.described` lists them with their meaning.
+    """The thresholds of an identification; `Settings.described` lists them with their meaning.
 
     Examples
     --------

@@ -16,9 +16,9 @@ position is
 .. math:: \hat q \pm 1.96 \sqrt{\overline{(q_b - \hat q)^2} + \sigma_q^2 + \rho^2}
 
 with the rounding :math:`\sigma_q` of the encoder, and :math:`\rho` for the remaining error of the measured position:
-noise and model error in the loop. It is set on the log of the identification, simulated in the same loop, so that the
-band contains 95 % of its positions. The spread is that about the prediction. If a force error accumulates, as in open
-loop, the spread grows with it.
+noise and model error in the loop. bristle simulates the log of the identification in the same loop and chooses
+:math:`\rho` so that the band contains 95 % of its positions. The spread of the draws is about the prediction. If a force
+error accumulates, as in open loop, the spread grows with the error.
 """
 
 from __future__ import annotations
@@ -142,7 +142,7 @@ SEED = 95
 
 @dataclass(frozen=True)
 class Bands:
-    """The data of a band around a prediction.
+    """The data of the 95 % band around a prediction.
 
     Parameters
     ----------
@@ -151,16 +151,18 @@ class Bands:
     scatter : float
         Relative standard deviation of the friction level between half-cycles.
     noise : float
-        Standard deviation of the noise of the effort, sample by sample [N or N*m].
+        Standard deviation of the effort noise, independent between samples [N or N*m].
     unexplained : float
-        Root mean square of the residual beyond noise, encoder and scatter [N or N*m].
+        Rms of the residual that noise, encoder and scatter do not explain [N or N*m].
     lasting : float
         Correlation time of the unexplained force [s].
     inflation : float
-        Factor from held-out blocks.
-    left_in_closed_loop, left_in_open_loop : float
-        Standard deviation of the remaining position error of the simulated loop, beyond these and the rounding of the
-        encoder [m or rad].
+        Factor on the width of the band, from held-out blocks.
+    left_in_closed_loop : float
+        Standard deviation of the position error in closed loop that the values above and the rounding of the encoder do
+        not explain [m or rad].
+    left_in_open_loop : float
+        Standard deviation of the position error in open loop that the values above do not explain [m or rad].
     """
 
     draws: Mapping[str, np.ndarray]
@@ -174,7 +176,7 @@ class Bands:
 
     @property
     def count(self) -> int:
-        """Number of sets of parameters."""
+        """Number of draws."""
         return min((len(draws) for draws in self.draws.values()), default=0)
 
 

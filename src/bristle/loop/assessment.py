@@ -1,11 +1,11 @@
 r"""Assessment of a loop before its simulation: poles decide on refusal, margins on warnings.
 
 A law can respond differently to small and large motions (inside and outside a boundary layer). Friction is a spring
-while the axis sticks and a damper while it slides. Each combination is a linear loop, a `WorkingPoint`.
+while the axis sticks and a damper while the axis slides. Each combination is a linear loop, a `WorkingPoint`.
 
 While the axis sticks, friction of stiffness :math:`s` acts in parallel to the stiffness :math:`K` of the law. A
-compensator of `c` times this friction along the measured motion subtracts :math:`c\,s`. The rest stabilises the axis
-only if :math:`K > (c - 1)\,s`. A compensator along the desired motion subtracts no stiffness.
+compensator of `c` times this friction along the measured motion subtracts :math:`c\,s`. The remaining stiffness
+stabilises the axis only if :math:`K > (c - 1)\,s`. A compensator along the desired motion subtracts no stiffness.
 """
 
 import itertools
@@ -50,7 +50,7 @@ class Verdict(StrEnum):
 
 
 class Stiffness(NamedTuple):
-    """Stiffness at a stuck axis [N/m or N*m/rad]: of the law, of friction before break-away, and of the compensator (subtracted)."""
+    """Stiffness of a stuck axis [N/m or N*m/rad]: of the law, of friction before break-away, and of the compensator (subtracted)."""
 
     law: float
     friction: float
@@ -58,7 +58,7 @@ class Stiffness(NamedTuple):
 
     @property
     def left(self) -> float:
-        """Remaining stiffness."""
+        """Stiffness of law and friction minus that of the compensator [N/m or N*m/rad]."""
         return self.law + self.friction - self.compensation
 
 
@@ -72,7 +72,7 @@ class WorkingPoint:
 
     @cached_property
     def margins(self) -> Margins:
-        """Stability margins."""
+        """Phase and gain margin of the loop."""
         return margins_of(self.loop)
 
 
@@ -89,9 +89,9 @@ class Assessment:
     points : tuple of WorkingPoint
         The linear loops.
     switches : bool
-        Whether the law has no slope at rest: it switches, and has no linear loop for small motions.
+        Whether the law switches at rest. Such a law has no slope there, and no linear loop for small motions.
     stiffness : Stiffness or None
-        Stiffness at a stuck axis, if friction is fed forward along the measured motion.
+        Stiffness of a stuck axis, if the loop feeds friction forward along the measured motion.
     """
 
     name: str
@@ -122,13 +122,13 @@ class Assessment:
 
     @property
     def worst(self) -> WorkingPoint:
-        """Working point with the largest pole; without friction if that is unstable, else any."""
+        """Working point with the largest pole: among those without friction if one of them is unstable, else among all."""
         among = self.bare if any(point.loop.is_unstable for point in self.bare) else self.points
         return max(among, key=lambda point: point.loop.spectral_radius)
 
     @property
     def least_phase(self) -> float | None:
-        """Smallest phase margin without friction [°]; None without a crossover."""
+        """Smallest phase margin of the working points without friction [°]; None without a crossover."""
         return min((point.margins.phase for point in self.bare if point.margins.phase is not None), default=None)
 
     @property
@@ -144,7 +144,7 @@ class Assessment:
 
     @property
     def doubts(self) -> tuple[Diagnostic, ...]:
-        """Warnings about a stable loop: stiffness lost to compensation, small margins, a switching law."""
+        """Warnings about a stable loop: stiffness lost by compensation, small margins, a switching law."""
         diagnostics = [Diagnostic("switching_law")] if self.switches else []
         held = self.stiffness
         if held is not None and held.left < 0.5 * (held.law + held.friction):

@@ -1,4 +1,4 @@
-"""Error budget of a loop, by simulations with each cause alone, and without each cause."""
+"""Error budget of a loop, from simulations with each cause alone, and without each cause."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -36,12 +36,14 @@ class Budget:
     ----------
     variant : str
         Name of the loop.
-    all_causes, no_cause : Statistics
-        Following error [m or rad] of the loop with all causes, and without any.
+    all_causes : Statistics
+        Following error of the loop with all causes [m or rad].
+    no_cause : Statistics
+        Following error of the loop without any cause [m or rad].
     entries : tuple of Entry
-        Causes, sorted by the reduction of the error without each.
+        Causes, sorted by the reduction of the error when the cause is removed.
     runs : int
-        Simulations with different noise behind each mean.
+        Number of simulations with different noise for each mean.
     """
 
     variant: str

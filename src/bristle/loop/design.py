@@ -48,7 +48,7 @@ class Design:
     proposals : tuple of Proposal
         The present loop, and alternatives with other gains and laws.
     circles : tuple of Circle
-        Simulated circle of the loop without friction compensation, of the present loop, and of the proposal.
+        Simulated circles of the loop without friction compensation, of the present loop, and of the proposal.
     """
 
     experiment: Experiment
@@ -70,7 +70,7 @@ class Design:
 
     @property
     def late(self) -> Assessment | None:
-        """Assessment with the largest lag of an unspecified current loop; None if the lag is given."""
+        """Assessment with the largest usual lag of a current loop; None if the experiment states the lag."""
         return None if self.variant.run.current_lag else assess(lagging(self.variant, UNSTATED[1]))
 
     @property
@@ -86,7 +86,7 @@ class Design:
 
     @property
     def chosen(self) -> Proposal:
-        """Loop to run: the present one, unless it is unstable or another has a clearly smaller error."""
+        """Loop to run: the present loop, unless it is unstable or a proposal has a clearly smaller error."""
         present, best = self.proposals[0], self.best
         # A smaller gain in error is not worth the lower margins.
         return best if best is not None and (not self.is_stable or best.peak_to_peak < 0.8 * present.peak_to_peak) else present
@@ -114,8 +114,8 @@ def design(experiment: Any, *, variant: str | None = None, bandwidth: Amount | N
     variant : str, optional
         Name of the variant to design; by default the first with friction feedforward, else the first.
     bandwidth : float or str, optional
-        Desired bandwidth of the proposals [rad/s], or text such as ``"30 Hz"``; by default the largest that the margins
-        allow.
+        Desired bandwidth of the proposals [rad/s], or text such as ``"30 Hz"``; by default the largest bandwidth that the
+        margins allow.
     progress : callable, optional
         Called with the share done and the name of the next step.
 
@@ -180,16 +180,18 @@ def _part(progress: Progress | None, begin: float, end: float) -> Progress | Non
 
 @dataclass(frozen=True)
 class Circle:
-    """One revolution; arrays of shape (sample,).
+    """One revolution of a circle by two axes; arrays of shape (sample,).
 
     Parameters
     ----------
     variant : str
         Name of the loop.
-    radius, feed : float
-        Radius of the circle [m or rad], and velocity along it [m/s or rad/s].
+    radius : float
+        Radius of the circle [m or rad].
+    feed : float
+        Velocity along the circle [m/s or rad/s].
     angle : ndarray
-        Along the circle, ascending from 0 to 2 pi [rad].
+        Angle along the circle, ascending from 0 to 2 pi [rad].
     deviation : ndarray
         Distance of the axes from the centre minus the radius [m or rad].
     """
@@ -207,7 +209,7 @@ class Circle:
 
     @property
     def glitches(self) -> tuple[float, ...]:
-        """Swing of the deviation around each reversal: at 0, 90, 180 and 270 degrees, ± 30 degrees [m or rad]."""
+        """Peak-to-peak deviation within 30° of each reversal, at 0°, 90°, 180° and 270° [m or rad]."""
         apart = (np.abs((self.angle - turn + np.pi) % (2.0 * np.pi) - np.pi) for turn in 0.5 * np.pi * np.arange(4))
         return tuple(float(np.ptp(self.deviation[distance <= math.radians(30.0)])) for distance in apart)
 

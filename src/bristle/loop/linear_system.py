@@ -30,7 +30,7 @@ LARGE = 1e6  # amplitude [SI] at which bounded terms (switching, backlash) are n
 
 
 class LinearSystem(NamedTuple):
-    """State, input and output matrices, of shapes (n, n), (n,), (n,) and a number."""
+    """Matrices A (n, n), B (n,), C (n,) and number D of a linear system in discrete time with n states."""
 
     A: np.ndarray
     B: np.ndarray
@@ -207,7 +207,7 @@ POINTS, HALVINGS = 2000, 50  # evaluated frequencies of the open loop, and bisec
 
 @dataclass(frozen=True)
 class SampledLoop:
-    """A plant and its control law."""
+    """A plant and its control law, both linear and sampled."""
 
     plant: LinearSystem  # from the applied effort (zero-order hold) to the measured position
     law: LinearSystem  # from the measured position to the commanded effort
@@ -216,7 +216,7 @@ class SampledLoop:
 
     @property
     def matrix(self) -> np.ndarray:
-        """Transition of the states of plant, delay line and law over a sample, without states that have no effect."""
+        """Transition matrix of the states of plant, delay line and law over a sample, without states that have no effect."""
         plant, law = self.plant, self.law
         n, m, d = plant.B.size, law.B.size, self.delay
         full = np.zeros((n + d + m, n + d + m))
@@ -245,7 +245,7 @@ class SampledLoop:
 
     @property
     def spectral_radius(self) -> float:
-        """Absolute value of the largest pole: above 1 a disturbance grows from sample to sample."""
+        """Absolute value of the largest pole. Above 1, a disturbance grows from sample to sample."""
         return float(np.max(np.abs(self.poles), initial=0.0))
 
     @property
@@ -259,7 +259,7 @@ class SampledLoop:
         return -self.law.response(z) * z ** float(-self.delay) * self.plant.response(z)
 
     def with_gain(self, factor: float) -> SampledLoop:
-        """Return the loop with a law multiplied by `factor`."""
+        """Return the loop with the law multiplied by `factor`."""
         law = self.law
         return replace(self, law=LinearSystem(law.A, law.B, factor * law.C, factor * law.D))
 

@@ -10,9 +10,9 @@ disturbance         :math:`\lambda = K_1 = \omega,\ g = \omega/5`
 observer
 =================== ======================================================================================
 
-:math:`\omega` is the largest at which the exact sampled loop has a phase margin of 40 degrees and a gain margin of two.
-With 0.5 ms more lag of the current loop than given, 30 degrees and the same gain margin must remain. Every current loop
-has a lag: if none is given, the margins must hold from 0.2 to 1 ms. The rule of thumb
+:math:`\omega` is the largest bandwidth at which the exact sampled loop has a phase margin of 40 degrees and a gain margin
+of two. If the lag of the current loop grows by 0.5 ms, a phase margin of 30 degrees and a gain margin of two must remain.
+Every current loop has a lag: if none is given, the margins must hold for lags from 0.2 to 1 ms. The rule of thumb
 :math:`(\lambda + K_1)\,T_\text{tot} \lesssim \tfrac12` is close to this limit.
 """
 
@@ -165,7 +165,8 @@ class Delays(NamedTuple):
     r"""The parts of the delay of a loop [s].
 
     The zero-order hold of the effort lags by half a sample, the computation by whole samples, the current by its time constant,
-    and the velocity by the lag of its estimate. For a crossover far below all of them they form one delay, :math:`T_\text{tot}`.
+    and the velocity by the lag of its estimate. At frequencies far below the inverse of these delays, they act as one delay,
+    their sum :math:`T_\text{tot}`.
     """
 
     hold: float
@@ -223,17 +224,18 @@ class Proposal:
     variant : Variant
         The loop, with the name of the proposal.
     assessment : Assessment
-        Its poles and margins; with the largest lag of a current loop if none is given and gains are proposed.
+        Poles and margins of the loop. If the experiment states no lag of the current loop, proposals with other gains
+        use the largest usual lag.
     bandwidth : float or None
-        Bandwidth behind its gains [rad/s]; None for the present loop.
+        Bandwidth from which the gains follow [rad/s]; None for the present loop.
     stiffness : float
-        Effort for a constant deviation [N/m or N*m/rad].
+        Effort per constant deviation of the position [N/m or N*m/rad].
     count_effort : float
         Peak effort caused by one count of the encoder [N or N*m].
     following_error : Statistics or None
-        Simulated following error [m or rad]; None if not simulated, or diverged.
+        Simulated following error [m or rad]; None if the loop was not simulated, or diverged.
     effort_rms : float or None
-        RMS effort [N or N*m].
+        Rms of the simulated effort [N or N*m]; None if the loop was not simulated, or diverged.
     """
 
     variant: Variant

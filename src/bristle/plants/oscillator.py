@@ -2,7 +2,8 @@ r"""A mass on a spring with a damper: a structure that rings, or a table on flex
 
 .. math:: M \ddot x + c\,\dot x + k\,x = u - F
 
-Over a step spring and damper act with their force at the mean position and the mean velocity. The mean velocity
+Over a step of length `h` the spring and the damper act with their forces at the mean position and the mean velocity.
+The mean velocity
 
 .. math:: v_m = \frac{v_0 + \frac{h}{2M}\left[u - k\,x_0 - F\right]}{1 + \frac{h}{2M}\left[c + \tfrac12 h k\right]}
 

@@ -2,7 +2,7 @@ r"""A mass pulled through a spring whose far end moves at constant velocity: the
 
 .. math:: M \ddot x = u + k\,(x_e - x) - F, \qquad \dot x_e = v_e
 
-Over a step the spring acts with the mean of its force at the mean position. The mean velocity
+Over a step of length `h` the spring acts with its force at the mean positions of both ends. The mean velocity
 
 .. math:: v_m = \frac{v_0 + \frac{h}{2M}\left[u + k\,(x_e + \tfrac12 h v_e - x_0) - F\right]}{1 + \frac{k h^2}{4M}}
 

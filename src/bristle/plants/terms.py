@@ -5,11 +5,11 @@ r"""Terms of a plant besides friction: gravity of a link, cogging, and effects o
         + s_{T,n} \sin \frac{2\pi n x}{T}\right) + \sum_j k_j w_j(t) + F
 
 Gravity of a link depends on its angle, with two coefficients for any mounting position. Cogging pulls a motor from tooth
-to tooth, or a screw from ball to ball: :math:`n` times per turn :math:`T` of either. Both depend on the position only
-and are the same in both directions, whereas friction changes its sign: a motion in both directions separates them. A
-known column :math:`w_j` of the log acts only on simulations along that log.
+to tooth, or a screw from ball to ball: :math:`n` times per turn :math:`T` of motor or screw. Gravity and cogging depend
+on the position only and are equal in both directions, but friction changes its sign. A motion in both directions
+therefore separates them. A known column :math:`w_j` of the log acts only on simulations along that log.
 
-A step takes the position-dependent force at :math:`x + \tfrac12 h v`, half a step ahead at the initial velocity. The
+A step uses the position-dependent force at :math:`x + \tfrac12 h v`, half a step ahead at the initial velocity. The
 port stays affine in the friction force, and a motion without friction keeps its energy (Verlet's scheme).
 """
 

@@ -22,8 +22,8 @@ class Parameters(NamedTuple):
     amplitude: Annotated[float, Variable("length", "amplitude")]
     f_0: Annotated[float, Variable("frequency", "frequency at the beginning", min=1e-9)]
     f_1: Annotated[float, Variable("frequency", "frequency at the end", min=1e-9)]
-    duration: Annotated[float, Variable("time", "how long it lasts", min=1e-9)]
-    ramp: Annotated[float, Variable("time", "time in which the amplitude grows, and falls", min=0.0)] = 0.0
+    duration: Annotated[float, Variable("time", "duration", min=1e-9)]
+    ramp: Annotated[float, Variable("time", "time in which the amplitude rises at the beginning and falls at the end", min=0.0)] = 0.0
 
 
 class State(NamedTuple):

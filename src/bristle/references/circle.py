@@ -2,8 +2,8 @@ r"""One of the two axes that together run a circle, the standard test of machine
 
 .. math:: x(t) = c + R \cos(v t / R), \qquad y(t) = c + R \sin(v t / R)
 
-It moves at full speed from the first sample. At the reversal of an axis its friction changes sides, and the path
-bulges: the quadrant glitch.
+The motion has full speed from the first sample. At the reversal of an axis the friction of this axis changes its sign,
+and the path bulges: the quadrant glitch.
 """
 
 from typing import Annotated, NamedTuple
@@ -21,7 +21,7 @@ class Parameters(NamedTuple):
 
     radius: Annotated[float, Variable("length", "radius", min=1e-12)]
     feed: Annotated[float, Variable("length/time", "speed along the circle", min=1e-12)]
-    axis: Annotated[int, Variable("1", "axis of the circle: x runs a cosine, y a sine", choices=AXES)] = 0
+    axis: Annotated[int, Variable("1", "axis of the circle: x follows the cosine, y the sine", choices=AXES)] = 0
     offset: Annotated[float, Variable("length", "centre of the circle")] = 0.0
 
 

@@ -1,7 +1,7 @@
 """A recorded motion: positions at equal time steps, as in a log.
 
-Between samples the motion is straight; velocity and acceleration are central differences, one-sided at the ends. After
-the last sample it rests.
+Between samples the position is linear in time. Velocity and acceleration are central differences, one-sided at the ends.
+After the last sample the motion rests.
 """
 
 from typing import Annotated, NamedTuple

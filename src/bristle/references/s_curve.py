@@ -1,6 +1,6 @@
 """A move from rest to rest with limited velocity, acceleration and jerk: an S-curve, or a trapezoid of velocity.
 
-It begins at 0 and stays where it ends. A distance below zero is a move backward.
+The move begins at 0 and rests at its end. A distance below zero is a move backward.
 """
 
 import math
@@ -16,7 +16,7 @@ from bristle.references.passing import Passing
 class Parameters(NamedTuple):
     """Parameters of the move."""
 
-    distance: Annotated[float, Variable("length", "where the move ends, from its start")]
+    distance: Annotated[float, Variable("length", "distance from start to end of the move")]
     velocity: Annotated[float, Variable("length/time", "largest speed", min=1e-12)]
     acceleration: Annotated[float, Variable("length/time^2", "largest acceleration", min=1e-12)]
     jerk: Annotated[float, Variable("length/time^3", "largest jerk", min=1e-12)] = math.inf

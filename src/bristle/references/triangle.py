@@ -1,7 +1,7 @@
 r"""Triangles: back and forth at one speed, around the start, with corners rounded by acceleration and jerk limits.
 
-The turning points are :math:`A, -qA, q^2A, \dots`: with a `ratio` `q` of 1 all loops are the same, below 1 each lies
-inside the previous one. After the last turning point the motion returns to its start and stays there.
+The turning points are :math:`A, -qA, q^2A, \dots`: with a `ratio` `q` of 1 all loops are equal; below 1 each loop lies
+inside the previous loop. After the last turning point the motion returns to its start and stays there.
 """
 
 import math
@@ -22,7 +22,9 @@ class Parameters(NamedTuple):
     acceleration: Annotated[float, Variable("length/time^2", "largest acceleration, at the corners", min=1e-12)]
     jerk: Annotated[float, Variable("length/time^3", "largest jerk, at the corners", min=1e-12)] = math.inf
     cycle_count: Annotated[int, Variable("1", "cycles, each with two turning points", min=1.0, max=1e6)] = 1
-    ratio: Annotated[float, Variable("1", "each turning point over the one before", min=1e-3, max=1e3)] = 1.0
+    ratio: Annotated[
+        float, Variable("1", "distance of each turning point from the start, over that of the previous turning point", min=1e-3, max=1e3)
+    ] = 1.0
 
 
 class State(NamedTuple):

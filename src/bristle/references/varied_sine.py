@@ -3,8 +3,8 @@ r"""A sine of one frequency whose amplitude varies: loops within loops, as in th
 .. math:: x(t) = c + A(t) \sin(2\pi f t)
 
 where :math:`A` passes through the given amplitudes at equal intervals of the duration, monotonically in between
-(piecewise cubic Hermite). It begins at the centre, and at rest if the first amplitude is 0; after the duration it
-keeps its last amplitude.
+(piecewise cubic Hermite). The motion begins at the centre :math:`c`, and at rest if the first amplitude is 0. After the
+duration it keeps its last amplitude.
 
 References
 ----------

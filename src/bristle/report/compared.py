@@ -27,11 +27,11 @@ class Compared(Result, Comparison):
     axis_name : str
         Name of the axis.
     call : str
-        The call that repeats the comparison.
+        Python call that repeats the comparison.
     read : mapping
-        Further files by their role.
+        Further files that bristle read, by their role.
     figures : tuple of ReportFigure
-        Figures of the user for the report.
+        User-defined figures for the report.
     """
 
     command: ClassVar[str] = "compare"
@@ -56,7 +56,7 @@ class Compared(Result, Comparison):
 
     @property
     def provenance(self) -> dict[str, str]:
-        """Versions, files, checksums."""
+        """Versions of the software, and input files with their checksums."""
         return provenance(self.call, before=self.logs_before, after=self.logs_after, **self.read)
 
     @property

@@ -43,9 +43,9 @@ class Identified(Identification, ModelInHand, Result):
     axes : tuple of Axis or None
         The axis of each log.
     code : tuple of Origin
-        Files of the user's models.
+        Files of user-defined models.
     call : str
-        The call that repeats the identification.
+        Python call that repeats the identification.
     """
 
     command: ClassVar[str] = "identify"

@@ -125,7 +125,7 @@ class ModelInHand(WithCard):
         return drive_table(self.best, entries)
 
     def known_truth(self, log: Any = None, *, draws: int = 10, progress: Progress | None = None) -> KnownTruth:
-        """Return the parameters that the log determines, by identifying simulated logs of this axis again.
+        """Return which parameters the log determines: simulate logs of this axis and identify them again.
 
         For loaded results without a named log, bristle searches the parent folder, the folder and the current folder.
         """
@@ -141,7 +141,7 @@ class ModelInHand(WithCard):
         """Return the logs of the identification, their axes and the thresholds."""
 
     def plot(self) -> Figure:
-        """Return measured and predicted effort over time, whole and at the largest difference, as a figure of matplotlib."""
+        """Return measured and predicted effort as a matplotlib figure: over the whole log, and around the largest difference."""
         from bristle.figures.fit import effort_over_time
 
         return effort_over_time(self.best)
@@ -197,13 +197,13 @@ class Loaded(ModelInHand):
     best : Fit
         The model with its uncertainty.
     treatment : mapping of str to float
-        The treatment of the log, as in `Identified`.
+        The treatment of the log, as in `Identification`.
     axis : Axis or None
         The axis of the identification.
     summary : mapping
         The contents of ``summary.json``, for all models.
     page : str
-        The report.
+        The report, an HTML page.
     folder : Path
         The folder of the saved results.
     """

@@ -18,7 +18,7 @@ SIGNALS = ("time", "position", "effort", "reference")
 
 @dataclass(frozen=True)
 class Prepared:
-    """A model that an experiment identifies, ready to be used.
+    """A model identified for an experiment.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ class Prepared:
     folder : Path
         Folder of its results, with a report.
     best : Fit or None
-        The fit; None if results of the same log or rig were already present.
+        The fit; None if the folder already had results of the same log or rig.
     """
 
     name: str
@@ -40,8 +40,8 @@ def prepare(
 ) -> tuple[Prepared, ...]:
     """Identify the models under ``[identify.NAME]`` in an experiment file, unless their results are present.
 
-    bristle identifies a model again if a log, the axis file, the options or the version of bristle change. For a model of
-    the simulated rig, any value of its loop counts too.
+    bristle identifies a model again if a log, the axis file, the options or the version of bristle change. It also
+    identifies a model of the simulated rig again if any value of the loop of the rig changes.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def prepare(
     Returns
     -------
     tuple of Prepared
-        In the order of the file; empty if it has no models to identify.
+        The models in the order of the file; empty if the file has no models to identify.
 
     Raises
     ------

@@ -3,7 +3,7 @@ r"""An incremental encoder: the position in whole counts, read with noise.
 .. math:: q = \Delta \left\lfloor \frac{x + \eta}{\Delta} + \tfrac12 \right\rfloor, \qquad \eta \sim N(0, \sigma^2)
 
 With :math:`\Delta = 0` the output is the position with its noise. The noise of sample `k` is a function of the seed and
-of `k`: a seed gives the same record, however it is computed.
+of `k` only: equal seeds give equal noise.
 """
 
 import math
@@ -21,7 +21,7 @@ COUNTS_MAX = 2.0**52
 class Parameters(NamedTuple):
     """Parameters of the encoder."""
 
-    resolution: Annotated[float, Variable("length", "one count; 0 for a perfect sensor", min=0.0, nominal=1e-7)] = 0.0
+    resolution: Annotated[float, Variable("length", "size of one count; 0 for no rounding", min=0.0, nominal=1e-7)] = 0.0
     noise: Annotated[float, Variable("length", "standard deviation of the noise before counting", min=0.0)] = 0.0
     seed: Annotated[int, Variable("1", "seed of the noise", min=0, max=SEED_MAX)] = 0
 

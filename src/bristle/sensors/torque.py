@@ -1,12 +1,12 @@
 r"""A torque sensor between a motor and its screw, and its limits.
 
-The shaft transmits the effort of the motor minus that which accelerates the motor:
+The shaft transmits the effort of the motor minus the effort that accelerates the motor:
 
 .. math:: T = u - J_m \dot\omega = F_p + (J - J_m)\,\dot\omega
 
-It is the friction :math:`F_p` of the equation of motion :math:`J \dot\omega = u - F_p` only while the axis does not
-accelerate, or if all of its inertia is before the sensor. A loop measured slowly with it is that of the friction; a loop
-at the frequency of a controller is not.
+This torque equals the friction :math:`F_p` of the equation of motion :math:`J \dot\omega = u - F_p` only while the axis
+does not accelerate, or if all of its inertia is before the sensor. A slow loop measured with the sensor is the loop of
+the friction; a loop at the frequency of a controller is not.
 """
 
 from typing import Any

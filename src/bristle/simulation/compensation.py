@@ -194,11 +194,11 @@ def compensation_experiment(
     lag : float
         Time constant of the drive behind its controller [s].
     disturbance : ndarray, shape (sample,), optional
-        Force outside the friction model [N or N*m].
+        Force that the friction model does not contain [N or N*m].
     injected : ndarray, shape (sample,), optional
         Known input, added to the output of the controller before the limit of the drive [N or N*m].
     start : Start, optional
-        Initial state of the loops; by default that of the reference.
+        Initial state of the loops; by default the motion of the reference at its start.
     name : str
         Name of the experiment.
 

@@ -33,8 +33,18 @@ class Statistics:
 
     Parameters
     ----------
-    peak_to_peak, mean, std, rms, min, max : float
-        Largest minus smallest value, mean, standard deviation, root mean square, smallest and largest value.
+    peak_to_peak : float
+        Largest minus smallest value.
+    mean : float
+        Mean.
+    std : float
+        Standard deviation.
+    rms : float
+        Root mean square.
+    min : float
+        Smallest value.
+    max : float
+        Largest value.
     """
 
     peak_to_peak: float
@@ -78,24 +88,42 @@ class VariantResult(Tabular):
     true_error : Statistics
         Reference minus position of the table, after the settling time.
     by_direction : mapping
-        Following error while the reference moves forward and backward.
-    effort_rms, effort_peak : float
-        RMS and peak of the applied effort [N or N*m].
-    time, reference, measured, position, velocity, command, effort, feedforward, friction : ndarray
-        The whole run, including the settling time; at sample k, `command` [k] is the output of the controller and
-        `feedforward` [k] its input, and the drive applies `effort` [k] from then on.
+        Statistics of the following error while the reference moves forward, and while it moves backward.
+    effort_rms : float
+        Rms of the applied effort [N or N*m].
+    effort_peak : float
+        Largest absolute value of the applied effort [N or N*m].
+    time : ndarray
+        Times of the samples [s]. Signals include the settling time.
+    reference : ndarray
+        Commanded position [m or rad].
+    measured : ndarray
+        Position measured by the sensor [m or rad].
+    position : ndarray
+        True position [m or rad].
+    velocity : ndarray
+        True velocity [m/s or rad/s].
+    command : ndarray
+        Output of the controller at the sample [N or N*m].
+    effort : ndarray
+        Effort of the drive from the sample on [N or N*m].
+    feedforward : ndarray
+        Feedforward input of the controller at the sample [N or N*m].
+    friction : ndarray
+        Friction force [N or N*m].
     status : Status
-        End of the run.
+        Status at the end of the run.
     runs : int
-        Runs with different noise behind the means; the signals are those of the first run.
+        Number of runs with different noise; statistics are means over the runs, signals are those of the first run.
     spread : mapping
-        Standard deviation over the runs of each number of `as_dict`, in the same structure; empty for a single run.
+        Standard deviation over the runs of each number of `as_dict`, in the structure of `as_dict`; empty for a single
+        run.
     trials : tuple of float
         Following error peak to peak of each trial, if the motion is learned [m or rad].
     kind : {"translational", "rotational"}
         Kind of axis.
     motion : Statistics
-        Position after the settling time. An open loop has no reference: its errors and `by_direction` are NaN.
+        Position after the settling time. An open loop has no reference: there the errors and `by_direction` are NaN.
     """
 
     name: str
@@ -218,7 +246,7 @@ class SimulationResult(WithCard):
     variants : mapping of str to VariantResult
         Result of each variant.
     refused : mapping of str to str
-        Variants that were not simulated, by name with the reason, in words.
+        Variants that bristle did not simulate: name and reason, in words.
     """
 
     experiment: Experiment
@@ -296,22 +324,27 @@ class Prediction(Tabular):
         with the controller of the axis. ``open-loop``: motion from the measured effort.
     time : ndarray
         Time of the samples [s].
-    effort, position : ndarray
-        Signals of the log, treated as the mode needs [N or N*m, m or rad].
-    effort_predicted, position_predicted : ndarray or None
-        Predicted signals; None if the mode does not predict the signal.
+    effort : ndarray
+        Effort of the log, filtered if the mode needs it [N or N*m].
+    effort_predicted : ndarray or None
+        Predicted effort [N or N*m]; None if the mode does not predict it.
+    position : ndarray
+        Position of the log, filtered if the mode needs it [m or rad].
+    position_predicted : ndarray or None
+        Predicted position [m or rad]; None if the mode does not predict it.
     metrics : mapping
-        ``force_error_percent``, ``position_error_percent``, ``position_rmse``, ``position_unit``; None if the mode does not
-        predict the signal.
+        ``force_error_percent``, ``position_error_percent``, ``position_rmse``, ``position_unit``; a value is None if the mode
+        does not predict the signal.
     status : Status
-        End of the simulation.
+        Status at the end of the simulation.
     diagnostics : tuple of Diagnostic
-        Warnings, and the basis of the prediction.
+        Warnings, and notes on the data and assumptions of the prediction.
     half_width : ndarray or None
         Half-width of the 95 % band around the effort [N or N*m]; None if the model has no intervals, or the mode does not
         predict the effort.
     position_half_width : ndarray or None
-        Half-width of the 95 % band around the position [m or rad]; None for the same reasons.
+        Half-width of the 95 % band around the position [m or rad]; None if the model has no intervals, or the mode does
+        not predict the position.
     log : str
         Name of the log.
     """

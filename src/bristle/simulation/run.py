@@ -32,16 +32,16 @@ def simulate(experiment: Any, progress: Progress | None = None) -> SimulationRes
     Parameters
     ----------
     experiment : Experiment, path-like, bytes, file object or dict
-        The experiment, or a file with it. A controller with a ``limit`` knows the limit of the drive, and receives the
-        feedforward ahead by the delay of the loop.
+        The experiment, or a file with it. A controller with a ``limit`` respects the limit of the drive. The controller
+        receives the feedforward earlier, by the delay of the loop.
     progress : callable, optional
         Called with the share done and the name of the next step.
 
     Returns
     -------
     SimulationResult
-        Each variant with its errors and efforts, as means over its runs if there are several; a diverged loop is cut short,
-        and its status reports it.
+        Each variant with its errors and efforts, as means over its runs if there are several. The signals of a diverged loop
+        end early, and its status reports the divergence.
     """
     total, finished = sum(variant.run.seeds for variant in experiment.variants), 0
     results = {}

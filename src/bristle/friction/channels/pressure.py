@@ -2,8 +2,8 @@ r"""Friction of the seals of a hydraulic or pneumatic cylinder, which rises with
 
 .. math:: F = F_\text{model} + k_P\,(P - P_0)\,(F_\text{model} - F_v v)
 
-Interference and pressure press the lip of a seal on rod and bore. The level of friction rises with both [1]_, to first
-order [2]_. Viscous friction does not change.
+The interference fit and the pressure press the lip of a seal on rod and bore. The level of friction rises with both [1]_,
+to first order linearly [2]_. Viscous friction does not change.
 
 References
 ----------
@@ -29,9 +29,12 @@ class Parameters(NamedTuple):
     """Parameters of the slot."""
 
     k_P: Annotated[
-        float, Variable("travel^2/force of travel", "change of friction over the pressure", nominal=1e-7, excitation="channel")
+        float,
+        Variable(
+            "travel^2/force of travel", "relative change of the friction level per unit of pressure", nominal=1e-7, excitation="channel"
+        ),
     ] = 0.0
-    P_0: Annotated[float, Variable(PRESSURE, "pressure at which friction is stated", nominal=1e6)] = 0.0
+    P_0: Annotated[float, Variable(PRESSURE, "pressure at which the parameters of the model apply", nominal=1e6)] = 0.0
 
 
 @kernel

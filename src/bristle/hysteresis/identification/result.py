@@ -16,7 +16,7 @@ SHARES = np.linspace(0.0, 1.0, 101)  # of a curve, at which it is compared
 
 
 class Congruency(NamedTuple):
-    """Difference between branches [N, N*m or A*m^2]; None if no two branches can be compared.
+    """Difference between recorded branches [N, N*m or A*m^2]; None without two comparable branches.
 
     ``alike`` compares branches that turned at the same input: an error that no Preisach operator can avoid.
     ``anywhere`` compares branches that turned far apart: an error that no Prandtl-Ishlinskii operator can avoid.
@@ -161,9 +161,9 @@ class OperatorFit:
     offset : float
         Constant added to the operator, in the unit of the output; 0 for operators with an ``offset`` parameter.
     prediction : OperatorPrediction
-        The operator on the fitted curves.
+        Prediction of the fitted curves by the operator.
     held_out : HeldOut or None
-        Error on curves, or blocks of samples, that were not fitted, over full scale [%].
+        Error on held-out curves or blocks of samples, in percent of full scale [%].
     notes : tuple of str
         Remarks on the fit.
     rank : int
@@ -194,16 +194,16 @@ class OperatorFit:
 
 @dataclass(frozen=True)
 class OperatorIdentification:
-    """Every operator fitted to the same hysteresis, best first, and the test whether any such operator is adequate.
+    """Every operator fitted to the same hysteresis, best first, and a test whether any such operator can be adequate.
 
     Parameters
     ----------
     fits : tuple of OperatorFit
-        In the order of the held-out error.
+        The fits in the order of their held-out error.
     recorded : Curves
         The data.
     congruency : Congruency
-        Differences between branches that are equal for an operator.
+        Differences between recorded branches that an operator makes equal.
     unfinished : str
         Work left undone after an interruption; empty otherwise.
     """
@@ -220,7 +220,7 @@ class OperatorIdentification:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Remarks, each once, with the operators that they refer to."""
+        """Remarks, each once, with the operators that each remark refers to."""
         fits_by_note: dict[str, list[str]] = {}
         for fit in self.fits:
             for note in fit.notes:
