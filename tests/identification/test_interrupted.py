@@ -173,7 +173,7 @@ def test_progress_reaches_the_end_with_simulated_logs():
     identify(log, "coulomb_viscous", axis=STATED, blocks=0, draws=20, progress=lambda share, _: shares.append(share))
     assert shares == sorted(shares)
     assert shares[-1] == 1.0
-    assert len({share for share in shares if 0.5 < share}) > 4
+    assert len({share for share in shares if share > 0.5}) > 4
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt(), SignalledError(15)])
