@@ -94,7 +94,7 @@ def test_objects_of_python_are_not_loaded(tmp_path):
 @pytest.mark.parametrize("write", ["csv", "parquet"])
 def test_a_table_name_for_a_single_table_is_noted_or_refused(tmp_path, recording, write):
     path = WRITERS[write](tmp_path / f"log.{write}", recording)
-    assert "the file is a single table: bristle ignored the table name 'x'" in read_table(path, "x").notes
+    assert "the file is a single table: bristle ignores the table name 'x'" in read_table(path, "x").notes
     with pytest.raises(InputError, match="is not a file with several tables"):
         read_table(f"{path}::x")
 
@@ -123,7 +123,7 @@ def test_parquet_knows_units_time_stamps_and_gaps(tmp_path):
     np.testing.assert_allclose(table.columns["day"], [5.0, 5.002, 5.004, 5.006])
     np.testing.assert_array_equal(table.columns["exact"], [0.25, np.nan, -1.5, 2.0])
     assert table.units == {"when": "s", "q": "mm", "clock": "s", "day": "s"}
-    assert table.notes == ("column 'note' holds no numbers and was left out",)
+    assert table.notes == ("bristle ignores column 'note', because it holds no numbers",)
 
 
 def test_a_file_that_matlab_saved_as_version_7_3(tmp_path, recording):
