@@ -135,7 +135,7 @@ def test_cells_within_cells_are_read_to_sixty_four_deep():
             element = struct.pack("<II", 14, len(element)) + element
         return mat(t=TIME)[:128] + element
 
-    with pytest.raises(InputError, match="holds cells that are nested too deeply"):
+    with pytest.raises(InputError, match="holds too deeply nested cells"):
         read_mat(nested(65), request_of())
 
 

@@ -75,7 +75,7 @@ def test_a_time_that_need_not_be_named_may_be(tmp_path):
     without, named = (read_log(path, axis(position=position, **more)) for more in ({}, {"time": {"column": "Zeit"}}))
     np.testing.assert_array_equal(without.time.values, named.time.values)
     assert not any("columns.time" in note for note in without.notes)
-    assert any("columns.time is not needed" in note for note in named.notes)
+    assert any("bristle ignores columns.time" in note for note in named.notes)
 
 
 def test_duplicate_column_names_are_noted(tmp_path):

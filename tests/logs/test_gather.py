@@ -84,7 +84,7 @@ def test_an_optional_column_that_is_missing_is_a_note_and_another_one_a_problem(
         table_of(units, t=TIME, q=X, load_N=X), axis_with(time="t", position="q", effort=Column("load_M", "", "N", optional=True))
     )
     assert result.problems == []
-    assert any("optional column load_M is not in this log; is it 'load_N'?" in note for note in result.notes)
+    assert any("optional column load_M is not in this log. If its name is 'load_N'" in note for note in result.notes)
     (problem,) = gather(table_of(units, t=TIME, q=X), axis_with(time="t", position="q", effort="u")).problems
     assert "has no column 'u' for the effort" in str(problem)
     (problem,) = gather(table_of(units, t=TIME, q=X), axis_with(time="t")).problems

@@ -117,7 +117,7 @@ def test_a_repeated_row_counts_once_and_a_different_reading_stays():
     stamps = TIME.copy()
     stamps[600] = stamps[599]
     clock = result(stamps, x)
-    assert clock.notes[0] .startswith("1 time stamp repeats the previous time stamp: bristle interpolates")
+    assert clock.notes[0].startswith("1 time stamp repeats the previous time stamp: bristle interpolates")
     assert clock.time.size == COUNT
 
 

@@ -209,7 +209,8 @@ def propose_axis(log: Readable, *, size_limit: int | str = SIZE_LIMIT) -> Propos
     missing = tuple(missing_of(tables))
     axis = _looked_at(table, tables, missing)
     notes = [
-        f"bristle uses column {role.column} as the {channel.replace('_', ' ')} (reason: {role.reason})" for channel, role in roles.channels.items()
+        f"bristle uses column {role.column} as the {channel.replace('_', ' ')} (reason: {role.reason})"
+        for channel, role in roles.channels.items()
     ]
     unknown = {channel: role.unknown for channel, role in roles.channels.items() if role.unknown and not role.unit}
     notes += [

@@ -204,7 +204,7 @@ def _refuse_deep(element: bytes, order: Literal["little", "big"], source: Path) 
             at += -(-length // TAG_BYTES) * TAG_BYTES
         if len(ends) > DEEPEST:
             allowed = f"up to {DEEPEST} levels of cells"
-            raise InputError("holds cells that are nested too deeply", path=str(source), allowed=allowed, mend="Save the signals as vectors")
+            raise InputError("holds too deeply nested cells", path=str(source), allowed=allowed, mend="Save the signals as vectors")
 
 
 SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}

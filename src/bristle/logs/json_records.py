@@ -84,7 +84,7 @@ def _tables(node: Any, path: str, depth: int) -> Iterator[tuple[str, tuple[dict[
         return
     rows = node.get("data")
     if isinstance(node.get("columns"), list) and isinstance(rows, list) and rows and all(isinstance(row, list) for row in rows):
-        raise InputError("holds a data frame with separate lists of columns and rows (orient=\"split\")", path=path, mend=MEND)
+        raise InputError('holds a data frame with separate lists of columns and rows (orient="split")', path=path, mend=MEND)
     lists = {name: value for name, value in node.items() if isinstance(value, list) and len(value) >= FEWEST}
     columns = {name: value for name, value in lists.items() if not isinstance(value[0], (dict, list))}
     if len(columns) > 1:

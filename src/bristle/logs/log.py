@@ -17,6 +17,7 @@ from bristle.core.values import shown
 from bristle.core.variable import KINDS, Variable, unit_of
 from bristle.logs.assembly import record_of
 from bristle.logs.channel import Channel, LogData  # noqa: F401  (asked for here)
+from bristle.logs.problems import REPAIR
 from bristle.logs.table import USUAL_NAMES, Table, some_of
 
 # Position and effort have alternative names; for other channels a letter could mean something else.
@@ -110,7 +111,7 @@ def _numbers(values: Any, name: str) -> np.ndarray:
     """Return a column as numbers; dates as seconds from the first."""
     place = f"{SOURCE}: column {name!r}"
     if np.ma.is_masked(values):
-        raise InputError("has masked values", path=place, mend="Fill these samples, or delete their rows: bristle splits the log at the gap")
+        raise InputError("has masked values", path=place, mend=REPAIR)
     to_numpy: Callable[[], Any] | None = getattr(values, "to_numpy", None)
     samples = np.asarray(to_numpy() if to_numpy is not None else getattr(values, "magnitude", values))
     if samples.ndim != 1:
@@ -123,8 +124,7 @@ def _numbers(values: Any, name: str) -> np.ndarray:
         return samples.astype(float)
     except (TypeError, ValueError) as error:
         at = next((i for i, sample in enumerate(samples) if not _is_number(sample)), 0)
-        mend = "Correct these samples or delete their rows: bristle splits the log at the gap"
-        raise InputError(f"has no number at sample {at} ({told_by(error)})", path=place, value=samples[at], mend=mend) from None
+        raise InputError(f"has no number at sample {at} ({told_by(error)})", path=place, value=samples[at], mend=REPAIR) from None
 
 
 def _is_number(sample: Any) -> bool:
@@ -163,7 +163,8 @@ def _axis_of(table: Table, axis: Axis) -> Axis:
             columns[channel] = Column(name, table.units.get(name, base), base)
     if not {"position", "velocity"} & set(columns):
         hints = filter(None, (did_you_mean(name, NAMES["position"]) for name in table.names))
-        mend, present = next(hints, "Rename the column of the position to position, or give an axis"), some_of(table.names, 40) or "no columns"
+        mend = next(hints, "Rename the column of the position to position, or give an axis")
+        present = some_of(table.names, 40) or "no columns"
         raise InputError("has no position column", path=PLACE, value=present, allowed=", ".join(CHANNELS), mend=mend)
     injected = tuple(Injected(name, 1.0) for name in table.names if name.startswith(KNOWN_INPUT))
     return replace(axis, columns=columns, injected=injected)

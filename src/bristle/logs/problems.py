@@ -55,7 +55,8 @@ def _no_measurements(gathered: Gathered, name: str, channel: Channel) -> Iterato
     far = far_outside(values)
     if far.size:
         at = int(far[np.argmax(np.abs(values[far]))])
-        yield (f"has {values[at]:.6g} {channel.unit} at {_moment(gathered, at)}, which cannot be a measurement: {_samples(far.size)} in all", REPAIR)
+        reading = f"{values[at]:.6g} {channel.unit} at {_moment(gathered, at)}"
+        yield f"has {reading}, which cannot be a measurement: {_samples(far.size)} in all", REPAIR
 
 
 def _odd(gathered: Gathered, name: str, channel: Channel) -> Iterator[tuple[str, str]]:

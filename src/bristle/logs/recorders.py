@@ -86,7 +86,7 @@ def _refuse_truncated(data: bytes, source: Path) -> None:
         at += LEAD_IN_BYTES + int.from_bytes(lead_in[12:20], order)
         if len(lead_in) < LEAD_IN_BYTES or at > len(data):
             mend = "Copy it again, or let LabVIEW close the file before it is copied"
-            raise InputError("is truncated: its last segment is incomplete", path=str(source), mend=mend)
+            raise InputError("is truncated: its last segment is not complete", path=str(source), mend=mend)
 
 
 def read_mf4(data: bytes, request: Request) -> Table:
