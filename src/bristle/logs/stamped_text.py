@@ -1,4 +1,4 @@
-"""Text files beyond columns of numbers: dates as stamps, columns with separate times, TwinCAT Scope, archives."""
+"""Text files with more than columns of numbers: dates as stamps, columns with separate times, TwinCAT Scope, archives."""
 
 import re
 from collections.abc import Mapping, Sequence
