@@ -293,8 +293,8 @@ def test_variants_that_are_no_table_are_refused_by_their_key(experiment, value):
 @pytest.mark.parametrize(
     ("entries", "said"),
     [
-        ("", "identify.own: needs a log or an excitation for the fit"),
-        ('log = "log.csv"\nexcite = "loop"', "identify.own: needs a log or an excitation for the fit"),
+        ("", "identify.own: needs a log or a simulated loop for the fit"),
+        ('log = "log.csv"\nexcite = "loop"', "identify.own: needs a log or a simulated loop for the fit"),
         ('log = "log.csv"\naxis = "axis.toml"', "identify.own: is not identified"),
         ('excite = "loop"', "identify.own: is not identified"),
         ('excite = "lop"', "identify.own.excite: is not a variant in this file; found 'lop', allowed loop. Did you mean 'loop'?"),

@@ -87,5 +87,5 @@ def test_known_inputs_add_up_and_further_signals_surround_the_axis():
     assert np.array_equal(log_data().injected_effort, np.zeros(5))
     assert set(log.surroundings) == {"load", "pressure"}
     assert [name for name, _ in log.channels()] == ["time", "position", "load", "pressure", "injected.a", "injected.b"]
-    with pytest.raises(InputError, match="has a different number of samples than time"):
+    with pytest.raises(InputError, match="has more or fewer samples than time"):
         log_data(effort=Channel(np.ones(4), "N", "u"))

@@ -154,7 +154,7 @@ def test_a_unit_that_is_not_known_is_asked_for_with_the_words_of_the_file():
     assert 'unit = "?" }  # the file states the unknown unit "bla"' in lines["effort"]
     assert lines["reference"] == 'reference = { column = "position_ref" }  # in the unit of the position'
     assert proposal.unknown == {"position": "Skt", "effort": "bla"}
-    assert "columns.position.unit is unknown: bristle uses 1 in SI units" not in proposal.notes
+    assert "columns.position.unit is unknown: bristle assumes 1 in SI units" not in proposal.notes
 
 
 def test_a_reference_in_another_unit_that_is_not_known_is_not_taken_for_one():

@@ -106,7 +106,7 @@ def test_a_motor_that_turns_is_read_by_its_gear_and_lead():
 
 
 def test_a_log_without_position_and_speed_is_refused_with_advice():
-    with pytest.raises(InputError, match=r"columns.position: is missing\. Write position = .*, or give only a velocity"):
+    with pytest.raises(InputError, match=r"columns.position: is missing\. Write position = .*, or name a velocity column"):
         axis_from({"schema": 1, "kind": "translational", "columns": {"time": "time", "effort": "force"}})
 
 

@@ -1,8 +1,8 @@
 r"""Measured break-away: force and distance of the transition to sliding, as functions of the speed of the pull.
 
 A leg is a motion in one direction. It counts if it begins at rest after a motion in the other direction, and if its
-break-away takes enough samples after the filter. Each such leg gives a force and a distance. Least squares of their logarithms separate the scatter between legs,
-the difference between directions, and the dependence on the rate,
+break-away takes enough samples after the filter. Each such leg gives a force and a distance. Least squares of their
+logarithms separate the scatter between legs, the difference between directions, and the dependence on the rate,
 
 .. math:: \ln F_i = \beta_0 + \beta_1 \ln v_i + \beta_2 \operatorname{sgn} v_i + \epsilon_i
 

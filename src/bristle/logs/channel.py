@@ -146,9 +146,7 @@ class LogData(Tabular):
     def __post_init__(self) -> None:
         for name, signal in self.channels():
             if signal.values.size != len(self):
-                raise InputError(
-                    "has a different number of samples than time", path=name, value=signal.values.size, allowed=f"{len(self)} samples"
-                )
+                raise InputError("has more or fewer samples than time", path=name, value=signal.values.size, allowed=f"{len(self)} samples")
         if len(self) == 0:
             raise InputError("has no samples", path="time")
         if not self.sample_time:

@@ -30,7 +30,7 @@ def cells_of(line: str, delimiter: str | None) -> list[str]:
         return [cell.strip().strip('"').strip() for cell in line.split()]
     if len(line) > LONGEST_CELL and max(map(len, line.split(delimiter))) > LONGEST_CELL:
         raise InputError(
-            "has a cell that is too long", value=line, allowed=f"up to {LONGEST_CELL} characters", mend="Is it the right file?"
+            "has a cell that is too long", value=line, allowed=f"up to {LONGEST_CELL} characters", mend="Check that this is the right file"
         )
     return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True), [])]
 
