@@ -164,7 +164,7 @@ BAD = [
     (column(position={"column": "q", "unit": "kg"}), "columns.position.unit: has the wrong unit"),
     (column(position={"column": "q", "unit": "rad"}), 'lead = "5 mm"'),
     (column(position={"column": "q", "unit": "count"}), "columns.position.unit: needs the movement of the axis per count"),
-    (column(position={"column": "q", "unit": "m", "side": "motor"}), "cannot be on the motor side"),
+    (column(position={"column": "q", "unit": "m", "side": "motor"}), "but the motor side of a gear turns"),
     (column(velocity={"column": "v", "unit": "Hz"}), "columns.velocity.unit: has the wrong unit"),
     (column(time={"column": "t", "unit": "m"}), "columns.time.unit: has the wrong unit"),
     (column(effort={"column": "u", "unit": "J"}), "An energy is not a torque"),

@@ -338,7 +338,7 @@ def test_a_folder_that_replaces_the_temporary_folder_is_kept(tmp_path):
             folder.path.rename(tmp_path / "elsewhere")
             folder.path.symlink_to(mine)
 
-    with pytest.raises(InputError), pytest.warns(InputWarning, match="stays"):
+    with pytest.raises(InputError), pytest.warns(InputWarning, match="bristle keeps"):
         work()
     assert (mine / "model.toml").read_text() == "mine"
     assert not (tmp_path / "run").exists()

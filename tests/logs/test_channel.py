@@ -48,7 +48,7 @@ def test_the_time_between_samples_is_the_usual_one_unless_given():
     for time in (np.array([0.0, 0.1, 0.1, 0.2, 0.3]), np.array([0.4, 0.3, 0.2, 0.1, 0.0])):
         with pytest.raises(InputError, match="must increase from sample to sample"):
             log_data(time=time)
-    with pytest.raises(InputError, match="must rise"):
+    with pytest.raises(InputError, match="must increase"):
         log_data(size=1)
 
 

@@ -125,7 +125,7 @@ class Feedforward:
     gain: float = quantity_of(Variable("1", "factor of the friction"), 1.0)
     offset: float = quantity_of(Variable("force", "constant added to the friction"), 0.0)
     asymmetry: float = quantity_of(
-        Variable("1", "share by which positive friction increases and negative friction decreases", min=-1.0, max=1.0), 0.0
+        Variable("1", "share by which positive friction increases and negative decreases", min=-1.0, max=1.0), 0.0
     )
     limit: float = quantity_of(Variable("force", "largest friction feedforward", min=0.0), math.inf, endless=True)
     rate_limit: float = quantity_of(Variable("force/time", "fastest change of the friction feedforward", min=0.0), math.inf, endless=True)

@@ -60,7 +60,7 @@ def code_named(file: str, path: str, *, folder: Path, allow_code: bool) -> Conte
     if not allowed and not is_allowed(content.checksum):
         mend = "Read the code. Then add --allow-code (allow_code=True in Python) for this run, or allow this content permanently"
         raise InputError(f"names code that needs permission to run: {description}", path=path, mend=f"{mend}: bristle check {source}")
-    warnings.warn(f"{path}: bristle runs the code in {description}", InputWarning, stacklevel=2)
+    warnings.warn(f"{path}: the code in {description} is run", InputWarning, stacklevel=2)
     return content
 
 
