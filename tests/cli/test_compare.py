@@ -74,7 +74,7 @@ def test_further_logs_of_a_side(bristle, logs):
         (("compare", "before.csv"), "AFTER"),
         (("compare", "before.csv", "gone.csv", "--axis", "axis.toml"), "gone.csv: there is no such file"),
         (("compare", "before.csv", "before.csv", "--axis", "axis.toml"), "same log on both sides"),
-        ((*QUIET, "--axis", "axis.toml", "--axis", "axis.toml"), "3 for 2 logs"),
+        ((*QUIET, "--axis", "axis.toml", "--axis", "axis.toml"), "3 axis files for 2 logs"),
         ((*QUIET, "--format", "png"), "--out"),
     ],
 )

@@ -276,7 +276,7 @@ def test_the_command_line_takes_several_logs(bristle, place):
     assert "Further logs" in page
     wrong = bristle("identify", "log.csv", "--axis", "axis.toml", "--axis", "axis.toml")
     assert wrong.code == 2
-    assert "axis: 2 for 1 logs" in wrong.err
+    assert "axis: 2 axis files for 1 log" in wrong.err
 
 
 def test_an_axis_file_sets_thresholds(bristle, place):

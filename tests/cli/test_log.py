@@ -156,7 +156,7 @@ def test_without_an_axis_file_a_log_is_described_with_its_gaps(bristle, tmp_path
         "reference": "goal_position",
         "effort": "force",
     }
-    assert "columns.position.unit is unknown: bristle uses 1 in SI units" in data["notes"]
+    assert "columns.position.unit is unknown: bristle assumes 1 in SI units" in data["notes"]
     assert "unit_suspect" not in {item["code"] for item in data["diagnostics"]}
 
 

@@ -240,7 +240,7 @@ def test_incomparable_logs_are_refused():
         "all have a reference, or all an effort": lambda: br.compare(log(1, sine(9), effort=None), log(2, sine(9), reference=None)),
         "must be positive": lambda: br.compare(item, log(2, sine(9)), window=0.0),
         "1 mm": lambda: br.compare(item, log(2, sine(9)), window="1 mm"),
-        "2 for 3 logs": lambda: br.compare(item, [log(2, sine(9)), log(3, sine(9))], axis=[br.Axis(), br.Axis()]),
+        "2 axis files for 3 logs": lambda: br.compare(item, [log(2, sine(9)), log(3, sine(9))], axis=[br.Axis(), br.Axis()]),
     }
     for words, call in refusals.items():
         with pytest.raises(InputError, match=words):

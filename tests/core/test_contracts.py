@@ -77,7 +77,7 @@ def test_a_kernel_for_a_channel_provides_its_values():
     operator = hysteresis.prandtl_ishlinskii(thresholds=[0.0, 1e-6], weights=[1e6, 1e6])
     with pytest.raises(InputError, match="has no kernel that an operator can replace"):
         made({"F_C": 1.0, "kernel": operator}, component=friction.coulomb)
-    with pytest.raises(InputError, match=r"is translational, and this friction is rotational"):
+    with pytest.raises(InputError, match=r"is a translational operator, but this friction is rotational"):
         made({"kernel": operator}, component=friction.preisach_lugre, kind="rotational")
 
 

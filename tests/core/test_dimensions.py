@@ -115,8 +115,8 @@ def test_foreign_units_do_not_convert_between_kinds_of_axis(unit):
         ("", "is not a quantity; found ''"),
         ("force" + "*force" * 999, "is not a quantity"),
         ("force^5*mass^4", "too high a power; found 'force.*up to 9"),
-        (3, "must be the text of a quantity; found 3"),
-        (["force"], "must be the text of a quantity"),
+        (3, "must be text that names a quantity; found 3"),
+        (["force"], "must be text that names a quantity"),
     ],
 )
 def test_invalid_quantities_are_refused_with_place_and_allowed_values(quantity, said):

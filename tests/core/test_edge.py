@@ -96,7 +96,7 @@ def test_components_and_models_of_other_families_are_refused():
     friction = coulomb(F_C=2.0)
     assert model("friction")(friction, "f", None) is friction
     assert model("plant", "friction")(friction, "f", None) is friction
-    refused(model("friction"), coulomb, r"must be a model with parameters, a friction model.*Call it with its parameters: coulomb\(F_C=")
+    refused(model("friction"), coulomb, r"must be a friction model with parameters.*Call it with its parameters: coulomb\(F_C=")
     refused(model("friction"), 3.0, "Give a model such as")
     refused(model("plant", "friction"), play(r=1.0), "must be a plant model or friction model, but is a hysteresis operator")
     assert component("plant")(inertia, "p", None) is inertia

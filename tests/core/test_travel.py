@@ -257,7 +257,7 @@ def test_a_component_inside_a_function_is_refused_with_a_remedy():
 
     component = of_nobody(Parameters)
     for thing in (component, component(), with_slots(component, [])(F_C=2.0)):
-        with pytest.raises(pickle.PicklingError, match=r"friction nobodys: is not defined in a module.* Define it in a separate file"):
+        with pytest.raises(pickle.PicklingError, match=r"friction nobodys: is not defined.* Define this model in a separate file"):
             pickle.dumps(thing)
     assert copy.deepcopy(component) is copy.copy(component) is component
     assert copy.deepcopy(component()) == component()
@@ -266,7 +266,7 @@ def test_a_component_inside_a_function_is_refused_with_a_remedy():
 def test_a_component_missing_in_the_other_process_is_refused_with_a_remedy():
     typed = USER.format(factor=3.0) + "import pickle, sys; sys.stdout.buffer.write(pickle.dumps(MODEL()))"
     sent = in_a_new_process(typed)
-    with pytest.raises(pickle.UnpicklingError, match=r"__main__\.MODEL: does not exist .* Define it in a separate file"):
+    with pytest.raises(pickle.UnpicklingError, match=r"__main__\.MODEL: does not exist .* Define this model in a separate file"):
         pickle.loads(sent)
 
 

@@ -163,8 +163,8 @@ BAD = [
     (column(position={"column": "q", "unit": "furlung"}), "columns.position.unit: is not a unit; found 'furlung'"),
     (column(position={"column": "q", "unit": "kg"}), "columns.position.unit: has the wrong unit"),
     (column(position={"column": "q", "unit": "rad"}), 'lead = "5 mm"'),
-    (column(position={"column": "q", "unit": "count"}), "columns.position.unit: needs the movement per count"),
-    (column(position={"column": "q", "unit": "m", "side": "motor"}), "cannot be on the motor side"),
+    (column(position={"column": "q", "unit": "count"}), "columns.position.unit: needs the movement of the axis per count"),
+    (column(position={"column": "q", "unit": "m", "side": "motor"}), "but the motor side of a gear turns"),
     (column(velocity={"column": "v", "unit": "Hz"}), "columns.velocity.unit: has the wrong unit"),
     (column(time={"column": "t", "unit": "m"}), "columns.time.unit: has the wrong unit"),
     (column(effort={"column": "u", "unit": "J"}), "An energy is not a torque"),
@@ -178,7 +178,7 @@ BAD = [
     ({"effort": {"force_constant": 35.0}}, "effort.force_constant: is not valid"),
     ({"effort": {"force_constant": "1 N/V", "torque_constant": "1 N*m/A"}}, "Keep only one"),
     ({"effort": {"limit": "-0 N"}}, "effort.limit: must be positive"),
-    ({"effort": {"limit": "10 A"}}, "effort.limit: is an effort only with a drive constant; found '10 A'"),
+    ({"effort": {"limit": "10 A"}}, "effort.limit: needs a drive constant, which converts it to a force or torque; found '10 A'"),
     ({"effort": {"limit": "300 J"}}, "effort.limit: has the wrong unit; found '300 J'"),
     (column(effort={"column": "u", "unit": "J"}), "columns.effort.unit: has the wrong unit; found 'J'"),
     ({"encoder": {"resolution": "5 N"}}, "encoder.resolution: has the wrong unit; found '5 N'"),
@@ -214,7 +214,7 @@ BAD = [
     ({"encoder": {"resolution": "0 mm"}}, "encoder.resolution: must be positive and finite"),
     ({"plant": {"gravity": "link"}}, "bristle identifies the weight on a vertical axis as the constant offset"),
     ({"injected": [{"column": "a", "gain": 1}, {"column": "b"}]}, "injected[1].gain: is missing"),
-    ({"injected": [{"column": "a", "gain": 1.0, "unit": "N"}]}, "injected[0].unit: was removed. Write the unit after the number"),
+    ({"injected": [{"column": "a", "gain": 1.0, "unit": "N"}]}, "injected[0].unit: was removed. Write the unit in the gain"),
     ({"injected": [{"column": "a", "gain": "1 m"}]}, "injected[0].gain: is not a unit of effort"),
 ]
 
@@ -265,7 +265,7 @@ def test_errors_carry_the_name_of_the_file(tmp_path):
         ('name = "EMPS', "is not valid TOML"),
         ("[plant]\n[plant]", r"is not valid TOML: Cannot declare 'plant' twice"),
         ("[plant.a]\n[plant.a]", r"is not valid TOML: Cannot declare 'plant\.a' twice"),
-        ("schema = " + 5000 * "1", "a number of thousands of digits"),
+        ("schema = " + 5000 * "1", "a number with thousands of digits"),
     ],
 )
 def test_invalid_toml_is_refused_with_the_line(tmp_path, text, said):
@@ -287,7 +287,7 @@ def test_missing_files_binary_files_and_folders_are_refused(tmp_path):
 
 
 def test_a_key_that_was_removed_is_refused_by_name():
-    with pytest.raises(InputError, match=r"identification\.global_search.* was removed.*Remove it"):
+    with pytest.raises(InputError, match=r"identification\.global_search.* was removed.*Remove this key"):
         axis_from(changed(identification={"global_search": True}))
 
 

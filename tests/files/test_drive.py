@@ -68,8 +68,8 @@ def test_percent_of_rated_refers_to_the_motor():
 @pytest.mark.parametrize(
     ("drive", "unit", "words"),
     [
-        (Drive(LINEAR), "A", r"x: is an effort only with a drive constant.*constant = \"0\.12 N\*m/A\""),
-        (Drive(LINEAR), "%", r"x: is an effort only with a drive constant.*rated = \"2\.4 N\*m\""),
+        (Drive(LINEAR), "A", r"x: needs a drive constant, which converts it to a force or torque.*constant = \"0\.12 N\*m/A\""),
+        (Drive(LINEAR), "%", r"x: needs a drive constant, which converts it to a force or torque.*rated = \"2\.4 N\*m\""),
         (Drive(LINEAR), "mm", "x: is not a unit of effort"),
         (Drive(LINEAR, Constant("A", "N", 1.0)), "V", "x: does not match the constant under .effort..*A or a multiple"),
         (Drive(LINEAR, rated="30 %"), "%", "effort.rated: is not an effort"),
@@ -94,8 +94,8 @@ def test_a_movement_is_carried_to_the_axis():
 @pytest.mark.parametrize(
     ("drive", "unit", "side", "words"),
     [
-        (Drive(LINEAR), "count", None, "needs the movement per count"),
-        (Drive(LINEAR), "mm", "motor", "is linear, so it cannot be on the motor side of a gear"),
+        (Drive(LINEAR), "count", None, "needs the movement of the axis per count"),
+        (Drive(LINEAR), "mm", "motor", "is a unit of length, but the motor side of a gear turns"),
         (Drive(TURNING), "rad", None, "does not state the side of the gear"),
         (Drive(LINEAR), "N", None, "x"),
     ],

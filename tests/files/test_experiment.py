@@ -280,7 +280,7 @@ def test_a_table_behind_a_screw_has_friction_in_its_own_units(tmp_path):
 def test_a_single_mass_has_no_table_friction(tmp_path):
     text = SCREW.replace('"ball_screw", J = 1e-4, M = "20 kg", lead = "5 mm", k = "100 N/um"', '"inertia", M = 1e-4')
     (tmp_path / "screw.toml").write_text(text)
-    with pytest.raises(InputError, match=r"table_friction.*needs a plant with a table"):
+    with pytest.raises(InputError, match=r"table_friction.*needs a plant with a screw that moves a table"):
         read_experiment(tmp_path / "screw.toml")
 
 
@@ -293,8 +293,8 @@ def test_variants_that_are_no_table_are_refused_by_their_key(experiment, value):
 @pytest.mark.parametrize(
     ("entries", "said"),
     [
-        ("", "identify.own: needs a log or an excitation for the fit"),
-        ('log = "log.csv"\nexcite = "loop"', "identify.own: needs a log or an excitation for the fit"),
+        ("", "identify.own: needs a log or a simulated loop for the fit"),
+        ('log = "log.csv"\nexcite = "loop"', "identify.own: needs a log or a simulated loop for the fit"),
         ('log = "log.csv"\naxis = "axis.toml"', "identify.own: is not identified"),
         ('excite = "loop"', "identify.own: is not identified"),
         ('excite = "lop"', "identify.own.excite: is not a variant in this file; found 'lop', allowed loop. Did you mean 'loop'?"),

@@ -89,7 +89,7 @@ def test_an_error_leaves_only_user_files(tmp_path):
     with pytest.raises(ZeroDivisionError):
         fail_in(tmp_path / "run")
     assert not any(tmp_path.iterdir())
-    with pytest.warns(UserWarning, match="stays"), pytest.raises(ZeroDivisionError):
+    with pytest.warns(UserWarning, match="bristle keeps"), pytest.raises(ZeroDivisionError):
         fail_in(tmp_path / "run", "figures/mine.svg")
     (kept,) = tmp_path.iterdir()
     assert held_by(kept) == {"figures/mine.svg": "mine"}

@@ -49,7 +49,7 @@ def test_a_file_that_was_changed_is_neither_read_nor_replaced_nor_removed(out):
         (out / "a.csv").write_text("of a person")
         assert grown.read("a.csv") is None
         assert not grown.is_whole("a.csv")
-        with pytest.raises(InputError, match="was changed, or bristle did not write it"):
+        with pytest.raises(InputError, match="was changed, or was not written by bristle"):
             grown.write("a.csv", "1,2\n")
         grown.remove("a.csv")
         assert (out / "a.csv").read_text() == "of a person"

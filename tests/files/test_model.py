@@ -191,7 +191,7 @@ def test_a_choice_is_written_by_name_and_an_invalid_choice_is_refused(tmp_path):
 
 @pytest.mark.parametrize(("bad", "plant", "model"), [("plant", 5, friction.coulomb(F_C=1.0)), ("friction", None, friction.coulomb)])
 def test_invalid_models_are_refused_before_writing(bad, plant, model, tmp_path):
-    with pytest.raises(InputError, match=rf"^{bad}: must be a model with parameters"):
+    with pytest.raises(InputError, match=rf"^{bad}: must be a {bad} model with parameters"):
         write_model(tmp_path / "model.toml", plant, model)
     assert list(tmp_path.iterdir()) == []
 

@@ -186,7 +186,7 @@ def test_every_parameter_has_a_default(bench):
 
 def test_a_model_is_distinguished_from_a_slot(bench):
     custom = Path(__file__).parents[2] / "examples" / "quadratic_drag.py"
-    with pytest.raises(InputError, match=r"defines a friction model: write quadratic_drag\.py as the first name"):
+    with pytest.raises(InputError, match=r"defines a friction model. Write quadratic_drag\.py as the first name"):
         load_slot_file(custom)
     with pytest.raises(InputError, match=r"oiled\.py: defines no friction model"):
         br.load_code("oiled.py")

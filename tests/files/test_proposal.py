@@ -53,7 +53,7 @@ def test_unknown_values_must_be_filled_in(tmp_path):
     assert "effort.constant" in item.missing
     assert 'constant = "?"  # force or torque per A, such as "61.2 N/A"' in item.text
     for key in item.missing:
-        assert f"{key} is unknown: bristle uses 1 in SI units" in item.notes
+        assert f"{key} is unknown: bristle assumes 1 in SI units" in item.notes
 
 
 def test_without_a_position_the_unit_of_the_velocity_decides(tmp_path):
@@ -220,4 +220,4 @@ def test_a_column_is_written_with_the_grounds_of_its_unit(channel, unit, unknown
 def test_guessed_columns_have_a_reason_and_reversed_efforts_a_remark():
     roles = Roles({"effort": Role("c", "N", "header", "it follows the motion")})
     line = proposal._column_line("effort", {"column": "c", "unit": "N", "sign": -1}, roles)
-    assert line.endswith("# it follows the motion; the effort as recorded takes work out of the axis")
+    assert line.endswith("# it follows the motion; the recorded effort takes work out of the axis, so its sign is reversed")

@@ -236,7 +236,7 @@ def copied(source: str, target: str) -> str:
     [
         (
             lambda out: (out / "notes.txt").write_text("mine"),
-            r"besides the results: notes\.txt\. Move them to another place, because the whole folder would be replaced",
+            r"besides the results: notes\.txt\. Name another folder. Or move these files to another place",
         ),
         (lambda out: (out / "plots").mkdir(), "besides the results: plots"),
         (lambda out: (out / "model.toml").write_text("mended by hand"), r"were changed: model\.toml"),
@@ -246,7 +246,7 @@ def copied(source: str, target: str) -> str:
             r"were changed: report\.html",
         ),
         (lambda out: ((out / SUMMARY).unlink(), (out / SUMMARY).mkdir()), "were changed: summary"),
-        (lambda out: (out / NOTE).unlink(), r"without the note.*0\.1.*by hand"),
+        (lambda out: (out / NOTE).unlink(), r"without the file.*0\.1.*by hand"),
         (lambda out: out.chmod(0o555), "write-protected"),
     ],
 )
@@ -338,7 +338,7 @@ def test_a_folder_that_replaces_the_temporary_folder_is_kept(tmp_path):
             folder.path.rename(tmp_path / "elsewhere")
             folder.path.symlink_to(mine)
 
-    with pytest.raises(InputError), pytest.warns(InputWarning, match="stays"):
+    with pytest.raises(InputError), pytest.warns(InputWarning, match="bristle keeps"):
         work()
     assert (mine / "model.toml").read_text() == "mine"
     assert not (tmp_path / "run").exists()

@@ -24,7 +24,7 @@ from bristle.files.varied import with_changes, with_columns
         ("a = 3 mm\n", r'Write a value with a unit in quotation marks: "3 mm"'),
         ("b = 1\na = [1,\n", "Is a bracket or a quotation mark missing at its end|The line reads"),
         ("b = 1\nnot a line\n", "The line reads: not a line"),
-        (f"a = {'1' * 5000}\n", r"contains text that is not valid TOML .a number of thousands of digits"),
+        (f"a = {'1' * 5000}\n", r"contains text that is not valid TOML .a number with thousands of digits"),
         (f"a = {2**63}\n", "a: is too large for a number; allowed whole numbers up to 9223372036854775807"),
         ("a = nan\n", "a: must be a finite number"),
         ("a = [1.0, nan]\n", r"a\[1\]: must be a finite number"),
@@ -32,7 +32,7 @@ from bristle.files.varied import with_changes, with_columns
         ('a = "x\\u0007"\n', "a: holds control characters"),
         ('"x\\u0007" = 1\n', "has a key with control characters"),
         ("[a.b]\nc = 1\n[a.b]\n", "is not valid TOML: .*a.b"),
-        ("a = " + "[" * (DEEPEST + 2) + "]" * (DEEPEST + 2), "is nested too deeply; allowed up to 32 tables"),
+        ("a = " + "[" * (DEEPEST + 2) + "]" * (DEEPEST + 2), "is nested too deeply; allowed up to 32 levels of tables"),
         (".".join("a" * (DEEPEST + 2)) + " = 1", "is nested too deeply"),
     ],
 )

@@ -82,8 +82,8 @@ def test_a_user_model_is_not_taken_for_a_model_of_bristle(tmp_path, stage):
     ("arguments", "said"),
     [
         ((FRICTION, PLANT), "plant: must be a plant model, but is a friction model"),
-        ((PLANT, None), "friction: must be a model with parameters, a friction model"),
-        ((PLANT, coulomb), "friction: must be a model with parameters, a friction model"),
+        ((PLANT, None), "friction: must be a friction model with parameters"),
+        ((PLANT, coulomb), "friction: must be a friction model with parameters"),
     ],
 )
 def test_a_prediction_needs_a_plant_and_a_friction_model(stage, arguments, said):

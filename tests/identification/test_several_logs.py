@@ -39,7 +39,7 @@ def test_each_log_has_its_axis_or_one_axis_is_shared():
     both = identify([first, second], "coulomb_viscous", axis=axes, draws=0).best
     item = identify([first, second], "coulomb_viscous", axis=axes[0], draws=0).best
     assert both.parameters["M"].value == pytest.approx(item.parameters["M"].value, rel=1e-3)
-    with pytest.raises(InputError, match=r"2 for 1 logs; allowed 1, or 1"):
+    with pytest.raises(InputError, match=r"2 axis files for 1 log; allowed 1 axis file"):
         identify([first], "coulomb_viscous", axis=axes, draws=0)
     with pytest.raises(InputError, match="names no log"):
         identify([], "coulomb_viscous", axis=STATED, draws=0)

@@ -51,7 +51,10 @@ def test_data_sets_of_hdf5_are_columns_with_units_from_their_attributes():
     assert list(table.columns) == ["t", "x"]
     assert table.units == {"x": "mm"}
     assert table.format == "HDF5"
-    assert set(table.notes) == {"name holds no column of numbers and was left out", "the unit of t is not text and was left out"}
+    assert set(table.notes) == {
+        "bristle ignores name, because it holds no column of numbers",
+        "bristle ignores the unit of t, because it is not text",
+    }
 
 
 def test_a_data_set_that_is_linked_twice_is_read_once_and_one_elsewhere_is_refused():
@@ -66,7 +69,7 @@ def test_a_data_set_that_is_linked_twice_is_read_once_and_one_elsewhere_is_refus
         file["t"] = TIME
         file["x"] = h5py.ExternalLink("other.h5", "x")
 
-    with pytest.raises(InputError, match="x is a link into another file, which are not read"):
+    with pytest.raises(InputError, match="x is a link to another file, but bristle reads only this file"):
         read_hdf5(hdf5(elsewhere), request_of())
 
 
@@ -83,11 +86,11 @@ def test_arrays_of_one_number_are_constants_and_texts_are_left_out():
     table = read_npz(npz(t=TIME, x=X, rated=np.array(2.5), words=np.array(["a", "b"])), request_of())
     assert list(table.columns) == ["t", "x"]
     assert table.constants == {} or table.constants == {"rated": 2.5}
-    assert "words holds no column of numbers and was left out" in table.notes
+    assert "bristle ignores words, because it holds no column of numbers" in table.notes
     table = read_mat(mat(t=TIME, rated=2.5, axis={"x": X}, cube=np.zeros((3, 4, 5))), request_of())
     assert table.constants == {"rated": 2.5}
     assert set(table.columns) == {"t", "axis.x"}
-    assert "cube has 3 dimensions and was left out" in table.notes
+    assert "bristle ignores cube, because it has 3 dimensions" in table.notes
 
 
 def test_one_array_alone_is_a_table_of_the_name_of_its_file():
@@ -95,11 +98,11 @@ def test_one_array_alone_is_a_table_of_the_name_of_its_file():
     np.save(stream, np.stack([TIME, X], axis=1))
     assert list(read_npz(stream.getvalue(), request_of()).columns) == ["column_1", "column_2"]
     cut = stream.getvalue()[:-200]
-    with pytest.raises(ValueError, match="announces 60 numbers and is shorter"):
+    with pytest.raises(ValueError, match="announces 60 numbers, but the file is shorter"):
         read_npz(cut, request_of())
     objects = io.BytesIO()
     np.save(objects, np.array([{"a": 1}]), allow_pickle=True)
-    with pytest.raises(InputError, match="holds objects of Python"):
+    with pytest.raises(InputError, match="holds Python objects"):
         read_npz(objects.getvalue(), request_of())
 
 
@@ -132,7 +135,7 @@ def test_cells_within_cells_are_read_to_sixty_four_deep():
             element = struct.pack("<II", 14, len(element)) + element
         return mat(t=TIME)[:128] + element
 
-    with pytest.raises(InputError, match="is nested too deeply"):
+    with pytest.raises(InputError, match="holds too deeply nested cells"):
         read_mat(nested(65), request_of())
 
 
@@ -160,7 +163,7 @@ def test_columns_of_parquet_are_numbers_with_gaps_and_seconds_from_the_first_sta
     np.testing.assert_array_equal(table.columns["count"], [1.0, np.nan, 3.0])
     assert table.columns["on"].tolist() == [1.0, 0.0, 1.0]
     assert (table.units["at"], table.units["day"]) == ("s", "s")
-    assert "column 'word' holds no numbers and was left out" in table.notes
+    assert "bristle ignores column 'word', because it holds no numbers" in table.notes
     chosen = read_parquet(data, request_of(choice=Choice(frozenset({"at"}))))
     assert list(chosen.columns) == ["at"]
     assert "count" in chosen.names

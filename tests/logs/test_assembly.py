@@ -33,7 +33,7 @@ def test_without_a_time_column_the_sample_time_of_axis_or_file_applies(of_axis, 
 
 @pytest.mark.parametrize("factor", [1.011, 0.989, 2.0])
 def test_sample_times_that_contradict_each_other_by_a_hundredth_are_refused(factor):
-    with pytest.raises(InputError, match=r"was sampled every 0\.01 s but the axis file states another sample time"):
+    with pytest.raises(InputError, match=r"has a sample time of 0\.01 s, but sample_time in the axis file differs"):
         recorded({"q": POSITION, "u": EFFORT}, of_file=DT, sample_time=factor * DT)
 
 
@@ -58,14 +58,14 @@ def test_a_position_that_was_not_recorded_is_the_integral_of_the_speed():
     assert (log.position.unit, log.position.column) == ("m", "v")
     assert log.position.step == pytest.approx(log.velocity.step * DT)
     (note,) = [text for text in log.notes if "the log has no position" in text]
-    assert "bristle integrates column v, starting at 0" in note
+    assert "bristle integrates the velocity in column v from position 0" in note
     assert "Results that depend on position are meaningless" in note
 
 
 def test_an_integrated_position_begins_at_a_recorded_reference():
     log = by_speed(reference=3.0 + POSITION)
     assert log.position.values == pytest.approx(3.0 + np.sin(2.0 * TIME), abs=2e-4)
-    assert any("starting at the reference" in note for note in log.notes)
+    assert any("from the first value of the reference" in note for note in log.notes)
 
 
 def test_an_integrated_position_continues_after_a_gap():
@@ -129,7 +129,7 @@ def test_all_channels_of_a_log_and_its_segments_are_cut_to_a_span():
         assert getattr(part, name).values.tolist() == getattr(log, name).values[100:300].tolist()
     assert part.injected[0].values.tolist() == (2.0 * EFFORT)[100:300].tolist()
     assert part.regressors[0].values.tolist() == POSITION[100:300].tolist()
-    assert part.notes == (*log.notes, "only samples from 1 to 4 s were used")
+    assert part.notes == (*log.notes, "bristle uses only the samples from 1 to 4 s")
     assert [(s.start, s.stop) for s in within(log, (3.6, 4.0)).segments] == [(0, 40)]
     assert len(recorded(values, replace(axis, span=(1.0, 4.0)))) == 200
 
@@ -141,6 +141,6 @@ def test_a_span_holds_ten_samples_at_least(end, is_enough):
         assert len(within(log, (0.995, end))) == 10
     else:
         with pytest.raises(
-            InputError, match=r"contains almost no samples of the log; found '0\.995 to 1\.085 s', allowed within 0 to 3\.99 s"
+            InputError, match=r"contains fewer than 10 samples of the log; found '0\.995 to 1\.085 s', allowed within 0 to 3\.99 s"
         ):
             within(log, (0.995, end))

@@ -42,7 +42,7 @@ def test_a_table_next_to_the_first_rows_loses_no_row_silently(count, filled, hea
 
 
 def test_rows_with_additional_cells_are_refused_with_advice():
-    with pytest.raises(InputError, match=r"line 6: has 5 cells instead of 2; .* Delete the cells next to the rows of numbers"):
+    with pytest.raises(InputError, match=r"line 6: has 5 cells instead of 2; .* Delete the additional cells in this row"):
         read_table(log(PARAMETERS, filled=False).encode())
 
 
@@ -58,4 +58,4 @@ def test_columns_of_numbers_may_end_early():
 def test_text_next_to_the_first_rows_is_noted_and_their_numbers_are_read():
     table = read_table(log([("Mass", "12.5"), ("Lead", "10")]).encode())
     np.testing.assert_array_equal(table.columns["position"], X)
-    assert "text was left out: column_3, Parameter" in table.notes
+    assert "bristle ignores columns of text: column_3, Parameter" in table.notes

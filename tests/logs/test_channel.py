@@ -46,9 +46,9 @@ def test_the_time_between_samples_is_the_usual_one_unless_given():
     assert log_data().segments == (slice(0, 5),)
     assert log_data().duration == pytest.approx(2.5)
     for time in (np.array([0.0, 0.1, 0.1, 0.2, 0.3]), np.array([0.4, 0.3, 0.2, 0.1, 0.0])):
-        with pytest.raises(InputError, match="must rise from sample to sample"):
+        with pytest.raises(InputError, match="must increase from sample to sample"):
             log_data(time=time)
-    with pytest.raises(InputError, match="must rise"):
+    with pytest.raises(InputError, match="must increase"):
         log_data(size=1)
 
 
@@ -87,5 +87,5 @@ def test_known_inputs_add_up_and_further_signals_surround_the_axis():
     assert np.array_equal(log_data().injected_effort, np.zeros(5))
     assert set(log.surroundings) == {"load", "pressure"}
     assert [name for name, _ in log.channels()] == ["time", "position", "load", "pressure", "injected.a", "injected.b"]
-    with pytest.raises(InputError, match="has another length than time"):
+    with pytest.raises(InputError, match="has more or fewer samples than time"):
         log_data(effort=Channel(np.ones(4), "N", "u"))

@@ -7,6 +7,7 @@ from bristle.core.errors import InputError
 from bristle.logs.clock import Order, clock_of, median_step, order_of, samples_between, without_repeats
 
 EVEN = 0.01 * np.arange(200)
+REPEATED = "1 time stamp repeats the previous time stamp: bristle interpolates between the neighbouring time stamps"
 
 
 def grid_of(stamps, **passed):
@@ -26,8 +27,8 @@ def test_ordered_rows_stay_and_newest_first_rows_are_reversed():
     turned = order_of(EVEN[::-1], "log")
     assert turned.rows.tolist() == list(range(199, -1, -1))
     assert turned.stamps.tolist() == EVEN.tolist()
-    assert "the order was reversed" in turned.notes[0]
-    with pytest.raises(InputError, match="does not advance from 3 s"):
+    assert "bristle reversed the rows" in turned.notes[0]
+    with pytest.raises(InputError, match="does not advance: all its values are 3 s"):
         order_of(np.full(9, 3.0), "log")
 
 
@@ -37,10 +38,10 @@ def test_a_row_out_of_place_is_sorted_and_no_order_is_refused():
     order = order_of(swapped, "log")
     assert order.stamps.tolist() == EVEN.tolist()
     assert order.rows[49:53].tolist() == [49, 51, 50, 52]
-    assert order.notes == ("1 row was out of order: sorted by time",)
+    assert order.notes == ("1 row was out of order: bristle sorted the rows by time",)
     swapped[[80, 81]] = swapped[[81, 80]]
-    assert order_of(swapped, "log").notes == ("2 rows were out of order: sorted by time",)
-    with pytest.raises(InputError, match=r"is not in order: \d+ of its 199 steps run backward"):
+    assert order_of(swapped, "log").notes == ("2 rows were out of order: bristle sorted the rows by time",)
+    with pytest.raises(InputError, match=r"is not in order: \d+ of its 199 steps go backward"):
         order_of(np.random.default_rng(1).permutation(EVEN), "log")
 
 
@@ -50,7 +51,7 @@ def test_a_restarted_clock_adds_a_pause_of_ten_samples():
     assert np.all(np.diff(order.stamps) > 0.0)
     assert order.stamps[200] - order.stamps[199] == pytest.approx(0.1)
     assert order.stamps[300] - order.stamps[299] == pytest.approx(0.1)
-    assert order.notes == ("the clock restarts at row 200, 300: read as 3 recordings, one after another",)
+    assert order.notes == ("the clock restarts at row 200, 300: bristle reads the log as 3 consecutive recordings",)
     assert len(grid_of(twice).segments) == 3
 
 
@@ -62,14 +63,14 @@ def test_rows_that_repeat_all_are_left_out_and_stamps_that_repeat_lie_between():
     left_out = without_repeats(Order(None, stamps), whole, 10, "log")
     assert left_out.stamps.size == stamps.size - 1
     assert 50 not in left_out.rows
-    assert left_out.notes == ("1 row repeats the row before: left out",)
+    assert left_out.notes == ("1 row repeats the previous row: bristle uses each row once",)
     mended = without_repeats(Order(None, stamps), np.zeros(stamps.size, dtype=bool), 10, "log")
     assert mended.rows is None
     assert mended.stamps == pytest.approx(EVEN)
-    assert mended.notes == ("1 stamp is repeated: interpolated between the stamps around",)
+    assert mended.notes == (REPEATED,)
     untouched = Order(None, EVEN)
     assert without_repeats(untouched, None, 10, "log") is untouched
-    with pytest.raises(InputError, match="has 4 different stamps in 12 rows"):
+    with pytest.raises(InputError, match="has only 4 different time stamps in 12 rows"):
         without_repeats(Order(None, np.repeat(np.arange(4.0), 3)), None, 5, "log")
 
 
@@ -98,7 +99,7 @@ def test_up_to_three_rows_that_were_lost_on_end_are_bridged(lost):
     assert counts[79] == 1.0 + lost
     assert counts.sum() == 199.0
     rows = "1 row is" if lost == 1 else f"{lost} rows are"
-    assert notes == [f"{rows} missing, at most 3 in a row: interpolated"]
+    assert notes == [f"{rows} missing, at most 3 consecutively: bristle interpolates"]
     clock = grid_of(stamps)
     assert clock.time == pytest.approx(EVEN)
     assert not clock.uniform
@@ -112,12 +113,12 @@ def test_more_rows_that_were_lost_are_a_gap():
     assert (counts[79], notes) == (1.0, [])
     clock = grid_of(stamps)
     assert clock.segments == (slice(0, 80), slice(80, 196))
-    assert "1 gap (the first after 0.79 s): split into 2 segments" in clock.notes
+    assert "1 gap in the time stamps (after 0.79 s): bristle splits the log into 2 segments" in clock.notes
     assert clock.time[80] == pytest.approx(0.84)
     short = np.delete(EVEN, [*range(80, 90), *range(95, 110)])
     clock = grid_of(short)
     assert len(clock.segments) == 2
-    assert "5 samples in segments shorter than 10 samples were left out" in clock.notes
+    assert "bristle ignores 5 samples in segments shorter than 10 samples" in clock.notes
 
 
 def test_a_late_row_moves_itself_alone_and_a_pause_of_no_whole_sample_is_a_gap():
@@ -140,14 +141,14 @@ def test_the_grid_lies_where_an_effort_that_is_late_was_recorded_too(delay, firs
 
 
 def test_a_grid_needs_a_delay_shorter_than_the_log():
-    with pytest.raises(InputError, match=r"has no stretch of 10 even samples within a delay of 1\.95 s"):
+    with pytest.raises(InputError, match=r"has no 10 evenly spaced samples that remain after a shift by the delay of 1\.95 s"):
         grid_of(EVEN, delay=1.95)
 
 
 def test_the_sample_time_of_the_axis_file_is_that_of_the_stamps():
     assert grid_of(EVEN, sample_time=0.01).sample_time == pytest.approx(0.01)
     assert grid_of(EVEN, sample_time=0.01005).sample_time == pytest.approx(0.01)
-    with pytest.raises(InputError, match=r"steps by 0\.01 s, unlike sample_time in the axis file"):
+    with pytest.raises(InputError, match=r"has a time step of 0\.01 s, unlike sample_time in the axis file"):
         grid_of(EVEN, sample_time=0.0102)
     for factor in (1e-11, 1e12):
         with pytest.raises(InputError, match="Correct the unit of the time column"):
@@ -190,7 +191,7 @@ def test_a_clock_that_does_not_recover_within_32_rows_restarted(back, said):
 def test_a_clock_may_restart_fifty_times(count, is_order):
     stamps = np.tile(EVEN[:40], count)
     if is_order:
-        assert f"read as {count} recordings" in order_of(stamps, "log").notes[0]
+        assert f"as {count} consecutive recordings" in order_of(stamps, "log").notes[0]
     else:
         with pytest.raises(InputError, match="is not in order: 51 of its"):
             order_of(stamps, "log")
@@ -219,5 +220,5 @@ def test_rows_are_bridged_where_a_tenth_is_missing_at_most(lost, is_bridged):
 def test_the_minimum_count_of_different_stamps_suffices():
     few = Order(None, np.repeat(np.arange(4.0), 3))
     assert without_repeats(few, np.zeros(12, dtype=bool), 4, "log").stamps.size == 12
-    with pytest.raises(InputError, match="has 4 different stamps"):
+    with pytest.raises(InputError, match="has only 4 different time stamps"):
         without_repeats(few, np.zeros(12, dtype=bool), 5, "log")

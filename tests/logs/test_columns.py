@@ -84,9 +84,9 @@ def test_only_needed_columns_are_read_and_the_others_are_listed():
     assert np.array_equal(log.effort, DATA["effort"])
     assert log.velocity is None
     assert log.notes == (
-        "column t is read as the time",
-        "column x is read as the position",
-        "column Force is read as the effort",
+        "bristle uses column t as the time",
+        "bristle uses column x as the position",
+        "bristle uses column Force as the effort",
         "unused columns: v, note",
     )
     twice = Log.from_columns(DATA | {"Position": T, "EFFORT": T})
@@ -135,7 +135,7 @@ def test_an_axis_assigns_the_columns():
     assert log.effort is None
     # One that names no columns, but says what it is, leaves them to their names.
     assert Log.from_columns(DATA, axis=Axis(kind="rotational", resolution=1e-6)).effort.unit == "N*m"
-    with pytest.raises(InputError, match=r"kind: is not that of the axis; found 'translational'"):
+    with pytest.raises(InputError, match=r"kind: differs from the kind of the axis; found 'translational'"):
         Log.from_columns(DATA, axis=Axis(kind="rotational"), kind="translational")
 
 
@@ -157,7 +157,7 @@ BAD = {
     "an odd one": (DATA | {"effort": [*[1.0] * 9, None, "x"]}, r"column 'effort': has no number at sample 10"),
     "NaN": (DATA | {"position": NAN}, r"column 'position': has NaN \(not a number\) at sample 7 \(t = 0.014 s\)"),
     "two dimensions": (DATA | {"effort": np.outer(T, T)}, r"column 'effort': must be 1-D; found 'an array of shape"),
-    "lengths": (DATA | {"effort": T[:300]}, r"different lengths \(.*effort: 300"),
+    "lengths": (DATA | {"effort": T[:300]}, r"different numbers of samples \(.*effort: 300"),
     "no order": (DATA | {"time": np.random.default_rng(0).permutation(T)}, "column 'time': is not in order"),
     "constant": (DATA | {"effort": np.ones(COUNT)}, r"column 'effort': is constant \(1 N\)"),
     "short": ({name: item[:50] for name, item in DATA.items()}, "is too short"),

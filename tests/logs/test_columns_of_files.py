@@ -75,7 +75,7 @@ def test_a_time_that_need_not_be_named_may_be(tmp_path):
     without, named = (read_log(path, axis(position=position, **more)) for more in ({}, {"time": {"column": "Zeit"}}))
     np.testing.assert_array_equal(without.time.values, named.time.values)
     assert not any("columns.time" in note for note in without.notes)
-    assert any("columns.time is not needed" in note for note in named.notes)
+    assert any("bristle ignores columns.time" in note for note in named.notes)
 
 
 def test_duplicate_column_names_are_noted(tmp_path):
@@ -109,7 +109,7 @@ def test_a_reference_without_a_unit_has_that_of_the_position(tmp_path):
     path = EXPORTS["records"].write(tmp_path, MOTION)
     log = read_log(path, axis(position={"column": "position", "unit": "mm"}, reference="goal_position"))
     np.testing.assert_allclose(log.reference.values, 1e-6 * MOTION.reference_um, rtol=1e-12, atol=1e-18)
-    assert "column goal_position has no unit: read in the unit of the position, mm" in log.notes
+    assert "column goal_position has no unit: bristle assumes the unit of the position, mm" in log.notes
 
 
 def test_a_file_of_one_long_line_is_read(tmp_path):

@@ -137,7 +137,7 @@ def test_a_text_column_is_left_out_with_a_note():
     text = "date;t;x\n" + "".join(f"01.02.2024;{t};{x}\n" for t, x in zip(T, X, strict=True))
     table = read_csv(text.replace(".", ",").replace("01,02,", "01.02.").encode(), HERE)
     assert list(table.columns) == ["t", "x"]
-    assert table.notes == ("text was left out: date",)
+    assert table.notes == ("bristle ignores columns of text: date",)
 
 
 @pytest.mark.parametrize("line", [1, 2, 5, 29])
@@ -177,7 +177,7 @@ def test_one_quoted_number_with_thousands_separators_is_named_with_line_and_colu
 def test_a_column_that_is_now_a_number_and_now_text_is_refused():
     states = ["0"] * 4 + ["OK"] * 26
     text = "t,x,state\n" + "".join(f"{t},{x},{s}\n" for t, x, s in zip(T, X, states, strict=True))
-    with pytest.raises(InputError, match="line 5, column 'state': is a number, with text below it"):
+    with pytest.raises(InputError, match="line 5, column 'state': is a number, but the cells below it are text"):
         read_csv(text.encode(), HERE)
 
 
@@ -208,12 +208,12 @@ def test_a_file_cut_anywhere_is_refused_or_its_whole_rows_are_read(cut):
     else:
         text = ""
     if text:
-        assert "truncated" in text or "no rows of numbers" in text
+        assert "truncated" in text or "is incomplete" in text or "no rows of numbers" in text
         return
     count = part.count(b"\n") - 1
     np.testing.assert_array_equal(table.columns["t"], T[:count])
     if not part.endswith(b"\n"):
-        assert "its last row may be cut" in table.notes[-1]
+        assert "its last row, which may be incomplete" in table.notes[-1]
 
 
 def test_a_header_is_split_into_name_and_unit():
@@ -261,9 +261,9 @@ def test_a_last_row_without_a_line_break_is_left_out_and_a_cut_row_is_refused(bo
     if is_whole:
         kept, (note,) = _without_open_end(body, layout, Path("log.csv"), "utf-8")
         assert kept == body[: body.rindex(b"\n") + 1]
-        assert "its last row may be cut and was left out" in note
+        assert "bristle ignores its last row, which may be incomplete" in note
     else:
-        with pytest.raises(InputError, match=rf"line {5 + body.count(10)}: is truncated: it ends within a row"):
+        with pytest.raises(InputError, match=rf"line {5 + body.count(10)}: is incomplete: the file ends within this row"):
             _without_open_end(body, layout, Path("log.csv"), "utf-8")
 
 

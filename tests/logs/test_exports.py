@@ -175,6 +175,6 @@ def test_samples_before_and_behind_a_channel_that_is_recorded_later_are_left_out
     effort = {"column": "ActTorque", "unit": "N"}
     described = axis_from({"schema": 1, "kind": "translational", "columns": {"position": "ActPos", "effort": effort}})
     log = read_log(twincat_rates(tmp_path, MOTION), described)
-    (count,) = (int(note.split()[0]) for note in log.notes if note.endswith("samples were left out: some channels were not recorded there"))
+    (count,) = (int(note.split()[2]) for note in log.notes if note.endswith("because some channels were not recorded at these times"))
     assert len(log) == 4000 - count
     assert 4 <= count <= 5

@@ -34,7 +34,7 @@ def test_columns_are_in_si_with_scale_and_shift():
 
 def test_a_column_without_a_unit_is_read_in_si_with_a_note():
     result = gather(table_of({"q": "m"}, t=TIME, q=X), axis_with(time="t", position="q"))
-    assert result.notes == ["column t has no unit: read in s"]
+    assert result.notes == ["column t has no unit: bristle assumes s"]
 
 
 def test_a_unit_of_the_axis_file_that_contradicts_the_log_is_a_problem():
@@ -55,15 +55,15 @@ def test_a_following_error_gives_a_missing_reference():
     both = axis_with(time="t", position="q", following_error="e", reference="r")
     result = gather(table_of(units | {"r": "mm"}, t=TIME, q=X, e=0.1 * X, r=3.0 * X), both)
     assert result.channels["reference"].values == pytest.approx(3e-3 * X)
-    assert "column e is not used: the reference is in the log itself" in result.notes
+    assert "bristle ignores the following error in column e, because the log has a reference" in result.notes
     alone = gather(table_of({"t": "s", "v": "m/s", "e": "m"}, t=TIME, v=X, e=X), axis_with(time="t", velocity="v", following_error="e"))
-    assert "column e is not used: the log has no position for it" in alone.notes
+    assert "bristle ignores the following error in column e, because the log has no position" in alone.notes
 
 
 def test_a_reference_without_a_unit_has_that_of_the_position():
     result = gather(table_of({"t": "s", "q": "mm"}, t=TIME, q=X, r=X), axis_with(time="t", position="q", reference="r"))
     assert result.channels["reference"].values == pytest.approx(1e-3 * X)
-    assert "column r has no unit: read in the unit of the position, mm" in result.notes
+    assert "column r has no unit: bristle assumes the unit of the position, mm" in result.notes
     turned = axis_with(time="t", position=Column("q", "", "m", -2.0), reference="r")
     assert gather(table_of({"t": "s", "q": "mm"}, t=TIME, q=X, r=X), turned).channels["reference"].values == pytest.approx(2e-3 * X)
     shared_column = gather(table_of({"t": "s", "q": "mm", "r": "m"}, t=TIME, q=X, r=X), axis_with(time="t", position="q", reference="r"))
@@ -75,7 +75,7 @@ def test_columns_used_twice_or_of_different_lengths_are_reported():
     result = gather(table_of(units, t=TIME, q=X), axis_with(time="t", position="q", effort=Column("q", "", "")))
     assert "column q is used twice, as position and as effort. Check [columns]" in result.notes
     (problem,) = gather(table_of(units, t=TIME, q=X, u=X[:-1]), axis_with(time="t", position="q", effort="u")).problems
-    assert "has columns of different lengths (t: 40, q: 40, u: 39)" in str(problem)
+    assert "has columns with different numbers of samples (t: 40, q: 40, u: 39)" in str(problem)
 
 
 def test_an_optional_column_that_is_missing_is_a_note_and_another_one_a_problem():
@@ -84,11 +84,11 @@ def test_an_optional_column_that_is_missing_is_a_note_and_another_one_a_problem(
         table_of(units, t=TIME, q=X, load_N=X), axis_with(time="t", position="q", effort=Column("load_M", "", "N", optional=True))
     )
     assert result.problems == []
-    assert any("optional column load_M is not in this log; is it 'load_N'?" in note for note in result.notes)
+    assert any("optional column load_M is not in this log. If its name is 'load_N'" in note for note in result.notes)
     (problem,) = gather(table_of(units, t=TIME, q=X), axis_with(time="t", position="q", effort="u")).problems
     assert "has no column 'u' for the effort" in str(problem)
     (problem,) = gather(table_of(units, t=TIME, q=X), axis_with(time="t")).problems
-    assert "no column is named as the position" in str(problem)
+    assert "names no column of the position" in str(problem)
 
 
 def test_channels_with_separate_times_are_interpolated_to_the_position():
@@ -98,8 +98,8 @@ def test_channels_with_separate_times_are_interpolated_to_the_position():
     assert result.channels["time"].values == pytest.approx(1e-3 * TIME[1:])
     assert result.channels["position"].values == pytest.approx(1e-3 * X[1:])
     assert result.channels["effort"].values == pytest.approx(2.0 * TIME[1:])
-    assert "1 samples were left out: some channels were not recorded there" in result.notes
-    assert any("columns.time is not needed: each column of this MF4 file brings its time" in note for note in result.notes)
+    assert "bristle ignores 1 sample, because some channels were not recorded at these times" in result.notes
+    assert any("bristle ignores columns.time, because each column of this MF4 file has its own time" in note for note in result.notes)
     (finding,) = result.findings
     assert finding.code == "resampled"
     assert finding.numbers["percent"] == 100.0

@@ -116,6 +116,6 @@ def test_dates_and_counts_are_seconds_from_the_first():
         assert table.columns[table.stamps["q"]] == pytest.approx([0.0, 5.0 / per_second, 10.0 / per_second])
     texts = read_text({"t": [0.0, 1.0], "q": ["1.5", "2.5"], "word": ["a", "b"]})
     assert texts.columns["q"].tolist() == [1.5, 2.5]
-    assert texts.notes == ("text was left out: word",)
+    assert texts.notes == ("bristle ignores columns of text: word",)
     with pytest.raises(InputError, match="holds no column of numbers"):
         read_text({"a": ["x", "y"], "b": ["z", "w"]})

@@ -42,7 +42,7 @@ def test_single_lost_rows_are_interpolated_with_a_note(share):
     (segment,) = clock.segments
     assert (segment.stop, clock.sample_time) == (COUNT, DT)
     np.testing.assert_allclose(clock.sampled(place(TIME[keep])), place(TIME), atol=2e-9)
-    assert clock.notes[0].startswith(f"{COUNT - int(keep.sum())} rows are missing, at most 3 in a row: interpolated")
+    assert clock.notes[0].startswith(f"{COUNT - int(keep.sum())} rows are missing, at most 3 consecutively: bristle interpolates")
 
 
 def test_a_longer_pause_still_splits_the_log():
@@ -50,7 +50,7 @@ def test_a_longer_pause_still_splits_the_log():
     keep[4000:4004] = keep[8000:8003] = False
     clock = result(TIME[keep], place(TIME[keep]))
     assert [segment.stop - segment.start for segment in clock.segments] == [4000, COUNT - 4004]
-    assert any("1 gap (the first after 3.999 s)" in note for note in clock.notes)
+    assert any("1 gap in the time stamps (after 3.999 s)" in note for note in clock.notes)
     assert any("3 rows are missing" in note for note in clock.notes)
 
 
@@ -95,7 +95,7 @@ def test_late_rows_of_a_burst_are_no_lost_rows():
 def test_a_stretch_that_was_sampled_half_as_often_is_bridged():
     stamps = np.delete(TIME, 401 + 2 * np.arange(180))
     clock = result(stamps, place(stamps))
-    assert clock.notes == ("180 rows are missing, at most 3 in a row: interpolated",)
+    assert clock.notes == ("180 rows are missing, at most 3 consecutively: bristle interpolates",)
     np.testing.assert_allclose(clock.sampled(place(stamps)), place(TIME), atol=2e-9)
 
 
@@ -112,12 +112,12 @@ def test_a_repeated_row_counts_once_and_a_different_reading_stays():
     x = place(TIME)
     twice = np.insert(np.arange(COUNT), 600, 599)
     clock = result(TIME[twice], x[twice])
-    assert clock.notes[0] == "1 row repeats the row before: left out"
+    assert clock.notes[0] == "1 row repeats the previous row: bristle uses each row once"
     np.testing.assert_array_equal(clock.sampled(x[twice]), x)
     stamps = TIME.copy()
     stamps[600] = stamps[599]
     clock = result(stamps, x)
-    assert clock.notes[0] == "1 stamp is repeated: interpolated between the stamps around"
+    assert clock.notes[0].startswith("1 time stamp repeats the previous time stamp: bristle interpolates")
     assert clock.time.size == COUNT
 
 

@@ -42,16 +42,16 @@ def test_samples_that_are_no_measurement_are_named_before_anything_else():
     bad = NOISY.copy()
     bad[[700, 701]] = np.nan
     (text,) = message(position=bad, effort=np.zeros(3000))
-    assert "has NaN (not a number) at sample 700 (t = 0.7 s), 2 such samples in all" in text
+    assert "has NaN (not a number) at sample 700 (t = 0.7 s), 2 samples in all" in text
     bad[[700, 701]] = np.inf, 0.0
     assert "an infinite value at sample 700" in message(position=bad)[0]
     bad[700] = -3e30
-    assert "has -3e+30 m at sample 700 (t = 0.7 s), not a measurement; 1 such in all" in message(position=bad)[0]
+    assert "has -3e+30 m at sample 700 (t = 0.7 s), which cannot be a measurement: 1 sample in all" in message(position=bad)[0]
 
 
 def test_a_constant_channel_is_a_problem_except_for_a_load():
     (text,) = message(position=NOISY, effort=np.full(3000, 2.5))
-    assert "is constant (2.5 N), which gives no information as the effort" in text
+    assert "is constant (2.5 N), so it gives no information on the effort" in text
     assert message(position=NOISY, load=np.ones(3000)) == []
 
 
@@ -60,7 +60,7 @@ def test_a_reading_that_leaves_and_returns_was_lost():
     position[500:502] += 0.5
     assert spikes(position, 0.0) == [(500, 2, pytest.approx(0.5, abs=0.01))]
     (text,) = message(position=position)
-    assert "returns after 2 samples at sample 500 (t = 0.5 s), 1 such place in all: readings were lost" in text
+    assert "returns after 2 samples at sample 500 (t = 0.5 s), 1 such place in all: the recording lost readings" in text
     position[900] -= 0.7
     (text,) = message(position=position)
     assert "returns after 1 sample at sample 900 (t = 0.9 s), 2 such places in all" in text

@@ -59,7 +59,7 @@ def test_each_array_is_a_curve(family):
     assert result.curves[1].f[[0, -1]] == pytest.approx([-1e-4, 1e-4])
     assert (result.kind, result.start, result.low, result.high) == ("magnetic", "saturated", -0.1, 0.1)
     assert result.full_scale == pytest.approx(1e-4)
-    assert any("bristle ignored 1 curves with less than 5 samples" in note for note in result.notes)
+    assert any("bristle ignores 1 curves with fewer than 5 samples" in note for note in result.notes)
     assert len(result.origin.checksum) == 64
 
 
@@ -92,7 +92,7 @@ def test_a_curves_file_is_distinguished_from_an_axis_file(family, loops, tmp_pat
         ('kind = "magnetic"', 'kind = "electric"', "kind: is not valid"),
         ('"curve_*"', '"loop_*"', "does not match any table"),
         ('"column_2"', '"column_3"', "no column 'curve_0/column_3'"),
-        ("shortest = 5", "shortest = 50", "has only curves that are too short"),
+        ("shortest = 5", "shortest = 50", "has only curves with too few samples"),
         ("shortest = 5", "longest = 5", "curves.longest: unknown key"),
         ('start = "saturated"', 'start = "rest"', "curves.start"),
     ],

@@ -127,7 +127,7 @@ def test_units_and_sample_time_of_tdms_channels(tmp_path):
     assert set(table.columns) == {"x", "a/y", "b/y"}
     assert table.units == {"x": "mm"}
     assert table.sample_time == 5e-4
-    assert "'remark' holds no numbers" in table.notes[0]
+    assert "'remark', because it holds no numbers" in table.notes[0]
 
 
 def test_a_missing_extra_names_the_line_to_type(tmp_path, recording, monkeypatch):

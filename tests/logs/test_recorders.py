@@ -58,7 +58,7 @@ def test_xml_without_a_trace_is_refused():
         read_sinumerik(trace(['id="f1" name="q"'], []), REQUEST)
     with pytest.raises(InputError, match="is truncated or damaged"):
         read_sinumerik(trace(['id="f1" name="q"'], [(0, 'f1="1"')])[:-9], REQUEST)
-    with pytest.raises(InputError, match="declares entities"):
+    with pytest.raises(InputError, match="declares XML entities"):
         read_sinumerik(b'<!DOCTYPE a [<!ENTITY b "c">]><a/>', REQUEST)
 
 
@@ -123,7 +123,7 @@ def test_several_topics_prefix_the_names_of_their_fields():
     with pytest.raises(InputError, match="holds no readable messages with numbers"):
         read_mcap(recording(messages), REQUEST._replace(table="/c"))
     odd = [*messages, ("/d", "protobuf", 3_000_000_000, {})]
-    assert read_mcap(recording(odd), REQUEST).notes == ("messages in unsupported encodings were left out: /d (protobuf)",)
+    assert read_mcap(recording(odd), REQUEST).notes == ("bristle ignores messages in unsupported encodings: /d (protobuf)",)
 
 
 def test_a_tdms_file_ends_with_its_last_segment():

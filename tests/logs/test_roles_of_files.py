@@ -154,7 +154,7 @@ def test_a_unit_that_is_not_known_is_asked_for_with_the_words_of_the_file():
     assert 'unit = "?" }  # the file states the unknown unit "bla"' in lines["effort"]
     assert lines["reference"] == 'reference = { column = "position_ref" }  # in the unit of the position'
     assert proposal.unknown == {"position": "Skt", "effort": "bla"}
-    assert "columns.position.unit is unknown: bristle uses 1 in SI units" not in proposal.notes
+    assert "columns.position.unit is unknown: bristle assumes 1 in SI units" not in proposal.notes
 
 
 def test_a_reference_in_another_unit_that_is_not_known_is_not_taken_for_one():
@@ -198,8 +198,8 @@ def test_an_axis_file_defines_an_unknown_unit_that_is_refused_without_it():
     log = read_log(text_log("Skt", "bla", reference="Skt"), axis)
     np.testing.assert_allclose(log.position.values, 1e-3 * POSITION, atol=1e-12)
     np.testing.assert_allclose(log.reference.values, 1e-3 * (POSITION + 1e-6), atol=1e-12)
-    assert "column position has an unknown unit, 'Skt': read in mm" in log.notes
-    with pytest.raises(InputError, match="'position': has an unknown unit; found 'Skt', allowed a unit"):
+    assert "column position has an unknown unit, 'Skt': bristle uses mm from the axis file" in log.notes
+    with pytest.raises(InputError, match="'position': has an unknown unit; found 'Skt', allowed m, or a unit"):
         read_log(text_log("Skt", "N"))
 
 

@@ -43,8 +43,8 @@ def test_the_position_is_the_integral_of_the_speed_with_a_note():
     np.testing.assert_allclose(result.position.values, X - X[0], atol=ROUNDING)
     assert (result.position.unit, result.position.column) == ("m", "speed")
     assert remark(result) == (
-        "the log has no position: bristle integrates column speed, starting at 0. The true start is unknown, "
-        "and an offset of the speed makes the position drift. Results that depend on position are meaningless"
+        "the log has no position: bristle integrates the velocity in column speed from position 0. The true start is unknown, "
+        "and an offset of the velocity makes the position drift. Results that depend on position are meaningless"
     )
 
 
@@ -68,7 +68,7 @@ def test_the_integral_begins_at_a_recorded_reference():
     reference = {"position_ref [mm]": 1e3 * X + 70.0}
     result = read_log(log(**reference), axis(reference={"column": "position_ref", "unit": "mm"}))
     np.testing.assert_allclose(result.position.values, result.reference.values, atol=ROUNDING)
-    assert "starting at the reference" in remark(result)
+    assert "from the first value of the reference" in remark(result)
 
 
 def test_terms_that_depend_on_the_position_are_named():
@@ -79,7 +79,7 @@ def test_terms_that_depend_on_the_position_are_named():
 def test_a_following_error_without_a_position_is_noted():
     result = read_log(log(**{"lag [mm]": 1e-3 * V}), axis(following_error={"column": "lag", "unit": "mm"}))
     assert result.reference is None
-    assert "column lag is not used: the log has no position for it" in result.notes
+    assert "bristle ignores the following error in column lag, because the log has no position" in result.notes
 
 
 def test_friction_and_inertia_are_those_of_the_same_log_with_its_position():
@@ -106,7 +106,7 @@ def test_a_motor_that_turns_is_read_by_its_gear_and_lead():
 
 
 def test_a_log_without_position_and_speed_is_refused_with_advice():
-    with pytest.raises(InputError, match=r"columns.position: is missing\. Write position = .*, or give only a velocity"):
+    with pytest.raises(InputError, match=r"columns.position: is missing\. Write position = .*, or name a velocity column"):
         axis_from({"schema": 1, "kind": "translational", "columns": {"time": "time", "effort": "force"}})
 
 

@@ -80,7 +80,7 @@ def test_a_whole_channel_larger_than_any_axis_is_no_measurement(tmp_path, record
     recording["u"] *= 1e40
     path = tmp_path / "log.csv"
     np.savetxt(path, np.column_stack(list(recording.values())), delimiter=",", header="t,q,r,u", comments="")
-    with pytest.raises(InputError, match="not a measurement"):
+    with pytest.raises(InputError, match="cannot be a measurement"):
         read_log(path, axis)
 
 

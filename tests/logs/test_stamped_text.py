@@ -143,7 +143,7 @@ def test_a_trace_of_twincat_has_a_time_column_for_each_channel():
     assert table.units["ActPos"] == "mm"
     assert table.units[table.stamps["ActPos"]] == "ms"
     assert "ActTorque" not in table.units
-    assert table.notes == ("the ScaleFactor of ActTorque is not applied: the export may have done so",)
+    assert table.notes == ("the ScaleFactor of ActTorque is not applied, because the export may have applied it already",)
     cut = read_scope([*lines[:-2], ";;2;3"], head, REQUEST)
     assert cut.columns["ActTorque"].tolist() == [10.0, 20.0]
     assert any("does not end with a line break" in note for note in cut.notes)
@@ -166,7 +166,7 @@ def test_an_archive_has_a_line_for_each_value_of_a_signal():
     assert table.columns["q"].tolist() == [0.5, 1.5, 2.5, 3.5, 4.5, 5.5]
     assert table.columns[table.stamps["q"]].tolist() == [0.0, 2.0, 4.0, 6.0, 8.0, 10.0]
     assert table.columns[table.stamps["u"]].tolist() == [1.0, 3.0, 5.0, 7.0, 9.0, 11.0]
-    assert table.notes == ("1 lines without a value of a signal were left out",)
+    assert table.notes == ("bristle ignores 1 lines without a value of a signal",)
     dated = [f"2024-03-01 10:00:{k:02d}.5,q,{k}" for k in range(10)] + ["2024-03-01 10:00:00.0,u,3"]
     table = read_archive(dated, pattern_of(dated), REQUEST)
     assert table.columns[table.stamps["q"]].tolist() == [0.5 + k for k in range(10)]

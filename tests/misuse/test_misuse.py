@@ -394,5 +394,5 @@ def test_parameters_that_overflow_a_law_are_reported():
 
 
 def test_a_run_of_more_samples_than_anybody_waits_for_is_refused():
-    with pytest.raises(InputError, match="duration: asks for"):
+    with pytest.raises(InputError, match="duration: gives"):
         Run(duration="1 day", sample_time="1 us")

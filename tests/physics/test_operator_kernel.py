@@ -178,7 +178,7 @@ def test_parameters_of_the_operator_are_not_given_twice():
 def test_kinds_that_differ_are_refused():
     stops = hysteresis.prandtl_ishlinskii(kind="rotational", thresholds=[1.0], weights=[1.0])
     assert friction.preisach_contact(kernel=stops).kind == "rotational"
-    with pytest.raises(InputError, match="is rotational, and this friction is translational"):
+    with pytest.raises(InputError, match="is a rotational operator, but this friction is translational"):
         friction.preisach_contact(kernel=stops, kind="translational")
 
 

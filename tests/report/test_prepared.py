@@ -118,7 +118,7 @@ def test_present_results_are_kept(copied):
 def test_changed_rig_is_fitted_again(copied, seen, instead):
     assert seen in RIG
     copied.write_text(RIG.replace(seen, instead))
-    with pytest.raises(InputError, match="other inputs than the file states now"):
+    with pytest.raises(InputError, match="other inputs than those that this file now states"):
         br.read_experiment(copied)
     assert br.prepare(copied)[0].best is not None
     now = br.read_experiment(copied).variants[0].friction.F_C
@@ -129,7 +129,7 @@ def test_edited_digest_is_ignored(copied):
     folder = copied.parent / "rig_identified" / "axis_x"
     note = folder / "depends_on.json"
     note.write_text(note.read_text() + " ")
-    with pytest.raises(InputError, match="other inputs than the file states now"):
+    with pytest.raises(InputError, match="other inputs than those that this file now states"):
         br.read_experiment(copied)
 
 
@@ -192,8 +192,8 @@ def test_changed_log_is_fitted_again(rig, tmp_path):
     ("seen", "instead", "said"),
     [
         ('excite = "learning"', 'excite = "lerning"', 'identify.axis_x.excite.*is not a variant.*"?learning'),
-        ('excite = "learning"', "", "identify.axis_x: needs a log or an excitation for the fit"),
-        ('excite = "learning"', 'excite = "identified"', "is not identified yet when this loop is excited"),
+        ('excite = "learning"', "", "identify.axis_x: needs a log or a simulated loop for the fit"),
+        ('excite = "learning"', 'excite = "identified"', "must not be used in this loop"),
         ('excite = "learning"', 'excit = "learning"', "unknown key"),
         ('identified = "axis_x"', 'identified = "axis_y"', r"friction\.identified.*is not a model under.*axis_x"),
         ('excite = "learning"', 'log = "none.csv"', "identify.axis_x.log"),

@@ -51,11 +51,11 @@ class Column:
     unit : str
         Unit of the numbers in the log; empty if the log states it.
     base : str
-        Unit that `scale` applies to: ``"V"`` for a controller output, ``"rad"`` for a motor's encoder.
+        Unit to which `scale` applies: ``"V"`` for a controller output, ``"rad"`` for the encoder of a motor.
     scale : float
         Value in SI units of the axis for one `base`, including sign, drive constants and transmission.
     optional : bool
-        Whether a log may lack it.
+        Whether a log may lack this column.
     shift : float
         Offset added after scaling, for temperatures.
     """
@@ -90,7 +90,7 @@ class Injected:
     gain : float
         `column` times `gain` is an effort in SI.
     optional : bool
-        Whether a log may lack it.
+        Whether a log may lack this column.
     """
 
     column: str = taken(TEXT)
@@ -110,7 +110,7 @@ class KnownColumn:
     name : str
         Suffix of the name of the coefficient: ``known_NAME``.
     optional : bool
-        Whether a log may lack it; its default is zero.
+        Whether a log may lack the column; bristle then uses zeros.
     """
 
     column: str = taken(TEXT)
@@ -155,7 +155,7 @@ class Axis:
     injected : tuple of Injected
         Known inputs of the loop.
     table : str or None
-        Table, group or array of a log file with several.
+        Table, group or array in a log file that has several of them.
     sample_time : float or None
         Sample time of a log without a time column [s].
     delay : float
@@ -167,7 +167,7 @@ class Axis:
     plant : str
         The plant: ``inertia``, or ``oscillator`` with a spring and a damper to the ground.
     stiffness, damping : float or None
-        Of the oscillator, where known [N/m, N*s/m or N*m/rad, N*m*s/rad].
+        Stiffness and damping of the oscillator, where known [N/m, N*s/m or N*m/rad, N*m*s/rad].
     offset : float or "identify"
         Constant part of the friction force (gravity, bias).
     resolution : float or None
@@ -182,7 +182,7 @@ class Axis:
     lag : float
         Time constant with which the drive follows its controller [s], in simulated loops.
     seeks_lag : bool
-        Whether an identification of the closed loop estimates it.
+        Whether an identification of the closed loop estimates `lag`.
     periodic : bool or None
         Whether each log is an integral number of periods of a repeating motion; None to detect it from the log.
     in_cycle : bool
@@ -200,7 +200,7 @@ class Axis:
     stroke : tuple of float or None
         Smallest and largest position [m or rad].
     controller : Model or None
-        The control law during the log.
+        The control law of the loop in which the log was recorded.
     pitch : float or None
         Movement of the axis per turn of the motor [m or rad], for an axis with a known transmission.
     rated : float or None
@@ -212,7 +212,7 @@ class Axis:
         Distance over which friction changes its sign at a reversal [m or rad], if known, for the simulation of static
         friction models.
     cutoff : float or None
-        Cut-off of the zero-phase filter of the identification [Hz].
+        Cut-off frequency of the zero-phase filter of the identification [Hz].
     decimation : int or None
         Decimation factor of the filtered samples in the identification.
     keeps_rests : bool

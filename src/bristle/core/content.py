@@ -1,6 +1,6 @@
 """`Content`: a file that is read once and completely, so that the checksum belongs to exactly the bytes in use.
 
-Devices, sockets and folders are refused, a silent pipe has a timeout, and a size limit protects the memory.
+bristle refuses devices, sockets and folders. A pipe without data has a timeout, and a size limit protects the memory.
 """
 
 import errno
@@ -122,10 +122,10 @@ def refuse_larger(size: float, limit: int, place: object) -> bool:
     if size > limit:
         fixed, words = isinstance(limit, FixedLimit), size_in_words(size)
         words = f"more than {words}" if words == size_in_words(limit) else words
-        message, mend = f"has {words}, more than the limit", "Is it the right file?"
+        message, mend = f"has {words}, more than the limit", "Check that this is the right file"
         if not fixed:
             mend = f'Cut the log, or raise the limit: BRISTLE_SIZE_LIMIT="{size_in_words(2 * size)}" in the environment'
-            mend += " (size_limit in Python); reading needs several times as much memory"
+            mend += " (size_limit in Python). Reading needs several times this size as memory"
         raise InputError(message, path=str(place), allowed=f"up to {size_in_words(limit)}", mend=mend)
     return True
 

@@ -36,7 +36,7 @@ from bristle.core.variable import KINDS, Kind
 
 @dataclass(frozen=True, kw_only=True)
 class Component(Documented):
-    """Base of all descriptors: names, types of the data, and the source.
+    """Base of all descriptors: their names, the types of their data, and their source.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ class Component(Documented):
     relations : tuple of Relation
         Conditions between parameters.
     redundancies : tuple of Redundancy
-        Parameters that only act as a factor of others.
+        Parameters that act only as a factor of other parameters.
     example : mapping
         Typical values of the parameters, in SI units of a translational axis, for docs and the contract suite.
     """
@@ -84,8 +84,8 @@ class Component(Documented):
         kind : {"translational", "rotational"}, optional
             Kind of axis; by default from the units of the values, or else translational.
         validate : bool
-            False accepts values that violate a range or a relation, for studies of failures; the lengths of arrays
-            must still fit the model.
+            False accepts values that violate a range or a relation, for studies of failures. The lengths of arrays
+            must fit the model in any case.
         **values
             Parameters by name: numbers in SI, or text with a unit such as ``"40 mN*m"``.
 
@@ -255,7 +255,7 @@ class Trajectory(Component):
 
 @dataclass(frozen=True, eq=False)
 class Model(WithParameters):
-    """A component with parameters, which are also attributes. Models with equal component, kind and numbers are equal.
+    """A component with parameters, which are also attributes. Two models are equal if component, kind and numbers are equal.
 
     Parameters
     ----------
@@ -347,7 +347,7 @@ def _over_operator(
     path, operator = f"{prefix}kernel", values["kernel"]
     if kind is not None and kind != operator.kind:
         mend = "Use an operator for the same kind of axis"
-        raise InputError(f"is {operator.kind}, and this friction is {kind}", path=path, value=operator.name, mend=mend)
+        raise InputError(f"is a {operator.kind} operator, but this friction is {kind}", path=path, value=operator.name, mend=mend)
     composed, fixed = component.over(operator, path)
     for name in fixed:
         if name in values and name != "kernel":

@@ -74,7 +74,7 @@ _STEP = re.compile(r"([*/]?)(\(?)([^*/^()]+)(?:\^(-?[\d.]+))?(\)?)")
 def canonical(quantity: Any) -> str:
     """Return the canonical spelling of a quantity."""
     if not isinstance(quantity, str):
-        raise InputError("must be the text of a quantity", value=quantity, allowed=_allowed(), mend=EXAMPLE)
+        raise InputError("must be text that names a quantity", value=quantity, allowed=_allowed(), mend=EXAMPLE)
     return _canonical(quantity)
 
 

@@ -36,7 +36,7 @@ class Relation(NamedTuple):
 
 
 class Redundancy(NamedTuple):
-    """A parameter that only acts as a factor of others, so that no measurement identifies it separately."""
+    """A parameter that acts only as a factor of other parameters, so that no measurement identifies it separately."""
 
     name: str
     factor_of: tuple[str, ...]
@@ -46,7 +46,7 @@ KIND = "{'translational', 'rotational'}"
 
 
 class _Special:
-    """A special attribute that instances compute and that classes define separately or lack."""
+    """A special attribute that instances compute; classes have a separate value or lack the attribute."""
 
     def __init__(self, compute: Callable[[Any], Any], own: str | None = None) -> None:
         self.compute, self.own = compute, own
@@ -91,7 +91,7 @@ class Documented:
 
     @property
     def channels_needed(self) -> list[Any]:
-        """Channels of a log besides its motion that a slot, or the slots of a model, depend on."""
+        """Channels of a log, other than its motion, on which a slot or the slots of a model depend."""
         needed = getattr(self, "surroundings", ()) or [getattr(self, "channel", None)]
         return [surrounding for surrounding in needed if surrounding is not None and surrounding.is_recorded]
 
@@ -282,7 +282,7 @@ class Enclosing:
 
 
 MAIN = ("__main__", "__mp_main__")
-MEND = "Define it in a separate file under a module-level name such as MODEL, and import it from there"
+MEND = "Define this model in a separate file under a module-level name such as MODEL, and import it from that file"
 
 
 def whereabouts(component: Documented) -> tuple[Any, str]:

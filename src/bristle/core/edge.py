@@ -182,7 +182,7 @@ def model(*families: str) -> Converter:
             if isinstance(value, Component):
                 named = value.name
                 mend = f"Call it with its parameters: {named}({', '.join(f'{name}=...' for name in value.variables)})"
-            raise InputError(f"must be a model with parameters, a {expected}", path=path, value=shown(named), mend=mend)
+            raise InputError(f"must be a {expected} with parameters", path=path, value=shown(named), mend=mend)
         family = getattr(value.component, "family", None)
         if family not in families:
             reason = f"must be a {expected}, but is a {_called(family)}"

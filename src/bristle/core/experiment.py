@@ -40,10 +40,10 @@ class Run:
     sample_time : float
         Sample time of the controller [s].
     substeps : int
-        Integration steps per sample; 0 uses `substeps_for`, or the steps of the `tolerance`.
+        Integration steps per sample. 0 chooses them: by `substeps_for`, or by the `tolerance` if it is set.
     delay : int
         Samples from a measurement to its effort. The feedforward is known in advance, so the controller receives it
-        the same number of samples earlier.
+        earlier by this number of samples.
     effort_limit : float
         Largest effort of the drive [N or N*m].
     settle : float
@@ -53,7 +53,7 @@ class Run:
     seeds : int
         Number of runs with different noise: run `i` adds `i` to the seeds of sensor and friction.
     tolerance : float
-        Largest error of the position over the whole run [m or rad], for adaptive integration of an open loop; 0 for
+        Largest error of the position over the whole run [m or rad], for adaptive integration of an open loop. 0 selects
         `substeps` of equal length.
     """
 
@@ -65,7 +65,7 @@ class Run:
     settle: float = quantity_of(Variable("time", "time at the start that the statistics exclude", min=0.0), 0.0)
     current_lag: float = quantity_of(Variable("time", "time constant of the current control of the drive", min=0.0), 0.0)
     seeds: int = quantity_of(Variable("1", "number of runs with different noise", min=1.0, max=1000.0), 1, count=True)
-    tolerance: float = quantity_of(Variable("length", "largest error of the position, of an open loop", min=0.0), 0.0)
+    tolerance: float = quantity_of(Variable("length", "largest error of the position in an open loop", min=0.0), 0.0)
 
     def __post_init__(self) -> None:
         if self.tolerance and self.substeps:
@@ -74,7 +74,7 @@ class Run:
         if self.substeps == 0 and not self.tolerance:
             object.__setattr__(self, "substeps", substeps_for(self.sample_time))
         if self.duration / self.sample_time > SAMPLES_MAX:
-            message, allowed = f"asks for {self.duration / self.sample_time:.3g} samples", f"up to {SAMPLES_MAX} samples"
+            message, allowed = f"gives {self.duration / self.sample_time:.3g} samples at this sample time", f"up to {SAMPLES_MAX} samples"
             raise InputError(message, path="duration", value=self.duration, allowed=allowed)
 
 
@@ -99,7 +99,7 @@ class Feedforward:
     friction : Model or None
         Compensator: a friction model along the desired or measured motion.
     gain, asymmetry : float
-        Factor of the friction, and the share that increases positive and decreases negative friction.
+        Factor of the friction, and the share by which positive friction increases and negative friction decreases.
     offset : float
         Constant added to the friction [N or N*m].
     limit, rate_limit : float
@@ -110,7 +110,7 @@ class Feedforward:
     along : {"desired", "measured"}
         Input motion of the compensator.
     rest : {"held", "middle"}
-        Force of a memoryless compensator at rest: of the last direction (``held``), or the mean of both directions.
+        Force at rest of a compensator without memory: that of the last direction (``held``), or the mean of both directions.
     fitted_to : str
         `digest` of the friction that the compensator was identified on, or "" if unknown.
     plant : Model or None
@@ -124,7 +124,9 @@ class Feedforward:
     friction: Model | None = taken(optional(model("friction")), None)
     gain: float = quantity_of(Variable("1", "factor of the friction"), 1.0)
     offset: float = quantity_of(Variable("force", "constant added to the friction"), 0.0)
-    asymmetry: float = quantity_of(Variable("1", "share that increases positive and decreases negative friction", min=-1.0, max=1.0), 0.0)
+    asymmetry: float = quantity_of(
+        Variable("1", "share by which positive friction increases and negative decreases", min=-1.0, max=1.0), 0.0
+    )
     limit: float = quantity_of(Variable("force", "largest friction feedforward", min=0.0), math.inf, endless=True)
     rate_limit: float = quantity_of(Variable("force/time", "fastest change of the friction feedforward", min=0.0), math.inf, endless=True)
     conditioning: float = quantity_of(Variable("length", "amplitude of the decaying sweep before the first sample", min=0.0), 0.0)
@@ -191,8 +193,8 @@ class Start:
     position, velocity, acceleration : float
         The motion at the first sample [m, m/s, m/s^2 or rad, rad/s, rad/s^2].
     effort : float or None
-        Effort of the controller until then [N or N*m], which sets the start of its integral. None (unknown) starts
-        with an empty integral.
+        Effort of the controller before the first sample [N or N*m], which sets the start of its integral. None
+        (unknown) starts with an integral of zero.
     """
 
     position: float = quantity_of(Variable("length", "position at the first sample"))
@@ -234,7 +236,7 @@ class Variant:
     effort : Effort or None
         Effort of an open loop, which ignores the reference; None in a loop with a controller.
     start : Start or None
-        Start of the loop; None starts on the reference with an empty integral.
+        Start of the loop; None starts on the reference with an integral of zero.
     """
 
     name: str = taken(TEXT)

@@ -41,7 +41,7 @@ class Slot(Documented):
     factor : callable
         The kernel.
     of : {"friction", "level"}
-        Range of the factor: all of the friction, or only its non-viscous part.
+        Part of the friction that the factor multiplies: all of it, or only its non-viscous part.
 
     Raises
     ------

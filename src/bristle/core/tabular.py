@@ -19,7 +19,7 @@ MOST_REMARKS = 6  # with title, heads and omissions at most 30 lines, a screen
 
 
 class Card(NamedTuple):
-    """A title, a table and remarks; the number of omitted rows and remarks is stated."""
+    """A title, a table and remarks; the card states the number of omitted rows and remarks."""
 
     title: str
     heads: tuple[str, ...] = ()

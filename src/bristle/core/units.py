@@ -249,7 +249,7 @@ def _mend(source_unit: str, unit: str) -> str:
         (names & ENERGY_UNITS and "N*m" in unit, 'An energy is not a torque: write newton times metre, such as "40 mN*m"'),
         ("count" in names, 'Counts need a resolution: write the length or angle instead, with for example "0.125 um" per count'),
         (is_frequency and unit == "rad/s", 'A frequency is not an angular velocity: write rad/s, rev/s or rpm, such as "3000 rpm"'),
-        ("hertz" in names and unit == "1/s", "A gain is not a frequency: write it in 1/s (2 pi times the frequency if it is a corner)"),
+        ("hertz" in names and unit == "1/s", "A gain is not a frequency: write the gain in 1/s (2 pi times a corner frequency)"),
         (turns and unit == "Hz", "An angular velocity is not a frequency: divide rad/s by 2 pi and write Hz"),
         (
             names & {"percent_rated", "permille_rated"},

@@ -37,7 +37,10 @@ def axes_for(axes: Sequence[Any], count: int) -> list[Any]:
         return described * count
     if len(described) != count:
         mend = "Give one axis file for all logs, or one axis file per log in the same order"
-        raise InputError(f"{len(described)} for {count} logs", path="axis", allowed=f"1, or {count}", mend=mend)
+        message, allowed = f"{len(described)} axis files for {count} logs", f"1 or {count} axis files"
+        if count == 1:
+            message, allowed = f"{len(described)} axis files for 1 log", "1 axis file"
+        raise InputError(message, path="axis", allowed=allowed, mend=mend)
     return described
 
 

@@ -74,7 +74,7 @@ def axis_from(data: dict[str, Any]) -> Axis:
     file = validated(AxisFile, with_kind(data))
     if file.columns.position is None and file.columns.velocity is None:
         raise InputError(
-            "is missing", path="columns.position", mend='Write position = { column = "NAME", unit = "mm" }, or give only a velocity'
+            "is missing", path="columns.position", mend='Write position = { column = "NAME", unit = "mm" }, or name a velocity column'
         )
     drive = _drive_of(file)
     places = PLACES | {"mass": f"plant.{_mass_of(file)}"}
@@ -205,7 +205,7 @@ def _mass_of(file: AxisFile) -> str:
     """Return the key of the mass or inertia; refuse keys that do not fit this kind of axis or plant."""
     right, wrong = ("mass", "inertia") if file.kind == "translational" else ("inertia", "mass")
     if getattr(file.plant, wrong) is not None:
-        mend = f"Write {right} in {Variable('mass', 'moving mass').unit(file.kind)}"
+        mend = f"Write {right} instead, in {Variable('mass', 'moving mass').unit(file.kind)}"
         raise InputError(f"does not apply to a {file.kind} axis", path=f"plant.{wrong}", mend=mend)
     for key in ("stiffness", "damping"):
         raw = getattr(file.plant, key)
@@ -247,7 +247,7 @@ def _known_columns(file: AxisFile) -> tuple[KnownColumn, ...]:
 
 
 def axis_text(axis: Axis | None, log: Log | None = None) -> bytes | None:
-    """Return the axis file of an axis; if it names no columns, use the columns of the log and their units."""
+    """Return the text of an axis file for an axis; if the axis names no columns, use the columns of the log and their units."""
     if log is not None and (axis is None or not axis.columns):
         columns = {name: Column(channel.column, "", channel.unit) for name, channel in log.channels() if name in CHANNELS}
         injected = tuple(Injected(name, 1.0) for name, _ in log.channels() if name.startswith("injected."))

@@ -111,9 +111,9 @@ def read_curves(path: Readable, axis: HysteresisFile | Readable | dict[str, Any]
     chosen = [curve for curve in candidates if curve.u.size >= shortest]
     if not chosen:
         allowed = f"at least {shortest} samples"
-        raise InputError("has only curves that are too short", path=place, value=f"{len(candidates)} curves", allowed=allowed)
+        raise InputError("has only curves with too few samples", path=place, value=f"{len(candidates)} curves", allowed=allowed)
     if len(chosen) < len(candidates):
-        notes.append(f"bristle ignored {len(candidates) - len(chosen)} curves with less than {shortest} samples")
+        notes.append(f"bristle ignores {len(candidates) - len(chosen)} curves with fewer than {shortest} samples")
     if np.ptp(np.concatenate([curve.u for curve in chosen])) < SMALLEST:
         raise InputError("is constant", path=f"{place}: {columns.input.column}", mend="Name the column of the input")
     return Curves(tuple(chosen), file.curves.start, file.kind, table.source, table.origin, tuple(notes), file.name)
@@ -127,7 +127,7 @@ def _signal(table: Table, part: str, column: SignalEntry, key: str, quantity: st
     bad = np.flatnonzero(~(np.abs(values) <= LARGEST))
     if bad.size:
         message = "is not a valid measurement" if np.isfinite(values[bad[0]]) else "is not a finite number"
-        mend = "Cut the curve before that sample, or repair it"
+        mend = "End the curve before this sample, or correct the sample"
         raise InputError(message, path=f"{place}[{bad[0]}]", value=float(values[bad[0]]), mend=mend)
     return values
 

@@ -72,7 +72,7 @@ class Drive:
             units.factor(unit, base, path=path)
             return Scale(base, self._carried(path, EFFORTS[base], side, effort=True))
         if (base := units.like(unit, DRIVE_UNITS, path=path)) is None:
-            allowed = "N, N*m, or with a constant under [effort] V, A, %, count"
+            allowed = "N or N*m; also V, A, % or count with a constant under [effort]"
             raise InputError("is not a unit of effort", path=path, value=unit, allowed=allowed)
         if base == "rated" and self.rated is not None:  # the rated effort of the motor
             path, text = "effort.rated", self.rated
@@ -85,7 +85,8 @@ class Drive:
             return Scale("rated", value)
         if self.constant is None:
             mend = 'Write rated = "2.4 N*m"' if base == "rated" else f'Write constant = "0.12 N*m/{base}"'
-            raise InputError("is an effort only with a drive constant", path=path, value=unit, mend=f"{mend} under [effort]")
+            message = "needs a drive constant, which converts it to a force or torque"
+            raise InputError(message, path=path, value=unit, mend=f"{mend} under [effort]")
         if base != self.constant.drive:
             allowed = f"{self.constant.drive.replace('rated', '%')} or a multiple"
             raise InputError("does not match the constant under [effort]", path=path, value=unit, allowed=allowed)
@@ -103,12 +104,12 @@ class Drive:
             raise InputError("is not a unit of movement", path=path, value=unit)
         if self.count is None:
             mend = 'Write resolution = "0.125 um" (for one count) or counts_per_rev under [encoder]'
-            raise InputError("needs the movement per count", path=path, value=unit, mend=mend)
+            raise InputError("needs the movement of the axis per count", path=path, value=unit, mend=mend)
         return Scale("count" + per, self.count)
 
     def _carried(self, path: str, measured: Kind, side: Side | None, *, effort: bool, of_drive: bool = False) -> float:
         if measured == "translational" and side == "motor" and not of_drive:
-            raise InputError("is linear, so it cannot be on the motor side of a gear", path=path, mend="Remove the key side")
+            raise InputError("is a unit of length, but the motor side of a gear turns", path=path, mend="Remove the key `side`")
         if measured == "rotational" and side is None and self.transmission.gear_ratio != 1:
             message, mend = "does not state the side of the gear where it is measured", 'Write side = "motor" or side = "load"'
             raise InputError(message, path=path, allowed="motor or load", mend=mend)
@@ -160,7 +161,7 @@ def refuse_misspelt(columns: object) -> None:
 def _load(entry: ColumnEntry, file: AxisFile) -> Column:
     raw, path = file.plant.nominal_load, "plant.nominal_load"
     if raw is None:
-        raise InputError("is missing: bristle scales the load by it", path=path, mend='Write nominal_load = "500 N" under [plant]')
+        raise InputError("is missing: bristle divides the load by it", path=path, mend='Write nominal_load = "500 N" under [plant]')
     # A load is a force on a rotational axis, too.
     nominal = units.quantity(raw, Variable("force", "nominal load"), "translational", path=path)
     if not 0.0 < nominal < math.inf:

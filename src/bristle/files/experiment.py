@@ -27,7 +27,7 @@ DEPENDS_ON, MODEL = "depends_on.json", "model.toml"
 OPTIONS = ("model", "cutoff", "decimation", "blocks", "offset", "mass", "free", "draws", "method")
 """Options of the table for `bristle.identify`."""
 IDENTIFIED = "identified"
-MEND = "Run the experiment once with `bristle run`, or bristle.prepare(file) in Python"
+MEND = "Run the experiment once with `bristle run`, or call bristle.prepare(file) in Python"
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ class Planned:
             mend = f"Remove {self.folder} to identify the model again"
             raise InputError("is damaged or was changed", path=str(self.folder / NOTE), mend=mend)
         if MODEL in changed:
-            mend = f'Name it with file = "..." under another name, or remove {self.folder}'
+            mend = f'To use the changed model, rename this file and name it with file = "...". Otherwise, remove {self.folder}'
             raise InputError("was changed after its identification", path=str(self.folder / MODEL), mend=mend)
         return MODEL in names and DEPENDS_ON not in changed and f'"{self.digest}"' in text
 
@@ -84,7 +84,7 @@ def with_models(data: Mapping[str, Any], source: Path, sources: Sources) -> dict
     for name in dict.fromkeys(name for _, name in _uses(data)):
         if name in planned and not planned[name].is_current:
             is_stale = planned[name].folder.exists()
-            reason = "was identified from other inputs than the file states now" if is_stale else "is not identified yet"
+            reason = "was identified from other inputs than those that this file now states" if is_stale else "is not identified yet"
             raise InputError(reason, path=f"identify.{name}", mend=MEND)
     learning = {model.excited.name for model in planned.values() if model.excited is not None}
     judged = {key: value for key, value in data.items() if key != "identify"}
@@ -101,8 +101,8 @@ def _planned(name: str, table: Any, data: Mapping[str, Any], source: Path, sourc
     if not name.isidentifier():
         raise InputError("cannot be the name of a folder", path=path, allowed="letters, digits and _")
     if ("log" in table) == ("excite" in table):
-        mend = 'Write log = "log.csv", or excite = "NAME" with the loop [compare.NAME]'
-        raise InputError("needs a log or an excitation for the fit", path=path, mend=mend)
+        mend = 'Write log = "log.csv", or excite = "NAME" to simulate the loop [compare.NAME]'
+        raise InputError("needs a log or a simulated loop for the fit", path=path, mend=mend)
     raw, origins = table.get("log", []), []
     logs = tuple(sources.folder / str(file) for file in (raw if isinstance(raw, list) else [raw]))
     axis = sources.folder / str(table["axis"]) if "axis" in table else None
@@ -133,7 +133,8 @@ def _excited(name: str, data: Mapping[str, Any], path: str, sources: Sources) ->
     tables = merged(base, override)
     for place, model in _uses(tables):
         mend = f'Write friction = "none" under [compare.{name}.controller.feedforward]'
-        raise InputError("is not identified yet when this loop is excited", path=f"compare.{name}.{place}", value=model, mend=mend)
+        message = "must not be used in this loop, because the loop runs before the identification"
+        raise InputError(message, path=f"compare.{name}.{place}", value=model, mend=mend)
     own = Sources(sources.folder, sources.allow_code, sources.size_limit)
     variant = variant_from(name, Tables(tables, override, f"compare.{name}"), own)
     return tables, variant, [origin for origins in own.origins.values() for origin in origins]

@@ -71,7 +71,7 @@ class Growing:
                     raise InputError("is a link or a file, not a folder", path=place, mend="Move it to another place") from error
                 if error.errno not in _FULL:
                     raise
-                reason, mend = os.strerror(error.errno or 0).lower(), "Existing files stay. Make room on the disk and repeat the command"
+                reason, mend = os.strerror(error.errno or 0).lower(), "Make room on the disk and repeat the command. Existing files stay"
                 raise InputError(f"cannot be written: {reason}", path=str(self.path / name), mend=mend) from error
         return self.path / name
 
@@ -82,7 +82,7 @@ class Growing:
         present = self._folder.is_there(name)
         if present and not self.is_whole(name):
             mend = "Move it to another place, because bristle would replace it"
-            raise InputError("was changed, or bristle did not write it", path=str(self.path / name), mend=mend)
+            raise InputError("was changed, or was not written by bristle", path=str(self.path / name), mend=mend)
         partial = f"{holder}/" * bool(holder) + f"bristle-{secrets.token_hex(16)}.partial"
         owned.write_line(self._opened, {"file": partial})
         try:
@@ -183,12 +183,12 @@ def verified(path: Path, names: list[str]) -> None:
         damaged = [name for name in names if folder.checksum(name) not in note.sums.get(name, ())] if note is not None else []
     if damaged:
         verbs = ("is", "was") if len(damaged) == 1 else ("are", "were")
-        mend = "Repeat the command that wrote the folder: it repeats damaged runs and keeps the damaged files"
+        mend = "Repeat the command that wrote the folder. It repeats the damaged runs and keeps the damaged files under new names"
         raise InputError(f"{verbs[0]} damaged, or {verbs[1]} not written here: {owned.listed(damaged)}", path=str(path), mend=mend)
 
 
-DAMAGED_NOTE = "is damaged or was changed, so it no longer lists the written files"
-MEND_NOTE = "Undo the change to this file; or name another folder, and the command writes everything again"
+DAMAGED_NOTE = "is damaged or was changed, so bristle no longer knows which files it wrote"
+MEND_NOTE = "Undo the change to this file. Or name another folder, into which the command writes everything again"
 
 
 def _looked_through(
@@ -204,11 +204,11 @@ def _looked_through(
     foreign = [inside for name in foreign for inside in _opened(folder, name)]
     foreign = [name for name in foreign if used(name) and not re.search(rf"{re.escape(DAMAGED)}(-\d+)?$", name)]
     if foreign:
-        mend = "Move them to another place, because the command would replace or read them"
+        mend = "Move these files to another place, because the command would replace or read them"
         raise InputError(f"contains files that bristle did not write: {owned.listed(foreign)}", path=str(path), mend=mend)
     changed = [name for name in changed if not UNFINISHED.fullmatch(name) or note.sums[name]]  # others are unfinished
     if altered := [name for name in changed if UNFINISHED.fullmatch(name) or not made_anew(name)]:
-        mend = "Move them to another place, because the command would replace them"
+        mend = "Move these files to another place, because the command would replace them"
         raise InputError(f"contains files that were changed: {owned.listed(altered)}", path=str(path), mend=mend)
     return changed
 

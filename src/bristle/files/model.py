@@ -159,13 +159,13 @@ def _beside(described: FrictionModel | Slot, function: Callable[..., Any], folde
         try:
             code = content_of(inspect.getfile(function))
         except (InputError, TypeError, OSError):
-            mend = "Save it in a separate file and load it from there"
+            mend = "Save the model in a separate file and load it from there"
             raise InputError("is not defined in a file, so a model file cannot refer to it", path=described.name, mend=mend) from None
     target = folder / code.source.name
     if not os.path.lexists(target):
         write_whole(target, code.data, new=True)
     elif content_of(target).data != code.data:
-        mend = "Write the model file to another folder, or move that file"
+        mend = "Write the model file to another folder, or move the existing file"
         raise InputError("exists already with different content", path=str(target), mend=mend)
     return code.source.name
 

@@ -53,8 +53,8 @@ def code_named(file: str, path: str, *, folder: Path, allow_code: bool) -> Conte
     except (OSError, ValueError, RuntimeError):
         inside = True  # reading it raises the right error
     if not inside:
-        message, beside = "names code in another folder, so bristle does not run it", "a file in the same folder or below"
-        raise InputError(message, path=path, value=file, allowed=beside, mend="Copy the file there")
+        message, beside = "names code in another folder, so bristle does not run it", "a file in this folder or below"
+        raise InputError(message, path=path, value=file, allowed=beside, mend="Copy the code to the folder of the file that names it")
     content = content_of(source, limit=CODE_LIMIT, path=path)
     description = f"{content.source.name} (SHA-256 {content.checksum})"
     if not allowed and not is_allowed(content.checksum):

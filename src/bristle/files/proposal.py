@@ -47,7 +47,7 @@ TOLD_BY = {
     "its name": "unit assumed from its name",
     "velocity": "unit from the velocity",
     "numbers": "unit from its numbers",
-    "drive": 'whole numbers, as drives store ‰ of rated: check that it is not "%"',
+    "drive": 'the numbers are whole, as in drives that store ‰ of rated: check that the unit is not "%"',
     "position": "unit from the position",
     "reference": "unit from the reference",
 }
@@ -82,7 +82,7 @@ def text_of(table: Table, roles: Roles, tables: Mapping[str, Any], kind: Kind) -
     position = columns.get("position")
     is_open = position is not None and "encoder" not in tables and position["unit"] != FILL_IN
     if position is not None and is_open and (step := clear_step(table.columns[position["column"]])):
-        remark = "smallest step of the position: of the encoder, or of the digits in the file"
+        remark = "smallest step of the position, by the encoder or by the digits in the file"
         lines += ["", "# [encoder]", f'# resolution = "{step:.6g} {position["unit"]}"  # {remark}']
     if {"reference", "following_error"} & set(columns):  # the log has a reference
         gain, integral = (unit_of(quantity, kind) for quantity in ("force*time/length", "force/length"))
@@ -114,7 +114,7 @@ def _column_line(channel: str, entry: Mapping[str, Any], roles: Roles) -> str:
         "in the unit of the position" if follows else TOLD_BY.get(role.told_by, ""),
         f"the file states the unknown unit {quoted(role.unknown)}" if role.unknown else "",
         HINTS["rated" if role.told_by == "rated" else f"columns.{channel}.unit"] if is_open and not follows else "",
-        "the effort as recorded takes work out of the axis" if entry.get("sign") == -1 else "",
+        "the recorded effort takes work out of the axis, so its sign is reversed" if entry.get("sign") == -1 else "",
     ]
     comment = "; ".join(filter(None, remarks))
     return f"{channel} = {{ {body} }}  # {comment}" if comment else f"{channel} = {{ {body} }}"
@@ -209,7 +209,8 @@ def propose_axis(log: Readable, *, size_limit: int | str = SIZE_LIMIT) -> Propos
     missing = tuple(missing_of(tables))
     axis = _looked_at(table, tables, missing)
     notes = [
-        f"bristle uses column {role.column} as the {channel.replace('_', ' ')}: {role.reason}" for channel, role in roles.channels.items()
+        f"bristle uses column {role.column} as the {channel.replace('_', ' ')} (reason: {role.reason})"
+        for channel, role in roles.channels.items()
     ]
     unknown = {channel: role.unknown for channel, role in roles.channels.items() if role.unknown and not role.unit}
     notes += [
@@ -217,7 +218,7 @@ def propose_axis(log: Readable, *, size_limit: int | str = SIZE_LIMIT) -> Propos
         for channel, text in unknown.items()
     ]
     without_unit = {f"columns.{channel}.unit" for channel in unknown}
-    notes += [f"{key} is unknown: bristle uses 1 in SI units" for key in missing if key not in without_unit]
+    notes += [f"{key} is unknown: bristle assumes 1 in SI units" for key in missing if key not in without_unit]
     if name is not None:
         notes.append(f"the file contains {count} tables: bristle uses {name!r}")
     if roles.rivals:

@@ -169,16 +169,14 @@ def _check_own(folder: Folder, target: Path) -> None:
     note, present = owned.note_in(folder), folder.names()
     rename, foreign, changed = "Name another folder", [], []
     if note is None and not present:
-        message, mend = "exists already, and bristle did not make it", "Name a new folder, or remove this empty one"
+        message, mend = "exists already, and bristle did not make it", "Name a new folder, or remove this empty folder"
     elif note is None and SUMMARY in present:
-        message = (
-            f"contains results without the note {NOTE} that lists the files of bristle (bristle 0.1 wrote none), so they are not replaced"
-        )
+        message = f"contains results without the file {NOTE}, which lists the files of bristle (bristle 0.1 did not write it)"
         mend = f"{rename}, or remove by hand the files that you no longer need: {owned.listed(present)}"
     elif note is None:
         message, mend = f"contains other files than results: {owned.listed(present)}", rename
     elif note.kind:
-        message = f"contains a {note.kind} of many runs, which is never replaced"
+        message = f"contains a {note.kind} of many runs, which bristle never replaces"
         mend = f"{rename}, or remove this folder by hand"
     else:
         foreign, changed = owned.strangers_in(folder, note)
@@ -186,7 +184,7 @@ def _check_own(folder: Folder, target: Path) -> None:
             return
         reason = "contains other files besides the results" if foreign else "contains files that were changed"
         message = f"{reason}: {owned.listed(foreign or changed)}"
-        mend = "Move them to another place, because the whole folder would be replaced, or name another folder"
+        mend = "Name another folder. Or move these files to another place, because bristle would replace the whole folder"
     raise InputError(message, path=str(target), mend=mend)
 
 
@@ -223,7 +221,7 @@ def _abandon(results: Results) -> None:
         # If the limit of open files was reached, closing one may help.
         removed = removed or owned.remove_own(results.path, half_written=True)
     if not removed and os.path.lexists(results.path):
-        warnings.warn(f"{results.path} stays: it contains other files, or it cannot be removed", InputWarning, stacklevel=2)
+        warnings.warn(f"bristle keeps {results.path}, because it contains other files or cannot be removed", InputWarning, stacklevel=2)
 
 
 def _unfinished_in(parent: Path) -> Iterator[tuple[Path, Note, State]]:

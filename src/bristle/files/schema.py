@@ -58,8 +58,8 @@ MISSING = {
 }
 """Remedies for required tables or keys that are missing."""
 REMOVED = {
-    "identification.global_search": "Remove it: the search starts from the result of inverse dynamics",
-    "injected.unit": 'Write the unit after the number, gain = "2 V"',
+    "identification.global_search": "Remove this key: the search always starts from the result of inverse dynamics",
+    "injected.unit": 'Write the unit in the gain, such as gain = "2 V"',
 }
 
 
@@ -190,7 +190,7 @@ class CoggingEntry(Strict):
 
 
 class EffortEntry(Strict):
-    """Conversion of drive values to a force or torque."""
+    """Conversion of values of the drive to a force or torque."""
 
     force_constant: str | None = None
     torque_constant: str | None = None

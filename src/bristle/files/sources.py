@@ -130,7 +130,7 @@ class Sources:
         log = self.log(file, axis, place)
         reference = log.position if log.effort is None else log.reference
         if reference is None:
-            mend = "Name its column under [columns] of the axis file: reference = ..."
+            mend = "Name the column of the reference under [columns] of the axis file: reference = ..."
             raise InputError("has no reference", path=place, value=file, mend=mend)
         if len(log.segments) > 1:
             message = f"has gaps, which split it into {len(log.segments)} parts"

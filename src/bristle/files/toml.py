@@ -45,7 +45,7 @@ def _parsed(content: Content) -> dict[str, Any]:
     try:
         text = content.data.decode("utf-8-sig").replace("\r\n", "\n")
     except UnicodeDecodeError as error:
-        raise InputError(f"is not a text file in UTF-8 (byte {error.start})", mend="Is it the right file?") from None
+        raise InputError(f"is not a text file in UTF-8 (byte {error.start})", mend="Check that this is the right file") from None
     before = ""
     # Keys with very many parts: the time of the parser grows with the square of their number.
     for match in re.finditer(r"[\w\-.\"' \t]+|[^\w\-.\"' \t]+", text):
@@ -61,8 +61,8 @@ def _parsed(content: Content) -> dict[str, Any]:
     except RecursionError:
         raise _too_deep("") from None
     except Exception as error:  # noqa: BLE001  (unforeseen by the parser, such as a number of 5 000 digits)
-        message = "a number of thousands of digits" if "digits" in str(error) else str(error)
-        raise InputError(f"contains text that is not valid TOML ({message})", mend="Is it the right file?") from None
+        message = "a number with thousands of digits" if "digits" in str(error) else str(error)
+        raise InputError(f"contains text that is not valid TOML ({message})", mend="Check that this is the right file") from None
 
 
 def _mend(content: Content, text: str, message: str) -> str:
@@ -87,7 +87,7 @@ def _refuse_absurdities(data: dict[str, Any]) -> None:
         if isinstance(value, dict):
             for key, item in value.items():
                 if not isinstance(key, str) or _CONTROLS.search(key):
-                    raise InputError("has a key with control characters", path=path, value=key, mend="Write letters")
+                    raise InputError("has a key with control characters", path=path, value=key, mend="Remove these characters")
                 waiting.append((f"{path}.{key}" if path else key, item, depth + 1))
         elif not isinstance(value, list):
             _refuse_value(path, value)
@@ -98,7 +98,7 @@ def _refuse_absurdities(data: dict[str, Any]) -> None:
 def _refuse_value(path: str, value: Any) -> None:
     if isinstance(value, str):
         if _CONTROLS.search(value):
-            raise InputError("holds control characters", path=path, value=value, mend="Write letters")
+            raise InputError("holds control characters", path=path, value=value, mend="Remove these characters")
     elif isinstance(value, int) and abs(value) > 2**63 - 1:  # the range that TOML guarantees
         raise InputError("is too large for a number", path=path, allowed="whole numbers up to 9223372036854775807")
     elif isinstance(value, float) and math.isnan(value):
@@ -109,7 +109,7 @@ def _refuse_value(path: str, value: Any) -> None:
 
 def _too_deep(path: str) -> InputError:
     return InputError(
-        "is nested too deeply", path=path[:80], allowed=f"up to {DEEPEST} tables in one another", mend="Is it the right file?"
+        "is nested too deeply", path=path[:80], allowed=f"up to {DEEPEST} levels of tables", mend="Check that this is the right file"
     )
 
 

@@ -102,7 +102,7 @@ def load_component_file(path: Readable, *families: type[Own]) -> Own:
     model = declared_in(content, "MODEL", *families, title=WORDS[first], mend=f"End the file with MODEL = {_as_written(first)}")
     family, source = type(model), content.source
     if not isinstance(model.name, str) or not model.name.strip() or set("+,") & set(model.name):
-        allowed, mend = "a name without plus sign and comma", f'Write another name in {family.__name__}(name="...")'
+        allowed, mend = "text without a plus sign or comma", f'Write another name in {family.__name__}(name="...")'
         raise InputError("has an invalid name for its model", path=str(source), value=model.name, allowed=allowed, mend=mend)
     for described in (model.Parameters, model.State):  # the contract checks the rest of the description
         try:
@@ -127,7 +127,7 @@ def component_in(table: Mapping[str, Any], family: type[Own], *, path: str, read
     if "model" in table:
         raise InputError("has both a model and a file", path=path, mend="Keep only one")
     if not isinstance(file, str) or not file.endswith(".py"):
-        raise InputError(f"is not a file with a {word}", path=f"{path}.file", value=file, allowed=f"a Python file, my_{word}.py")
+        raise InputError(f"is not a Python file with a {word}", path=f"{path}.file", value=file, allowed=f"a Python file, my_{word}.py")
     return load_component_file(read_code(file, f"{path}.file"), family)
 
 
@@ -152,7 +152,7 @@ def load_slot_file(path: Readable) -> Slot:
     content = code_at(path)
     source, mend = content.source, f"End the file with SLOT = {_as_written(Slot)}"
     if isinstance(getattr(SourceText(content).module(), "MODEL", None), FrictionModel):
-        mend = f"It defines a friction model: write {source.name} as the first name, {source.name}+asymmetry"
+        mend = f"It defines a friction model. Write {source.name} as the first name, such as {source.name}+asymmetry"
     slot = declared_in(content, "SLOT", Slot, title=WORDS[Slot], mend=mend)
     if not isinstance(slot.name, str) or not slot.name.isidentifier() or slot.name in (*SLOTS, *REACHES):
         message, allowed = "has an invalid name for its slot", f"a word other than {', '.join(SLOTS)}"

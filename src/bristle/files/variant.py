@@ -81,7 +81,7 @@ def variant_from(name: str, tables: Tables, sources: Sources) -> Variant:
         path = tables.path("table_friction")
         if not has_screw:
             mend = 'Write model = "ball_screw" under [plant], or put the friction under [friction]'
-            raise InputError("needs a plant with a table behind a screw", path=path, value=plant.name, allowed="ball_screw", mend=mend)
+            raise InputError("needs a plant with a screw that moves a table", path=path, value=plant.name, allowed="ball_screw", mend=mend)
         table_friction = sources.friction(content["table_friction"], "translational", path)[1]
     path, sensor = tables.path("sensor"), tables.table("sensor")
     # By default, the sensor of a plant with a screw is on the motor.
@@ -210,7 +210,7 @@ def _feedforward(tables: Tables, plant: Model, kind: Kind, sources: Sources) -> 
     path = tables.path("controller", "feedforward")
     entries = table_at(tables.table("controller").get("feedforward", {}), path)
     check_keys(entries, (*FEEDFORWARD, "friction", "along", "rest", "plant"), path)
-    own = choice_at(entries, "plant", ("none", "own"), path, "is not a plant with feedforward of gravity and cogging")
+    own = choice_at(entries, "plant", ("none", "own"), path, "is not a plant for the feedforward of gravity and cogging")
     along: Any = choice_at(entries, "along", experiment.ALONG, path, "is not a motion for a compensator")
     rest: Any = choice_at(entries, "rest", experiment.RESTS, path, "is not a rule for the force at rest")
     place, friction = tables.path("controller", "feedforward", "friction"), entries.get("friction", "none")
@@ -254,13 +254,14 @@ def run_from(table: Mapping[str, Any], axis: Axis | None, reference: Model, kind
         entries["effort_limit"] = in_effort(entries["effort_limit"], RUN["effort_limit"].quantity, kind, axis, f"{path}.effort_limit")
     values = numbers_in(entries, RUN, kind, path, needs=("duration", "sample_time"), integers=("substeps", "delay", "seeds"))
     duration, settle = values["duration"], values.get("settle", 0.0)
-    samples = duration / values["sample_time"]
+    step = values["sample_time"]
+    samples = duration / step
     if not 3.0 <= samples <= experiment.SAMPLES_MAX:
-        message, allowed = f"asks for {samples:.3g} samples of {values['sample_time']:g} s", f"3 to {experiment.SAMPLES_MAX} samples"
+        message, allowed = f"gives {samples:.3g} samples at a sample time of {step:g} s", f"3 to {experiment.SAMPLES_MAX} samples"
         raise InputError(message, path=f"{path}.duration", value=duration, allowed=allowed, mend="Change duration or sample_time")
     if settle >= duration:
         raise InputError(
-            "is as long as the run or longer", path=f"{path}.settle", value=settle, allowed=f"less than the duration, {duration:g} s"
+            "is not shorter than the run", path=f"{path}.settle", value=settle, allowed=f"less than the duration, {duration:g} s"
         )
     try:
         return Run(**values)

@@ -56,7 +56,7 @@ def read_apart(reader: str, data: bytes, request: Request) -> Table:
             out, stderr = process.communicate(json.dumps(head).encode() + b"\n" + data, PATIENCE * head["seconds"])
         except subprocess.TimeoutExpired:
             process.kill()
-            ending = "takes too long"
+            ending = "the library takes too long to read it"
         except BaseException:
             process.kill()
             raise
@@ -64,9 +64,9 @@ def read_apart(reader: str, data: bytes, request: Request) -> Table:
             code = process.returncode
             last = shortened(stderr.decode("utf-8", "replace").strip().rpartition("\n")[2], 120)
             if code == -getattr(signal, "SIGXCPU", 0) != 0:
-                ending = "takes too long"
+                ending = "the library takes too long to read it"
             elif code != 0:
-                ending = f"the library that reads it ended with signal {-code}" if code < 0 else last
+                ending = f"the library that reads this format crashed with signal {-code}" if code < 0 else last
     if ending is not None:
         message = f"is damaged, or in an unsupported format ({ending})"
         raise InputError(message, path=str(request.source), mend="Copy or save it again")

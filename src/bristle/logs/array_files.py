@@ -31,17 +31,20 @@ def read_hdf5(data: bytes, request: Request) -> Table:
             name = path.replace("/", separator)
             stored = Stored((0,) if node.shape is None else node.shape, node.dtype, lambda node=node: node[()])
             if not stored.holds_columns or _text(node, "MATLAB_class") in ("char", "cell", "function_handle"):
-                notes.append(f"{name} holds no column of numbers and was left out")
+                notes.append(f"bristle ignores {name}, because it holds no column of numbers")
                 continue
             unit = next((text for key in UNIT_ATTRIBUTES if (text := _text(node, key))), "")
             values[name] = stored._replace(unit=unit)
             if not unit and any(key in node.attrs for key in UNIT_ATTRIBUTES):
-                notes.append(f"the unit of {name} is not text and was left out")
+                notes.append(f"bristle ignores the unit of {name}, because it is not text")
         return table_from(values, request, "HDF5", separator=separator, notes=notes)
 
 
+ONE_FILE = "Copy all signals into one file, for example with h5repack"
+
+
 def _data_sets(content: Any, source: Path) -> Iterator[tuple[str, Any]]:
-    """Yield name and data set of everything stored in the file itself; do not follow links to other files."""
+    """Yield the name of each data set stored in the file, and the data set; do not follow links to other files."""
     import h5py
     from h5py import h5o  # pyright: ignore[reportAttributeAccessIssue]
 
@@ -52,14 +55,14 @@ def _data_sets(content: Any, source: Path) -> Iterator[tuple[str, Any]]:
             count += 1
             path = f"{before}{name}"
             link = group.get(name, getlink=True)
-            elsewhere = f"{path} is a link into another file" if isinstance(link, h5py.ExternalLink) else ""
+            elsewhere = f"{path} is a link to another file" if isinstance(link, h5py.ExternalLink) else ""
             if not elsewhere and (name.startswith("#") or not isinstance(link, h5py.HardLink)):
                 continue
             node: Any = None if elsewhere else group[name]
             if isinstance(node, h5py.Dataset) and (node.is_virtual or node.external):
-                elsewhere = f"{path} takes its numbers from other files"
+                elsewhere = f"the numbers of {path} are in other files"
             if elsewhere:
-                raise InputError(f"{elsewhere}, which are not read", path=str(source), mend="Save the log in one file (h5repack)")
+                raise InputError(f"{elsewhere}, but bristle reads only this file", path=str(source), mend=ONE_FILE)
             address = h5o.get_info(node.id).addr
             if address in visited or count > 100_000:
                 continue
@@ -82,7 +85,7 @@ MOST_ARRAYS = 100_000
 
 
 def read_npz(data: bytes, request: Request) -> Table:
-    """Return the columns of an array with several of them, or of an archive of single columns."""
+    """Return the columns of an NPY file with a table, or of an NPZ archive with one array per column."""
     if data.startswith(b"\x93NUMPY"):
         return _table({request.source.stem: _stored(lambda: io.BytesIO(data), len(data), request.source)}, [], request)
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
@@ -99,7 +102,7 @@ def read_npz(data: bytes, request: Request) -> Table:
 
 def _table(stored: dict[str, Stored], notes: list[str], request: Request) -> Table:
     columns = {name: array for name, array in stored.items() if array.holds_columns}
-    remarks = (f"{name} holds no column of numbers and was left out" for name in stored if name not in columns)
+    remarks = (f"bristle ignores {name}, because it holds no column of numbers" for name in stored if name not in columns)
     return table_from(columns, request, "NPZ", notes=(*notes, *remarks))
 
 
@@ -110,7 +113,7 @@ def _stored(opened: Callable[[], IO[bytes]], size: int, source: Path) -> Stored:
         header: Any = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
         shape, _, dtype = header(file, max_header_size=10_000)  # [byte] at most, before the numbers of an array
     if dtype.hasobject:
-        raise InputError("holds objects of Python, which are not read", path=str(source), mend="Save arrays of numbers")
+        raise InputError("holds Python objects, which bristle does not read", path=str(source), mend="Save arrays of numbers")
 
     def read() -> np.ndarray:
         with opened() as file:
@@ -118,7 +121,7 @@ def _stored(opened: Callable[[], IO[bytes]], size: int, source: Path) -> Stored:
 
     stored = Stored(tuple(shape), dtype, read)
     if stored.size * dtype.itemsize > size:
-        raise ValueError(f"an array announces {stored.size} numbers and is shorter")
+        raise ValueError(f"the header of an array announces {stored.size} numbers, but the file is shorter")
     return stored
 
 
@@ -142,7 +145,7 @@ def read_mat(data: bytes, request: Request) -> Table:
         if values.size == 1:
             constants[full] = float(values.reshape(()))
         elif values.ndim > 2 and 1 not in values.shape:
-            notes.append(f"{full} has {values.ndim} dimensions and was left out")
+            notes.append(f"bristle ignores {full}, because it has {values.ndim} dimensions")
         else:  # time runs along the longer side of a matrix
             vector = values.ndim == 1 or 1 in values.shape
             columns = {full: values.reshape(-1)} if vector else {f"{full}[{k}]": column for k, column in enumerate(tall(values).T)}
@@ -176,7 +179,7 @@ def _examine(data: bytes, source: Path, limit: int) -> None:
         _refuse_deep(element, order, source)
     if at != len(data) or at == HEADER_BYTES:
         announced = max(at, HEADER_BYTES + TAG_BYTES)
-        message = f"is truncated: {len(data)} bytes, but its content announces {announced}"
+        message = f"is truncated: it has {len(data)} bytes, but its content announces {announced} bytes"
         raise InputError(message, path=str(source), mend="Copy or save it again")
 
 
@@ -200,15 +203,15 @@ def _refuse_deep(element: bytes, order: Literal["little", "big"], source: Path) 
         else:
             at += -(-length // TAG_BYTES) * TAG_BYTES
         if len(ends) > DEEPEST:
-            allowed = f"up to {DEEPEST} cells in one another"
-            raise InputError("is nested too deeply", path=str(source), allowed=allowed, mend="Save the signals as vectors")
+            allowed = f"up to {DEEPEST} levels of cells"
+            raise InputError("holds too deeply nested cells", path=str(source), allowed=allowed, mend="Save the signals as vectors")
 
 
 SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 
 
 def read_parquet(data: bytes, request: Request) -> Table:
-    """Return the columns of a Parquet file; time stamps become seconds from the first one."""
+    """Return the columns of a Parquet file; time stamps become seconds from the first time stamp."""
     import pyarrow.parquet
     from pyarrow import types
 
@@ -225,7 +228,7 @@ def read_parquet(data: bytes, request: Request) -> Table:
         may_be_numbers = types.is_primitive(part.type) or types.is_decimal(part.type)
         values = _numbers(columns[name]) if may_be_numbers and request.choice(name) else None
         if request.choice(name) and values is None:
-            notes.append(f"column {name!r} holds no numbers and was left out")
+            notes.append(f"bristle ignores column {name!r}, because it holds no numbers")
         elif may_be_numbers:
             metadata, is_time = part.metadata or {}, types.is_timestamp(part.type) or types.is_time(part.type)
             unit = next((metadata[key].decode("utf-8", "replace") for key in (b"unit", b"units") if key in metadata), "")

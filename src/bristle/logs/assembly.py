@@ -1,4 +1,4 @@
-"""Build a log from the columns of a table: checked, on a uniform grid of time, with findings."""
+"""Build a log from the columns of a table: check them, resample them onto a uniform grid of time, and report findings."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -42,8 +42,8 @@ def clock_for(table: Table, axis: Axis, gathered: Gathered) -> Clock:
         mend = 'Name the column of time in [columns] of the axis file, or write sample_time = "1 ms" under [timing]'
         raise InputError("has no column of time and no sample time", path=place, mend=mend)
     if table.sample_time and abs(period / table.sample_time - 1) > 0.01:
-        message = f"was sampled every {table.sample_time:g} s but the axis file states another sample time"
-        raise InputError(message, path=place, value=period, mend="Leave sample_time out of the axis file")
+        message = f"has a sample time of {table.sample_time:g} s, but sample_time in the axis file differs"
+        raise InputError(message, path=place, value=period, mend="Remove sample_time from the axis file")
     return clock_of(period * np.arange(len(gathered.motion or ())), place, delay=axis.delay)
 
 
@@ -79,7 +79,7 @@ def assembled(table: Table, axis: Axis, gathered: Gathered, clock: Clock) -> Log
     notes = [*gathered.notes, *clock.notes]
     if position is None:
         if velocity is None:
-            raise InputError("has no position", path=str(table.source))
+            raise InputError("has no column of the position or velocity", path=str(table.source))
         # The integral by trapezoids; each segment continues from the end of the previous segment.
         steps = 0.5 * clock.sample_time * (velocity.values[1:] + velocity.values[:-1])
         for segment in clock.segments[1:]:
@@ -88,7 +88,7 @@ def assembled(table: Table, axis: Axis, gathered: Gathered, clock: Clock) -> Log
         position = Channel(way, unit_of(CHANNELS["position"], axis.kind), velocity.column, velocity.step * clock.sample_time)
         notes.append(_remark_on(velocity.column, axis, follows=reference is not None))
     if axis.delay:
-        notes.append(f"effort was moved by its delay of {axis.delay:g} s")
+        notes.append(f"bristle shifts the effort by {axis.delay:g} s, its delay in the axis file")
     return LogData(
         time=Channel(clock.time, "s", time.column if time else ""),
         position=position,
@@ -115,12 +115,12 @@ def assembled(table: Table, axis: Axis, gathered: Gathered, clock: Clock) -> Log
 
 def _remark_on(column: str, axis: Axis, *, follows: bool) -> str:
     """Return the note on a position that bristle integrated from a velocity column."""
-    begin = "the reference" if follows else "0"
+    begin = "the first value of the reference" if follows else "position 0"
     terms = [name for name, stated in (("gravity", axis.gravity), ("cogging", axis.cogging)) if stated]
     named = f" ({' and '.join(terms)})" if terms else ""
     return (
-        f"the log has no position: bristle integrates column {column}, starting at {begin}. The true start is unknown, "
-        f"and an offset of the speed makes the position drift. Results that depend on position{named} are meaningless"
+        f"the log has no position: bristle integrates the velocity in column {column} from {begin}. The true start is unknown, "
+        f"and an offset of the velocity makes the position drift. Results that depend on position{named} are meaningless"
     )
 
 
@@ -130,7 +130,7 @@ def _doubts_about_velocity(position: Channel, clock: Clock, axis: Axis) -> Itera
     fastest = max((float(step.max()) for step in steps if step.size), default=0.0) / (STRIDE * clock.sample_time)
     if axis.velocity_limit is not None and fastest > (1.0 + 0.02) * axis.velocity_limit:  # of the limit, allowed for noise of the velocity
         speed, limit = (with_unit(value, unit_of("length/time", axis.kind)) for value in (fastest, axis.velocity_limit))
-        yield f"the axis moves at up to {speed}, faster than its limit of {limit} in the axis file: is the unit of the position right?"
+        yield f"the axis moves at up to {speed}, faster than its limit of {limit} in the axis file. Check the unit of the position"
 
 
 STRIDE = 20  # samples over which the position is differentiated, against quantisation
@@ -146,7 +146,7 @@ def within(log: R, span: tuple[float, float]) -> R:
     extent = f"{span[0]:g} to {span[1]:g} s"
     if last - first < 10:
         allowed = f"within {time[0]:g} to {time[-1]:g} s"
-        raise InputError("contains almost no samples of the log", path="log.span", value=extent, allowed=allowed)
+        raise InputError("contains fewer than 10 samples of the log", path="log.span", value=extent, allowed=allowed)
 
     def part(channel: Channel) -> Channel:
         return replace(channel, values=channel.values[first:last])
@@ -159,5 +159,5 @@ def within(log: R, span: tuple[float, float]) -> R:
         injected=tuple(map(part, log.injected)),
         regressors=tuple(map(part, log.regressors)),
         segments=tuple(slice(start, stop) for start, stop in segments if stop > start),
-        notes=(*log.notes, f"only samples from {span[0]:g} to {span[1]:g} s were used"),
+        notes=(*log.notes, f"bristle uses only the samples from {span[0]:g} to {span[1]:g} s"),
     )

@@ -1,12 +1,12 @@
-r"""Measured break-away: force and distance of the transition to sliding, over the rate of the pull.
+r"""Measured break-away: force and distance of the transition to sliding, as functions of the speed of the pull.
 
-A leg counts if it begins at rest after a motion in the other direction, and breaks away slowly enough to be resolved
-behind the filter. It gives a force and a distance. Least squares of their logarithms separate the scatter between legs,
-the difference between directions, and the dependence on the rate,
+A leg is a motion in one direction. It counts if it begins at rest after a motion in the other direction, and if its
+break-away takes enough samples after the filter. Each such leg gives a force and a distance. Least squares of their
+logarithms separate the scatter between legs, the difference between directions, and the dependence on the rate,
 
 .. math:: \ln F_i = \beta_0 + \beta_1 \ln v_i + \beta_2 \operatorname{sgn} v_i + \epsilon_i
 
-and the intervals are Student's. The step of the encoder widens the interval of a distance: repetition does not average it out.
+with intervals of Student's t distribution. The step of the encoder widens the interval of a distance: repetitions do not reduce this error.
 """
 
 import math
@@ -39,13 +39,13 @@ class BreakAway(NamedTuple):
     speed : float
         Speed of the pull [m/s or rad/s].
     legs : int
-        Count of legs.
+        Number of legs.
     force : float
-        Largest friction force until it slides [N or N*m].
+        Largest friction force before sliding [N or N*m].
     force_interval : tuple of float or None
         Interval of the force [N or N*m].
     distance : float
-        Distance from rest to 90 % of the change of force [m or rad].
+        Distance from rest at which 90 % of the change of force is reached [m or rad].
     distance_interval : tuple of float or None
         Interval of the distance [m or rad].
     """

@@ -19,7 +19,7 @@ def _begins(*starts: bytes, suffix: str = "") -> Callable[[bytes, str], bool]:
 
 
 def is_archive_of_arrays(head: bytes, suffix: str) -> bool:
-    """Return whether a file is an array of NumPy or an archive of arrays: each member has the ending of one."""
+    """Return whether a file is an NPY array, or an archive whose first member is an NPY array."""
     return head.startswith(b"\x93NUMPY") or (head.startswith(ARCHIVE) and b".npy" in head[26:])
 
 

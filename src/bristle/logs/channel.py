@@ -49,19 +49,19 @@ COLUMN = array(finite=False)  # readers check the samples first and report the p
 @guarded(values=COLUMN, unit=TEXT, column=TEXT)
 @dataclass(frozen=True, eq=False)
 class Channel(NDArrayOperatorsMixin):
-    """One recorded signal; to numpy, to plots and in calculations it is the array of its samples.
+    """One recorded signal. NumPy, plots and calculations use it as the array of its samples.
 
     Parameters
     ----------
     values : ndarray, shape (sample_count,)
         The samples, read-only, in `unit`.
     unit : str
-        SI of the kind of axis.
+        SI unit for the kind of axis.
     column : str
         Name of the column in the file.
     recorded_step : float, optional
-        The smallest difference between two different samples as recorded, if `values` were resampled or filtered: samples
-        between the recorded ones do not show it.
+        Smallest difference between two different samples of the recording. State it if `values` were resampled or
+        filtered, because such values do not show it.
     """
 
     values: np.ndarray
@@ -146,7 +146,7 @@ class LogData(Tabular):
     def __post_init__(self) -> None:
         for name, signal in self.channels():
             if signal.values.size != len(self):
-                raise InputError("has another length than time", path=name, value=signal.values.size, allowed=f"{len(self)} samples")
+                raise InputError("has more or fewer samples than time", path=name, value=signal.values.size, allowed=f"{len(self)} samples")
         if len(self) == 0:
             raise InputError("has no samples", path="time")
         if not self.sample_time:
@@ -159,7 +159,7 @@ class LogData(Tabular):
 
     @property
     def duration(self) -> float:
-        """Time covered by samples, gaps left out [s]."""
+        """Duration of the recording without its gaps [s]."""
         return len(self) * self.sample_time
 
     @property
@@ -236,5 +236,5 @@ def _spacing(time: np.ndarray) -> float:
     steps = np.diff(time)
     typical = float(np.median(steps)) if steps.size else 0.0
     if not (typical > 0.0 and np.all(steps > 0.0)):
-        raise InputError("must rise from sample to sample", path="time", mend="Sort the samples, or give sample_time")
+        raise InputError("must increase from sample to sample", path="time", mend="Sort the samples, or give sample_time")
     return typical

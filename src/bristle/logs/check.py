@@ -1,4 +1,4 @@
-"""Check a log before a fit: contradictions, and questions that it cannot answer. One table of rules."""
+"""Check a log before a fit: find contradictions, and motions that the fit needs but the log lacks."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -208,21 +208,21 @@ RECORDED = (
     settings=instance(CheckThresholds, "thresholds"),
 )
 def checked(log: LogData, axis: Axis | None = None, settings: CheckThresholds = DEFAULT) -> tuple[Diagnostic, ...]:
-    """Return contradictions within a log, and between the log and its axis, before a fit.
+    """Return contradictions within a log, and between the log and its axis; call it before a fit.
 
     Parameters
     ----------
     log : Log
-        Its channels, in SI.
+        The log, in SI.
     axis : Axis, optional
-        Mass, resolution, limits and units, as far as known.
+        The axis, with its mass, resolution, limits and units, where known.
     settings : CheckThresholds
         Thresholds of the findings.
 
     Returns
     -------
     tuple of Diagnostic
-        Most severe first. Each has a code, numbers, and a sentence with advice.
+        Findings of the reader first, then those of the checks. Each has a code, a severity and numbers.
     """
     axis = axis or Axis(kind=log.kind)
     resolution = axis.resolution or log.position.step

@@ -25,16 +25,16 @@ class Order:
 def order_of(stamps: np.ndarray, place: str) -> Order:
     """Return the rows of a log in the order of time.
 
-    Reverse rows that have the newest first, sort single misplaced rows, and append the rows of a restarted clock as a second
-    recording.
+    Reverse the rows if the newest row is first, sort single misplaced rows, and treat the rows after a restart of the clock
+    as a second recording.
     """
     steps = np.diff(stamps)
     if not steps.any():
-        raise InputError(f"does not advance from {stamps[0]:.9g} s", path=place, mend=LEAVE_OUT)
+        raise InputError(f"does not advance: all its values are {stamps[0]:.9g} s", path=place, mend=LEAVE_OUT)
     if not np.any(steps < 0):
         return Order(None, stamps)
     if np.all(steps <= 0):
-        return Order(np.arange(stamps.size)[::-1], stamps[::-1], ("the newest row came first: the order was reversed",))
+        return Order(np.arange(stamps.size)[::-1], stamps[::-1], ("the newest row came first: bristle reversed the rows",))
     backward = np.flatnonzero(steps < 0)
     # A clock that stepped back recovers within 32 rows, unless it restarted.
     restarts = [int(i) for i in backward if stamps[i + 1 : i + 1 + 32].max() < stamps[i]]
@@ -42,10 +42,10 @@ def order_of(stamps: np.ndarray, place: str) -> Order:
     if len(restarts) > 50 or local > 0.25 * steps.size:  # largest share of backward steps in a log that can be sorted
         before, behind = stamps[backward[0] : backward[0] + 2]
         raise InputError(
-            f"is not in order: {backward.size} of its {steps.size} steps run backward, the first at sample "
-            f"{backward[0] + 1} ({before:.9g} s, then {behind:.9g} s)",
+            f"is not in order: {backward.size} of its {steps.size} steps go backward, the first at sample "
+            f"{backward[0] + 1} (from {before:.9g} s to {behind:.9g} s)",
             path=place,
-            mend=f"{LEAVE_OUT}, if the rows are in order; else export them sorted",
+            mend=f"Export the rows sorted by time. If they are in order, {LEAVE_OUT[0].lower()}{LEAVE_OUT[1:]}",
         )
     notes = []
     if restarts:  # continue the stamps of a restarted clock after a pause
@@ -54,11 +54,11 @@ def order_of(stamps: np.ndarray, place: str) -> Order:
         for last in restarts:
             stamps[last + 1 :] += stamps[last] + pause - stamps[last + 1]
         ends = ", ".join(str(i + 1) for i in restarts[:5])
-        notes.append(f"the clock restarts at row {ends}: read as {len(restarts) + 1} recordings, one after another")
+        notes.append(f"the clock restarts at row {ends}: bristle reads the log as {len(restarts) + 1} consecutive recordings")
     if not local:
         return Order(None, stamps, tuple(notes))
     rows = np.argsort(stamps, kind="stable")
-    notes.append(f"{local} {'row was' if local == 1 else 'rows were'} out of order: sorted by time")
+    notes.append(f"{local} {'row was' if local == 1 else 'rows were'} out of order: bristle sorted the rows by time")
     return Order(rows, stamps[rows], tuple(notes))
 
 
@@ -71,8 +71,8 @@ def median_step(stamps: np.ndarray) -> float:
 def without_repeats(order: Order, repeats: np.ndarray | None, fewest: int, place: str) -> Order:
     """Correct stamps that repeat the previous stamp, and leave out rows that repeat the whole previous row.
 
-    A row with a different reading is a sample, whatever its stamp. A burst of rows got its stamp on arrival; its true times
-    lie between the stamps around the burst.
+    A row with different readings is a sample, even if its stamp is repeated. All rows of a burst have the time of arrival as
+    their stamp. Their true times lie between the stamps before and after the burst.
     """
     stamps, notes = order.stamps.copy(), list(order.notes)
     repeated = np.append(False, np.diff(stamps) <= 0)
@@ -80,15 +80,15 @@ def without_repeats(order: Order, repeats: np.ndarray | None, fewest: int, place
         return order
     different = stamps.size - int(repeated.sum())
     if different < fewest:
-        raise InputError(f"has {different} different stamps in {stamps.size} rows", path=place, mend=LEAVE_OUT)
+        raise InputError(f"has only {different} different time stamps in {stamps.size} rows", path=place, mend=LEAVE_OUT)
     rows = np.arange(stamps.size) if order.rows is None else order.rows
     twice = repeated & (np.ones(stamps.size, dtype=bool) if repeats is None else repeats[rows])
     if count := int(twice.sum()):
-        notes.append(f"{count} {'row repeats' if count == 1 else 'rows repeat'} the row before: left out")
+        notes.append(f"{count} {'row repeats' if count == 1 else 'rows repeat'} the previous row: bristle uses each row once")
         stamps, rows, repeated = stamps[~twice], rows[~twice], repeated[~twice]
     if late := int(repeated.sum()):
-        sentence = "1 stamp is repeated:" if late == 1 else f"{late} stamps are repeated:"
-        notes.append(f"{sentence} interpolated between the stamps around")
+        sentence = "1 time stamp repeats" if late == 1 else f"{late} time stamps repeat"
+        notes.append(f"{sentence} the previous time stamp: bristle interpolates between the neighbouring time stamps")
     spread, usual = stamps.copy(), median_step(stamps) if late else 0.0
     for run in runs(repeated):
         # Spread the stamps of a burst evenly on the side with free time.
@@ -145,7 +145,7 @@ def samples_between(stamps: np.ndarray, usual: float) -> tuple[np.ndarray, np.nd
     counts[gaps] = 1.0
     lost = int(np.sum(counts - 1.0))
     rows = "1 row is" if lost == 1 else f"{lost} rows are"
-    return gaps, counts, [f"{rows} missing, at most {BRIDGED} in a row: interpolated"] if lost else []
+    return gaps, counts, [f"{rows} missing, at most {BRIDGED} consecutively: bristle interpolates"] if lost else []
 
 
 GAP = 1.5  # sample times: half of the step of a lost row is left for jitter
@@ -163,7 +163,7 @@ class Jitter:
 
     def __str__(self) -> str:
         usual, largest = (number(100.0 * share, digits=2) for share in (self.usual, self.largest))
-        return f"{usual} % (19 of 20 stamps) and {largest} % (all)"
+        return f"up to {usual} % of the sample time (19 of 20 stamps; the largest deviation is {largest} %)"
 
 
 @dataclass(frozen=True)
@@ -189,7 +189,7 @@ class Clock:
         return tuple(slice(int(a), int(b)) for a, b in pairwise(np.cumsum([0, *(grid.size for _, grid in self.pieces)])))
 
     def sampled(self, values: np.ndarray, lag: float = 0.0, *, smooth: bool = True) -> np.ndarray:
-        """Return the values on the grid, as recorded later by `lag` [s]."""
+        """Return the values on the grid; the values were recorded later by `lag` [s]."""
         values = values if self.rows is None else values[self.rows]
         parts = []
         for raw, grid in self.pieces:
@@ -239,7 +239,7 @@ def clock_of(
     usual = median_step(order.stamps)
     if not SHORTEST <= usual <= LONGEST:
         allowed = f"{SHORTEST:g} s to {LONGEST:g} s"
-        raise InputError(f"steps by {usual:.6g} s", path=place, allowed=allowed, mend="Correct the unit of the time column")
+        raise InputError(f"has a usual time step of {usual:.6g} s", path=place, allowed=allowed, mend="Correct the unit of the time column")
     even, step = _rounded(order.stamps, usual)
     order = order if step else without_repeats(order, repeats, SHORTEST_SEGMENT, place)
     stamps = order.stamps
@@ -255,21 +255,21 @@ def clock_of(
     if sample_time is not None and abs(period / sample_time - 1) > UNIFORM:
         mend = "Correct the unit of the time column, or sample_time in [timing]"
         raise InputError(
-            f"steps by {period:.6g} s, unlike sample_time in the axis file", path=place, allowed=f"{sample_time:g} s", mend=mend
+            f"has a time step of {period:.6g} s, unlike sample_time in the axis file", path=place, allowed=f"{sample_time:g} s", mend=mend
         )
     raws = [slice(a, b) for a, b in pairwise([0, *(np.flatnonzero(gaps) + 1).tolist(), stamps.size])]
     usable = [raw for raw in raws if raw.stop - raw.start >= SHORTEST_SEGMENT]
     notes, jitter = list(order.notes), None
     if len(raws) > 1:
-        ends = ", ".join(f"{stamps[raw.start - 1]:.6g} s" for raw in raws[1:6])
+        ends = ", ".join(f"{stamps[raw.start - 1]:.6g} s" for raw in raws[1:6]) + (", …" if len(raws) > 6 else "")
         pauses = "1 gap" if len(raws) == 2 else f"{len(raws) - 1} gaps"
-        notes.append(f"{pauses} (the first after {ends}): split into {len(usable)} segments")
+        notes.append(f"{pauses} in the time stamps (after {ends}): bristle splits the log into {len(usable)} segments")
         if lost := stamps.size - sum(raw.stop - raw.start for raw in usable):
-            notes.append(f"{lost} samples in segments shorter than {SHORTEST_SEGMENT} samples were left out")
+            notes.append(f"bristle ignores {lost} samples in segments shorter than {SHORTEST_SEGMENT} samples")
     notes += bridged
     if step:
         stamps = even
-        notes.append(f"time stamps are rounded to {step:.6g} s: the samples are treated as even, {period:.6g} s apart")
+        notes.append(f"time stamps are rounded to {step:.6g} s: bristle treats the samples as evenly spaced, {period:.6g} s apart")
     else:
         places = np.concatenate([[0.0], np.cumsum(counts)])
         position = position if position is None or order.rows is None else position[order.rows]
@@ -282,7 +282,8 @@ def clock_of(
         if count >= SHORTEST_SEGMENT:
             pieces.append((raw, first + period * np.arange(count)))
     if not pieces:
-        message = f"has no stretch of {SHORTEST_SEGMENT} even samples" + (f" within a delay of {delay:g} s" if delay else "")
+        message = f"has no {SHORTEST_SEGMENT} evenly spaced samples"
+        message += f" that remain after a shift by the delay of {delay:g} s" if delay else ""
         raise InputError(message, path=place, mend="Correct the delay in [timing] of the axis file, or record without gaps")
     is_uniform = jitter is None and not np.any(counts > 1.0)
     return Clock(period, tuple(pieces), stamps, is_uniform, tuple(notes), order.rows, jitter)
@@ -348,10 +349,10 @@ def _deviation(
             # With interpolated rows, keep lasting shifts of the stamps: a miscounted row shifts few others.
             is_bridged = places[raw][-1] - places[raw.start] >= raw.stop - raw.start
             even[raw] = stamps[raw] - period * (off if is_bridged else error)
-        note = f"time stamps jitter by {jitter} of the sample time, but the position does not: the samples are treated as even"
+        note = f"time stamps jitter by {jitter}, but the position changes evenly: bristle treats the samples as evenly spaced"
         return even, None, [f"{note}, {period:.6g} s apart"]
-    reason = "samples are uneven: their steps differ" if uneven else "time stamps jitter"
-    return stamps, jitter, [f"{reason} by {jitter} of the sample time: resampled onto a uniform grid of {period:.6g} s"]
+    reason = "samples are unevenly spaced: their times deviate" if uneven else "time stamps jitter"
+    return stamps, jitter, [f"{reason} by {jitter}. bristle resamples the log onto a uniform grid of {period:.6g} s"]
 
 
 def _samples_are_even(stamps: np.ndarray, places: np.ndarray, raws: list[slice], local: list[np.ndarray], position: np.ndarray) -> bool:

@@ -96,7 +96,7 @@ def _with_own_times(body: bytes, layout: Layout, request: Request, encoding: str
 
 
 def _note_of_text(names: Sequence[str]) -> list[str]:
-    return [f"text was left out: {', '.join(names[:20])}" + (" and others" if len(names) > 20 else "")] if names else []
+    return [f"bristle ignores columns of text: {', '.join(names[:20])}" + (" and others" if len(names) > 20 else "")] if names else []
 
 
 def _decodable(data: bytes, source: Path) -> tuple[bytes, str]:
@@ -129,7 +129,7 @@ def _starts_of_lines(data: bytes, most: int, source: Path) -> list[int]:
     while len(starts) <= most:
         end = data.find(b"\n", at)
         if (end if end >= 0 else len(data)) - at > LONGEST_LINE:
-            message, mend = f"has a line of more than {LONGEST_LINE} characters", "Export one row a sample: is it a log?"
+            message, mend = f"has a line of more than {LONGEST_LINE} characters", "Export one row per sample"
             raise InputError(message, path=f"{source}: line {len(starts)}", mend=mend)
         if end < 0:
             break
@@ -156,8 +156,8 @@ def _without_open_end(body: bytes, layout: Layout, source: Path, encoding: str) 
         cut = cut or not (is_number(cells[-1], layout.decimal_comma) or cells[-1] in before)
     if cut:
         place, mend = f"{source}: line {layout.first + body.count(10) + 1}", "Copy or export the log again, or delete this row"
-        raise InputError("is truncated: it ends within a row", path=place, value=last, mend=mend)
-    return body[:end], ["the file does not end with a line break: its last row may be cut and was left out"]
+        raise InputError("is incomplete: the file ends within this row", path=place, value=last, mend=mend)
+    return body[:end], ["the file does not end with a line break: bristle ignores its last row, which may be incomplete"]
 
 
 def _numbers(body: bytes, layout: Layout, request: Request, chosen: list[int], encoding: str) -> list[np.ndarray]:
@@ -179,7 +179,7 @@ def _numbers(body: bytes, layout: Layout, request: Request, chosen: list[int], e
             ndmin=2,
         )
     except ValueError as error:
-        message, mend = f"holds a row that cannot be read ({error})", "Export it again: a number in each cell"
+        message, mend = f"holds a row that cannot be read ({error})", "Export the log again, with a number in each cell"
         raise _bad_row(body, layout, source, encoding) or InputError(message, path=str(source), mend=mend) from None
     expected = len(values) * (len(layout.numeric) - 1)
     if layout.delimiter and body.count(layout.delimiter.encode()) != expected and (bad := _bad_row(body, layout, source, encoding)):
@@ -209,7 +209,7 @@ def _bad_row(body: bytes, layout: Layout, source: Path, encoding: str) -> InputE
         cells = cells_of(without_comments(row), layout.delimiter)
         place = f"{source}: line {layout.first + index + 1}"
         if any(cells) and len(cells) != len(layout.numeric):
-            mend = "Correct or delete this row; if it is the last row, the file is truncated"
+            mend = "Correct or delete this row. If it is the last row, the file is truncated: copy it again"
             return InputError(f"has {len(cells)} cells instead of {len(layout.numeric)}", path=place, value=row, mend=mend)
         for column, cell in enumerate(cells if any(cells) else ()):
             if layout.numeric[column] and not is_number(cell, layout.decimal_comma):
@@ -230,5 +230,5 @@ def refuse_frames(lines: Sequence[str], source: Path) -> None:
     """Refuse a log of a CAN bus: the meaning of its bytes is in a separate file."""
     filled = [line for line in lines if line.strip()][:20]
     if filled and sum(bool(_FRAME.fullmatch(line)) for line in filled) >= 0.8 * len(filled):  # of the lines looked at
-        mend = "Decode it with the DBC file of the bus, and export position and effort as CSV or MF4, as cantools or asammdf do"
+        mend = "Decode it with the DBC file of the bus, and export position and effort as CSV or MF4, for example with cantools or asammdf"
         raise InputError("is a log of a CAN bus (candump), with raw frames instead of signals", path=str(source), mend=mend)

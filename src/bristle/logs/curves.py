@@ -13,7 +13,7 @@ from bristle.core.variable import KINDS, Kind
 
 
 class Curve(NamedTuple):
-    """One path of the input and the output along it.
+    """Samples of the input along one path, and of the output.
 
     Parameters
     ----------
@@ -33,10 +33,10 @@ class Curves:
     Parameters
     ----------
     curves : tuple of Curve
-        Each starts again from `start`.
+        The curves; before each, the hysteresis is in the state `start`.
     start : {"virgin", "saturated"}
-        State before each curve: demagnetised, or saturated at the end of the range that the curve moves towards, so that its
-        first sample lies on the major branch.
+        State before each curve. ``virgin``: without memory. ``saturated``: saturated at the end of the range towards which
+        the curve moves, so that its first sample lies on the major branch.
     kind : {"translational", "rotational", "magnetic", "piezo"}
         Input and output are displacement and force, angle and torque, or field and moment.
     source : Path
@@ -44,7 +44,7 @@ class Curves:
     origin : Origin
         Name and SHA-256 of the file, and the table in it.
     notes : tuple of str
-        Samples left out.
+        Notes on samples that bristle left out.
     name : str
         Name in the file that describes the curves.
     """

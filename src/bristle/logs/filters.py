@@ -35,7 +35,7 @@ def butterworth(cutoff: float, sample_time: float) -> tuple[np.ndarray, np.ndarr
 
 
 def derivative(signal: np.ndarray, dt: float) -> np.ndarray:
-    """Return the derivative of a signal, shape (..., sample), true to the fourth order of the step.
+    """Return the derivative of a signal, shape (..., sample), accurate to the fourth order of the sample time.
 
     A derivative of second order, such as `numpy.gradient`, underestimates an acceleration of 10 Hz at 500 Hz by 0.5 %.
     """
@@ -47,7 +47,7 @@ def derivative(signal: np.ndarray, dt: float) -> np.ndarray:
 
 
 def through_filter(signal: np.ndarray, lag: float, dt: float) -> np.ndarray:
-    """Return a signal, shape (..., sample), lagged by a first-order filter with this time constant [s]; led if negative."""
+    """Return a signal, shape (..., sample), delayed by a first-order filter with this time constant [s]; advanced if it is negative."""
     from scipy.signal import lfilter
 
     if lag < 0.0:

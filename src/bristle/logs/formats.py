@@ -1,4 +1,4 @@
-"""Define a format of logs: a file with a `LogFormat`, your own or a module of this folder listed in `catalogue.py`.
+"""Define a format of logs: a file with a `LogFormat`, either your own file or a module that `catalogue.py` lists.
 
 Your own formats are tried first, inside `reading`.
 """

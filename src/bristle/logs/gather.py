@@ -1,4 +1,4 @@
-"""From the columns of a file to the channels of an axis, in SI."""
+"""Convert the columns of a file to the channels of an axis, in SI."""
 
 import math
 from collections.abc import Iterator
@@ -19,7 +19,7 @@ from bristle.logs.words import other_unit_in
 
 @dataclass
 class Gathered:
-    """Channels as recorded, not yet checked, and the problems of the others."""
+    """Channels as recorded, not yet checked, and the reasons why other channels are missing."""
 
     channels: dict[str, Channel] = field(default_factory=dict)
     injected: list[Channel] = field(default_factory=list)
@@ -49,7 +49,7 @@ def gather(table: Table, axis: Axis) -> Gathered:
     if implied and time is not None:
         implied = (table.name_of(time.name) or "") in ("", *table.stamps.values())
         if implied:
-            gathered.notes.append(f"columns.time is not needed: each column of this {table.format} file brings its time")
+            gathered.notes.append(f"bristle ignores columns.time, because each column of this {table.format} file has its own time")
     for name, column in axis.columns.items():
         if name in ("reference", "following_error"):  # they share the unit and sign of the position
             column = _in_the_unit_of(axis.columns.get("position"), column, table, gathered)
@@ -66,7 +66,8 @@ def gather(table: Table, axis: Axis) -> Gathered:
         if channel is not None:
             gathered.regressors.append(replace(channel, unit="1"))
     if motion is None:
-        gathered.problems.append(InputError("no column is named as the position", path=f"axis {axis.name}", mend="Name it in [columns]"))
+        mend = "Name this column in [columns]"
+        gathered.problems.append(InputError("names no column of the position", path=f"axis {axis.name}", mend=mend))
     if implied:
         _onto_one_time(table, gathered)
     _compare_columns(table, gathered)
@@ -83,23 +84,23 @@ def _compare_columns(table: Table, gathered: Gathered) -> None:
             gathered.notes.append(f"column {column} is used twice, as {' and as '.join(names)}. Check [columns]")
     sizes = {channel.column: channel.values.size for _, channel in gathered.named()}
     if len(set(sizes.values())) > 1:
-        message = f"has columns of different lengths ({', '.join(f'{column}: {size}' for column, size in sizes.items())})"
-        mend = "Export all channels at one rate and of one length; a shorter one may be truncated"
+        message = f"has columns with different numbers of samples ({', '.join(f'{column}: {size}' for column, size in sizes.items())})"
+        mend = "Export all channels with the same sample rate and duration. A shorter column may be truncated"
         gathered.problems.append(InputError(message, path=str(table.source), mend=mend))
     error, position = gathered.channels.pop("following_error", None), gathered.channels.get("position")
     if error is None:
         return
     if position is None:
-        gathered.notes.append(f"column {error.column} is not used: the log has no position for it")
+        gathered.notes.append(f"bristle ignores the following error in column {error.column}, because the log has no position")
     elif error.values.size == position.values.size and "reference" in gathered.channels:
-        gathered.notes.append(f"column {error.column} is not used: the reference is in the log itself")
+        gathered.notes.append(f"bristle ignores the following error in column {error.column}, because the log has a reference")
     elif error.values.size == position.values.size:
         gathered.channels["reference"] = Channel(position.values + error.values, position.unit, error.column)
-        gathered.notes.append(f"the reference is the position plus {error.column}, read as reference minus position")
+        gathered.notes.append(f"bristle computes the reference as position plus following error, which column {error.column} contains")
 
 
 def _in_the_unit_of(position: Column | None, column: Column, table: Table, gathered: Gathered) -> Column:
-    """Return a reference without a unit in file or axis with the unit of the position."""
+    """Return the column of a reference; if neither file nor axis states its unit, with the unit of the position."""
     name = table.name_of(column.name)
     if position is None or column.unit or name is None or column.base not in ("m", "rad"):
         return column
@@ -109,7 +110,7 @@ def _in_the_unit_of(position: Column | None, column: Column, table: Table, gathe
     if not unit or (own and own != unknown):
         return column
     lack = f"an unknown unit, {own!r}" if own else "no unit"
-    gathered.notes.append(f"column {name} has {lack}: read in the unit of the position, {unit}")
+    gathered.notes.append(f"column {name} has {lack}: bristle assumes the unit of the position, {unit}")
     return replace(column, unit=unit, base=position.base, scale=math.copysign(position.scale, column.scale))
 
 
@@ -135,7 +136,7 @@ def _channel(table: Table, column: Column, key: str, kind: Kind, gathered: Gathe
     if name is None:
         if column.optional:
             close = close_names(column.name, table.names)
-            hint = f"; is it {close[0]!r}? Then name it so in the axis file" if close else ""
+            hint = f". If its name is {close[0]!r}, write this name in the axis file" if close else ""
             gathered.notes.append(f"optional column {column.name} is not in this log{hint}")
         else:
             gathered.problems.append(table.missing(column.name, key))
@@ -164,13 +165,13 @@ def _factor(table: Table, name: str, column: Column, gathered: Gathered) -> floa
     if not column.base:
         return 1.0
     if not unit and not column.unit:
-        gathered.notes.append(f"column {name} has no unit: read in {column.base}")
+        gathered.notes.append(f"column {name} has no unit: bristle assumes {column.base}")
         return 1.0
     if unknown := table.unknown_unit(name):
         if not column.unit:
-            allowed, mend = f"a unit of {column.base}", 'Write the unit in the axis file, such as unit = "mm"'
+            allowed, mend = f"{column.base}, or a unit that converts to it", 'Write the unit in the axis file, such as unit = "mm"'
             raise InputError("has an unknown unit", path=place, value=unknown, allowed=allowed, mend=mend)
-        gathered.notes.append(f"column {name} has an unknown unit, {unknown!r}: read in {column.unit}")
+        gathered.notes.append(f"column {name} has an unknown unit, {unknown!r}: bristle uses {column.unit} from the axis file")
     if not unit or unknown:
         return units.factor(column.unit, column.base, path=place)
     factor = units.factor(unit, column.base, path=place)
@@ -210,7 +211,8 @@ def _onto_one_time(table: Table, gathered: Gathered) -> None:
     gathered.injected = [brought(channel) for channel in gathered.injected]
     gathered.regressors = [brought(channel) for channel in gathered.regressors]
     if left := base.size - times_kept.size:
-        gathered.notes.append(f"{left} samples were left out: some channels were not recorded there")
+        noun = "sample" if left == 1 else "samples"
+        gathered.notes.append(f"bristle ignores {left} {noun}, because some channels were not recorded at these times")
 
 
 def _on(times: np.ndarray, stamps: np.ndarray, channel: Channel, gathered: Gathered, step: float) -> Channel:

@@ -56,7 +56,7 @@ def _parsed(data: bytes, source: Path) -> Any:
     try:
         return json.loads(text)
     except RecursionError:
-        raise InputError("is nested too deeply", path=str(source), mend=MEND) from None
+        raise InputError("has lists that are nested too deeply", path=str(source), mend=MEND) from None
     except json.JSONDecodeError as error:
         lines = [line for line in text.splitlines() if line.strip()]
         records: list[dict[str, Any]] = []  # one per line; the last line of a recording may be cut
@@ -84,7 +84,7 @@ def _tables(node: Any, path: str, depth: int) -> Iterator[tuple[str, tuple[dict[
         return
     rows = node.get("data")
     if isinstance(node.get("columns"), list) and isinstance(rows, list) and rows and all(isinstance(row, list) for row in rows):
-        raise InputError("holds a data frame that is split into names and rows", path=path, mend=MEND)
+        raise InputError('holds a data frame with separate lists of columns and rows (orient="split")', path=path, mend=MEND)
     lists = {name: value for name, value in node.items() if isinstance(value, list) and len(value) >= FEWEST}
     columns = {name: value for name, value in lists.items() if not isinstance(value[0], (dict, list))}
     if len(columns) > 1:
@@ -105,7 +105,7 @@ def _of_records(records: list[dict[str, Any]]) -> tuple[dict[str, list[Any]], di
     flat = [dict(flattened(record)) for record in records]
     names = list(dict.fromkeys(name for record in flat for name in record))
     if len(names) > MOST_NAMES or (len(names) > WIDE and len(names) * len(flat) > MOST_CELLS):
-        allowed = f"{MOST_NAMES} names; beyond {WIDE}, {MOST_CELLS} values"
+        allowed = f"up to {MOST_NAMES} names, and with more than {WIDE} names up to {MOST_CELLS} values"
         raise InputError(f"has {len(names)} different names in {len(flat)} records", allowed=allowed, mend=MEND)
     return {name: [record.get(name) for record in flat] for name in names}, {}
 
@@ -127,7 +127,7 @@ def _table(
         raise InputError("holds no column of numbers", path=str(request.source), mend=MEND)
     advancing = (c for c, v in numbers.items() if is_time(c) and v.size > 1 and np.all(np.isfinite(v)) and np.mean(np.diff(v) > 0) > 0.5)
     time = next(advancing, None)
-    notes += [f"text was left out: {', '.join(list(texts)[:20])}"] if texts else []
+    notes += [f"bristle ignores columns of text: {', '.join(list(texts)[:20])}"] if texts else []
     series = []
     for name, values in numbers.items():
         if name == time:

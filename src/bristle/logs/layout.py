@@ -30,7 +30,7 @@ def cells_of(line: str, delimiter: str | None) -> list[str]:
         return [cell.strip().strip('"').strip() for cell in line.split()]
     if len(line) > LONGEST_CELL and max(map(len, line.split(delimiter))) > LONGEST_CELL:
         raise InputError(
-            "has a cell that is too long", value=line, allowed=f"up to {LONGEST_CELL} characters", mend="Is it the right file?"
+            "has a cell that is too long", value=line, allowed=f"up to {LONGEST_CELL} characters", mend="Check that this is the right file"
         )
     return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True), [])]
 
@@ -70,7 +70,7 @@ def why_no_number(cell: str) -> tuple[str, str]:
             "Export the time in seconds from the start, or leave the column of time out of the axis file and write sample_time in [timing]"
         )
     if re.fullmatch(r"[+-]?\d{1,3}(([.' ]\d{3})+(,\d+)?|([,' ]\d{3})+(\.\d+)?)", cell, re.ASCII):
-        return "is a number with thousands separators", "Export numbers without them"
+        return "is a number with thousands separators", "Export numbers without these separators"
     if re.fullmatch(r"[+-]?\d+,\d+([eE][+-]?\d+)?", cell, re.ASCII):
         return "is a number with a decimal comma", "Export with decimal points, or with semicolons between the cells"
     return "is not a number" if cell else "is empty", ""
@@ -115,7 +115,7 @@ def layout_of(lines: Sequence[str], source: Path) -> Layout:
                 best, best_score = layout, score
     if best is None:
         message = "holds no rows of numbers, or is truncated before them"
-        mend = "Export one row a sample, with cells separated by a comma, a semicolon, a tab or blanks"
+        mend = "Export one row per sample, with cells separated by a comma, a semicolon, a tab or blanks"
         raise InputError(message, path=str(source), mend=mend)
     _refuse_bad_first_rows(bare, best, source)
     names, units_, notes = _header(lines, best)
@@ -129,7 +129,7 @@ def _rows(lines: Sequence[str], delimiter: str | None, source: Path) -> list[tup
     for index, line in enumerate(lines):
         cells = cells_of(line, delimiter) if line.strip() and not line.lstrip().startswith(COMMENT) else []
         if len(cells) > MOST_COLUMNS:
-            place, mend = f"{source}: line {index + 1}", "Export one row a sample: are rows and columns exchanged?"
+            place, mend = f"{source}: line {index + 1}", "Export one row per sample and one column per channel"
             raise InputError(f"has {len(cells)} cells in a row", path=place, allowed=f"up to {MOST_COLUMNS}", mend=mend)
         if any(cells):
             rows.append((index, cells))
@@ -169,19 +169,19 @@ def _refuse_bad_first_rows(lines: Sequence[str], layout: Layout, source: Path) -
     kinds = [is_number(cell, layout.decimal_comma) for cell in cells]
     numbered = np.flatnonzero(layout.numeric).tolist()
     is_row = numbered[-1] < len(cells) and all(kinds[k] for k in numbered)
-    mend = "Delete the cells next to the rows of numbers"
+    mend = "Delete the additional cells in this row"
     if len(cells) != count:
         if is_row or ((rows or len(cells) > count) and all(kind or not cell for kind, cell in zip(kinds, cells, strict=True))):
             raise InputError(f"has {len(cells)} cells instead of {count}", path=place, value=lines[index], mend=mend if is_row else "")
         return
     odd = next((column for column, is_numeric in enumerate(layout.numeric) if is_numeric != kinds[column]), None)
     if rows and any(kinds) and odd is not None:
-        message, mend = ("is a number, with text below it", "") if kinds[odd] else why_no_number(cells[odd])
+        message, mend = ("is a number, but the cells below it are text", "") if kinds[odd] else why_no_number(cells[odd])
         named = not any(is_number(cell, layout.decimal_comma) for cell in rows[0]) and rows[0][odd]
         column = repr(split_unit(rows[0][odd])[0]) if named else odd + 1
         raise InputError(message, path=f"{place}, column {column}", value=cells[odd], mend=mend)
     if is_row:
-        raise InputError("is a row of numbers with other text", path=place, value=lines[index], mend=mend)
+        raise InputError("is a row of numbers with text in other columns than the rows below it", path=place, value=lines[index], mend=mend)
 
 
 def _header(lines: Sequence[str], layout: Layout) -> tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]:

@@ -137,8 +137,8 @@ def _filtered(log: LogData, window: int) -> Rows:
 def lost_in(log: LogData, resolution: float, factor: float = 8.0) -> np.ndarray:
     """Return the samples before steps of the position that the velocity around does not explain, shape (place,).
 
-    A lost row differs from neighbouring steps by far more than they differ from each other, and by more than other steps
-    of the log.
+    The step across a lost row differs from its neighbours by far more than they differ from each other. It also differs by
+    more than other steps of the log.
     """
     places = [np.empty(0, dtype=int)]
     for segment in log.segments:
@@ -226,7 +226,7 @@ def piled_up(log: LogData, rows: Rows, resolution: float, run: int, sure: float)
 
 
 def _piled(values: np.ndarray, run: int) -> np.ndarray:
-    """Return the samples near the largest, if they are far more frequent and longer than samples below; else no samples."""
+    """Return the samples near the largest, if they are far more frequent, and their runs longer, than samples below; else no samples."""
     none = np.zeros(values.size, dtype=bool)
     if np.count_nonzero(values > 0.0) < run:
         return none

@@ -78,14 +78,14 @@ def _places(name: str) -> Iterator[str]:
                 is_empty = False
                 yield os.path.join(folder, file)
     if is_empty:
-        raise InputError("holds no log", path=name, mend="Name the folder that the logs are in")
+        raise InputError("holds no log", path=name, mend="Name the folder that contains the logs")
 
 
 def _logs_at(place: str, size_limit: int) -> Iterator[LogFile]:
     """Yield the logs in a file; list an unreadable log, too: its row gives the reason."""
     file = place if os.path.lexists(place) else place.rpartition(WITHIN)[0] or place
     if not os.path.lexists(file):
-        raise InputError("there is no such file", path=file, mend="Check the spelling, and the folder it lies in")
+        raise InputError("there is no such file", path=file, mend="Check the name and the folder")
     source = Path(os.path.abspath(file))
     folder = escaped(source.parent.name)
     try:

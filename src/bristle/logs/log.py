@@ -17,6 +17,7 @@ from bristle.core.values import shown
 from bristle.core.variable import KINDS, Variable, unit_of
 from bristle.logs.assembly import record_of
 from bristle.logs.channel import Channel, LogData  # noqa: F401  (asked for here)
+from bristle.logs.problems import REPAIR
 from bristle.logs.table import USUAL_NAMES, Table, some_of
 
 # Position and effort have alternative names; for other channels a letter could mean something else.
@@ -48,7 +49,7 @@ def record_of_columns(columns: Any, *, axis: Axis | None = None, kind: Any = Non
         used = _axis_of(table, used)
         table = replace(table, notes=tuple(_notes_on(table, used)))
     if kind is not None and used.kind != kind:
-        raise InputError("is not that of the axis", path="kind", value=kind, allowed=used.kind)
+        raise InputError("differs from the kind of the axis", path="kind", value=kind, allowed=used.kind)
     record = record_of(table, used if sample_time is None else replace(used, sample_time=sample_time))
     renamed = (replace(channel, column=channel.column.removeprefix(KNOWN_INPUT)) for channel in record.injected)
     return replace(record, injected=tuple(renamed)) if by_name else record
@@ -110,7 +111,7 @@ def _numbers(values: Any, name: str) -> np.ndarray:
     """Return a column as numbers; dates as seconds from the first."""
     place = f"{SOURCE}: column {name!r}"
     if np.ma.is_masked(values):
-        raise InputError("has masked values", path=place, mend="Fill them, or delete their rows: bristle splits the log at the gap")
+        raise InputError("has masked values", path=place, mend=REPAIR)
     to_numpy: Callable[[], Any] | None = getattr(values, "to_numpy", None)
     samples = np.asarray(to_numpy() if to_numpy is not None else getattr(values, "magnitude", values))
     if samples.ndim != 1:
@@ -123,8 +124,7 @@ def _numbers(values: Any, name: str) -> np.ndarray:
         return samples.astype(float)
     except (TypeError, ValueError) as error:
         at = next((i for i, sample in enumerate(samples) if not _is_number(sample)), 0)
-        mend = "Correct these samples or delete their rows: bristle splits the log at the gap"
-        raise InputError(f"has no number at sample {at} ({told_by(error)})", path=place, value=samples[at], mend=mend) from None
+        raise InputError(f"has no number at sample {at} ({told_by(error)})", path=place, value=samples[at], mend=REPAIR) from None
 
 
 def _is_number(sample: Any) -> bool:
@@ -145,7 +145,7 @@ def _named(names: Iterable[str], channel: str) -> str | None:
 def _notes_on(table: Table, axis: Axis) -> Iterator[str]:
     """Yield notes on the choice of columns."""
     named = {channel: column.name for channel, column in axis.columns.items()}
-    yield from (f"column {name} is read as the {channel}" for channel, name in named.items() if name != channel)
+    yield from (f"bristle uses column {name} as the {channel}" for channel, name in named.items() if name != channel)
     used = {*named.values(), *(beside.column for beside in (*axis.injected, *axis.regressors))}
     left = [name for name in (*table.names, *table.texts) if name not in used]
     if left:
@@ -163,7 +163,8 @@ def _axis_of(table: Table, axis: Axis) -> Axis:
             columns[channel] = Column(name, table.units.get(name, base), base)
     if not {"position", "velocity"} & set(columns):
         hints = filter(None, (did_you_mean(name, NAMES["position"]) for name in table.names))
-        mend, present = next(hints, "Rename it to position, or give an axis"), some_of(table.names, 40) or "no columns"
+        mend = next(hints, "Rename the column of the position to position, or give an axis")
+        present = some_of(table.names, 40) or "no columns"
         raise InputError("has no position column", path=PLACE, value=present, allowed=", ".join(CHANNELS), mend=mend)
     injected = tuple(Injected(name, 1.0) for name in table.names if name.startswith(KNOWN_INPUT))
     return replace(axis, columns=columns, injected=injected)
@@ -196,7 +197,7 @@ class Log(LogData):
     injected : tuple of Channel
         Known inputs added to the controller's output [N or N*m]; `effort` contains them.
     sample_time : float
-        Time between samples [s]; 0 takes that of `time`.
+        Time between samples [s]; 0 computes it from `time`.
     segments : tuple of slice
         Stretches without a gap; derivatives and filters must not cross their ends. By default a single segment.
     source : Path
@@ -230,7 +231,7 @@ class Log(LogData):
             the velocity. The index of a frame can be the time, also as dates. Units stated by a column
             (``attrs["units"]``) are converted.
         axis : Axis, optional
-            Names, units and signs of the columns, if they differ.
+            Names, units and signs of the columns, if they differ from those above.
         kind : {"translational", "rotational"}, optional
             Kind of axis; by default that of the axis or of the unit of the position, else translational.
         sample_time : float or str, optional

@@ -1,7 +1,8 @@
 """Measure quantities of a log once for all checks, with the thresholds of the checks.
 
-A regression line through a log has inertia, levels and slopes by direction, a fall with speed, and the rate of the
-effort, so that a delay or filter of one channel does not bias the inertia. Fits do not use its numbers.
+The regression line of a log has terms for the inertia and, for each direction, a friction level, its slope and its fall
+with speed. A term for the rate of the effort keeps a delay or filter of one channel from biasing the inertia. Fits do not
+use these numbers.
 """
 
 from dataclasses import dataclass
@@ -32,7 +33,9 @@ class CheckThresholds(Thresholds):
 
     # Checks of a log alone.
     reversed_work: float = threshold(
-        0.1, "share of the work over closed motion, counted as put into the axis, above which the sign of the effort is doubtful", most=1.0
+        0.1,
+        "work that the effort takes out of the axis over closed motion, as a share of its friction work, above which its sign is doubtful",
+        most=1.0,
     )
     one_speed: float = threshold(
         1.3, "ratio of the 90 % to the 10 % quantile of the speed, below which a log has a single speed", least=1.0
@@ -42,8 +45,12 @@ class CheckThresholds(Thresholds):
     )
     fastest: float = threshold(20.0, "speed of a linear axis above which the unit of the position is doubtful", "m/s")
     fastest_turning: float = threshold(2500.0, "speed of a rotary axis above which the unit of the position is doubtful", "rad/s")
-    level_drift: float = threshold(0.1, "share of the level of friction above which bristle reports its change over time or over the range")
-    sure: float = threshold(5.0, "standard errors from zero at which an effect in a regression line through the log is significant", "σ")
+    level_drift: float = threshold(
+        0.1, "change of the friction level over time or over the range, as a share of the level, above which bristle reports it"
+    )
+    sure: float = threshold(
+        5.0, "distance from zero, in standard errors, at which an effect in a regression line through the log is significant", "σ"
+    )
 
 
 DEFAULT = CheckThresholds()
@@ -94,7 +101,7 @@ class Look:
 
     @cached_property
     def velocity(self) -> tuple[float, float, float] | None:
-        """Scale, correlation and delay of a recorded velocity against that of the position; None if they agree."""
+        """Scale, correlation and delay of a recorded velocity relative to the derivative of the position; None if they agree."""
         moved = self.rows.sliding
         # Range of at least 100.0 encoder steps, so that the position shows a velocity.
         moves = float(np.ptp(self.log.position.values)) > 100.0 * self.resolution
@@ -141,7 +148,7 @@ class Look:
 
     @cached_property
     def bend(self) -> float | None:
-        """Share by which the largest effort reads too low, or too high (below 0); None if there is no sign of it."""
+        """Share by which the largest recorded effort is too low (negative: too high); None without evidence."""
         if self.plain is None or self.cut or self.is_unsigned:
             return None
         effort, predicted = self.sliding[0].effort, self.predicted
@@ -159,7 +166,7 @@ class Look:
 
     @cached_property
     def step(self) -> tuple[float, float] | None:
-        """Time [s] at which the effort changes its scale for inertia and friction together, and the change; None if it does not."""
+        """Time [s] at which the effort changes its scale for inertia and friction together, and the change; None without a change."""
         if self.plain is None or self.cut or self.is_unsigned:
             return None
         rows, columns = self.sliding
@@ -178,7 +185,7 @@ class Look:
 
     @cached_property
     def high_pass(self) -> float | None:
-        """Frequency [Hz] below which the effort is cut off, as by an AC-coupled channel; None if it is not."""
+        """Frequency [Hz] below which the effort is cut off, as by an AC-coupled channel; None if it is not cut off."""
         log = self.log
         if log.effort is None or len(log.segments) != 1 or self.cut or self.is_unsigned:
             return None
@@ -195,7 +202,7 @@ class Look:
 
     @cached_property
     def mass(self) -> tuple[float, float] | None:
-        """Mass that the log shows, and the ratio of the known mass to it, if they contradict each other."""
+        """Mass according to the log, and ratio of the known mass to it; None if the two masses agree."""
         axis, line, settings = self.axis, self.plain, self.settings
         if line is None or self.cut or self.is_unsigned or self.bend is not None or not axis.mass or axis.plant != "inertia":
             return None
@@ -250,6 +257,6 @@ class Look:
 
 
 def likeness_of(first: np.ndarray, second: np.ndarray) -> float:
-    """Return the similarity of two signals apart from their size."""
+    """Return the similarity of two signals regardless of their amplitudes."""
     size = float(np.linalg.norm(first) * np.linalg.norm(second))
     return float(first @ second) / size if size > 0.0 else 0.0

@@ -50,20 +50,21 @@ def _no_measurements(gathered: Gathered, name: str, channel: Channel) -> Iterato
     bad = np.flatnonzero(~np.isfinite(values))
     if bad.size:
         reading = "NaN (not a number)" if np.isnan(values[bad[0]]) else "an infinite value"
-        yield f"has {reading} at {_moment(gathered, bad[0])}, {bad.size} such samples in all", REPAIR
+        yield f"has {reading} at {_moment(gathered, bad[0])}, {_samples(bad.size)} in all", REPAIR
         return
     far = far_outside(values)
     if far.size:
         at = int(far[np.argmax(np.abs(values[far]))])
-        yield (f"has {values[at]:.6g} {channel.unit} at {_moment(gathered, at)}, not a measurement; {far.size} such in all", REPAIR)
+        reading = f"{values[at]:.6g} {channel.unit} at {_moment(gathered, at)}"
+        yield f"has {reading}, which cannot be a measurement: {_samples(far.size)} in all", REPAIR
 
 
 def _odd(gathered: Gathered, name: str, channel: Channel) -> Iterator[tuple[str, str]]:
     """Yield constant, clipped or missing readings, among samples that can be measurements."""
     values, unit = channel.values, channel.unit
     if name in ("position", "velocity", "effort", "reference") and np.ptp(values) < SMALLEST:  # no information if constant
-        mend = "Check the column, and that the axis moved. Remove columns that you do not need from [columns]"
-        yield f"is constant ({values[0]:.6g} {unit}), which gives no information as the {name}", mend
+        mend = "Check that this is the right column and that the axis moved. Remove unnecessary columns from [columns]"
+        yield f"is constant ({values[0]:.6g} {unit}), so it gives no information on the {name}", mend
     if name != "position":
         return
     if message := _saturated(gathered, channel):
@@ -71,11 +72,15 @@ def _odd(gathered: Gathered, name: str, channel: Channel) -> Iterator[tuple[str,
     if lost := spikes(values, channel.step):
         worst = max(lost, key=lambda spike: abs(spike.size))
         yield (
-            f"jumps by {worst.size:.6g} {unit} and returns after {worst.length} {'sample' if worst.length == 1 else 'samples'} "
+            f"jumps by {worst.size:.6g} {unit} and returns after {_samples(worst.length)} "
             f"at {_moment(gathered, worst.start)}, {len(lost)} such {'place' if len(lost) == 1 else 'places'} in all: "
-            "readings were lost",
+            "the recording lost readings",
             REPAIR,
         )
+
+
+def _samples(count: int) -> str:
+    return f"{count} {'sample' if count == 1 else 'samples'}"
 
 
 def longest_run(chosen: np.ndarray) -> tuple[int, int]:

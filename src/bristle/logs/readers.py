@@ -41,7 +41,7 @@ def read_table(given: Readable, table: str | None = None, *, choice: Choice = AL
     if log_format.name != "npz" and log_format.read is None:
         for magic, mend in REFUSED.items():
             if content.data.startswith(magic):
-                raise InputError("is not a log that can be read", path=place, mend=mend)
+                raise InputError("is not a log that bristle can read", path=place, mend=mend)
     if content.part is not None and not log_format.holds_tables:
         mend = "Remove the table name after the file name"
         raise InputError("is not a file with several tables", path=place, value=content.part, mend=mend)
@@ -50,7 +50,7 @@ def read_table(given: Readable, table: str | None = None, *, choice: Choice = AL
     read = _read(log_format, content, Request(content.source, content.part or table, choice, size_limit))
     notes = read.notes
     if table is not None and not log_format.holds_tables:
-        notes = (*notes, f"the file is a single table: bristle ignored the table name {table!r}")
+        notes = (*notes, f"the file is a single table: bristle ignores the table name {table!r}")
     period = read.sample_time
     if period is None and not read.stamps and not any(map(is_time, read.names)):
         period = period_told({re.split(r"[./]", name)[-1]: f"{value!r}" for name, value in read.constants.items()})
@@ -73,7 +73,7 @@ def _read(log_format: LogFormat, content: Content, request: Request) -> Table:
         with damage_refused(content.source):
             return _as_table(read(content.data, request), log_format, content)
     except MemoryError:
-        raise InputError("takes more memory than there is", path=str(content.source), mend="Cut the log") from None
+        raise InputError("needs more memory than is available", path=str(content.source), mend="Cut the log") from None
 
 
 def _as_table(read: Any, log_format: LogFormat, content: Content) -> Table:

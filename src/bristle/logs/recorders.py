@@ -34,13 +34,13 @@ def read_tdms(data: bytes, request: Request) -> Table:
         refuse_larger(sum(NUMBER_BYTES * len(c) for name, c in called.items() if request.choice(name)), request.limit, request.source)
         for name, channel in called.items():
             if getattr(channel.dtype, "kind", "O") not in "fiubM" or not len(channel):
-                notes.append(f"channel {name!r} holds no numbers and was left out")
+                notes.append(f"bristle ignores channel {name!r}, because it holds no numbers")
                 continue
             step = channel.properties.get("wf_increment")
             if isinstance(step, (int, float)) and 0.0 < step < math.inf:
                 periods[name] = float(step)
             elif step is not None:
-                notes.append(f"channel {name!r} has an invalid sample time, which was ignored")
+                notes.append(f"bristle ignores the sample time of channel {name!r}, because it is invalid")
             numbers = np.asarray(channel[:]) if request.choice(name) else None
             unit = next(
                 (str(channel.properties[key]).strip() for key in ("unit_string", "NI_UnitDescription") if channel.properties.get(key)), ""
@@ -54,7 +54,7 @@ def read_tdms(data: bytes, request: Request) -> Table:
         if all(channel.values is None or channel.name in periods for channel in series):
             series = [c if c.values is None else c._replace(times=periods[c.name] * np.arange(c.values.size)) for c in series]
         else:
-            notes.append("the channels differ in their sample time, which was ignored")
+            notes.append("bristle ignores the sample times of the channels, because they differ")
     table = table_of_series(series, request, "TDMS", notes=notes)
     return replace(table, sample_time=periods.popitem()[1]) if len(set(periods.values())) == 1 else table
 
@@ -111,7 +111,7 @@ def read_mf4(data: bytes, request: Request) -> Table:
             signal = content.get(group=group, index=index)
             values, times = np.asarray(signal.samples), np.asarray(signal.timestamps, dtype=float)
             if values.dtype.kind not in "fiub" or values.ndim != 1 or not values.size:
-                notes.append(f"channel {name!r} holds no numbers and was left out")
+                notes.append(f"bristle ignores channel {name!r}, because it holds no numbers")
                 continue
             bits = signal.invalidation_bits
             valid = np.ones(values.shape, dtype=bool) if bits is None else ~np.asarray(bits, dtype=bool)
@@ -156,7 +156,7 @@ def read_mcap(data: bytes, request: Request) -> Table:
             values.append(value)
             count += 1
         refuse_larger(2 * NUMBER_BYTES * count, request.limit, request.source)
-    notes = [f"messages in unsupported encodings were left out: {', '.join(sorted(unknown)[:8])}"] if unknown else []
+    notes = [f"bristle ignores messages in unsupported encodings: {', '.join(sorted(unknown)[:8])}"] if unknown else []
     table = request.table
     chosen = {key: value for key, value in fields.items() if table is None or key[0] == table or key[1].startswith(f"{table}.")}
     if not chosen:
@@ -223,7 +223,7 @@ def read_sinumerik(data: bytes, request: Request) -> Table:
     """Return the signals of a trace in XML, each with its times."""
     place = str(request.source)
     if ENTITY.search(data[: 2**16]):
-        raise InputError("declares entities, which are not read", path=place, mend=MEND)
+        raise InputError("declares XML entities, which bristle does not read", path=place, mend=MEND)
     signals: dict[str, tuple[str, str, str]] = {}
     records: dict[str, tuple[list[float], list[float]]] = {}
     try:

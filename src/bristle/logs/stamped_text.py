@@ -1,4 +1,4 @@
-"""Text files beyond columns of numbers: dates as stamps, columns with separate times, TwinCAT Scope, archives."""
+"""Text files with more than columns of numbers: dates as stamps, columns with separate times, TwinCAT Scope, archives."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -258,9 +258,9 @@ def read_scope(lines: Sequence[str], head: Head, request: Request) -> Table:
             series.append(Series(name, *read, "" if unit.lower() in NO_UNIT else unit.strip("()[]"), " ".join(about)))
     scaled = [name for name, place in zip(called, places, strict=True) if head.of("scalefactor", place) not in ("", "1")]
     if scaled:
-        notes.append(f"the ScaleFactor of {', '.join(scaled)} is not applied: the export may have done so")
+        notes.append(f"the ScaleFactor of {', '.join(scaled)} is not applied, because the export may have applied it already")
     if cut:
-        notes.append("the file does not end with a line break: its last row may be cut and was left out")
+        notes.append("the file does not end with a line break: bristle ignores its last row, which may be incomplete")
     return table_of_series(series, request, "TwinCAT Scope", time_unit="ms", notes=notes, texts=texts, facts=dict(head.facts))
 
 
@@ -275,7 +275,7 @@ def _times_of(columns: list[list[str]], place: int, head: Head, earliest: int, s
         return (np.array(cells, dtype=np.int64) - earliest) / 1e4
     times = numbers_in(cells, head.delimiter != ",")
     if times is None:
-        place_told, mend = f"{source}: column {head.names[place]!r}", "Export it with a column of time for each channel"
+        place_told, mend = f"{source}: column {head.names[place]!r}", "Export the trace with a column of time for each channel"
         raise InputError("has no time for each of its samples", path=place_told, mend=mend)
     return times
 
@@ -313,7 +313,7 @@ def read_archive(lines: Sequence[str], pattern: re.Pattern[str], request: Reques
         times.append(match[time_at])
         values.append(float(match[3].replace(",", ".")))
     if len(signals) > MOST_SIGNALS:
-        allowed, mend = f"up to {MOST_SIGNALS}", "Export one column a signal"
+        allowed, mend = f"up to {MOST_SIGNALS}", "Export the log as a table with one column per signal"
         raise InputError(f"names {len(signals)} signals", path=str(request.source), allowed=allowed, mend=mend)
     origin = min((_date(times[0]) for times, _ in signals.values() if ":" in times[0]), default=None)
     series = []
@@ -321,7 +321,7 @@ def read_archive(lines: Sequence[str], pattern: re.Pattern[str], request: Reques
         times = times if request.choice(name) else ()  # reading dates takes most of the time
         stamps = times if origin is None else [(_date(time) - origin).total_seconds() for time in times]
         series.append(Series(name, np.array(values), np.array(stamps, dtype=float)))
-    notes = [f"{unreadable} lines without a value of a signal were left out"] if unreadable else []
+    notes = [f"bristle ignores {unreadable} lines without a value of a signal"] if unreadable else []
     return table_of_series(series, request, "archive", notes=notes)
 
 

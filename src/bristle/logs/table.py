@@ -100,8 +100,8 @@ class Table:
                     f"{reason.message}, but the axis needs the column as the {key}", path=reason.path, value=reason.value, mend=mend
                 )
         if self.tables:
-            message = f"holds {len(self.tables)} tables, and no column {name!r} outside them for the {key}"
-            mend = 'Name the table: table = "..." under [log] of the axis file, or FILE::TABLE in place of the file'
+            message = f"holds {len(self.tables)} tables, but no column {name!r} outside these tables for the {key}"
+            mend = 'Name the table: table = "..." under [log] of the axis file, or FILE::TABLE instead of the file'
             return InputError(message, path=str(self.source), allowed=some_of(self.tables), mend=mend)
         mend = f"{name!r} is a single number in the file. " if name in self.constants else ""
         mend += did_you_mean(name, self.names, 0.5) or f"Name the {key} in the axis file"
@@ -201,7 +201,7 @@ def damage_refused(source: Path) -> Iterator[None]:
         message, mend = f"is truncated or damaged, or in an unsupported format{said_by_library(error)}", "Copy or save it again"
         if place := place_in_own_code(error):
             message = f"stops its reader with {type(error).__name__}: {told_by(error)} ({place})"
-            mend = "Correct the reader; if the file is damaged, copy or save it again"
+            mend = "Correct the reader. If the file is damaged, copy or save it again"
         raise InputError(message, path=str(source), mend=mend) from None
 
 

@@ -84,7 +84,7 @@ def rests(position: np.ndarray, window: int, step: float) -> np.ndarray:
 
 
 def with_sides(velocity: np.ndarray, rest: np.ndarray) -> np.ndarray:
-    """Return the velocity with a signed zero at rest, which carries the sign of the previous motion.
+    """Return the velocity with a signed zero at rest, whose sign is that of the previous motion.
 
     Examples
     --------

@@ -96,7 +96,7 @@ def with_plain_names(table: Table) -> Table:
     plain, _ = distinct(printable(name).strip() or "column" for name in table.names)
     called = dict(zip(table.names, plain, strict=True))
     notes = [f"the name of a column has unprintable characters: bristle calls it {called[name]!r}" for name in odd if name in called]
-    notes += [f"column {called[name]!r} has an unreadable unit, which was left out" for name in stated if name not in units]
+    notes += [f"bristle ignores the unreadable unit of column {called[name]!r}" for name in stated if name not in units]
     return replace(
         table,
         columns={called[name]: values for name, values in table.columns.items()},
