@@ -87,7 +87,7 @@ def test_the_table_has_a_verdict_in_words_for_each_parameter(bristle, place, det
         "not determined: the true value is 0",
         "within 1.3 % of F_C",
         "not determined: identified in 1 of 3 logs",
-        "not determined: identified in 2 of 5 logs, then within 3.2 %",  # Student's t of one degree of freedom: 12.7
+        "not determined: identified in 2 of 5 logs, in those within 3.2 %",  # Student's t of one degree of freedom: 12.7
     ):
         assert verdict in words
     assert "2 of 3" in words

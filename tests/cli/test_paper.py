@@ -70,4 +70,4 @@ def test_frictions_are_named_in_a_list(bristle):
     assert "found 'bouc-wen'" in several.err
     alone = bristle("paper", "gms")
     assert alone.code == 2
-    assert "TRUTH: has no effect without --robust" in alone.err
+    assert "FRICTION: has no effect without --robust" in alone.err

@@ -22,7 +22,7 @@ class Parameters(NamedTuple):
     amplitude: Annotated[float, Variable("length", "amplitude")]
     f_0: Annotated[float, Variable("frequency", "frequency at the beginning", min=1e-9)]
     f_1: Annotated[float, Variable("frequency", "frequency at the end", min=1e-9)]
-    duration: Annotated[float, Variable("time", "duration", min=1e-9)]
+    duration: Annotated[float, Variable("time", "duration of the sweep", min=1e-9)]
     ramp: Annotated[float, Variable("time", "time in which the amplitude rises at the beginning and falls at the end", min=0.0)] = 0.0
 
 

@@ -33,18 +33,8 @@ class Statistics:
 
     Parameters
     ----------
-    peak_to_peak : float
-        Largest minus smallest value.
-    mean : float
-        Mean.
-    std : float
-        Standard deviation.
-    rms : float
-        Root mean square.
-    min : float
-        Smallest value.
-    max : float
-        Largest value.
+    peak_to_peak, mean, std, rms, min, max : float
+        Largest minus smallest value, mean, standard deviation, root mean square, smallest value, largest value.
     """
 
     peak_to_peak: float
@@ -89,26 +79,14 @@ class VariantResult(Tabular):
         Reference minus position of the table, after the settling time.
     by_direction : mapping
         Statistics of the following error while the reference moves forward, and while it moves backward.
-    effort_rms : float
-        Rms of the applied effort [N or N*m].
-    effort_peak : float
-        Largest absolute value of the applied effort [N or N*m].
+    effort_rms, effort_peak : float
+        Rms and largest absolute value of the applied effort [N or N*m].
     time : ndarray
         Times of the samples [s]. Signals include the settling time.
-    reference : ndarray
-        Commanded position [m or rad].
-    measured : ndarray
-        Position measured by the sensor [m or rad].
-    position : ndarray
-        True position [m or rad].
-    velocity : ndarray
-        True velocity [m/s or rad/s].
-    command : ndarray
-        Output of the controller at the sample [N or N*m].
-    effort : ndarray
-        Effort of the drive from the sample on [N or N*m].
-    feedforward : ndarray
-        Feedforward input of the controller at the sample [N or N*m].
+    reference, measured, position, velocity : ndarray
+        Commanded position, position measured by the sensor, true position [m or rad], true velocity [m/s or rad/s].
+    command, effort, feedforward : ndarray
+        Output of the controller at the sample, effort of the drive from the sample on, feedforward input of the controller [N or N*m].
     friction : ndarray
         Friction force [N or N*m].
     status : Status
