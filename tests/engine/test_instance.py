@@ -54,7 +54,7 @@ def test_lost_pairs_of_turning_points_are_counted_and_reported():
     warn_of_lost(part)
     part.begin(PREISACH.component.State(0.0, 0.0, 1.0, 2, 3))
     assert part.lost == 3
-    with pytest.warns(InputWarning, match="lost its innermost pair 3 times.*Raise capacity, now 4"):
+    with pytest.warns(InputWarning, match="lost its innermost pair 3 times.*Raise the parameter capacity above 4"):
         warn_of_lost(part)
     slotted = friction.find("preisach_lugre+asymmetry")
     inner = Instance(slotted(**slotted.example))

@@ -70,7 +70,7 @@ LEVELS = (Estimate("F_C_pos", "N", "level", 8.0, 0.1), Estimate("F_C_neg", "N", 
 def test_a_large_significant_constant_force_of_another_model_is_noted():
     best = fit_with("best", *LEVELS, HELD)
     (note,) = notes_of(best, fit_with("other", constant(2.1)), fit_with("third", constant(5.0)))
-    assert note.startswith("best fixes offset at 0, as +asymmetry does; other found 2.1 N")
+    assert note.startswith("best holds offset at 0, as every model with +asymmetry does, but other found 2.1 N")
     assert 'offset = "2.1 N" under [plant]' in note
     assert notes_of(best, fit_with("other", constant(1.9))) == ()  # a quarter of the larger level
     assert notes_of(best, fit_with("other", constant(-2.1))) != ()

@@ -323,7 +323,7 @@ class Identification:
             error = estimate.std if estimate.robust_std is None else estimate.robust_std
             if abs(estimate.value) > max(LARGE_OFFSET * level, SURE_OFFSET * error):
                 remarks.append(
-                    f"{self.best.name} fixes {name} at 0, as +asymmetry does; {fit.name} found "
+                    f"{self.best.name} holds {name} at 0, as every model with +asymmetry does, but {fit.name} found "
                     f"{with_unit(estimate.value, estimate.unit)}: if a constant force acts, such as a weight, write "
                     f'{name} = "{estimate.value:.4g} {estimate.unit}" under [plant] of the axis file'
                 )

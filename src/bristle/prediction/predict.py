@@ -118,7 +118,7 @@ def predict(
         message, mend = "is of another kind of axis than the log", "Give the axis file of the identification"
         raise InputError(message, path="model", value=plant.kind, allowed=log.kind, mend=mend)
     if log.effort is None:
-        raise InputError("has no effort to compare with or to apply", path="log", mend="Add its column to the axis file")
+        raise InputError("has no effort to compare with or to apply", path="log", mend="Name the column of the effort in the axis file")
     log = parted(log, axis)
     if mode == "inverse":
         frequency, stride = treatment_of(cutoff, decimation, log.kind)

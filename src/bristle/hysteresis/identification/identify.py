@@ -35,7 +35,7 @@ SAMPLES_LEAST = 20  # of a recording, for each fold
 def fit_table(recorded: Curves) -> Fitted:
     """Return the table along first-order reversal curves."""
     if recorded.start != "saturated" or len(recorded.curves) < 2:
-        mend = 'Write start = "saturated" if they do, or fit preisach_grid'
+        mend = 'Write start = "saturated" if your curves do, or fit preisach_grid'
         raise InputError("needs reversal curves, which start from saturation", path="model", value="reversal_table", mend=mend)
     behind = smoothed(recorded)
     table = table_of_curves([(curve.u, curve.f) for curve in behind.recorded.curves], kind=recorded.kind)
