@@ -32,7 +32,7 @@ def test_a_component_begins_virgin_or_in_a_given_state_of_its_type():
     part.begin(None)
     part.begin(LUGRE.component.State(3e-6))
     assert part.state_now == (3e-6,)
-    with pytest.raises(InputError, match=r"state: belongs to a different model.*that of lugre"):
+    with pytest.raises(InputError, match=r"state: belongs to a different model.*a state of lugre"):
         part.begin(PREISACH.component.initial_state(PREISACH.parameters))
     with pytest.raises(InputError, match="model: must be a model with parameters"):
         Instance(friction.lugre)

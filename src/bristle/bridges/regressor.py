@@ -32,7 +32,7 @@ COLUMNS = ("time", "position", "velocity")
 class FrictionRegressor(RegressorMixin, BaseEstimator):
     """Friction and inertia of an axis as an estimator of scikit-learn: the effort from time and position.
 
-    `fit` calls `bristle.identify` with the arguments of the same names, which it checks only then.
+    `fit` checks these arguments and passes them to the arguments of `bristle.identify` with the same names.
 
     Parameters
     ----------

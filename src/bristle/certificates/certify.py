@@ -248,8 +248,8 @@ def check(model: Model, *, force_ripple: Any = None, loop: Any = None) -> dict[s
         Forces between which the contact is loaded, for `drift`: numbers [N or N*m], or text with a unit.
         The default is 0.3 and 0.6 of the break-away force.
     loop : (x1, x2), optional
-        Positions where the loop ``0 -> x1 -> x2 -> x1`` of `closure` turns: numbers [m or rad], or text with a unit. The
-        default is 0.85 of the break-away force, and halfway back.
+        Positions where the loop ``0 -> x1 -> x2 -> x1`` of `closure` turns: numbers [m or rad], or text with a unit. By
+        default, the force at x1 is 0.85 of the break-away force, and x2 is half of x1.
 
     Returns
     -------
@@ -259,7 +259,7 @@ def check(model: Model, *, force_ripple: Any = None, loop: Any = None) -> dict[s
     Raises
     ------
     InputError
-        If `model` is neither, or the contact does not rest under the ripple.
+        If `model` is neither a friction model nor an operator, or the contact does not rest under the ripple.
 
     Examples
     --------

@@ -105,10 +105,11 @@ def identify(
         Number of logs simulated with the best model and fitted again, for its 95 % intervals; 0 disables them.
     method : {"prediction_error", "inverse_dynamics", "output_error"}, optional
         The error that is minimised. ``"inverse_dynamics"``: error of the effort along the measured motion.
-        ``"prediction_error"``: the same, then for the best model with pre-sliding, if `draws` is not 0, error of the
-        position predicted by an observer. ``"output_error"``: error of a simulation. By default that of the axis.
+        ``"prediction_error"``: first this error; then, if `draws` is not 0, for the best model with pre-sliding the error
+        of the position that an observer predicts. ``"output_error"``: error of a simulation. By default the method of the
+        axis.
     settings : Settings or mapping of str to float, optional
-        Thresholds of diagnostics, by name; by default those of the axis, else the default values.
+        Thresholds of diagnostics, by name; by default the thresholds of the axis, else the default values.
     progress : callable, optional
         Called with the share of the work done and the current task.
 

@@ -114,7 +114,7 @@ class Fit:
     correlation : ndarray, shape (parameter, parameter)
         Correlation of the estimates named in `correlation_names`.
     condition_number : float
-        That of the regressor with columns scaled to unit length.
+        Condition number of the regressor with columns scaled to unit length.
     traces : Traces
         The fitted signals.
     force_error_percent : float
@@ -229,13 +229,13 @@ class Fit:
 
     @property
     def friction_alone_error_percent(self) -> float:
-        """The same as a percentage of friction alone, without its constant part (weight, bias)."""
+        """Residual as a percentage of friction alone, without its constant part (weight, bias)."""
         friction = self.traces.friction - constant_of(self.friction.component.variables, self.friction.values)
         return relative_error_percent(friction, friction - self.traces.residual)
 
     @property
     def missed_percent(self) -> float:
-        """The same without effort noise and encoder steps, if replicates were fitted."""
+        """`friction_alone_error_percent` without effort noise and encoder steps, if replicates were fitted."""
         percent, size = self.friction_alone_error_percent, float(np.sqrt(np.mean(self.traces.residual**2)))
         if self.resampling is None or not size > 0.0:
             return percent

@@ -159,8 +159,8 @@ class Bands:
     inflation : float
         Factor from held-out blocks.
     left_in_closed_loop, left_in_open_loop : float
-        Standard deviation of the remaining position error of the simulated loop, beyond these and the rounding of the
-        encoder [m or rad].
+        Standard deviation of the remaining position error of the simulated loop, beyond all causes above and the rounding of
+        the encoder [m or rad].
     """
 
     draws: Mapping[str, np.ndarray]

@@ -41,7 +41,7 @@ class Budget:
     entries : tuple of Entry
         Causes, sorted by the reduction of the error without each.
     runs : int
-        Simulations with different noise behind each mean.
+        Number of simulations with different noise in each mean.
     """
 
     variant: str

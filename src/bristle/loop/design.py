@@ -191,7 +191,7 @@ class Circle:
     radius, feed : float
         Radius of the circle [m or rad], and velocity along it [m/s or rad/s].
     angle : ndarray
-        Along the circle, ascending from 0 to 2 pi [rad].
+        Angle along the circle, ascending from 0 to 2 pi [rad].
     deviation : ndarray
         Distance of the axes from the centre minus the radius [m or rad].
     """

@@ -225,7 +225,7 @@ class Proposal:
     assessment : Assessment
         Its poles and margins; with the largest lag of a current loop if none is given and gains are proposed.
     bandwidth : float or None
-        Bandwidth behind its gains [rad/s]; None for the present loop.
+        Bandwidth for which its gains were computed [rad/s]; None for the present loop.
     stiffness : float
         Effort for a constant deviation [N/m or N*m/rad].
     count_effort : float

@@ -87,7 +87,7 @@ class VariantResult(Tabular):
     status : Status
         End of the run.
     runs : int
-        Runs with different noise behind the means; the signals are those of the first run.
+        Number of runs with different noise over which the means are taken; the signals are those of the first run.
     spread : mapping
         Standard deviation over the runs of each number of `as_dict`, in the same structure; empty for a single run.
     trials : tuple of float
