@@ -76,7 +76,8 @@ def identify_operator(
         Number of stops, and of cells along a side of the grid.
     folds : int
         Number of parts for held-out errors. If there are at least twice as many curves as parts, a part consists of
-        curves, such as every fifth curve; otherwise it is a block of samples. The first and the last curve are always fitted. 0 skips held-out errors.
+        curves, such as every fifth curve; otherwise it is a block of samples. The first and the last curve are always
+        fitted. 0 skips held-out errors.
     progress : callable, optional
         Called with the share of the work done and the current task.
 
