@@ -160,8 +160,8 @@ def test_sentences_state_removed_and_remaining_error_by_truth(trial):
         trial.errors[Cell("set_a", name, NOMINAL, "feedforward", "printed")] = np.array([size * 1e-6])
     _, printed, both, alone = page.words_of(trial)
     assert (
-        printed
-        == "Set A: feedforward of equations (5)–(7) as printed removes −100 to 50 % of the error, depending on the friction, and leaves 0.75 to 3.00 µm."
+        printed == "Set A: feedforward of equations (5)–(7) as printed removes −100 to 50 % of the error, depending on the friction, "
+        "and leaves 0.75 to 3.00 µm."
     )
     assert both == "Set A: both remove 67 to 73 % of the error, depending on the friction, and leave 0.40 to 0.50 µm."
     assert alone == "Set A: on 1 of 2 frictions the observer alone does as well as both: lugre."
