@@ -140,7 +140,7 @@ def _judged(name: str, machine: Machine, folder: Path, arguments: tuple[str, ...
     if written is None:
         return Share(f"no wrong push: {name}", 100.0, 100.0, 100.0, 0, "refused")
     effect, head = written["effect"], " ".join(written["notes"])
-    share = LESS if "so feed 90 % of it" in head else 1.0
+    share = LESS if "so feed forward only 90 % of the friction" in head else 1.0
     least = effect["least_distance"] if effect["least_distance"] is not None else math.inf
     ahead, rig = effect["samples_ahead"], machine.rig
     drive = None if read is None else read(folder / "out", machine)

@@ -23,7 +23,7 @@ def write(request):
             "the drive has one table for all positions",
             path="acme",
             value=request.model.name,
-            mend="Identify it without +position, +periodic, +load and +temperature",
+            mend="Identify the model without +position, +periodic, +load and +temperature",
         )
     velocity, effort = log_units(request.axis, request.model.kind)
     points = min(request.points, MOST)

@@ -49,7 +49,7 @@ SUCCESSORS = {
     "bristle.figures.model_comparison": "The reports have the table",
     "bristle.figures.parameters": "The reports have the table",
     "bristle.figures.study_influence": "The reports have the table",
-    "bristle.fleet.watch": "Run bristle identify LOGS --each",
+    "bristle.fleet.watch": "Run bristle identify LOGS --each instead",
     "bristle.logs.sign_of_effort": "Run bristle log",
 }
 

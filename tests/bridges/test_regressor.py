@@ -121,7 +121,7 @@ def test_a_velocity_is_a_third_column(log):
     regressor = FrictionRegressor(cutoff=60.0).fit(np.column_stack((X, np.gradient(X[:, 1], DT))), y)
     assert regressor.n_features_in_ == 3
     assert regressor.identified_.log.velocity is not None
-    with pytest.raises(InputError, match="X: has a different number of columns than in fit; found 2, allowed 3"):
+    with pytest.raises(InputError, match="X: has a different number of columns than the X of fit; found 2, allowed 3"):
         regressor.predict(X)
 
 

@@ -138,8 +138,8 @@ def test_signals_have_names_and_units():
 @pytest.mark.parametrize(
     ("name", "reason"),
     [
-        ("coulomb", "has a jump at rest"),
-        ("stribeck", "has a jump at rest"),
+        ("coulomb", "has a force that jumps at rest"),
+        ("stribeck", "has a force that jumps at rest"),
         ("maxwell_slip", "changes its memory in jumps"),
         ("preisach_lugre", "changes its memory in jumps"),
         ("reformed_dahl", "has no `rate`"),
@@ -154,7 +154,7 @@ def test_models_without_a_differential_equation_are_refused_by_name(name, reason
 
 def test_invalid_arguments_are_refused():
     lugre = example_of(br.friction.lugre)
-    with pytest.raises(InputError, match="plant: is for a different kind"):
+    with pytest.raises(InputError, match="plant: is for another kind"):
         to_control(lugre, br.plants.inertia(M="1 kg*m^2"))
     with pytest.raises(InputError, match="steps: needs a sampled axis"):
         to_control(lugre, PLANT, steps=2)
@@ -168,7 +168,7 @@ def test_invalid_arguments_are_refused():
 def test_a_full_memory_is_reported():
     tight = br.friction.MODELS["preisach_lugre"](**br.friction.preisach_lugre.example, capacity=4)
     x = 2e-6 * np.cos(np.linspace(0.0, 40.0, 400)) * np.linspace(1.0, 0.1, 400)
-    with pytest.warns(InputWarning, match="Raise capacity"):
+    with pytest.warns(InputWarning, match="Raise the parameter capacity"):
         run(to_control(tight, dt=DT), DT * np.arange(x.size - 1), np.diff(x) / DT)
 
 

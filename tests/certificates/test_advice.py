@@ -148,7 +148,7 @@ def test_cycles_that_return_energy_are_stated_by_their_share(monkeypatch):
     monkeypatch.setattr(certify, "_share_of_random_cycle", lambda *requested: next(shares))
     item = dissipation(model, holding, loop)
     assert (item.value, item.threshold, item.unit, item.passed) == (-0.125, 0.0, "1", False)
-    assert item.advice == "A closed cycle returns 12.5 % of its work: see passive for the remedy"
+    assert item.advice == "A closed cycle returns energy, 12.5 % of all work in it: see passive for the remedy"
     fine = dissipation(model, holding, loop)
     assert (fine.value, fine.passed, fine.advice) == (0.1, True, "No cycle of 200 returns energy")
 
@@ -210,7 +210,7 @@ def test_saturation_is_compared_with_the_larger_static_force():
 def test_other_models_are_bounded_by_their_static_force():
     item = well_posed(lugre(), holding_of(lugre()))
     assert (item.value, item.threshold, item.passed) == (pytest.approx(F_S / 100.0, rel=1e-3), math.inf, True)
-    assert item.advice == "Bounded for all parameters"
+    assert item.advice == "The deflection is bounded for all parameters"
     assert not well_posed(lugre(), Holding(-1.0, 1.0, 0.0)).applies
     operator = as_friction(hysteresis.stop(r=1e-6))
     assert not well_posed(operator, holding_of(operator)).applies
@@ -223,9 +223,9 @@ def test_other_models_are_bounded_by_their_static_force():
     ("damping", "passed", "advice"),
     [
         (Damping(0.0), True, "Passive for any viscous coefficient"),
-        (Damping(5.0, 3.0), True, "sigma_2 exceeds the least value by 2 N·s/m"),
-        (Damping(3.0, 3.0), True, "sigma_2 exceeds the least value by 0 N·s/m"),
-        (Damping(2.9, 3.0), False, "Bristles released at speed return energy: raise sigma_2 to at least 3 N·s/m"),
+        (Damping(5.0, 3.0), True, "sigma_2 exceeds the least value for passivity by 2 N·s/m"),
+        (Damping(3.0, 3.0), True, "sigma_2 exceeds the least value for passivity by 0 N·s/m"),
+        (Damping(2.9, 3.0), False, "Bristles charged at rest and released at speed return energy: raise sigma_2 to at least 3 N·s/m"),
         (Damping(2.9, math.inf, "It lies"), False, "It lies: no viscous coefficient can compensate this"),
     ],
 )

@@ -47,7 +47,7 @@ def test_the_error_of_a_table_on_the_log_of_the_model_is_reported(bristle, place
     line = ("identify", "log.csv", "--axis", "axis.toml", "--model", "coulomb_viscous", "--draws", "0", "--out", "fit")
     assert bristle(*line).code == 0
     Path("other.csv").write_text(Path("log.csv").read_text() + "\n")
-    for log, words in (("log.csv", "on its own log"), ("other.csv", "on other.csv")):
+    for log, words in (("log.csv", "along the log of the identification"), ("other.csv", "along other.csv")):
         result = bristle(
             "export", "fit", "--to", "table", "--points", "3", "--axis", "axis.toml", "--log", log, "--out", "out", "--force", "--json"
         )

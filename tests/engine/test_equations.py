@@ -41,7 +41,7 @@ def test_a_viscous_film_is_a_differential_equation_without_a_rate():
 @pytest.mark.parametrize(
     ("model", "message"),
     [
-        (friction.coulomb(F_C=20.0), "has a jump at rest, where it sticks with any force in between"),
+        (friction.coulomb(F_C=20.0), "has a force that jumps at rest, where the contact sticks"),
         (friction.maxwell_slip(**friction.maxwell_slip.example), "changes its memory in jumps, at reversals or when an element slips"),
         (friction.reformed_dahl(**friction.reformed_dahl.example), "has no `rate`.*A smooth model of your own can define `rate"),
     ],

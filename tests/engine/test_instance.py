@@ -32,7 +32,7 @@ def test_a_component_begins_virgin_or_in_a_given_state_of_its_type():
     part.begin(None)
     part.begin(LUGRE.component.State(3e-6))
     assert part.state_now == (3e-6,)
-    with pytest.raises(InputError, match=r"state: belongs to a different model.*that of lugre"):
+    with pytest.raises(InputError, match=r"state: belongs to a different model.*a state of lugre"):
         part.begin(PREISACH.component.initial_state(PREISACH.parameters))
     with pytest.raises(InputError, match="model: must be a model with parameters"):
         Instance(friction.lugre)
@@ -54,7 +54,7 @@ def test_lost_pairs_of_turning_points_are_counted_and_reported():
     warn_of_lost(part)
     part.begin(PREISACH.component.State(0.0, 0.0, 1.0, 2, 3))
     assert part.lost == 3
-    with pytest.warns(InputWarning, match="lost its innermost pair 3 times.*Raise capacity, now 4"):
+    with pytest.warns(InputWarning, match="lost its innermost pair 3 times.*Raise the parameter capacity above 4"):
         warn_of_lost(part)
     slotted = friction.find("preisach_lugre+asymmetry")
     inner = Instance(slotted(**slotted.example))

@@ -125,7 +125,7 @@ def test_operators_take_a_history_and_friction_takes_a_time_step():
     assert response(stop, [0.5]).tolist() == [0.5]
     with pytest.raises(InputError, match=r"dt: does not apply to a hysteresis operator; found 0.1.*Omit dt"):
         response(stop, [0.5], 0.1)
-    with pytest.raises(InputError, match=r"history: applies only to hysteresis operators.*Prepend the motion to x"):
+    with pytest.raises(InputError, match=r"history: applies only to hysteresis operators.*Prepend the earlier motion to x"):
         response(friction.coulomb(F_C=1.0), [0.0, 1.0], 0.1, history=[1.0])
     with pytest.raises(InputError, match="dt: is needed for a friction model"):
         response(friction.coulomb(F_C=1.0), [0.0, 1.0])

@@ -48,7 +48,7 @@ def test_the_spring_turns_95_per_cent_over_the_presliding_distance():
     # Of a bristle that slips exponentially 5 % of the change are left after ln 20 of F_C over its stiffness.
     distance = np.log(20.0) * 8.0 / 4e5
     assert values["0x3144:01"] == (pytest.approx(0.95 * 2.0 * 8.0 / distance, rel=0.1), "N/m")
-    assert any("lets 95 % of the friction turn" in note for note in product.notes)
+    assert any("95 % of the friction reverses" in note for note in product.notes)
 
 
 def test_with_a_gear_the_objects_are_motor_torques():

@@ -40,7 +40,7 @@ def test_omitted_harmonics_are_reported_with_their_total_amplitude():
     request = request_for(orders, **{f"motor_{order}_{part}": 0.1 * order for order in orders for part in ("cos", "sin")})
     product = write(request)
     assert [order for order, *_ in rows_of(product)] == [11, 10, 9, 8, 7, 6, 5, 4, 3]
-    assert f"limit of 9 harmonics: orders 2, 1 omitted, {0.3 * 2.0**0.5:.2g} N*m in total" in product.notes
+    assert f"the file has at most 9 harmonics: bristle omitted the orders 2, 1, in total {0.3 * 2.0**0.5:.2g} N*m" in product.notes
     assert not any("at most" in note for note in write(request_for([1, 2], motor_1_cos=1.0, motor_2_cos=1.0)).notes)
 
 

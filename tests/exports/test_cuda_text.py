@@ -85,7 +85,7 @@ def test_constant_parameters_are_shared_by_all_lanes(monkeypatch):
     assert "--fmad=false" in notes[0]
 
     def refuses(model, fixed=()):
-        raise InputError("converts a parameter to another value", path="model")
+        raise InputError("converts these parameters at the start", path="model")
 
     monkeypatch.setattr(cuda, "tunable_of", refuses)
     source, readme, notes = texts(LUGRE)

@@ -75,7 +75,7 @@ def test_the_list_of_the_cnc_reads_back(model, tmp_path):
         mean = 0.5 * (steady_force(model, speed) - steady_force(model, -speed))
         assert values[f"table[{i}].out"] * 0.0005 == pytest.approx(mean, abs=0.0003)
     text = " ".join(result.notes)
-    assert "memory is lost" in text
+    assert "the memory of the model is lost" in text
     wrong = 0.5 * (0.15 - 0.12) / 0.005
     assert float(re.search(r"wrong by up to ([\d.]+) %", text)[1]) == pytest.approx(wrong, rel=0.02)
     assert all(note in path.read_text() for note in result.notes)
@@ -136,7 +136,7 @@ def test_a_table_is_read_back_for_any_signs_of_the_columns(against):
     product = write(request)
     x = np.array([0.0, 1e-3, 2e-3, 1e-3, 1e-3])
     assert reads(product.files, request)(x, 1e-3) == pytest.approx([0.05 + 0.05, 0.35, 0.35, -0.15, -0.15])
-    reported = any("has the opposite sign of its position column" in note for note in product.notes)
+    reported = any("counts effort and position in opposite directions" in note for note in product.notes)
     assert reported == (len(against) == 1)
     rows = [line.split(",") for line in product.files["axis_x.csv"].splitlines() if not line.startswith("#")][1:]
     velocities = [float(velocity) for velocity, _ in rows]

@@ -62,8 +62,8 @@ def test_three_values_give_the_friction_back_in_each_unit(tmp_path):
         assert values[name, "% of rated"] == pytest.approx(100.0 * force * torque / 2.0, rel=1e-8)
     assert values["inertia", "kg"] == 40.0
     assert values["inertia", "kg*m^2 at the motor"] == pytest.approx(40.0 * torque**2, rel=1e-8)
-    (text,) = [note for note in result.notes if "below the steady friction and never above it" in note]
-    assert float(re.search(r"without viscous friction ([\d.]+) N", text)[1]) == pytest.approx(20.0)
+    (text,) = [note for note in result.notes if "below the steady friction of the model, and never above it" in note]
+    assert float(re.search(r"the level alone is at most ([\d.]+) N", text)[1]) == pytest.approx(20.0)
 
 
 def test_without_a_plant_a_note_says_that_the_inertia_is_unknown(tmp_path):
@@ -93,7 +93,7 @@ def test_a_second_file_is_in_the_units_of_the_drive(tmp_path):
     ("axis", "words"),
     [
         (br.read_axis(LINEAR), "no rated effort: efforts are in A"),
-        (None, "no axis file: the units are SI at the axis"),
+        (None, "no axis file was given, so the units are SI at the axis"),
         (br.read_axis(SCREW), ""),
     ],
 )
@@ -127,7 +127,7 @@ def test_entries_equal_after_rounding_merge_and_a_delay_out_of_range_is_reported
     assert values["table[0].out"] == values["table[1].out"] > 0
     assert "table[2].in" not in values
     assert values["position_delay"] == 10
-    assert any(note.startswith("position_delay is 10, its largest value") for note in result.notes)
+    assert any(note.startswith("position_delay has its largest value, 10") for note in result.notes)
     soon = br.export(STRIBECK, "tf5200", tmp_path / "soon", speed=0.2, axis=br.read_axis(SCREW))
     assert not any("position_delay" in note for note in soon.notes)
 
@@ -219,7 +219,7 @@ def test_nine_harmonics_are_written_and_the_rest_is_reported(tmp_path):
     result = br.export(friction, "cogging", tmp_path / "out", plant=plant)
     kept = [int(row[0]) for row in numbers_in(tmp_path / "out" / "axis_x.csv")[1]]
     assert len(kept) == 9
-    left = re.search(r"orders ([\d, ]+) omitted", " ".join(result.notes))[1]
+    left = re.search(r"omitted the orders ([\d, ]+), in total", " ".join(result.notes))[1]
     assert sorted([*kept, *(int(order) for order in left.split(", "))]) == orders
 
 
@@ -253,7 +253,7 @@ def test_the_largest_error_of_a_table_on_a_log_is_that_of_its_lines(tmp_path):
     gap = np.abs(np.where(MOTION.velocity > 0.0, *side) - friction)
     assert largest == pytest.approx(np.max(gap), rel=0.02)
     assert rms == pytest.approx(np.sqrt(np.mean(gap**2)), rel=0.05)
-    assert "on its own log" not in message
+    assert "along the log of the identification" not in message
 
 
 def test_the_memory_loss_of_a_table_is_its_jump(tmp_path):

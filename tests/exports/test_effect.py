@@ -79,7 +79,7 @@ def test_at_least_eight_targets_state_their_effect(written):
         effect = written[name].effect
         assert effect.in_loop
         assert [each.distance / effect.distance for each in effect.along[:4]] == pytest.approx(TIMES)
-        assert any("following error, peak to peak, simulated" in note for note in written[name].notes)
+        assert any("simulated following error, peak to peak, without -> with compensation" in note for note in written[name].notes)
 
 
 @pytest.mark.parametrize(("name", "end"), [("c", ".h"), ("st", ".st"), ("table", "_drive.csv"), ("tf5200", ".txt"), ("ax8000", ".csv")])
@@ -104,7 +104,7 @@ def test_the_file_states_the_distance_below_which_to_switch_off(written):
     assert effect.along[0].is_worse
     assert not effect.along[3].is_worse
     line = next(line for line in text_of(written["table"], "_drive.csv").splitlines() if "simulated" in line)
-    text = re.search(r"switch off below ([\d.]+) (um|mm)", line)
+    text = re.search(r"switch the compensation off in moves below ([\d.]+) (um|mm)", line)
     distance = float(text[1]) * {"um": 1e-6, "mm": 1e-3}[text[2]]
     assert distance == pytest.approx(effect.least_distance, rel=0.01)
     assert effect.along[0].distance < effect.least_distance <= effect.along[3].distance
@@ -113,7 +113,7 @@ def test_the_file_states_the_distance_below_which_to_switch_off(written):
 def test_an_export_that_worsens_long_moves_is_refused_unless_accepted():
     wrong = loop_for(export_request())
     loop = replace(wrong, friction=LUGRE.with_values(F_C=10.0, F_S=12.0))  # the axis has a quarter of that friction
-    with pytest.raises(br.core.InputError, match=r"makes the error larger: following error.*--accept-harm"):
+    with pytest.raises(br.core.InputError, match=r"makes the error larger: simulated following error.*--accept-harm"):
         files_for("table", export_request(loop=loop))
     product = files_for("table", export_request(loop=loop), accept_harm=True)
     assert product.effect.is_harmful
@@ -125,7 +125,7 @@ def test_without_a_controller_the_effect_is_a_residual_force():
     product = files_for("table", export_request(axis=axis))
     assert not product.effect.in_loop
     first, *rest = product.effect.lines()
-    assert first.startswith("residual friction force")
+    assert first.startswith("simulated residual friction force")
     assert " %" in first
     assert any("write [controller]" in line for line in rest)
     assert product.effect.as_data()["unit"] == "%"
@@ -134,7 +134,7 @@ def test_without_a_controller_the_effect_is_a_residual_force():
 
 
 def test_a_static_model_reports_an_assumed_distance():
-    assert any("10.0 um assumed" in note for note in files_for("c", export_request(STRIBECK), accept_harm=True).notes)
+    assert any("bristle assumes 10.0 um" in note for note in files_for("c", export_request(STRIBECK), accept_harm=True).notes)
     message = axis_from(SCREW | {"plant": {"presliding": "30 um"}})
     product = files_for("c", export_request(STRIBECK, axis=message), accept_harm=True)
     assert product.effect.distance == pytest.approx(30e-6)
@@ -288,24 +288,29 @@ def test_the_least_distance_is_the_limit_for_switching_off():
     effect = effect_along(short, long, longer)
     assert effect.least_distance == 3e-4
     assert effect.lines()[0] == (
-        "following error, peak to peak, simulated: 1000 mm -> 100 mm at 3.00 mm; 1000 mm -> 1500 mm at 10.0 um: switch off below 300 um"
+        "simulated following error, peak to peak, without -> with compensation: "
+        "1000 mm -> 100 mm in moves of 3.00 mm; 1000 mm -> 1500 mm in moves of 10.0 um: "
+        "switch the compensation off in moves below 300 um"
     )
     assert effect_along(long, longer).least_distance == 0.0
-    assert "switch off" not in effect_along(long, longer).lines()[0]
+    assert "switch the compensation off" not in effect_along(long, longer).lines()[0]
     none = effect_along(short)
     assert none.least_distance == np.inf
     assert none.lines()[0].endswith(": worse than no compensation")
     assert effect_along(moved(1e-5, 1.0, 1.0)).lines()[0].endswith(": no better than no compensation")
     text = "\n".join(effect_along(short, long, assumed=True).lines())
-    assert "switch off below 300 um, or below 30 times the pre-sliding distance if that exceeds 10.0 um" in text
-    assert "the pre-sliding distance is unknown, 10.0 um assumed" in text
+    assert "in moves below 300 um, or below 30 times the true pre-sliding distance if this exceeds the assumed 10.0 um" in text
+    assert "the pre-sliding distance is unknown, and bristle assumes 10.0 um" in text
 
 
 def test_sizes_have_the_unit_of_the_axis_and_shares_are_in_per_cent():
     turning = effect_along(moved(2e-4, 1e-5, np.inf), kind="rotational")
-    assert turning.lines()[0].startswith("following error, peak to peak, simulated: 10.0 urad -> diverges at 200 urad")
+    assert turning.lines()[0].startswith(
+        "simulated following error, peak to peak, without -> with compensation: 10.0 urad -> diverges in moves of 200 urad"
+    )
     force = effect_along(moved(2e-4, 50.0, 10.0), in_loop=False)
-    assert force.lines()[0] == "residual friction force, simulated: 50.0 % -> 10.0 % at 200 um"
+    assert force.lines()[0].startswith("simulated residual friction force, ")
+    assert force.lines()[0].endswith(": 50.0 % -> 10.0 % in moves of 200 um")
     assert "the controller is unknown" in force.lines()[-1]
     assert force.as_data()["unit"] == "%"
     data = turning.as_data()
@@ -326,9 +331,11 @@ def test_sizes_have_the_unit_of_the_axis_and_shares_are_in_per_cent():
 def test_overcompensation_is_reported_for_the_worst_move():
     mild = moved(1e-5, 1.0, 0.2, too_much=0.4)
     lines = effect_along(mild, moved(2e-5, 1.0, 0.3, too_much=0.9)).lines()
-    assert "with a tenth too much friction fed forward: 1000 mm -> 900 mm at 20.0 um" in lines
+    assert "with a tenth too much friction fed forward: 1000 mm -> 900 mm in moves of 20.0 um" in lines
     lines = effect_along(mild, moved(2e-5, 1.0, 0.3, too_much=1.2), Along("log", 0.0, 0.5, 0.1, not_ahead=0.3)).lines()
-    assert any(line.endswith("at 20.0 um: worse than without compensation, so feed 90 % of the friction") for line in lines)
+    assert any(
+        line.endswith("in moves of 20.0 um: worse than no compensation, so feed forward only 90 % of the friction") for line in lines
+    )
     assert "along the motion of the log: 500 mm -> 100 mm, 300 mm if the motion is not fed ahead" in lines
     assert not any("not fed ahead" in line for line in effect_along(mild, Along("log", 0.0, 0.5, 0.1)).lines())
 

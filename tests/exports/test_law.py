@@ -108,7 +108,7 @@ def test_friction_transmits_the_feedforward_or_the_carried_plant():
     assert carried is fed
     assert loads_of(Feedforward(mass=M, friction=RISEN, carries=same), apart=True)[1].prefix == "carried_"
     assert loads_of(Feedforward(mass=M, friction=COULOMB, carries=LINK))[1].prefix == ""
-    with pytest.raises(InputError, match="transmits more than inertia, gravity and cogging"):
+    with pytest.raises(InputError, match="has forces besides inertia, gravity and cogging"):
         loads_of(Feedforward(friction=RISEN, carries=br.testing.example_of(br.plants.oscillator)))
     assert Load("", 0.0, None).text("", "0") == "0.0"
 
@@ -153,9 +153,9 @@ def test_facts_of_a_law_list_feedforward_and_samples_ahead():
     assert (nothing["fed"], nothing["limit"], nothing["along"], nothing["friction"]) == (["nothing"], "", "", "")
     risen = law_facts(law_of(variant(Feedforward(friction=RISEN, plant=LINK, carries=LINK))), "axis_x", Source())
     assert risen["fed"][0].startswith("position-dependent effort of inertia+gravity")
-    assert risen["fed"][-1].endswith("that of inertia+gravity")
+    assert risen["fed"][-1].endswith("that inertia+gravity transmits along the desired motion")
     beside = law_facts(law_of(variant(Feedforward(mass=M, friction=RISEN))), "axis_x", Source())
-    assert beside["fed"][-1].endswith("that of the rest of the feedforward")
+    assert beside["fed"][-1].endswith("that the rest of the feedforward transmits along the desired motion")
 
 
 def test_the_self_test_measures_each_position_one_sample_late():

@@ -274,7 +274,7 @@ def test_a_variant_is_exported_from_python(tmp_path):
     ("changed", "words"),
     [
         ({"learning": Learning(trials=3, k_e=1e5, k_d=0.0, cutoff=50.0)}, "repetitions of the whole motion"),
-        ({"feedforward": Feedforward(friction=RISEN, carries=br.plants.oscillator(M=M, c=1.0, k=9.0))}, "more than inertia"),
+        ({"feedforward": Feedforward(friction=RISEN, carries=br.plants.oscillator(M=M, c=1.0, k=9.0))}, "besides inertia"),
     ],
 )
 def test_variants_beyond_a_law_are_refused(tmp_path, changed, words):

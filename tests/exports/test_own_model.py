@@ -148,7 +148,7 @@ def test_every_allowed_construct_is_identical_in_structured_text(tmp_path):
         ("total = 0\n", "memory[0] = 1.0\n    total = 0\n", "only commit may write to memory"),
         ("k = 0\n", "k = [0][0]\n", "List is outside the exportable subset"),
         ("LAYERS = 3", "LAYERS = [3]", "LAYERS is a mutable global"),
-        ("not state.wear > 3.0", "state.wear", "and, or need truths"),
+        ("not state.wear > 3.0", "state.wear", "the operands of and, or must be true or false"),
         ("if i > 4:", "if i > 4:\n            continue\n    if i > 4:\n        for i in range(2):", "is read outside its loop"),
         ("return low, high", "if low < high:\n        return low, high", "on every path"),
         ("state.turns + turned", "state.wear", "is a number where a whole number is needed"),

@@ -59,7 +59,7 @@ def test_a_delay_over_a_distance_is_limited_to_ten_tenths_of_a_micrometre(monkey
     monkeypatch.setattr(tf5200, "reversal_distance", lambda model, speed: requested.append(speed) or microns * 1e-6)
     product = write(request_for(br.friction.coulomb(F_C=8.0)))
     assert rows_of(product)["position_delay"] == written
-    reason = "position_delay is 10, its largest value: friction needs 12 x 0.1 um to turn"
+    reason = "position_delay has its largest value, 10, but the friction needs 12 x 0.1 um to reverse"
     assert (reason in product.notes) is is_noted
     assert requested == [pytest.approx(0.2)]
 
@@ -69,7 +69,7 @@ def test_the_current_leads_a_reversal_by_four_cycles_at_most(monkeypatch, ahead,
     monkeypatch.setattr(tf5200, "samples_ahead", lambda loop: ahead)
     product = write(request_for(br.friction.coulomb(F_C=8.0)))
     assert rows_of(product)["reversal_lookahead"] == written
-    assert f"leads a reversal; {ahead} needed, the largest value is 4." in str(product.files["axis_x.txt"])
+    assert f"leads a reversal; this axis needs {ahead}, the largest value is 4." in str(product.files["axis_x.txt"])
 
 
 @pytest.mark.parametrize(("count", "is_refused"), [(20, False), (21, True)])
@@ -78,7 +78,9 @@ def test_the_list_has_at_most_twenty_entries(monkeypatch, count, is_refused):
     monkeypatch.setattr(tf5200, "mean_side", lambda *passed: Side(entries, entries))
     request = request_for(br.friction.coulomb(F_C=8.0))
     if is_refused:
-        with pytest.raises(br.core.InputError, match="points: exceeds the length of the list; found 21, allowed 20 entries or fewer"):
+        with pytest.raises(
+            br.core.InputError, match="points: exceeds the length of the list of the CNC; found 21, allowed 20 entries or fewer"
+        ):
             write(request)
     else:
         assert rows_of(write(request))["table_entries"] == count

@@ -226,7 +226,7 @@ def test_invalid_channels_are_refused(bench, line, said):
     ("unit", "said"),
     [
         ("mm", r"pressure\.unit: has another quantity than the slot expects; found 'm', allowed pressure"),
-        ("-", r"columns\.pressure: has a median out of range.*found -2.*allowed >= 0 N/m\^2.*Check its unit"),
+        ("-", r"columns\.pressure: has a median out of range.*found -2.*allowed >= 0 N/m\^2.*Check the unit of this column"),
     ],
 )
 def test_a_channel_with_a_wrong_unit_or_a_sign_is_refused(bench, oiled, unit, said):

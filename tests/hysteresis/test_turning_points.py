@@ -45,7 +45,7 @@ def test_only_a_reversal_beyond_the_tolerance_is_stored():
 def test_overflow_is_counted_and_reported(capacity):
     small = of("reformed_dahl_exact", capacity=capacity)
     sweep = hysteresis.conditioned(3.0, 60)
-    with pytest.warns(InputWarning, match=rf"Raise capacity, now {capacity}"):
+    with pytest.warns(InputWarning, match=rf"Raise the parameter capacity above {capacity}"):
         response(small, sweep)
     with pytest.warns(InputWarning, match="lost its innermost pair"):
         points, state = stored(small, sweep)

@@ -47,12 +47,12 @@ def test_harmonics_of_the_truth_are_found_in_order(rippled):
 def test_an_invisible_harmonic_or_an_incomplete_turn_is_rejected():
     unseen = (
         r"cogging\[0\]\.harmonics: are not visible in this log: no part of the effort repeats with the screw"
-        r".*Leave .*cogging.* out, or write harmonics"
+        r".*Remove .*cogging.*, or write known orders"
     )
     with pytest.raises(InputError, match=unseen):
         found_in(dataset_with(), turner="screw")
     stroke = float(np.ptp(MOTION.position))
-    with pytest.raises(InputError, match=r"need 1\.5 turns of the motor, and the log has 1\.4"):
+    with pytest.raises(InputError, match=r"need 1\.5 turns of the motor, but the log has 1\.4"):
         found_in(dataset_with((1, 2.0)), turn=stroke / 1.4)
     assert found_in(dataset_with((3, 4.0), turn=stroke / 1.6), turn=stroke / 1.6) == [3]
 
@@ -97,7 +97,7 @@ def test_a_log_of_a_short_stroke_does_not_resolve_a_pitch():
     motion = sines(4.0, amplitudes=(0.02, 0.01), frequencies=(9.0, 23.0), phases=(0.0, 1.0))
     context = context_of(dataset_with(motion=motion), prior_of())
     narrow = replace(context, dataset=replace(context.dataset, cutoff=3.0))
-    with pytest.raises(InputError, match="does not resolve a pitch"):
+    with pytest.raises(InputError, match="covers too few turns to find the pitch"):
         with_pitch(narrow, with_slots(find("coulomb_viscous"), ["periodic"]))
 
 

@@ -127,9 +127,13 @@ def test_an_interruption_at_the_start_returns_the_start(log, monkeypatch):
 
 def test_a_force_missing_in_the_loop_is_reported(log):
     for axis, changed, text in (
-        (replace(AXIS, controller=None, loop="closed"), log, "axis.controller: is needed to fit the closed loop.*that was running"),
+        (
+            replace(AXIS, controller=None, loop="closed"),
+            log,
+            "axis.controller: is needed to fit the closed loop.*the controller of the recorded axis",
+        ),
         (replace(AXIS, loop="closed"), replace(log, reference=None), "has no reference"),
-        (replace(SOUGHT, loop="open"), log, "effort.lag: is visible in a closed loop only"),
+        (replace(SOUGHT, loop="open"), log, "effort.lag: can be identified in a closed loop only"),
     ):
         with pytest.raises(InputError, match=text) as refused:
             identify(changed, "coulomb_viscous", axis=axis)

@@ -137,7 +137,7 @@ def test_a_loop_is_closed_if_that_of_every_log_is_known():
 
 def test_a_lag_of_the_drive_is_sought_in_a_closed_loop_only():
     assert loop_of([LOG], [Axis(controller=LAW, seeks_lag=True)]) is Effort
-    with pytest.raises(InputError, match=r"effort\.lag: is visible in a closed loop only"):
+    with pytest.raises(InputError, match=r"effort\.lag: can be identified in a closed loop only"):
         loop_of([LOG], [Axis(seeks_lag=True)])
 
 

@@ -262,12 +262,12 @@ def test_a_diagnostic_of_inverse_dynamics_is_removed_with_its_value(columns, mon
 
 def test_values_that_a_model_does_not_allow_are_reported_and_rejected(columns, plain, monkeypatch):
     def refused(*_):
-        raise InputError("the best fit of lugre is not allowed by the model", path="model")
+        raise InputError("the best fit of lugre has values that the model does not allow", path="model")
 
     monkeypatch.setattr("bristle.identification.observed_fit.fit_of", refused)
     result = br.identify(columns, "lugre", axis=Axis(resolution=STEP), blocks=0, draws=20)
     (told,) = [one for one in result.best.diagnostics if one.code == "prediction_error"]
-    assert "is not allowed by the model" in message(told)
+    assert "has values that the model does not allow" in message(told)
     assert result.parameters["sigma_0"].value == plain.parameters["sigma_0"].value
 
 

@@ -175,7 +175,7 @@ def test_a_sample_that_is_not_a_number_is_named():
 def test_a_log_without_motion_is_rejected():
     motion = sines()
     still = motion._replace(position=np.full(motion.time.size, 0.3))
-    with pytest.raises(InputError, match="hardly moves"):
+    with pytest.raises(InputError, match="the position hardly changes"):
         treat(log_of(still, sliding_effort(motion)), None)
 
 
@@ -210,7 +210,7 @@ def test_a_motion_too_slow_to_distinguish_from_rest_is_fitted_whole_with_a_remar
     phase = 2.0 * np.pi * 0.025 * time
     coarse, fine = (np.round(3e-6 * np.sin(phase), digits) for digits in (6, 7))
     log = Log(time=time, position=fine, effort=4e6 * fine + np.cos(phase), sample_time=1e-3)
-    with pytest.raises(InputError, match="hardly moves"):
+    with pytest.raises(InputError, match="the position hardly changes"):
         treat(Log(time=time, position=coarse, effort=4e6 * fine, sample_time=1e-3), None)
     dataset = treat(log, None)
     assert dataset.time.size == dataset.in_motion.size == 3_990

@@ -84,7 +84,7 @@ def test_a_relation_with_one_directional_side_is_satisfied_in_both_directions(ri
 
 def test_a_relation_that_no_search_can_satisfy_is_rejected(rising):
     model = two_levels("F_C within F_S", lambda p: p.F_C <= p.F_S)
-    with pytest.raises(InputError, match="not allowed by the model") as caught:
+    with pytest.raises(InputError, match="has values that the model does not allow") as caught:
         identify(rising, model, axis=STATED, blocks=0, draws=0)
     assert caught.value.path == "model"
     assert "F_C within F_S" in caught.value.message
@@ -95,7 +95,7 @@ def test_a_model_with_an_impossible_relation_is_omitted_and_reported(rising):
     model = two_levels("F_C within F_S", lambda p: p.F_C <= p.F_S)
     identification = identify(rising, [model, "coulomb_viscous"], axis=STATED, blocks=0, draws=0)
     assert [fit.name for fit in identification.fits] == ["coulomb_viscous"]
-    assert "two_levels is omitted: the best fit of two_levels is not allowed by the model" in identification.notes[-1]
+    assert "two_levels is omitted: the best fit of two_levels has values that the model does not allow" in identification.notes[-1]
 
 
 @pytest.mark.fast_cases(1)

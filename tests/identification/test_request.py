@@ -80,7 +80,7 @@ def test_shapes_are_freed_and_other_names_are_rejected():
     components = models_of("dahl, stribeck+position")
     assert freed(["exponent", "delta_S"], components) == ("exponent", "delta_S")
     for name in ("F_C", "exponents"):
-        with pytest.raises(InputError, match=r"is not a shape with a default value.*delta_S, exponent"):
+        with pytest.raises(InputError, match=r"is not a shape parameter with a default value.*delta_S, exponent"):
             freed([name], components)
 
 

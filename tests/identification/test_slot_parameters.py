@@ -48,7 +48,7 @@ def test_a_search_fits_slots():
 
 def test_a_range_of_less_than_three_turns_does_not_show_a_pitch():
     motion = sines(10.0, amplitudes=(2e-3, 0.0, 0.0))
-    with pytest.raises(InputError, match="does not resolve a pitch"):
+    with pytest.raises(InputError, match="covers too few turns to find the pitch"):
         identify(log_of(motion, sliding_effort(motion)), "coulomb_viscous+periodic", cutoff=2.0, draws=0)
 
 

@@ -99,7 +99,7 @@ def test_a_given_model_walks_as_in_python(name, tmp_path):
 
 
 def test_a_slot_over_a_channel_is_refused_by_its_name():
-    with pytest.raises(br.core.InputError, match=r"has a slot over a channel of the log, which a page does not have.*pressure"):
+    with pytest.raises(br.core.InputError, match=r"has a slot that needs a channel of the log, but a page has no log.*pressure"):
         lab_page(example_of(with_slots(MODELS["lugre"], ["pressure"])))
 
 

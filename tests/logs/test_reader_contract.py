@@ -95,7 +95,7 @@ WHOLE = "data.decode().splitlines()"
             "'position' has 7 rows, and 't' has 8",
             "equal length",
         ),
-        ([("t [ms]", "t [moments]")], "units that exist", "'moments', which does not exist", "leave it out|Write"),
+        ([("t [ms]", "t [moments]")], "units that exist", "'moments', which does not exist", "omit the unit|Write"),
         ([("for row in rows]", "for row in rows[4:] + rows[:4]]")], "time in order", "'t' decreases after row 4", "order"),
         ([("float(row[name])", 'float("nan" if name == "t_ms" else row[name])')], "time in order", "not numbers", "without a time"),
         (

@@ -81,7 +81,7 @@ def test_without_a_lead_torques_are_forces(tmp_path):
     setting = read_setting(path)
     assert setting.arm == pytest.approx(1.0)
     for ask, words in (
-        (lambda: setting["path", "turns"], r"x\.toml: path\.turns: is missing, but required by this experiment"),
+        (lambda: setting["path", "turns"], r"x\.toml: path\.turns: is missing, but this experiment needs it"),
         (lambda: setting.contact("LuGre"), r"contact\.LuGre: is missing.*Write \[contact\.LuGre\] with a friction model"),
         (lambda: setting.operator, r"operator: is missing.*Write \[operator\.f_h\]"),
         (lambda: setting.mass, "plant: is missing"),

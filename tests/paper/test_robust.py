@@ -104,14 +104,14 @@ def test_the_gallery_has_the_break_away_force_and_the_stiffness_of_the_rig():
 
 
 def test_an_unknown_truth_is_refused_with_the_known_truths(tmp_path):
-    with pytest.raises(InputError, match=r"is not a known truth; found 'gsm'.*thirty_sliders, gms.*Did you mean 'gms'"):
+    with pytest.raises(InputError, match=r"is not a known friction; found 'gsm'.*thirty_sliders, gms.*Did you mean 'gms'"):
         truths_named(["gsm"])
     (log := tmp_path / "log.csv").write_text("time,force")
-    with pytest.raises(InputError, match=r"is not a known truth.*bristle identify writes a model file of a log"):
+    with pytest.raises(InputError, match=r"is not a known friction.*bristle identify writes a model file of a log"):
         truths_named([str(log)])
     again = tmp_path / "gms.toml"
     again.write_bytes((FOLDER / "gms.toml").read_bytes())
-    with pytest.raises(InputError, match="two truths have the same name"):
+    with pytest.raises(InputError, match="two frictions have the same name"):
         truths_named(["gms", str(again)])
     assert [truth.name for truth in truths_named()] == list(SIMULATED)
 

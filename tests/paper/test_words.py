@@ -59,7 +59,7 @@ def test_the_worse_of_two_returns_is_in_the_title():
 
 @pytest.mark.parametrize("turns", [[1.0, 2.0], [1.0, 2.0, 3.0]])
 def test_a_path_that_does_not_return_is_refused(turns):
-    with pytest.raises(InputError, match=r"x\.toml: path\.turns.*its entries 1 and 3 must be the same"):
+    with pytest.raises(InputError, match=r"x\.toml: path\.turns.*its entries 1 and 3 must be equal"):
         paths._must_return(Told({("path", "turns"): np.array(turns)}), ((0, 2),))
     paths._must_return(Told({("path", "turns"): np.array([1.0, 2.0, 1.0])}), ((0, 2),))
 
@@ -112,7 +112,7 @@ def test_a_torque_rises_falls_back_and_goes_up_and_down():
 
 @pytest.mark.parametrize("changed", [{"low": 3.0}, {"low": 3.5}, {"high": 4.0}, {"high": 4.5}])
 def test_levels_of_a_ripple_are_in_order(changed):
-    with pytest.raises(InputError, match="must have low < high < break_away"):
+    with pytest.raises(InputError, match="must satisfy low < high < break_away"):
         torque_of(ripple(**changed))
 
 
@@ -451,7 +451,7 @@ def test_4_a_path_begins_far_down_and_turns_inside_the_two_before(path, fits):
     if fits:
         assert len(plane.figure_4(Bench(path)).numbers["torque"]) == 2
     else:
-        with pytest.raises(InputError, match=r"x\.toml: path\.turns.*must start far down, with each turning point between"):
+        with pytest.raises(InputError, match=r"x\.toml: path\.turns.*must start at its most negative position, and each of"):
             plane.figure_4(Bench(path))
 
 
@@ -486,7 +486,7 @@ def test_8_the_rig_breaks_away_after_seven_micrometres(monkeypatch, at, verdict)
     assert item.numbers["break_away"] == {"virtual rig": 1.0, "other": pytest.approx(1.2)}  # the larger of limit and top
     assert item.numbers["positions_of_runs"] == [at * 1e-6] * 2
     assert math.isnan(item.numbers["position_at_95_percent"]["other"])
-    with pytest.raises(InputError, match="must move forward"):
+    with pytest.raises(InputError, match="must contain positive positions only"):
         paths.figure_8(Bench([0.0], virtual_rig=0.5))
 
 

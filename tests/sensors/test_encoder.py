@@ -59,7 +59,7 @@ def test_counts_noise_and_seed_are_not_negative(name, ends, beyond):
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"velocity": np.ones(4)}, r"velocity: must have the length of effort.*allowed 3 samples"),
+        ({"velocity": np.ones(4)}, r"velocity: must have as many samples as effort.*allowed 3 samples"),
         ({"dt": 0.0}, "dt"),
         ({"J_m": -1e-9}, "J_m"),
     ],

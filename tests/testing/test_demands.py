@@ -201,7 +201,7 @@ def test_halving_the_step_changes_a_force_less_and_less(monkeypatch, order, is_m
         assert fact.value < fact.threshold
         assert fact.detail.startswith("relative changes ")
     else:
-        assert unmet(contract.refines, model()).advice == "The force must be the mean over the step"
+        assert unmet(contract.refines, model()).advice == "Return the mean force over the step"
 
 
 def charged(slope=lambda v: v, force=lambda z, v: 2.0 * z):

@@ -298,7 +298,7 @@ def test_a_constant_of_single_precision_is_replaced_by_name_and_value():
         ("return ~n", "Invert of a whole number"),
         ("return x + p", "arithmetic with a Values"),
         ("return memory < x", "Lt of an array of 3 numbers and a number"),
-        ("return x and n > 2", "and, or need truths"),
+        ("return x and n > 2", "the operands of and, or must be true or false"),
         ("return 0.0 < x * 2.0 < 1.0", "assign the middle of a chained comparison to a variable first"),
         ("return x is n", "Is of a number and a whole number"),
         ("return memory[0:2]", "slices of an array are outside the subset"),

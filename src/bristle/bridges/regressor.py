@@ -32,7 +32,7 @@ COLUMNS = ("time", "position", "velocity")
 class FrictionRegressor(RegressorMixin, BaseEstimator):
     """Friction and inertia of an axis as an estimator of scikit-learn: the effort from time and position.
 
-    `fit` calls `bristle.identify` with the arguments of the same names, which it checks only then.
+    `fit` checks these arguments and passes them to the arguments of `bristle.identify` with the same names.
 
     Parameters
     ----------
@@ -144,13 +144,13 @@ class FrictionRegressor(RegressorMixin, BaseEstimator):
         columns, axis = _columns_of(X), self._axis()
         if len(columns) != self.n_features_in_:
             raise InputError(
-                "has a different number of columns than in fit", path="X", value=len(columns), allowed=str(self.n_features_in_)
+                "has a different number of columns than the X of fit", path="X", value=len(columns), allowed=str(self.n_features_in_)
             )
         predicted = effort_of_motion(identified.plant, identified.model, columns, axis, identified.treatment)
         left_out = np.flatnonzero(np.isnan(predicted))
         if left_out.size:
             raise InputError(
-                f"{left_out.size} rows are in segments that are too short for the filter, or without motion",
+                f"{left_out.size} rows are in segments that are too short for the filter, or that have no motion",
                 path="X",
                 value=f"row {left_out[0]}, {columns['time'][left_out[0]]:g} s",
                 mend="Remove these rows, or give longer segments",
@@ -169,7 +169,11 @@ def _columns_of(X: Any) -> dict[str, np.ndarray]:
         names = [name for name in COLUMNS if name in list(X)]
         if names[:2] != list(COLUMNS[:2]):
             raise InputError(
-                "lacks a column", path="X", value=list(X), allowed=", ".join(COLUMNS), mend="Call its columns time and position, in SI"
+                "lacks a column",
+                path="X",
+                value=list(X),
+                allowed=", ".join(COLUMNS),
+                mend="Name the columns of X time and position, and give them in SI",
             )
         columns: dict[str, np.ndarray] = {name: np.asarray(X[name], dtype=float) for name in names}
     else:
@@ -189,6 +193,6 @@ def _columns_of(X: Any) -> dict[str, np.ndarray]:
             path="X",
             value=f"row {int(backward[0]) + 1}",
             allowed="rows in order of time",
-            mend="Sort X and y by time; keep shuffle=False in splits",
+            mend="Sort X and y by time, and split them for cross-validation with shuffle=False",
         )
     return columns

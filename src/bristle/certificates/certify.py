@@ -68,7 +68,7 @@ def dissipation(model: Model, holding: Holding, loop: Loop) -> Certificate:
     passed = least >= -ROUNDING
     advice = f"No cycle of {CYCLES} returns energy"
     if not passed:
-        advice = f"A closed cycle returns {number(-100.0 * least, digits=3)} % of its work: see passive for the remedy"
+        advice = f"A closed cycle returns energy, {number(-100.0 * least, digits=3)} % of all work in it: see passive for the remedy"
     return Certificate(True, least, "1", 0.0, passed, advice)
 
 
@@ -107,7 +107,7 @@ MISSING = 1e-3  # of break-away: a loop that misses more is not closed
 def well_posed(model: Model, holding: Holding) -> Certificate:
     """Return whether the deflection is bounded in sliding, and its bound [m, rad, or N, N*m for a force]."""
     if isinstance(model.parameters, OperatorParameters):
-        return not_applicable("1", "The input of an operator is given: it has no deflection that could grow")
+        return not_applicable("1", "The user gives the input of an operator, so there is no deflection that could grow")
     # Read the deflection z if there is one, else the first state, else the force.
     states = variables_of(model.component.State)
     name = "z" if "z" in states else next(iter(states), "")
@@ -117,14 +117,16 @@ def well_posed(model: Model, holding: Holding) -> Certificate:
         return abs(float(contact.state[list(states).index(name)])) if name else abs(contact.force(side * 0.0))
 
     if not holding.has_presliding:
-        return not_applicable(unit, "It has no deflection that could grow")
+        return not_applicable(unit, "The model has no deflection that could grow")
     bound = _bound(model, read, holding)
     # F_S, the larger one if it differs by direction.
     static_force = max((value for name, value in model.values.items() if name in ("F_S", "F_S_pos", "F_S_neg")), default=None)
     saturation = model.values.get("f_p")
     if saturation is None or static_force is None:
         advice = (
-            "Bounded for all parameters" if math.isfinite(bound) else "The deflection grows as long as the body slides: add a saturation"
+            "The deflection is bounded for all parameters"
+            if math.isfinite(bound)
+            else "The deflection grows as long as the body slides: add a saturation"
         )
         return Certificate(True, bound, unit, math.inf, math.isfinite(bound), advice)
     least = LEAST_RATIO * static_force
@@ -246,8 +248,8 @@ def check(model: Model, *, force_ripple: Any = None, loop: Any = None) -> dict[s
         Forces between which the contact is loaded, for `drift`: numbers [N or N*m], or text with a unit.
         The default is 0.3 and 0.6 of the break-away force.
     loop : (x1, x2), optional
-        Positions where the loop ``0 -> x1 -> x2 -> x1`` of `closure` turns: numbers [m or rad], or text with a unit. The
-        default is 0.85 of the break-away force, and halfway back.
+        Positions where the loop ``0 -> x1 -> x2 -> x1`` of `closure` turns: numbers [m or rad], or text with a unit. By
+        default, the force at x1 is 0.85 of the break-away force, and x2 is half of x1.
 
     Returns
     -------

@@ -54,7 +54,7 @@ class Damping(NamedTuple):
 
     present: float
     needed: float = 0.0
-    because: str = "Its hysteresis returns energy at every speed"
+    because: str = "The hysteresis of the model returns energy at every speed"
 
 
 def passive(model: Model, is_magnet: bool) -> Certificate:
@@ -74,9 +74,11 @@ def passive(model: Model, is_magnet: bool) -> Certificate:
     if not math.isfinite(worst.needed):
         advice = f"{worst.because}: no viscous coefficient can compensate this"
     elif not passed:
-        advice = f"Bristles released at speed return energy: raise sigma_2 to at least {with_unit(worst.needed, unit, 4)}"
+        advice = (
+            f"Bristles charged at rest and released at speed return energy: raise sigma_2 to at least {with_unit(worst.needed, unit, 4)}"
+        )
     elif worst.needed > 0.0:
-        advice = f"sigma_2 exceeds the least value by {with_unit(worst.present - worst.needed, unit)}"
+        advice = f"sigma_2 exceeds the least value for passivity by {with_unit(worst.present - worst.needed, unit)}"
     else:
         advice = "Passive for any viscous coefficient"
     return Certificate(True, worst.present, unit, worst.needed, passed, advice)
@@ -153,7 +155,7 @@ def _of_elastoplastic(p: Any) -> Damping | None:
     return damping_of(friction.lugre.Parameters(**{name: constant[name] for name in friction.lugre.Parameters._fields}))
 
 
-CHARGED = "Charged by short strokes and released in a long one, it returns more energy"
+CHARGED = "Short strokes charge the bristles, and a long stroke then returns more energy"
 REGAINED = "An element that slips regains its static force without moving, unless F_S = F_C"
 CONDITIONS: dict[Any, Callable[[Any], Damping | None]] = {
     friction.coulomb: lambda p: Damping(0.0),

@@ -125,7 +125,7 @@ class Path:
         self._note(start, force)
 
     def to_force(self, target: float) -> bool:
-        """Move until the friction force is `target` [N or N*m]; return False if the contact slides away before."""
+        """Move until the friction force is `target` [N or N*m]; return False if the contact slides before."""
         if self._contact.force(0.0) < target:
             return self._climb(target, 1.0)
         if self._contact.force(-0.0) > target:

@@ -21,7 +21,7 @@ Sides = tuple[Side, Side]
 
 
 def compare(before: Sequence[LogAndAxis], after: Sequence[LogAndAxis], window: float | None = None) -> Comparison:
-    """Compare two sides, one or several logs each with its axis file; `window` [s] is that of peaks at reversals."""
+    """Compare two sides of one or several logs, each with its axis file; `window` [s] after a reversal is searched for its peak."""
     logs = [log for log, _ in (*before, *after)]
     _refuse_unlike(before, after)
     follows = all(log.reference is not None for log in logs)
@@ -32,8 +32,8 @@ def compare(before: Sequence[LogAndAxis], after: Sequence[LogAndAxis], window: f
     plan = plan_of(low.kinds, high.kinds)
     if not plan.before.size:
         signals = "references" if follows else "positions (compared for lack of a reference)"
-        reason = f"the {signals} share no motion: no cycle of one equals a cycle of the other"
-        raise InputError(reason, path="after", mend="Record both with the same reference: same positions, same speed")
+        reason = f"the {signals} of both sides have no motion in common: no cycle before equals a cycle after"
+        raise InputError(reason, path="after", mend="Record both logs with the same reference: the same positions at the same speed")
     sides = ((low, plan.before), (high, plan.after))
     used: Sides = tuple(replace(side, cycles=[side.cycles[number] for number in numbers]) for side, numbers in sides)  # type: ignore[assignment]
     kind = logs[0].kind

@@ -86,7 +86,7 @@ class Shared:
     Parameters
     ----------
     before_percent, after_percent : float
-        Share of the motion of each side that the other also has [%].
+        Share of the motion of each side that the other side also has [%].
     cycles_before, cycles_after : int
         Number of compared cycles.
     motions : int

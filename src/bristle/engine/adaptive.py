@@ -71,8 +71,8 @@ def run_adaptive(
     dt : float
         Time between samples [s]; steps may be longer.
     tolerance : float
-        Allowed error of the position over the whole run [m or rad]. The growth of an unstable motion multiplies errors:
-        a second run with a tenth of the tolerance shows it.
+        Allowed error of the position over the whole run [m or rad]. An unstable motion multiplies errors as it grows:
+        compare with a second run at a tenth of the tolerance.
     hold : {"linear", "zero"}
         Effort between samples: linear to the next sample, or constant.
     max_step : float
@@ -80,7 +80,7 @@ def run_adaptive(
     x, v : float
         Position [m or rad] and velocity [m/s or rad/s] at the first sample.
     state, memory
-        Of the friction model at the first sample; virgin by default.
+        State and memory of the friction model at the first sample; virgin by default.
 
     Returns
     -------

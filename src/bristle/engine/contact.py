@@ -17,7 +17,7 @@ from bristle.friction import unvaried
 
 
 class Contact:
-    """A friction model on a prescribed path, with access to its state in between.
+    """A friction model on a prescribed path, with access to its state between the moves.
 
     Parameters
     ----------
@@ -49,9 +49,9 @@ class Contact:
         Parameters
         ----------
         distance : float
-            How far [m or rad], signed.
+            Distance of the move [m or rad], signed.
         speed : float
-            How fast [m/s or rad/s], positive.
+            Speed of the move [m/s or rad/s], positive.
         count : int
             Number of steps.
 

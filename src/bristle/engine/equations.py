@@ -20,7 +20,7 @@ from bristle.engine.motion import force_along_entry
 from bristle.engine.screwed import refuse_screw
 from bristle.friction import is_static
 
-SAMPLED = 'Give dt, such as dt="0.5 ms": the sampled system makes the steps of bristle'
+SAMPLED = 'Give dt, such as dt="0.5 ms": bristle then returns a sampled system'
 
 # Names for the fields x and v of a plant.
 PLANT_NAMES = {"x": "position", "v": "velocity"}
@@ -69,7 +69,7 @@ def _rate_of(friction: Model) -> Callable[..., Any]:
         forward, backward = (friction_trial((), (), Motion(v, 0.0), 0.0, friction.parameters)[0] for v in (0.0, -0.0))
         if forward == backward:
             return lambda state, motion, p: (friction_trial(state, (), motion, 0.0, p)[0], state)
-        message = "has a jump at rest, where it sticks with any force in between, so it is not a differential equation"
+        message = "has a force that jumps at rest, where the contact sticks, so it is not a differential equation"
     elif friction.component.memory_size(friction.parameters):
         message = "changes its memory in jumps, at reversals or when an element slips, so it is not a differential equation"
     else:
@@ -141,7 +141,7 @@ def system_of(friction: Model, plant: Model | None, dt: Any, steps: int, name: s
     if plant is not None:
         refuse_screw(plant, asked_by)
         if plant.kind != friction.kind:
-            raise InputError("is for a different kind of axis than the friction", path="plant", value=plant.kind, allowed=friction.kind)
+            raise InputError("is for another kind of axis than the friction", path="plant", value=plant.kind, allowed=friction.kind)
     if steps != 1 and (dt is None or plant is None):
         raise InputError("needs a sampled axis", path="steps", value=steps, mend="Give dt and a plant, or omit steps")
     if plant is None:

@@ -39,7 +39,7 @@ class Instance:
         if state is None:
             return
         if structure_of(state) != self.structures[1]:
-            raise InputError("belongs to a different model", path="state", value=state, allowed=f"that of {self.model.name}")
+            raise InputError("belongs to a different model", path="state", value=state, allowed=f"a state of {self.model.name}")
         self.state = pack(state)
 
     @property
@@ -92,7 +92,7 @@ def warn_of_lost(part: Instance) -> None:
     if lost := part.lost:
         warnings.warn(
             f"{part.model.name}: the memory of turning points was full and lost its innermost pair {lost} "
-            f"times, so some loops do not close. Raise capacity, now {part.model.values.get('capacity')}",
+            f"times, so some loops do not close. Raise the parameter capacity above {part.model.values.get('capacity')}",
             InputWarning,
             stacklevel=4,
         )

@@ -62,7 +62,7 @@ class Trace(Tabular):
     status : Status
         Status at the end.
     state, memory
-        Of the friction model at the end of a run with fixed steps, to continue in another run.
+        State and memory of the friction model at the end of a run with fixed steps, to continue in another run.
     kind : {"translational", "rotational"}
         Kind of axis.
     """
@@ -206,7 +206,7 @@ def run_open_loop(
     x, v : float or str
         Position [m or rad] and velocity [m/s or rad/s] at the first sample.
     state, memory
-        Of the friction model at the first sample; virgin by default.
+        State and memory of the friction model at the first sample; virgin by default.
 
     Returns
     -------
@@ -303,7 +303,7 @@ def run_closed_loop(
     acceleration : float or str
         Acceleration at the first sample, for the memory of the controller [m/s^2 or rad/s^2].
     state, memory
-        Of the friction model at the first sample; virgin by default.
+        State and memory of the friction model at the first sample; virgin by default.
 
     Returns
     -------

@@ -261,7 +261,7 @@ def response(model: Model, x: Any, dt: Amount | None = None, *, history: Any = (
         state, memory = after(model, history)
         return finite(output_along(model, x, state=state, memory=memory), model)
     if len(history):
-        raise InputError("applies only to hysteresis operators", path="history", mend="Prepend the motion to x")
+        raise InputError("applies only to hysteresis operators", path="history", mend="Prepend the earlier motion to x")
     if dt is None:
         raise InputError("is needed for a friction model", path="dt", allowed="> 0 s")
     force = np.zeros(x.size)

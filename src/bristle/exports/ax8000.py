@@ -45,13 +45,14 @@ def write(request: Request) -> Product:
     notes = [*level_losses(request.model, curves, levels, effort, turns=values[SPRING] > 0.0)]
     if levels.forward is not None and levels.backward is not None and levels.forward != levels.backward:
         apart = effort.of(0.5 * abs(levels.forward - levels.backward))
-        notes.append(f"the objects are the same for both directions: they are wrong by {apart:.3g} {effort.name} in each")
+        notes.append(f"each object has one value for both directions: the friction is wrong by {apart:.3g} {effort.name} in each direction")
     if levels.constant:
-        notes.append(f"the objects do not contain the constant force of {effort.of(levels.constant):.3g} {effort.name}: set it separately")
+        force = f"{effort.of(levels.constant):.3g} {effort.name}"
+        notes.append(f"the objects do not contain the constant force of {force}: set this force separately in the drive")
     notes.append(
-        "0x3144:01 lets 95 % of the friction turn over the pre-sliding distance; Beckhoff does not document this behaviour"
+        "0x3144:01 is set so that 95 % of the friction reverses within the pre-sliding distance; Beckhoff does not document this behaviour"
         if values[SPRING]
-        else "0x3144:01 is not written: the friction of the model turns at once, and Beckhoff does not document the value 0"
+        else "0x3144:01 is not written: the friction of the model reverses at once, and Beckhoff does not document the value 0"
     )
     rotates: Kind = "translational" if kind == "translational" and (axis is None or axis.arm is None) else "rotational"
     rows = [
@@ -61,7 +62,7 @@ def write(request: Request) -> Product:
     ]
     head = [
         "Friction compensation of a Beckhoff AX8000 or AMP8000: object 0x3144 (channel B: 0x3544), REAL32.",
-        "Units: those of object 0x3005:09 at its default. The compensation follows the feedforward velocity.",
+        "Units: as with the default value of object 0x3005:09. The drive computes the compensation from the feedforward velocity.",
         *request.source.lines,
         *notes,
     ]

@@ -38,9 +38,12 @@ def write(request: Request) -> Product:
     if left := waves[MOST:]:
         amplitude = efforts[0].of(sum(wave.amplitude for wave in left))
         orders = ", ".join(str(wave.order) for wave in left)
-        notes = (f"limit of {MOST} harmonics: orders {orders} omitted, {amplitude:.2g} {efforts[0].name} in total", *notes)
+        notes = (
+            f"the file has at most {MOST} harmonics: bristle omitted the orders {orders}, in total {amplitude:.2g} {efforts[0].name}",
+            *notes,
+        )
     head = [
-        "Cogging: add this effort to the command, the sum of amplitude * cos(order * angle - phase).",
+        "Cogging: add this effort to the command of the drive: the sum of amplitude * cos(order * angle - phase).",
         "angle: 0 at position 0 of the log, growing with the position. A drive has its own zero and may define the "
         "phase differently: test the sign with a part of the amplitude.",
         *request.source.lines,

@@ -41,7 +41,8 @@ MEANINGS = {
     "inertia": "effort for one unit of acceleration",
 }
 AT_REST = {
-    ("table", "held"): "at rest (velocity 0): output the entry at zero of the last direction; before the first move, the mean of both",
+    ("table", "held"): "at rest (velocity 0): output the entry at zero of the last direction; before the first move, the mean of both "
+    "entries",
     ("table", "middle"): "at rest (velocity 0): output the mean of both entries at zero",
     ("levels", "held"): "at rest: output gravity plus the level of the last direction; before the first move, gravity",
     ("levels", "middle"): "at rest: output gravity",
@@ -68,7 +69,7 @@ def write(request: Request) -> Product:
     if not 2 * FEWEST <= request.points <= 2 * MOST:
         raise InputError("out of range", path="points", value=request.points, allowed=f"{VALUES} to {2 * MOST}")
     forward, backward = directions = [side_of(model, way, request.speed, request.points // 2) for way in (1.0, -1.0)]
-    against = "the effort column of the log has the opposite sign of its position column, and so has the table in units of the log"
+    against = "the log counts effort and position in opposite directions, and so does the table in the units of the log"
     notes = (AT_REST["table", request.rest], *(() if signs[0] * signs[1] > 0.0 else (against,)))
     notes += losses(model, forward, backward, effort, symmetric=False)
     notes += (*error_on_log(request, {1.0: forward.entries, -1.0: backward.entries}), *said_of_units(request.axis, effort))
@@ -127,11 +128,11 @@ def curve_of(model: Model, direction: float, fastest: float) -> tuple[np.ndarray
     """Return the steady friction in one direction: speed and force, shape (point, 2), and the error of straight lines between points."""
     if not 0.0 < fastest < math.inf:
         raise InputError(
-            "is missing: the largest speed of the axis",
+            "the largest speed of the axis is missing",
             path="speed",
             value=fastest,
             allowed="> 0",
-            mend='Give it, as in --speed "200 mm/s"',
+            mend='Give this speed, as in --speed "200 mm/s"',
         )
     return resolved_side(model, direction, fastest)
 
@@ -155,16 +156,17 @@ def mean_side(forward: Side, backward: Side, points: int) -> Side:
 def losses(model: Model, forward: Side, backward: Side, effort: DriveUnit, *, symmetric: bool) -> tuple[str, ...]:
     """Return the losses of a table, one sentence each."""
     deviation = effort.of(max(forward.deviation, backward.deviation))
-    notes = [f"straight lines between the entries differ from the steady friction by at most {deviation:.2g} {effort.name}"]
+    notes = [f"straight lines between the entries differ from the steady friction of the model by at most {deviation:.2g} {effort.name}"]
     notes += memory_lost(model, forward.curve, backward.curve, effort)
     if symmetric:
         constant, ahead, back = offset_of(model.component.variables, model.values), forward.curve, backward.curve
         apart = np.interp(ahead[:, 0], back[:, 0], back[:, 1]) - ahead[:, 1] + 2.0 * constant
         wrong = 0.5 * effort.of(float(np.max(np.abs(apart))))
         if wrong > ROUNDING * effort.of(float(np.max(np.abs(ahead[:, 1])))):
-            notes.append(f"the table is the same for both directions: it is wrong by up to {wrong:.3g} {effort.name} in each")
+            notes.append(f"the table is the same for both directions: it is wrong by up to {wrong:.3g} {effort.name} in each direction")
         if constant:
-            notes.append(f"the table does not contain the constant force of {effort.of(constant):.3g} {effort.name}: set it separately")
+            force = f"{effort.of(constant):.3g} {effort.name}"
+            notes.append(f"the table does not contain the constant force of {force}: set this force separately in the drive")
     return (*notes, *_variation_lost(model))
 
 
@@ -173,7 +175,10 @@ def level_losses(
 ) -> tuple[str, ...]:
     """Return the losses of one level per direction, one sentence each; with `turns` the drive reverses the force gradually."""
     both, alone = (f"{effort.of(value):.2g} {effort.name}" for value in (levels.deviation, levels.deviation_of_levels))
-    head = f"levels with viscous friction are at most {both} below the steady friction and never above it; without viscous friction {alone}"
+    head = (
+        f"level plus viscous friction is at most {both} below the steady friction of the model, and never above it; "
+        f"the level alone is at most {alone} below it"
+    )
     jumps = () if turns else memory_lost(model, curves[1.0], curves[-1.0], effort)
     return (head, *jumps, *_variation_lost(model))
 
@@ -185,20 +190,20 @@ def memory_lost(model: Model, forward: np.ndarray, backward: np.ndarray, effort:
         return []
     jump, x = effort.of(forward[0, 1] + backward[0, 1]), unit_of("length", model.kind)
     return [
-        f"memory is lost: at a reversal the table jumps by {jump:.3g} {effort.name}; the model makes 95 % of this change "
-        f"over {distance:.2g} {x}"
+        f"the memory of the model is lost: at a reversal the compensation jumps by {jump:.3g} {effort.name}, but the force of "
+        f"the model makes 95 % of this change over {distance:.2g} {x}"
     ]
 
 
 def _variation_lost(model: Model) -> list[str]:
     varying = variations_of(model.component)
-    return [f"the table has no variation with {', '.join(varying)}"] if varying else []
+    return [f"the friction of the model varies with {', '.join(varying)}, but the table does not"] if varying else []
 
 
 def said_of_units(axis: Axis | None, effort: DriveUnit) -> tuple[str, ...]:
     """Return a sentence on efforts that are not in percent of rated; empty if they are."""
     if axis is None:
-        return ("no axis file: the units are SI at the axis",)
+        return ("no axis file was given, so the units are SI at the axis",)
     unrated = axis.rated is None and effort.name != "%"
     return (f"the axis file has no rated effort: efforts are in {effort.name}, as in the log",) if unrated else ()
 
@@ -212,8 +217,8 @@ def error_on_log(request: Request, entries: Mapping[float, np.ndarray]) -> tuple
     error = table_error(request.model, request.plant, request.log, request.axis, entries, treatment)
     largest, rms = (f"{effort.of(value if value > ROUNDING * scale else 0.0):.2g} {effort.name}" for value in error)
     own = request.log.origin.checksum in request.info.get("provenance", {}).values()
-    source = "its own log" if own else printable(request.log.origin.name)
-    return (f"largest error of the table against the model on {source}: {largest}, rms {rms}",)
+    source = "the log of the identification" if own else printable(request.log.origin.name)
+    return (f"largest error of the table against the model along {source}: {largest}, rms {rms}",)
 
 
 def levels_and_curves(request: Request) -> tuple[dict[float, np.ndarray], LevelValues]:

@@ -145,8 +145,9 @@ class Effect:
         better, worse = ([path for path in self.moves if path.is_no_better == no_better] for no_better in (False, True))
         worst = max(worse, key=lambda path: path.ratio, default=None)
         chosen = [*better[-1:], worst or (better[0] if len(better) > 1 else None)]
-        sizes = "; ".join(f"{self._change(path)} at {self._length(path.distance)}" for path in chosen if path)
-        head = "following error, peak to peak, simulated" if self.in_loop else "residual friction force, simulated"
+        sizes = "; ".join(f"{self._change(path)} in moves of {self._length(path.distance)}" for path in chosen if path)
+        head = "simulated following error, peak to peak" if self.in_loop else "simulated residual friction force"
+        head += ", without -> with compensation"
         lines = [f"{head}: {sizes}{self._switch()}"]
         for own in (path for path in self.along if path.motion != MOVES):
             late = "" if math.isnan(own.not_ahead) else f", {self._size(own.not_ahead)} if the motion is not fed ahead"
@@ -154,16 +155,20 @@ class Effect:
         # The move that suffers most from a tenth too much friction.
         worst = max(self.moves, key=lambda path: -1.0 if path.is_worse else path.too_much / max(path.without, TINY))
         if not (worst.is_worse or math.isnan(worst.too_much)):
-            change = f"{self._size(worst.without)} -> {self._size(worst.too_much)} at {self._length(worst.distance)}"
-            harm = "" if worst.too_much <= WORSE * worst.without else ": worse than without compensation, so feed 90 % of the friction"
+            change = f"{self._size(worst.without)} -> {self._size(worst.too_much)} in moves of {self._length(worst.distance)}"
+            harm = (
+                "" if worst.too_much <= WORSE * worst.without else ": worse than no compensation, so feed forward only 90 % of the friction"
+            )
             lines.append(f"with a tenth too much friction fed forward: {change}{harm}")
         if self.assumed:
             lines.append(
-                f"the pre-sliding distance is unknown, {self._length(self.distance)} assumed: write [plant] presliding into the axis file"
+                f"the pre-sliding distance is unknown, and bristle assumes {self._length(self.distance)}: "
+                "write presliding under [plant] of the axis file"
             )
         if not self.in_loop:
             lines.append(
-                "no following error, because the controller is unknown: write [controller] with model, k_p and k_v into the axis file"
+                "bristle simulates no following error, because the controller is unknown: write [controller] with model, k_p and k_v "
+                "into the axis file"
             )
         return tuple(lines)
 
@@ -190,11 +195,11 @@ class Effect:
             return ""
         if math.isinf(self.least_distance):
             return f": {'worse' if any(path.is_worse for path in self.along) else 'no better'} than no compensation"
-        limit = f": switch off below {self._length(self.least_distance)}"
+        limit = f": switch the compensation off in moves below {self._length(self.least_distance)}"
         if not self.assumed:
             return limit
         times = number(self.least_distance / self.distance, digits=2)
-        return f"{limit}, or below {times} times the pre-sliding distance if that exceeds {self._length(self.distance)}"
+        return f"{limit}, or below {times} times the true pre-sliding distance if this exceeds the assumed {self._length(self.distance)}"
 
     def _change(self, path: Along) -> str:
         return f"{self._size(path.without)} -> {self._size(path.with_it)}"

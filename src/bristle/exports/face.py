@@ -33,7 +33,7 @@ class Exported:
     folder : Path
         Folder of the files.
     files : tuple of str
-        Their names.
+        Names of the files.
     notes : tuple of str
         The effect on the axis, and losses and differences of the target, one sentence each.
     effect : Effect or None
@@ -116,7 +116,7 @@ def export(
     log : Log or path-like, optional
         Log whose motion is used to compare a table with the model.
     info : mapping, optional
-        The third result of `read_model`, with the preprocessing of that log.
+        The third result of `read_model`, with the log of the identification and its preprocessing.
     rest : {"held", "middle"}, optional
         Force of a memoryless model at rest (`bristle.response`). Default: the rule of the target.
     accept_harm : bool

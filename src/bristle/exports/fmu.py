@@ -84,10 +84,10 @@ def _library(command: list[str], name: str, sources: Mapping[str, str], suffix: 
 def write(request: Request, *, fmi: int) -> Product:
     """Return an FMU of the friction, and another FMU of friction and plant."""
     name, plant, source = request.name, request.plant, request.source
-    notes = [f"the internal step is {request.dt:g} s; results are identical to bristle at this step"]
+    notes = [f"the internal step is {request.dt:g} s; at this step, results are identical to those of bristle"]
     if rest_rule(request.sampled):
         notes.append(
-            f"a mass outside {name}.fmu creeps at rest, because the model has no memory: use {name}_mass.fmu, or a model with memory"
+            f"a mass connected to {name}.fmu creeps at rest, because the model has no memory: use {name}_mass.fmu, or a model with memory"
         )
     bodies: list[tuple[str, Model, Model | None]] = [(name, request.sampled, None)]
     if plant is None:
@@ -110,7 +110,7 @@ def write(request: Request, *, fmi: int) -> Product:
 def write_law(law: Law, name: str, source: Source, *, fmi: int) -> Product:
     """Return the FMU of a control law, whose internal step is its sample time."""
     archive, remarks = _archive(content_of_law(law, name, source), Setting(name, source, law.dt, fmi))
-    note = f"the internal step is the sample time, {law.dt:g} s; results are identical to the law at this step"
+    note = f"the internal step is the sample time of the law, {law.dt:g} s; at this step, results are identical to those of bristle"
     return Product({f"{name}.fmu": archive}, (note, *remarks))
 
 

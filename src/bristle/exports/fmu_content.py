@@ -87,7 +87,7 @@ def ports_of(core: Core, source: Source, exchange: Exchange | None = None) -> Po
         except InputError:
             role = CONSTANT
             values = {name: v for name, v in model.values.items() if not isinstance(v, str)}
-            fixed.append(f"the parameters of {model.name} are constant: the model converts them at the start")
+            fixed.append(f"the parameters of {model.name} cannot change during a simulation, because the model converts them at the start")
         listed += [
             replace(port, name=f"{model.name}_{port.name}") if port.name in names else port
             for port in parameter_ports(model.component.variables, values, role, source)
@@ -113,8 +113,8 @@ def _add_varying(exchange: Exchange, listed: list[Port], model: str) -> tuple[in
         name = listed[at].name
         listed.append(Port(f"der({name})", RATE, Variable(f"{variable.quantity}/time", f"rate of {name}"), 0.0))
     if exchange.held:
-        margin = Variable("1", "margin to the next event of the contact, which occurs below zero")
-        reversal = Variable("length/time", "margin to a reversal, which occurs below zero")
+        margin = Variable("1", "margin to the next event of the contact; the event occurs when the margin falls below zero")
+        reversal = Variable("length/time", "margin to a reversal; the reversal occurs when the margin falls below zero")
         listed += [Port("margin", MARGIN, margin, 0.0), Port("reversal", MARGIN, reversal, 0.0)]
     return tuple(places)
 
@@ -126,7 +126,7 @@ def _signals(core: Core) -> list[Port]:
         effort = Port("effort", INPUT, Variable("force", "effort that drives the mass, constant over a step of co-simulation"), 0.0)
         return [effort, *(Port(name, START, body[name], float(core.begin[i])) for i, name in enumerate("xv")), force]
     around, defaults = variables_of(core.subject.motion.cls), core.subject.usual
-    velocity = Variable("length/time", "velocity, constant over a step of co-simulation; the sign of zero is a direction")
+    velocity = Variable("length/time", "velocity, constant over a step of co-simulation; the sign of a zero states the direction")
     position = Variable("length", "position at the end of a step of co-simulation; used only by friction that depends on position")
     inputs = [Port("v", INPUT, velocity, 0.0), Port("x", INPUT, position, 0.0)]
     return [*inputs, *(Port(name, INPUT, around[name], defaults[name]) for name in core.subject.signals), force]
@@ -176,7 +176,7 @@ def content_of(subject: Subject, plant: Model | None, source: Source) -> Content
     title = f"Friction {model.name}: force [{force}] from velocity and position"
     guidance = (
         "friction is stiff in pre-sliding: with an external mass, exchange force and velocity in very short steps, or the "
-        "loop may be unstable. If the export contains an FMU with the mass, prefer it"
+        "loop may be unstable. If the export contains an FMU with the mass, prefer that FMU"
     )
     if plant is not None:
         title = f"{plant.name} with friction {model.name}: motion under an effort [{force}]"
@@ -197,7 +197,7 @@ ORDER = (
     "An importer that steps both at once applies each effort one sample late: in this case add one to the delay of the "
     "experiment, and export again"
 )
-PAST = "the compensator starts in a state that was computed with the exported parameters"
+PAST = "the initial state of the compensator was computed with the exported parameters; new parameters do not change it"
 
 
 def content_of_law(law: Law, name: str, source: Source) -> Content:
@@ -208,7 +208,7 @@ def content_of_law(law: Law, name: str, source: Source) -> Content:
         tunable_law(law)
     except InputError as error:
         law = law_of(law.variant)
-        notes.append(f"the parameters of the law are constant: {error}")
+        notes.append(f"the parameters of the law cannot change during a simulation: {error}")
     law = settled_law(law)
     begin = np.array([0.0, *(float(reduce(getattr, path, law.lasting)) for path, _ in law.leaves)])
     entry = _stepped(law)
@@ -271,7 +271,7 @@ def _ports(law: Law, source: Source) -> Ports:
         variable = Variable(quantity, f"{meaning}, constant over a step of co-simulation")
         names = [f"{name}[{place + 1}]" for place in range(law.samples_ahead)] if name.endswith("_ahead") else [name]
         listed += [Port(input_name, INPUT, variable, 0.0) for input_name in names]
-    listed.append(Port("effort", OUTPUT, Variable("force", "command for the drive, from the last sample on"), 0.0))
+    listed.append(Port("effort", OUTPUT, Variable("force", "command for the drive since the last sample"), 0.0))
     if not law.tunable:
         return Ports(tuple(listed), {})
     tuned = tunable_law(law)

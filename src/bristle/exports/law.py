@@ -79,10 +79,10 @@ def loads_of(feedforward: Feedforward, *, apart: bool = False) -> tuple[Load, Lo
         return fed, fed
     if (carries.component.inner if isinstance(carries.parameters, Termed) else carries.component) is not inertia:
         raise InputError(
-            "transmits more than inertia, gravity and cogging, which is not exportable",
+            "has forces besides inertia, gravity and cogging, so bristle cannot export the law",
             path="feedforward.carries",
             value=carries.name,
-            mend="Omit it: the feedforward then defines the transmitted effort",
+            mend="Omit carries: the feedforward then defines the transmitted effort",
         )
     carried = Load("carried_", float(carries.values["M"]), _place(carries))
     return fed, fed if carried.numbers == fed.numbers and not apart else carried
@@ -257,9 +257,9 @@ class Law:
 
 def law_of(variant: Variant, *, tunable: bool = False, single: bool = False) -> Law:
     """Return the control law of a variant: its controller and its feedforward, along the desired or the measured motion."""
-    for name, reason in (("effort", "drives an open loop without a law"), ("learning", "needs repetitions of the whole motion")):
+    for name, reason in (("effort", "drives an open loop, which has no law"), ("learning", "needs repetitions of the whole motion")):
         if getattr(variant, name) is not None:
-            raise InputError(f"{reason}: it is not exportable", path=f"{variant.name}.{name}")
+            raise InputError(f"{reason}, so bristle cannot export it", path=f"{variant.name}.{name}")
     # A law starts at the position of the axis, without the initial motion of a simulated loop.
     variant = replace(variant, start=None)
     feedforward = variant.feedforward
@@ -392,5 +392,5 @@ def _fed(law: Law) -> list[str]:
         if rises_with_effort(feedforward.friction):
             plant = None if carried is fed else feedforward.carries
             passing = "the rest of the feedforward" if plant is None else plant.name
-            lines.append(f"its level rises with the transmitted effort along the desired motion: that of {passing}")
+            lines.append(f"the friction level rises with the effort that {passing} transmits along the desired motion")
     return [plain(line) for line in lines] or ["nothing"]

@@ -45,9 +45,9 @@ def write(request: Request) -> Product:
     base = base_of(request.model.component).name
     notes = ["the scene uses the integrator Euler: implicitfast is far less accurate with LuGre"] if base == "lugre" else []
     if base in ("coulomb", "coulomb_viscous"):
-        notes.append("dry friction of a joint is a slightly compliant constraint: a loaded joint creeps")
+        notes.append("MuJoCo models dry friction of a joint as a slightly compliant constraint: a loaded joint creeps")
     if request.model.values.get("offset"):
-        notes.append("the offset is a motor with constant control: start from the keyframe offset, or set its control")
+        notes.append("the offset is a motor with constant control: start from the keyframe offset, or set the control of this motor")
     return Product({f"{request.name}.xml": text}, tuple(notes))
 
 
@@ -81,14 +81,14 @@ def _attributes(model: Model) -> dict[str, str]:
     base, values = base_of(model.component).name, model.values
     if base not in MODELS_OF_MUJOCO:
         raise InputError(
-            "MuJoCo lacks this friction model", path="mjcf", value=model.name, allowed=", ".join(MODELS_OF_MUJOCO), mend="Export it to c"
+            "MuJoCo lacks this friction model", path="mjcf", value=model.name, allowed=", ".join(MODELS_OF_MUJOCO), mend="Use --to c"
         )
     if directional(model.component) or variations_of(model.component):
         raise InputError(
             "MuJoCo has the same constant friction parameters for both directions",
             path="mjcf",
             value=model.name,
-            mend="Identify it without slots, or export it to c",
+            mend="Identify the model without slots, or export it to c",
         )
     if base == "lugre" and math.isfinite(values["v_d"]):
         raise InputError(

@@ -44,18 +44,18 @@ def write(request: Request) -> Product:
     controller = None if axis is None else axis.controller
     if controller is None or controller.name != CONTROLLER or not controller.values["k_v"]:
         raise InputError(
-            "needs the gain of the velocity loop: the amplitude is a pulse of the velocity setpoint",
+            "needs the gain of the velocity loop, because the compensation is a pulse of the velocity setpoint",
             path="sinumerik",
             value=None if controller is None else controller.name,
             allowed=f"a {CONTROLLER} with k_v",
-            mend=f'Write [controller], model = "{CONTROLLER}", k_p and k_v (T_n too) into the axis file',
+            mend=f'Write model = "{CONTROLLER}", k_p, k_v and, if the loop has an integral, T_n under [controller] of the axis file',
         )
     gains, (unit, si) = controller.values, UNIT[model.kind]
     # The pulse of velocity [m/s or rad/s]; its time constant [s], if the loop has an integral.
     pulse, lasts = float(forward[0, 1] + backward[0, 1]) / gains["k_v"], gains["k_v"] / gains["k_i"] if gains["k_i"] else None
     effort = table_units(axis, model.kind).efforts[0]
     notes = ("start values: tune them with the circularity test", *memory_lost(model, forward, backward, effort))
-    said_of_time = "is the integral time of the velocity loop: the pulse then commands a step of effort"
+    said_of_time = "is the integral time of the velocity loop: with this time constant the pulse commands a step of effort"
     if lasts is None:
         said_of_time = ", the time constant of the pulse, is not written: the velocity loop has no integral"
     head = [
@@ -66,11 +66,11 @@ def write(request: Request) -> Product:
         f"Units: {UNITS_MANUAL}.",
         "Constant compensation value, without adaptation to the acceleration. MD32520 is the pulse of the velocity "
         "setpoint that commands the change of friction at a reversal at once, through the gain of the velocity loop.",
-        f"Begin with a part of it ({START_MANUAL}: begin with a relatively small amplitude), run a circle, and change "
-        "it in small steps until the quadrant transitions do not show.",
+        f"Begin with a part of MD32520 ({START_MANUAL}: begin with a relatively small amplitude), run a circle, and change "
+        "MD32520 in small steps until the quadrant transitions do not show.",
         f"MD32540{' ' * (lasts is not None)}{said_of_time} ({START_MANUAL}: begin with a few cycles of the position controller).",
-        "Not written: MD32530 and MD32550 to MD32570, the adaptation, to be found with circles at several accelerations "
-        "(section 4.6.4.3); MD32580, the share for short blocks, to be found by trial (section 4.6.5).",
+        "bristle does not write MD32530 and MD32550 to MD32570, the adaptation: find them with circles at several accelerations "
+        "(section 4.6.4.3). It does not write MD32580, the share for short blocks: find this share by trial (section 4.6.5).",
     ]
     rows = [("32490", "FRICT_COMP_MODE", "1", ""), ("32500", "FRICT_COMP_ENABLE", "1", ""), ("32510", "FRICT_COMP_ADAPT_ENABLE", "0", "")]
     rows.append(("32520", "FRICT_COMP_CONST_MAX", f"{pulse / si:.6g}", unit))

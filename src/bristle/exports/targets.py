@@ -210,8 +210,9 @@ _AX8000 = (
 _START_VALUES = "start values for the friction compensation of a SINUMERIK; tune them with the circularity test"
 _COGGING = "identified harmonics of cogging"
 _FMU = (
-    "FMUs for FMI {}.0: the friction and, if the model file has a plant, friction and plant together; for co-simulation and, if the model "
-    "has continuous time, model exchange; with a library for each platform that has a compiler here; a control law for co-simulation"
+    "FMUs for FMI {}.0: an FMU of the friction and, if the model file has a plant, an FMU of friction and plant together, both for "
+    "co-simulation and, if the model has continuous time, for model exchange; a control law for co-simulation; with a library for each "
+    "platform whose compiler is installed"
 )
 _WASM = "a WebAssembly module and the script that loads it, for a browser or node"
 _CUDA = "CUDA C++: thousands of axes in parallel on a graphics processor"

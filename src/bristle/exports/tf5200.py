@@ -40,13 +40,13 @@ def write(request: Request) -> Product:
     mean = merged(mean_side(forward, backward, request.points), current, model.kind)
     entries = [(round(v / unit_si), round(f / current.si)) for v, f in mean.entries.tolist()]
     if len(entries) > MOST:
-        raise InputError("exceeds the length of the list", path="points", value=len(entries), allowed=f"{MOST} entries or fewer")
+        raise InputError("exceeds the length of the list of the CNC", path="points", value=len(entries), allowed=f"{MOST} entries or fewer")
     written = np.array([[v * unit_si, float(f) * current.si] for v, f in entries])
     delay, ahead = round(reversal_distance(model, float(mean.curve[-1, 0])) / delay_si), samples_ahead(loop_for(request))
-    too_long = f"position_delay is {LONGEST_DELAY}, its largest value: friction needs {delay} x {delay_unit} to turn"
+    too_long = f"position_delay has its largest value, {LONGEST_DELAY}, but the friction needs {delay} x {delay_unit} to reverse"
     notes = (
         *losses(model, forward, backward, effort, symmetric=True),
-        f"currents are integers: rounding changes each by up to half of {PER_MILLE}",
+        f"currents are integers in {PER_MILLE}: rounding changes each current by up to half of this unit",
         *((too_long,) if delay > LONGEST_DELAY else ()),
         *error_on_log(request, {way: written + np.array([0.0, way * constant]) for way in (1.0, -1.0)}),
     )
@@ -54,10 +54,11 @@ def write(request: Request) -> Product:
         f"Friction compensation of {model.name}: Beckhoff TF5200, list of compensation values.",
         *request.source.lines,
         *notes,
-        f"in: {unit}; out: {PER_MILLE}, the unit of the torque in CANopen drives. Check it against the torque that your drive reports.",
+        f"Unit of in: {unit}. Unit of out: {PER_MILLE}, as for the torque of CANopen drives. Check the values of out against the "
+        "torque that your drive reports.",
         "Also set lr_param.frict_comp 1 in the axis machine data (P-AXIS-00522).",
-        f"position_delay: 95 % of the force has turned after {delay} units of {delay_unit}; the largest value is {LONGEST_DELAY}.",
-        f"reversal_lookahead: cycles by which the current leads a reversal; {ahead} needed, the largest value is {MOST_AHEAD}.",
+        f"position_delay: 95 % of the force reverses within {delay} x {delay_unit}; the largest value is {LONGEST_DELAY}.",
+        f"reversal_lookahead: cycles by which the current leads a reversal; this axis needs {ahead}, the largest value is {MOST_AHEAD}.",
     ]
     rows = {"mode": 3, "table_entries": len(entries), "position_delay": min(delay, LONGEST_DELAY)}
     rows |= {"reversal_lookahead": min(ahead, MOST_AHEAD), "scaling_factor": SCALE_OF_ONE, "delay_cycles": 0}
@@ -73,11 +74,11 @@ def _current_unit(axis: Axis | None, effort: DriveUnit) -> DriveUnit:
         return DriveUnit(PER_MILLE, 1e-3 * axis.rated)
     if effort.name != "%":
         raise InputError(
-            f"needs the rated effort: its entries are integers in {PER_MILLE}",
+            f"needs the rated effort, because the entries of its list are integers in {PER_MILLE}",
             path="tf5200",
             value=effort.name,
             allowed="an effort column in %, or rated in the axis file",
-            mend='Write rated = "2.4 N*m", the rated torque of the drive, under [effort] of the axis file; pass --axis',
+            mend='Write rated = "2.4 N*m", the rated torque of the drive, under [effort] of the axis file, and pass this file with --axis',
         )
     return DriveUnit(PER_MILLE, 0.1 * effort.si)
 

@@ -44,7 +44,7 @@ CONSTANTS: dict[tuple[str, float], float] = (
 
 def single_note(output: str) -> str:
     """Return the note for an export in single precision."""
-    return f"single precision differs from bristle by rounding; the self-test allows {TOLERANCE:g} of the largest {output}"
+    return f"single precision changes the results by rounding; the self-test allows {TOLERANCE:g} of the largest {output}"
 
 
 def refuse_beyond_single(values: Mapping[str, Any], path: str = "") -> None:
@@ -130,7 +130,7 @@ def tunable_of(model: Model, fixed_names: Container[str] = ()) -> Tunable:
     lost += [".".join(path) for path, value in usual if path not in places and keys[path] != np.asarray(value).tobytes()]
     if lost:
         raise InputError(
-            "converts a parameter to another value, so that the parameter cannot change at run time",
+            "converts these parameters at the start, so they cannot change at run time",
             path=model.name,
             value=", ".join(lost),
             mend="Omit --tunable",

@@ -47,16 +47,16 @@ def load_target_file(path: Readable) -> Target:
     target = declared_in(content, "TARGET", Target, title="target of the export", mend=MEND)
     source = str(content.source)
     if not callable(target.write):
-        raise InputError("its target has no function write", path=source, value=target.write, mend=MEND)
+        raise InputError("TARGET has no function write", path=source, value=target.write, mend=MEND)
     if not isinstance(target.name, str) or not NAME.fullmatch(target.name) or target.name in TARGETS:
         raise InputError(
-            "its target has an invalid name",
+            "TARGET has an invalid name",
             path=source,
             value=target.name,
             allowed="small letters, digits and _, a letter first, and not the name of a target of bristle",
         )
     if not isinstance(target.description, str) or not target.description.strip():
-        raise InputError("its target has no description", path=source, mend='Write description="..."')
+        raise InputError("TARGET has no description", path=source, mend='Write description="..."')
     return target
 
 
@@ -109,13 +109,13 @@ def files_for(to: str | Target, request: Request, *, accept_harm: bool = False) 
 def _ahead_text(loop: Variant | None) -> str:
     """Return a sentence on the lead of the desired motion."""
     if loop is None:
-        return "feed the desired motion at least 1 sample ahead; add the delay and lag of the drive, which are unknown here"
+        return "feed the desired motion at least 1 sample ahead; add the unknown delay and lag of the drive"
     ahead, run = samples_ahead(loop), loop.run
     late = run.delay * run.sample_time + run.current_lag
-    rest = f"{ahead - 1} for {1e3 * late:.3g} ms of delay and lag" if late else "delay and lag are unknown"
+    rest = f"{ahead - 1} for {1e3 * late:.3g} ms of delay and lag" if late else "0 for delay and lag, which are unknown"
     samples = "sample" if ahead == 1 else "samples"
     head = f"feed the desired motion {ahead} {samples} of {1e3 * run.sample_time:g} ms ahead"
-    return f"{head}: 1 for the step to come, {rest}"
+    return f"{head}: 1 for the next step, {rest}"
 
 
 def _with_rule(target: Target, request: Request) -> tuple[Request, Effect | None]:
@@ -143,13 +143,13 @@ def _with_rule(target: Target, request: Request) -> tuple[Request, Effect | None
 def _refuse_harm(effect: Effect | None, name: str, *, has_memory: bool) -> None:
     """Refuse an export that makes the following error larger far beyond pre-sliding, or along the motion of the log."""
     if effect is not None and effect.is_harmful:
-        with_memory = "Lower the integral gain of the controller, or feed 90 % of the friction; to write the files anyway"
-        without = "Export a model with memory (--to c, --law); to write the files anyway"
+        with_memory = "Lower the integral gain of the controller, or feed forward only 90 % of the friction; to write the files anyway, add"
+        without = "Export a model with memory (--to c, --law); to write the files anyway, add"
         raise InputError(
             f"makes the error larger: {'; '.join(effect.lines()[:2])}",
             path=name,
             allowed=f"no larger error along the log and in moves of {SERIOUS:g} pre-sliding distances or more",
-            mend=f"{with_memory if has_memory else without}: --accept-harm",
+            mend=f"{with_memory if has_memory else without} --accept-harm",
         )
 
 
@@ -161,15 +161,15 @@ def _unseen(request: Request) -> tuple[str, ...]:
         doubt = entry.get("note") or ("" if entry.get("status", "identified") in SEEN else "not identified")
         of_sliding = acts_in_sliding(variable) and not Role.BREAK_AWAY.fits(variable)
         if of_sliding and entry.get("status") != "held" and doubt:
-            notes.append(f"do not use this force until a log shows it: {name}, {doubt}")
+            notes.append(f"do not use {name} until a log determines this force: {doubt}")
     return tuple(notes)
 
 
 ABILITIES = {
     "tunable": ("does not support parameters that change at run time", "Omit tunable"),
     "single": ("does not support single precision", "Omit float32"),
-    "rest": ("does not evaluate the model along samples", "Omit rest"),
-    "compares": ("is not a table and cannot be compared along a log", "Omit the log"),
+    "rest": ("does not evaluate the model sample by sample, so it has no rule at rest", "Omit rest"),
+    "compares": ("is not a table, so bristle cannot compare it with the model along a log", "Omit the log"),
     "operators": ("does not support hysteresis operators", ""),
     "write_law": ("does not support control laws", ""),
 }
@@ -198,7 +198,7 @@ def checked_product(product: Product, target: Target) -> Product:
                 "gives a file an invalid name",
                 path=target.name,
                 value=name,
-                allowed=f"the plain name of a file in the folder, not {SUMMARY}",
+                allowed=f"a plain file name without a folder, other than {SUMMARY}",
             )
         if not isinstance(content, (str, bytes)):
             raise InputError(f"wrote no content for {name}", path=target.name, value=type(content).__name__, allowed="text or bytes")
@@ -227,7 +227,7 @@ def law_for(
     notes = [f"feed the law {samples} of the desired motion: {', '.join(ahead)}"] if ahead else []
     notes += [single_note("effort")] if single else []
     if tunable and np.any(law.memory):
-        notes.append("the compensator starts in a state that was computed with the exported parameters")
+        notes.append("the initial state of the compensator was computed with the exported parameters; new parameters do not change it")
     plain = law_of(variant) if tunable or single else law
     assert target.write_law is not None
     written = target.write_law(law, name, replace(source, remarks=remarks, model_hash=hash_of_law(plain)))

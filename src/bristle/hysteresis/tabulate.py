@@ -195,7 +195,7 @@ def _side(curve: tuple[Any, Any]) -> float:
 def _curve(u: Any, f: Any, side: float, index: int) -> Curve:
     path, output = side * np.asarray(u, dtype=float), side * np.asarray(f, dtype=float)
     if path.ndim != 1 or path.shape != output.shape or path.size < 2 or not np.all(np.diff(path) > 0.0):
-        way, mend = "rise" if side > 0.0 else "fall", "Begin each curve at its reversal; leave out curves of one sample"
+        way, mend = "rise" if side > 0.0 else "fall", "Begin each curve at its reversal, and remove curves of one sample"
         raise InputError(f"must {way} throughout, and so must every other curve", path=f"curves[{index}]", mend=mend)
     return Curve(path, output)
 

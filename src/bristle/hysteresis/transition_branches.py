@@ -127,7 +127,7 @@ def transition_branches(s: Amount, f_p: Amount, x_r: Amount, *, count: int = 100
         ascending = _branch(-f_r, inputs + x_r, s, f_p + f_r)
         descending = _branch(ascending[:, None], -drop, s, f_p + ascending[:, None])
     if not np.all(np.isfinite(descending)):
-        raise InputError("is out of range of s and f_p", path="x_r", value=x_r, mend="Is each unit right?")
+        raise InputError("is too large for these values of s and f_p", path="x_r", value=x_r, mend="Check the units of x_r, s and f_p")
     return TransitionBranches(inputs, descending, f_r, kind)
 
 

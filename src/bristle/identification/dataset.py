@@ -53,7 +53,7 @@ def inverse_of(plant: Model, motion: Segment | Dataset) -> np.ndarray:
     """Return the effort of a plant along a segment or in rows, without friction and known columns."""
     inverse = plant.component.inverse
     if inverse is None:
-        raise InputError("has no inverse dynamics", path="plant", value=plant.name, allowed="inertia, oscillator")
+        raise InputError("has no inverse dynamics in bristle", path="plant", value=plant.name, allowed="inertia, oscillator")
     return inverse(motion.position, motion.velocity, motion.acceleration, plant.parameters)
 
 

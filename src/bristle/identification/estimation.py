@@ -204,7 +204,7 @@ def context_of(dataset: Dataset, prior: PriorKnowledge, *, settings: Settings = 
     """Return the shared data of all fits to a log; reject an effort of zero."""
     effort = float(np.sqrt(np.mean(dataset.effort**2)))
     if effort == 0.0:
-        raise InputError("is zero throughout", path="log.effort", mend="Check the column of the effort")
+        raise InputError("is zero throughout", path="log.effort", mend="Check the column of the effort in the axis file")
     problem = sliding_problem(dataset, prior)
     values = problem.parameters.complete(linear(problem).values)
     coulomb, viscous = values.pop("F_C"), values.pop("F_v")
@@ -240,7 +240,7 @@ def _pitch_in(problem: InverseDynamics, values: Mapping[str, float]) -> float:
     most = stroke * dataset.cutoff / float(np.median(np.abs(dataset.velocity)))
     if most <= TURNS_LEAST:
         swept, mend = f"a range of {with_unit(stroke, unit_of('length', dataset.kind))}", "Give the lead in [transmission] of the axis file"
-        raise InputError("does not resolve a pitch", path="log.position", value=swept, mend=mend)
+        raise InputError("covers too few turns to find the pitch of the screw", path="log.position", value=swept, mend=mend)
     turns = np.linspace(TURNS_LEAST, most, int(min(STEPS_A_TURN * (most - TURNS_LEAST) + 2, SCAN_MOST)))
     step = turns[1] - turns[0]
 
@@ -284,7 +284,9 @@ def harmonics_in(problem: InverseDynamics, cogging: Cogging, path: str) -> list[
     turns = float(np.ptp(dataset.position)) / cogging.turn
     if turns < 1.5:  # fewest turns in the log
         mend = "Write the harmonics, such as [6, 12], or record more turns"
-        raise InputError(f"need 1.5 turns of the {cogging.turner}, and the log has {turns:.2g}", path=path, value="identify", mend=mend)
+        raise InputError(
+            f"need 1.5 turns of the {cogging.turner}, but the log has {turns:.2g} turns", path=path, value="identify", mend=mend
+        )
     x = dataset.position
     place = 2.0 * (x - x.mean())[:, None] / float(np.ptp(x))
     powers = np.hstack([place, place**2])
@@ -313,7 +315,7 @@ def harmonics_in(problem: InverseDynamics, cogging: Cogging, path: str) -> list[
         residual = _without(residual[:, None], pair)[:, 0]
         waves = {order: _without(columns, pair) for order, columns in waves.items()}
     if not orders:
-        mend = "Leave [[cogging]] out, or write harmonics = [6]"
+        mend = "Remove [[cogging]] from the axis file, or write known orders, such as harmonics = [6]"
         raise InputError(
             f"are not visible in this log: no part of the effort repeats with the {cogging.turner}", path=path, value="identify", mend=mend
         )

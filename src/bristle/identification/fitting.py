@@ -68,7 +68,12 @@ def _estimate(context: Context, component: FrictionModel, report: Report) -> Est
         return (context.estimator or along_the_motion)(context, component, report)
     slots += [slot.name for slot in channel_slots_of(component)]
     if slots:
-        raise InputError(f"has elements: +{slots[0]} cannot be fitted", path="model", value=component.name, mend="Ask for dahl or lugre")
+        raise InputError(
+            f"consists of elements, for which bristle cannot fit +{slots[0]}",
+            path="model",
+            value=component.name,
+            mend="Fit dahl or lugre instead",
+        )
     if context.estimator is not None:
         raise InputError("needs inverse dynamics", path="model", value=component.name, mend="Write --method inverse_dynamics")
     return elements(context, component, report)
@@ -143,7 +148,7 @@ def _valid(component: FrictionModel, values: Mapping[str, float], kind: Kind) ->
         return make_model(component, written, kind=kind, validate=True)
     except InputError as error:
         raise InputError(
-            f"the best fit of {component.name} is not allowed by the model: {error.path} {error.message}",
+            f"the best fit of {component.name} has values that the model does not allow: {error.path} {error.message}",
             path="model",
             value=component.name,
             mend=f"Fit another model to this log. {error.mend}".strip(),

@@ -109,7 +109,7 @@ def identify(
         not 0, the error of the position predicted by an observer. ``"output_error"``: error of a simulation. The default
         is the method of the axis.
     settings : Settings or mapping of str to float, optional
-        Thresholds of diagnostics, by name; by default those of the axis, else the default values.
+        Thresholds of diagnostics, by name; by default the thresholds of the axis, else the default values.
     progress : callable, optional
         Called with the share of the work done and the current task.
 

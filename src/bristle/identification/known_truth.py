@@ -160,10 +160,10 @@ def _same_fit(
 ) -> Callable[..., Identification]:
     """Return `identify` with the arguments of a fit; reject a fit that cannot be simulated."""
     if fit.position_rmse is not None or fit.loop_rmse is not None:
-        message, allowed = "were identified by a method whose logs are not simulated", "inverse_dynamics or prediction_error"
+        message, allowed = "were identified by a method for which bristle simulates no logs", "inverse_dynamics or prediction_error"
         raise InputError(message, path="results", value="output_error", allowed=allowed, mend="Identify again with one of these methods")
     if fit.resampling is None:
-        message = "were identified without simulated logs: neither intervals nor the scatter of the friction level are known"
+        message = "were identified without simulated logs, so the intervals and the scatter of the friction level are unknown"
         raise InputError(message, path="results", value="--draws 0", allowed="20 or more", mend="Identify again with --draws 100")
     component = fit.friction.component
     shapes = [name for name, variable in component.variables.items() if name in component.defaults and not variable.excitation]
@@ -229,7 +229,7 @@ class SimulatedLog(NamedTuple):
             acted = through_filter(effort, channel.lag, dt) if channel.lag else effort
             part = axis.replicate(Recorded(log.position.values[place], acted, ()), self._unseen(dataset), rng)
             if part is None:
-                message = "do not follow the recorded motion in simulation"
+                message = "do not let the simulated axis follow the recorded motion"
                 raise InputError(message, path="plant and friction", mend="Check their parameters in model.toml")
             yield place, part
 

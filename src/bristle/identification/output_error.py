@@ -210,14 +210,17 @@ def loop_of(logs: Sequence[Log], axes: Sequence[Axis | None]) -> type[Output]:
     """Return the loop to simulate: that of the axis, else closed if possible; reject axes that disagree."""
     requested = {axis.loop for axis in axes if axis is not None} or {None}
     if len(requested) > 1:
-        raise InputError("differs between axes", path="identification.loop", mend="Write the same in all axis files")
+        raise InputError("differs between axes", path="identification.loop", mend="Write the same loop in all axis files")
     closed = all(
         axis is not None and axis.controller is not None and log.reference is not None for log, axis in zip(logs, axes, strict=True)
     )
     loop = {"open": Position, "closed": Effort}[requested.pop() or ("closed" if closed else "open")]
     if loop is Position and any(axis is not None and axis.seeks_lag for axis in axes):
         raise InputError(
-            "is visible in a closed loop only", path="effort.lag", value="identify", mend="Describe [controller] and reference"
+            "can be identified in a closed loop only",
+            path="effort.lag",
+            value="identify",
+            mend="Describe [controller] and the column of the reference in the axis file",
         )
     return loop
 

@@ -188,7 +188,7 @@ def _refuse_another(surrounding: Surrounding, dataset: Dataset) -> None:
         raise InputError(message, path=f"{place}.unit", value=unit, allowed=allowed, mend=mend)
     usual = float(np.median(np.concatenate([segment.surroundings[name] for segment in dataset.segments])))
     if not variable.min <= usual <= variable.max:
-        allowed, mend = variable.allowed(dataset.kind), f"Check its unit: the slot expects the {variable.description}"
+        allowed, mend = variable.allowed(dataset.kind), f"Check the unit of this column: the slot expects the {variable.description}"
         raise InputError("has a median out of range", path=place, value=usual, allowed=allowed, mend=mend)
 
 

@@ -64,11 +64,14 @@ def treat_all(
             raise InputError("has a different kind of axis than the first log", path=path, value=part.kind, allowed=first.kind)
         if abs(part.sample_time / first.sample_time - 1.0) > 1e-3:  # relative difference below which sample times count as equal
             period, first_period = (with_unit(time, "s") for time in (part.sample_time, first.sample_time))
-            raise InputError(f"was sampled every {period}, the first log every {first_period}", path=path, mend="Resample one of them")
+            raise InputError(f"was sampled every {period}, the first log every {first_period}", path=path, mend="Resample one of the logs")
         for name in ("cutoff", "decimation", "held"):
             if getattr(part, name) != getattr(first, name):
                 raise InputError(
-                    f"has a different {name} than the first log", path=path, value=getattr(part, name), mend="Give both the same"
+                    f"has a different {name} than the first log",
+                    path=path,
+                    value=getattr(part, name),
+                    mend=f"Give both logs the same {name}",
                 )
     segments, end = [], first.segments[0].time[0]
     for number, part in enumerate(parts):
@@ -107,7 +110,7 @@ def treat(log: Log, axis: Axis | None, cutoff: float | None = None, decimation: 
         values = getattr(log, name).values
         bad = np.flatnonzero(~np.isfinite(values))
         if bad.size:
-            place, mend = f"log.{name}[{bad[0]}]", f"Cut the log before it, or repair it ({bad.size} samples)"
+            place, mend = f"log.{name}[{bad[0]}]", f"Cut the log before this sample, or repair all {bad.size} such samples"
             raise InputError("is not a finite number", path=place, value=float(values[bad[0]]), mend=mend)
     resolution = smallest_step(log.position) if axis.resolution is None else axis.resolution
     dropped = max(round(5 / (cutoff * dt)), 1)  # of the cut-off frequency: the transient of the filter
@@ -155,10 +158,10 @@ def treat(log: Log, axis: Axis | None, cutoff: float | None = None, decimation: 
     dataset = rows(creeping=True) if dataset is None and moves else dataset
     if dataset is None:
         raise InputError(
-            "the axis hardly moves",
+            "the position hardly changes",
             path="log.position",
             value=f"a range of {with_unit(float(np.ptp(log.position.values)), unit_of('length', log.kind))}",
-            mend="Record a motion in both directions, over the speeds at which the axis works",
+            mend="Record a motion in both directions, at the working speeds of the axis",
         )
     return dataset
 
@@ -224,7 +227,7 @@ def _first_cycle(segment: Segment, kind: Kind) -> int:
             "does not return to its start, so its first cycle is unknown",
             path="log.start",
             value=f"cycle, from {with_unit(float(segment.position[0]), unit_of('length', kind))}",
-            mend='Write start = "moving" under [log] of the axis file, or begin with a whole cycle',
+            mend='Write start = "moving" under [log] of the axis file, or begin the log with a whole cycle',
         )
     return first
 

@@ -38,7 +38,9 @@ def models_of(model: Any) -> tuple[FrictionModel, ...]:
             continue
         component = _component_of(item)
         if component.name in components:
-            raise InputError("is requested twice", path="model", value=component.name, mend="Write it once; give your model another name")
+            raise InputError(
+                "is requested twice", path="model", value=component.name, mend="Write each model once, and give your own model another name"
+            )
         for names, kind in _not_identified(component):
             raise InputError(
                 f"{component.name} has {kind} ({', '.join(names)}) that inverse dynamics does not identify",
@@ -53,7 +55,7 @@ def models_of(model: Any) -> tuple[FrictionModel, ...]:
             if not _not_identified(component):
                 components.setdefault(component.name, component)
     if not components:
-        raise InputError("names no friction model", path="model", value=model, mend='Write "coulomb_viscous"')
+        raise InputError("names no friction model", path="model", value=model, mend='Write the name of a model, such as "coulomb_viscous"')
     return tuple(components.values())
 
 
@@ -78,13 +80,20 @@ def _component_of(item: Any) -> SlottedModel:
     if isinstance(item, str):
         return find(item, path="model")
     if isinstance(item, Model):
-        raise InputError("has values already", path="model", value=item, mend=f"Write model={item.name!r}, or model.component")
+        raise InputError(
+            "has values already, but identify needs a model without values",
+            path="model",
+            value=item,
+            mend=f"Write model={item.name!r}, or model.component",
+        )
     if not isinstance(item, FrictionModel):
         raise InputError("must be a name, a friction model or a list of them", path="model", value=item)
     component = item if isinstance(item, SlottedModel) else slotted(item, asymmetry=False)
     base = base_of(component)
     if MODELS.get(base.name, base) is not base:
-        raise InputError("is the name of a model of bristle", path="model", value=base.name, mend='Write FrictionModel(name="...")')
+        raise InputError(
+            "is the name of a model of bristle", path="model", value=base.name, mend='Give your model another FrictionModel(name="...")'
+        )
     return component
 
 
@@ -108,7 +117,9 @@ def freed(free: Sequence[str], components: Sequence[FrictionModel]) -> tuple[str
     }
     for name in free:
         if name not in shapes:
-            raise InputError("is not a shape with a default value", path="free", value=name, allowed=", ".join(sorted(shapes)) or "none")
+            raise InputError(
+                "is not a shape parameter with a default value", path="free", value=name, allowed=", ".join(sorted(shapes)) or "none"
+            )
     return tuple(free)
 
 
@@ -116,7 +127,13 @@ def refuse_without_draws(method: str | None, draws: int) -> None:
     """Reject an observer without replicates, which are needed to test it."""
     if method == "prediction_error" and not draws:
         mend = "Write --draws 100, or --method inverse_dynamics"
-        raise InputError("are needed to test whether an observer explains the log", path="draws", value=0, allowed="20 or more", mend=mend)
+        raise InputError(
+            "are needed, because simulated logs test whether the observer explains the log",
+            path="draws",
+            value=0,
+            allowed="20 or more",
+            mend=mend,
+        )
 
 
 def with_method(pairs: Sequence[tuple[Log, Axis | None]], method: str | None) -> list[tuple[Log, Axis | None]]:
@@ -137,7 +154,7 @@ def prior_knowledge_of(axis: Axis | None, mass: float | str | None, offset: floa
     mass = axis.mass if mass is None else mass
     value = None if mass is None else quantity(mass, MASS, kind, path="mass")
     if value is not None and not (math.isfinite(value) and value >= 1e-15):
-        raise InputError("out of range", path="mass", value=value, allowed="> 0", mend="Leave it out to identify it")
+        raise InputError("out of range", path="mass", value=value, allowed="> 0", mend="Omit the mass to identify it")
     plant = with_terms(
         PLANTS[axis.plant],
         gravity=axis.gravity,

@@ -165,7 +165,8 @@ def assess(variant: Variant) -> Assessment:
     Parameters
     ----------
     variant : Variant
-        The loop. Its sensor counts as exact, because counts and noise have no slope, and its backlash as closed.
+        The loop. The assessment treats its sensor as exact, because encoder counts and noise have no slope, and its
+        backlash as closed.
 
     Returns
     -------

@@ -136,7 +136,7 @@ def _of_feedforward(variant: Variant) -> Iterator[Cause]:
     """Yield causes in the desired motion and the compensator."""
     informed, feedforward, true = told_the_motion(variant), variant.feedforward, nominal(variant.friction)
     if (informed.controller, informed.feedforward) != (variant.controller, feedforward):
-        text = "velocity or inertia of the desired motion is not fed forward, or with a different value"
+        text = "the feedforward lacks the desired velocity or the inertia, or has a wrong value of them"
         mass, law = informed.feedforward.mass, informed.controller
         yield Cause("lag", text, lambda loop: _with_fed(replace(loop, controller=law), mass=mass))
     if variant.table is not None:
@@ -150,7 +150,7 @@ def _of_feedforward(variant: Variant) -> Iterator[Cause]:
         text = f"the compensator is {feedforward.gain / best:.3g} times the nominal friction"
         yield Cause("amplitude", text, lambda loop: _with_fed(loop, gain=loop.feedforward.gain * best / feedforward.gain))
     if feedforward.friction != true:
-        text = "the compensator differs from the friction in shape, not in size"
+        text = "the force of the compensator has another shape than the friction"
         yield Cause("shape", text, lambda loop: _with_fed(loop, friction=true, gain=loop.feedforward.gain / best))
 
 
@@ -159,7 +159,7 @@ def _of_the_rest(variant: Variant) -> Iterator[Cause]:
     fed, run, sensor = variant.feedforward, variant.run, variant.sensor
     sides = [model for model in (variant.friction, variant.table) if model is not None]
     if fed.offset or fed.asymmetry or any(_alike(model, offset=0.0) != model for model in sides):
-        yield Cause("asymmetry", "friction by direction and offset, minus their feedforward", _symmetric)
+        yield Cause("asymmetry", "difference of friction between directions, and offset, as far as they are not fed forward", _symmetric)
     scatter = max(model.values.get("scatter", 0.0) for model in sides)
     if scatter > 0.0:
         text = f"friction scatter of {100.0 * scatter:.2g} % between reversals"
@@ -173,7 +173,7 @@ def _of_the_rest(variant: Variant) -> Iterator[Cause]:
         if exact:
             yield Cause("encoder", text, lambda loop: replace(loop, sensor=loop.sensor.with_values(**exact)))
     if run.delay or run.current_lag:
-        text = "computation and current control"
+        text = "delay of computation and current control"
         yield Cause("delay", text, lambda loop: replace(loop, run=replace(loop.run, delay=0, current_lag=0.0)))
     if variant.plant.values.get("backlash", 0.0) > 0.0:
         text = "lost travel at a reversal"

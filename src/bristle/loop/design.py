@@ -140,7 +140,9 @@ def design(experiment: Any, *, variant: str | None = None, bandwidth: Amount | N
         mend = did_you_mean(variant, by_name)
         raise InputError("there is no such variant", path="variant", value=variant, allowed=", ".join(by_name), mend=mend)
     if any(entry.effort is not None for entry in experiment.variants):
-        raise InputError("drives an open loop, which has no gains", path="effort", mend="Write [controller] and [reference] instead")
+        raise InputError(
+            "drives an open loop, which has no gains", path="effort", mend="Write [controller] and [reference] into the experiment instead"
+        )
     assessments = tuple(assess(entry) for entry in experiment.variants)
     runs = next(assessment.verdict for assessment in assessments if assessment.name == chosen.name) is not Verdict.DIVERGES
     budget = error_budget(chosen, _part(progress, 0.0, 0.6)) if runs else None

@@ -110,7 +110,7 @@ def bench_of(setting: Setting) -> Bench:
     J, J_m = float(setting["bench", "J"]), float(setting["bench", "J_m"])
     if J_m > J:
         raise InputError(
-            "exceeds the total inertia, of which it is a part",
+            "is the inertia of the motor, and exceeds the total inertia",
             path=f"{setting.source}: bench.J_m",
             value=f"{J_m:g} kg*m^2",
             allowed=f"0 to bench.J = {J:g} kg*m^2",

@@ -44,7 +44,7 @@ def torque_of(setting: Setting) -> tuple[np.ndarray, np.ndarray]:
     """
     top, low, high = (float(setting["torque", key]) for key in ("break_away", "low", "high"))
     if not low < high < top:
-        raise InputError("must have low < high < break_away", path=f"{setting.source}: torque", value=(low, high, top))
+        raise InputError("must satisfy low < high < break_away", path=f"{setting.source}: torque", value=(low, high, top))
     period, cycles = round(setting["torque", "period"] / SAMPLE_TIME), round(setting["torque", "cycles"])
     wave = low + (high - low) * np.abs(2.0 * ((np.arange(cycles * period + 1) / period) % 1.0) - 1.0)
     rise = np.linspace(0.0, top, 4 * period, endpoint=False)

@@ -132,7 +132,7 @@ def claim_table(figures: Sequence[Reproduced]) -> Table:
 
 
 def paper_report(figures: Sequence[Reproduced], *, command: str, provenance: Mapping[str, str]) -> str:
-    """Return the report as one HTML page; `command` repeats it."""
+    """Return the report as one HTML page; `command` is the command line that writes it again."""
     return render(
         "paper.html",
         provenance=provenance,

@@ -46,7 +46,7 @@ def figure_1(setting: Setting) -> Reproduced:
 def figure_8(setting: Setting) -> Reproduced:
     """Return figure 8: the break-away of the table in one direction."""
     if np.any(setting["path", "turns"] <= 0.0):
-        raise InputError("must move forward", path=f"{setting.source}: path.turns", allowed="> 0 m")
+        raise InputError("must contain positive positions only", path=f"{setting.source}: path.turns", allowed="> 0 m")
     walks, bench, rig = _walks_of(setting, RIG), bench_of(setting), setting.contact(RIG)
     runs = [led(setting, contact, setting["path", "turns"], setting["path", "speed"]) for contact in repeated(setting, rig)]
     sensor = sensor_numbers([run.sensed for run in runs])
@@ -159,7 +159,7 @@ def _must_return(setting: Setting, pairs: tuple[tuple[int, int], ...]) -> None:
     for first, second in pairs:
         if turns.size <= max(first, second) or turns[first] != turns[second]:
             raise InputError(
-                f"must return: its entries {first + 1} and {second + 1} must be the same",
+                f"must return to a position: its entries {first + 1} and {second + 1} must be equal",
                 path=f"{setting.source}: path.turns",
                 value=turns.tolist(),
             )

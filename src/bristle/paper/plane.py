@@ -23,7 +23,7 @@ def figure_4(setting: Setting) -> Reproduced:
     nested = all(min(a, b) < c < max(a, b) for a, b, c in zip(path, path[1:], path[2:], strict=False))
     if len(path) < 3 or path[0] >= 0.0 or not nested or abs(path[1]) >= -path[0]:
         raise InputError(
-            "must start far down, with each turning point between the previous two, at least twice",
+            "must start at its most negative position, and each of at least two further turning points must lie between the previous two",
             path=f"{setting.source}: path.turns",
             value=path,
         )

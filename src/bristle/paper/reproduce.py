@@ -52,7 +52,7 @@ def reproduce(
     Raises
     ------
     InputError
-        If the paper has no such figure, or an experiment does not fit.
+        If the paper has no such figure, or an experiment has unsuitable values.
     """
     distinct = sorted(set(numbers))
     for number in distinct:

@@ -115,7 +115,7 @@ class Setting:
         return self.plant
 
     def _missing(self, key: str, mend: str = "") -> InputError:
-        return InputError("is missing, but required by this experiment", path=f"{self.source}: {key}", mend=mend)
+        return InputError("is missing, but this experiment needs it", path=f"{self.source}: {key}", mend=mend)
 
 
 def read_setting(path: Path, *, allow_code: bool = False) -> Setting:

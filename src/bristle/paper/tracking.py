@@ -64,7 +64,7 @@ class Tracked:
         names = [variant.name for variant in experiment.variants]
         for name in self.needed:
             if name not in names:
-                raise InputError("is missing, but required by the figures of the paper", path=f"{self.source}: compare.{name}")
+                raise InputError("is missing, but the figures of the paper need it", path=f"{self.source}: compare.{name}")
         return experiment
 
     @property

@@ -47,7 +47,10 @@ def find(name: str, keys: Iterable[str] = (), path: str = "plant.model") -> Plan
         has_any = any(chosen["cogging"].values()) if term == "cogging" else chosen["columns"]
         if term in terms and not has_any:
             raise InputError(
-                f"has +{term}, but no coefficient", path=path, value=name, mend=f"Write a coefficient below it, such as {example} = 0.1"
+                f"has +{term}, but no coefficient",
+                path=path,
+                value=name,
+                mend=f"Write a coefficient below the name, such as {example} = 0.1",
             )
     return with_terms(
         PLANTS[base],

@@ -238,7 +238,7 @@ def effort_of_columns(plant: Model, columns: Sequence[np.ndarray]) -> np.ndarray
             path="log",
             value=f"{len(columns)} columns",
             allowed=", ".join(plant.component.columns),
-            mend="Name them under [[known]] of the axis file",
+            mend="Name these columns under [[known]] of the axis file",
         )
     return np.asarray(terms.per_column @ np.stack(columns))
 

@@ -245,9 +245,11 @@ def table_error(
 ) -> tuple[float, float]:
     """Return the largest and the rms error of a table along the motion of a log, treated as in identification [N or N*m]."""
     if friction.kind != log.kind:
-        raise InputError("is of another kind of axis", path="log", value=log.kind, allowed=friction.kind, mend="Give its axis file")
+        raise InputError(
+            "is of another kind of axis", path="log", value=log.kind, allowed=friction.kind, mend="Give the axis file of this log"
+        )
     if log.effort is None:
-        raise InputError("has no effort", path="log", mend="Add its column to the axis file")
+        raise InputError("has no effort", path="log", mend="Name the column of the effort in the axis file")
     rows = rows_as_fitted(parted(log, axis), axis, treatment)
     gaps = []
     for segment, contact in zip(rows.segments, rows.contacts(friction, plant), strict=True):

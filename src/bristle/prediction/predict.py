@@ -82,11 +82,11 @@ def predict(
         begins at the 20th sample, where the velocity is known from both sides, or at the first sample if the axis file
         states that logs begin at rest.
     cutoff, decimation : float or str, int, optional
-        Those of the identification [Hz, or text with a unit], for the inverse mode; by default those of the
-        axis file.
+        Cut-off [Hz, or text with a unit] and decimation of the identification, for the inverse mode; by default the
+        values of the axis file.
 
     velocity_max : float or str, optional
-        Largest speed of the fitted data [m/s or rad/s]: the prediction warns about a log far beyond it.
+        Largest speed of the fitted data [m/s or rad/s]: the prediction warns about a log with much higher speeds.
     delay : float or str, optional
         Delay of the effort after the position, found by the identification [s], for the inverse mode.
     smoothing : float or str, optional
@@ -94,10 +94,10 @@ def predict(
         negative if the effort is filtered less. For the inverse mode.
     slow : float or str, optional
         Cut-off of the instruments [Hz], if the identification estimated the channels before the fit: accelerations
-        then have the same bandwidth as there, for the inverse mode.
+        then have the same bandwidth as in the identification. For the inverse mode.
     lag : float or str, optional
         Time constant of the drive after its controller, found by the identification [s], for the closed loop;
-        by default that of the axis file.
+        by default the lag in the axis file.
     bands : Bands, optional
         Uncertainty of the model; the prediction then has a 95 % band.
     position_smoothing : float or str, optional
@@ -118,7 +118,7 @@ def predict(
         message, mend = "is of another kind of axis than the log", "Give the axis file of the identification"
         raise InputError(message, path="model", value=plant.kind, allowed=log.kind, mend=mend)
     if log.effort is None:
-        raise InputError("has no effort to compare with or to apply", path="log", mend="Add its column to the axis file")
+        raise InputError("has no effort to compare with or to apply", path="log", mend="Name the column of the effort in the axis file")
     log = parted(log, axis)
     if mode == "inverse":
         frequency, stride = treatment_of(cutoff, decimation, log.kind)

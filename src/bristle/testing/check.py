@@ -30,7 +30,7 @@ class Check:
     applies : bool
         Whether the demand applies to the model.
     value : float or None
-        The measured number; None without a number, or if the check stopped early.
+        The measured number; None if the check has no number or stopped early.
     unit : str
         Unit of value and threshold; ``"1"`` is a ratio or a count.
     threshold : float or None

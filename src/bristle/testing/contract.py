@@ -108,9 +108,9 @@ def scalar_results(model: Model) -> Fact:
     state, memory = _virgin(model)
     force, move = model.component.trial(state, memory, Motion(1e-3, 1e-6), 1e-3, model.parameters)
     if not isinstance(force, (float, int)) or not np.isfinite(force):
-        raise UnmetError(f"the force is {type(force).__name__} {force!r:.40}", "Return (force, move), both finite")
+        raise UnmetError(f"the force is {type(force).__name__} {force!r:.40}", "Return (force, move) with finite numbers")
     if not hasattr(move, "_fields"):
-        raise UnmetError(f"the move is a {type(move).__name__}", "Return (force, move), move a NamedTuple of scalars")
+        raise UnmetError(f"the move is a {type(move).__name__}", "Return (force, move), where move is a NamedTuple of scalars")
     after = model.component.commit(state, memory, move, model.parameters)
     if type(after) is not type(state):
         raise UnmetError(f"commit returned a {type(after).__name__}", "Return a State from commit")
@@ -206,7 +206,7 @@ def refines(model: Model) -> Fact:
     most = 0.8 * steps[0] + 1e-9
     return judged(
         Fact(f"relative changes {', '.join(f'{change:.1e}' for change in steps)}", steps[-1], "1", most),
-        "The force must be the mean over the step",
+        "Return the mean force over the step",
         unmet=steps[-1] > most,
     )
 
@@ -240,7 +240,9 @@ def flow_agrees(model: Model) -> Fact:
     if not any(parts):
         return Fact("no flow", applies=False)
     if not all(parts):
-        raise UnmetError("piece, flow and arrival are not all given", "They work together: give all three, or leave all out")
+        raise UnmetError(
+            "piece, flow and arrival are not all given", "These three functions work together: give all three, or omit all three"
+        )
     dt, worst = 1e-7, 0.0
     for v in (1e-3, -2e-3, 5e-3, -1e-4):
         state, memory = _used(model)
@@ -291,7 +293,9 @@ def derivatives_agree(model: Model) -> Fact:
             error = np.median(np.min(np.abs(derivative - differences), axis=0)) / max(float(np.max(np.abs(differences))), 1e-300)
             worst = max(worst, float(error) if np.all(np.isfinite(derivative)) else np.inf)
     if not worst <= LIKE_DIFFERENCES:
-        raise UnmetError(f"derivatives and differences differ by {worst:.2g} of the largest", "Report it: this is a fault of bristle")
+        raise UnmetError(
+            f"derivatives and differences differ by {worst:.2g} of the largest", "Report this failure: it is a fault of bristle"
+        )
     return Fact(f"{directions.shape[1]} derivatives", worst, "1", LIKE_DIFFERENCES)
 
 

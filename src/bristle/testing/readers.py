@@ -42,7 +42,7 @@ def check_reader(log_format: LogFormat, example: bytes = b"") -> list[Check]:
         One for each demand, in order; if a demand of the form is not met, the others are skipped.
     """
     trial = _Trial(log_format, example or log_format.example)
-    return outcomes(READER_CHECKS, trial, FORM, "Let it read the bytes of its example")
+    return outcomes(READER_CHECKS, trial, FORM, "Make read accept the bytes of its example")
 
 
 class _Trial:
@@ -106,7 +106,7 @@ def columns_of_numbers(trial: _Trial) -> Fact:
                 f"Return one array of numbers for each column; the example has {FEWEST_ROWS} rows or more",
             )
     if not {*table.columns, *table.stamps.values()} <= set(table.names):
-        raise UnmetError("names lacks existing columns", "Leave names out, or name every column there")
+        raise UnmetError("the list names lacks existing columns", "Omit names, or list every column in it")
     plain = [name for name in table.columns if name not in {*table.stamps, *table.stamps.values()}]
     # Each column is as long as its time column, or as the first other column; tables of one file may differ.
     pairs = [] if table.tables else [*table.stamps.items(), *((name, plain[0]) for name in plain)]
@@ -130,7 +130,7 @@ def units_that_exist(trial: _Trial) -> Fact:
         except InputError as error:
             raise UnmetError(
                 f"column {name!r} has the unit {unit!r}, which does not exist",
-                error.mend or "Write mm, N, A, %, or leave it out: the axis file then states it",
+                error.mend or "Write mm, N, A, %, or omit the unit: the axis file then states it",
             ) from None
     return Fact(", ".join(f"{name} [{unit}]" for name, unit in trial.table.units.items()) or "no units")
 
@@ -139,7 +139,7 @@ def time_in_order(trial: _Trial) -> Fact:
     """Give times that are numbers and increase, or the time between samples."""
     for name, values in trial.times.items():
         if not np.all(np.isfinite(values)):
-            raise UnmetError(f"column {name!r} has times that are not numbers", "Leave out rows without a time")
+            raise UnmetError(f"column {name!r} has times that are not numbers", "Omit rows without a time")
         falls = np.flatnonzero(np.diff(values) < 0.0)
         if falls.size:
             raise UnmetError(
@@ -147,7 +147,7 @@ def time_in_order(trial: _Trial) -> Fact:
             )
     period = trial.table.sample_time
     if period is not None and not (np.isfinite(period) and period > 0.0):
-        raise UnmetError(f"the time between samples is {period!r}", "Give sample_time in seconds, or leave it out")
+        raise UnmetError(f"the time between samples is {period!r}", "Give sample_time in seconds, or omit it")
     if not trial.times and period is None:
         return Fact("no time: the axis file states the time between samples", applies=False)
     return Fact(", ".join(trial.times) or f"every {period:g} s")
@@ -176,7 +176,9 @@ def leaves_other_files(trial: _Trial) -> Fact:
                     f"recognises stops with {type(error).__name__}: {told_by(error)} ({title})", "Return False for unknown files"
                 ) from None
             if claimed:
-                raise UnmetError(f"it claims a file of another format: {title}", "Check more of the first bytes in recognises")
+                raise UnmetError(
+                    f"it recognizes a file of another format as its own: {title}", "Check more of the first bytes in recognises"
+                )
     return Fact(f"{len(foreign)} files of other formats")
 
 
@@ -209,7 +211,7 @@ def _refuse_other_rows(complete: Table, part: Table, size: int) -> None:
             raise UnmetError(
                 f"truncated to {size} bytes, row {differs[0] + 1} of {name!r} is {read[differs[0]]:g} instead of "
                 f"{values[differs[0]]:g} in the whole file",
-                "Leave out an incomplete last row, or refuse the file",
+                "Omit an incomplete last row, or refuse the file",
             )
 
 

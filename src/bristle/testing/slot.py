@@ -68,7 +68,7 @@ def neutral_defaults(slot: Slot) -> Fact:
     apart = float(np.max(np.abs(_factors(slot, slot.neutral) - 1.0)))
     return judged(
         Fact(f"largest difference from 1: {apart:.3g}", apart, "1", ROUNDING),
-        "Take other defaults, such as 0 for a coefficient: with them friction must not vary",
+        "Give other defaults, such as 0 for a coefficient: with the defaults friction must not vary",
         unmet=not apart <= ROUNDING,
     )
 
@@ -190,7 +190,7 @@ def _built(function: Any, types: list[Any]) -> int:
 def _sampled(model: Model, output: str, step: Any, quantity: str) -> Fact:
     value, after = step()
     if not isinstance(value, (float, int)) or not math.isfinite(value):
-        raise UnmetError(f"the {output} is {type(value).__name__} {value!r:.40}", f"Return ({output}, state), both finite")
+        raise UnmetError(f"the {output} is {type(value).__name__} {value!r:.40}", f"Return ({output}, state) with finite numbers")
     if type(after) is not model.component.State:
         raise UnmetError(f"step returned a {type(after).__name__} as its state", f"Return ({output}, State(...))")
     if step() != (value, after):

@@ -163,7 +163,7 @@ def lowers_the_error(trial: _Trial) -> Fact:
     """Lower the error of the axis: a reversed sign or a wrong unit raises the error, or feeds almost no force."""
     target = trial.target
     if target.reads is None:
-        return Fact("no reads: the result of a drive is unknown", applies=False)
+        return Fact("the target has no reads, so bristle does not know the force of the drive", applies=False)
     advice = "Write the sign and the units of the drive, and return the force in N or N*m from reads, positive forward"
     ratios = [1.0]
     for name, product in trial.first.items():
@@ -175,9 +175,9 @@ def lowers_the_error(trial: _Trial) -> Fact:
         if effect is not None and not effect.ratio <= 1.0:
             raise UnmetError(f"{effect.lines()[0]} ({name})", advice)
         if not LEAST_SHARE <= share <= 1.0 / LEAST_SHARE:
-            raise UnmetError(f"it feeds {share:.2g} times the effort of the axis ({name})", advice)
+            raise UnmetError(f"it feeds forward {share:.2g} times the effort of the axis ({name})", advice)
         ratios += [] if effect is None else [effect.ratio]
-    return Fact(f"error at best {min(ratios):.2g} times that without the target", min(ratios), "1", 1.0)
+    return Fact(f"with the target, the error is at best {min(ratios):.2g} times the error without it", min(ratios), "1", 1.0)
 
 
 def _share_fed(request: Request, drive: Drive, target: Target) -> float:

@@ -146,7 +146,7 @@ class Expressions:
     def combined(self, by: ast.operator, left: tree.Expression, right: tree.Expression, node: ast.AST) -> tree.Expression:
         """Return two numbers combined by an operator."""
         if isinstance(by, ast.Pow):
-            raise self.refuse(node, "** differs between targets: write a * a, or power(x, y)")
+            raise self.refuse(node, "the result of ** differs between targets: write a * a, or power(x, y)")
         for side in (left, right):
             if side.type not in NUMBERS:
                 raise self.refuse(node, f"arithmetic with {_in_words(side.type)} is not possible")
@@ -187,7 +187,7 @@ class Expressions:
     def _boolop(self, node: ast.BoolOp) -> tree.Expression:
         parts = [self.value(part) for part in node.values]
         if any(part.type != TRUTH for part in parts):
-            raise self.refuse(node, "and, or need truths: write a comparison")
+            raise self.refuse(node, "the operands of and, or must be true or false: write a comparison")
         return tree.Logic(TRUTH, "and" if isinstance(node.op, ast.And) else "or", parts)
 
     def _ifexp(self, node: ast.IfExp) -> tree.Expression:
@@ -255,7 +255,9 @@ class Expressions:
         if module is not math:
             raise self.refuse(node, f"calls of the method .{function.attr} are outside the subset")
         if function.attr not in OF_MATH:
-            raise self.refuse(node, f"math.{function.attr} may raise, or round differently on other targets: use bristle.core.mathematics")
+            raise self.refuse(
+                node, f"math.{function.attr} may raise an error, or round differently on other targets: use bristle.core.mathematics"
+            )
         arguments = [self.coerced(self.value(argument), REAL, node) for argument in node.args]
         return tree.Intrinsic(OF_MATH[function.attr], CALLED.get(function.attr, function.attr), arguments)
 

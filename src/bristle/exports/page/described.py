@@ -187,7 +187,8 @@ def variables_of(
 ) -> list[dict[str, Any]]:
     """Return the data of the parameters of a model for a page; those in `movable` have sliders.
 
-    `force` is the range of the slider of a force that is 0 [N or N*m], `around` the factor of a slider up and down.
+    `force` [N or N*m] is the range of the slider of a force whose value is 0. The other sliders reach from the value over
+    `around` to the value times `around`.
     """
     rows = []
     for name, variable in model.component.variables.items():

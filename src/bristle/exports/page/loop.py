@@ -218,7 +218,8 @@ def living_described(
 ) -> dict[str, Any] | None:
     """Return the data of an interactive report of an identification; None if a page cannot compute the model.
 
-    Sliders reach `around` times up and down from an identified value; `thinned` returns the samples of a line to draw.
+    Sliders reach from an identified value over `around` to the value times `around`; `thinned` returns the samples of a line
+    to draw.
     """
     fit = identification.best
     rows = fitted_rows(fit, identification.log, axis, identification.treatment)

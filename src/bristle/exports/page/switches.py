@@ -241,7 +241,7 @@ def switched(
     if over := channel_slots_of(model.component):
         names = ", ".join(slot.name for slot in over)
         raise InputError(
-            "has a slot over a channel of the log, which a page does not have", path="model", value=names, mend="Remove the slot"
+            "has a slot that needs a channel of the log, but a page has no log", path="model", value=names, mend="Remove the slot"
         )
     plain, slots = plain_of(model), slots_of(model)
     uncertainties = uncertainty or {}

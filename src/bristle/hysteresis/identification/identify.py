@@ -35,7 +35,7 @@ SAMPLES_LEAST = 20  # of a recording, for each fold
 def fit_table(recorded: Curves) -> Fitted:
     """Return the table along first-order reversal curves."""
     if recorded.start != "saturated" or len(recorded.curves) < 2:
-        mend = 'Write start = "saturated" if they do, or fit preisach_grid'
+        mend = 'Write start = "saturated" if your curves do, or fit preisach_grid'
         raise InputError("needs reversal curves, which start from saturation", path="model", value="reversal_table", mend=mend)
     behind = smoothed(recorded)
     table = table_of_curves([(curve.u, curve.f) for curve in behind.recorded.curves], kind=recorded.kind)
@@ -69,14 +69,15 @@ def identify_operator(
         Input and output along one path or several, such as first-order reversal curves.
     model : str or sequence of str
         ``"prandtl_ishlinskii"``, stops with non-negative weights; ``"preisach"``, the best closed form;
-        ``"preisach_grid"``, the measure of each cell, its sign off the diagonal chosen by the data;
-        ``"reversal_table"``, the Everett function along the recorded curves. Several separated by commas; ``"all"``
-        that the data allow by default.
+        ``"preisach_grid"``, the measure of each cell, whose sign off the diagonal follows from the data;
+        ``"reversal_table"``, the Everett function along the recorded curves. Separate several names by commas. The
+        default, ``"all"``, fits every operator that the data allow.
     stops, cells : int
         Number of stops, and of cells along a side of the grid.
     folds : int
-        Number of parts for held-out errors. Each part is every fifth curve, say, if there are at least twice as many
-        curves, otherwise blocks of samples. The first and the last curve are always fitted. 0 skips held-out errors.
+        Number of parts for held-out errors. If there are at least twice as many curves as parts, a part consists of
+        curves, such as every fifth curve; otherwise it is a block of samples. The first and the last curve are always
+        fitted. 0 skips held-out errors.
     progress : callable, optional
         Called with the share of the work done and the current task.
 

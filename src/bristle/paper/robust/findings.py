@@ -108,7 +108,7 @@ def claims(trial: Trial, place: str = SET_A) -> list[Claim]:
     strange = _peaks({name: error_of(trial, place, name, TOGETHER) for name in strangers})
     listed = [
         Claim("observer and feedforward on the thirty sliders, at 0.7 to 1.6 times the level, without a refit", 0.45e-6, levels),
-        Claim("observer and feedforward on every other truth, without changes", ON_ALL_TRUTHS, strange),
+        Claim("observer and feedforward on every other friction, without changes", ON_ALL_TRUTHS, strange),
     ]
     return [claim for claim in listed if claim.errors]
 
@@ -210,7 +210,13 @@ def best_table(trial: Trial) -> Table:
             own = best["family"]
             is_own = "yes" if own in truth.families else "no"
             rows.append((truth.name, SET_NAMES[place], own or "–", is_own, left, best["stranger"] or "–", stranger_left, chosen_left))
-    best_heads = ("Best family", "Structure of the truth", "Remaining error [%]", "Best with another structure", "Its remaining error [%]")
+    best_heads = (
+        "Best family",
+        "Has the structure of the simulated friction",
+        "Remaining error [%]",
+        "Best with another structure",
+        "Its remaining error [%]",
+    )
     heads = ("Friction of the rig", "Set", *best_heads, f"Remaining error of {CHOSEN} [%]")
     return Table("Families with the smallest remaining error with feedforward", heads, rows)
 
@@ -223,7 +229,7 @@ def family_table(trial: Trial, place: str) -> Table:
         rows.append((family, *(share + (OWN if family in truth.families else "") for truth, share in shares)))
     caption = (
         f"{SET_NAMES[place]}: remaining error with feedforward [% of the error without compensation]; {OWN} if "
-        "the family has the structure of the truth"
+        "the family has the structure of the simulated friction"
     )
     return Table(caption, ("Family", *(truth.name for truth in trial.plan.truths)), rows)
 

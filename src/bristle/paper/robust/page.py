@@ -13,7 +13,7 @@ from bristle.paper.robust.truths import CONDITIONS
 from bristle.report.page import Front, Picture, Ruling, about, answered, picture, render
 from bristle.report.table import Table
 
-HEADING = "Compensation on other truths"
+HEADING = "Compensation on other frictions"
 SIMULATED = "The loops are simulated, without a real machine."
 PIPELINE = (
     "One pipeline for all: a log of the loop without compensation, a Maxwell-slip model identified from it, "
@@ -22,12 +22,12 @@ PIPELINE = (
 FAMILIES = (
     "Each family is identified from the same log by bristle identify. Feedforward acts on the unchanged rig. "
     "The family `printed` is equations (5) to (7): identified over the position, as in the paper, and driven by z. "
-    "A star marks a family with the structure of the truth or of a limit of it, which a user at a machine "
+    "A star marks a family with the structure of the simulated friction or of a limit of it, which a user at a machine "
     "cannot expect."
 )
 LIMITS = (
-    "Truths are equations with chosen numbers; real contacts wear, warm up and vary along the axis.",
-    "Inertia, delay and encoder are known exactly; gains are not tuned for any truth.",
+    "The simulated frictions are equations with chosen numbers; real contacts wear, warm up and vary along the axis.",
+    "Inertia, delay and encoder are known exactly; gains are not tuned for any friction.",
 )
 
 
@@ -43,7 +43,7 @@ def words_of(trial: Trial) -> list[str]:
         sentences += [f"{findings.SET_NAMES[place]}: {line}" for line in lines if line]
         if names := findings.no_better(trial, place):
             sentences.append(
-                f"{findings.SET_NAMES[place]}: on {len(names)} of {len(trial.plan.truths)} truths the observer alone does as "
+                f"{findings.SET_NAMES[place]}: on {len(names)} of {len(trial.plan.truths)} frictions the observer alone does as "
                 f"well as both: {', '.join(names)}."
             )
     return sentences
@@ -59,7 +59,7 @@ def _taken_off(trial: Trial, place: str, variant: str, family: str, subject: str
     errors = [findings.error_of(trial, place, name, variant, family=family) for name in names]
     means = [1e6 * error.peak_to_peak for error in errors if error is not None]
     leaving = "leaves" if subject.endswith("removes") else "leave"
-    return f"{subject} {_range(finite, 10.0)} % of the error, by truth, and {leaving} {_range(means, 0.1)} µm."
+    return f"{subject} {_range(finite, 10.0)} % of the error, depending on the friction, and {leaving} {_range(means, 0.1)} µm."
 
 
 def _range(values: Sequence[float], resolution: float) -> str:
@@ -73,7 +73,7 @@ def ruling_of(trial: Trial) -> Ruling:
     listed = [(place, claim) for place in trial.plan.sets for claim in findings.claims(trial, place)]
     missed = [(place, claim) for place, claim in listed if not claim.holds]
     if not missed:
-        return Ruling("usable", "The claims for observer and feedforward hold on every tested truth")
+        return Ruling("usable", "The claims for observer and feedforward hold for every tested friction")
     reasons = []
     for place, claim in missed:
         errors = [f"{case} {findings.tenths(error)} µm" for case, error in claim.errors.items() if error > claim.limit]
@@ -113,9 +113,9 @@ def _front(trial: Trial) -> Front:
         ['An observer, `model = "disturbance_observer"` of the controller, and feedforward of a model of your log'],
         ["a log of a minute, and an observer in the controller"],
         [PIPELINE, LIMITS[0]],
-        ["your own friction as a truth: `bristle paper --robust model.toml`"],
+        ["your own friction in these loops: `bristle paper --robust model.toml`"],
     )
-    facts = about("simulated loops", f"{len(trial.plan.truths)} truths", f"{trial.plan.seeds} runs each")
+    facts = about("simulated loops", f"{len(trial.plan.truths)} frictions", f"{trial.plan.seeds} runs each")
     return Front(HEADING, facts, ruling, answers, "claims", "No case is above its limit.", _picture(trial))
 
 

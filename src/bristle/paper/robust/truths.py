@@ -50,7 +50,10 @@ def truths_named(names: Sequence[str] = (), *, allow_code: bool = False) -> list
     truths = [_truth(name, allow_code) for name in dict.fromkeys(names or SIMULATED)]
     if len({truth.name for truth in truths}) < len(truths):
         raise InputError(
-            "two truths have the same name", path="TRUTH", value=", ".join(truth.name for truth in truths), mend="Rename one of the files"
+            "two frictions have the same name",
+            path="TRUTH",
+            value=", ".join(truth.name for truth in truths),
+            mend="Rename one of the files",
         )
     return truths
 
@@ -60,7 +63,7 @@ def _truth(name: str, allow_code: bool) -> Truth:
     if not file.is_file() or file.suffix != ".toml":
         allowed = ", ".join([*SIMULATED, "a model file"])
         mend = "bristle identify writes a model file of a log" if file.is_file() else did_you_mean(name, SIMULATED)
-        raise InputError("is not a known truth", path="TRUTH", value=name, allowed=allowed, mend=mend)
+        raise InputError("is not a known friction", path="TRUTH", value=name, allowed=allowed, mend=mend)
     friction = read_model(file, allow_code=allow_code).friction
     # The thirty elements have their own scatter; a user's model stays unchanged.
     scatter = SCATTER if name in SIMULATED and "scatter" not in friction.values else 0.0

@@ -180,10 +180,14 @@ def closed_loop_of(
 ) -> ClosedLoop:
     """Return the closed loop of a stretch of a log."""
     if not isinstance(axis.controller, Model):
-        mend = f"Describe the controller that was running in [controller] of the axis file, or {instead}"
+        mend = f"Describe the controller of the recorded axis under [controller] of the axis file, or {instead}"
         raise InputError(f"is needed {purpose}", path="axis.controller", mend=mend)
     if log.reference is None:
-        raise InputError("has no reference to follow", path="log", mend=f"Name its column in [columns] of the axis file, or {instead}")
+        raise InputError(
+            "has no reference to follow",
+            path="log",
+            mend=f"Name the column of the reference under [columns] of the axis file, or {instead}",
+        )
     desired = desired_of(log.reference.values[part], log.sample_time)
     limit, first, injected = axis.effort_limit or math.inf, part.indices(len(log))[0], log.injected_effort[part]
     law = within_drive(axis.controller, limit, injected)

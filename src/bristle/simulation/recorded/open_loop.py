@@ -85,7 +85,7 @@ class OpenLoop:
 def open_loop_of(log: Log, axis: Axis, part: slice, steps: int = FINE) -> OpenLoop:
     """Return the open loop of a stretch of a log that begins at rest or is periodic."""
     if log.effort is None:
-        raise InputError("has no effort to apply", path="log", mend="Name its column in the axis file")
+        raise InputError("has no effort to apply", path="log", mend="Name the column of the effort in the axis file")
     effort, position = log.effort.values[part], log.position.values[part]
     period = None if axis.periodic is False else period_of(effort)
     if period is None and (axis.periodic or (axis.periodic is None and closes(effort) and closes(position))):

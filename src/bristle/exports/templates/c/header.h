@@ -25,7 +25,7 @@ extern "C" {
 /* Reset to a virgin contact without a sample. Call it before any other function. */
 void {{ name }}_start({{ name }} *axis);
 
-{% if operator %}/* The output [{{ unit_force }}] at the input `x` [{{ unit_x }}], after one move from the last input, at first from 0. */
+{% if operator %}/* The output [{{ unit_force }}] at the input `x` [{{ unit_x }}], after one move from the last input; the first move begins at 0. */
 double {{ name }}_output({{ name }} *axis, double x);
 {% else %}/* The mean friction force [{{ unit_force }}] of the step that ends at the position `x` [{{ unit_x }}], `dt` [s] after the last call; positive
    when it opposes a motion to larger `x`. The first call sets the position of the axis, and returns 0. */

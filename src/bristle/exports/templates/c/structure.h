@@ -3,7 +3,7 @@
 #define {{ guard }}_OVERFLOW 2 /* the result was not a finite number: the last output was returned */
 {% include "c/parameters.h" %}typedef struct {{ name }} {
     double position; /* last accepted {% if operator %}input{% else %}position{% endif %} [{{ unit_x }}] */
-    int32_t begun;   /* whether there was a sample; between both numbers, since some compilers would store these together, late */
+    int32_t begun;   /* whether there was a sample; placed here, because some compilers store adjacent numbers together, late */
     double force;    /* last {% if operator %}output{% else %}force{% endif %} [{{ unit_force }}] */
     int32_t flags;   /* {{ guard }}_REFUSED, {{ guard }}_OVERFLOW, or 0 */
 {% if state %}    struct {

@@ -92,7 +92,7 @@ static const char *given(Situation *now, unsigned reference, double value)
     if (roles[reference] == A_START && now->phase <= STARTING) {
         now->lasting[reference - {{ first_start }}U] = value;
     } else if (now->phase == OVER || (roles[reference] != AN_INPUT && roles[reference] != A_PARAMETER)) {
-        return "the variable cannot be set, or not in this state";
+        return "the variable cannot be set at all, or not in this phase of the FMU";
     }
     now->values[reference] = value;
     return NULL;
@@ -116,10 +116,10 @@ static const char *gone_on(Situation *now, Situation *before, double time)
 {
     const double far = (time - now->begin) / STEP + 1e-6;
     if (now->phase != STEPPING) {
-        return "a step before the start or after the end";
+        return "the step lies before the start or after the end";
     }
     if (!(far >= 0.0 && far < 9e15) || (uint64_t)far < now->steps) {
-        return "time goes backward, or is not a number";
+        return "the time goes backward, or is not a number";
     }
     *before = *now;
     for (const uint64_t last = (uint64_t)far; now->steps < last; ++now->steps) {

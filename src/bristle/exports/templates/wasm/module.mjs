@@ -99,7 +99,7 @@ export async function load(bytes) {
     },
     // Change a parameter: a number, or as many as it has.
     set(name, value) {
-      if (!Object.hasOwn(PLACES, name)) throw new RangeError(`${name} is no parameter; ${Object.keys(PLACES).join(", ")} are`);
+      if (!Object.hasOwn(PLACES, name)) throw new RangeError(`${name} is not a parameter; the parameters are ${Object.keys(PLACES).join(", ")}`);
       const values = typeof value === "number" ? [value] : Array.from(value);
       const [least, most] = RANGES[name];
       const count = PLACES[name][0].length;
@@ -111,7 +111,7 @@ export async function load(bytes) {
       for (const place of PLACES[name]) place.forEach((at, i) => { numbers[at / 8] = values[i]; });
     },
     get(name) {
-      if (!Object.hasOwn(PLACES, name)) throw new RangeError(`${name} is no parameter`);
+      if (!Object.hasOwn(PLACES, name)) throw new RangeError(`${name} is not a parameter`);
       const values = PLACES[name][0].map((at) => numbers[at / 8]);
       return values.length === 1 ? values[0] : values;
     },
