@@ -641,7 +641,7 @@ def robustness() -> str:
         table(("Set", "Friction compensation", "Phase margin [°]", "Gain margin"), margins),
         "## Families",
         "A model of each family is identified from one log and fed forward alone. The tables give the remaining error in "
-        "percent of the error without compensation. **Bold**: the family has the structure of the truth, or of a limiting "
+        "percent of the error without compensation. **Bold**: the family has the structure of the true friction, or of a limiting "
         "case of it. The last row names the family with the smallest error.",
         *_families_of(told),
     )

@@ -30,7 +30,7 @@ def test_the_answer_is_printed_first_and_yes_exits_with_0(bristle, logs):
     assert result.code == 0
     assert result.out.startswith("It helped: the following error is lower.")
     assert "Friction level" in result.out
-    assert "bristle compared 8 cycles before and 8 after" in result.out
+    assert "bristle compared 8 cycles before and 8 after" in " ".join(result.out.split())
 
 
 def test_no_help_is_the_exit_code_of_no(bristle, logs):

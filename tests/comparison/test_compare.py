@@ -146,7 +146,7 @@ def test_without_a_reference_effort_and_friction_are_compared_with_a_remark():
     assert comparison.helped is None
     lacking = next(diagnostic for diagnostic in comparison.diagnostics if diagnostic.code == "no_reference")
     assert lacking.numbers["sides"] == ("before",)
-    assert "the following error is not compared" in message(lacking)
+    assert "does not compare the following error" in message(lacking)
     assert "Without a reference" in comparison.sentences[0]
 
 

@@ -109,6 +109,6 @@ def test_a_constant_force_found_by_another_model_is_named(offset, told):
     named = [note for note in notes if "holds offset at 0" in note]
     assert bool(named) is told
     if told:
-        assert re.search(r'coulomb_viscous found (3|2\.9).*offset = "(3|2\.9)\d*\.?\d* N" under \[plant\]', named[0])
+        assert re.search(r'coulomb_viscous identified offset = (3|2\.9).*offset = "(3|2\.9)\d*\.?\d* N" under \[plant\]', named[0])
     assert not [note for note in replace(identification, fits=(fits[plain], fits[split])).notes if "offset" in note]
     assert not [note for note in replace(identification, fits=(fits[split],)).notes if "offset" in note]

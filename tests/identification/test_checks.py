@@ -61,7 +61,9 @@ def test_parameters_of_a_clipped_effort_are_effective():
     identification = identify(run.log(effort=np.clip(run.effort(), -top, top) + noise), "coulomb_viscous", draws=0, blocks=0)
     assert {"M", "F_v", "F_C"} <= set(identification.best.effective)
     assert "effective" in {row[-1] for row in parameter_table(identification.best).rows}
-    assert any("similar motions: the effort is clipped" in line for _, lines in answers(identification, None, None) for line in lines)
+    assert any(
+        "similar motions, because the effort is clipped" in line for _, lines in answers(identification, None, None) for line in lines
+    )
     assert identify(Run(0).log(), "coulomb_viscous", draws=0, blocks=0).best.effective == ()
 
 

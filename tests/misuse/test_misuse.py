@@ -240,7 +240,7 @@ def test_a_log_of_plain_columns_is_the_log_of_channels():
     assert Log(time=[0, 1], position=[0, 1], kind="rotational").position.unit == "rad"
     both = [br.identify(item, "coulomb_viscous", draws=0, blocks=0).best.friction.values["F_C"] for item in (plain, whole)]
     assert both[0] == pytest.approx(both[1], rel=1e-9)
-    with pytest.raises(InputError, match="time: must rise"):
+    with pytest.raises(InputError, match="time: must increase"):
         Log(time=[0.0, 1.0, 0.5], position=[1.0, 2.0, 3.0])
 
 

@@ -131,7 +131,7 @@ def test_the_table_of_the_loop_of_the_paper(paper):
         "nothing": "none",
         "LuGre": "lugre",
         "(5)–(7) as printed": "printed",
-        "the same and the constant that its loops leave over": "printed_constant",
+        "the same, plus the constant that its loops lack": "printed_constant",
         "(5)–(7) with a gate": "gate",
         "operator on the position, × 0.64: calibrated": "paper",
         "Maxwell slip, identified from encoder and effort": "identified",

@@ -6,7 +6,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bristle.report.table import Quantity, Table, fixed, interval_text, length_text, percent_text, short_text, span_text, stiffness_text
+from bristle.report.table import (
+    Quantity,
+    Table,
+    capital,
+    fixed,
+    interval_text,
+    length_text,
+    percent_text,
+    short_text,
+    span_text,
+    stiffness_text,
+)
 
 
 def test_empty_column_is_left_out():
@@ -77,3 +88,9 @@ def test_short_texts_of_numbers():
     assert (span_text([3e-3, 1e-3, 2e-3], "m"), span_text([2e-3, 2e-3], "m")) == ("1 mm to 3 mm", "2 mm")
     assert (interval_text("1", "2"), interval_text("1", "1")) == ("1 to 2", "1, to the last digit")
     assert (stiffness_text(5e7, "translational"), stiffness_text(123.4, "rotational")) == ("50.0 N/µm", "123 N·m/rad")
+
+
+def test_a_sentence_begins_with_a_capital_or_with_the_name_of_the_program():
+    assert capital("the log is short") == "The log is short"
+    assert capital("bristle removed a delay") == "bristle removed a delay"
+    assert capital("") == ""

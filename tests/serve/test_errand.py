@@ -46,7 +46,7 @@ def test_a_log_is_its_bytes_under_its_label(tmp_path):
 def test_missing_files_are_reported(tmp_path):
     with pytest.raises(InputError, match="Drop a log to fit"):
         _ = errand_of(tmp_path, logs=[("file-2", "later.csv", "held_out")]).fitted
-    with pytest.raises(InputError, match="Identify first"):
+    with pytest.raises(InputError, match="Identify a model first"):
         _ = errand_of(tmp_path).model
 
 

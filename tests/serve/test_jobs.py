@@ -68,7 +68,7 @@ def test_a_killed_worker_is_reported_and_the_next_one_works(server, client, case
     job = settled(client, case)["job"]
     assert job["state"] == "failed"
     assert "signal 9" in job["message"]
-    assert "Run it again" in job["message"]
+    assert "Run the job again" in job["message"]
     work('return {"word": "done"}, {"number": float("nan")}')
     state = ended(client, case, "check")
     assert state["job"]["state"] == "done"

@@ -51,7 +51,7 @@ def truths_named(names: Sequence[str] = (), *, allow_code: bool = False) -> list
     if len({truth.name for truth in truths}) < len(truths):
         raise InputError(
             "two frictions have the same name",
-            path="TRUTH",
+            path="FRICTION",
             value=", ".join(truth.name for truth in truths),
             mend="Rename one of the files",
         )
@@ -63,7 +63,7 @@ def _truth(name: str, allow_code: bool) -> Truth:
     if not file.is_file() or file.suffix != ".toml":
         allowed = ", ".join([*SIMULATED, "a model file"])
         mend = "bristle identify writes a model file of a log" if file.is_file() else did_you_mean(name, SIMULATED)
-        raise InputError("is not a known friction", path="TRUTH", value=name, allowed=allowed, mend=mend)
+        raise InputError("is not a known friction", path="FRICTION", value=name, allowed=allowed, mend=mend)
     friction = read_model(file, allow_code=allow_code).friction
     # The thirty elements have their own scatter; a user's model stays unchanged.
     scatter = SCATTER if name in SIMULATED and "scatter" not in friction.values else 0.0
