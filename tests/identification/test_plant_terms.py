@@ -105,7 +105,7 @@ def test_absent_cogging_is_not_found():
 
 def test_harmonics_in_less_than_one_and_a_half_turns_are_rejected():
     columns = screw(0.0, 0.0)
-    with pytest.raises(InputError, match=r"need 1\.5 turns of the motor, and the log has 0\.\d+; .* record more turns"):
+    with pytest.raises(InputError, match=r"need 1\.5 turns of the motor, but the log has 0\.\d+ turns; .* record more turns"):
         identified(columns | {"q": 0.02 * columns["q"]}, axis("translational", transmission=SCREW, cogging=[{"turn": "motor"}]))
 
 
