@@ -90,7 +90,7 @@ def test_a_compared_model_is_not_suggested(motion, cause, compared):
     assert [fit.name for fit in result.fits] == ["coulomb_viscous", compared]
     named = next(diagnostic for diagnostic in result.best.diagnostics if diagnostic.code == f"missing_{cause}")
     assert (named.numbers["model"], named.numbers["compared"]) == ("", compared)
-    assert message(named).endswith(f". bristle also compared `{compared}`, which is no better")
+    assert message(named).endswith(f". bristle also compared `{compared}`, but its error is no smaller")
 
 
 def test_a_negligible_force_makes_parameters_effective_without_a_warning(motion):

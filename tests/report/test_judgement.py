@@ -229,7 +229,7 @@ def test_verdict_follows_the_error_limits_of_the_settings(error, level):
 
 def test_reasons_name_causes_and_unidentified_parameters(actual):
     fit = doubted(actual.best, Diagnostic("structure", "", "warning", {"causes": ("lag", "play")}))
-    assert judged(fit, USUAL).reasons == (f"{SENTENCES['structure'].means}: lag, play",)
+    assert judged(fit, USUAL).reasons == (f"{SENTENCES['structure'].means}: friction that lags the speed, play of the drive",)
     first, second, third, *rest = fit.estimates
     edge = replace(doubted(fit), estimates=(replace(first, status="at_edge"), second, third, *rest))
     assert judged(edge, USUAL).reasons == (f"not identified: {first.name}",)

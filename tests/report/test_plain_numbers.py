@@ -33,7 +33,11 @@ def test_model_is_suggested_or_reported_as_compared(key, other, said):
     ("model", "compared", "end"),
     [
         ("", "", "This model already has a ripple of one period: look for a second period in motor, screw and belt"),
-        ("", "coulomb+periodic", "Cogging or a screw is the likely cause. bristle also compared `coulomb+periodic`, which is no better"),
+        (
+            "",
+            "coulomb+periodic",
+            "Cogging or a screw is the likely cause. bristle also compared `coulomb+periodic`, but its error is no smaller",
+        ),
         ("coulomb+periodic", "", "Cogging or a screw is the likely cause. Next: try `coulomb+periodic`"),
     ],
 )

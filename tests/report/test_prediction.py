@@ -84,7 +84,7 @@ def test_log_of_the_fit_and_missed_tolerance_ask_for_care():
     missed = prediction_ruling(predicted(status=Status.TOLERANCE_MISSED))
     assert (missed.level, missed.reasons[1:]) == ("with_care", (Status.TOLERANCE_MISSED.sentence,))
     wild = prediction_ruling(predicted(status=Status.NOT_FINITE, diagnostics=(Diagnostic("short_stretch", "", "warning", {"samples": 3}),)))
-    assert wild == ("no", "It does not run", (Status.NOT_FINITE.sentence, "a short stretch was left out"))
+    assert wild == ("no", "It does not run", (Status.NOT_FINITE.sentence, "bristle left out a stretch too short for a prediction"))
 
 
 def test_warnings_ask_for_care_errors_forbid_notes_do_not_count():

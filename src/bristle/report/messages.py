@@ -17,9 +17,9 @@ if TYPE_CHECKING:
     from bristle.simulation import Prediction
 
 _HEADS = {
-    ("parameter", "warning"): "{parameter} cannot be identified: ",
-    ("parameter", "note"): "{parameter} is held constant at {value:unit}: ",
-    ("edge", "warning"): "{parameter} has no standard error: ",
+    ("parameter", "warning"): "{parameter:parameter} cannot be identified: ",
+    ("parameter", "note"): "{parameter:parameter} is held constant at {value:unit}: ",
+    ("edge", "warning"): "{parameter:parameter} has no standard error: ",
 }
 
 
@@ -116,7 +116,8 @@ class _Words(Formatter):
     """Formats numbers by their quantity."""
 
     # The format is a generalised quantity (`length/time`), `unit` for the unit among the numbers, `lead` for a travel
-    # as in an axis file, `list` or `and` for names, `whole numbers`, `samples` for a count in words, `2 digits`, or a
+    # as in an axis file, `parameter` for a name that is a word, `list` or `and` for names, `whole numbers`, `samples` for
+    # a count in words, `2 digits`, or a
     # format of Python. `!m` is the magnitude.
 
     def __init__(self, kind: Kind, unit: str) -> None:
@@ -135,6 +136,7 @@ class _Words(Formatter):
             "whole numbers": lambda: ", ".join(str(int(order)) for order in value),
             "lead": lambda: f"{number(1e3 * value)} mm",
             "unit": lambda: value if isinstance(value, str) else with_unit(value, self.unit),
+            "parameter": lambda: f"parameter {value}" if value.isalpha() and value.islower() and len(value) > 2 else value,
             "percents": lambda: ", ".join(f"{number(share, 10.0)} %" for share in value),
             "samples": lambda: counted(int(value)),
             "stiffness of an axis": lambda: stiffness_text(value, self.kind),

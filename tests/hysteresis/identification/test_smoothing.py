@@ -53,6 +53,6 @@ def test_smoothed_curves_predict_held_out_curves_better(clean, monkeypatch):
     best = identify_operator(recorded, "reversal_table").best
     monkeypatch.setattr(curves, "WINDOWS", (1,))
     as_recorded = identify_operator(recorded, "reversal_table").best
-    assert any("smoothed over" in note for note in best.notes)
-    assert not any("smoothed over" in note for note in as_recorded.notes)
+    assert any("smoothed each curve" in note for note in best.notes)
+    assert not any("smoothed each curve" in note for note in as_recorded.notes)
     assert best.held_out.mean_percent < 0.95 * as_recorded.held_out.mean_percent

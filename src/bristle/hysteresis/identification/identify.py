@@ -39,7 +39,7 @@ def fit_table(recorded: Curves) -> Fitted:
         raise InputError("needs reversal curves, which start from saturation", path="model", value="reversal_table", mend=mend)
     behind = smoothed(recorded)
     table = table_of_curves([(curve.u, curve.f) for curve in behind.recorded.curves], kind=recorded.kind)
-    remark = f"each curve is smoothed over {behind.window} samples, which predicts its neighbours better"
+    remark = f"bristle smoothed each curve over {behind.window} samples, because smoothed curves predict the neighbouring curves better"
     return Fitted(table, notes=(remark,) if behind.window > 1 else ())
 
 
@@ -163,6 +163,9 @@ def _without_blocks(recorded: Curves, fit_operator: Callable[..., Fitted], folds
         yield float(np.sqrt(np.mean((predicted - measured)[fold_of == fold] ** 2)))
 
 
+NO_SUCH = "This operator cannot follow the difference"
+
+
 def _adequacy(fit: OperatorFit, congruency: Congruency) -> tuple[str, ...]:
     """Return the verdict of the congruency of the data on an operator, in words."""
     limit = congruency.anywhere if fit.name == "prandtl_ishlinskii" else congruency.alike
@@ -170,8 +173,9 @@ def _adequacy(fit: OperatorFit, congruency: Congruency) -> tuple[str, ...]:
         return ()
     difference = with_unit(limit, unit_of("force", fit.operator.kind))
     share = 100.0 * limit / fit.prediction.full_scale
-    condition = "wherever they turned" if fit.name == "prandtl_ishlinskii" else "that turned at the same input"
-    return (f"branches {condition} differ by {difference} ({share:.2g} % of full scale), which no such operator can follow",)
+    if fit.name == "prandtl_ishlinskii":
+        return (f"the shape of a branch depends on its turning point, by {difference} ({share:.2g} % of full scale). {NO_SUCH}",)
+    return (f"branches that turned at the same input differ by {difference} ({share:.2g} % of full scale). {NO_SUCH}",)
 
 
 STARTS = (0.3, 3.0, 30.0)  # of s x over f_p at the largest input

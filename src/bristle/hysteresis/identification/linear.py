@@ -194,7 +194,7 @@ def fit_grid(recorded: Curves, *, cells: int = RESOLUTION, signs: Sequence[str] 
     chosen = min(tried, key=lambda name: tried[name].rms)
     best, unseen = tried[chosen], float(np.mean(equations.scale == 0.0))
     operator = preisach_grid(kind=recorded.kind, low=low, high=high, E=features.everett(best.weights), offset=best.offset)
-    notes = [f"off the diagonal, the sign of a {chosen} fits better"]
+    notes = [f"off the diagonal of the plane, a measure with the sign of a {chosen} has the smaller error"]
     notes += [f"no curve crosses {100.0 * unseen:.3g} % of the cells, which stay empty"] if unseen > 0.0 else []
     return Fitted(operator, rms=best.rms, notes=tuple(notes))
 

@@ -254,7 +254,7 @@ COMPARISONS: dict[str, Sentence] = {
     ),
     "cycles_identical": says(
         "the cycles of a quantity agree to the last digit, as in a simulation without noise. Its interval does not describe a machine",
-        "cycles do not scatter, so an interval has zero width",
+        "the cycles of a quantity are identical, so its interval has zero width",
         "record the real machine",
     ),
     "cycles_alike": says(
@@ -263,18 +263,18 @@ COMPARISONS: dict[str, Sentence] = {
         "record after the axis has warmed up",
     ),
     "friction_not_told": Sentence(
-        ("friction is not compared: no speed occurs often enough in both directions of both logs", "{why}"),
-        "a log does not determine its friction",
+        ("bristle does not compare friction: no speed occurs often enough in both directions of both logs", "{why}"),
+        "a log does not show its friction, so bristle does not compare friction",
         "record a longer motion to and fro, with more than ten samples for each period of the cut-off frequency",
-        choose=lambda texts, numbers: f"friction is not compared: {texts[1]}" if numbers["why"] else texts[0],
+        choose=lambda texts, numbers: f"bristle does not compare friction: {texts[1]}" if numbers["why"] else texts[0],
     ),
     "sample_times_differ": says(
         "the logs have different sample times: bristle compares them at the longest, one sample about every {longest:time}",
-        "bristle compares logs of different sample times at the longest",
+        "the logs have different sample times, and bristle compares them at the longest",
     ),
     "one_recording": says(
         "one side has a single log. The intervals lack the scatter between recordings, for example from temperature",
-        "intervals show scatter between cycles, not between recordings",
+        "the intervals show the scatter between cycles, but not between recordings",
         "record each side several times, and give all logs",
     ),
 }

@@ -8,7 +8,7 @@ from bristle.report.sentences.sentence import Sentence, says, where
 _INTERVALS = (
     "the 95 % intervals come from {{draws}} fits to simulated logs. These logs contain {causes} and friction that scatters by "
     "{{scatter_percent:2 digits}} % over {{half_cycles}} half-cycles. bristle added the rest of the residual, {left} (root mean "
-    "square), block by block with random sign"
+    "square), in blocks with random sign"
 )
 
 
@@ -73,13 +73,13 @@ FITS: dict[str, Sentence] = {
             "Stribeck effect",
         ),
         "friction rises with speed before it levels off",
-        "use the measured curve",
+        "use the measured curve of friction over speed",
         choose=lambda texts, numbers: texts[bool(numbers["direction"])],
     ),
     "widened": says(
         "bristle widened the intervals of {names:list} by a factor of {times:.2g}. The delay or filter of the log is uncertain. "
         "Near reversals this uncertainty matters more than noise",
-        "intervals include the uncertainty of the delay or filter, which the replicates lack",
+        "the intervals also include the uncertainty of the delay or filter, which the replicates do not show",
         "state the delay under [timing] of the axis file, or switch off filters in the drive and record again",
     ),
     # The held-out stretches.
@@ -101,25 +101,25 @@ FITS: dict[str, Sentence] = {
     ),
     # The assumptions of a fit.
     "output_error_open": says(
-        "bristle fitted the simulated position to the measured position, unfiltered. Statements about the effort come from an earlier fit, "
-        "along the measured motion differentiated twice. That earlier fit only started the search",
-        "the position was fitted",
+        "bristle fitted the simulated position to the measured position, unfiltered. Diagnostics of the effort come from an earlier fit "
+        "along the measured motion. The earlier fit only gave the start of the search",
+        "bristle fitted the simulated position to the measured position",
     ),
     "output_error_closed": says(
-        "bristle fitted the controller effort of the simulated loop to the measured effort, unfiltered. The loop follows the reference and "
-        "the known inputs. Statements about rows of the effort come from an earlier fit along the measured motion. That earlier fit only "
-        "started the search",
-        "the effort of the simulated loop was fitted",
+        "bristle fitted the controller effort of the simulated loop to the measured effort, unfiltered. The recorded reference and the "
+        "known inputs drive this loop. Diagnostics of the effort come from an earlier fit along the measured motion. The earlier fit "
+        "only gave the start of the search",
+        "bristle fitted the effort of the simulated loop to the measured effort",
     ),
     "prediction_error": Sentence(
         (
             "the model does not explain all of the motion, so the parameters are those of inverse dynamics. An observer of {bandwidth:.3g} "
             "Hz predicts the next position {times:.2g} times worse than in simulated logs of the identified axis",
             "the contact parameters are the mean of several observers, weighted by precision. Each observer has a different bandwidth and "
-            "predicts the next position. The most precise observer, of {bandwidth:.3g} Hz, predicts it to {error:length} rms",
+            "predicts the next position. The most precise observer, of {bandwidth:.3g} Hz, has an error of {error:length} rms",
             "the parameters are those of inverse dynamics, because no observer was usable: {why}",
         ),
-        "prediction errors of the position were fitted",
+        "bristle fitted the model to the prediction errors of the position",
         "compare other models",
         choose=where("unexplained", "bandwidth"),
     ),
@@ -133,7 +133,7 @@ FITS: dict[str, Sentence] = {
             "bristle filtered effort and motion at {cutoff:g} Hz",
             "bristle filtered effort and motion at {cutoff:g} Hz, and kept one row for {decimation} samples",
         ),
-        "the filter of the log and the number of rows kept",
+        "bristle filtered the log, or kept only a part of the rows",
         "nothing",
         choose=_filtered,
     ),
@@ -202,7 +202,7 @@ FITS: dict[str, Sentence] = {
             "the axis moves too slowly to distinguish motion from rest with encoder steps of {resolution:length}. bristle fitted all "
             "samples, including rests",
         ),
-        "samples at rest were left out, or motion and rest are indistinguishable",
+        "bristle left out samples at rest, or cannot distinguish rest from motion",
         'write `rests = "keep"` under [identification] if rests contain information on friction. Record faster motion, or use a finer '
         "encoder",
         choose=where("percent"),
@@ -210,7 +210,7 @@ FITS: dict[str, Sentence] = {
     "standard_errors": says(
         "standard errors assume independent residuals. The intervals also allow for residuals that are "
         "correlated over time, if this makes them wider",
-        "the assumption of the standard errors",
+        "standard errors assume independent residuals",
     ),
     "element_shape": says(
         "standard errors and intervals assume the given shape of the elements: the share of each element is fixed",
@@ -221,13 +221,13 @@ FITS: dict[str, Sentence] = {
             _INTERVALS.format(causes="noise of {noise:force}, encoder steps of {resolution:length},", left="{unexplained:force}"),
             _INTERVALS.format(causes="encoder steps of {resolution:length} in the loop", left="{unexplained:force}"),
         ),
-        "the origin of the 95 % intervals",
+        "the 95 % intervals come from simulated logs",
         "nothing",
         choose=lambda texts, numbers: texts[int("loop" in numbers)],
     ),
     "intervals_motion": says(
         _INTERVALS.format(causes="encoder steps of {resolution:length} after the motion", left="{unexplained:length}"),
-        "the origin of the 95 % intervals of a fit to the position",
+        "the 95 % intervals of a fit to the position come from simulated logs",
     ),
 }
 
@@ -248,14 +248,17 @@ PREDICTIONS: dict[str, Sentence] = {
     "beyond_speed": says(
         "above {fitted_speed:length/time} the friction of the model is an extrapolation. This log reaches {speed:length/time}, beyond the "
         "fitted log",
-        "the log is much faster than the fitted log",
+        "the predicted log is much faster than the fitted log",
         "fit the model to faster motion",
     ),
     "presliding_distance": says(
         "bristle simulated the static friction with the pre-sliding distance of the axis file, {distance:length}",
-        "a static model was simulated with the pre-sliding distance of the axis file",
+        "bristle simulated a static model with the pre-sliding distance of the axis file",
     ),
-    "short_stretch": says("bristle left out a stretch of {samples} samples, too short for a prediction", "a short stretch was left out"),
+    "short_stretch": says(
+        "bristle left out a stretch of {samples} samples, too short for a prediction",
+        "bristle left out a stretch too short for a prediction",
+    ),
     "start_of_contact": Sentence(
         (
             "at the start the contact was deflected by {percents:percents} of the distance at which it slips (negative: backward). bristle "
@@ -265,7 +268,7 @@ PREDICTIONS: dict[str, Sentence] = {
             "repeats",
             "the motion begins at rest",
         ),
-        "the start of the motion: a deflected contact, rest, or a periodic motion",
+        "the simulation starts from a deflected contact, from rest, or from a periodic motion",
         "nothing",
         choose=lambda texts, numbers: texts[
             1 if numbers.get("periods") == 1 else 2 if "periods" in numbers else 0 if "percents" in numbers else 3

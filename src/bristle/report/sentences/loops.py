@@ -63,14 +63,14 @@ LOOPS: dict[str, Sentence] = {
     "loop_stable": says("the sampled loop is stable: its largest pole is at {radius:4 digits}", "the loop is stable"),
     "loop_diverges": Sentence(
         ("unstable, not simulated: the sampled loop has a pole at {radius:4 digits}",),
-        "the loop diverges because of `why`",
+        "the loop is unstable, so bristle does not simulate it. `why` states the cause",
         "lower the delay or the gains as suggested",
         choose=lambda texts, numbers: f"{texts[0]}. Cause: {CAUSES[numbers['why']]}. {_mend(numbers)}",
         also=REASONS,
     ),
     "loop_oscillates": Sentence(
         ("the sampled loop has a pole at {radius:4 digits}",),
-        "the loop does not settle because of `why`",
+        "the loop never settles. `why` states the cause",
         "lower the delay or the gains as suggested",
         choose=lambda texts, numbers: (
             f"oscillates: {SIZES[numbers['motions']]}{texts[0]}. Cause: {CAUSES[numbers['why']]}. "
@@ -80,7 +80,7 @@ LOOPS: dict[str, Sentence] = {
     ),
     "switching_law": says(
         "the control law chatters around rest: its effort jumps at every change of direction, however small. Add a boundary layer",
-        "the control law switches at rest",
+        "the effort of the control law jumps at rest",
         "add a boundary layer",
     ),
     "stiffness_taken": says(

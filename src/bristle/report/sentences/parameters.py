@@ -36,7 +36,9 @@ PARAMETERS: dict[str, Sentence] = {
         "the acceleration never exceeds {acceleration:length/time^2}. Give the mass or inertia in the axis file",
     ),
     "few_speeds": cause("the log has a single speed", _SPEEDS, "the axis moves at one speed only, {speed:length/time}"),
-    "low_speed": cause("the speeds are too low", _SPEEDS, "the log never exceeds {speed:length/time}"),
+    "low_speed": cause(
+        "the speeds are too low to show friction that rises with speed", _SPEEDS, "the log never exceeds {speed:length/time}"
+    ),
     "no_fall": cause(
         "the log does not show friction that falls with speed",
         "move at five or more slow constant speeds, below the speed of least friction",
@@ -83,7 +85,7 @@ PARAMETERS: dict[str, Sentence] = {
     "few_strokes": cause(
         "the log has too little sliding in both directions, or a force that is a straight line over the stroke",
         "move in both directions, with at least ten reversals, at several amplitudes up to the working stroke",
-        "the log has only {reversals} reversals over a stroke of {stroke:length}",
+        "the log does not separate this force from other forces. It has {reversals} reversals over a stroke of {stroke:length}",
         "the force is a straight line over the stroke of the log, {stroke:length}",
         choose=where("reversals"),
     ),
@@ -99,7 +101,7 @@ PARAMETERS: dict[str, Sentence] = {
     ),
     "redundant": held(
         "the force depends only on {products:and}, so any value of {parameter} fits",
-        "no log can identify the parameter: the force depends only on its products with others",
+        "no log can identify the parameter, because the force depends only on its products with other parameters",
         "use the products, which the results list under `combinations`",
     ),
     # A parameter at the end of its range.
@@ -119,33 +121,33 @@ PARAMETERS: dict[str, Sentence] = {
         "edge",
     ),
     "edge_of_model": Sentence(
-        ("the best value is the {edge} allowed value, {value:unit}: {cause}",),
+        ("the best value is the {edge} allowed value, {value:unit}, because {cause}",),
         "the best value is the smallest or largest allowed value of the model",
         "see `cause`, a code of this table",
         "edge",
     ),
     "edge_of_search": Sentence(
-        ("the search ended at the {edge} value that this log could show, {value:unit}: {cause}",),
+        ("the search ended at the {edge} value that this log could show, {value:unit}, because {cause}",),
         "the best value is outside the range that the log can show",
         "see `cause`, a code of this table",
         "edge",
     ),
     # A parameter that is held constant.
-    "held_known": held("given as known", "given by the user"),
+    "held_known": held("given as known", "the user gave the value, so bristle did not fit it"),
     "held_default": held(
-        "the default value of a shape parameter", "a shape parameter that is fitted only on request", "identify it with --free"
+        "the default value of a shape parameter", "bristle fits a shape parameter only on request", "identify the parameter with --free"
     ),
-    "held_plant_damping": held("confounded with the damping c of the plant", "the damping of the plant includes viscous friction"),
+    "held_plant_damping": held("confounded with the damping c of the plant", "the damping of the plant already includes viscous friction"),
     "held_levels": held(
         "confounded with the difference between {levels[0]} and {levels[1]}",
         "the offset is confounded with friction that differs by direction",
-        "write `offset` under [plant] of the axis file if it is known",
+        "write `offset` under [plant] of the axis file if you know it",
     ),
     "held_constant": held(
         "half of the difference in effort between the directions, probably a weight. {levels:list} are confounded with this "
         "offset. With an offset of zero, one of these levels would be negative",
         "a constant force is larger than friction",
-        "write `offset` under [plant] of the axis file if it is known",
+        "write `offset` under [plant] of the axis file if you know it",
     ),
     "held_one_direction": held(
         "confounded with {level}, because the log moves {direction} only",
@@ -157,15 +159,18 @@ PARAMETERS: dict[str, Sentence] = {
         "at a single speed, viscous friction is confounded with Coulomb friction",
         _SPEEDS,
     ),
-    "held_middle": held("the middle of the position range of the log", "the origin of the position in a slot"),
-    "held_half_range": held("half of the position range of the log", "the length by which a slot divides the position"),
-    "held_pitch": held("the lead of the axis file, or the period in the residual of a simple friction model", "the pitch of the screw"),
+    "held_middle": held("the middle of the position range of the log", "bristle chose the origin of the position in a slot"),
+    "held_half_range": held("half of the position range of the log", "bristle chose the length by which a slot divides the position"),
+    "held_pitch": held(
+        "the lead of the axis file, or the period in the residual of a simple friction model",
+        "bristle took the pitch of the screw from the axis file or from the residual",
+    ),
 }
 
 
 _CURVE = "the measured curve of friction over speed differs from that of the model by {force:force} rms, {percent:.2g} % of friction"
 
-_COMPARED = "bristle also compared `{compared}`, which is no better"
+_COMPARED = "bristle also compared `{compared}`, but its error is no smaller"
 
 _RIPPLE = (
     "the force has a ripple over position, {percent:.2g} % of friction (root mean square). Its period is {period:length}, its amplitude "
@@ -289,7 +294,7 @@ STRUCTURE: dict[str, Sentence] = {
         "gravity of a link acts on the axis: the effort varies with the sine and cosine of the angle, up to {amplitude:force}. The model "
         "does not explain {force:force} of it (root mean square), {percent:.2g} % of friction. "
         'Next: write `gravity = "link"` under `[plant]` of the axis file',
-        "gravity varies with the angle, and the plant lacks it",
+        "gravity of a link acts on the axis, and the model of the plant lacks it",
         'write `gravity = "link"` under `[plant]` of the axis file',
     ),
     "missing_channel": _missing(
