@@ -60,7 +60,7 @@ def test_each_log_is_a_row_and_the_axis_that_differs_is_named(at, capsys):
     assert "left_2026-03-17.csv" in page.words
     assert "friction.F_C" in page.words
     named = next(line for line in text.out.splitlines() if line.startswith("Outliers among the logs"))
-    assert "of right in friction.F_C" in named
+    assert "from right in friction.F_C" in named
     assert "of left in friction.F_C" not in named
 
 

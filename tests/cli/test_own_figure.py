@@ -193,7 +193,7 @@ def test_a_continued_study_redraws_it_and_replaces_no_other_file(bristle, later)
     Path("run/figures/mine.svg").write_text("a person's")
     ended = bristle(*STUDY, "--figure", "mine.py", "--format", "svg")
     assert ended.code == 2
-    assert "were changed: figures/mine.svg. Name another folder. Or move these files" in ended.err
+    assert "were changed: figures/mine.svg. Move these files" in ended.err
 
 
 def test_a_user_figure_cannot_change_the_results(bristle, place):

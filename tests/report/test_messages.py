@@ -135,7 +135,8 @@ def test_edge_names_its_cause():
     cause = {"cause": "low_speed", "speed": 0.5, "value": 1.0, "unit": "N", "edge": "largest"}
     text = message(Diagnostic("edge_of_search", "F_v", numbers=cause))
     assert text == (
-        "F_v has no standard error: the search ended at the largest value that this log could show, 1 N, because the log never exceeds 500 mm/s"
+        "F_v has no standard error: the search ended at the largest value that this log could show, 1 N, "
+        "because the log never exceeds 500 mm/s"
     )
 
 
