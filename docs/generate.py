@@ -526,9 +526,9 @@ def equations() -> str:
         "The table lists equations (1) to (23) of *Pre-sliding friction control using the sliding mode controller with "
         "hysteresis friction compensator*: the printed form, the form in bristle, the file that computes it, its test, and a "
         "line to run. *Corrected*: the printed form is wrong. *Completed*: the printed form lacks a term or a condition. "
-        "Reasons: [errata](errata.md). Along a position, `br.response` returns the mean force of each step, not the force at "
-        "its end. `contact_equations` returns the force and the rates of (position, deflection) at one instant. Before a line "
-        "of Python, run",
+        "Reasons: [errata](errata.md). Along a sampled position, `br.response` returns the mean force of each step, not the "
+        "force at its end. `contact_equations` returns the force and the rates of (position, deflection) at one instant. Before "
+        "you run a line of Python from the table, run",
         "```python\n" + "\n".join(f">>> {line}" for line in SETUP) + "\n```",
         table(("Equation", "Subject", "As printed", "In bristle", "Computed by", "Tested by", "Run"), rows),
         "Below (17), the paper defines $f_r = (f_s/2)\\left[\\sqrt{(1+k)^2 + 4k} - (1+k)\\right]$ and $k = S x_r/f_s$. bristle "
@@ -699,15 +699,16 @@ def sticking() -> str:
     parts = [
         "The table compares simulators in four cases with known solutions, with steps of 1 ms. `python -m "
         "benchmarks.sticking` prints it, after `pip install mujoco drake pybullet`. In the first case, a block lies on a slope, "
-        "and its weight pulls with 0.8 of the break-away force. The other cases use an axis of 1 kg with 1 N of friction. A force "
-        "of 0.8 N pushes it at rest. It starts at 1 m/s and stops after 0.5 m. A spring of 100 N/m, whose end moves at 10 mm/s, "
-        "pulls it until it breaks away. Creep is the mean velocity over nine seconds, after a first second.",
+        "and its weight pulls with 0.8 of the break-away force. The other cases use an axis of 1 kg with 1 N of friction. In "
+        "the second case, a force of 0.8 N pushes the axis at rest. In the third, the axis starts at 1 m/s and stops after 0.5 m. "
+        "In the fourth, a spring of 100 N/m, whose end moves at 10 mm/s, pulls the axis until it breaks away. Creep is the mean "
+        "velocity over nine seconds, after a first second.",
         table(heads.values(), rows),
-        "With Coulomb friction, the velocity at rest in bristle is exactly 0. Bristles deflect before they hold the axis. For "
-        "`lugre` they absorb the momentum σ_1 z = 10 N·s/m · 10 µm, so that the axis stops 0.1 mm early. While it oscillates after "
+        "With Coulomb friction, the velocity at rest in bristle is exactly 0. The bristles of a model deflect before they hold the axis. "
+        "For `lugre` they absorb the momentum σ_1 z = 10 N·s/m · 10 µm, so that the axis stops 0.1 mm early. While it oscillates after "
         "the push, `lugre` moves by a further 1.3 µm ([drift](../theory/which-model-fails-which-certificate.md)). "
         "`preisach_lugre` does not drift and moves by a few nanometres. MuJoCo regularises friction. Its `noslip_iterations` "
-        "remove the creep of a joint. For a contact, elliptic cones reduce creep more. Drake used point contacts with default "
+        "remove the creep of a joint. Elliptic cones reduce the creep of a contact. Drake used point contacts with default "
         "settings. The benchmark does not test joints of Drake and Bullet. These tools simulate bodies and contacts; bristle "
         "does not.",
     ]

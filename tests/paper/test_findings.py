@@ -154,7 +154,7 @@ def test_margins_are_listed_for_loops_without_a_model():
 def test_sentences_state_removed_and_remaining_error_by_truth(trial):
     feedforward, both = page.words_of(trial)
     assert feedforward == "Set A: model feedforward removes 60 % of the error, depending on the friction, and leaves 0.60 µm."
-    assert both == "Set A: both remove 73 % of the error, depending on the friction, and leave 0.40 µm."
+    assert both == "Set A: model feedforward and observer together remove 73 % of the error, depending on the friction, and leave 0.40 µm."
     trial.errors[Cell("set_a", "lugre", NOMINAL, "observer_feedforward", "maxwell_slip")] = 1e-6 * np.array([0.49, 0.5, 0.51])
     for name, size in (("thirty_sliders", 0.75), ("lugre", 3.0)):
         trial.errors[Cell("set_a", name, NOMINAL, "feedforward", "printed")] = np.array([size * 1e-6])
@@ -163,8 +163,11 @@ def test_sentences_state_removed_and_remaining_error_by_truth(trial):
         printed == "Set A: feedforward of equations (5)–(7) as printed removes −100 to 50 % of the error, depending on the friction, "
         "and leaves 0.75 to 3.00 µm."
     )
-    assert both == "Set A: both remove 67 to 73 % of the error, depending on the friction, and leave 0.40 to 0.50 µm."
-    assert alone == "Set A: on 1 of 2 frictions the observer alone does as well as both: lugre."
+    assert (
+        both == "Set A: model feedforward and observer together remove 67 to 73 % of the error, depending on the friction, "
+        "and leave 0.40 to 0.50 µm."
+    )
+    assert alone == "Set A: on 1 of 2 frictions (lugre) the observer alone is as accurate as both."
     trial.errors.clear()
     assert page.words_of(trial) == []
 

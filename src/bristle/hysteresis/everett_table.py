@@ -37,7 +37,11 @@ class Parameters(NamedTuple):
     extent: Annotated[float, Variable("length", "largest input X that the table covers", min=1e-12, nominal=1e-5)]
     E: Annotated[
         np.ndarray,
-        Variable("force", "Everett function, row after row: c/(2X - d) from -1 to 1 over the rows, d = 2X (j/n)^2 along each row"),
+        Variable(
+            "force",
+            "Everett function, row after row, with c = alpha + beta, d = alpha - beta: c/(2X - d) from -1 to 1 over the rows, "
+            "d = 2X (j/n)^2 along each row",
+        ),
     ]
     upper: Annotated[np.ndarray, Variable("force", "integral of the measure above alpha = -beta, for each d")]
     capacity: Annotated[int, CAPACITY] = 256

@@ -38,13 +38,13 @@ def words_of(trial: Trial) -> list[str]:
         lines = [
             _taken_off(trial, place, "feedforward", CHOSEN, f"{findings.LOOPS['feedforward']} removes"),
             _taken_off(trial, place, "feedforward", PRINTED, "feedforward of equations (5)–(7) as printed removes"),
-            _taken_off(trial, place, findings.TOGETHER, CHOSEN, f"{findings.LOOPS[findings.TOGETHER]} remove"),
+            _taken_off(trial, place, findings.TOGETHER, CHOSEN, "model feedforward and observer together remove"),
         ]
         sentences += [f"{findings.SET_NAMES[place]}: {line}" for line in lines if line]
         if names := findings.no_better(trial, place):
             sentences.append(
-                f"{findings.SET_NAMES[place]}: on {len(names)} of {len(trial.plan.truths)} frictions the observer alone does as "
-                f"well as both: {', '.join(names)}."
+                f"{findings.SET_NAMES[place]}: on {len(names)} of {len(trial.plan.truths)} frictions ({', '.join(names)}) the observer "
+                "alone is as accurate as both."
             )
     return sentences
 
