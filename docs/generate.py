@@ -203,7 +203,7 @@ def symbols() -> str:
                 ("h, dt", "length of an integration step", "s"),
                 ("T_s", "sample time of the controller", "s"),
                 ("r", "in models with Φ: the ratio f sgn v / G(v), 1 in steady sliding", "1"),
-                ("Φ", "share of the travel that bristles slip, a function of the ratio r", "1"),
+                ("Φ", "share of the travel by which the bristles slip, a function of the ratio r", "1"),
                 ("ρ", "ratio r up to which the gate of the elastoplastic transition prevents slip", "1"),
                 ("ς", "sliding surface of a control law, ė + λ e", "m/s or rad/s"),
                 ("ξ", "position along the axis, −1 to 1 over its range", "1"),
@@ -227,9 +227,9 @@ def symbols() -> str:
                 (
                     "α, β",
                     "thresholds of a relay",
-                    "`alpha`, `beta`: shape of Bouc-Wen; β: limit of the surface, in the bound of sampled time",
+                    "`alpha`, `beta`: shape of Bouc-Wen; β: limit superior of |ς|, in the bound for sampled control",
                 ),
-                ("τ", "effort transmitted to the load", "age of the signal, in the bound of sampled time"),
+                ("τ", "effort transmitted to the load", "largest age of the position reading, in the bound for sampled control"),
                 ("n", "exponent of the transition `leuven`", "exponent of Bouc-Wen, `exponent`; of a hardening spring"),
             ),
         ),
@@ -704,12 +704,12 @@ def sticking() -> str:
         "pulls it until it breaks away. Creep is the mean velocity over nine seconds, after a first second.",
         table(heads.values(), rows),
         "With Coulomb friction, the velocity at rest in bristle is exactly 0. Bristles deflect before they hold the axis. For "
-        "`lugre` they absorb the momentum σ_1 z = 10 N·s/m · 10 µm, so that the axis stops 0.1 mm early. While it oscillates after "
-        "the push, `lugre` moves by a further 1.3 µm ([drift](../theory/which-model-fails-which-certificate.md)). "
+        "`lugre` they absorb the momentum σ_1 z = 10 N·s/m · 10 µm, so that the axis stops 0.1 mm early. Under load, "
+        "the axis with `lugre` oscillates and drifts by 1.3 µm ([reason](../theory/which-model-fails-which-certificate.md)). "
         "`preisach_lugre` does not drift and moves by a few nanometres. MuJoCo regularises friction. Its `noslip_iterations` "
         "remove the creep of a joint. For a contact, elliptic cones reduce creep more. Drake used point contacts with default "
-        "settings. The benchmark does not test joints of Drake and Bullet. These tools simulate bodies and contacts; bristle "
-        "does not.",
+        "settings. The benchmark does not test joints of Drake and Bullet. MuJoCo, Drake and Bullet simulate bodies "
+        "and contacts; bristle does not.",
     ]
     return page("Rest and creep", *parts)
 
