@@ -219,7 +219,11 @@ def symbols() -> str:
         table(
             ("Letter", "Meaning", "Other meanings"),
             (
-                ("r", "reference, in control", "ratio f sgn v / G(v), in friction; threshold of a stop or play; 1 − F sgn v/F_C of Dahl"),
+                (
+                    "r",
+                    "reference, in control",
+                    "ratio f sgn v / G(v), in friction; threshold of a stop or play; 1 − F sgn v/F_C in the Dahl model",
+                ),
                 ("s", "stiffness after a reversal", "the sliding surface in the source paper, here ς; Laplace variable"),
                 ("F", "friction force", "integral of the measure over a triangle, in (13) to (15) of the source paper"),
                 ("G", "Stribeck curve, a force", "g(v) in other texts, with σ₀ g(v) = G(v)"),
@@ -230,7 +234,7 @@ def symbols() -> str:
                     "`alpha`, `beta`: shape of Bouc-Wen; β: limit superior of |ς|, in the bound for sampled control",
                 ),
                 ("τ", "effort transmitted to the load", "largest age of the position reading, in the bound for sampled control"),
-                ("n", "exponent of the transition `leuven`", "exponent of Bouc-Wen, `exponent`; of a hardening spring"),
+                ("n", "exponent of the transition `leuven`", "exponent of Bouc-Wen (`exponent`); exponent of a hardening spring"),
             ),
         ),
     )
