@@ -203,7 +203,7 @@ def symbols() -> str:
                 ("h, dt", "length of an integration step", "s"),
                 ("T_s", "sample time of the controller", "s"),
                 ("r", "in models with Φ: the ratio f sgn v / G(v), 1 in steady sliding", "1"),
-                ("Φ", "share of the travel that bristles slip, a function of the ratio r", "1"),
+                ("Φ", "share of the travel by which the bristles slip, a function of the ratio r", "1"),
                 ("ρ", "ratio r up to which the gate of the elastoplastic transition prevents slip", "1"),
                 ("ς", "sliding surface of a control law, ė + λ e", "m/s or rad/s"),
                 ("ξ", "position along the axis, −1 to 1 over its range", "1"),
@@ -219,7 +219,11 @@ def symbols() -> str:
         table(
             ("Letter", "Meaning", "Other meanings"),
             (
-                ("r", "reference, in control", "ratio f sgn v / G(v), in friction; threshold of a stop or play; 1 − F sgn v/F_C of Dahl"),
+                (
+                    "r",
+                    "reference, in control",
+                    "ratio f sgn v / G(v), in friction; threshold of a stop or play; 1 − F sgn v/F_C in the Dahl model",
+                ),
                 ("s", "stiffness after a reversal", "the sliding surface in the source paper, here ς; Laplace variable"),
                 ("F", "friction force", "integral of the measure over a triangle, in (13) to (15) of the source paper"),
                 ("G", "Stribeck curve, a force", "g(v) in other texts, with σ₀ g(v) = G(v)"),
@@ -227,10 +231,10 @@ def symbols() -> str:
                 (
                     "α, β",
                     "thresholds of a relay",
-                    "`alpha`, `beta`: shape of Bouc-Wen; β: limit of the surface, in the bound of sampled time",
+                    "`alpha`, `beta`: shape of Bouc-Wen; β: limit superior of |ς|, in the bound for sampled control",
                 ),
-                ("τ", "effort transmitted to the load", "age of the signal, in the bound of sampled time"),
-                ("n", "exponent of the transition `leuven`", "exponent of Bouc-Wen, `exponent`; of a hardening spring"),
+                ("τ", "effort transmitted to the load", "largest age of the position reading, in the bound for sampled control"),
+                ("n", "exponent of the transition `leuven`", "exponent of Bouc-Wen (`exponent`); exponent of a hardening spring"),
             ),
         ),
     )
@@ -704,13 +708,13 @@ def sticking() -> str:
         "In the fourth, a spring of 100 N/m, whose end moves at 10 mm/s, pulls the axis until it breaks away. Creep is the mean "
         "velocity over nine seconds, after a first second.",
         table(heads.values(), rows),
-        "With Coulomb friction, the velocity at rest in bristle is exactly 0. The bristles of a model deflect before they hold the axis. "
-        "For `lugre` they absorb the momentum σ_1 z = 10 N·s/m · 10 µm, so that the axis stops 0.1 mm early. While it oscillates after "
-        "the push, `lugre` moves by a further 1.3 µm ([drift](../theory/which-model-fails-which-certificate.md)). "
+        "With Coulomb friction, the velocity at rest in bristle is exactly 0. Bristles deflect before they hold the axis. For "
+        "`lugre` they absorb the momentum σ_1 z = 10 N·s/m · 10 µm, so that the axis stops 0.1 mm early. Under load, "
+        "the axis with `lugre` oscillates and drifts by 1.3 µm ([reason](../theory/which-model-fails-which-certificate.md)). "
         "`preisach_lugre` does not drift and moves by a few nanometres. MuJoCo regularises friction. Its `noslip_iterations` "
-        "remove the creep of a joint. Elliptic cones reduce the creep of a contact. Drake used point contacts with default "
-        "settings. The benchmark does not test joints of Drake and Bullet. These tools simulate bodies and contacts; bristle "
-        "does not.",
+        "remove the creep of a joint. For a contact, elliptic cones reduce creep more. Drake used point contacts with default "
+        "settings. The benchmark does not test joints of Drake and Bullet. MuJoCo, Drake and Bullet simulate bodies "
+        "and contacts; bristle does not.",
     ]
     return page("Rest and creep", *parts)
 

@@ -81,16 +81,17 @@ class Condition(NamedTuple):
 
 NOMINAL = "nominal"
 CONDITIONS = {
-    NOMINAL: Condition("as in the log for the compensator", {}),
+    NOMINAL: Condition("unchanged since the log that identified the compensator", {}),
     "level_0.7": Condition("friction 0.7 times as large", {"level": 0.7}),
     "level_1.3": Condition("friction 1.3 times as large", {"level": 1.3}),
     "level_1.6": Condition("friction 1.6 times as large", {"level": 1.6}),
     "scatter_10": Condition("the level scatters by 10 % from reversal to reversal", {"unevenness": 0.1}),
     "position_wave": Condition(
-        "the level varies by 20 % over three quarters of the amplitude", {"wave": 0.2, "wavelength": 0.75 * AMPLITUDE}
+        "the level varies by 20 % with the position, with a period of 0.75 amplitudes", {"wave": 0.2, "wavelength": 0.75 * AMPLITUDE}
     ),
     "creep": Condition(
-        "in parallel a spring and a damper in series, 10 N over the amplitude, 5 s", {"k_creep": 10.0 / AMPLITUDE, "tau": 5.0}
+        "a spring (10 N per amplitude) and a damper in series (5 s) act in parallel to the friction",
+        {"k_creep": 10.0 / AMPLITUDE, "tau": 5.0},
     ),
 }
 
