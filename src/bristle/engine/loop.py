@@ -40,7 +40,7 @@ FORCE = Variable("force", "effort")
 
 @dataclass(frozen=True, kw_only=True)
 class Trace(Tabular):
-    """Result of a run; arrays of shape (sample,), in SI of the axis.
+    """Result of a run; arrays of shape (sample,), in SI units of the axis.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ class Trace(Tabular):
         Motion of the load at the instant of a sample [m, m/s or rad, rad/s]; for a `ball_screw` that of the table,
         converted to the motor.
     effort : ndarray
-        Effort of the drive from the sample on [N or N*m].
+        Effort of the drive from this sample to the next [N or N*m].
     friction : ndarray
         Mean friction force until the next sample [N or N*m]; for a `ball_screw` the total load of the motor.
     measured : ndarray

@@ -25,7 +25,7 @@ MARGIN = 0.9  # usable share of a limit: the loop overshoots
 
 @dataclass(frozen=True)
 class MotionLimits:
-    """Usable limits of a motion, in SI of the kind of axis; None if unknown.
+    """Usable limits of a motion, in SI units of the axis; None if unknown.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ class MotionLimits:
     resonance : float or None
         Resonance frequency of the mass on the contact [Hz].
     stribeck_velocity : float or None
-        Velocity over which friction falls [m/s or rad/s].
+        Velocity over which friction falls from break-away to Coulomb friction [m/s or rad/s].
     followed : float
         Tracking error of the controller in slow motion before sliding [m or rad]; 0 if unknown.
     """
@@ -140,7 +140,7 @@ class Prior:
     resonance : float or None
         Resonance frequency of the mass on the contact [Hz]; None if mass or stiffness is a guess.
     stribeck_velocity : float or None
-        Velocity over which friction falls [m/s or rad/s]; None if unknown.
+        Velocity over which friction falls from break-away to Coulomb friction [m/s or rad/s]; None if unknown.
     assumed : tuple of str
         Assumed values.
     mass_known : bool

@@ -29,7 +29,7 @@ OPEN_HEADS = ("Variant", "Position, peak to peak", "lowest", "highest", "Effort,
 
 @dataclass(frozen=True)
 class Statistics:
-    """A signal in six numbers, in the unit of the signal.
+    """Six statistics of a signal, in its unit.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def relative_error_percent(signal: np.ndarray, predicted: np.ndarray) -> float:
 
 @dataclass(frozen=True)
 class VariantResult(Tabular):
-    """One simulated variant of an experiment; arrays of shape (sample,), in SI of the axis.
+    """One simulated variant of an experiment; arrays of shape (sample,), in SI units of the axis.
 
     Parameters
     ----------
@@ -86,7 +86,8 @@ class VariantResult(Tabular):
     reference, measured, position, velocity : ndarray
         Commanded position, position measured by the sensor, true position [m or rad], true velocity [m/s or rad/s].
     command, effort, feedforward : ndarray
-        Output of the controller at the sample, effort of the drive from the sample on, feedforward input of the controller [N or N*m].
+        Output of the controller at the sample, effort of the drive from this sample to the next, feedforward input of
+        the controller [N or N*m].
     friction : ndarray
         Friction force [N or N*m].
     status : Status
@@ -101,7 +102,8 @@ class VariantResult(Tabular):
     kind : {"translational", "rotational"}
         Kind of axis.
     motion : Statistics
-        Position after the settling time. An open loop has no reference: there the errors and `by_direction` are NaN.
+        Position after the settling time. In an open loop, which has no reference, the errors and `by_direction` are
+        NaN.
     """
 
     name: str
@@ -293,7 +295,7 @@ class SimulationResult(WithCard):
 
 @dataclass(frozen=True)
 class Prediction(Tabular):
-    """A model run on a log; arrays of shape (sample,), in SI of the axis.
+    """A model run on a log; arrays of shape (sample,), in SI units of the axis.
 
     Parameters
     ----------
