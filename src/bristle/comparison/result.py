@@ -22,11 +22,11 @@ class Change:
     Parameters
     ----------
     name : str
-        Such as ``following_error.rms``.
+        Name of the quantity, such as ``following_error.rms``.
     quantity : str
-        Its dimension: ``length`` or ``force``.
+        Dimension of the quantity: ``length`` or ``force``.
     before, after : float
-        Its value [m or rad, N or N*m].
+        Value before and after the change of the axis [m or rad, N or N*m].
     interval : tuple of float or None
         Ends of the 95 % interval of the change [m or rad, N or N*m]; None for too few cycles.
     kind : {"translational", "rotational"}
@@ -88,7 +88,7 @@ class Shared:
     before_percent, after_percent : float
         Share of the motion of each side that the other side also has [%].
     cycles_before, cycles_after : int
-        Number of compared cycles.
+        Number of compared cycles on each side.
     motions : int
         Number of different motions.
     complete : bool
@@ -140,7 +140,7 @@ class Turn:
     time : ndarray
         Time from the reversal [s].
     before, after : ndarray
-        Following error [m or rad].
+        Following error before and after the change of the axis [m or rad].
     """
 
     name: str
@@ -171,7 +171,7 @@ class Comparison:
     turns : tuple of Turn
         Means around reversals, for a figure.
     logs_before, logs_after : tuple of Log
-        The two sides.
+        The logs of the two sides.
     diagnostics : tuple of Diagnostic
         Warnings, and the basis of the comparison.
     """

@@ -166,8 +166,10 @@ class Axis:
         Moving mass [kg] or inertia [kg*m^2], where known.
     plant : str
         The plant: ``inertia``, or ``oscillator`` with a spring and a damper to the ground.
-    stiffness, damping : float or None
-        Stiffness and damping of the oscillator, where known [N/m, N*s/m or N*m/rad, N*m*s/rad].
+    stiffness : float or None
+        Stiffness of the oscillator, where known [N/m or N*m/rad].
+    damping : float or None
+        Damping of the oscillator, where known [N*s/m or N*m*s/rad].
     offset : float or "identify"
         Constant part of the friction force (gravity, bias).
     resolution : float or None

@@ -98,12 +98,16 @@ class Feedforward:
         Mass or inertia times the desired acceleration [kg or kg*m^2].
     friction : Model or None
         Compensator: a friction model along the desired or measured motion.
-    gain, asymmetry : float
-        Factor of the friction, and the share by which positive friction increases and negative friction decreases.
+    gain : float
+        Factor of the friction.
+    asymmetry : float
+        Share by which positive friction increases and negative friction decreases.
     offset : float
         Constant added to the friction [N or N*m].
-    limit, rate_limit : float
-        Largest friction feedforward [N or N*m], and its fastest change [N/s or N*m/s].
+    limit : float
+        Largest friction feedforward [N or N*m].
+    rate_limit : float
+        Fastest change of the friction feedforward [N/s or N*m/s].
     conditioning : float
         Amplitude of a decaying sweep that conditions the memory of the compensator before the run [m or rad]; 0 for a
         virgin memory.
@@ -216,7 +220,7 @@ class Variant:
     name : str
         Name of the variant.
     plant, friction, controller, sensor, reference : Model
-        Parts of the loop; in a plant with a screw, `friction` acts on the motor.
+        Models of the loop; in a plant with a screw, `friction` acts on the motor.
     feedforward : Feedforward
         Feedforward of the controller.
     run : Run

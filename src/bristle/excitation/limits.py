@@ -35,8 +35,10 @@ class MotionLimits:
         Time between samples [s].
     travel : float or None
         Range of the motion, half of it on each side of its start [m or rad].
-    velocity, acceleration : float or None
-        Largest values [m/s or rad/s, m/s^2 or rad/s^2].
+    velocity : float or None
+        Largest velocity [m/s or rad/s].
+    acceleration : float or None
+        Largest acceleration [m/s^2 or rad/s^2].
     jerk : float
         Largest jerk [m/s^3 or rad/s^3]; infinite without a limit.
     count : float
@@ -134,7 +136,7 @@ class Prior:
     Parameters
     ----------
     plant, friction : Model
-        The mechanism.
+        The assumed plant and its friction.
     presliding : float or None
         Amplitude at which friction saturates at both ends of a loop [m or rad]; None if unknown.
     resonance : float or None
