@@ -26,7 +26,7 @@ class Change:
     quantity : str
         Dimension of the quantity: ``length`` or ``force``.
     before, after : float
-        Value before and after the change of the axis [m or rad, N or N*m].
+        Value [m or rad, N or N*m].
     interval : tuple of float or None
         Ends of the 95 % interval of the change [m or rad, N or N*m]; None for too few cycles.
     kind : {"translational", "rotational"}
@@ -81,20 +81,20 @@ class Change:
 
 @dataclass(frozen=True)
 class Shared:
-    """The motion that two sides of a comparison have in common.
+    """The motion that both sides of a comparison contain.
 
     Parameters
     ----------
     before_percent, after_percent : float
         Share of the motion of each side that the other side also has [%].
     cycles_before, cycles_after : int
-        Number of compared cycles on each side.
+        Number of compared cycles.
     motions : int
         Number of different motions.
     complete : bool
         Whether the cycles are complete, forward and backward, and not pieces of a motion with few reversals.
     paired : bool
-        Whether the resampling draws the cycles of one motion before and after together, because few motions repeat.
+        Whether the resampling draws pairs of cycles of one motion, because few motions repeat.
     as_one : float
         Number of correlated neighbouring cycles per independent cycle; the median of all quantities.
     """
@@ -140,7 +140,7 @@ class Turn:
     time : ndarray
         Time from the reversal [s].
     before, after : ndarray
-        Following error before and after the change of the axis [m or rad].
+        Following error [m or rad].
     """
 
     name: str
@@ -165,7 +165,7 @@ class Comparison:
     shared : Shared
         The common part of both sides.
     window : float or None
-        Time after a reversal in which bristle searches for the peak of the following error [s].
+        Time after a reversal to search for the peak error [s].
     course : Course
         Means over cycles, for a figure.
     turns : tuple of Turn
