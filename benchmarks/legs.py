@@ -21,7 +21,7 @@ class Leg(NamedTuple):
 
 @dataclass(frozen=True)
 class Motion:
-    """A motion on a uniform grid of time; arrays of shape (sample,), in SI of the axis."""
+    """A motion on a uniform grid of time; arrays of shape (sample,), in SI units of the axis."""
 
     time: np.ndarray
     position: np.ndarray

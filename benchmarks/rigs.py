@@ -32,7 +32,7 @@ class Gains:
 
 @dataclass(frozen=True)
 class Rig:
-    """True values of an axis and its drive, in SI of the axis."""
+    """True values of an axis and its drive, in SI units of the axis."""
 
     mass: float
     coulomb: float

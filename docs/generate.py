@@ -111,7 +111,7 @@ def _channel(slot: Slot) -> str:
     channel = slot.channel
     return (
         f"The slot uses the channel `{channel.name}` of the log: {channel.variable.description}, in "
-        f"{_units(channel.variable.quantity)}. Without this channel its value is {channel.usual:g}."
+        f"{_units(channel.variable.quantity)}. Without this channel the slot uses the value {channel.usual:g}."
     )
 
 
@@ -302,8 +302,8 @@ def python() -> str:
         table(("Module", "Content", "Public names"), modules),
         "## What applications use",
         "The command line, reports, figures, the paper, the lab and its server, studies, fleets, the demonstration and the bridges use "
-        "the library. They import only these names from its packages, for example `from bristle.files import read_axis`. A test checks "
-        "the list.",
+        "the library. They import only these names from its packages, for example `from bristle.files import read_axis`. A test "
+        "compares these lists with the imports.",
         *(part for room, names in sorted(border().items()) for part in (f"### bristle.{room}", _offered(room, names))),
     )
 

@@ -21,7 +21,7 @@ Sides = tuple[Side, Side]
 
 
 def compare(before: Sequence[LogAndAxis], after: Sequence[LogAndAxis], window: float | None = None) -> Comparison:
-    """Compare two sides of one or several logs, each with its axis file; `window` [s] after a reversal is searched for its peak."""
+    """Compare two sides of one or several logs, each with its axis file; search `window` [s] after each reversal for its peak error."""
     logs = [log for log, _ in (*before, *after)]
     _refuse_unlike(before, after)
     follows = all(log.reference is not None for log in logs)

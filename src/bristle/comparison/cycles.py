@@ -29,7 +29,7 @@ LogAndAxis = tuple[Log, Axis | None]
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """A stretch of a log without a gap; arrays of shape (sample,), in SI of the axis."""
+    """A stretch of a log without a gap; arrays of shape (sample,), in SI units of the axis."""
 
     sample_time: float
     motion: np.ndarray

@@ -17,16 +17,16 @@ ROUNDING = 1e-6  # of the larger value: a smaller change is rounding
 
 @dataclass(frozen=True)
 class Change:
-    """A quantity before and after.
+    """A quantity before and after a change of the axis.
 
     Parameters
     ----------
     name : str
-        Such as ``following_error.rms``.
+        Name of the quantity, such as ``following_error.rms``.
     quantity : str
-        Its dimension: ``length`` or ``force``.
+        Dimension of the quantity: ``length`` or ``force``.
     before, after : float
-        Its value [m or rad, N or N*m].
+        Value [m or rad, N or N*m].
     interval : tuple of float or None
         Ends of the 95 % interval of the change [m or rad, N or N*m]; None for too few cycles.
     kind : {"translational", "rotational"}
@@ -65,7 +65,7 @@ class Change:
 
     @property
     def verdict(self) -> Verdict:
-        """Whether the value is lower or higher, by an interval without zero; otherwise ``no_change``."""
+        """Verdict: ``lower`` or ``higher`` if the interval excludes zero, else ``no_change``; ``unknown`` without an interval."""
         if self.interval is None:
             return "unknown"
         if abs(self.change) <= ROUNDING * max(abs(self.before), abs(self.after)) or math.prod(self.interval) <= 0.0:
@@ -81,7 +81,7 @@ class Change:
 
 @dataclass(frozen=True)
 class Shared:
-    """The common part of two sides.
+    """The motion that both sides of a comparison contain.
 
     Parameters
     ----------
@@ -92,9 +92,9 @@ class Shared:
     motions : int
         Number of different motions.
     complete : bool
-        Whether the cycles are complete, forward and backward, and not pieces of a motion that hardly turns.
+        Whether the cycles are complete, forward and backward, and not pieces of a motion with few reversals.
     paired : bool
-        Whether cycles of one motion were drawn together, because each motion occurs once.
+        Whether the resampling draws pairs of cycles of one motion, because few motions repeat.
     as_one : float
         Number of correlated neighbouring cycles per independent cycle; the median of all quantities.
     """
@@ -111,7 +111,7 @@ class Shared:
 
 @dataclass(frozen=True)
 class Course:
-    """The mean course of the compared signals, motion by motion; arrays of shape (sample,), in SI of the axis.
+    """The mean course of the compared signals, motion by motion; arrays of shape (sample,), in SI units of the axis.
 
     Parameters
     ----------
@@ -158,19 +158,20 @@ class Comparison:
     kind : {"translational", "rotational"}
         Kind of axis.
     changes : mapping of str to Change
-        Changes of following error, its peaks at reversals, effort, friction level; only those that the logs determine.
+        Changes of the following error, its peaks at reversals, the effort and the friction level, where the logs
+        determine them.
     friction_curve : sequence of tuple of float and Change
         Speed [m/s or rad/s] and friction there.
     shared : Shared
         The common part of both sides.
     window : float or None
-        Time after a reversal in which its peak is searched [s].
+        Time after a reversal to search for the peak error [s].
     course : Course
         Means over cycles, for a figure.
     turns : tuple of Turn
         Means around reversals, for a figure.
     logs_before, logs_after : tuple of Log
-        The two sides.
+        The logs of the two sides.
     diagnostics : tuple of Diagnostic
         Warnings, and the basis of the comparison.
     """
@@ -188,6 +189,6 @@ class Comparison:
 
     @property
     def helped(self) -> bool | None:
-        """Whether the rms following error is lower; None if it is unknown."""
+        """Whether the change reduced the rms following error; None if unknown."""
         change = self.changes.get("following_error.rms")
         return None if change is None or change.verdict == "unknown" else change.verdict == "lower"

@@ -6,11 +6,11 @@ r"""The position-velocity cascade of servo drives, with anti-windup and feedforw
     I \leftarrow I + k_i\,(v_\text{cmd} - \hat v)\,T_s \\
     \hat v &= \frac{q_k - q_{k-m}}{m\,T_s}, \qquad \hat{\dot r} = \frac{r_k - r_{k-m}}{m\,T_s}
 
-with :math:`u` limited to :math:`\pm u_\text{max}`. The integral :math:`I` stops while the limit is reached and the error
-would increase :math:`I` further (conditional integration). :math:`u_{ff}` is the feedforward of the reference: inertia and
-friction along the desired trajectory. With ``averaging = 2``, which is :math:`m`, the velocity is the backward difference
-of the mean of two samples. A difference lags by half of its span. Both velocities therefore use the same samples:
-unequal lags would cause an error in proportion to the acceleration.
+with :math:`u` limited to :math:`\pm u_\text{max}`. The integral :math:`I` stops while the limit is reached and the
+error would increase :math:`I` further (conditional integration). :math:`u_{ff}` is the feedforward of the reference:
+inertia and friction along the desired trajectory. With ``averaging = 2``, which is :math:`m`, the velocity is the
+backward difference of the mean of two samples. A difference lags by half of its span. Measured and commanded velocity
+therefore use the same samples: unequal lags would cause an error in proportion to the acceleration.
 
 References
 ----------

@@ -7,8 +7,8 @@ With the error :math:`e = r - q`, the surface :math:`\varsigma = \dot e + \lambd
     \dot{\hat z} = \hat v - \sigma_0 \frac{|\hat v|}{G(\hat v)}\,\hat z + k\,\varsigma
 
 with the Stribeck force :math:`G(v) = F_C + (F_S - F_C)\,e^{-(v/v_S)^2}`. The term with :math:`k` corrects the
-deflection of the bristles by the error. Within a sample :math:`\hat v` and :math:`\varsigma` are constant, and
-the step of :math:`\hat z` is exact. :math:`\hat F` is the feedforward.
+deflection of the bristles in proportion to :math:`\varsigma`. Within a sample :math:`\hat v` and :math:`\varsigma` are
+constant, and the step of :math:`\hat z` is exact. :math:`\hat F` is the feedforward.
 
 References
 ----------

@@ -7,9 +7,9 @@ With the error :math:`e = r - q` and the surface :math:`\varsigma = \dot e + \la
     \dot\varsigma = -K_1 \varsigma - K_2\,\mathrm{sat}(\varsigma/\phi) + \frac{F - \hat F}{J}
 
 For :math:`\phi = 0`, sat is the sign function. :math:`\hat F` is the feedforward. The law reaches and keeps the surface
-only if :math:`K_2` exceeds the uncompensated friction over the inertia, :math:`K_2 > \sup|F - \hat F|/J`. With a smaller
-:math:`K_2` the law acts inside the layer as a proportional-derivative law of high gain, :math:`J\lambda(K_1 + K_2/\phi)`.
-With :math:`K_2 = 0` it is a proportional-derivative law.
+only if :math:`K_2` exceeds the uncompensated friction over the inertia, :math:`K_2 > \sup|F - \hat F|/J`. With a
+smaller :math:`K_2` the law acts inside the layer as a proportional-derivative law of high gain,
+:math:`J\lambda(K_1 + K_2/\phi)`. With :math:`K_2 = 0` the law is a proportional-derivative law.
 
 References
 ----------

@@ -128,7 +128,7 @@ class Cogging:
     turner : {"motor", "screw"}
         The rotating part.
     turn : float
-        Movement of the axis per turn of this part [m or rad].
+        Movement of the axis per turn of the part that causes the effort [m or rad].
     harmonics : tuple of int or None
         Periods per turn; None to identify them from the log.
     """
@@ -141,7 +141,7 @@ class Cogging:
 @guarded()
 @dataclass(frozen=True)
 class Axis:
-    """A motion axis, in SI units of its kind.
+    """A motion axis, in SI units (m, N, kg or rad, N*m, kg*m^2).
 
     Parameters
     ----------
@@ -151,7 +151,7 @@ class Axis:
         Decides the units: m, N, kg or rad, N*m, kg*m^2.
     columns : mapping of str to Column
         Channel (``time``, ``position``, ``velocity``, ``effort``, ``reference``, ``load``, ``temperature``, and
-        further channels for user slots) to the column of the log.
+        further channels for user slots), mapped to the column of the log.
     injected : tuple of Injected
         Known inputs of the loop.
     table : str or None
@@ -166,8 +166,10 @@ class Axis:
         Moving mass [kg] or inertia [kg*m^2], where known.
     plant : str
         The plant: ``inertia``, or ``oscillator`` with a spring and a damper to the ground.
-    stiffness, damping : float or None
-        Stiffness and damping of the oscillator, where known [N/m, N*s/m or N*m/rad, N*m*s/rad].
+    stiffness : float or None
+        Stiffness of the oscillator, where known [N/m or N*m/rad].
+    damping : float or None
+        Damping of the oscillator, where known [N*s/m or N*m*s/rad].
     offset : float or "identify"
         Constant part of the friction force (gravity, bias).
     resolution : float or None
@@ -190,7 +192,7 @@ class Axis:
     span : tuple of float or None
         First and last time of the used part of the log, in the time of the log [s].
     at_rest : bool
-        Whether each log begins at rest and relaxed, or has run in from this state if it is periodic.
+        Whether each log begins at rest and relaxed. A periodic log may have run in from this state.
     velocity_limit : float or None
         Largest velocity [m/s or rad/s].
     acceleration_limit : float or None
@@ -220,11 +222,11 @@ class Axis:
         friction, because a model with pre-sliding predicts the friction at rest, too.
     method : {"prediction_error", "inverse_dynamics", "output_error"}
         Objective of the identification. ``inverse_dynamics``: the error of the effort along the measured motion.
-        ``prediction_error``: then, for the best model with pre-sliding, the error of an observer that predicts the next
-        position from the measured effort. ``output_error``: the error of a simulation; in open loop of the position, in
-        closed loop of the effort of the controller.
+        ``prediction_error``: first as ``inverse_dynamics``; then, for the best model with pre-sliding, the error of an
+        observer that predicts the next position from the measured effort. ``output_error``: the error of a simulation:
+        of the position in open loop, of the controller effort in closed loop.
     loop : {"open", "closed"} or None
-        Loop of this simulation; None selects the closed loop if controller and reference are known.
+        Loop in a simulation of the axis; None selects the closed loop if controller and reference are known.
     settings : mapping of str to float
         Thresholds of an identification that differ from their defaults, by name.
     text : bytes

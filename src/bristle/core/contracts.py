@@ -36,7 +36,7 @@ from bristle.core.variable import KINDS, Kind
 
 @dataclass(frozen=True, kw_only=True)
 class Component(Documented):
-    """Base of all descriptors: their names, the types of their data, and their source.
+    """Base class of models, plants, control laws, sensors and references: their names, types of data and source.
 
     Parameters
     ----------
@@ -255,7 +255,7 @@ class Trajectory(Component):
 
 @dataclass(frozen=True, eq=False)
 class Model(WithParameters):
-    """A component with parameters, which are also attributes. Two models are equal if component, kind and numbers are equal.
+    """A component and its parameters, which are also attributes. Two models are equal if their component, kind and numbers are equal.
 
     Parameters
     ----------

@@ -56,7 +56,7 @@ class HeldOut:
     of: str = "time blocks"
 
     def above(self, smallest: HeldOut) -> tuple[float, float]:
-        """Return the mean excess over a smaller error, block by block, and the standard error of this mean [%]."""
+        """Return the mean over all blocks of this error minus the error of `smallest`, and the standard error of this mean [%]."""
         differences = np.subtract(self.block_errors_percent, smallest.block_errors_percent)
         return float(np.mean(differences)), float(np.std(differences, ddof=1)) / differences.size**0.5
 

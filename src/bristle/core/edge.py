@@ -39,7 +39,7 @@ T = TypeVar("T", bound=Callable[..., Any])
 
 
 def guarded(**arguments: Converter) -> Callable[[T], T]:
-    """Return a decorator that adds converters to a function, or to the fields of a dataclass, including fields of `taken`."""
+    """Return a decorator that adds converters to the arguments of a function or to fields of a dataclass, also those from `taken`."""
 
     def guard(target: Any) -> Any:
         if isinstance(target, type):

@@ -72,7 +72,7 @@ class InputError(BristleError, ValueError):
 
 @contextmanager
 def located(prefix: object = "", **parts: Any) -> Iterator[None]:
-    """Add the place to errors inside this block, like `InputError.at`."""
+    """Return a context that adds a place to the errors inside it, as `InputError.at` does."""
     try:
         yield
     except InputError as error:

@@ -40,10 +40,10 @@ class Run:
     sample_time : float
         Sample time of the controller [s].
     substeps : int
-        Integration steps per sample. 0 chooses them: by `substeps_for`, or by the `tolerance` if it is set.
+        Integration steps per sample. With 0, `substeps_for` or, if set, the `tolerance` determines the number.
     delay : int
-        Samples from a measurement to its effort. The feedforward is known in advance, so the controller receives it
-        earlier by this number of samples.
+        Number of samples from a measurement to the effort computed from it. The feedforward is known in advance, so the
+        controller receives it earlier by this number of samples.
     effort_limit : float
         Largest effort of the drive [N or N*m].
     settle : float
@@ -98,15 +98,19 @@ class Feedforward:
         Mass or inertia times the desired acceleration [kg or kg*m^2].
     friction : Model or None
         Compensator: a friction model along the desired or measured motion.
-    gain, asymmetry : float
-        Factor of the friction, and the share by which positive friction increases and negative friction decreases.
+    gain : float
+        Factor of the friction.
+    asymmetry : float
+        Share by which positive friction increases and negative friction decreases.
     offset : float
         Constant added to the friction [N or N*m].
-    limit, rate_limit : float
-        Largest friction feedforward [N or N*m], and its fastest change [N/s or N*m/s].
+    limit : float
+        Largest friction feedforward [N or N*m].
+    rate_limit : float
+        Fastest change of the friction feedforward [N/s or N*m/s].
     conditioning : float
-        Amplitude of a decaying sweep that conditions the memory of the compensator first [m or rad]; 0 for a virgin
-        memory.
+        Amplitude of a decaying sweep that conditions the memory of the compensator before the run [m or rad]; 0 for a
+        virgin memory.
     along : {"desired", "measured"}
         Input motion of the compensator.
     rest : {"held", "middle"}
@@ -116,8 +120,8 @@ class Feedforward:
     plant : Model or None
         Plant for feedforward of gravity and cogging along the desired trajectory.
     carries : Model or None
-        Plant for the transmitted effort along the desired trajectory, if the friction depends on it; by default the
-        feedforward effort.
+        Plant that computes the transmitted effort along the desired trajectory, if the friction depends on this effort.
+        The default is the feedforward effort.
     """
 
     mass: float = quantity_of(Variable("mass", "mass or inertia times the desired acceleration", min=0.0), 0.0)
@@ -152,7 +156,7 @@ class Learning:
     k_e : float
         Learning gain for the following error [N/m or N*m/rad].
     k_d : float
-        Learning gain for its derivative [N*s/m or N*m*s/rad].
+        Learning gain for the derivative of the following error [N*s/m or N*m*s/rad].
     cutoff : float
         Cut-off of the zero-phase low-pass filter of the learned effort [Hz].
     """
@@ -216,7 +220,7 @@ class Variant:
     name : str
         Name of the variant.
     plant, friction, controller, sensor, reference : Model
-        Parts of the loop; in a plant with a screw, `friction` acts on the motor.
+        Models of the loop; in a plant with a screw, `friction` acts on the motor.
     feedforward : Feedforward
         Feedforward of the controller.
     run : Run

@@ -1,4 +1,4 @@
 """Constants of the normal distribution."""
 
-NORMAL_95 = 1.96  # standard deviations to either side, between which 95 % lie
-DEVIATION_OVER_MEDIAN = 1.4826  # standard deviation over the median of the absolute deviations
+NORMAL_95 = 1.96  # half-width of a normal 95 % interval, in standard deviations
+DEVIATION_OVER_MEDIAN = 1.4826  # normal standard deviation divided by the median absolute deviation

@@ -122,7 +122,7 @@ class Tabular(WithCard):
         return {"kind": getattr(self, "kind", "translational")} | {name: plain(getattr(self, name)) for name in rest}
 
     def to_dict(self) -> dict[str, Any]:
-        """Return plain data: ``signals`` and ``units`` by name, and the further data."""
+        """Return plain data: ``signals`` and ``units`` by name, and all other fields."""
         signals = self._signals()
         return self._facts() | {
             "units": {name: signal.unit for name, signal in signals.items()},

@@ -60,7 +60,7 @@ def scale_of(unit: str, magnitude: float) -> Scale:
 
 
 def number(value: float, resolution: float | None = None, digits: int = 4) -> str:
-    """Format a number to two digits of its resolution, such as a standard error, or to `digits` significant digits."""
+    """Format a number to two digits of `resolution`, for example its standard error; without it, to `digits` significant digits."""
     if not math.isfinite(value):
         return "–" if math.isnan(value) else f"{value}".replace("inf", "∞").replace("-", "−")
     if resolution is not None and 0.0 < resolution < math.inf:

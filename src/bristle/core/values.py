@@ -123,7 +123,7 @@ class Thresholds:
 
     @classmethod
     def of(cls, values: Mapping[str, Any], path: str = "settings") -> Self:
-        """Return thresholds with these values; the others keep their defaults."""
+        """Return thresholds with these values; other thresholds keep their defaults."""
         by_name = {entry.name: entry for entry in cls.described()}
         numbers: dict[str, float] = {}
         for name, value in values.items():
@@ -143,7 +143,7 @@ class Thresholds:
 
     @classmethod
     def among(cls, values: Mapping[str, Any], path: str = "settings") -> Self:
-        """Return the thresholds of this class with these values; the others keep their defaults."""
+        """Return thresholds of this class with those of `values` that it has; other thresholds keep their defaults."""
         names = {entry.name for entry in cls.described()}
         return cls.of({name: value for name, value in values.items() if name in names}, path)
 

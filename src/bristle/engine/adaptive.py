@@ -32,8 +32,10 @@ class AdaptiveTrace(Trace):
 
     Parameters
     ----------
-    steps, rejected : int
-        Numbers of accepted and of rejected steps.
+    steps : int
+        Number of accepted steps.
+    rejected : int
+        Number of rejected steps.
     """
 
     steps: int

@@ -21,12 +21,12 @@ from bristle.engine.lanes import InLanes, Rows, make_lanes
 from bristle.engine.loop import HOLDS, SAMPLE_TIME, held, substeps_entry
 from bristle.engine.screwed import refuse_screw
 
-WORTH_LANES = 10_000_000  # steps in total: compiling the lanes of an implicit step takes seconds
+WORTH_LANES = 10_000_000  # number of steps from which parallel lanes save time, although their compilation takes seconds
 
 
 @dataclass(frozen=True)
 class BatchTrace:
-    """Result of a batch, in SI of the axis; arrays of shape (trajectory, sample).
+    """Result of a batch, in SI units of the axis; arrays of shape (trajectory, sample).
 
     ``position`` and ``velocity`` are instantaneous values at the sample; ``friction`` is the mean friction force until
     the next sample. ``status`` has one entry per trajectory; a diverged trajectory is NaN from the first failure.

@@ -99,7 +99,7 @@ def axis_step(plant: Model, friction: Model, dt: float, steps: int) -> Advance:
 
 
 def contact_step(friction: Model, dt: float) -> Advance:
-    """Return one sample of friction under a velocity: the state is the position, that of the friction, its memory."""
+    """Return a function for one sample of friction at a velocity; its state holds position, friction state and memory."""
     contact = Instance(friction)
     cuts = np.cumsum((1, contact.state.size))
     entry = force_along_entry(contact)

@@ -40,17 +40,17 @@ FORCE = Variable("force", "effort")
 
 @dataclass(frozen=True, kw_only=True)
 class Trace(Tabular):
-    """Result of a run; arrays of shape (sample,), in SI of the axis.
+    """Result of a run; arrays of shape (sample,), in SI units of the axis.
 
     Parameters
     ----------
     time : ndarray
         Time of the samples [s].
     position, velocity : ndarray
-        Motion of the load at the instant of a sample [m, m/s or rad, rad/s]; for a `ball_screw` that of the table,
-        converted to the motor.
+        Position and velocity of the load at the instant of a sample [m, m/s or rad, rad/s]; for a `ball_screw` those of
+        the table, converted to the motor.
     effort : ndarray
-        Effort of the drive from the sample on [N or N*m].
+        Effort of the drive from this sample to the next [N or N*m].
     friction : ndarray
         Mean friction force until the next sample [N or N*m]; for a `ball_screw` the total load of the motor.
     measured : ndarray
@@ -58,9 +58,9 @@ class Trace(Tabular):
     command : ndarray
         Commanded effort [N or N*m].
     motor_position, motor_velocity : ndarray
-        Motion of the motor of a `ball_screw`; for other plants equal to position and velocity.
+        Position and velocity of the motor of a `ball_screw`; for other plants equal to those of the load.
     status : Status
-        Status at the end.
+        Status at the end of the run.
     state, memory
         State and memory of the friction model at the end of a run with fixed steps, to continue in another run.
     kind : {"translational", "rotational"}

@@ -33,7 +33,7 @@ START = Variable("length", "start of the motion")
 
 @dataclass(frozen=True)
 class Excitation:
-    """A motion to run on an axis, with its properties.
+    """A motion to run on an axis, with its assumptions and its simulation.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ class Excitation:
 
     @property
     def purposes(self) -> list[tuple[str, str]]:
-        """Purposes of the motion, and the information from each."""
+        """Purposes of the motion, each with the information that it adds to the log."""
         used = {piece.purpose for piece in self.motion.pieces}
         return [(name, purpose.tells) for name, purpose in PURPOSES.items() if name in used]
 

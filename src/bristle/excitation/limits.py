@@ -25,7 +25,7 @@ MARGIN = 0.9  # usable share of a limit: the loop overshoots
 
 @dataclass(frozen=True)
 class MotionLimits:
-    """Usable limits of a motion, in SI of the kind of axis; None if unknown.
+    """Usable limits of a motion, in SI units of the axis; None if unknown.
 
     Parameters
     ----------
@@ -35,8 +35,10 @@ class MotionLimits:
         Time between samples [s].
     travel : float or None
         Range of the motion, half of it on each side of its start [m or rad].
-    velocity, acceleration : float or None
-        Largest values [m/s or rad/s, m/s^2 or rad/s^2].
+    velocity : float or None
+        Largest velocity [m/s or rad/s].
+    acceleration : float or None
+        Largest acceleration [m/s^2 or rad/s^2].
     jerk : float
         Largest jerk [m/s^3 or rad/s^3]; infinite without a limit.
     count : float
@@ -46,7 +48,7 @@ class MotionLimits:
     resonance : float or None
         Resonance frequency of the mass on the contact [Hz].
     stribeck_velocity : float or None
-        Velocity over which friction falls [m/s or rad/s].
+        Velocity over which friction falls from break-away to Coulomb friction [m/s or rad/s].
     followed : float
         Tracking error of the controller in slow motion before sliding [m or rad]; 0 if unknown.
     """
@@ -134,13 +136,13 @@ class Prior:
     Parameters
     ----------
     plant, friction : Model
-        The mechanism.
+        The assumed plant and its friction.
     presliding : float or None
         Amplitude at which friction saturates at both ends of a loop [m or rad]; None if unknown.
     resonance : float or None
         Resonance frequency of the mass on the contact [Hz]; None if mass or stiffness is a guess.
     stribeck_velocity : float or None
-        Velocity over which friction falls [m/s or rad/s]; None if unknown.
+        Velocity over which friction falls from break-away to Coulomb friction [m/s or rad/s]; None if unknown.
     assumed : tuple of str
         Assumed values.
     mass_known : bool

@@ -56,7 +56,7 @@ class ExcitationPiece:
 
 @dataclass(frozen=True)
 class ExcitationMotion:
-    """A motion to run on an axis, in SI of its kind.
+    """A motion to run on an axis, in its SI units.
 
     Parameters
     ----------

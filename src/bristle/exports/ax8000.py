@@ -88,6 +88,6 @@ def reads(files: Mapping[str, str | bytes], request: Request) -> Drive:
 
 
 def _of_motor(value: float, index: str, axis: Axis | None) -> float:
-    """Return a value in SI of the axis as a torque of the motor, or as a torque per angle or angular velocity."""
+    """Return a value in SI units of the axis as a torque of the motor, or as a torque per angle or angular velocity."""
     arm = 1.0 if axis is None or axis.arm is None else axis.arm
     return value * arm if index == STATIC else value * arm**2

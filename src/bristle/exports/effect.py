@@ -48,7 +48,7 @@ MOVES, LOG, EXPERIMENT = "moves", "log", "experiment"
 
 
 class Limits(NamedTuple):
-    """Limits of the moves: largest velocity, acceleration and jerk, in SI of the axis."""
+    """Limits of the moves: largest velocity, acceleration and jerk, in SI units of the axis."""
 
     velocity: float
     acceleration: float
@@ -97,13 +97,13 @@ class Effect:
     Parameters
     ----------
     along : tuple of Along
-        Each motion, the moves first and the log's own motion last.
+        The errors along each motion: first the moves, last the motion of the log.
     kind : {"translational", "rotational"}
         The kind of axis.
     distance : float
-        Pre-sliding distance: friction turns over it after a reversal [m or rad].
+        Pre-sliding distance: displacement after a reversal over which friction changes its sign [m or rad].
     assumed : bool
-        Whether that distance is an assumption, because neither model nor axis file has one.
+        Whether `distance` is an assumption, because neither model nor axis file has one.
     in_loop : bool
         Whether errors come from a simulated loop; otherwise they are residual forces.
     ahead : int
@@ -124,7 +124,7 @@ class Effect:
 
     @property
     def is_harmful(self) -> bool:
-        """Whether the export worsens the motion of the log, or moves far longer than the pre-sliding distance."""
+        """Whether the export increases the error along the motion of the log, or along moves far longer than `distance`."""
         far = SERIOUS * (1.0 - 1e-9) * self.distance
         return self.in_loop and any(path.is_worse and (path.motion != MOVES or path.distance >= far) for path in self.along)
 
@@ -136,7 +136,7 @@ class Effect:
 
     @property
     def least_distance(self) -> float:
-        """Distance from which on all moves are better [m or rad]; 0 if all moves are better, inf if no move is."""
+        """Distance from which the export improves every move [m or rad]; 0 for all moves, inf if it does not improve the longest move."""
         below = max((path.distance for path in self.moves if path.is_no_better), default=0.0)
         return min((path.distance for path in self.moves if path.distance > below), default=math.inf) if below else 0.0
 
@@ -173,7 +173,7 @@ class Effect:
         return tuple(lines)
 
     def as_data(self) -> dict[str, Any]:
-        """Return the effect as data for JSON, in SI of the axis or in %; null for infinite or missing values."""
+        """Return the effect as data for JSON, in SI units of the axis or in %; null for infinite or missing values."""
 
         def finite(value: float) -> float | None:
             return value if math.isfinite(value) else None

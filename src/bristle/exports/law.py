@@ -192,7 +192,7 @@ ALWAYS = ("position", "velocity", "acceleration", "measured")
 
 
 class Inputs(NamedTuple):
-    """Inputs of a law at a sample, in SI of the axis; `_ahead` arrays belong to the next samples."""
+    """Inputs of a law at a sample, in SI units of the axis; `_ahead` arrays belong to the next samples."""
 
     position: float
     velocity: float

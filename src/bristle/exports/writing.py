@@ -212,7 +212,7 @@ def checked_product(product: Product, target: Target) -> Product:
 def law_for(
     to: str | Target, variant: Variant, name: str, source: Source, *, tunable: bool = False, single: bool = False, accept_harm: bool = False
 ) -> Product:
-    """Return the files of the control law of a variant for a target; options have the meaning of a `Request`."""
+    """Return the files of the control law of a variant for a target, with the options of a `Request`."""
     target = target_named(to)
     _refuse_beyond(target, write_law=True, tunable=tunable, single=single)
     if single:

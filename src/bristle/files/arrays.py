@@ -35,7 +35,7 @@ def write_arrays(folder: Results, stem: str, arrays: Mapping[str, np.ndarray]) -
 
 
 def read_arrays(folder: Path, stem: str) -> dict[str, np.ndarray]:
-    """Return the arrays of such a file by name; an empty dict if the file is missing."""
+    """Return the arrays of a file from `write_arrays` by name; an empty dict if the file is missing."""
     path = folder / f"{stem}.parquet"
     path = path if path.is_file() else folder / f"{stem}.npz"
     parquet = library("pyarrow.parquet", str(path)) if path.suffix == ".parquet" else None

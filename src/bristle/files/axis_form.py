@@ -13,7 +13,7 @@ from bristle.files.components import open_in
 from bristle.files.schema import by_number, long_form
 from bristle.files.toml import read_toml
 
-CHANNELS = tuple(name for name in COLUMNS if name not in RECORDED)  # the channels that the form offers for a column
+CHANNELS = tuple(name for name in COLUMNS if name not in RECORDED)  # the channels that a form for an axis file offers for a column
 EMPTY = 'schema = 1\nname = "axis"\n'  # the smallest axis file
 # Default channels of a log of the motion.
 OF_MOTION = {"time": "time", "position": "length", "reference": "length", "effort": "force"}
@@ -63,7 +63,7 @@ def _set(document: Any, key: str, value: Any) -> None:
 
 
 def form_of(axis_file: Content) -> dict[str, Any]:
-    """Return the content of the form: the tables of an axis file, its missing keys and its comments."""
+    """Return the content of a form for an axis file: its tables, missing keys and comments."""
     import tomlkit
 
     tables, text = read_toml(axis_file).data, axis_file.data.decode("utf-8-sig")

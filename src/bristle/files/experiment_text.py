@@ -72,7 +72,7 @@ def _header(kind: Kind) -> str:
     return f"time [s],reference [{unit_of('length', kind)}],unexplained [{unit_of('force', kind)}]"
 
 
-LOOP = "loop.csv"  # table of the loop of a log, in the folder of its experiment file
+LOOP = "loop.csv"  # file with the signals of the loop of a log, beside its experiment file
 AS_RECORDED, FEEDFORWARD, COMPENSATED = LOOP_VARIANTS
 # Default gains for an unknown controller: their bandwidth is limited by the sampling and by the dynamics of most axes.
 FASTEST, OF_SAMPLING, FOR_POSITION = 2.0 * math.pi * 20.0, 0.1, 0.25  # [rad/s], of 1/sample time, of the velocity loop

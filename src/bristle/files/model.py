@@ -28,7 +28,7 @@ from bristle.plants import find as find_plant
 FITTED_TO = "fitted to"
 
 KEYS = ("schema", "kind", "provenance", "treatment", "plant", "friction", "uncertainty", "bands")
-# Further data of a model: the stiffness of all elements, the lag of the loop of its fit.
+# Data of the identification of a model, such as cut-off, delay and lag, each with its description.
 TREATMENT = {
     "cutoff": Variable("frequency", "cut-off of the zero-phase filter of the identification", min=1e-9),
     "decimation": Variable("1", "samples per row of the identification", min=1.0),

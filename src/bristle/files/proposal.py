@@ -156,13 +156,13 @@ class Proposal:
     missing : tuple of str
         Keys to fill in.
     axis : Axis
-        The axis, with SI units and 1 for missing units and constants.
+        The axis, with SI units for missing units and 1 for missing constants.
     table : Table
         The source columns.
     notes : tuple of str
         Assumptions, and alternative columns.
     unknown : dict of str to str
-        Channels with an unknown unit to fill in, and the text of the file for it.
+        Channels whose unit bristle does not know, each with the unit as the file states it.
     """
 
     text: str

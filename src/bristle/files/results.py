@@ -26,7 +26,7 @@ from bristle.files import owned
 from bristle.files.folder import exchange, folder_wanted, rename_new
 from bristle.files.owned import NOTE, Folder, Note
 
-SUMMARY = "summary.json"  # A file in every folder of results of a command
+SUMMARY = "summary.json"  # Name of the file with the numbers of a run, in every folder of results
 
 _WRITING = {errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EROFS, errno.EIO, errno.ENAMETOOLONG}
 PATIENCE = 2.0  # [s]

@@ -25,7 +25,7 @@ def as_json(data: Mapping[str, Any]) -> str:
 
 
 def plain(value: Any) -> Any:
-    """Convert a value to text, finite numbers, lists and tables of JSON; numbers that are not finite become None."""
+    """Convert a value to the types of JSON: text, finite numbers, lists, tables; numbers that are not finite become None."""
     if isinstance(value, Mapping):
         return {escaped(str(key)): plain(item) for key, item in value.items()}
     if hasattr(value, "tolist"):  # arrays and numbers of numpy

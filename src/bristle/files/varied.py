@@ -29,7 +29,7 @@ def with_changes(model: Model, changes: Mapping[str, Any], path: str) -> Model:
 
 
 def with_columns(model: Model, columns: Mapping[str, np.ndarray], path: str) -> list[Model | None]:
-    """Return `with_changes` for each row of some columns; None for a refused row.
+    """Return the result of `with_changes` for each row of `columns`; None for a row that it refuses.
 
     Columns of plain numbers are checked by their smallest and largest values.
     """

@@ -7,8 +7,9 @@ r"""The Bouc-Wen model as friction: smooth hysteresis, with minor loops that do 
 with :math:`\gamma = 1 - \beta`, so that :math:`f \to F_C \operatorname{sgn} v` in sliding. The usual amplitudes of
 ``bouc_wen_classic`` are redundant. This model derives them from the stiffness :math:`s` and the force :math:`F_C`. With
 :math:`\alpha = 0` (the default) the contact has no elastic restoring force and slides freely. For :math:`\beta \ge 1/2`
-the model dissipates energy. A smaller value makes the slope in unloading too steep. Under a small cycle of a force that
-keeps its sign, the contact creeps: the model violates Drucker's postulate and has no return-point memory.
+the model dissipates energy. A smaller :math:`\beta` makes the slope in unloading less than :math:`s`. Under a small
+cycle of a force that keeps its sign, the contact creeps: the model violates Drucker's postulate and has no return-point
+memory.
 
 References
 ----------

@@ -4,7 +4,7 @@ r"""The Bouc-Wen model with its usual amplitudes: the restoring force yields or 
     F = z + \sigma_2 v, \qquad
     \frac{dz}{dt} = \alpha\,v - \beta\left(\gamma\,|v|\,|z|^{\nu-1} z + \delta\,v\,|z|^{\nu}\right)
 
-where the exponents apply to the number of `z` in N (N*m). The slope in loading is
+where the exponents apply to the numerical value of `z` in N (N*m). The slope in loading is
 :math:`dz/dx = \alpha - \beta(\gamma + \delta)|z|^\nu`, in unloading
 :math:`dz/dx = \alpha + \beta(\gamma - \delta)|z|^\nu`. For :math:`\gamma + \delta > 0` the force is bounded and the
 contact slides, as in ``bouc_wen``. For :math:`\gamma + \delta < 0` the force hardens: this occurs in structures and

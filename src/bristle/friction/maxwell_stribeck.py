@@ -4,12 +4,12 @@ r"""Maxwell-slip elements with limits that fall with speed and scatter from reve
     F = \sum_i k_i e_i + \sigma_1 n_s v + \sigma_2 v, \qquad
     |k_i e_i| \le \nu_i\,\gamma\,G(v), \qquad G(v) = F_C + (F_S - F_C)\,e^{-(v/v_S)^2}
 
-Each element sticks and stretches by :math:`e_i`, or slips at its share :math:`\nu_i` of the Stribeck curve. If the limit
-falls below the force of an element, the force drops to the limit at once. :math:`n_s` is the share of the elements that
-stick: micro-damping acts only in contacts that have not broken away. Real friction does not repeat exactly. The model
-therefore draws :math:`\gamma = 1 + s\,\xi` anew at each reversal of the velocity, with :math:`\xi` standard normal and
-`s` the parameter ``scatter``. Reversals below the speed :math:`v_r` do not count. Runs with one seed are identical to
-the bit.
+Each element sticks and stretches by :math:`e_i`, or slips at its share :math:`\nu_i` of the Stribeck curve. If the
+limit falls below the force of an element, the force drops to the limit at once. :math:`n_s` is the share of the
+elements that stick: micro-damping acts only in contacts that have not broken away. Real friction does not repeat
+exactly. The model therefore draws :math:`\gamma = 1 + s\,\xi` anew at each reversal of the velocity, with :math:`\xi`
+standard normal and `s` the parameter ``scatter``. Reversals below the speed :math:`v_r` do not count. Runs with equal
+seeds are identical to the bit.
 
 References
 ----------

@@ -146,7 +146,7 @@ class UnevenModel(FrictionModel):
 
 
 def uneven(friction: Model, **values: Any) -> Model:
-    """Return a friction model with scatter, a wave along the axis and creep; without values of these causes it is unchanged."""
+    """Return a friction model with scatter, a wave along the axis and creep; without values for these causes, return it unchanged."""
     return _uneven(friction.component)(kind=friction.kind, **(dict(friction.values) | values))
 
 

@@ -1,13 +1,14 @@
 r"""The Preisach operator with a tabulated Everett function, for measured hysteresis of any sign.
 
 The table is over :math:`c = \alpha + \beta` and :math:`d = \alpha - \beta`, and linear between its nodes. :math:`d` is
-spaced quadratically, :math:`c` evenly over its range :math:`\pm(2X - d)`. With as many nodes over
-:math:`(\alpha, \beta)`, the error would be nearly 2 % of saturation, because the kink at :math:`\alpha = \beta` crosses
-the cells. Here the kink is an edge of the table, and the error is 2e-4 of saturation at 101 by 101 nodes.
+spaced quadratically, :math:`c` evenly over its range :math:`\pm(2X - d)`. A table of the same size over
+:math:`(\alpha, \beta)` would have an error of nearly 2 % of saturation, because the kink at :math:`\alpha = \beta`
+crosses its cells. In this table the kink is an edge, and the error is 2e-4 of saturation at 101 by 101 nodes.
 
 Outside :math:`[-X, X]` the measure is zero: the output stays constant. Inside, the demagnetised operator follows the
-measure above the line :math:`\alpha = -\beta`. Its integral is the parameter `upper`, which the constructors in
-`bristle.hysteresis.tabulate` compute. The measure may therefore have any sign and need not be symmetric.
+measure above the line :math:`\alpha = -\beta`. The integral of this measure is the parameter `upper`, which the
+constructors in `bristle.hysteresis.tabulate` compute. The measure may therefore have any sign and need not be
+symmetric.
 """
 
 import math
@@ -162,7 +163,7 @@ def commit(state, memory, move, p):
 
 RELATIONS = (
     Relation(
-        "E of an odd number of rows, at least 3, each as long as upper, at least 3",
+        "an odd number of rows of E, at least 3, each of the length of upper, at least 3 values",
         lambda p: len(p.upper) >= 3 and len(p.E) % len(p.upper) == 0 and len(p.E) // len(p.upper) % 2 == 1 and len(p.E) >= 3 * len(p.upper),
         "Build the table with bristle.hysteresis.tabulated or from_reversal_curves",
     ),
@@ -175,7 +176,7 @@ RELATIONS = (
 
 MODEL = everett_table = HysteresisOperator(
     name="everett_table",
-    description="Preisach operator from its turning points, Everett function tabulated from data",
+    description="Preisach operator, computed from turning points, with an Everett function tabulated from data",
     Parameters=Parameters,
     State=Stack,
     trial=trial,

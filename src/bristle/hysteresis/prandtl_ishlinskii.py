@@ -3,9 +3,9 @@ r"""The Prandtl–Ishlinskii operator: stops in parallel, and a spring.
 .. math:: f = k u + \sum_i w_i\,\mathcal S_{r_i}[u]
 
 The virgin curve :math:`\varphi(x) = k x + \sum_i w_i \min(x, r_i)` describes the operator completely. Each branch is
-:math:`f_n \pm 2\varphi(|u - u_n|/2)` (Masing's rule), so minor loops of equal width are congruent everywhere. It is a
-Preisach operator whose measure depends on :math:`\alpha - \beta` only. Weights may have any sign; those of friction are
-positive.
+:math:`f_n \pm 2\varphi(|u - u_n|/2)` (Masing's rule), so minor loops of equal width are congruent everywhere. This
+operator is a Preisach operator whose measure depends on :math:`\alpha - \beta` only. Weights may have any sign; those
+of friction are positive.
 
 References
 ----------

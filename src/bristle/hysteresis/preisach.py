@@ -59,7 +59,7 @@ def memory_size(p: Parameters) -> int:
 
 MODEL = preisach = HysteresisOperator(
     name="preisach",
-    description="Preisach operator from its turning points, Everett function in closed form",
+    description="Preisach operator, computed from turning points, with an Everett function in closed form",
     Parameters=Parameters,
     State=Stack,
     trial=trial,

@@ -1,8 +1,8 @@
 r"""The Preisach operator on a grid of cells, for identification from data, with a measure of either sign.
 
 Levels divide the inputs from `low` to `high` evenly. A cell off the diagonal has a uniform density. A cell on the
-diagonal has its whole measure on the line :math:`\alpha = \beta`: a spring between its two levels. The
-Everett function is therefore bilinear between the levels. The parameter `E` has its values at the levels:
+diagonal has its whole measure on the line :math:`\alpha = \beta`: a spring between its two levels. The Everett function
+is therefore bilinear between the levels. The parameter `E` contains the values of this function at the levels:
 
 .. math:: E(\alpha_i, \beta_j) = \sum_{j \le l \le k < i} \mu_{kl}
 
@@ -138,7 +138,7 @@ RELATIONS = (
 
 MODEL = preisach_grid = HysteresisOperator(
     name="preisach_grid",
-    description="Preisach operator from the measure of each cell of a grid, of either sign",
+    description="Preisach operator from a measure of either sign in each cell of a grid",
     Parameters=Parameters,
     State=Stack,
     trial=trial,

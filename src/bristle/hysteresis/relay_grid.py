@@ -2,10 +2,10 @@ r"""The Preisach operator by brute force: every relay of a grid is evaluated.
 
 .. math:: f = \sum_{i \ge j} \mu_{ij}\,\gamma_{ij}[u]
 
-This sum is the definition of the operator, equation (12) of the source paper. It is the reference for the operators
-that use turning points: if the extremes of the input are levels of the grid, both agree to rounding. Between the levels
-the output is a staircase. The computing time grows with the square of the number of levels. With turning points it does
-not depend on the number.
+This sum is the definition of the operator, equation (12) of the source paper. The sum is the reference for the
+operators that use turning points: if the extremes of the input are levels of the grid, sum and operator agree to
+rounding. Between the levels the output is a staircase. The computing time grows with the square of the number of
+levels. With turning points the time does not depend on this number.
 
 References
 ----------
@@ -98,7 +98,7 @@ class RelayGrid(HysteresisOperator):
 
 MODEL = relay_grid = RelayGrid(
     name="relay_grid",
-    description="Preisach operator by brute force, one relay for each cell of a grid: the reference",
+    description="Preisach operator by brute force, one relay for each cell of a grid: the reference for other operators",
     Parameters=Parameters,
     State=State,
     trial=trial,

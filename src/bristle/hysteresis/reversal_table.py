@@ -210,7 +210,7 @@ RELATIONS = (
         structural=True,
     ),
     Relation(
-        "rows of E of the same length, at least 2, as many as reversals",
+        "as many rows of E as reversals, all of the same length, at least 2 values",
         lambda p: len(p.E) % len(p.reversals) == 0 and len(p.E) >= 2 * len(p.reversals),
         "Build the table with bristle.hysteresis.table_of_curves",
         structural=True,
@@ -225,7 +225,7 @@ RELATIONS = (
 
 MODEL = reversal_table = HysteresisOperator(
     name="reversal_table",
-    description="Preisach operator from its turning points, Everett function tabulated along reversal curves",
+    description="Preisach operator, computed from turning points, with an Everett function tabulated along reversal curves",
     Parameters=Parameters,
     State=Stack,
     trial=trial,

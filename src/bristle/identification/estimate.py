@@ -61,12 +61,12 @@ class Estimate:
 
     @property
     def larger_std(self) -> float | None:
-        """The larger of both standard errors in `unit`; None without a standard error."""
+        """The larger of `std` and `robust_std` in `unit`; None without a standard error."""
         return max((std for std in (self.std, self.robust_std) if std is not None), default=None)
 
     @property
     def ends(self) -> tuple[float, float] | None:
-        """Ends of the 95 % interval in `unit`, or else from the larger standard error; None without either."""
+        """Ends of the 95 % interval in `unit`; without `interval` from the larger standard error, None without both."""
         if self.interval is not None or self.larger_std is None:
             return self.interval
         return self.value - NORMAL_95 * self.larger_std, self.value + NORMAL_95 * self.larger_std

@@ -43,7 +43,7 @@ HOLD_LEAST, TELLING = 0.75, 5  # smallest share of intervals that contain the tr
 
 @dataclass(frozen=True)
 class Determined:
-    """How well simulated logs determine one parameter.
+    """Errors and intervals of one parameter, identified from simulated logs.
 
     Parameters
     ----------

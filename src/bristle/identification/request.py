@@ -149,7 +149,7 @@ def settings_of(axis: Axis | None, beside: Settings | Mapping[str, float] | None
 
 
 def prior_knowledge_of(axis: Axis | None, mass: float | str | None, offset: float | str | None, kind: Kind) -> PriorKnowledge:
-    """Return the prior knowledge: the arguments, in SI or text with a unit, else the axis file."""
+    """Return the prior knowledge from the arguments, in SI units or text with a unit, else from the axis file."""
     axis = axis or Axis(kind=kind, offset="identify")
     mass = axis.mass if mass is None else mass
     value = None if mass is None else quantity(mass, MASS, kind, path="mass")

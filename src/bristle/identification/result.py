@@ -196,7 +196,7 @@ class Fit:
 
     @property
     def lacking(self) -> tuple[str, ...]:
-        """Codes of diagnostics of a missing force: ``structure`` in the model, others in the effort of the log."""
+        """Codes of diagnostics of a missing force: ``structure`` if the model lacks it, other codes if the effort of the log lacks it."""
         return tuple(code for code in LACKING if any(diagnostic.code == code for diagnostic in self.diagnostics))
 
     @property
@@ -241,7 +241,7 @@ class Fit:
 
     @property
     def missed_percent(self) -> float:
-        """Residual without effort noise and encoder steps, as a percentage of the friction; the whole residual without replicates."""
+        """Residual without effort noise and encoder steps, as a percentage of the friction; without replicates, the whole residual."""
         percent, size = self.friction_alone_error_percent, float(np.sqrt(np.mean(self.traces.residual**2)))
         if self.resampling is None or not size > 0.0:
             return percent

@@ -19,7 +19,7 @@ from bristle.logs.table import Table
 
 
 def record_of(table: Table, axis: Axis) -> LogData:
-    """Return the log in a table, in SI of the axis, on a uniform grid of time."""
+    """Return the log in a table, in SI units of the axis, on a uniform grid of time."""
     gathered = gather(table, axis)
     for problem in (*gathered.problems, *problems_of(gathered, str(table.source))):
         raise problem

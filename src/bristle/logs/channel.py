@@ -60,8 +60,8 @@ class Channel(NDArrayOperatorsMixin):
     column : str
         Name of the column in the file.
     recorded_step : float, optional
-        Smallest difference between two different samples of the recording. State it if `values` were resampled or
-        filtered, because such values do not show it.
+        Smallest difference between two different samples of the recording. State this step if `values` were resampled
+        or filtered, because they no longer show it.
     """
 
     values: np.ndarray
@@ -110,7 +110,7 @@ class Channel(NDArrayOperatorsMixin):
 
 
 def channel(name: str) -> Converter:
-    """Return a converter for a `Channel`, or for its numbers in SI of the kind of axis."""
+    """Return a converter for a `Channel`, or for its numbers in SI units of the axis."""
 
     def convert(value: Any, path: str, kind: Kind | None) -> Channel:
         unit = unit_of(CHANNELS[name], kind or KINDS[0])
@@ -164,7 +164,7 @@ class LogData(Tabular):
 
     @property
     def part(self) -> str:
-        """Columns and time span in the file: two parts of one file are two logs."""
+        """Columns and time span of this log in its file: a file with two such parts gives two logs."""
         columns = ", ".join(channel.column for channel in (self.position, self.effort) if channel is not None)
         return f"columns {columns}, {self.time.values[0]:.6g} to {self.time.values[-1]:.6g} s"
 

@@ -18,7 +18,7 @@ class Curve(NamedTuple):
     Parameters
     ----------
     u, f : ndarray, shape (sample,)
-        Input and output, in SI.
+        Input `u` and output `f`, in SI units.
     """
 
     u: np.ndarray

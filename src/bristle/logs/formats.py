@@ -37,7 +37,7 @@ OWN_FORMATS: ContextVar[tuple[LogFormat, ...]] = ContextVar("formats of logs of 
 
 @contextmanager
 def reading(*formats: LogFormat) -> Iterator[None]:
-    """Try your own formats of logs before all others."""
+    """Return a context in which bristle tries the user's formats of logs first."""
     token = OWN_FORMATS.set((*formats, *OWN_FORMATS.get()))
     try:
         yield

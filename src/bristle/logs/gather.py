@@ -41,7 +41,7 @@ class Gathered:
 
 
 def gather(table: Table, axis: Axis) -> Gathered:
-    """Return the channels that `axis` names, in SI of its kind, sign and transmission applied."""
+    """Return the channels that `axis` names, in SI units of the axis, sign and transmission applied."""
     gathered = Gathered(notes=list(table.notes))
     motion, time = axis.columns.get("position", axis.columns.get("velocity")), axis.columns.get("time")
     # Columns with their own times need no column of time.

@@ -173,7 +173,7 @@ def _axis_of(table: Table, axis: Axis) -> Axis:
 @guarded()
 @dataclass(frozen=True, eq=False)
 class Log(LogData):
-    """Recorded channels of a motion axis, in SI of its kind, on a uniform grid of time.
+    """Recorded channels of a motion axis, in SI units of the axis, on a uniform grid of time.
 
     Made by `read_log` from a file, or by `Log.from_columns` from a data frame or a dictionary; both check the data. Arrays
     are accepted without a check: ``Log(time=t, position=x, effort=u)``.
@@ -197,9 +197,9 @@ class Log(LogData):
     injected : tuple of Channel
         Known inputs added to the controller's output [N or N*m]; `effort` contains them.
     sample_time : float
-        Time between samples [s]; 0 computes it from `time`.
+        Time between samples [s]; if 0, bristle computes it from `time`.
     segments : tuple of slice
-        Stretches without a gap; derivatives and filters must not cross their ends. By default a single segment.
+        Stretches without a gap; derivatives and filters must not cross their ends. The default is a single segment.
     source : Path
         The file.
     origin : Origin

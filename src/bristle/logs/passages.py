@@ -59,7 +59,7 @@ class Passage:
     frequencies: tuple[float, float] = (0.0, 0.0)
 
     def as_data(self) -> dict[str, Any]:
-        """Return the passage as numbers, in SI of the axis."""
+        """Return the passage as numbers, in SI units of the axis."""
         record = {name: value for name, value in vars(self).items() if name != "samples"}
         return {name: list(value) if isinstance(value, tuple) else value for name, value in record.items()}
 

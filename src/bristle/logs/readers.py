@@ -91,7 +91,7 @@ def _as_table(read: Any, log_format: LogFormat, content: Content) -> Table:
 
 
 def read_log(given: Readable, axis: Axis | None = None, *, size_limit: int = SIZE_LIMIT) -> Log:
-    """Return the log in a file, in SI of the axis, on a uniform grid of time.
+    """Return the log in a file, in SI units of the axis, on a uniform grid of time.
 
     Parameters
     ----------

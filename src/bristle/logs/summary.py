@@ -45,7 +45,7 @@ def summarize(given: Readable, axis: Axis | None = None, *, size_limit: int = SI
     -------
     dict
         ``file``, ``format``, ``checksum``, ``columns`` (as in the file: name, unit, samples, min, max, mean, std, step),
-        ``constants``, ``channels`` (the same in SI of the axis), ``sample_time`` [s], ``rate`` [Hz], ``duration`` [s],
+        ``constants``, ``channels`` (the same in SI units of the axis), ``sample_time`` [s], ``rate`` [Hz], ``duration`` [s],
         ``segments``, ``passages`` (the experiments in it: `bristle.logs.Passage`), ``notes``, ``diagnostics`` (findings of
         the checks, as data) and ``problems``; None if unknown.
 

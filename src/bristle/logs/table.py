@@ -27,7 +27,7 @@ class Table:
     Parameters
     ----------
     columns : mapping of str to ndarray
-        Each column, 1-D; lengths may differ in formats that allow it.
+        Samples of each column, a 1-D array; lengths may differ in formats that allow it.
     units : mapping of str to str
         Unit of a column, if the file states it.
     constants : mapping of str to float
@@ -49,11 +49,11 @@ class Table:
     origin : Origin
         Name and checksum of the file.
     stamps : mapping of str to str
-        Column -> its time column, in files whose channels have separate times.
+        Map from column to its time column, in files whose channels have separate times.
     facts : mapping of str to str
         Facts in addition to the columns: the device, its rated torque, a date.
     numbers : mapping of str to str
-        ``column_2`` and the like -> the name of that column.
+        Map from ``column_2`` and similar numbers to the name of the column.
     about : mapping of str to str
         Description of a column in the file: a comment, the full name of a symbol, its data type.
     """

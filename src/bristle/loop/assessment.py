@@ -64,7 +64,7 @@ class Stiffness(NamedTuple):
 
 @dataclass(frozen=True)
 class WorkingPoint:
-    """A loop linearised for one size of motion and one action of friction."""
+    """A loop linearised for one size of motion and one friction: none, stuck or sliding."""
 
     motions: Motions
     friction: Friction

@@ -9,7 +9,7 @@ dead zone of the backlash, of half gap :math:`g`: inside it the nut touches neit
 :math:`F_m` is the friction of motor and bearings, :math:`F_t` that of guides and nut [1]_.
 
 The plant has two ports for friction: motor and table. The port of the motor has the form of the port of an `inertia`.
-In every trial of this port the engine solves the equations of screw and table.
+For every trial velocity of the motor the engine solves the equations of screw and table.
 
 References
 ----------

@@ -2,8 +2,8 @@ r"""A single inertia: the mass of a table, or the inertia of a screw.
 
 .. math:: M \ddot x = u - F
 
-Equation (18) of the source paper is this equation with J and an angle. Over a step of length `h` with constant effort
-and friction, the mean velocity is :math:`v_0 + \frac{h}{2M}(u - F)`, affine in the friction force.
+Equation (18) of the source paper is this equation for a rotation, with the inertia J. Over a step of length `h` with
+constant effort and friction, the mean velocity is :math:`v_0 + \frac{h}{2M}(u - F)`, affine in the friction force.
 """
 
 from typing import Annotated, NamedTuple

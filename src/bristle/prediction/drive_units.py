@@ -15,13 +15,13 @@ NEARLY = 1e-9
 
 
 class DriveUnit(NamedTuple):
-    """A unit: its name, and its size in SI of the axis."""
+    """A unit: its name, and its size in SI units of the axis."""
 
     name: str
     si: float
 
     def of(self, value: float) -> float:
-        """Return a value in SI of the axis in this unit."""
+        """Return a value in SI units of the axis in this unit."""
         return value / self.si
 
 

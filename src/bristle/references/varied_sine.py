@@ -4,7 +4,7 @@ r"""A sine of one frequency whose amplitude varies: loops within loops, as in th
 
 where :math:`A` passes through the given amplitudes at equal intervals of the duration, monotonically in between
 (piecewise cubic Hermite). The motion begins at the centre :math:`c`, and at rest if the first amplitude is 0. After the
-duration it keeps its last amplitude.
+duration the sine keeps its last amplitude.
 
 References
 ----------

@@ -210,7 +210,7 @@ def _lines(compared: Comparison, groups: tuple[str, ...], otherwise: str) -> lis
 
 
 def comparison_summary(compared: Comparison, *, name: str, provenance: Mapping[str, str]) -> dict[str, Any]:
-    """Return two logs in numbers, in SI of the axis."""
+    """Return two logs in numbers, in SI units of the axis."""
     groups: dict[str, Any] = {group: {} for group in ("following_error", "reversals", "effort", "friction")}
     for full, change in compared.changes.items():
         group, _, own = full.partition(".")

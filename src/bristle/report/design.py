@@ -283,7 +283,7 @@ def _cost(design: Design) -> list[str]:
 
 
 def design_summary(design: Design, *, provenance: Mapping[str, str]) -> dict[str, Any]:
-    """Return a design in numbers, in SI of the axis."""
+    """Return a design in numbers, in SI units of the axis."""
     kind, budget = design.experiment.kind, design.budget
     return {
         "name": design.experiment.name,

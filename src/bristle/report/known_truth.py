@@ -69,7 +69,7 @@ class KnownTruth(WithCard):
         return Table.of(f"Parameters that this log determines: {self.model}, {self.draws} simulated logs", rows)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the numbers as plain data, in SI of the axis, as ``bristle check --json`` prints them."""
+        """Return the numbers as plain data, in SI units of the axis, as ``bristle check --json`` prints them."""
         parameters = {name: {key: getattr(parameter, key) for key in KEYS} for name, parameter in self.parameters.items()}
         return {"model": self.model, "draws": self.draws, "sentence": self.sentence, "parameters": parameters}
 

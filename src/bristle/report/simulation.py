@@ -50,7 +50,7 @@ def simulation_report(
 def simulation_summary(
     result: SimulationResult, *, files: Mapping[str, str], provenance: Mapping[str, str], diagnostics: Sequence[Diagnostic] = ()
 ) -> dict[str, Any]:
-    """Return a simulated experiment in numbers, in SI of the axis, with its log `files` and the `diagnostics` of its loops."""
+    """Return a simulated experiment in numbers, in SI units of the axis, with its log `files` and the `diagnostics` of its loops."""
     kind = result.experiment.kind
     return {
         "name": result.experiment.name,

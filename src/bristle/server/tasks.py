@@ -45,7 +45,7 @@ def look(errand: Errand) -> Answer:
     else:
         inspected = proposed
     form = form_of(errand.axis_file)
-    if axis is not None and inspected.log:  # channels in SI of the axis
+    if axis is not None and inspected.log:  # channels in SI units of the axis
         time = inspected.log.time.values
         plots = [
             _plot(name, channel.unit, channel.column, thinned(time, channel.values), "s")

@@ -29,12 +29,12 @@ OPEN_HEADS = ("Variant", "Position, peak to peak", "lowest", "highest", "Effort,
 
 @dataclass(frozen=True)
 class Statistics:
-    """A signal in six numbers, in the unit of the signal.
+    """Six statistics of a signal, in its unit.
 
     Parameters
     ----------
     peak_to_peak, mean, std, rms, min, max : float
-        Largest minus smallest value, mean, standard deviation, root mean square, smallest value, largest value.
+        `peak_to_peak`: largest minus smallest value; `std`: standard deviation; `rms`: root mean square.
     """
 
     peak_to_peak: float
@@ -67,7 +67,7 @@ def relative_error_percent(signal: np.ndarray, predicted: np.ndarray) -> float:
 
 @dataclass(frozen=True)
 class VariantResult(Tabular):
-    """One simulated variant of an experiment; arrays of shape (sample,), in SI of the axis.
+    """One simulated variant of an experiment; arrays of shape (sample,), in SI units of the axis.
 
     Parameters
     ----------
@@ -76,17 +76,19 @@ class VariantResult(Tabular):
     following_error : Statistics
         Reference minus encoder reading, after the settling time.
     true_error : Statistics
-        Reference minus position of the table, after the settling time.
+        Reference minus true position, for a `ball_screw` that of the table, after the settling time.
     by_direction : mapping
         Statistics of the following error while the reference moves forward, and while it moves backward.
     effort_rms, effort_peak : float
-        Rms and largest absolute value of the applied effort [N or N*m].
+        Rms of the applied effort, and its largest absolute value (`effort_peak`) [N or N*m].
     time : ndarray
         Times of the samples [s]. Signals include the settling time.
     reference, measured, position, velocity : ndarray
-        Commanded position, position measured by the sensor, true position [m or rad], true velocity [m/s or rad/s].
+        `reference`: commanded position; `measured`: position from the sensor; `position`, `velocity`: true motion
+        [m or rad, m/s or rad/s].
     command, effort, feedforward : ndarray
-        Output of the controller at the sample, effort of the drive from the sample on, feedforward input of the controller [N or N*m].
+        `command`: output of the controller; `effort`: effort of the drive until the next sample; `feedforward`:
+        feedforward input of the controller [N or N*m].
     friction : ndarray
         Friction force [N or N*m].
     status : Status
@@ -101,7 +103,8 @@ class VariantResult(Tabular):
     kind : {"translational", "rotational"}
         Kind of axis.
     motion : Statistics
-        Position after the settling time. An open loop has no reference: there the errors and `by_direction` are NaN.
+        Position after the settling time. In an open loop, which has no reference, the errors and `by_direction` are
+        NaN.
     """
 
     name: str
@@ -293,7 +296,7 @@ class SimulationResult(WithCard):
 
 @dataclass(frozen=True)
 class Prediction(Tabular):
-    """A model run on a log; arrays of shape (sample,), in SI of the axis.
+    """A model run on a log; arrays of shape (sample,), in SI units of the axis.
 
     Parameters
     ----------

@@ -21,7 +21,7 @@ NAMES_OF_FORM = ("example", *(check.__name__.replace("_", " ") for check in (*FO
 
 
 def admit(model: FrictionModel | Model) -> None:
-    """Refuse a user's model or slot without the required form; warn if it fails demands of physics.
+    """Refuse a user's model or slot that lacks the required form; warn if it violates a law of physics.
 
     No code is compiled. Built-in models pass untested.
 
@@ -63,7 +63,7 @@ def _admit(tried: Any, file: str, checks: Sequence[Any], word: str) -> None:
 
 
 def admit_friction_of(experiment: Experiment) -> None:
-    """Admit every friction model of an experiment, of the axis or of the feedforward, once."""
+    """Apply `admit` once to every friction model of an experiment, those of its feedforward included."""
     used = [model for variant in experiment.variants for model in (variant.friction, variant.feedforward.friction)]
     for friction in {model for model in used if model}:
         admit(friction)

@@ -97,7 +97,7 @@ def parts_described(sensor: Model, **laws: tuple[Model, Any]) -> dict[str, Any]:
 
 
 def tracking_described(plain: Variant, observing: Variant) -> dict[str, Any]:
-    """Return the data of a loop for a page, with its law alone and with an observer: module and numbers."""
+    """Return module and numbers of a loop for a page, with sliding mode alone and with a disturbance observer."""
     laws = {"sliding": (plain.controller, None), "observer": (observing.controller, None)}
     return parts_described(plain.sensor, **laws) | {
         "rig": body_described(plain.friction),

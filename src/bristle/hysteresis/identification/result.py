@@ -18,8 +18,8 @@ SHARES = np.linspace(0.0, 1.0, 101)  # of a curve, at which it is compared
 class Congruency(NamedTuple):
     """Difference between recorded branches [N, N*m or A*m^2]; None without two comparable branches.
 
-    ``alike`` compares branches that turned at the same input: an error that no Preisach operator can avoid.
-    ``anywhere`` compares branches that turned far apart: an error that no Prandtl-Ishlinskii operator can avoid.
+    ``alike`` is the difference of branches that turned at the same input: no Preisach operator can avoid it.
+    ``anywhere`` is the difference of branches that turned far apart: no Prandtl-Ishlinskii operator can avoid it.
     """
 
     alike: float | None
@@ -203,7 +203,7 @@ class OperatorIdentification:
     recorded : Curves
         The data.
     congruency : Congruency
-        Differences between recorded branches that an operator makes equal.
+        Differences between recorded branches that every operator of a kind predicts as equal.
     unfinished : str
         Work left undone after an interruption; empty otherwise.
     """
