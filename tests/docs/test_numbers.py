@@ -73,7 +73,7 @@ def test_the_effort_with_zero_order_hold(log, axis):
     fixed = replace(axis, held=True)
     identification = identify(log, "coulomb_viscous,coulomb_viscous+asymmetry", axis=fixed, blocks=0, draws=0)
     fits = {fit.name: fit for fit in identification.fits}
-    message = (EMPS / "README.md").read_text().partition("With it,")[2].partition("beyond the published")[0]
+    message = (EMPS / "README.md").read_text().partition("With this key,")[2].partition("beyond the published")[0]
     numbers = [float(item) for item in re.findall(r"\d+\.\d+", message)]
     symmetric = fits["coulomb_viscous"]
     assert numbers == pytest.approx(

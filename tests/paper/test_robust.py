@@ -285,7 +285,7 @@ def test_the_pages_quote_the_run():
     assert f"the model alone removes {alone[0]:.0f} to {alone[-1]:.0f} % of the error" in readme
     assert f"model and observer together {both[0]:.0f} to {both[-1]:.0f} %" in readme
     ends = left["observer_feedforward"]
-    assert f"They leave {ends[0]:.2f} to {ends[-1]:.2f} µm" in readme
+    assert f"The remaining error is {ends[0]:.2f} to {ends[-1]:.2f} µm" in readme
 
 
 def test_the_page_explains_the_larger_error_of_the_softer_loop():
