@@ -27,8 +27,10 @@ def check(
             help="Results of identify, a model file, or a Python file with your model, slot, law, sensor, reader, figure or target.",
         ),
     ],
-    force_ripple: Annotated[str | None, typer.Option(metavar="LOW,HIGH", help="Range of the force ripple in the drift test.")] = None,
-    loop: Annotated[str | None, typer.Option(metavar="X1,X2", help="Reversal points of the loop in the closure test.")] = None,
+    force_ripple: Annotated[
+        str | None, typer.Option(metavar="LOW,HIGH", help="Lowest and highest force of the ripple in the drift test.")
+    ] = None,
+    loop: Annotated[str | None, typer.Option(metavar="X1,X2", help="Two reversal positions of the loop in the closure test.")] = None,
     log: Annotated[
         list[Path] | None, typer.Option("--log", metavar="LOG", help="With RESULTS: the identified log, if its file has moved; repeatable.")
     ] = None,
