@@ -161,8 +161,6 @@ def variant_of(experiment: Experiment, name: str | None) -> Variant:
     if name not in variants:
         from bristle.core import InputError, did_you_mean
 
-        reason = "is missing: the experiment has several variants" if name is None else "is not in the experiment"
-        raise InputError(
-            reason, path="variant", value=name or "", allowed=", ".join(variants), mend=did_you_mean(name, variants) if name else ""
-        )
+        reason = "is missing, but the experiment has several variants" if name is None else "is not in the experiment"
+        raise InputError(reason, path="variant", value=name, allowed=", ".join(variants), mend=did_you_mean(name, variants) if name else "")
     return variants[name]

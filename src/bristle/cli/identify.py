@@ -109,8 +109,12 @@ def identify(
     from bristle.friction import DEFAULT_MODELS
 
     if separate:
-        refuse({"--force": output.force}, "cannot replace a fleet: bristle always continues it", "Name another folder")
-        refuse({"--format, --figure": output.formats or figure}, "a fleet has no figures", "Read its rows: br.read_study(DIR)")
+        refuse({"--force": output.force}, "cannot replace the results of --each, because bristle adds to them", "Name another folder")
+        refuse(
+            {"--format, --figure": output.formats or figure},
+            "with --each, the results have no figures",
+            "Read the rows with br.read_study(DIR)",
+        )
     else:
         refuse({"--workers": workers is not None}, "applies to --each only", "Add --each")
     output.context.with_resource(own_readers(reader))

@@ -120,7 +120,7 @@ def _refuse_taken(out: Path, file: Path | None, *, force: bool) -> None:
     if out.is_dir():
         raise InputError("is a folder", path=str(out), mend=f"Name a file, such as {out / 'lab.html'}")
     if not is_sealed(out):
-        raise InputError("is not an unchanged page of the lab", path=str(out), mend="Name another file")
+        raise InputError("was not written by bristle lab, or was changed later", path=str(out), mend="Name another file")
     if not force:
         raise InputError("already exists", path=str(out), mend="Add --force to replace it, or name another file")
 
