@@ -63,8 +63,8 @@ def test_a_span_may_have_no_end_and_a_stroke_has_both():
     assert Axis(stroke=(-0.1, 0.4)).stroke == (-0.1, 0.4)
     refused("stroke[1]", stroke=(0.0, math.inf))
     for name in ("span", "stroke"):
-        refused(name, "must be two values", **{name: (1.0,)})
-        refused(name, "must be two values", **{name: (1.0, 2.0, 3.0)})
+        refused(name, "must be a list or a tuple of two values", **{name: (1.0,)})
+        refused(name, "must be a list or a tuple of two values", **{name: (1.0, 2.0, 3.0)})
 
 
 def test_decimation_is_a_positive_whole_number():

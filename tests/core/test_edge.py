@@ -113,7 +113,7 @@ def test_lists_have_as_many_entries_as_are_asked_for():
     refused(convert, [1, -1], r"place\[1\]")
     assert many(whole(0), single=True)(1, "n", None) == (1,)
     assert many(whole(0), single=True)([1, 2], "n", None) == (1, 2)
-    refused(many(whole(0), least=2, most=2), [1], "must be two values")
+    refused(many(whole(0), least=2, most=2), [1], "must be a list or a tuple of two values")
     assert many(whole(0))([], "n", None) == ()
 
 
