@@ -68,8 +68,8 @@ def test_each_log_is_a_row_and_the_axis_that_differs_is_named(at, capsys):
     ("options", "message"),
     [
         (EACH, "needs a folder to write into"),
-        ((*EACH, "--out", "x", "--force"), "cannot replace a fleet"),
-        ((*EACH, "--out", "x", "--format", "svg"), "a fleet has no figures. Read its rows"),
+        ((*EACH, "--out", "x", "--force"), "cannot replace the results of --each"),
+        ((*EACH, "--out", "x", "--format", "svg"), "with --each, the results have no figures. Read the rows"),
         (("identify", "logs/left/left_2026-03-01.csv", "--workers", "2"), "applies to --each only"),
         (("watch", "fleet", "--out", "watched"), "bristle watch was removed. Use bristle identify LOGS --each"),
     ],

@@ -54,7 +54,7 @@ def test_the_page_gets_the_facts_of_the_file(tmp_path, monkeypatch):
 @pytest.mark.parametrize("options", [[], ["--force"]])
 def test_a_foreign_file_is_not_replaced(page, options, capsys):
     page.write_text("mine")
-    with pytest.raises(br.core.InputError, match="is not an unchanged page of the lab"):
+    with pytest.raises(br.core.InputError, match="was not written by bristle lab, or was changed later"):
         run(["lab", "--out", str(page), *options])
     assert page.read_text() == "mine"
 
@@ -76,10 +76,10 @@ def test_a_page_with_a_remark_a_link_to_one_and_a_pipe_are_not_replaced(page, tm
     (tmp_path / "link.html").symlink_to(page)
     os.mkfifo(tmp_path / "pipe.html")
     for name in ("link.html", "pipe.html"):
-        with pytest.raises(br.core.InputError, match="is not an unchanged page of the lab"):
+        with pytest.raises(br.core.InputError, match="was not written by bristle lab, or was changed later"):
             run(["lab", "--out", str(tmp_path / name), "--force"])
     page.write_text(written.replace("None", "None, and an hour of work"))
-    with pytest.raises(br.core.InputError, match="is not an unchanged page"):
+    with pytest.raises(br.core.InputError, match="was not written by bristle lab"):
         run(["lab", "--out", str(page), "--force"])
     assert "an hour of work" in page.read_text()
 

@@ -218,8 +218,8 @@ def test_missing_optional_results_are_reported(bristle, place):
     ("command", "parts", "said"),
     [
         (RUN, {"takes": "prediction"}, "results that the report of run lacks; found 'prediction', allowed simulation"),
-        (PREDICT, {"takes": "identification"}, "Use it with bristle identify"),
-        (DESIGN, {"takes": "simulation"}, "Use it with bristle identify or bristle run"),
+        (PREDICT, {"takes": "identification"}, "Use the figure with bristle identify"),
+        (DESIGN, {"takes": "simulation"}, "Use the figure with bristle identify or bristle run"),
         (COMPARE, {"name": "short", "takes": "comparison"}, "an invalid name; found 'short'"),
         (STUDY, {"takes": "comparison"}, "results that the report of study lacks"),
         (PREDICT, {"takes": "model"}, "results that no report has; found 'model'"),

@@ -40,13 +40,13 @@ def test_results_and_words(bristle, place):
 
 def test_bad_settings_of_matplotlib_end_a_command_before_its_work(bristle, place, monkeypatch):
     def refused(name):
-        raise InputError("cannot be imported with its settings here", path="matplotlib")
+        raise InputError("cannot be imported with the settings of this machine", path="matplotlib")
 
     monkeypatch.setattr("bristle.cli.options.import_module", refused)
     monkeypatch.setattr("bristle.simulation.simulate", lambda *_: pytest.fail("simulated first"))
     ended = bristle("run", "experiment.toml", "--out", "run")
     assert ended.code == 2
-    assert "cannot be imported with its settings here" in ended.err
+    assert "cannot be imported with the settings of this machine" in ended.err
     assert not Path("run").exists()
 
 

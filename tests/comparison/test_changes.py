@@ -185,5 +185,5 @@ def test_logs_that_differ_in_a_sample_or_in_a_channel_are_not_the_same():
     _refuse_unlike([(item, None)], [(log(1, sine(6), position=position), None)])
     _refuse_unlike([(item, None)], [(log(1, sine(6), effort=None), None)])
     _refuse_unlike([(item, None)], [(log(1, sine(7)), None)])
-    with pytest.raises(InputError, match="is the same log on both sides"):
+    with pytest.raises(InputError, match="is also the log from before the change"):
         _refuse_unlike([(log(2, sine(6)), None), (item, None)], [(log(1, sine(6)), None)])

@@ -63,8 +63,8 @@ def test_a_span_may_have_no_end_and_a_stroke_has_both():
     assert Axis(stroke=(-0.1, 0.4)).stroke == (-0.1, 0.4)
     refused("stroke[1]", stroke=(0.0, math.inf))
     for name in ("span", "stroke"):
-        refused(name, "must be two values", **{name: (1.0,)})
-        refused(name, "must be two values", **{name: (1.0, 2.0, 3.0)})
+        refused(name, "must be a list or a tuple of two values", **{name: (1.0,)})
+        refused(name, "must be a list or a tuple of two values", **{name: (1.0, 2.0, 3.0)})
 
 
 def test_decimation_is_a_positive_whole_number():
@@ -102,7 +102,7 @@ def test_columns_are_channels_following_error_or_further_channels_with_a_unit():
     assert list(Axis(columns={"humidity": Column("h", "", "", shift=1.0)}).columns) == ["humidity"]
     for name, column in (("humidity", Column("h", "", "")), ("a b", Column("h", "%", "1")), (3, Column("h", "%", "1"))):
         refused("columns", "has an unknown name.*following_error, or a further channel with a unit", columns={name: column})
-    refused("columns.position", "must be a Column", columns={"position": "q"})
+    refused("columns.position", "must be an object of class Column", columns={"position": "q"})
 
 
 def test_cogging_comes_a_whole_number_of_times_in_a_turn_of_motor_or_screw():
@@ -114,4 +114,4 @@ def test_cogging_comes_a_whole_number_of_times_in_a_turn_of_motor_or_screw():
             Cogging(*wrong)
     assert Axis(cogging=Cogging("motor", 5e-3)).cogging == (Cogging("motor", 5e-3),)
     assert Axis(injected=Injected("a", 1.0), regressors=KnownColumn("b", "c")).injected == (Injected("a", 1.0),)
-    refused("cogging", "must be a Cogging", cogging="motor")
+    refused("cogging", "must be an object of class Cogging", cogging="motor")

@@ -93,8 +93,8 @@ def test_invalid_file_names_are_refused(values):
 
 @pytest.mark.parametrize("values", [None, 3, 2.5, [1, 2], object(), {"a": 1}])
 def test_objects_without_content_are_refused(values):
-    with pytest.raises(InputError, match="axis: must be an axis or its file"):
-        content_of(values, path="axis", what="an axis or its file")
+    with pytest.raises(InputError, match="axis: must be an axis or an axis file"):
+        content_of(values, path="axis", what="an axis or an axis file")
 
 
 def test_the_limit_is_asked_for_before_and_while_reading(tmp_path):

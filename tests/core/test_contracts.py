@@ -42,7 +42,7 @@ def test_errors_include_the_path_of_the_model(path):
 
 
 def test_a_missing_parameter_is_described():
-    with pytest.raises(InputError, match=r"needs v_S.*Give v_S, .*\[m/s\]"):
+    with pytest.raises(InputError, match=r"needs v_S.*Give v_S \(.*\[m/s\]"):
         made({"F_C": 8.0, "F_S": 11.0})
     with pytest.raises(InputError, match=r"\[rad/s\]"):
         made({"F_C": 8.0, "F_S": 11.0}, kind="rotational")
@@ -75,7 +75,7 @@ def test_models_are_equal_where_component_kind_and_numbers_are():
 
 def test_a_kernel_for_a_channel_provides_its_values():
     operator = hysteresis.prandtl_ishlinskii(thresholds=[0.0, 1e-6], weights=[1e6, 1e6])
-    with pytest.raises(InputError, match="has no kernel that an operator can replace"):
+    with pytest.raises(InputError, match="the friction model has no kernel that an operator can replace"):
         made({"F_C": 1.0, "kernel": operator}, component=friction.coulomb)
     with pytest.raises(InputError, match=r"is a translational operator, but this friction is rotational"):
         made({"kernel": operator}, component=friction.preisach_lugre, kind="rotational")

@@ -96,12 +96,12 @@ def test_components_and_models_of_other_families_are_refused():
     friction = coulomb(F_C=2.0)
     assert model("friction")(friction, "f", None) is friction
     assert model("plant", "friction")(friction, "f", None) is friction
-    refused(model("friction"), coulomb, r"must be a friction model with parameters.*Call it with its parameters: coulomb\(F_C=")
+    refused(model("friction"), coulomb, r"must be a friction model with parameters.*Call coulomb with its parameters: coulomb\(F_C=")
     refused(model("friction"), 3.0, "Give a model such as")
     refused(model("plant", "friction"), play(r=1.0), "must be a plant model or friction model, but is a hysteresis operator")
     assert component("plant")(inertia, "p", None) is inertia
-    refused(component("plant"), coulomb, "must be a plant model without parameters")
-    refused(component("friction"), friction, "Give model.component of this model")
+    refused(component("plant"), coulomb, "must be a plant model without parameter values")
+    refused(component("friction"), friction, "Give the attribute component of this model")
 
 
 def test_lists_have_as_many_entries_as_are_asked_for():
@@ -113,7 +113,7 @@ def test_lists_have_as_many_entries_as_are_asked_for():
     refused(convert, [1, -1], r"place\[1\]")
     assert many(whole(0), single=True)(1, "n", None) == (1,)
     assert many(whole(0), single=True)([1, 2], "n", None) == (1, 2)
-    refused(many(whole(0), least=2, most=2), [1], "must be two values")
+    refused(many(whole(0), least=2, most=2), [1], "must be a list or a tuple of two values")
     assert many(whole(0))([], "n", None) == ()
 
 
@@ -141,7 +141,7 @@ def test_arrays_are_of_numbers_of_so_many_dimensions():
     refused(array(), 3.0, "must be a 1-D array")
     refused(array(least=3), [1.0, 2.0], "too short.*at least 3 numbers")
     assert array(least=2)([1.0, 2.0], "x", None).size == 2
-    refused(array(), [0.0, math.nan, math.inf], "nan at 1.*Remove NaN and infinity")
+    refused(array(), [0.0, math.nan, math.inf], "nan at index 1.*Remove NaN and infinity")
     assert np.isnan(array(finite=False)([math.nan], "x", None)).all()
     for value in (["a"], [[1.0], [1.0, 2.0]], [1j]):
         refused(array(), value, "must hold real numbers")
@@ -159,8 +159,8 @@ def test_numbers_are_finite_though_their_sum_is_not():
 def test_a_curve_has_an_output_for_each_input():
     u, f = CURVE(([0.0, 1.0], [2.0, 3.0]), "curve", None)
     assert (u.tolist(), f.tolist()) == ([0.0, 1.0], [2.0, 3.0])
-    refused(CURVE, ([0.0, 1.0], [2.0]), "has 2 inputs but 1 outputs")
-    refused(CURVE, ([0.0],), "must be a pair of input and output")
+    refused(CURVE, ([0.0, 1.0], [2.0]), "needs an output for each input, but has 2 inputs and 1 outputs")
+    refused(CURVE, ([0.0],), "must be a curve, a pair of inputs and outputs")
     refused(CURVE, ([], []), "too short")
 
 

@@ -60,7 +60,7 @@ def test_only_finite_numbers_reach_a_solver(name, bad):
     for spoiled in (A, TRUTH @ A.T):
         item = spoiled.copy()
         item[(3,) * item.ndim] = bad
-        with pytest.raises(InputError, match="exceeds the range of numbers"):
+        with pytest.raises(InputError, match="exceeds the range of floating-point numbers"):
             solve(*((item, A @ TRUTH) if item.ndim == 2 else (A, item)))
 
 

@@ -162,7 +162,7 @@ def test_micro_is_read_in_every_spelling(micro):
         ("3 N*s^2/mm^2", "N*m*s^2/rad^2", "a unit of a translational axis"),
         ("3e-3 N*m*s", "N*m*s/rad", "Include the angle on a rotational axis: write N*m*s/rad"),
         ("30 %", "N", "needs the rated effort"),
-        ("7 m", "1", "Write a plain number"),
+        ("7 m", "1", "Write a number without a unit"),
         ("7", "m", "has no unit"),
         ("mm", "m", "is not a number with a unit"),
         ("", "m", "is not a number with a unit"),
@@ -171,7 +171,7 @@ def test_micro_is_read_in_every_spelling(micro):
         ("7 furlungs", "m", "is not a unit"),
         ("7 m/", "m", "is not a unit"),
         ("2 * 3 m", "m", "is not a unit"),
-        ("5 s", "m", "Write it in m or a multiple of it"),
+        ("5 s", "m", "Use m or a multiple of m"),
     ],
 )
 def test_refusals_name_the_place_and_the_remedy(text, unit, said):

@@ -39,7 +39,7 @@ def test_surroundings_are_a_number_or_an_array_over_steps():
     assert force_along(model, v, 0.1, load=[1.0, 2.0], temperature=303.15) == pytest.approx([18.0, 28.0])
     with pytest.raises(InputError, match="load: has the wrong length"):
         force_along(model, v, 0.1, load=[1.0])
-    with pytest.raises(InputError, match=r"laod: is unknown to coulomb.*load, temperature, transmitted.*Did you mean 'load'"):
+    with pytest.raises(InputError, match=r"laod: is not a channel of coulomb.*load, temperature, transmitted.*Did you mean 'load'"):
         force_along(model, v, 0.1, laod=2.0)
 
 

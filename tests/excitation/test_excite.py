@@ -164,10 +164,10 @@ def test_an_effort_limit_and_a_mass_serve_for_an_acceleration():
         (replace(STAGE, stroke=(1e9, 1e9 + 0.1)), {}, "too few digits.*Measure positions from a point near the stroke"),
         (replace(STAGE, velocity_limit=1e-9), {}, "the typical friction is out of range \\(v_S: out of range.*in the axis file"),
         (replace(STAGE, sample_time=10.0), {"duration": 20.0}, "duration: contains 2 samples.*Extend the duration"),
-        (replace(STAGE, jerk_limit=1e-9), {"purposes": "stribeck"}, "for stribeck that the limits allow: acceleration: "),
+        (replace(STAGE, jerk_limit=1e-9), {"purposes": "stribeck"}, "for stribeck within the limits of the axis: acceleration: "),
         (STAGE, {"model": 3}, "a friction model or a model file"),
         (STAGE, {"model": coulomb_viscous(F_C="1 N*m", F_v=0.0)}, "rotational"),
-        (3, {}, "an axis or its file"),
+        (3, {}, "an axis or an axis file"),
     ],
 )
 def test_invalid_arguments_are_refused_with_advice(axis, given, told):
@@ -193,7 +193,7 @@ def test_no_motion_takes_longer_than_it_may(seconds, left):
 @pytest.mark.slow
 @pytest.mark.parametrize("given", [{"duration": 4.0}, {"duration": "20 s", "purposes": "presliding,stribeck"}])
 def test_too_short_a_duration_is_refused_with_the_required_time(given):
-    with pytest.raises(InputError, match=r"duration: is too short: a motion for .*needs (\d+(\.\d+)?) s") as caught:
+    with pytest.raises(InputError, match=r"duration: is too short, because a motion for .*needs (\d+(\.\d+)?) s") as caught:
         planned(**given)
     needed = float(str(caught.value).partition("needs ")[2].split()[0])
     assert planned(**given | {"duration": 1.1 * needed}).motion.duration <= 1.101 * needed
@@ -239,7 +239,7 @@ def test_a_chirp_below_the_encoder_resolution_is_left_out():
     result = planned(gentle)
     assert "damping" not in {piece.purpose for piece in result.motion.pieces}
     assert any("the encoder needs 2 of its steps" in note for note in result.notes)
-    with pytest.raises(InputError, match="raise jerk or acceleration"):
+    with pytest.raises(InputError, match="Raise jerk or acceleration"):
         planned(gentle, purposes="damping")
 
 
@@ -309,7 +309,9 @@ def test_chirps_leave_first_and_sweeps_last_where_time_is_short(monkeypatch):
 @pytest.mark.parametrize("chosen", [["stribeck"], ["damping", "stribeck"]])
 def test_too_short_a_duration_for_named_purposes_is_refused(chosen):
     limits = planned(purposes="break-away").limits
-    with pytest.raises(InputError, match=rf"duration: is too short: a motion for {', '.join(chosen)} needs .* found '?3 s") as caught:
+    with pytest.raises(
+        InputError, match=rf"duration: is too short, because a motion for {', '.join(chosen)} needs .* found '?3 s"
+    ) as caught:
         _in_time(chosen, limits, 2.5, may_drop=len(chosen) == 1)
     needed = float(str(caught.value).partition("needs ")[2].split()[0])
     assert length_of(_in_time(chosen, limits, 1.05 * (needed - 0.5), may_drop=False)[0]) <= 1.06 * (needed - 0.5)

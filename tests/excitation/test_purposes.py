@@ -153,9 +153,9 @@ def test_the_pieces_of_each_purpose_take_the_time_that_it_is_given(purpose):
 @pytest.mark.parametrize(
     ("unknown", "why"),
     [
-        ("velocity", "the velocity limit of the axis is unknown: write velocity under [limits]"),
-        ("acceleration", "the acceleration limit of the axis is unknown: write acceleration under [limits], or limit under [effort]"),
-        ("travel", "the travel limit of the axis is unknown: write stroke under [limits], or give a travel"),
+        ("velocity", "the velocity limit of the axis is unknown. Write velocity under [limits]"),
+        ("acceleration", "the acceleration limit of the axis is unknown. Write acceleration under [limits], or limit under [effort]"),
+        ("travel", "the travel limit of the axis is unknown. Write stroke under [limits], or give a travel"),
     ],
 )
 def test_constant_velocities_take_all_limits_of_the_axis(unknown, why):

@@ -113,7 +113,7 @@ def test_the_file_states_the_distance_below_which_to_switch_off(written):
 def test_an_export_that_worsens_long_moves_is_refused_unless_accepted():
     wrong = loop_for(export_request())
     loop = replace(wrong, friction=LUGRE.with_values(F_C=10.0, F_S=12.0))  # the axis has a quarter of that friction
-    with pytest.raises(br.core.InputError, match=r"makes the error larger: simulated following error.*--accept-harm"):
+    with pytest.raises(br.core.InputError, match=r"makes the error larger .simulated following error.*--accept-harm"):
         files_for("table", export_request(loop=loop))
     product = files_for("table", export_request(loop=loop), accept_harm=True)
     assert product.effect.is_harmful

@@ -61,7 +61,7 @@ def test_a_figure_is_on_reports_with_its_inputs():
         refuse_unfit(figure(), "study", [figure()], "")
     with pytest.raises(InputError) as error:
         refuse_unfit(figure(takes=("study", "design")), "study", [], "")
-    assert "Use it with" not in str(error.value)
+    assert "Use the figure with" not in str(error.value)
     with pytest.raises(InputError, match="another figure has the same name"):
         refuse_unfit(figure(), "run", [figure(), figure()], "")
 

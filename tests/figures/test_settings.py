@@ -151,7 +151,7 @@ def test_settings_that_break_the_import_of_matplotlib_are_reported(file, environ
     code = "from bristle.core import InputError\ntry:\n    import bristle.figures\nexcept InputError as error:\n    print(error)"
     message, remarks = run(code, tmp_path, **environment)
     assert remarks == ""
-    assert "cannot be imported with its settings here" in message
+    assert "cannot be imported with the settings of this machine" in message
     assert words in message
     assert "Correct the file matplotlibrc" in message
 

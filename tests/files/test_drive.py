@@ -160,7 +160,7 @@ def test_a_further_channel_is_in_si_of_its_unit():
         ("load", {"nominal_load": "0 N"}, {}, r"plant\.nominal_load.*must be positive and finite"),
         ("load", {"nominal_load": "5 N"}, {"unit": "mm"}, r"columns\.load\.unit"),
         ("temperature", None, {"unit": "mm"}, r"columns\.temperature\.unit"),
-        ("temperature", None, {"unit": "degF"}, r"columns\.temperature\.unit.*has another zero than its SI unit.*degC"),
+        ("temperature", None, {"unit": "degF"}, r"columns\.temperature\.unit.*has a zero that differs from the zero of its SI unit.*degC"),
         ("oil", None, {}, r"columns\.oil.*unknown key.*A further channel.*needs a unit"),
         ("positon", None, {"unit": "mm"}, r"columns\.positon: unknown key.*Did you mean 'position'"),
     ],

@@ -101,7 +101,7 @@ def test_the_force_is_that_of_the_equation(oiled):
     assert force_along(model, V, DT, pressure=PRESSURE) == pytest.approx(FACTOR * plain)
     assert np.array_equal(force_along(model, V, DT), plain)
     assert np.array_equal(force_along(unvaried(model), V, DT, pressure=PRESSURE), plain)
-    with pytest.raises(InputError, match=r"presure: is unknown to coulomb_viscous.*Did you mean 'pressure'"):
+    with pytest.raises(InputError, match=r"presure: is not a channel of coulomb_viscous.*Did you mean 'pressure'"):
         force_along(model, V, DT, presure=PRESSURE)
 
 
@@ -162,7 +162,7 @@ def test_two_slots_must_agree_on_a_channel(oiled):
         ("SLOT = Slot(", "SLOT = dict(", r"SLOT is not a Slot; found 'dict'"),
         ('name="oiled"', 'name="load"', r"an invalid name for its slot; found 'load'"),
         ('name="oiled"', 'name="a+b"', r"an invalid name for its slot; found 'a\+b'"),
-        ("@kernel\n", "", r"factor: is not a kernel\. Decorate it with @kernel"),
+        ("@kernel\n", "", r"factor: is not a kernel\. Decorate factor with @kernel"),
         ("factor(pressure, p)", "factor(pressure)", r"factor: takes 1 arguments; allowed factor\(channel, p\)"),
         ('excitation="channel"', 'excitation="speed"', r"excitation of a: is not an excitation for a slot; .* allowed \"channel\""),
         (', excitation="channel"', "", r"has no parameter to identify from a log\. Write Variable\(.*\"channel\""),
@@ -171,7 +171,7 @@ def test_two_slots_must_agree_on_a_channel(oiled):
         ('Surrounding("pressure"', 'Surrounding("my pressure"', r"is not a valid name of a channel"),
         ("usual=2e5", "usual=-1.0", r"usual value of pressure: out of range"),
         (CHANNEL, '"humidity"', r"is not a channel of a log; found 'humidity'"),
-        ("example=", 'of="all", example=', r"of, of oiled: is not a valid choice; found 'all'"),
+        ("example=", 'of="all", example=', r"argument `of` of oiled: is not a valid choice; found 'all'"),
     ],
 )
 def test_an_invalid_file_is_refused_with_a_remedy(bench, old, new, said):
@@ -212,7 +212,7 @@ def test_a_further_channel_comes_in_si(bench):
         ('pressure = "oil"', r'A further channel.* needs a unit: pressure = \{ column = "oil", unit = "%" \}'),
         ('velocty = { column = "oil", unit = "m/s" }', r"columns\.velocty: unknown key.*Did you mean 'velocity'"),
         ('pressure = { column = "oil", unit = "barr" }', r"columns\.pressure\.unit: is not a unit"),
-        ('pressure = { column = "oil", unit = "degF" }', r"has another zero than its SI unit"),
+        ('pressure = { column = "oil", unit = "degF" }', r"has a zero that differs from the zero of its SI unit"),
         ('pressure = { column = "oil", unit = "bar", side = 3 }', r"columns\.pressure\.side"),
     ],
 )

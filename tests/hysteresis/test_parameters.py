@@ -191,9 +191,9 @@ def test_the_exact_kernel_gives_the_loop_of_the_reformed_model():
 
 
 def test_tables_of_the_wrong_size_are_refused():
-    with pytest.raises(InputError, match="odd number of rows of E"):
+    with pytest.raises(InputError, match="E with an odd number of rows"):
         everett_table(extent=1.0, E=[0.0] * 6, upper=[0.0] * 3)
-    with pytest.raises(InputError, match="odd number of rows of E"):
+    with pytest.raises(InputError, match="E with an odd number of rows"):
         everett_table(extent=1.0, E=[0.0] * 10, upper=[0.0] * 2)
     with pytest.raises(InputError, match="E = 0 at alpha = beta"):
         everett_table(extent=1.0, E=[1.0, *[0.0] * 8], upper=[0.0] * 3)

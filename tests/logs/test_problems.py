@@ -42,7 +42,7 @@ def test_samples_that_are_no_measurement_are_named_before_anything_else():
     bad = NOISY.copy()
     bad[[700, 701]] = np.nan
     (text,) = message(position=bad, effort=np.zeros(3000))
-    assert "has NaN (not a number) at sample 700 (t = 0.7 s), 2 samples in all" in text
+    assert "has NaN (not a number) in 2 samples, the first at sample 700 (t = 0.7 s)" in text
     bad[[700, 701]] = np.inf, 0.0
     assert "an infinite value at sample 700" in message(position=bad)[0]
     bad[700] = -3e30

@@ -119,7 +119,7 @@ def test_values_that_are_not_finite_are_named(write, axis, recording, column, va
         read_log(write(**{column: values}), axis)
     assert f"column '{column}'" in str(caught.value)
     assert "sample 123" in str(caught.value)
-    assert "2 samples in all" in str(caught.value)
+    assert "in 2 samples" in str(caught.value)
     if column != "t":
         assert "t = 0.123 s" in str(caught.value)
 

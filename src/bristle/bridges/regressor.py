@@ -152,7 +152,7 @@ class FrictionRegressor(RegressorMixin, BaseEstimator):
             raise InputError(
                 f"{left_out.size} rows are in segments that are too short for the filter, or that have no motion",
                 path="X",
-                value=f"row {left_out[0]}, {columns['time'][left_out[0]]:g} s",
+                value=f"the first of them at row {left_out[0]}, {columns['time'][left_out[0]]:g} s",
                 mend="Remove these rows, or give longer segments",
             )
         return predicted

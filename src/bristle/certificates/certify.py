@@ -202,10 +202,10 @@ def closure(model: Model, holding: Holding, loop: tuple[float, float] | None) ->
     x1, x2 = loop or default_loop(model, holding)
     if not (math.isfinite(x1) and math.isfinite(x2) and x1 != 0.0 and x2 / x1 < 1.0):
         raise InputError(
-            "must be the two positions where the loop turns: first away from 0, then part of the way back",
+            "must be two reversal positions, the first away from 0 and the second between the first and 0",
             path="loop",
             value=(x1, x2),
-            allowed=f"such as (3e-6, 1.5e-6) {unit_of('length', model.kind)}",
+            allowed=f"for example (3e-6, 1.5e-6) {unit_of('length', model.kind)}",
         )
     path = Path(model, holding)
     path.to_position(x1)
@@ -268,7 +268,7 @@ def check(model: Model, *, force_ripple: Any = None, loop: Any = None) -> dict[s
     >>> found["drift"].value, found["closure"].applies
     (0.0, False)
     """
-    force, length = Variable("force", "force of the ripple"), Variable("length", "where the loop turns")
+    force, length = Variable("force", "force of the ripple"), Variable("length", "reversal position of the loop")
     if isinstance(model.component, HysteresisOperator):
         force, length = (Variable(name, name) for name in (model.component.output, model.component.input))
         model = as_friction(model)

@@ -26,7 +26,7 @@ for module in (demo, excite, identify, predict, run_command, study, compare, des
 def bristle(
     context: typer.Context, version: Annotated[bool, typer.Option("--version", help="Print the version and exit.")] = False
 ) -> None:
-    """From the log of a motion axis to a friction model, a compensated loop and drive tables.
+    """Turn the log of a motion axis into a friction model, a compensated loop and drive tables.
 
     Exit codes: 0 success, 1 negative answer, 2 bad input, 130 interrupted, 70 fault of bristle.
     """

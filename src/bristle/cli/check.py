@@ -27,8 +27,10 @@ def check(
             help="Results of identify, a model file, or a Python file with your model, slot, law, sensor, reader, figure or target.",
         ),
     ],
-    force_ripple: Annotated[str | None, typer.Option(metavar="LOW,HIGH", help="Range of the force ripple in the drift test.")] = None,
-    loop: Annotated[str | None, typer.Option(metavar="X1,X2", help="Reversal points of the loop in the closure test.")] = None,
+    force_ripple: Annotated[
+        str | None, typer.Option(metavar="LOW,HIGH", help="Lowest and highest force of the ripple in the drift test.")
+    ] = None,
+    loop: Annotated[str | None, typer.Option(metavar="X1,X2", help="Two reversal positions of the loop in the closure test.")] = None,
     log: Annotated[
         list[Path] | None, typer.Option("--log", metavar="LOG", help="With RESULTS: the identified log, if its file has moved; repeatable.")
     ] = None,
@@ -53,9 +55,9 @@ def check(
     """
     options = {"--force-ripple": force_ripple, "--loop": loop}
     if model.is_dir() or model.name == "summary.json":
-        refuse(options, "applies to a model file", "Leave the option out, or check model.toml in that folder")
+        refuse(options, "applies only to a model file", "Leave the option out, or check model.toml of this folder")
         return _of_results(model, log or None, draws or 10, as_json=as_json)
-    refuse({"--log": log, "--draws": draws}, "applies to a folder of results")
+    refuse({"--log": log, "--draws": draws}, "applies only to a folder of results")
     judged = _of_values(model, options) if model.suffix == ".toml" else _of_code(model, options)
     if as_json:
         print_json({"model": judged.name, "passed": not judged.failures, "certificates": judged.certificates})

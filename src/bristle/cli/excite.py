@@ -18,7 +18,9 @@ def excite(
     *,
     output: Output,
     duration: Annotated[str, typer.Option("--duration", metavar="TIME", help="Longest duration of the motion.")] = "60 s",
-    travel: Annotated[str | None, typer.Option("--travel", metavar="LENGTH", help="Stay within this distance around the start.")] = None,
+    travel: Annotated[
+        str | None, typer.Option("--travel", metavar="LENGTH", help="Largest travel, end to end; the start is its middle.")
+    ] = None,
     start: Annotated[
         str | None, typer.Option("--start", metavar="LENGTH", help="Start position; by default the middle of the stroke.")
     ] = None,
@@ -29,7 +31,7 @@ def excite(
         ),
     ] = None,
     model: Annotated[
-        Path | None, typer.Option("--model", metavar="MODEL.toml", help="An earlier model of the axis, which bristle then simulates.")
+        Path | None, typer.Option("--model", metavar="MODEL.toml", help="Earlier model of the axis, for the simulation of the motion.")
     ] = None,
 ) -> None:
     """Design the motion to record on an axis, within its limits.

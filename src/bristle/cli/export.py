@@ -17,9 +17,13 @@ if TYPE_CHECKING:
 Speed = Annotated[
     str | None, typer.Option(metavar="SPEED", help="Largest speed in the table; by default the largest speed of the fitted log.")
 ]
-Points = Annotated[int, typer.Option(metavar="COUNT", help="Largest number of table entries; for 3, see the target table below.")]
+Points = Annotated[
+    int, typer.Option(metavar="COUNT", help="Largest number of table entries. With --to table, 3 selects single values, not a curve.")
+]
 LogOfTable = Annotated[Path | None, typer.Option(metavar="LOG", help="Report the error of the written table along this log.")]
-VariantOfLaw = Annotated[str | None, typer.Option("--variant", metavar="NAME", help="Variant of that experiment.")]
+VariantOfLaw = Annotated[
+    str | None, typer.Option("--variant", metavar="NAME", help="Variant in EXPERIMENT.toml; required if there are several.")
+]
 Step = Annotated[
     str | None, typer.Option(metavar="TIME", help="Time step of the self-test and the example, or of an FMU; by default 0.5 ms.")
 ]
@@ -48,7 +52,7 @@ def export(
     out: Annotated[Path, typer.Option("--out", metavar="DIR", parser=folder_named, help="Write the files to this new folder.")],
     name: Annotated[str, typer.Option(metavar="NAME", help="Name of the written files and functions.")] = "axis_x",
     law: Annotated[
-        Path | None, typer.Option("--law", metavar="EXPERIMENT.toml", help="Write the control law of an experiment, not a model.")
+        Path | None, typer.Option("--law", metavar="EXPERIMENT.toml", help="Write the control law of this experiment instead of a model.")
     ] = None,
     variant: VariantOfLaw = None,
     step: Step = None,
@@ -67,7 +71,7 @@ def export(
     """Write a model or a control law as C, for a PLC or a drive.
 
     bristle prints every simplification that the target requires. A target of your own is a Python file that defines
-    TARGET. bristle export runs this file. Test it with bristle check first.
+    TARGET. bristle export runs this file. Test the file with bristle check first.
 
     --law writes the control law of one variant of an experiment: its controller with all feedforward.
     """
@@ -127,10 +131,10 @@ def told_of(target: Target) -> str:
         "--float32": target.single,
         "--log": target.compares,
         "--law": target.write_law is not None,
-        "operators too": target.operators,
+        "hysteresis operators": target.operators,
     }
     further = ", ".join(word for word, is_able in able.items() if is_able)
-    return f"{target.description} ({further})." if further else f"{target.description}."
+    return f"{target.description}. Supports {further}." if further else f"{target.description}."
 
 
 def _law(path: Path, variant: str | None, to: str | Target, *, command: str, name: str, allow_code: bool, **options: bool) -> ExportedModel:
@@ -157,8 +161,6 @@ def variant_of(experiment: Experiment, name: str | None) -> Variant:
     if name not in variants:
         from bristle.core import InputError, did_you_mean
 
-        reason = "is missing: the experiment has several variants" if name is None else "is not in the experiment"
-        raise InputError(
-            reason, path="variant", value=name or "", allowed=", ".join(variants), mend=did_you_mean(name, variants) if name else ""
-        )
+        reason = "is missing, but the experiment has several variants" if name is None else "is not in the experiment"
+        raise InputError(reason, path="variant", value=name, allowed=", ".join(variants), mend=did_you_mean(name, variants) if name else "")
     return variants[name]

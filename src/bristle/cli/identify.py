@@ -48,10 +48,10 @@ EXAMPLE = """Example:
 Method = Annotated[
     str | None,
     typer.Option(
-        "--method", metavar="METHOD", help="prediction_error, inverse_dynamics or output_error; by default the method in the axis file."
+        "--method", metavar="METHOD", help="Method: prediction_error, inverse_dynamics, output_error; by default that of the axis file."
     ),
 ]
-Separate = Annotated[bool, typer.Option("--each", help="Identify each log separately: one row per log in DIR, which later runs extend.")]
+Separate = Annotated[bool, typer.Option("--each", help="Identify each log separately: one row per log in DIR. Later runs add rows.")]
 Workers = Annotated[
     int | None, typer.Option(metavar="COUNT", min=1, max=1024, help="With --each: number of processes; by default one per core.")
 ]
@@ -61,7 +61,7 @@ ModelNames = Annotated[
     typer.Option(
         "--model",
         metavar="NAME[+slot][,NAME...]",
-        help="Models to compare: built-in names, 'all', or a file my_model.py. A slot may be a file my_slot.py. By default "
+        help="Models to compare: built-in names, 'all', or a file my_model.py. A slot is a built-in name or a file my_slot.py. By default "
         "coulomb_viscous, stribeck+asymmetry and lugre+asymmetry; with --each coulomb_viscous.",
     ),
 ]
@@ -109,8 +109,12 @@ def identify(
     from bristle.friction import DEFAULT_MODELS
 
     if separate:
-        refuse({"--force": output.force}, "cannot replace a fleet: bristle always continues it", "Name another folder")
-        refuse({"--format, --figure": output.formats or figure}, "a fleet has no figures", "Read its rows: br.read_study(DIR)")
+        refuse({"--force": output.force}, "cannot replace the results of --each, because bristle adds to them", "Name another folder")
+        refuse(
+            {"--format, --figure": output.formats or figure},
+            "with --each, the results have no figures",
+            "Read the rows with br.read_study(DIR)",
+        )
     else:
         refuse({"--workers": workers is not None}, "applies to --each only", "Add --each")
     output.context.with_resource(own_readers(reader))

@@ -39,9 +39,9 @@ def lab(
 ) -> None:
     """Write an interactive page of friction models.
 
-    The page simulates every friction model. Move a parameter, and the page recomputes loops, curves and stick-slip. It
-    starts with the given model: its slots, values and intervals. The page is one HTML file and works offline. Open
-    LAB.html#selftest to test whether the browser computes bit by bit the same numbers as Python.
+    The page simulates every friction model of bristle. If you move a parameter, the page recomputes loops, curves and
+    stick-slip. The page starts with the slots, values and intervals of MODEL.toml. The page is one HTML file and works
+    offline. Open LAB.html#selftest to test whether the browser computes bit by bit the same numbers as Python.
 
     With --serve, the workflow runs in the browser, on this machine only: drop logs, confirm columns, units and signs,
     check, identify, compensate and export, or design the motion to record. Ctrl-C ends the server.
@@ -120,7 +120,7 @@ def _refuse_taken(out: Path, file: Path | None, *, force: bool) -> None:
     if out.is_dir():
         raise InputError("is a folder", path=str(out), mend=f"Name a file, such as {out / 'lab.html'}")
     if not is_sealed(out):
-        raise InputError("is not an unchanged page of the lab", path=str(out), mend="Name another file")
+        raise InputError("was not written by bristle lab, or was changed later", path=str(out), mend="Name another file")
     if not force:
         raise InputError("already exists", path=str(out), mend="Add --force to replace it, or name another file")
 

@@ -45,9 +45,9 @@ def log(
     """Show the contents and problems of a log.
 
     Lists the columns, channels, sample rates and ranges of the log, its kinds of motion, and every problem.
-    Without an axis file, bristle recognizes the columns by their names, units and correlations. --write saves the result
-    as an axis file. Replace each "?" in this file. If AXIS.toml already exists, --write does not change it, and bristle
-    reads the log with it. The exit code is 1 if the log has problems.
+    Without an axis file, bristle recognizes the columns by their names, units and correlations. --write saves the
+    recognized columns as AXIS.toml. Replace each "?" in AXIS.toml. If AXIS.toml already exists, bristle does not change
+    this file, but reads the log with it. The exit code is 1 if the log has problems.
 
     Writes summary.json into DIR, and report.html if the log has no problems and all units are known.
     """

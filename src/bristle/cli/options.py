@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from bristle.figures import ReportFigure
     from bristle.report.table import Table
 
-LOG_FILE = "text (also of TwinCAT or LabVIEW) or a format listed by bristle log --help. FILE::TABLE selects one table of a file."
+LOG_FILE = "a text file (also from TwinCAT or LabVIEW), or a format that bristle log --help lists. FILE::TABLE selects one table of a file."
 SEPARATORS = f"{os.sep}{os.altsep or ''}"
 SIZE_SETTING = "BRISTLE_SIZE_LIMIT"
 # Replacements of the commands and options of earlier releases; with a command if another command still has the option.
@@ -86,7 +86,9 @@ Force = Annotated[bool, typer.Option("--force", help="Replace existing results i
 Json = Annotated[bool, typer.Option("--json", help="Print only one JSON object.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print only a verdict and warnings: no progress, no tables.")]
 Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="Print all tables, warnings and notes.")]
-AllowCode = Annotated[bool, typer.Option("--allow-code", help="Allow the Python models named in the file to run. Read their code first.")]
+AllowCode = Annotated[
+    bool, typer.Option("--allow-code", help="Allow the Python models named in the input file to run. Read their code first.")
+]
 Readers = Annotated[
     list[Path] | None,
     typer.Option("--reader", metavar="READER.py", help="Python file with your reader for another log format; repeatable."),
@@ -97,7 +99,7 @@ Formats = Annotated[
         "--format",
         metavar="svg|pdf|png|csv",
         case_sensitive=False,
-        help="Also write each figure to DIR/figures for publication, or its numbers as csv; repeatable.",
+        help="Also write each figure, for publication, or its numbers (csv) to DIR/figures; repeatable.",
     ),
 ]
 FigureFiles = Annotated[

@@ -14,7 +14,7 @@ EXAMPLE = """Example:
   bristle paper --write experiments
   bristle paper --robust gms bouc_wen --seeds 4 --out robust"""
 Robust = Annotated[
-    bool, typer.Option("--robust", help="Instead of the figures, test the compensation with other frictions and conditions.")
+    bool, typer.Option("--robust", help="Instead of the figures, test the compensation with several frictions and conditions.")
 ]
 Seeds = Annotated[
     int | None, typer.Option(metavar="COUNT", min=1, max=1000, help="With --robust: number of runs of each loop; by default 20.")
@@ -24,20 +24,24 @@ Seeds = Annotated[
 def paper(
     context: typer.Context,
     truths: Annotated[
-        list[str] | None, typer.Argument(metavar="[FRICTION...]", help="With --robust: only these frictions (names or model files).")
+        list[str] | None, typer.Argument(metavar="[FRICTION...]", help="With --robust: test only these frictions (names or model files).")
     ] = None,
     *,
-    figure: Annotated[list[int] | None, typer.Option("--figure", metavar="N", help="Only this figure; repeatable.")] = None,
+    figure: Annotated[list[int] | None, typer.Option("--figure", metavar="N", help="Reproduce only this figure; repeatable.")] = None,
     write: Annotated[
         Path | None, typer.Option("--write", metavar="DIR", parser=folder_named, help="Copy the experiments to DIR and exit.")
     ] = None,
     source: Annotated[
-        Path | None, typer.Option("--from", metavar="DIR", parser=folder_named, help="Read the (changed) experiments from DIR.")
+        Path | None,
+        typer.Option("--from", metavar="DIR", parser=folder_named, help="Read the experiments from DIR, for example changed copies."),
     ] = None,
     out: Annotated[
         Path | None,
         typer.Option(
-            "--out", metavar="DIR", parser=folder_named, help="Write the results to DIR; by default bristle-paper or bristle-robust."
+            "--out",
+            metavar="DIR",
+            parser=folder_named,
+            help="Write the results to DIR; by default bristle-paper, with --robust bristle-robust.",
         ),
     ] = None,
     formats: Formats = None,
@@ -53,9 +57,9 @@ def paper(
     explains the differences, and lists the errors of the paper with corrections. --format writes each figure as a file
     for publication, with its caption in captions.txt, or its numbers as csv.
 
-    --robust runs the loops of the paper with other kinds of friction and with compensators of several families. bristle
-    identifies each compensator from a log of this friction. In the loops, the friction is 0.7 to 1.6 times as strong as
-    in the log.
+    --robust runs the loops of the paper with six kinds of friction and with compensators of several families. bristle
+    identifies each compensator from a simulated log of the same friction. In the loops, the friction is 0.7 to 1.6
+    times as strong as in this log.
     """
     # Results in the default folder are disposable.
     usual = Path("bristle-robust" if robust else "bristle-paper")

@@ -32,15 +32,15 @@ def predict(
     axis: AxisFile = None,
     allow_code: AllowCode = False,
     reader: Readers = None,
-    mode: Annotated[str, typer.Option("--mode", metavar="MODE", help="inverse, closed-loop or open-loop.")] = "inverse",
+    mode: Annotated[str, typer.Option("--mode", metavar="MODE", help="Prediction mode: inverse, closed-loop or open-loop.")] = "inverse",
     output: Output,
     figure: FigureFiles = None,
 ) -> int:
     """Predict a log with an identified model.
 
     Mode inverse predicts the effort from the measured motion. Mode closed-loop predicts effort and motion from the
-    reference, with the controller of the axis file. Mode open-loop predicts the motion from the measured effort. A
-    hysteresis operator predicts recorded curves.
+    reference, with the controller of the axis file. Mode open-loop predicts the motion from the measured effort. If the
+    model is a hysteresis operator, bristle predicts recorded curves.
     """
     from bristle.core import InputError, Status
     from bristle.files import holds_operator, origins_of_code, provenance, read_axis, read_model

@@ -25,11 +25,11 @@ def run(
 ) -> int:
     """Simulate an experiment.
 
-    With [compare] in the file, bristle simulates several variants of the loop. It reports an unstable loop before the
+    With [compare] in the file, bristle simulates several variants of the loop. bristle reports an unstable loop before the
     simulation, and does not simulate a loop that would diverge. The exit code is 1 if a loop diverges.
 
     With [effort] instead of [controller] and [reference], bristle simulates an open loop with this effort. A tolerance in
-    [run] then determines the time steps and replaces substeps.
+    [run] may replace substeps: bristle then chooses the time steps of the open loop.
 
     Writes summary.json and report.html into DIR. With --log, also writes log.csv: reference, encoder position and
     commanded effort.

@@ -27,12 +27,12 @@ def compare(before: Sequence[LogAndAxis], after: Sequence[LogAndAxis], window: f
     follows = all(log.reference is not None for log in logs)
     tells_effort = all(log.effort is not None for log in logs)
     if not follows and not tells_effort:
-        raise InputError("must all have a reference, or all an effort", path="logs", mend="Record the reference, or the effort")
+        raise InputError("must all contain a reference, or all contain an effort", path="logs", mend="Record the reference, or the effort")
     low, high, complete = sides_of(before, after, follows=follows, tells_effort=tells_effort)
     plan = plan_of(low.kinds, high.kinds)
     if not plan.before.size:
-        signals = "references" if follows else "positions (compared for lack of a reference)"
-        reason = f"the {signals} of both sides have no motion in common: no cycle before equals a cycle after"
+        signals = "references" if follows else "positions (compared because a log has no reference)"
+        reason = f"no cycle of the {signals} is the same before and after the change"
         raise InputError(reason, path="after", mend="Record both logs with the same reference: the same positions at the same speed")
     sides = ((low, plan.before), (high, plan.after))
     used: Sides = tuple(replace(side, cycles=[side.cycles[number] for number in numbers]) for side, numbers in sides)  # type: ignore[assignment]
@@ -75,8 +75,8 @@ def _refuse_unlike(before: Sequence[LogAndAxis], after: Sequence[LogAndAxis]) ->
         channels, further = dict(first.channels()), dict(second.channels())
         is_alike = len(first) == len(second) and list(channels) == list(further)
         if is_alike and all(np.array_equal(channel.values, further[name].values) for name, channel in channels.items()):
-            mend = "Name a log from before the change, and a log from after it"
-            raise InputError("is the same log on both sides", path=second.origin.name or "after", mend=mend)
+            mend = "Name a log from before the change, and another log from after the change"
+            raise InputError("is also the log from before the change", path=second.origin.name or "after", mend=mend)
 
 
 def _window_samples(sides: Sides, window: float | None) -> int | None:

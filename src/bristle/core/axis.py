@@ -70,7 +70,7 @@ class Column:
 
 def _columns(columns: Any, path: str, kind: Kind | None) -> dict[str, Column]:
     """Check the columns by channel; a further channel for a user slot must be a word with a unit."""
-    columns = mapping(instance(Column, "a Column"))(columns, path, kind)
+    columns = mapping(instance(Column, "an object of class Column"))(columns, path, kind)
     for name, column in columns.items():
         if name not in COLUMNS and not (isinstance(name, str) and name.isidentifier() and (column.base or column.shift)):
             allowed = f"{', '.join(COLUMNS)}, or a further channel with a unit"
@@ -279,5 +279,5 @@ class Axis:
     settings: Mapping[str, float] = taken(mapping(_NUMBER), default_factory=dict)
     text: bytes = field(default=b"", repr=False, compare=False)
     gravity: bool = _flag()
-    cogging: tuple[Cogging, ...] = taken(many(instance(Cogging, "a Cogging"), single=True), ())
-    regressors: tuple[KnownColumn, ...] = taken(many(instance(KnownColumn, "a KnownColumn"), single=True), ())
+    cogging: tuple[Cogging, ...] = taken(many(instance(Cogging, "an object of class Cogging"), single=True), ())
+    regressors: tuple[KnownColumn, ...] = taken(many(instance(KnownColumn, "an object of class KnownColumn"), single=True), ())

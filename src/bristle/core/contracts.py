@@ -174,7 +174,7 @@ class FrictionModel(Component):
         """
         made_by = self._made_by()
         if made_by is None:
-            raise InputError("has no kernel that an operator can replace", path=path, value=operator.name)
+            raise InputError("the friction model has no kernel that an operator can replace", path=path, value=operator.name)
         factory, (inner, *further) = made_by
         component, values = inner.over(operator, path)
         outer: Any = factory(component, *further)
@@ -326,7 +326,7 @@ def make_model(
         raise InputError("unknown kind of axis", path=f"{prefix}kind", value=kind, allowed=" or ".join(kinds))
     missing = [name for name in variables if name not in values and name not in component.defaults]
     if missing:
-        mend = f"Give {missing[0]}, {variables[missing[0]].description} [{variables[missing[0]].unit(kind or 'translational')}]"
+        mend = f"Give {missing[0]} ({variables[missing[0]].description} [{variables[missing[0]].unit(kind or 'translational')}])"
         raise InputError(f"{component.name} needs {', '.join(missing)}", path=path or component.name, mend=mend)
     chosen: Kind = kind or units.kind_of(values, variables)
     numbers: dict[str, Any] = {}

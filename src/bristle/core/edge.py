@@ -109,7 +109,7 @@ def amount(variable: Variable, *, exclusive: bool = False, endless: bool = False
             raise InputError("is too close to 0", path=path, value=value, allowed=allowed, mend="Check the unit")
         if not variable.min <= number <= variable.max or (exclusive and number == variable.min):
             allowed = variable.allowed(kind or KINDS[0])
-            if exclusive and variable.min == 0.0:
+            if exclusive and variable.min == 0.0 and number <= 0.0:
                 raise InputError("must be positive", path=path, value=value, allowed=allowed.replace(">=", ">"))
             raise InputError("out of range", path=path, value=value, allowed=allowed)
         return number
@@ -178,10 +178,10 @@ def model(*families: str) -> Converter:
 
     def convert(value: Any, path: str, kind: Kind | None) -> Model:
         if not isinstance(value, Model):
-            named, mend = value, "Give a model such as friction.coulomb(F_C=2.0)"
+            named, mend = value, _EXAMPLES[families[0]]
             if isinstance(value, Component):
                 named = value.name
-                mend = f"Call it with its parameters: {named}({', '.join(f'{name}=...' for name in value.variables)})"
+                mend = f"Call {named} with its parameters: {named}({', '.join(f'{name}=...' for name in value.variables)})"
             raise InputError(f"must be a {expected} with parameters", path=path, value=shown(named), mend=mend)
         family = getattr(value.component, "family", None)
         if family not in families:
@@ -190,6 +190,16 @@ def model(*families: str) -> Converter:
         return value
 
     return convert
+
+
+_EXAMPLES = {
+    "friction": "Give a model such as friction.coulomb(F_C=2.0)",
+    "hysteresis": "Give an operator such as hysteresis.play(r=1e-6)",
+    "plant": "Give a model such as plants.inertia(M=10.0)",
+    "controller": "Give a model such as controllers.cascade(k_p=50.0, k_v=1e4)",
+    "sensor": "Give a model such as sensors.encoder()",
+    "reference": "Give a model such as references.sine(amplitude=1e-3, frequency=1.0)",
+}
 
 
 def _called(family: Any) -> str:
@@ -201,8 +211,8 @@ def component(family: str) -> Converter:
 
     def convert(value: Any, path: str, kind: Kind | None) -> Component:
         if not isinstance(value, Component) or value.family != family:
-            mend = "Give model.component of this model" if isinstance(value, Model) else ""
-            raise InputError(f"must be a {family} model without parameters", path=path, value=shown(value), mend=mend)
+            mend = "Give the attribute component of this model" if isinstance(value, Model) else ""
+            raise InputError(f"must be a {family} model without parameter values", path=path, value=shown(value), mend=mend)
         return value
 
     return convert
@@ -215,7 +225,9 @@ def optional(converter: Converter) -> Converter:
 
 def many(converter: Converter, *, least: int = 0, most: float = math.inf, single: bool = False) -> Converter:
     """Return a converter for a tuple or list; with `single`, also for a single value."""
-    expected = "two values" if least == most == 2 else "a list or a tuple" + (f" of at least {least}" if least else "")
+    expected = (
+        "a list or a tuple of two values" if least == most == 2 else "a list or a tuple" + (f" of at least {least} items" if least else "")
+    )
 
     def convert(value: Any, path: str, kind: Kind | None) -> tuple[Any, ...]:
         value = value.tolist() if isinstance(value, np.ndarray) and value.ndim == 1 else value
@@ -284,8 +296,8 @@ def array(*, ndim: int = 1, least: int = 0, single: bool = False, finite: bool =
             raise InputError("is too short", path=path, value=shown(numbers), allowed=f"at least {least} numbers")
         if finite and not is_finite(numbers):
             place = int(np.flatnonzero(~np.isfinite(numbers))[0])
-            value, mend = f"{numbers.flat[place]} at {place}", "Remove NaN and infinity first"
-            raise InputError("is not finite everywhere", path=path, value=value, mend=mend)
+            value, mend = f"{numbers.flat[place]} at index {place}", "Remove NaN and infinity"
+            raise InputError("contains values that are not finite", path=path, value=value, mend=mend)
         return numbers
 
     return convert
@@ -314,10 +326,10 @@ def vector(values: Any, name: str = "signal") -> np.ndarray:
 
 def _curve(value: Any, path: str, kind: Kind | None) -> tuple[np.ndarray, np.ndarray]:
     if not isinstance(value, (tuple, list)) or len(value) != 2:
-        raise InputError("must be a pair of input and output of a curve", path=path, value=shown(value))
+        raise InputError("must be a curve, a pair of inputs and outputs", path=path, value=shown(value))
     u, f = (array(least=1)(sequence, path, kind) for sequence in value)
     if u.shape != f.shape:
-        raise InputError(f"has {u.size} inputs but {f.size} outputs", path=path)
+        raise InputError(f"needs an output for each input, but has {u.size} inputs and {f.size} outputs", path=path)
     return u, f
 
 

@@ -249,16 +249,16 @@ class Variant:
     controller: Model = taken(model("controller"))
     sensor: Model = taken(model("sensor"))
     reference: Model = taken(model("reference"))
-    feedforward: Feedforward = taken(instance(Feedforward, "a Feedforward"))
-    run: Run = taken(instance(Run, "a Run"))
+    feedforward: Feedforward = taken(instance(Feedforward, "an object of class Feedforward"))
+    run: Run = taken(instance(Run, "an object of class Run"))
     disturbance: np.ndarray | None = taken(optional(array()), None)
     injected: np.ndarray | None = taken(optional(array()), None)
-    learning: Learning | None = taken(optional(instance(Learning, "a Learning")), None)
+    learning: Learning | None = taken(optional(instance(Learning, "an object of class Learning")), None)
     table: Model | None = taken(optional(model("friction")), None)
     sensor_at: str = taken(among(*SIDES), "load")
     axis: Axis | None = taken(optional(instance(Axis, "an Axis")), None)
     effort: Effort | None = taken(optional(instance(Effort, "an Effort")), None)
-    start: Start | None = taken(optional(instance(Start, "a Start")), None)
+    start: Start | None = taken(optional(instance(Start, "an object of class Start")), None)
 
     def first(self, count: int) -> Variant:
         """Return the loop for its first `count` samples."""
@@ -314,7 +314,7 @@ class Experiment:
 
     name: str = taken(TEXT)
     kind: Kind = taken(KIND)
-    variants: tuple[Variant, ...] = taken(many(instance(Variant, "a Variant"), single=True))
+    variants: tuple[Variant, ...] = taken(many(instance(Variant, "an object of class Variant"), single=True))
     source: Path | None = taken(optional(instance(Path, "a path", read=Path)), None)
     origins: Mapping[str, tuple[Origin, ...]] = taken(instance(Mapping, "a mapping"), default_factory=dict)
 

@@ -68,7 +68,7 @@ def _exponent(values: np.ndarray) -> int:
     largest = float(np.max(np.abs(values), initial=0.0))
     if not math.isfinite(largest):
         raise InputError(
-            "exceeds the range of numbers",
+            "exceeds the range of floating-point numbers",
             path="the fit",
             mend="Look for wrong units, factors and values in the log, the axis file and the model",
         )

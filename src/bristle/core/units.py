@@ -93,11 +93,11 @@ OWN_UNITS = ("rated = [rated_effort]", "percent_rated = 0.01 * rated", "permille
 def quantity(value: Any, variable: Variable, kind: Kind = "translational", *, path: str = "", infinite: bool = False) -> float:
     """Convert a value to a number in SI units for the kind of axis."""
     if isinstance(value, bool) or not isinstance(value, (numbers.Real, str)):
-        raise InputError(f"must be a number, or text with a unit ({variable.description})", path=path, value=value)
+        raise InputError(f"must be a number, or text with a unit, for {variable.description!r}", path=path, value=value)
     try:
         number = float(value)
     except OverflowError:
-        raise InputError("is too large for a number", path=path, mend=_EXAMPLE) from None
+        raise InputError("is too large for a floating-point number", path=path, mend="Check the unit") from None
     except ValueError:
         number = convert(str(value), variable.unit(kind), path=path)
     if not (infinite and math.isinf(number)):
@@ -117,7 +117,7 @@ def refuse_absurd(number: float, path: str, value: Any = None) -> None:
 def convert(text: str, unit: str, *, path: str = "") -> float:
     """Convert text with a unit to a number in `unit`."""
     number, source_unit = split(text, path)
-    allowed = "a plain number" if unit == "1" else f"a value in {unit}"
+    allowed = "a number without a unit" if unit == "1" else f"a value in {unit}"
     if not source_unit and unit != "1":
         raise InputError("has no unit", path=path, value=text, allowed=allowed, mend=_EXAMPLE)
     if source_unit in _SHARES and unit == "1":
@@ -253,7 +253,7 @@ def _mend(source_unit: str, unit: str) -> str:
         (turns and unit == "Hz", "An angular velocity is not a frequency: divide rad/s by 2 pi and write Hz"),
         (
             names & {"percent_rated", "permille_rated"},
-            "Percent of rated needs the rated effort: write `rated` in [effort] of the axis file",
+            "Percent of the rated effort needs this effort: write `rated` in [effort] of the axis file",
         ),
     )
     for is_confused, mend in confusions:
@@ -262,7 +262,7 @@ def _mend(source_unit: str, unit: str) -> str:
     for own_kind, unit_kind in (KINDS, KINDS[::-1]):
         elsewhere = unit_elsewhere(unit, own_kind, unit_kind)
         if elsewhere not in (None, unit) and compatible(source_unit, elsewhere):
-            return f"This is a unit of a {unit_kind} axis, but this axis is {own_kind}: write it in {unit}"
+            return f"This unit is for a {unit_kind} axis, but this axis is {own_kind}. Use {unit}"
     if "rad" in unit and not any("angle" in name for name in dimensions):
         return f"Include the angle on a rotational axis: write {unit}"
-    return "Write a plain number" if unit == "1" else f"Write it in {unit} or a multiple of it"
+    return "Write a number without a unit" if unit == "1" else f"Use {unit} or a multiple of {unit}"

@@ -59,7 +59,7 @@ def coerced(component: Documented, name: str, variable: Variable, value: Any, pa
     if component.is_integer(name):
         number = units.quantity(value, variable, kind, path=path)
         if not number.is_integer() or abs(number) > LARGEST_COUNT:
-            raise InputError("must be a whole number", path=path, value=value, allowed=variable.allowed(kind))
+            raise InputError("must be a whole number up to 2^53", path=path, value=value, allowed=variable.allowed(kind))
         return int(number)
     if component.is_array(name):
         if isinstance(value, (str, bytes)) or not hasattr(value, "__len__"):

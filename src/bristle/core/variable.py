@@ -58,12 +58,12 @@ class Variable:
 
     def __post_init__(self) -> None:
         if not self.description:
-            mend = 'Write both, Variable("force", "Coulomb friction force")'
+            mend = 'Write both, such as Variable("force", "Coulomb friction force")'
             raise InputError("lacks the quantity or the description", path=f"Variable({self.quantity!r})", mend=mend)
         with located(f"quantity of {self.description!r}"):
             object.__setattr__(self, "quantity", canonical(self.quantity))
         if self.excitation not in EXCITATIONS:
-            place, allowed = f"excitation of {self.description!r}", f"{', '.join(EXCITATIONS[1:])}, or empty"
+            place, allowed = f"excitation of {self.description!r}", f"{', '.join(EXCITATIONS[1:])}, or empty text"
             mend = did_you_mean(self.excitation, EXCITATIONS[1:])
             raise InputError("is not an excitation", path=place, value=self.excitation, allowed=allowed, mend=mend)
 

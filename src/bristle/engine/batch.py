@@ -222,6 +222,9 @@ def _row(first: Instance, model: Model, path: str) -> np.ndarray:
     row = pack(model.parameters)
     if structure_of(model.parameters) != first.structures[0] or row.size != first.parameters.size:
         raise InputError(
-            "has a different component or length than the first model", path=path, value=model.name, mend="Run a batch for each"
+            "has a different component or length than the first model",
+            path=path,
+            value=model.name,
+            mend="Run a batch for each component and length",
         )
     return row

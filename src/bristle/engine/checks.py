@@ -11,7 +11,7 @@ FRICTION, OPERATOR = model("friction"), model("hysteresis")  # converters to a f
 PERIOD = amount(Variable("time", "time step", min=0.0), exclusive=True)  # accepts a time step [s]
 PLACE, SPEED = amount(Variable("length", "position")), amount(Variable("length/time", "velocity"))
 STEPS = whole(1, 10**6)  # accepts a number of steps
-STATE = optional(instance(tuple, "the state of the model", "Take it from the trace of another run"))
+STATE = optional(instance(tuple, "the state of the model", "Take the state from the trace of another run"))
 
 
 def check_run(count: int, **signals: np.ndarray) -> None:
@@ -28,6 +28,6 @@ def finite(output: np.ndarray, model: Model, path: str = "model") -> np.ndarray:
         raise InputError(
             f"the output of {model.name} is not finite at sample {place} of a finite motion",
             path=path,
-            mend="Check its parameters; for a model of your own, check its trial, too",
+            mend="Check the parameters of the model; for a model of your own, also check its function trial",
         )
     return output

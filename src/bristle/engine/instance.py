@@ -28,7 +28,9 @@ class Instance:
 
     def __post_init__(self) -> None:
         if not isinstance(self.model, Model):
-            raise InputError("must be a model with parameters", path="model", value=self.model, mend='Write friction.coulomb(F_C="20 N")')
+            raise InputError(
+                "must be a model with parameters", path="model", value=self.model, mend='Write, for example, friction.coulomb(F_C="20 N")'
+            )
         p, self.component = self.model.parameters, self.model.component
         state = self.component.initial_state(p)
         self.parameters, self.state = pack(p), pack(state)

@@ -230,7 +230,7 @@ def run_open_loop(
     table=optional(FRICTION),
     sensor_at=among(*SIDES),
     steps=STEPS,
-    compensator=optional(instance(Compensator, "a Compensator")),
+    compensator=optional(instance(Compensator, "an object of class Compensator")),
     injected=optional(array()),
     disturbance=optional(array()),
     limit=amount(Variable("force", "largest effort", min=0.0), endless=True),
@@ -311,7 +311,9 @@ def run_closed_loop(
         Signals at each sample; if the loop diverged, they end there, with a status.
     """
     if reference.shape[0] != 4:
-        raise InputError("needs position, velocity, acceleration, effort", path="reference", value=reference.shape, allowed="(4, sample)")
+        raise InputError(
+            "needs four rows: position, velocity, acceleration, effort", path="reference", value=reference.shape, allowed="(4, sample)"
+        )
     count = reference.shape[1]
     mechanism = _Mechanism(plant, friction, table, x, v, state, memory)
     control, sense = Instance(controller), Instance(sensor)

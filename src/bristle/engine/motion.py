@@ -126,7 +126,7 @@ def _checked(model: Model, around: Mapping[str, Any]) -> dict[str, Any]:
     usual = motion_with(model.component.surroundings)._field_defaults
     for name in around:
         if name not in usual:
-            raise InputError(f"is unknown to {model.name}", path=name, allowed=", ".join(usual), mend=did_you_mean(name, usual))
+            raise InputError(f"is not a channel of {model.name}", path=name, allowed=", ".join(usual), mend=did_you_mean(name, usual))
     return {name: looked_at(AROUND, value, name, None) for name, value in around.items()}
 
 

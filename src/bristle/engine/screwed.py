@@ -180,11 +180,11 @@ def _screwed(motor: FrictionModel, table: FrictionModel) -> ScrewedModel:
 def through_screw(plant: Model, friction: Model, table: Model | None) -> Model:
     """Return the load of the motor of a plant with a screw as one friction model."""
     if plant.component.screw is None:
-        raise InputError("has no table behind a screw", path="table", value=plant.name, allowed="plant ball_screw", mend="Omit it")
+        raise InputError("the plant has no table behind a screw", path="table", value=plant.name, allowed="ball_screw", mend="Omit table")
     table = table if table is not None else viscous(F_v=0.0)
     for path, model, kind in (("plant", plant, "rotational"), ("friction", friction, "rotational"), ("table", table, "translational")):
         if model.kind != kind:
-            value, mend = f"{model.name}, {model.kind}", "A motor turns (N*m and rad), its table travels (N and m)"
+            value, mend = f"{model.name}, {model.kind}", "The motor rotates (N*m and rad), and the table travels (N and m)"
             raise InputError(f"must be {kind}", path=path, value=value, mend=mend)
     M, k, d, gap, arm = plant.component.screw(plant.parameters)
     at_motor = Screwed(
@@ -203,5 +203,5 @@ def through_screw(plant: Model, friction: Model, table: Model | None) -> Model:
 def refuse_screw(plant: Model, caller: str) -> None:
     """Refuse a plant with a screw in a simulation of one mass."""
     if plant.component.screw is not None:
-        mend = "Use run_open_loop, run_closed_loop, or plants.inertia with both masses"
+        mend = "Use run_open_loop, run_closed_loop, or plants.inertia with the sum of both masses"
         raise InputError(f"has a screw, but {caller} simulates one mass only", path="plant", value=plant.name, mend=mend)

@@ -141,7 +141,9 @@ def excite(
         prior = prior_of(axis, *mechanism)
     except InputError as error:
         mend = "Correct velocity, acceleration, stroke and mass in the axis file"
-        raise InputError(f"describe no real axis: the typical friction is out of range ({error})", path="[limits]", mend=mend) from None
+        raise InputError(
+            f"do not fit a real axis, because the typical friction is out of range ({error})", path="[limits]", mend=mend
+        ) from None
     sample_time = axis.sample_time or SAMPLE_TIME
     count = seconds / sample_time
     if not SAMPLES_LEAST <= count <= SAMPLES_MOST:
@@ -246,7 +248,8 @@ def _chosen(purposes: Sequence[str] | None, limits: MotionLimits) -> tuple[list[
         raise InputError("contains too few data to plan a motion", path="axis", mend=mend)
     for name, reason in reasons.items():
         if reason and purposes is not None:
-            raise InputError(f"cannot be planned: {reason}", path="purposes", value=name)
+            fault, _, mend = reason.partition(". ")
+            raise InputError(f"cannot contain {name}, because {fault}", path="purposes", mend=mend)
     notes = [f"no {name} ({PURPOSES[name].tells}): {reason}" for name, reason in reasons.items() if reason]
     return [name for name in PURPOSES if name in names and not reasons[name]], notes
 
@@ -264,8 +267,9 @@ def _in_time(chosen: list[str], limits: MotionLimits, seconds: float, *, may_dro
             pieces = min(pieces, _pieces(chosen, limits, target), key=length_of)
         asked, needed = (f"{time + ExcitationMotion.rest:.3g} s" for time in (seconds, takes))
         if len(chosen) == 1 or not may_drop:
-            reason = f"is too short: a motion for {', '.join(chosen)} needs {needed} on this axis. Faster motion would not identify enough"
-            raise InputError(reason, path="duration", value=asked, mend="Extend the duration to this time, or name fewer purposes")
+            reason = f"is too short, because a motion for {', '.join(chosen)} needs {needed} on this axis"
+            mend = "Extend the duration to this time, or name fewer purposes: a faster motion would not identify the parameters"
+            raise InputError(reason, path="duration", value=asked, mend=mend)
         first = next(name for name in LEAVES_FIRST if name in chosen)
         notes.append(f"no {first} ({PURPOSES[first].tells}): with it, the motion would take {needed}")
         chosen = [name for name in chosen if name != first]
@@ -277,7 +281,7 @@ def _pieces(chosen: Sequence[str], limits: MotionLimits, seconds: float) -> list
     # Pieces of fixed number come first; triangles, whose duration is free, use the rest.
     for name in sorted(chosen, key=lambda name: name == "presliding"):
         purpose = PURPOSES[name]
-        with located(f"the motion for {name} that the limits allow"):
+        with located(f"the motion for {name} within the limits of the axis"):
             added = purpose.pieces(limits, left * purpose.share / share_left)
         left -= sum(piece.rest + piece.duration for piece in added)
         share_left -= purpose.share

@@ -108,7 +108,7 @@ def limits_of(axis: Axis, prior: Prior, sample_time: float, travel: float | None
         stroke = 2.0 * min(start - axis.stroke[0], axis.stroke[1] - start)
         if stroke < LEAST:
             allowed = f"between {axis.stroke[0]:g} and {axis.stroke[1]:g}, in SI"
-            raise InputError("leaves no travel on one side", path="start", value=start, allowed=allowed)
+            raise InputError("leaves no travel on one side of the start", path="start", value=start, allowed=allowed)
     if travel is not None and stroke is not None and travel > stroke:
         allowed = f"up to {with_unit(stroke, unit_of('length', axis.kind))}"
         raise InputError("is more than the stroke of the axis", path="travel", value=travel, allowed=allowed)

@@ -45,16 +45,16 @@ class Purpose(NamedTuple):
 def _no_presliding(limits: MotionLimits) -> str:
     """Return the reason why an axis does not allow this motion, with advice; empty if it does."""
     if limits.presliding is None:
-        return "the pre-sliding distance is unknown: write presliding under [plant], or give a model. A slow reversal shows this distance"
+        return "the pre-sliding distance is unknown. Write presliding under [plant], or give a model. A slow reversal shows this distance"
     if LOOP_COUNTS * limits.count > 0.5 * LARGEST * limits.presliding:
         return (
-            f"the encoder is too coarse: {LOOP_COUNTS:.0f} of its steps of {limits.in_unit(limits.count, 'length')} are not "
-            f"small against the pre-sliding amplitude of {limits.in_unit(limits.presliding, 'length')}"
+            f"the encoder is too coarse ({LOOP_COUNTS:.0f} steps of {limits.in_unit(limits.count, 'length')} are not "
+            f"small against the pre-sliding amplitude of {limits.in_unit(limits.presliding, 'length')})"
         )
     if limits.followed > 0.5 * LARGEST * limits.presliding:
         return (
             f"the tracking error of the controller is {limits.in_unit(limits.followed, 'length')}, which is not small "
-            f"against the pre-sliding amplitude of {limits.in_unit(limits.presliding, 'length')}: raise the gains of the "
+            f"against the pre-sliding amplitude of {limits.in_unit(limits.presliding, 'length')}. Raise the gains of the "
             "controller for this motion, or add integral action"
         )
     if limits.travel is not None and limits.travel < 2.0 * SLIDE * limits.presliding:
@@ -147,7 +147,7 @@ def _no_stribeck(limits: MotionLimits) -> str:
         (limits.travel, "travel", "stroke under [limits], or give a travel"),
     ):
         if value is None:
-            return f"the {quantity} limit of the axis is unknown: write {remedy}"
+            return f"the {quantity} limit of the axis is unknown. Write {remedy}"
     if _slowest(limits, math.inf) * SPREAD > _fastest(limits):
         return f"a travel of {limits.in_unit(limits.extent, 'length')} is too short for several velocities"
     return ""
@@ -201,7 +201,7 @@ def _no_damping(limits: MotionLimits) -> str:
         return reason
     if limits.resonance is None:
         return (
-            "the resonance of the mass on the contact is unknown: write the moving mass under [plant] "
+            "the resonance of the mass on the contact is unknown. Write the moving mass under [plant] "
             "and limit under [effort], or give a model"
         )
     if _highest_frequency(limits) < 1.25 * limits.resonance:
@@ -210,7 +210,7 @@ def _no_damping(limits: MotionLimits) -> str:
     if amplitude < CHIRP_COUNTS * limits.count:
         return (
             f"the limits allow an amplitude of {limits.in_unit(amplitude, 'length')} at {_highest_frequency(limits):.3g} Hz, but "
-            f"the encoder needs {CHIRP_COUNTS:.0f} of its steps of {limits.in_unit(limits.count, 'length')}: raise jerk or "
+            f"the amplitude must be {CHIRP_COUNTS:.0f} steps of the encoder, each {limits.in_unit(limits.count, 'length')}. Raise jerk or "
             "acceleration under [limits] for this motion"
         )
     return ""

@@ -191,28 +191,28 @@ def _target(name: str, title: str, rest: str, able: str, functions: str, descrip
 
 
 _C = (
-    "C99: a header, a source without dependencies, an example, and a self-test that checks the results of the target bit by bit; the "
+    "C99: a header, a source without dependencies, an example, and a self-test that checks the results of the target bit by bit. The "
     "export needs no compiler"
 )
 _ST = "a function block in Structured Text for a PLC, its self-test, and both as XML of PLCopen"
 _TABLE = (
-    "effort over velocity as CSV, in the units of the log and of the drive of AXIS.toml; with --points 3, gravity, level and "
-    "viscous friction for each direction, and the inertia"
+    "effort over velocity as CSV, in the units of the log and of the drive of AXIS.toml. With --points 3: gravity, the inertia, and "
+    "level and viscous friction of each direction"
 )
 _TF5200 = (
-    "the list of compensation values for the friction compensation of a Beckhoff TF5200 CNC; AXIS.toml must contain the rated effort "
+    "the list of compensation values for the friction compensation of a Beckhoff TF5200 CNC. AXIS.toml must contain the rated effort "
     "of the drive"
 )
 _AX8000 = (
-    "static and dynamic friction of a Beckhoff AX8000 or AMP8000 drive, objects 0x3144:02 and :03, and the spring rate, :01, if the "
-    "model has a pre-sliding distance"
+    "static and dynamic friction for objects 0x3144:02 and 0x3144:03 of a Beckhoff AX8000 or AMP8000 drive; also the spring rate, "
+    "object 0x3144:01, if the model has a pre-sliding distance"
 )
-_START_VALUES = "start values for the friction compensation of a SINUMERIK; tune them with the circularity test"
-_COGGING = "identified harmonics of cogging"
+_START_VALUES = "start values for the friction compensation of a SINUMERIK. Tune them with the circularity test"
+_COGGING = "the identified harmonics of the cogging force"
 _FMU = (
-    "FMUs for FMI {}.0: an FMU of the friction and, if the model file has a plant, an FMU of friction and plant together, both for "
-    "co-simulation and, if the model has continuous time, for model exchange; a control law for co-simulation; with a library for each "
-    "platform whose compiler is installed"
+    "FMUs for FMI {}.0. The first FMU contains the friction; a second, if the model file has a plant, friction and plant together. Both "
+    "support co-simulation and, if the model has continuous time, model exchange. The FMU of a control law supports co-simulation. "
+    "Each FMU contains a library for each platform whose compiler is installed"
 )
 _WASM = "a WebAssembly module and the script that loads it, for a browser or node"
 _CUDA = "CUDA C++: thousands of axes in parallel on a graphics processor"

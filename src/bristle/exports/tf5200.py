@@ -74,7 +74,7 @@ def _current_unit(axis: Axis | None, effort: DriveUnit) -> DriveUnit:
         return DriveUnit(PER_MILLE, 1e-3 * axis.rated)
     if effort.name != "%":
         raise InputError(
-            f"needs the rated effort, because the entries of its list are integers in {PER_MILLE}",
+            f"needs the rated effort, because the list contains integers in {PER_MILLE} effort",
             path="tf5200",
             value=effort.name,
             allowed="an effort column in %, or rated in the axis file",

@@ -146,7 +146,7 @@ def _refuse_harm(effect: Effect | None, name: str, *, has_memory: bool) -> None:
         with_memory = "Lower the integral gain of the controller, or feed forward only 90 % of the friction; to write the files anyway, add"
         without = "Export a model with memory (--to c, --law); to write the files anyway, add"
         raise InputError(
-            f"makes the error larger: {'; '.join(effect.lines()[:2])}",
+            f"makes the error larger ({'; '.join(effect.lines()[:2])})",
             path=name,
             allowed=f"no larger error along the log and in moves of {SERIOUS:g} pre-sliding distances or more",
             mend=f"{with_memory if has_memory else without} --accept-harm",

@@ -77,7 +77,7 @@ def refuse_unfit(figure: ReportFigure, command: str, figures: Sequence[ReportFig
             path=path,
             value=", ".join(strange),
             allowed=", ".join(FACTS[command]),
-            mend=f"Use it with {' or '.join(able)}" if able else "",
+            mend=f"Use the figure with {' or '.join(able)}" if able else "",
         )
     if [candidate.name for candidate in figures].count(figure.name) > 1:
         raise InputError("another figure has the same name", path=path, value=figure.name, mend="Write another name")

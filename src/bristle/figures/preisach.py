@@ -37,7 +37,7 @@ def preisach_plane(operator: Model, history: Sequence[float]) -> Figure:
     if operator.component.measure is None:
         raise InputError("has no turning points", path="operator", value=operator.name)
     if not len(history):
-        raise InputError("is empty", path="history", mend="Give the inputs at the turns")
+        raise InputError("is empty", path="history", mend="Give the inputs at the turning points")
     turns = [0.0, *map(float, history)]
     path = _way(turns)
     output = response(operator, path)

@@ -15,7 +15,7 @@ from bristle.logs import readers
 from bristle.logs.log import Log, is_table
 
 # The readers import the checks of files, so they are imported only when a file is given.
-AXIS: Converter = instance(Axis, "an axis or its file", read=lambda source: files.read_axis(source))  # noqa: PLW0108
+AXIS: Converter = instance(Axis, "an axis or an axis file", read=lambda source: files.read_axis(source))  # noqa: PLW0108
 """Accepts an axis or its file."""
 EXPERIMENT: Converter = instance(Experiment, "an experiment or its file", read=lambda source: files.read_experiment(source))  # noqa: PLW0108
 LOG: Converter = instance(Log, "a log", 'Write read_log("axis.csv", axis)')
@@ -26,7 +26,7 @@ def log_and_axis(log: Any, axis: Any) -> tuple[Log, Axis | None]:
     axis = None if axis is None else looked_at(AXIS, axis, "axis", None)
     if is_table(log):
         return Log.from_columns(log, axis=axis), axis
-    converter = instance(Log, "a log or its file", 'Write read_log("axis.csv", axis)', partial(read_log, axis=axis))
+    converter = instance(Log, "a log or a log file", 'Write read_log("axis.csv", axis)', partial(read_log, axis=axis))
     return looked_at(converter, log, "log", None), axis
 
 

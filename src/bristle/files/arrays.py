@@ -45,4 +45,4 @@ def read_arrays(folder: Path, stem: str) -> dict[str, np.ndarray]:
             return {name: np.array(table[name].to_pylist(), dtype=float) for name in table.column_names}
         return dict(np.load(path)) if path.is_file() else {}
     except Exception as error:  # noqa: BLE001  (libraries raise many kinds of errors for a broken file)
-        raise InputError(f"cannot be read: {error}", path=str(path), mend="Save the results again") from None
+        raise InputError(f"cannot be read ({error})", path=str(path), mend="Save the results again") from None

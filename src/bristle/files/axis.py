@@ -61,7 +61,7 @@ def read_axis(path: Readable | dict[str, Any]) -> Axis:
     InputError
         With the file, the key, the value and the allowed values.
     """
-    data, source, content = read_toml(path, path="axis", what="an axis or its file")
+    data, source, content = read_toml(path, path="axis", what="an axis or an axis file")
     with located(source):
         return replace(axis_from(data), text=content.data if content else b"")
 

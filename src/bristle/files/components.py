@@ -31,10 +31,10 @@ def table_at(value: Any, path: str) -> dict[str, Any]:
 def check_keys(table: Mapping[str, Any], expected: Iterable[str], path: str) -> None:
     """Refuse an unknown key and suggest a similar key."""
     names = list(expected)
-    for key, value in table.items():
+    for key in table:
         if key not in names:
-            full, scalar = f"{path}.{key}" if path else key, None if isinstance(value, dict) else value
-            raise InputError("unknown key", path=full, value=scalar, allowed=", ".join(names), mend=did_you_mean(key, names))
+            full = f"{path}.{key}" if path else key
+            raise InputError("unknown key", path=full, allowed=f"keys: {', '.join(names)}", mend=did_you_mean(key, names))
 
 
 def check_schema(data: Mapping[str, Any]) -> None:
@@ -115,7 +115,7 @@ def refuse_open(tables: Mapping[str, Any]) -> None:
     """Refuse a file with a value that is not filled in."""
     if keys := list(open_in(tables)):
         more = f" Also fill in {', '.join(keys[1:])}" if len(keys) > 1 else ""
-        raise InputError("is not filled in", path=keys[0], value=FILL_IN, mend=f"The comment after it explains the value.{more}")
+        raise InputError("is not filled in", path=keys[0], value=FILL_IN, mend=f"The comment on this line explains the value.{more}")
 
 
 def numbers_in(
@@ -130,7 +130,7 @@ def numbers_in(
     """Return the given quantities of a table in SI units; those in `needs` are required, and some are whole numbers."""
     for name in needs:
         if name not in table:
-            raise InputError(f"needs {name}", path=path, mend=f"Write {name}, {variables[name].description}, under [{path}]")
+            raise InputError(f"needs {name}", path=path, mend=f"Write {name} ({variables[name].description}) under [{path}]")
     values: dict[str, Any] = {}
     for name, variable in variables.items():
         if (key := key_of(name)) in table:

@@ -155,13 +155,15 @@ def refuse_misspelt(columns: object) -> None:
     """Refuse a column with a misspelt name, before bristle reports a missing column."""
     for name in columns if isinstance(columns, Mapping) else ():
         if name not in COLUMNS and not any(channel in name for channel in COLUMNS) and (close := did_you_mean(name, COLUMNS)):
-            raise InputError("unknown key", path=f"columns.{name}", allowed=", ".join(COLUMNS), mend=close)
+            raise InputError("unknown key", path=f"columns.{name}", allowed=f"keys: {', '.join(COLUMNS)}", mend=close)
 
 
 def _load(entry: ColumnEntry, file: AxisFile) -> Column:
     raw, path = file.plant.nominal_load, "plant.nominal_load"
     if raw is None:
-        raise InputError("is missing: bristle divides the load by it", path=path, mend='Write nominal_load = "500 N" under [plant]')
+        raise InputError(
+            "is missing, but bristle divides the load by this value", path=path, mend='Write nominal_load = "500 N" under [plant]'
+        )
     # A load is a force on a rotational axis, too.
     nominal = units.quantity(raw, Variable("force", "nominal load"), "translational", path=path)
     if not 0.0 < nominal < math.inf:
@@ -176,7 +178,9 @@ def _further(name: str, entry: ColumnEntry) -> Column:
     path, is_temperature = f"columns.{name}.unit", name == "temperature"
     if not is_temperature and (entry.unit is None or not name.isidentifier()):
         further = f'A further channel for a slot needs a unit: {name} = {{ column = "{entry.column}", unit = "%" }}'
-        raise InputError("unknown key", path=f"columns.{name}", allowed=", ".join(COLUMNS), mend=did_you_mean(name, COLUMNS) or further)
+        raise InputError(
+            "unknown key", path=f"columns.{name}", allowed=f"keys: {', '.join(COLUMNS)}", mend=did_you_mean(name, COLUMNS) or further
+        )
     if entry.unit in ("degC", "°C", "celsius"):
         return Column(entry.column, "", "", 1.0, entry.optional, 273.15)  # [K]
     base = "K" if is_temperature else units.si_of(entry.unit or "", path=path)
@@ -184,5 +188,10 @@ def _further(name: str, entry: ColumnEntry) -> Column:
         units.factor(entry.unit, base, path=path)
         # A factor cannot convert a unit with another zero than its SI unit.
         if units.convert(f"0 {entry.unit}", base, path=path) != 0.0:
-            raise InputError("has another zero than its SI unit", path=path, value=entry.unit, allowed=f"degC, or a multiple of {base}")
+            raise InputError(
+                "has a zero that differs from the zero of its SI unit",
+                path=path,
+                value=entry.unit,
+                allowed=f"degC, or a multiple of {base}",
+            )
     return Column(entry.column, entry.unit or "", base, 1.0 if is_temperature else float(entry.sign), entry.optional)

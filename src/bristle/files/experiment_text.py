@@ -52,7 +52,7 @@ def read_loop(content: Content) -> LoopRecord:
     try:
         rows = np.loadtxt(io.BytesIO(content.data), delimiter=",", skiprows=1, ndmin=2)
     except ValueError as error:
-        raise InputError(f"cannot be read: {error}", value=name) from None
+        raise InputError(f"cannot be read ({error})", value=name) from None
     columns = COLUMNS + (INJECTED.encode() in content.data.partition(b"\n")[0])
     if rows.shape[0] < COLUMNS or rows.shape[1] != columns or not np.all(np.isfinite(rows)):
         raise InputError("needs a finite number in each column and at least three rows", value=name)

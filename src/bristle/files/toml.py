@@ -57,7 +57,7 @@ def _parsed(content: Content) -> dict[str, Any]:
     except tomllib.TOMLDecodeError as error:
         # Keys in the notation of the parser.
         message = re.sub(r"\(('(?:[^']|', ')*'),?\)", lambda match: match[1].replace("', '", "."), str(error))
-        raise InputError(f"is not valid TOML: {message}", mend=_mend(content, text, str(error))) from None
+        raise InputError(f"contains text that is not valid TOML ({message})", mend=_mend(content, text, str(error))) from None
     except RecursionError:
         raise _too_deep("") from None
     except Exception as error:  # noqa: BLE001  (unforeseen by the parser, such as a number of 5 000 digits)
@@ -74,7 +74,7 @@ def _mend(content: Content, text: str, message: str) -> str:
     value = line.partition("=")[2].strip()
     if value and value[0].isdigit() and not value.endswith(('"', "'")):
         return f'Write a value with a unit in quotation marks: "{value}"'
-    return f"The line reads: {line}" if line else "Is a bracket or a quotation mark missing at its end?"
+    return f"The line reads: {line}" if line else "Is a bracket or a quotation mark missing at the end of this line?"
 
 
 def _refuse_absurdities(data: dict[str, Any]) -> None:
@@ -100,7 +100,7 @@ def _refuse_value(path: str, value: Any) -> None:
         if _CONTROLS.search(value):
             raise InputError("holds control characters", path=path, value=value, mend="Remove these characters")
     elif isinstance(value, int) and abs(value) > 2**63 - 1:  # the range that TOML guarantees
-        raise InputError("is too large for a number", path=path, allowed="whole numbers up to 9223372036854775807")
+        raise InputError("is too large for an integer", path=path, allowed="whole numbers up to 9223372036854775807")
     elif isinstance(value, float) and math.isnan(value):
         raise InputError("must be a finite number", path=path, value=value)
     elif isinstance(value, float) and LARGEST < abs(value) < math.inf:

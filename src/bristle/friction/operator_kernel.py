@@ -141,7 +141,7 @@ class TakesOperator(FrictionModel):
             raise InputError("is not a hysteresis operator", path=path, value=operator.name, allowed=allowed)
         if operator.kind not in KINDS:
             raise InputError(
-                f"is {operator.kind}: its output is not a force over a displacement",
+                f"is a {operator.kind} operator, whose output is not a force over a displacement",
                 path=path,
                 value=operator.name,
                 allowed=" or ".join(KINDS),

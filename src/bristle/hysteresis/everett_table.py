@@ -163,14 +163,12 @@ def commit(state, memory, move, p):
 
 RELATIONS = (
     Relation(
-        "an odd number of rows of E, at least 3, each of the length of upper, at least 3 values",
+        "E with an odd number of rows (at least 3), each as long as upper (at least 3)",
         lambda p: len(p.upper) >= 3 and len(p.E) % len(p.upper) == 0 and len(p.E) // len(p.upper) % 2 == 1 and len(p.E) >= 3 * len(p.upper),
         "Build the table with bristle.hysteresis.tabulated or from_reversal_curves",
     ),
     Relation(
-        "E = 0 at alpha = beta",
-        lambda p: not np.any(p.E[:: len(p.upper)]),
-        "A triangle without area has no measure: set the first column to zero",
+        "E = 0 at alpha = beta", lambda p: not np.any(p.E[:: len(p.upper)]), "Set the first column of E to zero: its triangles have no area"
     ),
 )
 

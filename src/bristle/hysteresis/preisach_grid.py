@@ -127,7 +127,7 @@ def commit(state, memory, move, p):
 
 
 RELATIONS = (
-    Relation("low < high", lambda p: p.low < p.high, "Exchange them", structural=True),
+    Relation("low < high", lambda p: p.low < p.high, "Exchange low and high", structural=True),
     Relation(
         "n (n + 1)/2 values of E for n cells along a side",
         lambda p: len(p.E) >= 1 and cell_count(len(p.E)) * (cell_count(len(p.E)) + 1) == 2 * len(p.E),

@@ -105,7 +105,7 @@ MODEL = relay_grid = RelayGrid(
     commit=commit,
     memory_size=lambda p: len(p.weights),
     relations=(
-        Relation("levels that rise", lambda p: bool(np.all(np.diff(p.levels) > 0.0)), "Sort them"),
+        Relation("levels that rise", lambda p: bool(np.all(np.diff(p.levels) > 0.0)), "Sort the levels"),
         Relation(
             "n (n + 1)/2 weights for n cells",
             lambda p: 2 * len(p.weights) == (len(p.levels) - 1) * len(p.levels),

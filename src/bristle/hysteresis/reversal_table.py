@@ -219,7 +219,7 @@ RELATIONS = (
     Relation(
         "E = 0 at alpha = beta",
         lambda p: not np.any(p.E[:: max(len(p.E) // len(p.reversals), 1)]),
-        "A triangle without area has no measure: set the first column to zero",
+        "Set the first column of E to zero: its triangles have no area",
     ),
 )
 

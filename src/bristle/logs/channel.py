@@ -134,14 +134,14 @@ class LogData(Tabular):
     temperature: Channel | None = taken(optional(channel("temperature")), None)
     injected: tuple[Channel, ...] = taken(many(channel("effort"), single=True), ())
     sample_time: float = taken(amount(Variable("time", "time between samples", min=0.0)), 0.0)
-    segments: tuple[slice, ...] = taken(many(instance(slice, "a slice")), ())
+    segments: tuple[slice, ...] = taken(many(instance(slice, "an object of class slice")), ())
     source: Path = taken(instance(Path, "a path", read=Path), Path())
     origin: Origin = taken(instance(Origin, "an Origin"), NOWHERE)
     notes: tuple[str, ...] = taken(many(TEXT), ())
     kind: Kind = taken(KIND, "translational")
-    findings: tuple[Diagnostic, ...] = taken(many(instance(Diagnostic, "a Diagnostic")), ())
+    findings: tuple[Diagnostic, ...] = taken(many(instance(Diagnostic, "an object of class Diagnostic")), ())
     regressors: tuple[Channel, ...] = taken(many(channel("load"), single=True), ())
-    further: Mapping[str, Channel] = taken(mapping(instance(Channel, "a Channel")), default_factory=dict)
+    further: Mapping[str, Channel] = taken(mapping(instance(Channel, "an object of class Channel")), default_factory=dict)
 
     def __post_init__(self) -> None:
         for name, signal in self.channels():

@@ -50,7 +50,7 @@ def _no_measurements(gathered: Gathered, name: str, channel: Channel) -> Iterato
     bad = np.flatnonzero(~np.isfinite(values))
     if bad.size:
         reading = "NaN (not a number)" if np.isnan(values[bad[0]]) else "an infinite value"
-        yield f"has {reading} at {_moment(gathered, bad[0])}, {_samples(bad.size)} in all", REPAIR
+        yield f"has {reading} in {_samples(bad.size)}, the first at {_moment(gathered, bad[0])}", REPAIR
         return
     far = far_outside(values)
     if far.size:

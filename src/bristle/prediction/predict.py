@@ -47,7 +47,7 @@ CHANNELS = {
     velocity_max=optional(amount(Variable("length/time", "largest speed", min=0.0))),
     **CHANNELS,
     lag=optional(amount(Variable("time", "lag of the drive", min=0.0))),
-    bands=optional(instance(Bands, "a Bands")),
+    bands=optional(instance(Bands, "an object of class Bands")),
 )
 def predict(
     plant: Model,

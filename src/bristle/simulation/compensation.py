@@ -53,7 +53,9 @@ def friction_along(model: Model, velocity: Any, dt: Amount, *, conditioning: Amo
     return compensation_along(model, Shape(), velocity, dt, dt * np.cumsum(velocity), state=state, memory=memory)
 
 
-@guarded(feedforward=instance(Feedforward, "a Feedforward"), position=array(least=2), acceleration=array(least=2), dt=PERIOD)
+@guarded(
+    feedforward=instance(Feedforward, "an object of class Feedforward"), position=array(least=2), acceleration=array(least=2), dt=PERIOD
+)
 def feedforward_effort(feedforward: Feedforward, position: Any, acceleration: Any, dt: Amount) -> np.ndarray:
     """Return the effort fed forward along a desired trajectory, for the step after each sample.
 

@@ -166,7 +166,7 @@ class _Reader:
         is_random = any(model.values.get(name, 0.0) > 0.0 for model in models for name in ("noise", "scatter"))
         if not causes and not grid and not is_random:
             raise InputError(
-                "varies no value: all runs would be equal",
+                "no value varies, so all runs would be equal",
                 path="vary",
                 mend="Write [vary] or [grid], or set sensor.noise in the experiment",
             )

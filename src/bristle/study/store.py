@@ -139,7 +139,7 @@ def study_in(folder: Path) -> dict[str, Any]:
             mend="Name a folder written by bristle study or bristle identify --each",
         ) from None
     except (ValueError, OSError) as error:
-        raise InputError(f"cannot be read: {error}", path=str(file)) from None
+        raise InputError(f"cannot be read ({error})", path=str(file)) from None
     if not isinstance(data, dict) or data.get("schema") != SCHEMA:
         raise InputError("has a format that this version of bristle cannot read", path=str(file))
     return data
@@ -195,7 +195,7 @@ def runs_in(folder: str | Path) -> Runs:
         tables = [parquet.read_table(place / RUNS / name, use_threads=False) for name in files]
     except (pyarrow.ArrowException, OSError) as error:
         raise InputError(
-            f"cannot be read: {error}", path=str(place / RUNS), mend="Repeat the command of the study: it replaces damaged files"
+            f"cannot be read ({error})", path=str(place / RUNS), mend="Repeat the command of the study: it replaces damaged files"
         ) from None
     if not tables:
         return Runs(described, {name: np.empty(0) for name in described["columns"]})

@@ -251,8 +251,8 @@ def columns_of(fitted: Fitted, section: str, experiment: Experiment, path: str) 
     drawn = fitted.friction if section == "friction" else fitted.plant
     if drawn is None or (own.name, own.kind) != (drawn.name, drawn.kind):
         raise InputError(
-            f"the identification has {'no plant' if drawn is None else f'{drawn.name}, {drawn.kind}'}, but the experiment "
-            f"has {own.name}, {own.kind}",
+            f"the identification has {'no plant' if drawn is None else f'{drawn.name} ({drawn.kind})'}, but the experiment "
+            f"has {own.name} ({own.kind})",
             path=path,
             value=fitted.folder,
             mend=f'Write file = "{fitted.folder}/model.toml" under [friction] of the experiment',
