@@ -48,7 +48,7 @@ def test_an_unknown_key_is_refused_with_a_suggestion():
     check_keys({"a": 1}, ("a", "b"), "x")
     refused(
         lambda: check_keys({"durtion": 3}, ("duration", "delay"), "run"),
-        r"run\.durtion: unknown key; found 3, allowed duration, delay.*'duration'",
+        r"run\.durtion: unknown key; allowed keys: duration, delay.*'duration'",
     )
     refused(lambda: check_keys({"c": {}}, ("a",), ""), r"^c: unknown key")
 
@@ -99,7 +99,7 @@ def test_a_number_is_in_si_and_in_its_range():
 def test_numbers_of_a_table_are_those_that_are_there():
     assert numbers_in({"lambda": 2, "count": 3.0}, VARIABLES, "translational", "x", integers=("count",)) == {"lambda_": 2.0, "count": 3}
     assert isinstance(numbers_in({"count": 3.0}, VARIABLES, "translational", "x", integers=("count",))["count"], int)
-    refused(lambda: numbers_in({}, VARIABLES, "translational", "x", needs=("way",)), r"x: needs way. Write way, a way, under \[x\]")
+    refused(lambda: numbers_in({}, VARIABLES, "translational", "x", needs=("way",)), r"x: needs way. Write way \(a way\) under \[x\]")
     refused(
         lambda: numbers_in({"count": 1.5}, VARIABLES, "translational", "x", integers=("count",)),
         r"x\.count: must be a whole number; found 1\.5",

@@ -231,7 +231,7 @@ def test_the_kind_follows_from_the_units(experiment):
         (PLAIN + "[compare.one.plant]\nN = 1\n", ("compare.one.plant.N",)),
         (PLAIN + "[compare.one]\naxis = { file = 3 }\n", ("compare.one.axis.file", "name of a file")),
         (PLAIN.replace("duration = ", "length = "), ("run.length", "duration")),
-        (PLAIN + '[disturbance]\nfile = "loop.csv"\nunit = "N"\n', ("disturbance.unit", "unknown key", "allowed file")),
+        (PLAIN + '[disturbance]\nfile = "loop.csv"\nunit = "N"\n', ("disturbance.unit", "unknown key", "allowed keys: file")),
         (PLAIN.replace('"2 s"', '"1 ms"'), ("run.duration", "samples")),
         (PLAIN.replace("[run]", "[run]\nsettle = 3"), ("run.settle",)),
         (PLAIN.replace("[run]", "[run]\ncurrent_lag = '-1 ms'"), ("run.current_lag", ">= 0 s")),

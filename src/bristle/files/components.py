@@ -31,10 +31,10 @@ def table_at(value: Any, path: str) -> dict[str, Any]:
 def check_keys(table: Mapping[str, Any], expected: Iterable[str], path: str) -> None:
     """Refuse an unknown key and suggest a similar key."""
     names = list(expected)
-    for key, value in table.items():
+    for key in table:
         if key not in names:
-            full, scalar = f"{path}.{key}" if path else key, None if isinstance(value, dict) else value
-            raise InputError("unknown key", path=full, value=scalar, allowed=", ".join(names), mend=did_you_mean(key, names))
+            full, allowed = f"{path}.{key}" if path else key, f"keys: {', '.join(names)}"
+            raise InputError("unknown key", path=full, allowed=allowed, mend=did_you_mean(key, names))
 
 
 def check_schema(data: Mapping[str, Any]) -> None:
@@ -130,7 +130,7 @@ def numbers_in(
     """Return the given quantities of a table in SI units; those in `needs` are required, and some are whole numbers."""
     for name in needs:
         if name not in table:
-            raise InputError(f"needs {name}", path=path, mend=f"Write {name}, {variables[name].description}, under [{path}]")
+            raise InputError(f"needs {name}", path=path, mend=f"Write {name} ({variables[name].description}) under [{path}]")
     values: dict[str, Any] = {}
     for name, variable in variables.items():
         if (key := key_of(name)) in table:

@@ -75,16 +75,16 @@ def _refusal(errors: list[Any], schema: type[Strict]) -> InputError:
     # A misspelt key gives two errors, unknown and missing: report the unknown key.
     first = next((error for error in errors if error["type"] == "extra_forbidden"), errors[0])
     loc, path = first["loc"], _dotted(first["loc"])
-    more = f"The file has {len(errors) - 1} more errors" if len(errors) > 1 else ""
+    more = f"Count of errors in this file: {len(errors)}" if len(errors) > 1 else ""
     if (removed := ".".join(part for part in loc if isinstance(part, str))) in REMOVED:
         return InputError("was removed", path=path, mend=REMOVED[removed])
     if first["type"] == "extra_forbidden":
         keys, key = _keys(_table_at(schema, loc[:-1])), str(loc[-1])
         inner = {name: _table_in(field.annotation) for name, field in schema.model_fields.items()}
         tables = [name for name, table in inner.items() if table is not None and key in _keys(table)]
-        elsewhere = f"It belongs under [{tables[0]}]" if len(tables) == 1 else ""
+        elsewhere = f"This key belongs under [{tables[0]}]" if len(tables) == 1 else ""
         mend = did_you_mean(key, keys) or elsewhere or more
-        return InputError("unknown key", path=path, value=first["input"], allowed=", ".join(keys), mend=mend)
+        return InputError("unknown key", path=path, allowed=f"keys: {', '.join(keys)}", mend=mend)
     if first["type"] == "missing":
         return InputError("is missing", path=path, mend=MISSING.get(path, more))
     expected = EXPECTED.get(first["type"], "").format_map(first.get("ctx") or {})
