@@ -131,7 +131,7 @@ def test_a_log_that_was_moved_is_named_or_looked_for_in_the_current_folder(brist
     (place / "log.csv").rename(place.parent / "moved.csv")
     result = bristle("check", "results_20")
     assert result.code == 2
-    assert "the log of these results is missing; found 'log.csv', allowed the parent folder" in result.err
+    assert "the log of these results is missing; found 'log.csv', allowed a file in this folder, in its parent folder" in result.err
     assert "--log PATH" in result.err
     assert bristle("check", "results_20", "--log", "../moved.csv").code == 0
     (place.parent / "moved.csv").rename(place.parent / "log.csv")
@@ -154,7 +154,7 @@ def test_a_log_that_has_changed_is_refused(bristle, place, determined):
     [
         ((".",), "is not a folder of results; allowed a folder with summary.json"),
         (("results_0",), "without simulated logs"),
-        (("results_20", "--log", "log.csv", "--log", "log.csv"), "differ in number"),
+        (("results_20", "--log", "log.csv", "--log", "log.csv"), "the number of logs differs"),
         (("results_20", "--log", "nowhere.csv"), "nowhere.csv"),
         (("results_20", "--loop", "1 mm,2 mm"), "--loop"),
         (("results_20/model.toml", "--log", "log.csv"), "--log: applies only to a folder of results"),
@@ -181,5 +181,5 @@ def test_results_from_memory_ask_for_their_log(place):
     table = np.loadtxt("log.csv", delimiter=",", skiprows=1)
     columns = dict(zip(("time", "position", "effort"), table.T, strict=True))
     br.identify(columns, "coulomb_viscous", draws=20, blocks=0).save("memory")
-    with pytest.raises(InputError, match="has no file name of its log"):
+    with pytest.raises(InputError, match="contains no file name of the log"):
         br.load("memory").known_truth()

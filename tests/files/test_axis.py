@@ -157,14 +157,14 @@ BAD = [
     ({"columns": {"position": 5.5}}, "columns.position: is not valid; found 5.5, allowed "),
     ({"colums": {}}, "colums: unknown key"),
     ({"colums": {}}, "Did you mean 'columns'?"),
-    (column(position={"column": "q", "units": "m"}), "columns.position.units: unknown key; allowed keys: "),
+    (column(position={"column": "q", "units": "m"}), "columns.position.units: unknown key; allowed keys: column"),
     (column(position={"unit": "m"}), "columns.position.column: is missing"),
     (column(position={"column": "q", "unit": "m", "sign": 0}), "columns.position.sign: is not valid"),
     (column(position={"column": "q", "unit": "furlung"}), "columns.position.unit: is not a unit; found 'furlung'"),
     (column(position={"column": "q", "unit": "kg"}), "columns.position.unit: has the wrong unit"),
     (column(position={"column": "q", "unit": "rad"}), 'lead = "5 mm"'),
     (column(position={"column": "q", "unit": "count"}), "columns.position.unit: needs the movement of the axis per count"),
-    (column(position={"column": "q", "unit": "m", "side": "motor"}), "but the motor side of a gear turns"),
+    (column(position={"column": "q", "unit": "m", "side": "motor"}), "but the motor side of a gear is rotational"),
     (column(velocity={"column": "v", "unit": "Hz"}), "columns.velocity.unit: has the wrong unit"),
     (column(time={"column": "t", "unit": "m"}), "columns.time.unit: has the wrong unit"),
     (column(effort={"column": "u", "unit": "J"}), "An energy is not a torque"),
@@ -227,7 +227,7 @@ def test_refusals_name_key_value_and_remedy(tables, said):
 
 
 def test_a_gear_requires_the_side():
-    with pytest.raises(InputError, match=r"does not state the side of the gear .* side = \"motor\""):
+    with pytest.raises(InputError, match=r"has no key `side`, but a gear .* side = \"motor\""):
         axis_from(
             changed(kind="rotational", transmission={"gear_ratio": 50}, columns={"position": {"column": "q", "unit": "rad"}, "effort": "u"})
         )

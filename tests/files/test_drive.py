@@ -95,8 +95,8 @@ def test_a_movement_is_carried_to_the_axis():
     ("drive", "unit", "side", "words"),
     [
         (Drive(LINEAR), "count", None, "needs the movement of the axis per count"),
-        (Drive(LINEAR), "mm", "motor", "is a unit of length, but the motor side of a gear turns"),
-        (Drive(TURNING), "rad", None, "does not state the side of the gear"),
+        (Drive(LINEAR), "mm", "motor", "is a unit of length, but the motor side of a gear is rotational"),
+        (Drive(TURNING), "rad", None, "has no key `side`, but a gear has"),
         (Drive(LINEAR), "N", None, "x"),
     ],
 )
@@ -160,7 +160,7 @@ def test_a_further_channel_is_in_si_of_its_unit():
         ("load", {"nominal_load": "0 N"}, {}, r"plant\.nominal_load.*must be positive and finite"),
         ("load", {"nominal_load": "5 N"}, {"unit": "mm"}, r"columns\.load\.unit"),
         ("temperature", None, {"unit": "mm"}, r"columns\.temperature\.unit"),
-        ("temperature", None, {"unit": "degF"}, r"columns\.temperature\.unit.*has a zero that differs from the zero of its SI unit.*degC"),
+        ("temperature", None, {"unit": "degF"}, r"columns\.temperature\.unit.*has a zero point that bristle cannot convert.*degC"),
         ("oil", None, {}, r"columns\.oil.*unknown key.*A further channel.*needs a unit"),
         ("positon", None, {"unit": "mm"}, r"columns\.positon: unknown key.*Did you mean 'position'"),
     ],

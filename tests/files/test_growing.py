@@ -128,11 +128,14 @@ def test_incomplete_files_of_killed_processes_are_removed(out):
 
 
 def test_a_folder_of_another_kind_or_of_a_person_is_refused(out, tmp_path):
-    with pytest.raises(InputError, match="is not a folder of a fleet: it contains study"), growing_folder(out, "fleet"):
+    with pytest.raises(InputError, match="contains a study, not a fleet"), growing_folder(out, "fleet"):
         pass
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine/notes.txt").write_text("mine")
-    with pytest.raises(InputError, match=r"is not a folder of a study: it contains notes\.txt"), growing_folder(tmp_path / "mine", "study"):
+    with (
+        pytest.raises(InputError, match=r"is not a folder of a study, but contains notes\.txt"),
+        growing_folder(tmp_path / "mine", "study"),
+    ):
         pass
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match="is a file, not a folder"), growing_folder(tmp_path / "file", "study"):
@@ -160,8 +163,8 @@ def test_files_are_verified_by_their_content(out):
     verified(out, ["a.csv", "runs/b.csv"])
     (out / "a.csv").write_text("dama")
     verified(out, ["runs/b.csv"])
-    with pytest.raises(InputError, match=r"is damaged, or was not written here: a\.csv"):
+    with pytest.raises(InputError, match=r"contains files that are damaged or were not written here: a\.csv"):
         verified(out, ["a.csv", "runs/b.csv"])
     (out / "runs/b.csv").write_text("dama")
-    with pytest.raises(InputError, match="are damaged, or were not written here"):
+    with pytest.raises(InputError, match="are damaged or were not written here"):
         verified(out, ["a.csv", "runs/b.csv"])

@@ -109,5 +109,5 @@ def test_a_constant_is_a_force_or_a_torque():
 
 def test_a_key_under_the_wrong_table_is_sent_where_it_belongs():
     data = table(columns__effort={"column": "u", "unit": "%"}, effort={"rated": "2.4 N*m", "lead": "10 mm"})
-    with pytest.raises(InputError, match=r"It belongs under \[transmission\]"):
+    with pytest.raises(InputError, match=r"This key belongs under \[transmission\]"):
         axis_from(data)

@@ -25,7 +25,7 @@ HOSTILE = {
     "a key of many parts inside": ("x = {" + "a . " * 100_000 + "b = 1}", "nested too deeply"),
     "a quoted key of many parts": ('"a".' * 100_000 + "b = 1", "nested too deeply"),
     "a control character": ('a = "x\\u001b[31m"', "a: holds control characters"),
-    "a control character in a key": ('"a\\u0000" = 1', "key with control characters"),
+    "a control character in a key": ('"a\\u0000" = 1', "key contains control characters"),
     "no text": (b"\xff\xfe\x00", "not a text file in UTF-8"),
     "no TOML": ("a = = 1", r"not valid TOML.*line 1"),
     "a value twice": ("a = 1\na = 2", "not valid TOML"),

@@ -87,7 +87,7 @@ def test_wrong_arguments_are_refused_before_any_work(logs, tmp_path):
     for names, message in (
         ([logs / "gone.csv"], "there is no such file"),
         ([logs, first], "is named twice"),
-        ([f"{first}::*"], "holds no such table.*allowed a file with several tables"),
+        ([f"{first}::*"], "contains no table with such a name.*allowed a file with several tables"),
     ):
         with pytest.raises(InputError, match=message):
             each(names, tmp_path / "out")

@@ -117,7 +117,10 @@ def test_the_inverse_of_the_example_of_stops_has_kinks_at_its_forces():
     assert inverse.values["thresholds"].tolist() == pytest.approx([10.0, 14.0])
     assert inverse.values["weights"].tolist() == pytest.approx([0.25e-6 - 0.1e-6, 1e-6 - 0.25e-6])
     assert inverse.values["compliance"] == pytest.approx(1e-7)
-    with pytest.raises(InputError, match=r"prandtl_ishlinskii: must rise everywhere; found 0.*allowed slope > 0. Add a spring"):
+    with pytest.raises(
+        InputError,
+        match=r"prandtl_ishlinskii: must have an output that rises everywhere; found 0.*allowed slope > 0. Add a parallel spring",
+    ):
         inverse_of(prandtl_ishlinskii(thresholds=[1e-6], weights=[6e6]))
 
 

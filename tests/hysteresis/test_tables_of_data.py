@@ -81,7 +81,7 @@ def test_curves_that_make_no_table_are_refused():
         table_of_curves([(rise, rise)])
     with pytest.raises(InputError, match=r"curves\[1\]: must rise throughout"):
         table_of_curves([(rise, rise), (-rise, rise)])
-    with pytest.raises(InputError, match="turned at different inputs"):
+    with pytest.raises(InputError, match="start at different inputs"):
         table_of_curves([(rise, rise), (rise, rise)])
     with pytest.raises(InputError, match="columns: out of range"):
         table_of_curves([(rise, rise), (rise, rise)], columns=1)

@@ -109,7 +109,7 @@ def test_a_periodic_motion_runs_through_its_first_cycle():
     assert signals["v"].size == 4000 + segment.first_cycle
     assert signals["v"][segment.first_cycle :].tolist() == segment.velocity.tolist()
     np.testing.assert_allclose(signals["x"][segment.first_cycle :], segment.position + 0.5 * DT * segment.velocity, rtol=1e-12)
-    with pytest.raises(InputError, match="does not return to its start"):
+    with pytest.raises(InputError, match="never returns to its first value"):
         dataset_of(sines(0.9), axis=replace(STATED, in_cycle=True))
 
 

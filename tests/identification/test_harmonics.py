@@ -46,7 +46,7 @@ def test_harmonics_of_the_truth_are_found_in_order(rippled):
 
 def test_an_invisible_harmonic_or_an_incomplete_turn_is_rejected():
     unseen = (
-        r"cogging\[0\]\.harmonics: are not visible in this log: no part of the effort repeats with the screw"
+        r"cogging\[0\]\.harmonics: cannot be identified, because no part of the effort in this log repeats with the screw"
         r".*Remove .*cogging.*, or write known orders"
     )
     with pytest.raises(InputError, match=unseen):

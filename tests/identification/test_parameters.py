@@ -168,7 +168,7 @@ def test_a_log_of_one_direction_does_not_identify_a_constant_with_a_level():
     for velocity, side in (((1.0,), "forward"), ((-1.0,), "backward")):
         offset = held_by("coulomb_viscous", velocity, (8.0,)).fixed["offset"]
         assert (offset.value, offset.reason, offset.numbers) == (0.0, "held_one_direction", {"level": "F_C", "direction": side})
-        with pytest.raises(InputError, match=f"the log moves {side} only"):
+        with pytest.raises(InputError, match=f"the log contains only {side} motion"):
             held_by("coulomb_viscous+asymmetry", velocity, (8.0,))
     assert "offset" in held_by("coulomb_viscous").free
 

@@ -40,7 +40,7 @@ def test_a_log_that_starts_within_a_cycle_is_run_in():
     assert errors[True] < 1.5
     assert errors[False] > 3.0 * errors[True]
     away = sines(2.0, amplitudes=(0.02, 0.0, 0.0), frequencies=(0.05, 1.0, 1.0), phases=(0.0, 0.0, 0.0))
-    with pytest.raises(InputError, match="does not return to its start"):
+    with pytest.raises(InputError, match="never returns to its first value"):
         treat(log_of(away, np.ones(2000)), Axis(in_cycle=True), decimation=1)
 
 

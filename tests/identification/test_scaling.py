@@ -54,7 +54,7 @@ def test_magnitudes_scale(name):
 def test_a_log_of_impossible_extent_is_reported_with_its_units():
     log = slow_log(friction.find("stribeck")(**TRUTHS["stribeck"]), duration=10.0)
     slow = Motion(1e11 * log.time.values, log.position.values, log.position.values, log.position.values)
-    with pytest.raises(InputError, match=r"v_S: would be .* for the extent of this log.* units of time"):
+    with pytest.raises(InputError, match=r"v_S: would have the range .* for the extent of this log.* units of time"):
         identify(log_of(slow, log.effort.values), "stribeck", blocks=0, draws=0)
 
 

@@ -141,7 +141,7 @@ def test_the_grid_lies_where_an_effort_that_is_late_was_recorded_too(delay, firs
 
 
 def test_a_grid_needs_a_delay_shorter_than_the_log():
-    with pytest.raises(InputError, match=r"has no 10 evenly spaced samples that remain after a shift by the delay of 1\.95 s"):
+    with pytest.raises(InputError, match=r"has fewer than 10 evenly spaced samples in sequence after a shift by the delay of 1\.95 s"):
         grid_of(EVEN, delay=1.95)
 
 

@@ -152,7 +152,7 @@ BAD = {
     "no table": (5, r"columns: is not a table of columns; found 5\. Give a data frame or a dictionary"),
     "an array": (T, "columns: is not a table of columns"),
     "no columns": ({}, "columns: has no position column"),
-    "a typing error": ({"time": T, "postion": T}, r"found 'time, postion', allowed time, position.*mean 'position'\?"),
+    "a typing error": ({"time": T, "postion": T}, r"found 'time, postion', allowed names: time, position.*mean 'position'\?"),
     "text": (DATA | {"position": ["a"] * COUNT}, r"column 'position': holds no numbers; found 'a'"),
     "an odd one": (DATA | {"effort": [*[1.0] * 9, None, "x"]}, r"column 'effort': has no number at sample 10"),
     "NaN": (DATA | {"position": NAN}, r"column 'position': has NaN \(not a number\) at sample 7 \(t = 0.014 s\)"),

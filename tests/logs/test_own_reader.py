@@ -69,8 +69,12 @@ def test_its_columns_have_the_units_of_their_names(log):
     ("old", "new", "said"),
     [
         ("    return {units", "    return 3, {units", "is read by key_value_log, which returned a tuple"),
-        ('split("=")', 'split(":")', r"stops its reader with ValueError: dictionary update .* \(own\.py, line \d+\)\. Correct the reader"),
-        ("row[name])", "row['iq_promille'])", r"stops its reader with KeyError: 'iq_promille' \(own\.py, line 2\d\)"),
+        (
+            'split("=")',
+            'split(":")',
+            r"the reader of this file stopped with ValueError: dictionary update .* \(own\.py, line \d+\)\. Correct the reader",
+        ),
+        ("row[name])", "row['iq_promille'])", r"the reader of this file stopped with KeyError: 'iq_promille' \(own\.py, line 2\d\)"),
     ],
 )
 def test_faults_of_a_user_reader_are_reported(log, tmp_path, old, new, said):

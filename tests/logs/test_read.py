@@ -86,7 +86,7 @@ def test_a_unit_of_another_dimension_is_refused(write, axis):
 
 def test_a_missing_column_lists_those_there_are_and_suggests_one(write, axis):
     axis = with_columns(axis, position=Column("Q", "m", "m"))
-    with pytest.raises(InputError, match=r"no column 'Q' .* allowed t, q, r, u\. Did you mean 'q'\?"):
+    with pytest.raises(InputError, match=r"no column 'Q' .* allowed columns: t, q, r, u\. Did you mean 'q'\?"):
         read_log(write(), axis)
 
 

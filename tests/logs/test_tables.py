@@ -48,7 +48,7 @@ def test_without_a_name_every_column_of_every_table_has_its_full_name(two_groups
     assert table.units == {"bench/second/q": "mm"}
     with pytest.raises(InputError, match=r"holds 2 tables.*FILE::TABLE") as caught:
         read_log(two_groups, axis)
-    assert caught.value.allowed == "bench/first, bench/second"
+    assert caught.value.allowed == "tables: bench/first, bench/second"
 
 
 def test_the_path_names_a_table_before_the_axis_does(two_groups, recording, axis):

@@ -138,7 +138,9 @@ def test_known_columns_contribute_to_the_effort():
     effort = effort_of_columns(made, [np.array([1.0, 2.0]), np.array([10.0, 0.0])])
     assert effort.tolist() == [3.0 - 10.0, 6.0]
     assert effort_of_columns(MASS, [np.ones(2)]) is None
-    with pytest.raises(InputError, match=r"log: lacks the known columns of the plant; found '?1 columns.*allowed '?wind, belt"):
+    with pytest.raises(
+        InputError, match=r"log: has too few or too many known columns for the plant; found '?1 columns.*allowed '?wind, belt"
+    ):
         effort_of_columns(made, [np.ones(2)])
     assert made.values["known_wind"] == 3.0
 

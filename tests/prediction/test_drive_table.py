@@ -252,7 +252,7 @@ def test_the_error_of_a_table_along_a_log_is_its_missing_force():
 
 def test_a_table_of_another_kind_of_axis_or_without_effort_is_refused():
     log, model = sliding_log(), friction.coulomb(F_C=8.0)
-    with pytest.raises(InputError, match="log: is of another kind of axis"):
+    with pytest.raises(InputError, match="log: is not of the same kind of axis"):
         table_error(friction.coulomb(F_C=8.0, kind="rotational"), None, log, None, {}, {})
     with pytest.raises(InputError, match="log: has no effort"):
         table_error(model, None, replace(log, effort=None), None, {}, {})

@@ -221,7 +221,7 @@ def test_folder_without_identification_is_refused(tmp_path, folder):
     with pytest.raises(InputError, match="cannot be read"):
         br.load(tmp_path)
     (tmp_path / "summary.json").write_text("{")
-    with pytest.raises(InputError, match="is no JSON"):
+    with pytest.raises(InputError, match="is not JSON"):
         br.load(tmp_path)
 
 

@@ -137,6 +137,6 @@ def test_run_of_a_loop_is_the_log_of_its_drive():
 def test_diverged_loop_identifies_no_model():
     fast = controllers.cascade(k_p=10.0, k_v=1e8)
     wild = loop(200, controller=fast, run=Run(duration=2.0, sample_time=1e-2, substeps=1))
-    refused = pytest.raises(InputError, match=r"compare\.loop: does not run to its end.*Correct its loop")
+    refused = pytest.raises(InputError, match=r"compare\.loop: the simulation stopped early.*Correct this loop")
     with interpreted(), np.errstate(all="ignore"), refused:
         prepared._excited(wild, None)

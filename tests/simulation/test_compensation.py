@@ -65,7 +65,8 @@ def test_transmitted_effort_is_that_of_the_plant_or_the_feedforward():
     expected = [3.0 + 3.0 + 0.5, 6.0 + 6.0 + 2.0, 8.0 + 6.0 + 3.0]
     assert carried_effort(replace(fed, carries=spring), POSITION, ACCELERATION, DT).tolist() == pytest.approx(expected)
     with pytest.raises(
-        InputError, match=r"feedforward.carries: has no inverse; found 'pulled_inertia', allowed inertia, oscillator.*Remove"
+        InputError,
+        match=r"feedforward.carries: is a plant without inverse dynamics; found 'pulled_inertia', allowed inertia, oscillator.*Remove",
     ):
         carried_effort(replace(fed, carries=plants.pulled_inertia(M=1.0, k=1.0, v_e=0.0)), POSITION, ACCELERATION, DT)
 

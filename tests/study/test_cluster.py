@@ -309,7 +309,7 @@ def test_a_lost_scheduler_is_reported_and_written_blocks_stay(slow_bench, own_da
         if share > 0.02:
             own_dask.scheduler.kill()
 
-    with pytest.raises(InputError, match=r"--scheduler: the scheduler no longer answers; found 'tcp://.*The written blocks remain"):
+    with pytest.raises(InputError, match=r"--scheduler: the scheduler no longer answers; found 'tcp://.*The results written so far remain"):
         run_study(study, out, scheduler=own_dask.address, progress=end)
     assert 3 <= len(content(out)) < 100
     assert run_study(study, out, workers=2).is_whole

@@ -41,13 +41,13 @@ def test_a_study_states_varied_values_and_stored_metrics(bench):
 
 
 def test_a_model_in_place_of_an_experiment_is_refused_with_the_right_command(bench):
-    with pytest.raises(InputError, match=r"experiment: needs an experiment.*file = .*model\.toml"):
+    with pytest.raises(InputError, match=r"experiment: is missing.*file = .*model\.toml"):
         bench.study(change=('experiment = "rig.toml"', 'model = "model.toml"'))
 
 
 CHANGES = {
     "misspelt": (("runs = 12", "rums = 12"), r"rums: unknown key.*Did you mean 'runs'"),
-    "no experiment": (('experiment = "rig.toml"', ""), r"experiment: needs an experiment"),
+    "no experiment": (('experiment = "rig.toml"', ""), r"experiment: is missing"),
     "no file": (('"rig.toml"', '"rug.toml"'), r"rug\.toml"),
     "no runs": (("runs = 12", ""), r"runs: is missing.*Write runs = 1000"),
     "runs": (("runs = 12", "runs = 0"), r"runs: .*found 0, allowed a whole number, 1 to"),
@@ -62,11 +62,14 @@ CHANGES = {
     "distribution": (("normal", "normale"), r"normale: is not a distribution.*Did you mean 'normal'"),
     "one number": (('normal = ["1 N", "0.1 N"]', "normal = [1.0]"), r"allowed two values"),
     "metric": (("motion.peak_to_peak", "motion.peak_to_peek"), r"keep\.metrics\[0\]: .*Did you mean"),
-    "twice": (("[keep]", '[grid]\n"plant.M" = [1.0]\n[keep]'), r"varied twice"),
+    "twice": (("[keep]", '[grid]\n"plant.M" = [1.0]\n[keep]'), r"varies a value twice"),
     "seed varied": (("plant.M", "friction.seed"), r"seed"),
     "traces": (("[keep]", '[keep]\ntraces = "worst 3"'), r"keep\.traces: was removed.*Delete this key: bristle study FILE --run N"),
     "not a power": (("seed = 7", "seed = 7\nsobol_indices = true"), r"power of two.*Write runs = 8 or 16"),
-    "grid with indices": (("[vary]", 'sobol_indices = true\n[grid]\n"effort.frequency" = ["1 Hz"]\n[vary]'), r"drawn values, and no grid"),
+    "grid with indices": (
+        ("[vary]", 'sobol_indices = true\n[grid]\n"effort.frequency" = ["1 Hz"]\n[vary]'),
+        r"need values of \[vary\], and exclude \[grid\]",
+    ),
     "results": (('{ normal = ["1 N", "0.1 N"] }', '{ from = "none", draws = "bootstrap" }'), r"\.from: .*model\.toml"),
 }
 

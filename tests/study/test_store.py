@@ -66,7 +66,7 @@ def test_a_damaged_file_is_simulated_again(bench):
     before = content(bench.folder / "out")
     file = bench.folder / "out" / "runs" / "0000000000.parquet"
     file.write_bytes(file.read_bytes()[:-100])
-    with pytest.raises(InputError, match=r"is damaged, or was not written here: runs/0000000000\.parquet"):
+    with pytest.raises(InputError, match=r"contains files that are damaged or were not written here: runs/0000000000\.parquet"):
         runs_in(bench.folder / "out")
     with pytest.warns(InputWarning, match="is damaged"):
         assert run_study(study, bench.folder / "out", workers=1).before == 2
@@ -210,7 +210,7 @@ def test_another_study_is_refused_with_its_differences(bench, change, told):
 def test_a_study_whose_experiment_was_edited_is_another_one(bench):
     run_study(bench.study(), bench.folder / "out", workers=1)
     bench.rig(substeps=3)
-    with pytest.raises(InputError, match=r"the file experiment: rig\.toml has changed"):
+    with pytest.raises(InputError, match=r"the file of experiment, rig\.toml, has changed"):
         run_study(bench.study(), bench.folder / "out", workers=1)
 
 
@@ -223,7 +223,7 @@ def test_a_name_alone_makes_no_other_study(bench):
 def test_a_folder_of_a_persons_own_is_left_alone(bench):
     (bench.folder / "mine").mkdir()
     (bench.folder / "mine" / "thesis.tex").write_text("years")
-    with pytest.raises(InputError, match=r"is not a folder of a study: it contains thesis\.tex"):
+    with pytest.raises(InputError, match=r"is not a folder of a study, but contains thesis\.tex"):
         run_study(bench.study(), bench.folder / "mine", workers=1)
     assert [file.name for file in (bench.folder / "mine").iterdir()] == ["thesis.tex"]
 
@@ -233,7 +233,7 @@ def test_a_name_that_a_study_uses_too_is_a_persons_where_there_is_no_study(bench
     file = bench.folder / "mine" / custom
     file.parent.mkdir(parents=True)
     file.write_text("years")
-    with pytest.raises(InputError, match=f"is not a folder of a study: it contains {custom}"):
+    with pytest.raises(InputError, match=f"is not a folder of a study, but contains {custom}"):
         run_study(bench.study(), bench.folder / "mine", workers=1)
     assert file.read_text() == "years"
 
@@ -313,9 +313,9 @@ def test_the_first_difference_is_named_and_the_rest_counted():
     assert "contains another study: seed was 7 and is now 8" in single
     assert "more" not in single
     two = refused({"study": {"seed": 7, "runs": 1}, "block": 4}, {"study": {"seed": 8, "runs": 2}, "block": 4})
-    assert "seed was 7 and is now 8, and 1 more" in two
+    assert "seed was 7 and is now 8, and there is 1 more difference" in two
     assert "a was missing and is now 3" in refused({"study": {}}, {"study": {"a": 3}})
-    assert "the file axis: a.toml has changed" in refused({"files": {"axis: a.toml": "1"}}, {"files": {"axis: a.toml": "2"}})
+    assert "the file of axis, a.toml, has changed" in refused({"files": {"axis: a.toml": "1"}}, {"files": {"axis: a.toml": "2"}})
     assert refuse_another({"a": {"b": 1}}, {"a": {"b": 1}}, Path("out")) is None
 
 

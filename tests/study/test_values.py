@@ -169,7 +169,7 @@ def test_a_value_is_read_in_si_within_the_range():
         ({"choice": 3.0}, "allowed at least one value"),
         ({"normal": [1.0, 0.0]}, r"normal\[1\]: must be positive"),
         ({"uniform": [2.0, 2.0]}, r"uniform\[1\]: must be above the lowest value.*allowed > 2"),
-        ({"log_uniform": [0.0, 2.0]}, r"log_uniform\[0\]: must be positive: log_uniform takes its logarithm"),
+        ({"log_uniform": [0.0, 2.0]}, r"log_uniform\[0\]: must be positive, because log_uniform takes its logarithm"),
     ],
 )
 def test_a_distribution_that_does_not_fit_is_reported(table, words):
@@ -189,8 +189,8 @@ def test_distributions_that_fit_are_read():
 @pytest.mark.parametrize(
     ("key", "words"),
     [
-        ("friction.seed", "cannot be varied"),
-        ("run.seeds", "cannot be varied"),
+        ("friction.seed", r"is a seed, which \[vary\] cannot contain"),
+        ("run.seeds", r"is a seed, which \[vary\] cannot contain"),
         ("compare.none.friction.F_C", r"is not a variant.*compare\.plain\.…, compare\.stiff\.…"),
         ("compare.plain.friction", "is not a variant"),
         ("sensor.noises", r"is not a value of this experiment.*allowed sensor\..*Did you mean 'noise'"),
@@ -216,8 +216,8 @@ FROM = {"from": "results", "draws": "bootstrap"}
 @pytest.mark.parametrize(
     ("table", "words"),
     [
-        ({"from": "results"}, "needs draws"),
-        ({"draws": "bootstrap"}, "needs from"),
+        ({"from": "results"}, "needs the key draws"),
+        ({"draws": "bootstrap"}, "needs the key from"),
         (FROM | {"draws": "jackknife"}, "are not draws of an identification.*allowed bootstrap"),
         (FROM | {"from": 3}, "must be the name of a folder"),
         (FROM | {"from": ""}, "must be the name of a folder"),
@@ -235,7 +235,7 @@ def test_a_fit_without_draws_is_reported(bench):
     fitted = fitted_at(FROM, bench.folder, "vary")
     assert (fitted.folder, fitted.friction.name, fitted.origin.name) == ("results", "lugre", file.name)
     file.unlink()
-    with pytest.raises(InputError, match=r"has no draws.*--draws 1000"):
+    with pytest.raises(InputError, match=r"names results without draws.*--draws 1000"):
         fitted_at(FROM, bench.folder, "vary")
 
 

@@ -33,8 +33,8 @@ def check_keys(table: Mapping[str, Any], expected: Iterable[str], path: str) -> 
     names = list(expected)
     for key in table:
         if key not in names:
-            full = f"{path}.{key}" if path else key
-            raise InputError("unknown key", path=full, allowed=f"keys: {', '.join(names)}", mend=did_you_mean(key, names))
+            full, allowed = f"{path}.{key}" if path else key, f"keys: {', '.join(names)}"
+            raise InputError("unknown key", path=full, allowed=allowed, mend=did_you_mean(key, names))
 
 
 def check_schema(data: Mapping[str, Any]) -> None:

@@ -96,7 +96,11 @@ def read_curves(path: Readable, axis: HysteresisFile | Readable | dict[str, Any]
     notes, place, candidates = list(table.notes), str(table.source), []
     names = [name for name in table.tables if fnmatch.fnmatchcase(name, tables)]
     if tables and not names:
-        allowed = (", ".join(table.tables[:5]) or "one table only") + (" and more" if len(table.tables) > 5 else "")
+        allowed = (
+            "tables: " * bool(table.tables)
+            + (", ".join(table.tables[:5]) or "one table only")
+            + (" and more" if len(table.tables) > 5 else "")
+        )
         raise InputError("does not match any table of the log", path="log.tables", value=tables, allowed=allowed)
     for part in [f"{name}/" for name in names] if tables else [""]:
         u = _signal(table, part, columns.input, "input", "length", file.kind)
@@ -110,12 +114,13 @@ def read_curves(path: Readable, axis: HysteresisFile | Readable | dict[str, Any]
         candidates += [Curve(*pair) for pair in zip(np.split(u, starts), np.split(f, starts), strict=True)]
     chosen = [curve for curve in candidates if curve.u.size >= shortest]
     if not chosen:
-        allowed = f"at least {shortest} samples"
+        allowed = f"at least {shortest} samples per curve"
         raise InputError("has only curves with too few samples", path=place, value=f"{len(candidates)} curves", allowed=allowed)
     if len(chosen) < len(candidates):
         notes.append(f"bristle ignores {len(candidates) - len(chosen)} curves with fewer than {shortest} samples")
     if np.ptp(np.concatenate([curve.u for curve in chosen])) < SMALLEST:
-        raise InputError("is constant", path=f"{place}: {columns.input.column}", mend="Name the column of the input")
+        message = "is constant, so it cannot be the input"
+        raise InputError(message, path=f"{place}: {columns.input.column}", mend="Name the column of the input")
     return Curves(tuple(chosen), file.curves.start, file.kind, table.source, table.origin, tuple(notes), file.name)
 
 

@@ -78,7 +78,7 @@ class Drive:
             path, text = "effort.rated", self.rated
             _, own = units.split(text, path)
             if not own or units.compatible(own, "rated", path=path):
-                raise InputError("is not an effort", path=path, value=text, mend='Write it as "2.4 N*m" or "3 A"')
+                raise InputError("is not an effort", path=path, value=text, mend='Write an effort, such as "2.4 N*m" or "3 A"')
             value = self.effort(own, None if units.compatible(own, "N", path=path) else side or "motor", path).of(text, path)
             if not 0 < abs(value) < math.inf:
                 raise InputError("must be finite and not zero", path=path, value=text)
@@ -109,9 +109,9 @@ class Drive:
 
     def _carried(self, path: str, measured: Kind, side: Side | None, *, effort: bool, of_drive: bool = False) -> float:
         if measured == "translational" and side == "motor" and not of_drive:
-            raise InputError("is a unit of length, but the motor side of a gear turns", path=path, mend="Remove the key `side`")
+            raise InputError("is a unit of length, but the motor side of a gear is rotational", path=path, mend="Remove the key `side`")
         if measured == "rotational" and side is None and self.transmission.gear_ratio != 1:
-            message, mend = "does not state the side of the gear where it is measured", 'Write side = "motor" or side = "load"'
+            message, mend = "has no key `side`, but a gear has a motor side and a load side", 'Write side = "motor" or side = "load"'
             raise InputError(message, path=path, allowed="motor or load", mend=mend)
         try:
             return (self.transmission.effort if effort else self.transmission.travel)(measured, side or "load")
@@ -178,9 +178,8 @@ def _further(name: str, entry: ColumnEntry) -> Column:
     path, is_temperature = f"columns.{name}.unit", name == "temperature"
     if not is_temperature and (entry.unit is None or not name.isidentifier()):
         further = f'A further channel for a slot needs a unit: {name} = {{ column = "{entry.column}", unit = "%" }}'
-        raise InputError(
-            "unknown key", path=f"columns.{name}", allowed=f"keys: {', '.join(COLUMNS)}", mend=did_you_mean(name, COLUMNS) or further
-        )
+        mend = did_you_mean(name, COLUMNS) or further
+        raise InputError("unknown key", path=f"columns.{name}", allowed=f"keys: {', '.join(COLUMNS)}", mend=mend)
     if entry.unit in ("degC", "°C", "celsius"):
         return Column(entry.column, "", "", 1.0, entry.optional, 273.15)  # [K]
     base = "K" if is_temperature else units.si_of(entry.unit or "", path=path)
@@ -189,9 +188,6 @@ def _further(name: str, entry: ColumnEntry) -> Column:
         # A factor cannot convert a unit with another zero than its SI unit.
         if units.convert(f"0 {entry.unit}", base, path=path) != 0.0:
             raise InputError(
-                "has a zero that differs from the zero of its SI unit",
-                path=path,
-                value=entry.unit,
-                allowed=f"degC, or a multiple of {base}",
+                "has a zero point that bristle cannot convert", path=path, value=entry.unit, allowed=f"degC, or a multiple of {base}"
             )
     return Column(entry.column, entry.unit or "", base, 1.0 if is_temperature else float(entry.sign), entry.optional)

@@ -48,18 +48,18 @@ def read_loop(content: Content) -> LoopRecord:
     kind, name = kind_of_loop(content), content.source.name
     if kind is None:
         mend = "Give the file loop.csv that bristle identify wrote"
-        raise InputError("is not a table of the loop of a log", value=name, allowed=_header("translational"), mend=mend)
+        raise InputError("is not a table of the loop of a log", path=name, allowed=f"columns: {_header('translational')}", mend=mend)
     try:
         rows = np.loadtxt(io.BytesIO(content.data), delimiter=",", skiprows=1, ndmin=2)
     except ValueError as error:
-        raise InputError(f"cannot be read ({error})", value=name) from None
+        raise InputError(f"cannot be read ({str(error).rstrip('.')})", path=name) from None
     columns = COLUMNS + (INJECTED.encode() in content.data.partition(b"\n")[0])
     if rows.shape[0] < COLUMNS or rows.shape[1] != columns or not np.all(np.isfinite(rows)):
-        raise InputError("needs a finite number in each column and at least three rows", value=name)
+        raise InputError("needs a finite number in each column and at least three rows", path=name)
     steps = np.diff(rows[:, 0])
     dt = float(np.mean(steps))
     if not dt > 0.0 or np.max(np.abs(steps - dt)) > OF_A_SAMPLE * dt + 1e-11 * abs(rows[-1, 0]):
-        raise InputError("has unevenly spaced samples", value=name)
+        raise InputError("has unevenly spaced samples", path=name)
     return LoopRecord(kind, dt, rows[:, 1], rows[:, 2], rows[:, COLUMNS] if columns > COLUMNS else None)
 
 

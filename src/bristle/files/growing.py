@@ -170,7 +170,7 @@ def _new_note_in(folder: Folder, path: Path, kind: str) -> int:
         folder.remove(NOTE)  # of a process that was killed before it wrote a line
     if present := folder.names():
         present = [inside for name in present for inside in _opened(folder, name)] or present
-        raise InputError(f"is not a folder of a {kind}: it contains {owned.listed(present)}", path=str(path), mend="Name another folder")
+        raise InputError(f"is not a folder of a {kind}, but contains {owned.listed(present)}", path=str(path), mend="Name another folder")
     return owned.new_note(path, secrets.token_hex(16), path.name, kind)
 
 
@@ -182,9 +182,8 @@ def verified(path: Path, names: list[str]) -> None:
             raise InputError(DAMAGED_NOTE, path=str(path / NOTE), mend=MEND_NOTE)
         damaged = [name for name in names if folder.checksum(name) not in note.sums.get(name, ())] if note is not None else []
     if damaged:
-        verbs = ("is", "was") if len(damaged) == 1 else ("are", "were")
         mend = "Repeat the command that wrote the folder. It repeats the damaged runs and keeps the damaged files under new names"
-        raise InputError(f"{verbs[0]} damaged, or {verbs[1]} not written here: {owned.listed(damaged)}", path=str(path), mend=mend)
+        raise InputError(f"contains files that are damaged or were not written here: {owned.listed(damaged)}", path=str(path), mend=mend)
 
 
 DAMAGED_NOTE = "is damaged or was changed, so bristle no longer knows which files it wrote"
@@ -196,7 +195,7 @@ def _looked_through(
 ) -> list[str]:
     """Return the damaged files to write again; refuse files that the user made or changed."""
     if note.kind != kind:
-        message = f"is not a folder of a {kind}: it contains {note.kind or 'results of another command'}"
+        message = f"contains {f'a {note.kind}' if note.kind else 'results of another command'}, not a {kind}"
         raise InputError(message, path=str(path), mend="Name another folder")
     foreign, changed = owned.strangers_in(folder, note)
     if NOTE in changed:

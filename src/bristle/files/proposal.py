@@ -201,8 +201,11 @@ def propose_axis(log: Readable, *, size_limit: int | str = SIZE_LIMIT) -> Propos
         table = read_table(content, name, size_limit=limit)
     roles = roles_of(table)
     if not {"position", "velocity"} & set(roles.channels):
-        allowed, mend = some_of(table.names, 40), "Write an axis file that names the columns, and add --axis AXIS.toml"
-        raise InputError("has no column that bristle recognises as the position", path=str(table.source), allowed=allowed, mend=mend)
+        message, mend = (
+            "has no column that bristle recognises as the position",
+            "Write an axis file that names the columns, and add --axis AXIS.toml",
+        )
+        raise InputError(f"{message}, only {some_of(table.names, 40)}", path=str(table.source), mend=mend)
     tables: dict[str, Any] = _tables(table, roles)
     if name is not None:
         tables["log"] = {"table": name}

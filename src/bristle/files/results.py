@@ -154,7 +154,7 @@ def _check_free(target: Path, force: bool) -> None:
                 (
                     used,
                     f"contains input files of this command: {owned.listed(used)}",
-                    "Name another folder, because this one would be replaced",
+                    "Name another folder, because bristle would replace this folder",
                 ),
                 (target.is_mount(), "is a mount point and cannot be renamed", "Name a folder in it"),
                 (not status.st_mode & stat.S_IWUSR, "is write-protected", "Name another folder"),
@@ -260,7 +260,9 @@ def _refuse_two_at_once(own: Path, target: Path) -> None:
         if state == "written" and note.target == target.name
     }
     if own in writing and min(writing.values()) < writing[own]:
-        raise InputError("another process is writing results there", path=str(target), mend="Wait for its end, or name another folder")
+        raise InputError(
+            "another process is writing results to this folder", path=str(target), mend="Wait for its end, or name another folder"
+        )
 
 
 def _publish(results: Results, target: Path, force: bool) -> None:

@@ -75,7 +75,7 @@ def _refusal(errors: list[Any], schema: type[Strict]) -> InputError:
     # A misspelt key gives two errors, unknown and missing: report the unknown key.
     first = next((error for error in errors if error["type"] == "extra_forbidden"), errors[0])
     loc, path = first["loc"], _dotted(first["loc"])
-    more = f"Further errors in the file: {len(errors) - 1}" if len(errors) > 1 else ""
+    more = f"Count of errors in this file: {len(errors)}" if len(errors) > 1 else ""
     if (removed := ".".join(part for part in loc if isinstance(part, str))) in REMOVED:
         return InputError("was removed", path=path, mend=REMOVED[removed])
     if first["type"] == "extra_forbidden":

@@ -57,12 +57,12 @@ def _parsed(content: Content) -> dict[str, Any]:
     except tomllib.TOMLDecodeError as error:
         # Keys in the notation of the parser.
         message = re.sub(r"\(('(?:[^']|', ')*'),?\)", lambda match: match[1].replace("', '", "."), str(error))
-        raise InputError(f"contains text that is not valid TOML ({message})", mend=_mend(content, text, str(error))) from None
+        raise InputError(f"the file is not valid TOML: {message}", mend=_mend(content, text, str(error))) from None
     except RecursionError:
         raise _too_deep("") from None
     except Exception as error:  # noqa: BLE001  (unforeseen by the parser, such as a number of 5 000 digits)
         message = "a number with thousands of digits" if "digits" in str(error) else str(error)
-        raise InputError(f"contains text that is not valid TOML ({message})", mend="Check that this is the right file") from None
+        raise InputError(f"the file contains text that is not valid TOML ({message})", mend="Check that this is the right file") from None
 
 
 def _mend(content: Content, text: str, message: str) -> str:
@@ -87,7 +87,7 @@ def _refuse_absurdities(data: dict[str, Any]) -> None:
         if isinstance(value, dict):
             for key, item in value.items():
                 if not isinstance(key, str) or _CONTROLS.search(key):
-                    raise InputError("has a key with control characters", path=path, value=key, mend="Remove these characters")
+                    raise InputError("a key contains control characters", path=path, value=key, mend="Remove these characters")
                 waiting.append((f"{path}.{key}" if path else key, item, depth + 1))
         elif not isinstance(value, list):
             _refuse_value(path, value)

@@ -125,9 +125,11 @@ def component_in(table: Mapping[str, Any], family: type[Own], *, path: str, read
     """Return the user component that a table names, ``file = "my_law.py"``."""
     file, word = table["file"], WORDS[family].split()[-1]
     if "model" in table:
-        raise InputError("has both a model and a file", path=path, mend="Keep only one")
+        raise InputError("has both a model and a file", path=path, mend="Remove one of these keys")
     if not isinstance(file, str) or not file.endswith(".py"):
-        raise InputError(f"is not a Python file with a {word}", path=f"{path}.file", value=file, allowed=f"a Python file, my_{word}.py")
+        raise InputError(
+            f"is not a Python file with a {word}", path=f"{path}.file", value=file, allowed=f"a Python file, such as my_{word}.py"
+        )
     return load_component_file(read_code(file, f"{path}.file"), family)
 
 
@@ -244,7 +246,9 @@ def _executed(name: str, content: Content) -> types.ModuleType:
         if isinstance(error, SyntaxError) and error.filename == str(source):
             raise InputError(f"is not valid Python ({error.msg})", path=f"{source}, line {error.lineno or 1}") from None
         if isinstance(error, (SyntaxError, ValueError, RecursionError, MemoryError)) and place == str(source):
-            raise InputError(f"is not valid Python ({error})", path=place) from None  # beyond the limits of the compiler
+            raise InputError(
+                f"is not valid Python ({told_by(error) or type(error).__name__})", path=place
+            ) from None  # beyond the limits of the compiler
         raise InputError(f"stops with {type(error).__name__}: {told_by(error)}".rstrip(": "), path=place) from None
     finally:
         sys.setrecursionlimit(deepest)

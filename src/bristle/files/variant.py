@@ -173,7 +173,7 @@ def _kind(tables: Tables, axis: Axis | None, sources: Sources) -> Kind:
     """Return the kind of axis, from the file, its axis, its identified model, or the units of its parameters."""
     kind = components.kind_at(tables.content["kind"], "kind") if "kind" in tables.content else None
     if kind and axis and kind != axis.kind:
-        raise InputError(f"does not match the axis file, which is {axis.kind}", path="kind", value=kind)
+        raise InputError(f"does not match the {axis.kind} axis of the axis file", path="kind", value=kind)
     if kind or axis:
         return kind or axis.kind  # type: ignore[union-attr]
     friction, plant = tables.table("friction"), tables.table("plant")

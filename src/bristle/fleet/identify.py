@@ -148,7 +148,7 @@ def fleet_of(
     chosen, *further = models_of(model)
     if further:
         raise InputError(
-            "takes one model: parameters of different models are not comparable",
+            "takes one model, because parameters of different models are not comparable",
             path="--each",
             value=", ".join(component.name for component in (chosen, *further)),
             mend="Compare models on one log first, then name the best model",
@@ -158,7 +158,7 @@ def fleet_of(
     kinds: set[Any] = {axis.kind for axis in described if axis is not None}
     plants = {(axis.plant, axis.gravity, axis.cogging, axis.regressors) for axis in described if axis is not None}
     if len(kinds) > 1 or len(plants) > 1:
-        raise InputError("describe axes of different kinds or plants", path="--axis", mend="Write a separate fleet for each kind")
+        raise InputError("the files describe axes of different kinds or plants", path="--axis", mend="Write a separate fleet for each kind")
     if not kinds:  # the kind of the log; the usual kind if it cannot be read
         kinds = {"translational"}
         with suppress(InputError):

@@ -131,7 +131,7 @@ def with_slots(model: FrictionModel, slots: Sequence[str | Slot], path: str = "f
                 "no such slot",
                 path=path,
                 value=f"+{slot}",
-                allowed=f"{', '.join(f'+{known_slot}' for known_slot in SLOTS)}, or your file, +my_slot.py",
+                allowed=f"{', '.join(f'+{known_slot}' for known_slot in SLOTS)}, or a file of yours, such as +my_slot.py",
             )
     model = varied(risen(model, names), names)
     for slot in (*(slot for name, slot in CHANNEL_SLOTS.items() if name in names), *own):
@@ -143,7 +143,7 @@ def _over(model: FrictionModel, names: Sequence[str], path: str) -> FrictionMode
     """Return a friction model over the named operator."""
     if not isinstance(model, TakesOperator) or len(names) > 1:
         raise InputError(
-            "must have one operator at most: only preisach_lugre and preisach_contact take an operator",
+            "has too many operators: preisach_lugre and preisach_contact take one operator, other models take no operator",
             path=path,
             value="+".join([model.name, *names]),
         )

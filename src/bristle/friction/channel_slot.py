@@ -104,7 +104,7 @@ def with_channel_slot(model: FrictionModel, slot: Slot) -> ChannelSlotModel:
     both = [name for name in slot.variables if name in model.variables or name == "offset"]
     if both:
         raise InputError(
-            f"is already a parameter of {model.name}",
+            f"has the name of a parameter of {model.name}",
             path=f"+{slot.name}",
             value=both[0],
             mend="Give the parameter of the slot another name",

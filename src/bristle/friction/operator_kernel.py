@@ -141,7 +141,7 @@ class TakesOperator(FrictionModel):
             raise InputError("is not a hysteresis operator", path=path, value=operator.name, allowed=allowed)
         if operator.kind not in KINDS:
             raise InputError(
-                f"is a {operator.kind} operator, whose output is not a force over a displacement",
+                f"is {operator.kind}, so its output is not a force over a displacement",
                 path=path,
                 value=operator.name,
                 allowed=" or ".join(KINDS),
@@ -155,7 +155,7 @@ class TakesOperator(FrictionModel):
         return over_operator(self, operator.component), _prefixed(operator.values)
 
 
-_REFUSED = {"relay_grid": "has a staircase output without stiffness; use preisach_grid, which has the same measure"}
+_REFUSED = {"relay_grid": "has a staircase output without stiffness, unlike preisach_grid, which has the same measure"}
 
 
 def _closed_form(operator: Model, path: str) -> dict[str, Any]:

@@ -207,5 +207,5 @@ def _apart(curves: list[Curve], least: float) -> list[Curve]:
         if not distinct or curve.u[0] - distinct[-1].u[0] > least:
             distinct.append(curve)
     if len(distinct) < 2:
-        raise InputError("needs curves that turned at different inputs", path="curves", value=len(curves))
+        raise InputError("must contain at least two curves that start at different inputs", path="curves", value=len(curves))
     return distinct

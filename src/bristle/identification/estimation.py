@@ -317,7 +317,10 @@ def harmonics_in(problem: InverseDynamics, cogging: Cogging, path: str) -> list[
     if not orders:
         mend = "Remove [[cogging]] from the axis file, or write known orders, such as harmonics = [6]"
         raise InputError(
-            f"are not visible in this log: no part of the effort repeats with the {cogging.turner}", path=path, value="identify", mend=mend
+            f"cannot be identified, because no part of the effort in this log repeats with the {cogging.turner}",
+            path=path,
+            value="identify",
+            mend=mend,
         )
     return sorted(orders)
 

@@ -141,7 +141,7 @@ def identify(
     for entry, _ in pairs:
         if entry.effort is None:
             mend = "Name the column of force, torque or current in the axis file"
-            raise InputError("has no effort; inverse dynamics needs it", path=f"log {entry.source.name}".strip(), mend=mend)
+            raise InputError("has no effort, which inverse dynamics needs", path=f"log {entry.source.name}".strip(), mend=mend)
     (first_log, first_axis), kind = pairs[0], pairs[0][0].kind
     prior = replace(request.prior_knowledge_of(first_axis, mass, offset, kind), free=request.freed(free, components))
     of_logs, pairs = checks_of(pairs, prior, chosen), [(parted(log, axis), axis) for log, axis in pairs]

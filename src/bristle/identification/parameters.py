@@ -289,7 +289,9 @@ def parameters_of(component: FrictionModel, prior: PriorKnowledge, dataset: Data
     side = "backward" if ahead < ONE_WAY else "forward" if ahead > 1.0 - ONE_WAY else ""
     split = directional(component)
     if side and split:
-        raise InputError(f"the log moves {side} only", path="model", value=component.name, mend="Record both directions or drop +asymmetry")
+        raise InputError(
+            f"the log contains only {side} motion", path="model", value=component.name, mend="Record both directions or drop +asymmetry"
+        )
     force = unit_of("force", dataset.kind)
     levels = [name for name in split if component.variables[name].unit(dataset.kind) == force]
     if levels:

@@ -224,9 +224,9 @@ def _first_cycle(segment: Segment, kind: Kind) -> int:
     first = whole_cycle(segment.position, segment.velocity)
     if first is None:
         raise InputError(
-            "does not return to its start, so its first cycle is unknown",
+            "the position never returns to its first value, so bristle does not know the first cycle",
             path="log.start",
-            value=f"cycle, from {with_unit(float(segment.position[0]), unit_of('length', kind))}",
+            value=f"cycle, and a first position of {with_unit(float(segment.position[0]), unit_of('length', kind))}",
             mend='Write start = "moving" under [log] of the axis file, or begin the log with a whole cycle',
         )
     return first

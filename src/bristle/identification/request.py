@@ -92,7 +92,10 @@ def _component_of(item: Any) -> SlottedModel:
     base = base_of(component)
     if MODELS.get(base.name, base) is not base:
         raise InputError(
-            "is the name of a model of bristle", path="model", value=base.name, mend='Give your model another FrictionModel(name="...")'
+            "is the name of a model of bristle",
+            path="model",
+            value=base.name,
+            mend='Give your model another name: FrictionModel(name="...")',
         )
     return component
 
@@ -118,7 +121,10 @@ def freed(free: Sequence[str], components: Sequence[FrictionModel]) -> tuple[str
     for name in free:
         if name not in shapes:
             raise InputError(
-                "is not a shape parameter with a default value", path="free", value=name, allowed=", ".join(sorted(shapes)) or "none"
+                "is not a shape parameter with a default value",
+                path="free",
+                value=name,
+                allowed=", ".join(sorted(shapes)) or "no name, because the models have no such parameter",
             )
     return tuple(free)
 

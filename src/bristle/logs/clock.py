@@ -282,8 +282,8 @@ def clock_of(
         if count >= SHORTEST_SEGMENT:
             pieces.append((raw, first + period * np.arange(count)))
     if not pieces:
-        message = f"has no {SHORTEST_SEGMENT} evenly spaced samples"
-        message += f" that remain after a shift by the delay of {delay:g} s" if delay else ""
+        message = f"has fewer than {SHORTEST_SEGMENT} evenly spaced samples"
+        message += f" in sequence after a shift by the delay of {delay:g} s" if delay else ""
         raise InputError(message, path=place, mend="Correct the delay in [timing] of the axis file, or record without gaps")
     is_uniform = jitter is None and not np.any(counts > 1.0)
     return Clock(period, tuple(pieces), stamps, is_uniform, tuple(notes), order.rows, jitter)

@@ -122,8 +122,8 @@ def axis_of(table: Table) -> Axis:
         for text in table.texts:
             if split_unit(text)[0].lower() in USUAL_NAMES["position"]:
                 raise table.missing(text, "position")
-        allowed, mend = some_of(table.names, 40), "Give an axis file that names the columns (--axis AXIS.toml)"
-        raise InputError("has no column with a usual name of a position", path=str(table.source), allowed=allowed, mend=mend)
+        message, mend = "has no column with a usual name of a position", "Give an axis file that names the columns (--axis AXIS.toml)"
+        raise InputError(f"{message}, only {some_of(table.names, 40)}", path=str(table.source), mend=mend)
     unit = table.units.get(moved, "m")
     turns = not table.unknown_unit(moved) and any(units.compatible(unit, base) for base in ("rad", "rad/s"))
     kind: Kind = KINDS[1] if turns else KINDS[0]
@@ -177,7 +177,7 @@ def _factor(table: Table, name: str, column: Column, gathered: Gathered) -> floa
     factor = units.factor(unit, column.base, path=place)
     if column.unit and not np.isclose(factor, units.factor(column.unit, column.base), rtol=1e-9):
         message = "has another unit in the log than in the axis file"
-        mend = f"If the log is right, write unit = {unit!r} in the axis file, or leave the unit out there"
+        mend = f"If the log is right, write unit = {unit!r} in the axis file, or remove the unit from this file"
         raise InputError(message, path=place, value=unit, allowed=column.unit, mend=mend)
     return factor
 

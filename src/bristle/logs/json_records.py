@@ -21,7 +21,7 @@ WIDE = 1000
 STARTS = tuple(sign.encode() for sign in '"{[}]-0123456789')
 FEWEST = 2
 NAMES, VALUES, UNITS = (("name", "signal", "channel", "id", "label"), ("values", "data", "samples", "y"), ("unit", "units"))
-MEND = 'Save a list of records, such as [{"t": 0.0, "position": 0.1}, …] (orient="records" of pandas), or columns by name'
+MEND = 'Save a list of records, such as [{"t": 0.0, "position": 0.1}, …] (orient="records" of pandas), or a dictionary of columns'
 
 
 def recognises(head: bytes, suffix: str) -> bool:

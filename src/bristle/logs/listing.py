@@ -106,6 +106,6 @@ def _parts(content: Content, size_limit: int) -> list[str | None]:
     tables = read_table(Content(content.source, content.data), choice=NONE, size_limit=size_limit).tables
     matching = [name for name in tables if fnmatchcase(name, content.part)]
     if not matching:
-        allowed = ", ".join(tables[:20]) or "a file with several tables"
-        raise InputError("holds no such table", path=str(content.source), value=content.part, allowed=allowed)
+        allowed = f"tables: {', '.join(tables[:20])}" if tables else "a file with several tables"
+        raise InputError("contains no table with such a name", path=str(content.source), value=content.part, allowed=allowed)
     return [*matching]

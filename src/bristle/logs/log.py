@@ -165,7 +165,7 @@ def _axis_of(table: Table, axis: Axis) -> Axis:
         hints = filter(None, (did_you_mean(name, NAMES["position"]) for name in table.names))
         mend = next(hints, "Rename the column of the position to position, or give an axis")
         present = some_of(table.names, 40) or "no columns"
-        raise InputError("has no position column", path=PLACE, value=present, allowed=", ".join(CHANNELS), mend=mend)
+        raise InputError("has no position column", path=PLACE, value=present, allowed=f"names: {', '.join(CHANNELS)}", mend=mend)
     injected = tuple(Injected(name, 1.0) for name in table.names if name.startswith(KNOWN_INPUT))
     return replace(axis, columns=columns, injected=injected)
 

@@ -24,10 +24,10 @@ from bristle.logs.words import is_time, names_and_units, with_plain_names
 
 # First bytes -> reason for the refusal, and advice.
 REFUSED = {
-    ARCHIVE: "It is a spreadsheet or an archive: export the log as CSV, or unpack it",
-    b"\xd0\xcf\x11\xe0": "It is an old spreadsheet: export the log as CSV",
-    b"\x1f\x8b": "It is compressed: unpack it first (gunzip)",
-    b"%PDF": "It is a document: export the log as CSV",
+    ARCHIVE: "This file is a spreadsheet or an archive: export the log as CSV, or unpack the archive",
+    b"\xd0\xcf\x11\xe0": "This file is an old spreadsheet: export the log as CSV",
+    b"\x1f\x8b": "This file is compressed: unpack it first (gunzip)",
+    b"%PDF": "This file is a document: export the log as CSV",
 }
 
 

@@ -160,7 +160,10 @@ def read_mcap(data: bytes, request: Request) -> Table:
     table = request.table
     chosen = {key: value for key, value in fields.items() if table is None or key[0] == table or key[1].startswith(f"{table}.")}
     if not chosen:
-        message, allowed = "holds no readable messages with numbers", ", ".join(sorted({topic for topic, _ in fields})[:8])
+        message, allowed = (
+            "holds no readable messages with numbers",
+            f"topics: {', '.join(sorted({topic for topic, _ in fields})[:8])}" if fields else "",
+        )
         raise InputError(message, path=str(request.source), value=table, allowed=allowed, mend="Record messages of ROS 2, or JSON")
     topics = {topic for topic, _ in chosen}
     origin = min(times[0] for times, _ in chosen.values())

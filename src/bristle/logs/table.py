@@ -93,20 +93,21 @@ class Table:
 
     def missing(self, name: str, key: str) -> InputError:
         """Return the error that lists the columns of the file in place of `name`, needed under `key`."""
+        role = key if "[" in key else f"the {key}"
         for text, reason in self.texts.items():
             if name in (text, split_unit(text)[0]):
-                mend = reason.mend or f"Name a column of numbers as the {key} in the axis file"
+                mend = reason.mend or f"Name a column of numbers as {role} in the axis file"
                 return InputError(
-                    f"{reason.message}, but the axis needs the column as the {key}", path=reason.path, value=reason.value, mend=mend
+                    f"{reason.message}, but the axis needs the column as {role}", path=reason.path, value=reason.value, mend=mend
                 )
         if self.tables:
-            message = f"holds {len(self.tables)} tables, but no column {name!r} outside these tables for the {key}"
-            mend = 'Name the table: table = "..." under [log] of the axis file, or FILE::TABLE instead of the file'
-            return InputError(message, path=str(self.source), allowed=some_of(self.tables), mend=mend)
+            message = f"holds {len(self.tables)} tables, but no column {name!r} outside these tables for {role}"
+            mend = 'Name the table: table = "..." under [log] of the axis file, or write FILE::TABLE instead of FILE'
+            return InputError(message, path=str(self.source), allowed=f"tables: {some_of(self.tables)}", mend=mend)
         mend = f"{name!r} is a single number in the file. " if name in self.constants else ""
-        mend += did_you_mean(name, self.names, 0.5) or f"Name the {key} in the axis file"
-        message = f"has no column {name!r} for the {key}"
-        return InputError(message, path=str(self.source), allowed=some_of(self.names, 40), mend=mend)
+        mend += did_you_mean(name, self.names, 0.5) or f"Name the column of {role} in the axis file"
+        message, allowed = f"has no column {name!r} for {role}", f"columns: {some_of(self.names, 40)}"
+        return InputError(message, path=str(self.source), allowed=allowed, mend=mend)
 
 
 def some_of(names: Iterable[str], most: int = 8) -> str:
@@ -200,7 +201,7 @@ def damage_refused(source: Path) -> Iterator[None]:
     except Exception as error:  # noqa: BLE001  (a damaged file makes a reader raise anything)
         message, mend = f"is truncated or damaged, or in an unsupported format{said_by_library(error)}", "Copy or save it again"
         if place := place_in_own_code(error):
-            message = f"stops its reader with {type(error).__name__}: {told_by(error)} ({place})"
+            message = f"the reader of this file stopped with {type(error).__name__}: {told_by(error)} ({place})"
             mend = "Correct the reader. If the file is damaged, copy or save it again"
         raise InputError(message, path=str(source), mend=mend) from None
 

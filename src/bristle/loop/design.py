@@ -141,7 +141,9 @@ def design(experiment: Any, *, variant: str | None = None, bandwidth: Amount | N
         raise InputError("there is no such variant", path="variant", value=variant, allowed=", ".join(by_name), mend=mend)
     if any(entry.effort is not None for entry in experiment.variants):
         raise InputError(
-            "drives an open loop, which has no gains", path="effort", mend="Write [controller] and [reference] into the experiment instead"
+            "drives an open loop, which has no gains",
+            path="effort",
+            mend="Write [controller] and [reference] into the experiment instead of [effort]",
         )
     assessments = tuple(assess(entry) for entry in experiment.variants)
     runs = next(assessment.verdict for assessment in assessments if assessment.name == chosen.name) is not Verdict.DIVERGES

@@ -234,7 +234,7 @@ def effort_of_columns(plant: Model, columns: Sequence[np.ndarray]) -> np.ndarray
     columns = [np.asarray(column, dtype=float) for column in columns]
     if len(columns) != terms.per_column.size:
         raise InputError(
-            "lacks the known columns of the plant",
+            "has too few or too many known columns for the plant",
             path="log",
             value=f"{len(columns)} columns",
             allowed=", ".join(plant.component.columns),

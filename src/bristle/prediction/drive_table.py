@@ -246,7 +246,11 @@ def table_error(
     """Return the largest and the rms error of a table along the motion of a log, treated as in identification [N or N*m]."""
     if friction.kind != log.kind:
         raise InputError(
-            "is of another kind of axis", path="log", value=log.kind, allowed=friction.kind, mend="Give the axis file of this log"
+            "is not of the same kind of axis as the table",
+            path="log",
+            value=log.kind,
+            allowed=friction.kind,
+            mend="Give the axis file of this log",
         )
     if log.effort is None:
         raise InputError("has no effort", path="log", mend="Name the column of the effort in the axis file")

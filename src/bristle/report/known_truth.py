@@ -102,7 +102,7 @@ def logs_of(folder: Path, provenance: Mapping[str, str], log: Any = None) -> tup
     axes = [read_axis(file) for file in sorted(folder.glob("axis*.toml"), key=lambda file: (len(file.name), file.name))]
     keys = [key for key in provenance if re.fullmatch(r"log(_\d+)?", key)]
     if named and len(named) != len(keys):
-        message = "differ in number from the identified logs"
+        message = "the number of logs differs from that of the identification"
         raise InputError(message, path="log", value=len(named), allowed=str(len(keys)), mend="Name each log once")
     described, logs = axes_for(axes, len(keys)), list[Log]()
     for key, axis, path in zip(keys, described, named or [None] * len(keys), strict=True):
@@ -110,7 +110,7 @@ def logs_of(folder: Path, provenance: Mapping[str, str], log: Any = None) -> tup
         read, checksum = file if isinstance(file, Log) else read_log(file, axis), provenance[f"{key}_sha256"]
         if checksum and read.origin.checksum != checksum:
             raise InputError(
-                "is not the log of these results, or has changed since",
+                "is not the log of these results, or has changed since the identification",
                 path=str(read.source),
                 value=f"SHA-256 {read.origin.checksum[:12]}…",
                 allowed=f"{checksum[:12]}…",
@@ -126,9 +126,9 @@ def _beside(folder: Path, name: str) -> Path:
         if name and (place / name.partition("::")[0]).is_file():
             return place / name
     raise InputError(
-        "the log of these results is missing" if name else "has no file name of its log, because the log was identified from memory",
+        "the log of these results is missing" if name else "contains no file name of the log, because the log was in memory",
         path=str(folder),
-        value=name,
-        allowed="the parent folder, the folder, or the current folder",
+        value=name or None,
+        allowed="a file in this folder, in its parent folder, or in the current folder",
         mend="Name the log: --log PATH",
     )

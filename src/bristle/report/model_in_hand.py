@@ -263,7 +263,7 @@ def load(folder: str | PathLike[str], *, allow_code: bool = False) -> Loaded:
     try:
         summary = json.loads(content_of(place / SUMMARY).data)
     except ValueError as error:
-        raise InputError(f"is no JSON: {error}", path=str(place / SUMMARY)) from None
+        raise InputError(f"is not JSON: {error}", path=str(place / SUMMARY)) from None
     plant, friction, info = read_model(place / "model.toml", allow_code=allow_code)
     traces = read_arrays(place, "traces")
     if plant is None or not traces or "parameters" not in summary:

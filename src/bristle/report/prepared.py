@@ -113,7 +113,9 @@ def _excited(variant: Variant, axis: Axis | None) -> tuple[list[Log], Axis]:
     kind = variant.plant.kind
     outcome = simulate(Experiment(variant.name, kind, (variant,))).variants[variant.name]
     if outcome.status is not Status.OK:
-        raise InputError("does not run to its end", path=f"compare.{variant.name}", value=outcome.status.sentence, mend="Correct its loop")
+        raise InputError(
+            "the simulation stopped early", path=f"compare.{variant.name}", value=outcome.status.sentence, mend="Correct this loop"
+        )
     signals = (outcome.time, outcome.measured, outcome.command, *(() if outcome.is_open else (outcome.reference,)))
     axis = axis or Axis(kind=kind, resolution=variant.sensor.values.get("resolution"))
     return [Log.from_columns(dict(zip(SIGNALS, signals, strict=False)), axis=axis)], axis

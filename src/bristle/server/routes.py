@@ -66,7 +66,7 @@ class Routes:
     async def enter(self, request: Request) -> Response:
         """Redirect a browser started by bristle to the page, which it then requests from this server."""
         if not self._opening.redeem(request.path_params["ticket"]):
-            raise RefusedRequestError(404, "is no longer valid", path="file", mend="Open the address printed by bristle")
+            raise RefusedRequestError(404, "this address is no longer valid", path="file", mend="Open the address printed by bristle")
         return self._entrance
 
     async def begin(self, request: Request) -> Response:
@@ -237,7 +237,7 @@ class Routes:
     def _part(self, request: Request) -> Part:
         part = self._case(request).parts.get(request.path_params["part"])
         if part is None:
-            raise RefusedRequestError(404, "does not exist yet", path=request.path_params["part"])
+            raise RefusedRequestError(404, "this part of the analysis does not exist yet", path=request.path_params["part"])
         return part
 
     async def _body(self, request: Request) -> dict[str, Any]:

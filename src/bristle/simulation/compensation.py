@@ -106,8 +106,8 @@ def carried_effort(feedforward: Feedforward, position: np.ndarray, acceleration:
     if isinstance(p, Termed):
         inner, p = inner.inner, p.inner
     if inner.inverse is None:
-        known, mend = "inertia, oscillator", "Remove carries: the transmitted effort is then that of the feedforward"
-        raise InputError("has no inverse", path="feedforward.carries", value=plant.name, allowed=known, mend=mend)
+        known, mend = "inertia, oscillator", "Remove carries, so that the transmitted effort is the effort of the feedforward"
+        raise InputError("is a plant without inverse dynamics", path="feedforward.carries", value=plant.name, allowed=known, mend=mend)
     effort = inner.inverse(middle, np.append(steps, steps[-1:]), 0.5 * (acceleration + _next(acceleration)), p)
     return effort if terms_of(plant) is None else effort + effort_along(middle, place_of(plant))
 

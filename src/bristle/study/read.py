@@ -51,7 +51,7 @@ class _Reader:
         """Return the study."""
         if "experiment" not in self.data:
             raise InputError(
-                "needs an experiment",
+                "is missing",
                 path="experiment",
                 mend='Write experiment = "rig.toml". This file may contain [friction] file = "results/model.toml"',
             )
@@ -166,14 +166,14 @@ class _Reader:
         is_random = any(model.values.get(name, 0.0) > 0.0 for model in models for name in ("noise", "scatter"))
         if not causes and not grid and not is_random:
             raise InputError(
-                "no value varies, so all runs would be equal",
+                "varies no value, so all runs would be equal",
                 path="vary",
                 mend="Write [vary] or [grid], or set sensor.noise in the experiment",
             )
         paths = [path for cause in causes for path in cause.units] + [target.path for target, _ in grid]
         for path in paths:
             if paths.count(path) > 1:
-                raise InputError("is varied twice", path="vary", value=path, mend="Remove it from [grid] or from [vary]")
+                raise InputError("varies a value twice", path="vary", value=path, mend="Remove this value from [grid] or from [vary]")
 
     def _sampling(self, causes: tuple[Cause, ...], grid: tuple[Any, ...]) -> Sampling:
         for key in ("runs", "seed"):
@@ -190,7 +190,7 @@ class _Reader:
             raise InputError("does not fit", path="sobol_indices", value=indices, allowed="true or false")
         if indices and (grid or not causes):
             raise InputError(
-                "needs drawn values, and no grid", path="sobol_indices", mend="Move the values of [grid] to [vary] as a choice"
+                "need values of [vary], and exclude [grid]", path="sobol_indices", mend="Move the values of [grid] to [vary] as a choice"
             )
         if indices and runs & (runs - 1):
             below = 2 ** (runs.bit_length() - 1)

@@ -149,7 +149,8 @@ def refuse_another(before: Any, now: Any, folder: Path) -> None:
     """Refuse a folder with a different description, and name a difference."""
     differences = list(_differences(before, now, ""))
     if differences:
-        more = f", and {len(differences) - 1} more" if len(differences) > 1 else ""
+        count = len(differences) - 1
+        more = f", and there {'are' if count > 1 else 'is'} {count} more difference{'s' * (count > 1)}" if count else ""
         raise InputError(f"contains another study: {differences[0]}{more}", path=str(folder), mend="Name another folder")
 
 
@@ -161,7 +162,7 @@ def _differences(before: Any, now: Any, path: str) -> Iterator[str]:
     elif before != now:
         place = path.removeprefix("study.").removeprefix("files.")
         if path.startswith("files."):
-            yield f"the file {place} has changed"
+            yield f"the file of {place.replace(': ', ', ', 1)}, has changed"
         else:
             texts = ("missing" if value is None else json.dumps(value, ensure_ascii=False) for value in (before, now))
             was, now_is = (text if len(text) <= LONGEST else f"{text[: LONGEST - 1]}…" for text in texts)

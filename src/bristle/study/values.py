@@ -78,7 +78,9 @@ def target_at(path: str, experiment: Experiment, data: Mapping[str, Any], place:
     names = {key_of(name): name for name in registry}
     if keys[-1] == "seed" or keys == ["run", "seeds"]:
         raise InputError(
-            "cannot be varied", path=place, mend="Remove it: bristle adds a separate seed for each run to those of sensor and friction"
+            "is a seed, which [vary] cannot contain",
+            path=place,
+            mend="Remove this key: bristle adds a separate seed for each run to those of sensor and friction",
         )
     if keys[-1] not in names:
         raise InputError(
@@ -201,7 +203,7 @@ def drawn_from(table: Mapping[str, Any], target: Target, path: str) -> Drawn:
             "must be above the lowest value", path=f"{place}[1]", value=values[1], allowed=f"> {first:g}", mend=f"Write {EXAMPLES[name]}"
         )
     if name == "log_uniform" and not first > 0.0:
-        raise InputError("must be positive: log_uniform takes its logarithm", path=f"{place}[0]", value=values[0], allowed="> 0")
+        raise InputError("must be positive, because log_uniform takes its logarithm", path=f"{place}[0]", value=values[0], allowed="> 0")
     return Drawn(target, name, (first, second))
 
 
@@ -221,7 +223,7 @@ def fitted_at(table: Mapping[str, Any], folder: Path, path: str, *, allow_code: 
     check_keys(table, OF_FIT, path)
     for key in OF_FIT:
         if key not in table:
-            raise InputError(f"needs {key}", path=path, mend='Write { from = "results", draws = "bootstrap" }')
+            raise InputError(f"needs the key {key}", path=path, mend='Write { from = "results", draws = "bootstrap" }')
     if table["draws"] != "bootstrap":
         raise InputError("are not draws of an identification", path=f"{path}.draws", value=table["draws"], allowed="bootstrap")
     named = table["from"]
@@ -238,7 +240,7 @@ def fitted_at(table: Mapping[str, Any], folder: Path, path: str, *, allow_code: 
         draws = (info["bands"] or {}).get("draws", {})
     if not draws:
         raise InputError(
-            "has no draws: these results have no intervals", path=f"{path}.from", value=named, mend="Identify again with --draws 1000"
+            "names results without draws and intervals", path=f"{path}.from", value=named, mend="Identify again with --draws 1000"
         )
     return Fitted(named, plant, friction, draws, content_of(file).origin)
 
@@ -250,16 +252,17 @@ def columns_of(fitted: Fitted, section: str, experiment: Experiment, path: str) 
     own = sections_of(experiment.variants[0])[section]
     drawn = fitted.friction if section == "friction" else fitted.plant
     if drawn is None or (own.name, own.kind) != (drawn.name, drawn.kind):
+        identified = "no plant" if drawn is None else f"{drawn.name} ({drawn.kind})"
         raise InputError(
-            f"the identification has {'no plant' if drawn is None else f'{drawn.name} ({drawn.kind})'}, but the experiment "
-            f"has {own.name} ({own.kind})",
+            f"the identification has {identified}, but the experiment has {own.name} ({own.kind})",
             path=path,
             value=fitted.folder,
             mend=f'Write file = "{fitted.folder}/model.toml" under [friction] of the experiment',
         )
     variables = {name: own.component.variables[name] for name in fitted.draws if name in own.component.variables}
     if not variables:
-        raise InputError(f"the draws contain no parameter of {own.name}", path=path, value=fitted.folder, allowed=", ".join(fitted.draws))
+        message = f"the draws contain no parameter of {own.name}, only {', '.join(fitted.draws)}"
+        raise InputError(message, path=path, value=fitted.folder)
     count = min(len(values) for values in fitted.draws.values())
     columns = {f"{section}.{key_of(name)}": fitted.draws[name][:count] for name in variables}
     units = {

@@ -221,7 +221,7 @@ class Cluster:
             raise self._scheduler_lost() from None
 
     def _scheduler_lost(self) -> InputError:
-        mend = "The written blocks remain. Start scheduler and workers, and repeat the command"
+        mend = "The results written so far remain. Start scheduler and workers, and repeat the command"
         return InputError("the scheduler no longer answers", path="--scheduler", value=self.address, mend=mend)
 
     def _arrived(self, futures: Iterator[tuple[Block, Future[Any]]]) -> Results:

@@ -53,7 +53,7 @@ def _admit(tried: Any, file: str, checks: Sequence[Any], word: str) -> None:
     for check in unmet:
         if check.name in NAMES_OF_FORM:
             raise InputError(
-                f"cannot be used ({check.name}): {check.detail.rstrip('.')}",
+                f'cannot be used, because it fails the test "{check.name}": {check.detail.rstrip(".")}',
                 path=file,
                 mend=f"{check.advice}. Try: bristle check {file}" if check.advice else f"Try: bristle check {file}",
             )

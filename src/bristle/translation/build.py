@@ -59,7 +59,7 @@ class Translation(Expressions):
     def _do_expr(self, node: ast.Expr) -> list[tree.Statement]:
         call = self.value(node.value)
         if not isinstance(call, tree.Call):
-            raise self.refuse(node, "has no effect")
+            raise self.refuse(node, "this expression has no effect")
         return [tree.Evaluate(call)]
 
     def _do_return(self, node: ast.Return) -> list[tree.Statement]:
@@ -120,7 +120,7 @@ class Translation(Expressions):
             return self._one_by_one(target.elts, value.elts, node)
         value_tuple = self.value(value)
         if not isinstance(value_tuple.type, Struct) or len(value_tuple.type.fields) != len(target.elts):
-            raise self.refuse(node, f"{len(target.elts)} names need a tuple of the same length")
+            raise self.refuse(node, f"an assignment to {len(target.elts)} names needs a tuple of the same length")
         statements: list[tree.Statement] = []
         if not isinstance(value_tuple, tree.Variable):
             held = self._held(value_tuple.type, node)
@@ -164,7 +164,7 @@ class Translation(Expressions):
 
     def _variable(self, name: str, kind: Type, node: ast.AST) -> tree.Variable:
         if kind == VOID:
-            raise self.refuse(node, f"{name} is assigned a call without a result")
+            raise self.refuse(node, f"the call assigned to {name} has no result")
         common = self.unified(self.types[name], kind, node) if name in self.types else kind
         self._changed |= self.types.get(name) != common
         self.types[name] = common

@@ -88,7 +88,7 @@ class Expressions:
             return _converted(value, target)
         if isinstance(value.type, Array) and isinstance(target, Array) and value.type.size == target.size:
             return value
-        raise self.refuse(node, f"is {_in_words(value.type)} where {_in_words(target)} is needed")
+        raise self.refuse(node, f"a value is {_in_words(value.type)}, but must be {_in_words(target)}")
 
     def _name(self, node: ast.Name) -> tree.Expression:
         if node.id in self.types:
@@ -122,7 +122,7 @@ class Expressions:
     def _field(self, of: tree.Expression, name: str, node: ast.expr) -> tree.Expression:
         place = of.type.place(name) if isinstance(of.type, Struct) else -1
         if place < 0 or not isinstance(of.type, Struct):
-            raise self.refuse(node, f"{_in_words(of.type)} has no field {name}")
+            raise self.refuse(node, f"{_in_words(of.type)} has no field {name!r}")
         return tree.Field(of.type.fields[place][1], of, name)
 
     def _subscript(self, node: ast.Subscript) -> tree.Expression:
@@ -166,7 +166,7 @@ class Expressions:
         if isinstance(node.op, ast.Not):
             return tree.Not(TRUTH, self._as_truth(of, node))
         if of.type not in NUMBERS or isinstance(node.op, ast.Invert):
-            raise self.refuse(node, f"{type(node.op).__name__} of {_in_words(of.type)}")
+            raise self.refuse(node, f"{type(node.op).__name__} of {_in_words(of.type)} is outside the subset")
         of = _converted(of, INTEGER) if of.type == TRUTH else of
         if isinstance(node.op, ast.UAdd):
             return of
@@ -179,7 +179,7 @@ class Expressions:
         tests: list[tree.Expression] = []
         for by, left, right in zip(node.ops, values, values[1:], strict=False):
             if type(by) not in COMPARED or left.type not in NUMBERS or right.type not in NUMBERS:
-                raise self.refuse(node, f"{type(by).__name__} of {_in_words(left.type)} and {_in_words(right.type)}")
+                raise self.refuse(node, f"{type(by).__name__} of {_in_words(left.type)} and {_in_words(right.type)} is outside the subset")
             kind = REAL if REAL in (left.type, right.type) else INTEGER
             tests.append(tree.Compare(TRUTH, COMPARED[type(by)], _converted(left, kind), _converted(right, kind)))
         return tests[0] if len(tests) == 1 else tree.Logic(TRUTH, "and", tests)
@@ -203,14 +203,14 @@ class Expressions:
         """Return the common type of two types."""
         kind = unified(first, second)
         if kind is None:
-            raise self.refuse(node, f"is {_in_words(first)} here and {_in_words(second)} there")
+            raise self.refuse(node, f"two values must have the same type, but are {_in_words(first)} and {_in_words(second)}")
         return kind
 
     def _as_truth(self, value: tree.Expression, node: ast.AST) -> tree.Expression:
         if value.type == TRUTH:
             return value
         if value.type not in NUMBERS:
-            raise self.refuse(node, f"{_in_words(value.type)} is not a truth")
+            raise self.refuse(node, f"{_in_words(value.type)} is neither true nor false")
         return tree.Compare(TRUTH, "!=", value, _converted(tree.Constant(INTEGER, 0), value.type))
 
     def _call(self, node: ast.Call) -> tree.Expression:
@@ -239,7 +239,7 @@ class Expressions:
     def _tuple_made(self, cls: Any, arguments: list[tree.Expression], node: ast.AST) -> tree.Expression:
         missing = cls._fields[len(arguments) :]
         if len(arguments) > len(cls._fields) or any(name not in cls._field_defaults for name in missing):
-            raise self.refuse(node, f"{cls.__name__} has {len(cls._fields)} fields: {', '.join(cls._fields)}")
+            raise self.refuse(node, f"{cls.__name__} needs values for {len(cls._fields)} fields: {', '.join(cls._fields)}")
         for name in missing:
             default = cls._field_defaults[name]
             if not isinstance(default, (bool, int, float)):
@@ -265,7 +265,7 @@ class Expressions:
         if name == "len" and len(arguments) == 1 and isinstance(arguments[0].type, Array):
             return _size_of(arguments[0], arguments[0].type)
         if not arguments or any(argument.type not in NUMBERS for argument in arguments):
-            raise self.refuse(node, f"{name} takes numbers")
+            raise self.refuse(node, f"the arguments of {name} must be numbers")
         if name in ("int", "float"):
             return _converted(arguments[0], INTEGER if name == "int" else REAL)
         kind = REAL if any(argument.type == REAL for argument in arguments) else INTEGER
@@ -273,7 +273,7 @@ class Expressions:
         if name == "abs":
             return tree.Intrinsic(kind, "abs", values[:1])
         if name not in ("min", "max") or len(values) < 2:
-            raise self.refuse(node, f"{name} is outside the subset, or takes more than one number")
+            raise self.refuse(node, f"{name} is outside the subset, or has too few arguments")
         least = values[0]
         for value in values[1:]:
             least = tree.Intrinsic(kind, name, [least, value])

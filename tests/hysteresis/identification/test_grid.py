@@ -51,5 +51,5 @@ def test_the_operator_has_the_fitted_weights_to_the_bit():
 
 
 def test_unsuitable_data_are_refused():
-    with pytest.raises(InputError, match="does not move"):
+    with pytest.raises(InputError, match="is constant"):
         fit_grid(Curves((Curve(np.zeros(9), np.zeros(9)),)))

@@ -35,7 +35,7 @@ SAMPLES_LEAST = 20  # of a recording, for each fold
 def fit_table(recorded: Curves) -> Fitted:
     """Return the table along first-order reversal curves."""
     if recorded.start != "saturated" or len(recorded.curves) < 2:
-        mend = 'Write start = "saturated" if your curves do, or fit preisach_grid'
+        mend = 'Write start = "saturated" if your curves start from saturation, or fit preisach_grid'
         raise InputError("needs reversal curves, which start from saturation", path="model", value="reversal_table", mend=mend)
     behind = smoothed(recorded)
     table = table_of_curves([(curve.u, curve.f) for curve in behind.recorded.curves], kind=recorded.kind)
@@ -153,7 +153,7 @@ def _without_blocks(recorded: Curves, fit_operator: Callable[..., Fitted], folds
     sizes = [curve.u.size for curve in recorded.curves]
     if sum(sizes) < SAMPLES_LEAST * folds:
         most = max(sum(sizes) // SAMPLES_LEAST, 2)
-        raise InputError("is too short for so many folds", path="folds", value=folds, allowed=f"2 to {most}, or 0")
+        raise InputError("the curves have too few samples for so many folds", path="folds", value=folds, allowed=f"2 to {most}, or 0")
     fold_of = np.arange(sum(sizes)) * folds // sum(sizes)
     parts = np.split(fold_of, np.cumsum(sizes)[:-1])
     measured = np.concatenate([curve.f for curve in recorded.curves])
@@ -194,7 +194,7 @@ def fit_closed_form(recorded: Curves, *, kernels: Sequence[str] = KERNELS, rows:
     recorded, rows = replace(recorded, curves=recorded.curves[::step]), None if rows is None else rows[::step]
     extent, spread = max(abs(recorded.low), abs(recorded.high)), float(np.ptp(outputs_of(recorded)))
     if not (extent > 0.0 and spread > 0.0):
-        raise InputError("does not move", path="input", value=f"{extent} in, {spread} out")
+        raise InputError(f"must vary; its largest value is {extent}, and the output spans {spread}", path="input")
     return min((_closed_form(recorded, kernel, extent, 0.5 * spread, rows) for kernel in kernels), key=lambda fit: fit.rms)
 
 

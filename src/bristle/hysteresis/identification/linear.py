@@ -183,7 +183,7 @@ def fit_grid(recorded: Curves, *, cells: int = RESOLUTION, signs: Sequence[str] 
     if recorded.start == "virgin":
         low, high = min(low, -high), max(high, -low)
     if not high > low:
-        raise InputError("does not move", path="input", value=high)
+        raise InputError("is constant", path="input", value=high)
     features = _Cells(low, high, cells)
     traces = [trace_of(curve.u, recorded.history(curve)) for curve in recorded.curves]
     samples = [np.arange(curve.u.size) for curve in recorded.curves] if rows is None else rows
