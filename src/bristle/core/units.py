@@ -253,7 +253,7 @@ def _mend(source_unit: str, unit: str) -> str:
         (turns and unit == "Hz", "An angular velocity is not a frequency: divide rad/s by 2 pi and write Hz"),
         (
             names & {"percent_rated", "permille_rated"},
-            "Percent of the rated effort needs this effort: write `rated` in [effort] of the axis file",
+            "Percent needs the rated effort: write `rated` in [effort] of the axis file",
         ),
     )
     for is_confused, mend in confusions:
