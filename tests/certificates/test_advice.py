@@ -119,7 +119,7 @@ def test_a_loop_that_returns_to_its_force_is_closed():
 
 @pytest.mark.parametrize("loop", [(0.0, 0.0), (1e-3, 1e-3), (1e-3, 2e-3), (-1e-3, -2e-3), (math.inf, 0.0), (1e-3, math.nan)])
 def test_a_loop_turns_away_from_zero_and_then_back(loop):
-    with pytest.raises(InputError, match=r"loop.*must be two reversal positions.*for example as .3e-6, 1\.5e-6. rad"):
+    with pytest.raises(InputError, match=r"loop.*must be two reversal positions.*for example .3e-6, 1\.5e-6. rad"):
         closure(lugre(), Holding(-F_S, F_S, 1e-3), loop)
 
 

@@ -144,7 +144,7 @@ def test_an_effort_limit_and_a_mass_serve_for_an_acceleration():
 @pytest.mark.parametrize(
     ("axis", "given", "told"),
     [
-        (replace(STAGE, presliding=None), {"purposes": "presliding"}, "write presliding under"),
+        (replace(STAGE, presliding=None), {"purposes": "presliding"}, "Write presliding under"),
         (replace(STAGE, resolution=3e-6), {"purposes": "presliding"}, "the encoder is too coarse"),
         (replace(STAGE, stroke=None), {"purposes": "stribeck"}, "stroke under"),
         (replace(STAGE, mass=None), {"purposes": "damping"}, "moving mass"),

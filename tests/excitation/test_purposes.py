@@ -39,11 +39,11 @@ def test_a_complete_axis_file_allows_every_purpose(purpose):
     ("allowed", "refused", "why"),
     [
         # Half of the largest loop, which is 97 % of the pre-sliding amplitude.
-        ({"count": 1.61e-6}, {"count": 1.62e-6}, "3 of its steps of 1.62 µm are not small against the pre-sliding amplitude of 10 µm"),
+        ({"count": 1.61e-6}, {"count": 1.62e-6}, "3 steps of 1.62 µm are not small against the pre-sliding amplitude of 10 µm"),
         ({"followed": 4.8e-6}, {"followed": 4.9e-6}, "is 4.9 µm, which is not small against the pre-sliding amplitude of 10 µm"),
         # Four pre-sliding amplitudes to either side.
         ({"travel": 8.1e-5}, {"travel": 7.9e-5}, "a travel of 80 µm"),
-        ({"travel": None}, {"presliding": None}, "write presliding under"),
+        ({"travel": None}, {"presliding": None}, "Write presliding under"),
     ],
 )
 def test_loops_before_sliding_are_allowed_up_to_a_bound(purpose, allowed, refused, why):
@@ -231,11 +231,11 @@ def test_slides_stay_within_a_travel_that_is_shorter_than_they_should_be():
 @pytest.mark.parametrize(
     ("allowed", "refused", "why"),
     [
-        ({}, {"resonance": None}, "write the moving mass under [plant]"),
+        ({}, {"resonance": None}, "Write the moving mass under [plant]"),
         # Five samples in a period: 200 Hz, and a quarter more than the resonance is needed.
         ({"resonance": 159.0}, {"resonance": 161.0}, "the sample time of 1 ms is too long for a resonance at 161 Hz"),
         # An amplitude of two steps: 0.2 um at 150 Hz are 0.178 m/s^2.
-        ({"acceleration": 0.18}, {"acceleration": 0.17}, "at 150 Hz, but the encoder needs 2 of its steps of 100 nm"),
+        ({"acceleration": 0.18}, {"acceleration": 0.17}, "at 150 Hz, but the amplitude must be 2 steps of the encoder, each 100 nm"),
     ],
 )
 def test_a_chirp_is_allowed_up_to_a_bound(allowed, refused, why):

@@ -22,7 +22,7 @@ from bristle.files.varied import with_changes, with_columns
     ("text", "words"),
     [
         ("a = 3 mm\n", r'Write a value with a unit in quotation marks: "3 mm"'),
-        ("b = 1\na = [1,\n", "Is a bracket or a quotation mark missing at its end|The line reads"),
+        ("b = 1\na = [1,\n", "Is a bracket or a quotation mark missing|The line reads"),
         ("b = 1\nnot a line\n", "The line reads: not a line"),
         (f"a = {'1' * 5000}\n", r"contains text that is not valid TOML .a number with thousands of digits"),
         (f"a = {2**63}\n", "a: is too large for an integer; allowed whole numbers up to 9223372036854775807"),

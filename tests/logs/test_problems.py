@@ -44,7 +44,7 @@ def test_samples_that_are_no_measurement_are_named_before_anything_else():
     (text,) = message(position=bad, effort=np.zeros(3000))
     assert "has NaN (not a number) in 2 samples, the first at sample 700 (t = 0.7 s)" in text
     bad[[700, 701]] = np.inf, 0.0
-    assert "an infinite value at sample 700" in message(position=bad)[0]
+    assert "an infinite value in 1 sample, the first at sample 700" in message(position=bad)[0]
     bad[700] = -3e30
     assert "has -3e+30 m at sample 700 (t = 0.7 s), which cannot be a measurement: 1 sample in all" in message(position=bad)[0]
 

@@ -202,7 +202,7 @@ def closure(model: Model, holding: Holding, loop: tuple[float, float] | None) ->
     x1, x2 = loop or default_loop(model, holding)
     if not (math.isfinite(x1) and math.isfinite(x2) and x1 != 0.0 and x2 / x1 < 1.0):
         raise InputError(
-            "must be two reversal positions, the first away from 0 and the second between the first and 0",
+            "must be two reversal positions, the first away from 0 and the second back toward 0 or beyond",
             path="loop",
             value=(x1, x2),
             allowed=f"for example (3e-6, 1.5e-6) {unit_of('length', model.kind)}",

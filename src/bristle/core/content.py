@@ -122,7 +122,7 @@ def refuse_larger(size: float, limit: int, place: object) -> bool:
     if size > limit:
         fixed, words = isinstance(limit, FixedLimit), size_in_words(size)
         words = f"more than {words}" if words == size_in_words(limit) else words
-        message, mend = f"has {words} and exceeds the limit", "Check that this is the right file"
+        message, mend = f"has {words}, more than the limit", "Check that this is the right file"
         if not fixed:
             mend = f'Cut the log, or raise the limit: BRISTLE_SIZE_LIMIT="{size_in_words(2 * size)}" in the environment'
             mend += " (size_limit in Python). Reading needs several times this size as memory"

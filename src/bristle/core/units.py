@@ -251,10 +251,7 @@ def _mend(source_unit: str, unit: str) -> str:
         (is_frequency and unit == "rad/s", 'A frequency is not an angular velocity: write rad/s, rev/s or rpm, such as "3000 rpm"'),
         ("hertz" in names and unit == "1/s", "A gain is not a frequency: write the gain in 1/s (2 pi times a corner frequency)"),
         (turns and unit == "Hz", "An angular velocity is not a frequency: divide rad/s by 2 pi and write Hz"),
-        (
-            names & {"percent_rated", "permille_rated"},
-            "Percent of the rated effort needs this effort: write `rated` in [effort] of the axis file",
-        ),
+        (names & {"percent_rated", "permille_rated"}, "Percent needs the rated effort: write `rated` in [effort] of the axis file"),
     )
     for is_confused, mend in confusions:
         if is_confused:
