@@ -104,7 +104,7 @@ def test_a_friction_operator_is_friction():
         ({"force_ripple": (0.08, 0.04)}, "rests"),
         ({"force_ripple": ("40 J", "80 J")}, "torque"),
         ({"loop": "3 um, 1 um"}, "two values"),
-        ({"loop": (3 * UM, 3 * UM)}, "part of the way back"),
+        ({"loop": (3 * UM, 3 * UM)}, "back toward 0 or beyond"),
         ({"loop": (0.0, 1.0)}, "away from 0"),
         ({"loop": (float("nan"), 1.0)}, "loop"),
     ],

@@ -73,7 +73,7 @@ def test_further_logs_of_a_side(bristle, logs):
     [
         (("compare", "before.csv"), "AFTER"),
         (("compare", "before.csv", "gone.csv", "--axis", "axis.toml"), "gone.csv: there is no such file"),
-        (("compare", "before.csv", "before.csv", "--axis", "axis.toml"), "same log on both sides"),
+        (("compare", "before.csv", "before.csv", "--axis", "axis.toml"), "is also the log from before the change"),
         ((*QUIET, "--axis", "axis.toml", "--axis", "axis.toml"), "3 axis files for 2 logs"),
         ((*QUIET, "--format", "png"), "--out"),
     ],

@@ -74,7 +74,7 @@ def test_an_axis_file_without_limits_is_refused_with_advice(bristle, folder):
     Path("axis.toml").write_text(AXIS.replace('velocity = "100 mm/s"\n', ""))
     result = bristle("excite", "axis.toml", "--for", "stribeck")
     assert result.code == 2
-    assert "write velocity under [limits]" in result.err
+    assert "Write velocity under [limits]" in result.err
     assert "Traceback" not in result.err
 
 

@@ -227,7 +227,7 @@ def test_units_are_those_of_the_axis():
 @pytest.mark.parametrize("other", ["itself", "a copy"])
 def test_the_same_log_on_both_sides_is_refused(other):
     item = log(1, sine(9))
-    with pytest.raises(InputError, match=r"same log on both sides.*from before the change, and a log from after it"):
+    with pytest.raises(InputError, match=r"is also the log from before the change.*and another log from after the change"):
         br.compare(item, item if other == "itself" else log(1, sine(9)))
 
 
@@ -237,7 +237,11 @@ def test_incomparable_logs_are_refused():
         "names no log": lambda: br.compare([], item),
         "NaN": lambda: br.compare(item, columns | {"effort": columns["time"]}),
         "no such file": lambda: br.compare("gone.csv", item),
-        "all have a reference, or all an effort": lambda: br.compare(log(1, sine(9), effort=None), log(2, sine(9), reference=None)),
+        "all contain a reference, or all contain an effort": lambda: br.compare(
+            log(1, sine(9), effort=None), log(2, sine(9), reference=None)
+        ),
+            log(1, sine(9), effort=None), log(2, sine(9), reference=None)
+        ),
         "must be positive": lambda: br.compare(item, log(2, sine(9)), window=0.0),
         "1 mm": lambda: br.compare(item, log(2, sine(9)), window="1 mm"),
         "2 axis files for 3 logs": lambda: br.compare(item, [log(2, sine(9)), log(3, sine(9))], axis=[br.Axis(), br.Axis()]),

@@ -53,7 +53,7 @@ def test_the_integral_gain_is_read_with_its_unit(text):
 def test_the_integral_gain_of_another_quantity_is_refused():
     with pytest.raises(InputError, match=r"K_I: has the wrong unit; found '5 N/m', allowed a value in N/\(m\*s\)"):
         PID(K_P=1.0, K_I="5 N/m", K_D=0.0)
-    with pytest.raises(InputError, match="unit of a rotational axis"):
+    with pytest.raises(InputError, match="unit is for a rotational axis"):
         PID(kind="translational", K_P=1.0, K_I="5 N*m/(rad*s)", K_D=0.0)
 
 

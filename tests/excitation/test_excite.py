@@ -238,7 +238,7 @@ def test_a_chirp_below_the_encoder_resolution_is_left_out():
     gentle = replace(STAGE, jerk_limit=200.0)
     result = planned(gentle)
     assert "damping" not in {piece.purpose for piece in result.motion.pieces}
-    assert any("the encoder needs 2 of its steps" in note for note in result.notes)
+    assert any("the amplitude must be 2 steps of the encoder" in note for note in result.notes)
     with pytest.raises(InputError, match="Raise jerk or acceleration"):
         planned(gentle, purposes="damping")
 

@@ -263,8 +263,8 @@ def test_errors_carry_the_name_of_the_file(tmp_path):
         ("schema = 1\n[columns\n", r"at line 2, .*The line reads: \[columns"),
         ("schema = 1\nschema = 1\n", "at line 2"),
         ('name = "EMPS', "is not valid TOML"),
-        ("[plant]\n[plant]", r"is not valid TOML .Cannot declare 'plant' twice"),
-        ("[plant.a]\n[plant.a]", r"is not valid TOML .Cannot declare 'plant\.a' twice"),
+        ("[plant]\n[plant]", r"is not valid TOML: Cannot declare 'plant' twice"),
+        ("[plant.a]\n[plant.a]", r"is not valid TOML: Cannot declare 'plant\.a' twice"),
         ("schema = " + 5000 * "1", "a number with thousands of digits"),
     ],
 )

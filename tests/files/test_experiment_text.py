@@ -48,7 +48,7 @@ def test_a_table_with_another_header_is_refused():
     assert kind_of_loop(times(0.0, 1.0, 2.0)) == "translational"
     other = content("0,0,0", "1,0,0", "2,0,0", head="time [s],position [m],effort [N]")
     assert kind_of_loop(other) is None
-    with pytest.raises(InputError, match=r"is not a table of the loop of a log; found 'loop\.csv', allowed time \[s\],reference \[m\]"):
+    with pytest.raises(InputError, match=r"is not a table of the loop of a log; allowed columns: time \[s\],reference \[m\]"):
         read_loop(other)
 
 

@@ -99,7 +99,7 @@ def test_cogging_is_found_with_its_harmonics():
 
 
 def test_absent_cogging_is_not_found():
-    with pytest.raises(InputError, match="not visible in this log"):
+    with pytest.raises(InputError, match="no part of the effort in this log repeats with the motor"):
         identified(screw(0.0, 0.0), axis("translational", transmission=SCREW, cogging=[{"turn": "motor"}]))
 
 
@@ -151,7 +151,7 @@ def test_a_known_column_has_its_coefficient():
 def test_a_log_with_other_known_columns_than_the_plant_is_rejected():
     pulled = with_terms(inertia, columns=["belt"])(M=1.0, known_belt=2.0)
     assert effort_of_columns(pulled, np.ones((1, 3))) == pytest.approx(2.0)
-    with pytest.raises(InputError, match=r"known columns of the plant; found '2 columns', allowed belt"):
+    with pytest.raises(InputError, match=r"known columns for the plant; found '2 columns', allowed belt"):
         effort_of_columns(pulled, np.ones((2, 3)))
 
 

@@ -168,7 +168,7 @@ def test_a_sample_that_is_not_a_number_is_named():
     motion = sines()
     position = motion.position.copy()
     position[4321] = np.nan
-    with pytest.raises(InputError, match=r"position: is not finite.* at 4321"):
+    with pytest.raises(InputError, match=r"position: contains values that are not finite.* at index 4321"):
         treat(log_of(motion._replace(position=position), sliding_effort(motion)), None)
 
 

@@ -51,7 +51,7 @@ def test_one_direction_leaves_the_offset_to_a_model_without_a_level():
 
 def test_one_direction_does_not_show_the_other():
     motion = one_way()
-    with pytest.raises(InputError, match="forward only") as caught:
+    with pytest.raises(InputError, match="only forward motion") as caught:
         identify(log_of(motion, sliding_effort(motion)), "coulomb_viscous+asymmetry", axis=STATED, draws=0)
     assert "drop +asymmetry" in caught.value.mend
 

@@ -155,7 +155,7 @@ BAD = {
     "a typing error": ({"time": T, "postion": T}, r"found 'time, postion', allowed names: time, position.*mean 'position'\?"),
     "text": (DATA | {"position": ["a"] * COUNT}, r"column 'position': holds no numbers; found 'a'"),
     "an odd one": (DATA | {"effort": [*[1.0] * 9, None, "x"]}, r"column 'effort': has no number at sample 10"),
-    "NaN": (DATA | {"position": NAN}, r"column 'position': has NaN \(not a number\) at sample 7 \(t = 0.014 s\)"),
+    "NaN": (DATA | {"position": NAN}, r"column 'position': has NaN \(not a number\) in 1 sample, the first at sample 7 \(t = 0.014 s\)"),
     "two dimensions": (DATA | {"effort": np.outer(T, T)}, r"column 'effort': must be 1-D; found 'an array of shape"),
     "lengths": (DATA | {"effort": T[:300]}, r"different numbers of samples \(.*effort: 300"),
     "no order": (DATA | {"time": np.random.default_rng(0).permutation(T)}, "column 'time': is not in order"),

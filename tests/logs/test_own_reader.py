@@ -103,4 +103,4 @@ def test_help_lists_every_format_with_the_extra_that_its_reader_needs(capsys):
 @pytest.mark.parametrize("command", ["identify", "predict"])
 def test_help_names_the_command_that_lists_the_formats(command, capsys):
     main([command, "--help"])
-    assert "listed by bristle log --help" in " ".join(capsys.readouterr().out.split())
+    assert "bristle log --help lists" in " ".join(capsys.readouterr().out.split())

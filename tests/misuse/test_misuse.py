@@ -386,7 +386,7 @@ def test_parameters_that_overflow_a_law_are_reported():
     huge, inverse = friction.viscous(F_v=1e100), hysteresis.inverse_of(hysteresis.preisach(s=1.0, f_p=1.0))
     for match, run in (
         ("model: the output of viscous", lambda: br.response(huge, [0.0, 1e250], 1.0)),
-        ("v: is not finite", lambda: br.response(huge, [0.0, 1e300], 1e-10)),
+        ("v: contains values that are not finite", lambda: br.response(huge, [0.0, 1e300], 1e-10)),
         ("model: the output of inverse_preisach", lambda: br.response(inverse, [0.5, 1e9])),
     ):
         with engine.interpreted(), pytest.raises(InputError, match=match):

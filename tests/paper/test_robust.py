@@ -296,9 +296,9 @@ def test_the_page_explains_the_larger_error_of_the_softer_loop():
         for key in ("robust_set_c", "robust")
     )
     none, both = soft["level_1.6"]["none"], soft["level_1.6"]["observer_feedforward"]
-    assert f"{both:.2f} µm on the thirty sliders at 1.6 times the level" in page
-    assert f"{soft['nominal']['none']:.2f} µm there without compensation and {stiff['nominal']['none']:.2f} µm" in page
-    assert f"both together reduce {none:.2f} µm to {100.0 * both / none:.0f} %" in page
+    assert f"{both:.2f} µm on `thirty_sliders` at 1.6 times the level" in page
+    assert f"{soft['nominal']['none']:.2f} µm in set C and {stiff['nominal']['none']:.2f} µm in set A" in page
+    assert f"both together leave {100.0 * both / none:.0f} % of {none:.2f} µm" in page
     left = [stiff[level]["observer_feedforward"] for level in levels]
     assert f"{min(left):.2f} to {max(left):.2f} µm at every level" in page
 

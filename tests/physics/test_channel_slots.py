@@ -88,7 +88,7 @@ def test_a_channel_slot_has_one_place_in_a_name_and_combines_with_all_slots():
     assert [surrounding.name for surrounding in model.surroundings] == ["load", "pressure"]
     with pytest.raises(InputError, match="a slot twice"):
         find("lugre+pressure+pressure")
-    with pytest.raises(InputError, match=r"no such slot.*\+pressure.*or your file"):
+    with pytest.raises(InputError, match=r"no such slot.*\+pressure.*or a file of yours"):
         find("lugre+presure")
 
 

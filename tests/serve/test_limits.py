@@ -12,12 +12,12 @@ MIB, GIB = 2**20, 2**30
 def test_limits_are_those_of_the_page():
     limits = Limits()
     rows = dict(re.findall(r"^\| (.+?) \| (.+?) \|$", PAGE.read_text(encoding="utf-8"), re.MULTILINE))
-    assert rows["size of a log"].startswith("512 MiB,")
-    assert rows["size of a log"].endswith("four times that for all logs together")
+    assert rows["size of a log; of all logs"].startswith("512 MiB,")
+    assert rows["size of a log; of all logs"].endswith("four times this size")
     assert (limits.file_size, limits.total_size) == (512 * MIB, 4 * 512 * MIB)
     assert rows["analyses; logs in each"] == "16; 32"
     assert (limits.cases, limits.files) == (16, 32)
-    assert rows["jobs at once; time and memory of each"] == "2; one hour, 16 GiB of addresses"
+    assert rows["jobs at once; time and memory of each"] == "2; one hour, 16 GiB of address space"
     assert (limits.jobs, limits.job_seconds, limits.job_memory) == (2, 3600.0, 16 * GIB)
     assert rows["silent client"] == "10 s"
     assert limits.silence_seconds == 10.0

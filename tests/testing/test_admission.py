@@ -41,7 +41,7 @@ def test_a_sound_model_is_admitted_without_a_word(model):
     ],
 )
 def test_a_model_that_cannot_run_is_refused_with_its_file(tmp_path, new, said):
-    with pytest.raises(InputError, match=rf"own\.py: cannot be used .*{said}.* Try: bristle check .*own\.py"):
+    with pytest.raises(InputError, match=rf"own\.py: cannot be used, because .*{said}.* Try: bristle check .*own\.py"):
         admit(edited(tmp_path, SPEED, f"    {new}\n"))
 
 

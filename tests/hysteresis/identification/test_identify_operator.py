@@ -77,7 +77,7 @@ def test_congruency_detects_data_that_no_operator_can_follow():
         ({"folds": 1}, "folds: out of range"),
         ({"model": "preisach_grid", "cells": 101}, "cells: out of range; found 101, allowed 2 to 100"),
         ({"stops": 1}, "stops: out of range; found 1, allowed 2 to"),
-        ({"folds": 500}, "too short for so many folds"),
+        ({"folds": 500}, "too few samples for so many folds"),
     ],
 )
 def test_unsuitable_requests_are_refused(friction, arguments, words):
