@@ -240,8 +240,6 @@ def test_incomparable_logs_are_refused():
         "all contain a reference, or all contain an effort": lambda: br.compare(
             log(1, sine(9), effort=None), log(2, sine(9), reference=None)
         ),
-            log(1, sine(9), effort=None), log(2, sine(9), reference=None)
-        ),
         "must be positive": lambda: br.compare(item, log(2, sine(9)), window=0.0),
         "1 mm": lambda: br.compare(item, log(2, sine(9)), window="1 mm"),
         "2 axis files for 3 logs": lambda: br.compare(item, [log(2, sine(9)), log(3, sine(9))], axis=[br.Axis(), br.Axis()]),
