@@ -39,8 +39,9 @@ def predict(
     """Predict a log with an identified model.
 
     Mode inverse predicts the effort from the measured motion. Mode closed-loop predicts effort and motion from the
-    reference, with the controller of the axis file. Mode open-loop predicts the motion from the measured effort. If the
-    model is a hysteresis operator, bristle predicts recorded curves.
+    reference, with the controller of the axis file. Mode open-loop predicts the motion from the measured effort.
+
+    If the model is a hysteresis operator, LOG contains its input and output, and bristle predicts the output.
     """
     from bristle.core import InputError, Status
     from bristle.files import holds_operator, origins_of_code, provenance, read_axis, read_model

@@ -143,7 +143,7 @@ class Thresholds:
 
     @classmethod
     def among(cls, values: Mapping[str, Any], path: str = "settings") -> Self:
-        """Return thresholds of this class with those of `values` that it has; other thresholds keep their defaults."""
+        """Return the thresholds of this class: from `values` where it names them, else their defaults."""
         names = {entry.name for entry in cls.described()}
         return cls.of({name: value for name, value in values.items() if name in names}, path)
 

@@ -76,7 +76,7 @@ class Along(NamedTuple):
 
     @property
     def is_no_better(self) -> bool:
-        """Whether the export does not clearly reduce the error, so that on the real axis it may increase it.
+        """Whether the error with the export is not clearly smaller, and on the real axis may be larger than without it.
 
         This includes a reduction by less than half that disappears with a tenth too much friction fed forward.
         """

@@ -210,7 +210,7 @@ _AX8000 = (
 _START_VALUES = "start values for the friction compensation of a SINUMERIK. Tune them with the circularity test"
 _COGGING = "the identified harmonics of the cogging force"
 _FMU = (
-    "FMUs for FMI {}.0. The first FMU contains the friction; a second, if the model file has a plant, friction and plant together. Both "
+    "FMUs for FMI {}.0. The first FMU contains the friction. If the model file has a plant, a second FMU contains friction and plant. Both "
     "support co-simulation and, if the model has continuous time, model exchange. The FMU of a control law supports co-simulation. "
     "Each FMU contains a library for each platform whose compiler is installed"
 )

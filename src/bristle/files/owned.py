@@ -92,7 +92,7 @@ def note_aside(path: Path, token: str) -> None:
 
 
 def lock(opened: int) -> bool:
-    """Lock a note, without waiting, for the lifetime of the process; return False if locks are not supported."""
+    """Lock the note of a folder of results, without waiting, until the process ends; return False if locks are not supported."""
     try:
         import fcntl
     except ImportError:

@@ -144,7 +144,7 @@ CHECKS: dict[str, Sentence] = {
             "the drive saturates: the largest acting efforts are {percent!m:.0f} % smaller than recorded. The log probably has a command "
             "that the motor torque no longer follows. Record the acting torque or current, or lower the acceleration",
         ),
-        "the channel of the effort saturates, or the log has a command and the drive saturates",
+        "the channel of the effort saturates, or the drive saturates and the log contains the commanded effort",
         "widen the range of the sensor, record the acting effort, or lower the acceleration",
         choose=lambda texts, numbers: _named((texts[0 if numbers["percent"] > 0.0 else 2], texts[1]), numbers),
     ),
@@ -275,6 +275,6 @@ COMPARISONS: dict[str, Sentence] = {
     "one_recording": says(
         "one side has a single log. The intervals lack the scatter between recordings, for example from temperature",
         "the intervals show the scatter between cycles, but not between recordings",
-        "record each side several times, and give all logs",
+        "record several logs before and several after the change, and give all of them",
     ),
 }
