@@ -42,7 +42,7 @@ def test_the_truth_is_recovered_and_unseen_motion_is_predicted(bristle, folder, 
         assert abs(known[name]["value"] / true - 1.0) < percent / 100.0, name
         assert abs(known[name]["value"] - true) < 3.5 * known[name]["std"], name
     assert known["beta"]["status"] == "unidentifiable"
-    assert any(item.startswith("beta cannot be identified") for item in result.data["warnings"])
+    assert any(item.startswith("parameter beta cannot be identified") for item in result.data["warnings"])
     assert 7.3e-6 < result.data["metrics"]["position_rmse"] < 7.5e-6
     assert result.data["metrics"]["held_out_error_percent"] < 1.2
     parts = [folder / f"{name}val_multisine.mat" for name in "uy"]

@@ -61,7 +61,7 @@ def test_an_archive_without_the_right_file_is_refused(site, fetch, content):
 def test_an_address_without_an_answer_is_reported(site, fetch):
     done, present = fetch(f"{site[1]}/moved.zip")
     assert (done.returncode, present) == (2, [])
-    assert "cannot be fetched" in done.stderr
+    assert "the download failed" in done.stderr
     assert "Traceback" not in done.stderr
 
 

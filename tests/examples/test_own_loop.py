@@ -36,7 +36,7 @@ def test_code_files_need_permission_to_run(folder, capsys):
 def test_the_sensor_is_a_cause_under_its_name(folder, capsys):
     assert main(["design", str(folder / "rig.toml"), "--allow-code", "--json"]) == 0
     budget = json.loads(capsys.readouterr().out)["budget"]
-    assert "an error twice in a turn" in budget["causes"]["resolver"]["description"]
+    assert "an error of two periods per turn" in budget["causes"]["resolver"]["description"]
     assert 0.3e-6 < budget["causes"]["resolver"]["alone"]["peak_to_peak"] < 5e-6  # of 5 um that the loop mostly follows
     assert budget["nothing"]["peak_to_peak"] < 1e-9
 
@@ -60,7 +60,7 @@ def test_the_law_is_exported_to_c(folder, tmp_path):
     ("table", "said"),
     [
         ('[sensor]\nfile = "pid.py"', "MODEL is not a Sensor; found 'Controller'. End the file with MODEL = Sensor"),
-        ('[sensor]\nfile = "resolver.txt"', "sensor.file: is no file with a sensor; found 'resolver.txt'"),
+        ('[sensor]\nfile = "resolver.txt"', "sensor.file: is not a Python file with a sensor; found 'resolver.txt'"),
         ('[sensor]\nmodel = "encoder"\nfile = "resolver.py"', "sensor: has both a model and a file"),
         ('[sensor]\nfile = "../resolver.py"', "names code in another folder, so bristle does not run it"),
     ],

@@ -92,8 +92,8 @@ def test_two_samples_are_flagged_inside_the_layer_and_three_are_refused():
     kept, judged = runnable(experiment)
     assert [variant.name for variant in kept.variants] == ["0", "1", "2"]
     assert judged["2"].verdict is Verdict.OSCILLATES
-    assert "pole at 1.062: two samples of delay" in message(judged["2"].finding)
-    assert "pole at 1.096: three samples of delay" in message(judged["3"].finding)
+    assert "pole at 1.062. Cause: two samples of delay" in message(judged["2"].finding)
+    assert "pole at 1.096. Cause: three samples of delay" in message(judged["3"].finding)
 
 
 def test_two_samples_of_delay_degrade_and_three_diverge_as_their_poles_say():

@@ -101,7 +101,7 @@ def test_wiping_out(paper):
 
 def test_how_far_the_torque_sensor_is_from_friction(paper):
     led, rippled, pushed = map(
-        float, re.search(r"reads friction to\n([\d.]+) % .*? to ([\d.]+) %, and to ([\d.]+) % where", PAGE, re.DOTALL).groups()
+        float, re.search(r"error of this sensor is ([\d.]+) % .*? ([\d.]+) % with the torque of figure 3, and ([\d.]+) % at break-away", PAGE, re.DOTALL).groups()
     )
     for number in (5, 8, 9):
         assert 100.0 * paper[number].numbers["torque_sensor"]["apart"] == pytest.approx(led, abs=0.05)
@@ -112,7 +112,7 @@ def test_how_far_the_torque_sensor_is_from_friction(paper):
 def test_the_tracking(paper):
     result, worse = paper[12].numbers, paper[12].numbers["forward_over_backward"]
     peaks, spreads = result["peak_to_peak"], result["peak_to_peak_spread"]
-    after, before, less, forward = row("11, 12")[-4:]
+    before, after, less, forward = row("11, 12")[-4:]
     assert (1e6 * peaks["none"], 1e6 * peaks["printed"]) == pytest.approx((before, after), abs=0.006)
     assert 100.0 * (1.0 - peaks["printed"] / peaks["none"]) == pytest.approx(less, abs=0.6)
     assert worse["printed"] == pytest.approx(forward, abs=0.006)
@@ -146,7 +146,7 @@ def test_the_table_of_the_loop_of_the_paper(paper):
 
 def test_the_errors_over_the_break_away_torque(paper):
     over = paper[12].numbers["over_break_away"]
-    message = f"they leave {1e6 * over[0]['peak_to_peak']:.2f} to {1e6 * over[-1]['peak_to_peak']:.2f} µm"
+    message = f"the error is {1e6 * over[0]['peak_to_peak']:.2f} to {1e6 * over[-1]['peak_to_peak']:.2f} µm"
     assert message in PAGE.replace("\n", " ")
 
 

@@ -68,7 +68,7 @@ def _mechanics(mechanics: Mechanics) -> dict[str, Block]:
     behind, total, motor = (f"{name} = {with_unit(inertia, 'kg*m^2')}" for name, inertia in (("J − J_m", J - J_m), ("J", J), ("J_m", J_m)))
     counts = f"{lead / resolution:,.0f} counts a turn".replace(",", " ") if resolution > 0.0 else "perfect encoder"
     filtered = f"filter {with_unit(cutoff, 'Hz')}" if math.isfinite(cutoff) else ""
-    at_table = f"equals {with_unit(J * (2.0 * math.pi / lead) ** 2, 'kg')} there"
+    at_table = f"as a mass {with_unit(J * (2.0 * math.pi / lead) ** 2, 'kg')}"
     return {
         "motor": (0, 0, "DC motor, encoder", [motor, counts]),
         "torque sensor": (1, 0, "torque sensor", ["between couplings", "T = F_p +", "(J − J_m) dω/dt", filtered]),
