@@ -10,7 +10,7 @@ from bristle.files import read_axis, read_log
 from bristle.identification import identify
 from bristle.logs.assembly import within
 from bristle.prediction import predict
-from bristle.report.messages import warnings_of
+from bristle.report.messages import assumptions_of
 
 pytestmark = pytest.mark.slow
 
@@ -59,7 +59,7 @@ def test_unidentifiable_parameters_of_this_log_are_reported(result):
     # Its terms of the place predict the second half better, by less than one stroke differs from the next.
     assert identification.best.name == "maxwell_slip"
     for fit in identification.fits:
-        message = " ".join(warnings_of(fit))
+        message = " ".join(assumptions_of(fit))
         assert "the log repeats one motion every 4 s" in message
 
 

@@ -100,9 +100,8 @@ def test_wiping_out(paper):
 
 
 def test_how_far_the_torque_sensor_is_from_friction(paper):
-    led, rippled, pushed = map(
-        float, re.search(r"error of this sensor is ([\d.]+) % .*? ([\d.]+) % with the torque of figure 3, and ([\d.]+) % at break-away", PAGE, re.DOTALL).groups()
-    )
+    stated = r"error of this sensor is ([\d.]+) % .*? ([\d.]+) % with the torque of figure 3, and ([\d.]+) % at break-away"
+    led, rippled, pushed = map(float, re.search(stated, PAGE, re.DOTALL).groups())
     for number in (5, 8, 9):
         assert 100.0 * paper[number].numbers["torque_sensor"]["apart"] == pytest.approx(led, abs=0.05)
     assert 100.0 * paper[3].numbers["torque_sensor"]["apart"] == pytest.approx(rippled, abs=0.05)
@@ -116,7 +115,7 @@ def test_the_tracking(paper):
     assert (1e6 * peaks["none"], 1e6 * peaks["printed"]) == pytest.approx((before, after), abs=0.006)
     assert 100.0 * (1.0 - peaks["printed"] / peaks["none"]) == pytest.approx(less, abs=0.6)
     assert worse["printed"] == pytest.approx(forward, abs=0.006)
-    means = [1e6 * paper[13].numbers[name][key] for key in ("mean", "std") for name in ("none", "printed")]
+    means = [1e6 * paper[13].numbers[name][key] for key in ("std", "mean") for name in ("none", "printed")]
     assert row("13") == pytest.approx(means, abs=0.006)
     rms = paper[14].numbers["rms"]
     assert 100.0 * (rms["printed"] / rms["none"] - 1.0) == pytest.approx(row("14")[0], abs=0.06)

@@ -127,7 +127,10 @@ def test_units_follow_the_kind_of_axis():
 def test_redundant_parameter_is_held_constant_and_not_identified(fits):
     fit = next(diagnostic for diagnostic in fits if diagnostic.name == "bouc_wen_classic")
     text = [message(diagnostic) for diagnostic in fit.diagnostics if diagnostic.code == "redundant"]
-    assert [diagnostic.split(":")[0].split(" at ")[0] for diagnostic in text] == ["parameter beta cannot be identified", "parameter beta is held constant"]
+    assert [diagnostic.split(":")[0].split(" at ")[0] for diagnostic in text] == [
+        "parameter beta cannot be identified",
+        "parameter beta is held constant",
+    ]
     assert note_of(fit.parameters["beta"]) in text[0]
 
 
