@@ -7,7 +7,6 @@ import pytest
 from tests.identification.known_logs import STATED, log_of, sines, sliding_effort, strokes
 
 from bristle.core import Axis, InputError
-from bristle.core.axis import Cogging
 from bristle.friction import coulomb_viscous, with_slots
 from bristle.identification.dataset import Alignment, Segment
 from bristle.identification.preprocessing import aligned, differentiated, shifted, treat, treat_all
@@ -190,8 +189,6 @@ def test_a_cutoff_is_below_half_the_sampling_frequency_and_a_tenth_by_default():
     short = sines(2.0)
     assert treat(log, link, 100.0).decimation == 10
     assert treat(log_of(short, sliding_effort(short)), link, 100.0).decimation == 5
-    cogged = replace(STATED, cogging=(Cogging("motor", 5e-3, (1,)),))
-    assert treat(log, cogged, 100.0).decimation == 4
 
 
 def test_a_zero_order_hold_delays_the_effort_by_half_a_sample(dataset):

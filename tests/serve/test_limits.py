@@ -19,9 +19,9 @@ def test_limits_are_those_of_the_page():
     assert (limits.cases, limits.files) == (16, 32)
     assert rows["jobs at once; time and memory of each"] == "2; one hour, 16 GiB of address space"
     assert (limits.jobs, limits.job_seconds, limits.job_memory) == (2, 3600.0, 16 * GIB)
-    assert rows["silent client"] == "10 s"
+    assert rows["silence within a request"] == "10 s"
     assert limits.silence_seconds == 10.0
-    assert rows["connections without the token; time of a request"] == "32, the oldest makes room for a new one; 3 s"
+    assert rows["connections without the token; their time for a request"] == "32 (a new connection replaces the oldest); 3 s"
     assert (limits.strangers, limits.stranger_seconds) == (32, 3.0)
 
 

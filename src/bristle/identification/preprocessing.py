@@ -37,7 +37,6 @@ from bristle.logs.turns import rests, whole_cycle, with_sides
 CUTOFF_SHARE = 0.1  # of the sampling frequency
 DECIMATION = 10
 BENT_ROWS = 400  # rows that remain of a short log, for a plant with terms
-COGGED = 4  # decimation of an axis with cogging, whose effort changes from tooth to tooth as fast as the filter lets it
 ROWS_MIN = 50
 HIDES, CALM = 0.3, 0.03  # noise as a share of friction: it hides friction, and it does not
 CREEPS = 10.0  # range in encoder steps above which an axis counts as moving
@@ -106,7 +105,7 @@ def treat(log: Log, axis: Axis | None, cutoff: float | None = None, decimation: 
     if decimation is None:
         # An arm swings for a few seconds only; a longer log has the rows of a plant without terms.
         bends = axis.gravity or axis.cogging or axis.regressors
-        decimation = min(max(len(log) // BENT_ROWS, 1), COGGED if axis.cogging else DECIMATION) if bends else DECIMATION
+        decimation = min(max(len(log) // BENT_ROWS, 1), DECIMATION) if bends else DECIMATION
     for name in ("time", "position", "effort"):
         values = getattr(log, name).values
         bad = np.flatnonzero(~np.isfinite(values))
