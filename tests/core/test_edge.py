@@ -1,12 +1,15 @@
 """What is handed in from outside becomes a number, a name or an array, or is refused with its place."""
 
 import math
+import re
 from dataclasses import dataclass
 
 import numpy as np
 import pytest
 
+import bristle
 from bristle.core.edge import (
+    _EXAMPLES,
     CURVE,
     FLAG,
     NAMES,
@@ -203,3 +206,20 @@ def test_fields_of_a_guarded_class_are_converted_and_have_variables():
     with pytest.raises(InputError, match="name"):
         Moves(0.1, name="c")
     assert model("friction")(lugre(F_C=1.0, F_S=2.0, v_S=1e-3, sigma_0=1e5), "f", None).name == "lugre"
+
+
+@pytest.mark.parametrize("family", _EXAMPLES)
+def test_the_model_named_as_an_example_is_of_its_family(family):
+    call = _EXAMPLES[family].rpartition(" such as ")[2]
+    assert eval(call, vars(bristle)).component.family == family  # the call as a person would copy it
+    with pytest.raises(InputError, match=re.escape(call)):
+        model(family)(None, "value", None)
+
+
+def test_a_value_beyond_an_exclusive_limit_names_its_range():
+    length = amount(Variable("length", "a length", min=0.0, max=1.0), exclusive=True)
+    assert length(0.5, "x", None) == 0.5
+    with pytest.raises(InputError, match="must be positive"):
+        length(0.0, "x", None)
+    with pytest.raises(InputError, match="out of range; found 2"):
+        length(2.0, "x", None)

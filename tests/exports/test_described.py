@@ -1,6 +1,8 @@
 """What the comments of exported files say: values, ranges, intervals, units, and whose they are."""
 
 import hashlib
+import re
+from importlib import import_module
 
 import numpy as np
 import pytest
@@ -21,6 +23,7 @@ from bristle.exports.described import (
     with_rights,
 )
 from bristle.exports.subject import capacity_of, forces_of, subject_of
+from bristle.exports.targets import Request
 from bristle.prediction.drive_units import CommandUnits, DriveUnit
 
 LUGRE = br.friction.lugre(F_C=22.0, F_S=29.0, v_S=3e-3, sigma_0=2e6, sigma_1=1e3, sigma_2=40.0)
@@ -135,3 +138,17 @@ def test_a_subject_gives_the_forces_and_outputs_of_its_model():
     assert forces_of(LUGRE, x, 1e-3)[0] == 0.0
     wide = np.array([0.0, 2.0, 1.5, -0.5, -3.0, 4.0])
     assert subject_of(PLAY).outputs(wide) == pytest.approx([0.0, 1.0, 1.0, 0.5, -2.0, 3.0])
+
+
+@pytest.mark.parametrize("target", ["st", "c", "cuda", "wasm"])
+def test_a_long_remark_is_folded_in_the_head_of_every_file(target):
+    written = import_module(f"bristle.exports.{target}").write
+    remark = " ".join(f"word{number}" for number in range(60))
+    files = written(Request(br.friction.coulomb_viscous(F_C=2.0, F_v=3.0), "axis_x", 1e-3, source=Source(remarks=(remark,)))).files
+    texts = [text for name, text in files.items() if isinstance(text, str) and "word59" in text and not name.endswith(".md")]
+    assert texts
+    for text in texts:
+        lines = [line for line in text.splitlines() if "word" in line]
+        assert len(lines) > 3
+        assert max(map(len, lines)) <= 125
+        assert re.findall(r"word\d+", " ".join(lines)) == remark.split()

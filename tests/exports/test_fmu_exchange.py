@@ -255,11 +255,11 @@ def test_the_guide_lists_every_model_in_its_group():
     guide = (Path(__file__).parents[2] / "docs" / "how-to" / "export.md").read_text(encoding="utf-8")
     section = guide[guide.index("### Model exchange") :]
     section = section[: section.index("\n## ")]
-    able, unable = section.split("Co-simulation alone")
+    able, unable = section.split("These models allow only co-simulation")
     for name, component in MODELS.items():
         assert (f"`{name}`" in able) == (why_not(example_of(component)) == ""), name
         assert (f"`{name}`" in unable) == (why_not(example_of(component)) != ""), name
-    of_all = unable.split("composite")[0]
+    of_all = unable.split("and Preisach–LuGre with")[0]
     for slot in SLOTS:
         lugre, composite = (example_of(with_slots(MODELS[name], [slot])) for name in ("lugre", "preisach_lugre"))
         assert (f"`+{slot}`" in of_all) == (why_not(lugre) != ""), slot

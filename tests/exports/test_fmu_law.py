@@ -84,7 +84,7 @@ def fmus(tmp_path_factory):
             message = law(controller, fed)
             source = Source(model_hash=hash_of_law(message))
             written = fmu.write_law(message, name, source, fmi=fmi)
-            assert any("sample time, 0.0005 s" in note for note in written.notes)
+            assert any("sample time of the law, 0.0005 s" in note for note in written.notes)
             assert any(note.startswith("step the law before the plant") for note in written.notes)
             (folder / f"{name}.fmu").write_bytes(written.files[f"{name}.fmu"])
     return folder

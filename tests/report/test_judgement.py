@@ -14,10 +14,11 @@ from bristle.core.symbols import symbolic
 from bristle.identification import identify
 from bristle.identification.estimate import MATTERS
 from bristle.identification.settings import Settings
+from bristle.identification.structure import CODES
 from bristle.prediction.drive_table import level_values
 from bristle.prediction.following import Following
 from bristle.report.identification import _correlations, _next, _trust, answers
-from bristle.report.judgement import DOUBTS, WRITTEN_BY, _error, judged, misfit, next_measurements
+from bristle.report.judgement import DOUBTS, LACKING, WRITTEN_BY, _error, judged, misfit, next_measurements
 from bristle.report.messages import warnings_of
 from bristle.report.page import worded
 from bristle.report.sentences import SENTENCES
@@ -291,3 +292,9 @@ def test_next_steps_are_errors_then_missing_models(actual):
         "enter the values on the machine, record again, and measure the gain with `bristle compare`"
     ]
     assert _next(doubted(fit), usable=False) == ["record the axis again, in both directions and at several speeds"]
+
+
+def test_every_cause_of_a_missing_force_has_words_of_its_own(actual):
+    assert set(LACKING) == set(CODES)
+    fit = doubted(actual.best, Diagnostic("structure", "", "warning", {"causes": ("ripple", "humidity")}))
+    assert judged(fit, USUAL).reasons[0].endswith(": a ripple over position, friction over humidity")

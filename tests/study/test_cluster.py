@@ -120,7 +120,7 @@ def test_files_of_a_study_reach_the_workers_and_its_code_is_reported(own_study, 
     for name in names:
         (bench.folder / name).unlink()
     message = []
-    with pytest.warns(InputWarning, match=r"the code in own.py \(SHA-256 [0-9a-f]{64}\) is run on every worker of tcp"):
+    with pytest.warns(InputWarning, match=r"bristle runs the code in own.py \(SHA-256 [0-9a-f]{64}\) on every worker of tcp"):
         run_study(own_study, bench.folder / "there", scheduler=dask.address, progress=lambda share, text: message.append(text))
     assert content(bench.folder / "there") == content(bench.folder / "here")
     assert len(content(bench.folder / "there")) == 3

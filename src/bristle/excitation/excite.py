@@ -248,8 +248,7 @@ def _chosen(purposes: Sequence[str] | None, limits: MotionLimits) -> tuple[list[
         raise InputError("contains too few data to plan a motion", path="axis", mend=mend)
     for name, reason in reasons.items():
         if reason and purposes is not None:
-            fault, _, mend = reason.partition(". ")
-            raise InputError(f"cannot contain {name}, because {fault}", path="purposes", mend=mend)
+            raise InputError(f"cannot contain {name}, because {reason}", path="purposes")
     notes = [f"no {name} ({PURPOSES[name].tells}): {reason}" for name, reason in reasons.items() if reason]
     return [name for name in PURPOSES if name in names and not reasons[name]], notes
 

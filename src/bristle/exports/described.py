@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 import re
+import textwrap
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, fields
 from functools import cache
@@ -130,13 +131,23 @@ def version() -> str:
     return __version__
 
 
+FOLD = 120  # characters of a line of a comment
+
+
 @cache
 def _environment() -> jinja2.Environment:
     import jinja2
 
-    return jinja2.Environment(
+    environment = jinja2.Environment(
         loader=jinja2.PackageLoader("bristle.exports"), autoescape=False, undefined=jinja2.StrictUndefined, keep_trailing_newline=True
     )
+    environment.filters["folded"] = folded
+    return environment
+
+
+def folded(text: str, margin: str) -> str:
+    """Return a text of a comment in lines of at most `FOLD` characters, with a margin before all but the first."""
+    return f"\n{margin}".join(textwrap.wrap(text, FOLD, break_long_words=False, break_on_hyphens=False))
 
 
 LICENCE = "BSD-3-Clause"  # Of the text that bristle writes, as an SPDX identifier

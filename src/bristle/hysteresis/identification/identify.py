@@ -163,9 +163,6 @@ def _without_blocks(recorded: Curves, fit_operator: Callable[..., Fitted], folds
         yield float(np.sqrt(np.mean((predicted - measured)[fold_of == fold] ** 2)))
 
 
-NO_SUCH = "This operator cannot follow the difference"
-
-
 def _adequacy(fit: OperatorFit, congruency: Congruency) -> tuple[str, ...]:
     """Return the verdict of the congruency of the data on an operator, in words."""
     limit = congruency.anywhere if fit.name == "prandtl_ishlinskii" else congruency.alike
@@ -173,9 +170,12 @@ def _adequacy(fit: OperatorFit, congruency: Congruency) -> tuple[str, ...]:
         return ()
     difference = with_unit(limit, unit_of("force", fit.operator.kind))
     share = 100.0 * limit / fit.prediction.full_scale
-    if fit.name == "prandtl_ishlinskii":
-        return (f"the shape of a branch depends on its turning point, by {difference} ({share:.2g} % of full scale). {NO_SUCH}",)
-    return (f"branches that turned at the same input differ by {difference} ({share:.2g} % of full scale). {NO_SUCH}",)
+    found = (
+        "the shape of a branch depends on its turning point, by"
+        if fit.name == "prandtl_ishlinskii"
+        else "branches that turned at the same input differ by"
+    )
+    return (f"{found} {difference} ({share:.2g} % of full scale). This operator cannot follow the difference",)
 
 
 STARTS = (0.3, 3.0, 30.0)  # of s x over f_p at the largest input

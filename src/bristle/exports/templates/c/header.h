@@ -1,7 +1,7 @@
 /* {{ title }}
 
    {{ description }}
-{% for line in facts %}   {{ line }}
+{% for line in facts %}   {{ line | folded('   ') }}
 {% endfor %}
    Written by bristle {{ version }}. Build with {{ flags }}: fused multiply-add changes the last bits of the results,
    and {{ name }}_selftest.c then fails.

@@ -1,7 +1,7 @@
 /* {{ title }}, as lanes of a graphics processor: each thread simulates a separate axis with separate parameters.
 
    {{ description }}
-{% for line in facts %}   {{ line }}
+{% for line in facts %}   {{ line | folded('   ') }}
 {% endfor %}
    Written by bristle {{ version }}; do not edit, export again. Build with --fmad=false: fused multiply-add changes the
    last bits of the results. A C++ compiler without CUDA can also compile this file, for one lane at a time.

@@ -1,6 +1,6 @@
 /* {{ title }}.
    An FMU for FMI {{ fmi }}.0. Written by bristle {{ version }}; do not edit, export again.
-{% for line in facts %}   {{ line }}
+{% for line in facts %}   {{ line | folded('   ') }}
 {% endfor %}   Build with {{ flags }}: fused multiply-add changes the last bits of the results. */
 
 #include "fmi{{ fmi }}Functions.h"

@@ -1,5 +1,5 @@
 // Friction of an axis: {{ model }}. Written by bristle {{ version }}.
-{% for line in facts %}// {{ line }}
+{% for line in facts %}// {{ line | folded('// ') }}
 {% endfor %}/*
 {{ table }}
 */
