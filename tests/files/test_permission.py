@@ -260,3 +260,13 @@ def test_any_exception_of_code_becomes_a_single_message(tmp_path, code):
         load_code(path)
     assert str(caught.value).startswith(str(path))
     assert len(str(caught.value).splitlines()) == 1
+
+
+def test_code_beyond_the_limits_of_the_compiler_is_refused_with_the_name_of_the_error(tmp_path, monkeypatch):
+    def compiled(*arguments, **options):
+        raise MemoryError
+
+    (tmp_path / "own.py").write_text("x = 1\n")
+    monkeypatch.setattr("bristle.files.user_model.compile", compiled, raising=False)
+    with pytest.raises(InputError, match=r"own\.py: is not valid Python \(MemoryError\)"):
+        load_code(tmp_path / "own.py")

@@ -225,3 +225,10 @@ def test_fields_of_a_sentence_have_their_formats():
     assert picked(SimpleNamespace(a=1, b=2, c=3), "a", "c") == {"a": 1, "c": 3}
     assert note_of(SimpleNamespace(reason=None)) == ""
     assert note_of(SimpleNamespace(reason=Diagnostic("low_speed", "F_v", numbers={"speed": 1.0}))) == "the log never exceeds 1 m/s"
+
+
+@pytest.mark.parametrize(("name", "head"), [("give", "parameter give"), ("n", "n"), ("F_C", "F_C"), ("give_pos", "give_pos")])
+def test_a_parameter_whose_name_is_a_word_is_called_a_parameter(name, head):
+    text = message(Diagnostic("few_strokes", name, "warning", {"stroke": 0.1}))
+    assert text.startswith(f"{head} cannot be identified: ")
+    assert message(Diagnostic("held_known", name, "note", {"value": 1.0, "unit": "kg"})).startswith(f"{head} is held constant at 1 kg")

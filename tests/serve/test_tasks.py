@@ -242,3 +242,24 @@ def test_findings_are_those_of_the_best_fit(monkeypatch, level, fits, table, sho
     assert (data["kind"], data["warnings"], data["notes"], data["verdict"]) == ("rotational", ["doubtful"], ["a note"], {"level": level})
     assert data["time"] == [[0.0, 1.0, 2.0], [10.0, 11.0, 12.0], [20.0, 21.0, 22.0]]
     assert data["velocity"] == [[30.0, 31.0, 32.0], [40.0, 41.0, 42.0], [39.0, 40.0, 41.0]]
+
+
+def test_progress_of_an_identification_never_decreases_or_passes_the_end(errand, monkeypatch):
+    import bristle
+
+    def stage(progress):
+        for share in (0.0, 0.5, 1.0):
+            progress(share, "work")
+
+    def outcome_with(*, progress, **_):
+        stage(progress)
+        raise InterruptedError
+
+    monkeypatch.setattr(bristle, "identify", lambda *_, progress, **__: stage(progress) or SimpleNamespace(outcome_with=outcome_with))
+    asked = errand([("a.csv", "fit", log())])
+    with pytest.raises(InterruptedError):
+        tasks.identify(asked)
+    shares = [share for share, _ in errand.told]
+    assert len(shares) == 6
+    assert shares == sorted(shares)
+    assert (shares[0], shares[-1]) == (0.0, 1.0)

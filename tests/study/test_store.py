@@ -314,6 +314,8 @@ def test_the_first_difference_is_named_and_the_rest_counted():
     assert "more" not in single
     two = refused({"study": {"seed": 7, "runs": 1}, "block": 4}, {"study": {"seed": 8, "runs": 2}, "block": 4})
     assert "seed was 7 and is now 8, and there is 1 more difference" in two
+    three = refused({"a": 1, "b": 1, "c": 1}, {"a": 2, "b": 2, "c": 2})
+    assert "and there are 2 more differences" in three
     assert "a was missing and is now 3" in refused({"study": {}}, {"study": {"a": 3}})
     assert "the file of axis, a.toml, has changed" in refused({"files": {"axis: a.toml": "1"}}, {"files": {"axis: a.toml": "2"}})
     assert refuse_another({"a": {"b": 1}}, {"a": {"b": 1}}, Path("out")) is None
