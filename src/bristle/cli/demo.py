@@ -39,7 +39,7 @@ def demo(
         return
     metrics = ", ".join(f"{word} {value}" for word, value in metrics_in_words(demonstration.prediction)[:1])
     results = [
-        Line("Unseen log", f"predicted in closed loop: {metrics}"),
+        Line("Unseen log", f"{metrics}, predicted in closed loop"),
         Line("Results", f"{out}: report.html, drive_table.csv, model.toml, log.csv, unseen.csv"),
     ]
     following = [
