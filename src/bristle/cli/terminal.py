@@ -33,7 +33,6 @@ PATIENCE = 1.0  # [s]
 PIPE_WIDTH = 160
 READ_WELL = 100
 LABEL = 12  # letters of a label and its blanks
-VERDICT_STYLES = {"gain": "bold", "usable": "bold green", "with_care": "bold yellow", "measure_again": "bold red"}
 
 
 def streams_that_take_all() -> None:
@@ -131,10 +130,12 @@ def show_lines(lines: Iterable[Line]) -> None:
     """Write labelled lines to the standard output, wrapped behind their labels, a verdict in its colour, commands unwrapped."""
     from rich.text import Text
 
+    from bristle.figures.palette import TERMINAL
+
     console = _console(sys.stdout)
     width = min(console.width, READ_WELL) - LABEL
     for line in lines:
-        style = VERDICT_STYLES.get(line.level, "")
+        style = TERMINAL.get(line.level, "")
         options: dict[str, Any] = {"break_on_hyphens": False, "break_long_words": False, "drop_whitespace": False}
         parts = textwrap.wrap(line.text.replace("\u00a0", " "), width, **options) or [""]
         for place, part in enumerate(parts):

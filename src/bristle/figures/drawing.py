@@ -24,6 +24,7 @@ from matplotlib.text import Text
 from matplotlib.textpath import TextToPath
 
 from bristle.core import escaped
+from bristle.figures.palette import LIGHT
 
 REGULAR = Path(matplotlib.get_data_path()) / "fonts" / "ttf" / "DejaVuSans.ttf"
 WIDE = "W"  # about as wide as high, like most letters that these fonts lack: ideographs, emoji
@@ -123,7 +124,7 @@ def label(name: str) -> str:
 
 WIDTH = 7.2  # inches: the text width of an A4 page
 AT_TICKS = 8.0  # points: numbers and names at axes
-INK, GREY = "#1b2430", "#8d97a3"
+INK, GREY = LIGHT["ink"], LIGHT["ghost"]
 
 LOOK: dict[str, Any] = {
     "axes.axisbelow": True,
@@ -143,7 +144,7 @@ LOOK: dict[str, Any] = {
     # Widest first: if a reader lacks a font, the next takes less room, so texts do not overlap.
     "font.sans-serif": ["DejaVu Sans", "Verdana", "Helvetica", "Arial", "sans-serif"],
     "font.size": LETTERS,
-    "grid.color": "#dfe3e8",
+    "grid.color": LIGHT["rule"],
     "grid.linewidth": 0.6,
     "legend.fontsize": LETTERS,
     "lines.linewidth": 1.1,

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from bristle.core import NORMAL_95
 from bristle.figures import style
 from bristle.figures.following_error import draw_worst_reversal, has_completed
+from bristle.figures.palette import LIGHT
 from bristle.figures.report_figure import ReportFigure
 from bristle.simulation import MODES
 
@@ -164,7 +165,7 @@ def residuals(fit: Fit) -> Figure:
     correlation, count = autocorrelation(time, residual)
     lags = float(np.median(np.diff(time))) * np.arange(correlation.size)
     span, band = style.time_scale(lags), NORMAL_95 / np.sqrt(count)
-    white.axhspan(-band, band, color="#dbe6f2", label="95 % band of white noise")
+    white.axhspan(-band, band, color=LIGHT["band"], label="95 % band of white noise")
     white.vlines(lags * span.factor, 0.0, correlation, color=style.PREDICTED["color"], linewidth=style.WIDE)
     white.axhline(0.0, **style.AID)
     white.set(xlabel=span.label("Lag"), ylabel="Autocorrelation [–]", ylim=(min(-0.3, correlation.min() - 0.05), 1.05))

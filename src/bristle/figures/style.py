@@ -17,6 +17,7 @@ from matplotlib.figure import Figure
 
 from bristle.core import Kind, Scale, scale_of, unit_of
 from bristle.figures.drawing import AT_TICKS, GREY, INK, LETTERS, WIDTH, Drawing, label, own_settings, shortened, shortened_apart, width
+from bristle.figures.palette import LIGHT
 
 
 def effort_word(kind: Kind) -> str:
@@ -112,14 +113,14 @@ def shares(values: np.ndarray, edges: np.ndarray) -> np.ndarray:
 
 Look = dict[str, Any]
 # A wide light line under a narrow dark line stays legible in grey where two colours would not.
-MEASURED: Look = {"color": "#e0a83c", "linewidth": 2.2, "linestyle": "-"}
-PREDICTED: Look = {"color": "#0b3c6f", "linewidth": 0.9, "linestyle": "-"}
+MEASURED: Look = {"color": LIGHT["measured"], "linewidth": 2.2, "linestyle": "-"}
+PREDICTED: Look = {"color": LIGHT["with"], "linewidth": 0.9, "linestyle": "-"}
 LINES: tuple[Look, ...] = (
     MEASURED,
     PREDICTED,
-    {"color": "#00836a", "linewidth": 1.1, "linestyle": "--"},
-    {"color": "#a3356f", "linewidth": 1.1, "linestyle": ":"},
-    {"color": "#555e69", "linewidth": 1.1, "linestyle": "-."},
+    {"color": LIGHT["third"], "linewidth": 1.1, "linestyle": "--"},
+    {"color": LIGHT["fourth"], "linewidth": 1.1, "linestyle": ":"},
+    {"color": LIGHT["fifth"], "linewidth": 1.1, "linestyle": "-."},
 )
 SERIES: tuple[Look, ...] = tuple(look | {"marker": marker} for look, marker in zip(LINES, "os^Dv", strict=True))
 REST: Look = PREDICTED | {"linewidth": 0.7}
@@ -128,7 +129,7 @@ DASHED: Look = {"color": INK, "linewidth": 1.0, "linestyle": "--"}
 DOTTED: Look = {"color": GREY, "linewidth": 1.0, "linestyle": (0, (1, 2))}
 BAR: Look = {"color": PREDICTED["color"]}
 HATCHED_BAR: Look = {"color": MEASURED["color"], "hatch": "////", "edgecolor": "white", "linewidth": 0.0}
-PALE, BARS, DOUBTFUL = "#e9ecf0", "#9db6d0", "#b5651d"
+PALE, BARS, DOUBTFUL = LIGHT["shade"], "#9db6d0", LIGHT["care"]
 SMALL = 4.5  # points: a mark
 WIDE, BESIDE = 1.6, 0.2  # points: an interval; rows: distance of marks in one row
 TOP, ROW, PANEL = 0.32, 1.6, 2.2  # inches: above panels, a row over time, a row of panels

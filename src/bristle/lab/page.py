@@ -14,6 +14,7 @@ from markupsafe import Markup
 from bristle import __version__
 from bristle.core import Experiment, Model
 from bristle.exports import as_json, lab_described, tracking_described
+from bristle.figures.palette import colour_variables
 from bristle.files import read_experiment
 
 if TYPE_CHECKING:
@@ -66,7 +67,7 @@ def lab_page(
     """
     named = f"{model.name} of {source}" if model is not None and source else ""
     options = {"uncertainty": uncertainty, "mass": mass, "fastest": fastest, "named": named}
-    shared, script, style = joined(SHARED), joined(SCRIPTS), joined(STYLES)
+    shared, script, style = joined(SHARED), joined(SCRIPTS), colour_variables() + joined(STYLES)
     texts = {"mark": MARK, "style": style, "shared": shared, "script": script}
     texts["data"] = as_json(lab_described(FIRST if model is None else model, paper_loop(), **options))
     return (

@@ -13,6 +13,7 @@ import numpy as np
 from bristle.core import InputError, MissingExtraError, Model
 from bristle.engine import FRICTION
 from bristle.exports import values_of, widget_described
+from bristle.figures.palette import colour_variables
 from bristle.lab.page import joined
 
 try:
@@ -22,7 +23,7 @@ except ImportError as error:
     raise MissingExtraError.of("a widget", "notebook") from error
 
 SCRIPTS = ("inflate.js", "physics.js", "paths.js", "plot.js", "controls.js", "views.js", "bench.js", "widget.js")
-STYLES = ("lab.css", "controls.css", "widget.css")
+STYLE = colour_variables() + joined(("lab.css", "controls.css", "widget.css"))
 
 
 class Widget(anywidget.AnyWidget):
@@ -60,7 +61,7 @@ class Widget(anywidget.AnyWidget):
     """
 
     # The scripts of the lab, and the code that draws them in a notebook.
-    _esm = f"{joined(SCRIPTS)}\nconst STYLE = {json.dumps(joined(STYLES))};\nexport {{ walked }};\nexport default {{ render }};\n"
+    _esm = f"{joined(SCRIPTS)}\nconst STYLE = {json.dumps(STYLE)};\nexport {{ walked }};\nexport default {{ render }};\n"
     model = traitlets.Any()
     _described = traitlets.Dict().tag(sync=True)
     _values = traitlets.Dict().tag(sync=True)

@@ -18,6 +18,7 @@ import jinja2
 from markupsafe import Markup, escape
 
 from bristle.core import InputWarning, place_in_own_code, symbolic, told_by, typeset
+from bristle.figures.palette import colour_variables
 from bristle.report.table import Table
 
 if TYPE_CHECKING:
@@ -174,7 +175,7 @@ def render(template: str, *, provenance: Mapping[str, str], command: str, banner
     from bristle.figures.drawing import printable
 
     page = _environment().get_template(template)
-    return printable(page.render(provenance=provenance, command=command, banner=banner, **content))
+    return printable(page.render(palette=Markup(colour_variables()), provenance=provenance, command=command, banner=banner, **content))
 
 
 def _pictures(kind: str, facts: Facts) -> tuple[dict[str, list[Picture]], list[Markup]]:

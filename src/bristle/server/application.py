@@ -15,6 +15,7 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from bristle import __version__
 from bristle.exports import TARGETS, as_json
+from bristle.figures.palette import colour_variables
 from bristle.friction import DEFAULT_MODELS, MODELS, find
 from bristle.lab.page import environment, hash_of, joined
 from bristle.server.cases import Cases, RefusedRequestError
@@ -71,7 +72,7 @@ def server_page(limits: Limits) -> tuple[str, str]:
     ]
     data = as_json({"models": models, "targets": targets, "file_size": limits.file_size, "jobs": limits.jobs})
     script = joined(OF_LAB) + joined(SCRIPTS, "bristle.server")
-    style = joined(("lab.css", "controls.css")) + joined(("server.css",), "bristle.server")
+    style = colour_variables() + joined(("lab.css", "controls.css")) + joined(("server.css",), "bristle.server")
     template = environment("bristle.server").get_template("server.html")
     page = template.render(style=Markup(style), script=Markup(script), data=Markup(data), version=__version__)
     # It may run its script, use its style, talk to its server and show a report.
