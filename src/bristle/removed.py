@@ -45,7 +45,7 @@ SUCCESSORS = {
     "bristle.certificates.traced_by_position": "Call traced(model, Path.to_position, turns)",
     "bristle.engine.force_in_turns": "Call force_along for each trajectory",
     "bristle.figures.drive_table": "The reports have the table",
-    "bristle.figures.friction_over_velocity": "Call figures.first_page(fit, curve)",
+    "bristle.figures.first_page": "Call figures.gain_at_reversal and figures.friction_over_velocity",
     "bristle.figures.model_comparison": "The reports have the table",
     "bristle.figures.parameters": "The reports have the table",
     "bristle.figures.study_influence": "The reports have the table",

@@ -130,7 +130,7 @@ def show_lines(lines: Iterable[Line]) -> None:
     """Write labelled lines to the standard output, wrapped behind their labels, a verdict in its colour, commands unwrapped."""
     from rich.text import Text
 
-    from bristle.figures.palette import TERMINAL
+    from bristle.palette import TERMINAL
 
     console = _console(sys.stdout)
     width = min(console.width, READ_WELL) - LABEL

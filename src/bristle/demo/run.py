@@ -11,10 +11,7 @@ from bristle.prediction import following_of, predict
 from bristle.report.identified import Outcome, identify
 from bristle.simulation import Prediction, compensation_experiment, simulate
 
-BANNER = (
-    "This axis is simulated. Its friction has thirty elements that slip in turn, and an oil film that thins with speed. No "
-    "fitted model has this structure. The loop runs on the simulated axis, not on the model."
-)
+BANNER = "A simulated axis. Its friction has thirty elements that slip in turn; no fitted model has this structure."
 FITTED, UNSEEN = 1, 2  # seeds of the two motions
 
 

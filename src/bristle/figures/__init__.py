@@ -11,7 +11,7 @@ from bristle.figures import loading  # first of all: imports matplotlib
 # isort: split
 
 from bristle.figures.files import figure_file, inline_svg
-from bristle.figures.fit import first_page
+from bristle.figures.first_screen import friction_after_reversals, friction_over_velocity, gain_at_reversal
 from bristle.figures.following_error import following_error
 from bristle.figures.numbers import as_csv, numbers_of
 from bristle.figures.own import load_figure_file
@@ -27,8 +27,10 @@ __all__ = [
     "closure",
     "drift",
     "figure_file",
-    "first_page",
     "following_error",
+    "friction_after_reversals",
+    "friction_over_velocity",
+    "gain_at_reversal",
     "inline_svg",
     "load_figure_file",
     "minor_loops",

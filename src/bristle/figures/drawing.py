@@ -24,7 +24,7 @@ from matplotlib.text import Text
 from matplotlib.textpath import TextToPath
 
 from bristle.core import escaped
-from bristle.figures.palette import LIGHT
+from bristle.palette import LIGHT
 
 REGULAR = Path(matplotlib.get_data_path()) / "fonts" / "ttf" / "DejaVuSans.ttf"
 WIDE = "W"  # about as wide as high, like most letters that these fonts lack: ideographs, emoji

@@ -1,6 +1,7 @@
 """A figure as a file for publication, and as SVG inside a page: text stays text, no date, the same bytes each time."""
 
 import io
+import json
 import math
 import re
 import warnings
@@ -14,6 +15,7 @@ from matplotlib.figure import Figure
 
 from bristle.core import InputWarning
 from bristle.figures.drawing import own_settings, printable
+from bristle.palette import LIGHT
 
 DPI = 300
 MOST_PIXELS = 40e6  # of a png: larger images exhaust the memory of viewers and printers
@@ -23,6 +25,7 @@ DATELESS: dict[str, dict[str, Any]] = {
     "pdf": {"CreationDate": None, "Creator": "bristle"},
     "png": {"Software": "bristle"},
 }
+VARIABLES = {colour: f"var(--{name})" for name, colour in LIGHT.items()}
 # User text is between the tags; inside a tag matplotlib writes an entity for each ">".
 _TAG = re.compile(r"<[^>]*>")
 
@@ -73,7 +76,7 @@ def _one_remark_on_letters() -> Iterator[None]:
 
 
 def inline_svg(figure: Figure, name: str, description: str) -> str:
-    """Return a figure as an ``<svg>`` element.
+    """Return a figure as an ``<svg>`` element, in the colours of its page, with the panels that a script reads and enlarges.
 
     Parameters
     ----------
@@ -91,7 +94,7 @@ def inline_svg(figure: Figure, name: str, description: str) -> str:
     """
     out = io.StringIO()
     # Text stays text: searchable, copyable and readable by a screen reader.
-    with own_settings(), matplotlib.rc_context({"svg.fonttype": "none"}):
+    with own_settings(), matplotlib.rc_context({"svg.fonttype": "none"}), _named(figure):
         figure.savefig(out, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
     text = re.search(r"<svg\b.*</svg>", printable(out.getvalue()), flags=re.DOTALL)[0]  # type: ignore[index]
     text = re.sub(r"\s*<metadata>.*?</metadata>", "", text, count=1, flags=re.DOTALL)
@@ -102,17 +105,56 @@ def inline_svg(figure: Figure, name: str, description: str) -> str:
     text = _TAG.sub(lambda tag: _with_own_ids(_rounded(tag[0]), name, used), text)
     box = re.search(r'viewBox="([^"]*)"', text)[1]  # type: ignore[index]
     label = escape(printable(" ".join(description.split())))
-    opening = f'<svg viewBox="{box}" role="img" aria-label="{label}">'
+    panels = escape(json.dumps(_panels(figure), ensure_ascii=False, separators=(",", ":")))
+    opening = f'<svg viewBox="{box}" role="img" aria-label="{label}" data-panels="{panels}">'
     return re.sub(r"<svg\b[^>]*>", lambda _: opening, text, count=1)
 
 
+@contextmanager
+def _named(figure: Figure) -> Iterator[None]:
+    """Give panels and their lines identifiers for a script."""
+    named = [(axes, f"panel-{place}") for place, axes in enumerate(figure.axes)]
+    named += [(line, f"curve-{number}") for axes in figure.axes for number, line in enumerate(axes.get_lines())]
+    before = [artist.get_gid() for artist, _ in named]
+    for artist, name in named:
+        artist.set_gid(name)
+    try:
+        yield
+    finally:
+        for (artist, _), name in zip(named, before, strict=True):
+            artist.set_gid(name)
+
+
+def _panels(figure: Figure) -> list[dict[str, Any]]:
+    """Return box [points from the upper left], axes and names of the lines of each panel."""
+    wide, high = (72.0 * size for size in figure.get_size_inches())
+    panels = []
+    for axes in figure.axes:
+        box = axes.get_position()
+        corners = (box.x0 * wide, (1.0 - box.y1) * high, box.x1 * wide, (1.0 - box.y0) * high)
+        sides = {name: _side(axis) for name, axis in (("x", axes.xaxis), ("y", axes.yaxis))}
+        names = [printable(str(line.get_label())) for line in axes.get_lines()]
+        panels.append({"box": [round(corner, 2) for corner in corners], **sides, "names": names})
+    return panels
+
+
+def _side(axis: Any) -> dict[str, Any]:
+    """Return ends, scale and word of an axis of a panel."""
+    ends, scale = [float(end) for end in axis.get_view_interval()], axis.get_scale()
+    linear = {"linear": axis.get_transform().linthresh} if scale == "symlog" else {}
+    return {"ends": ends, "scale": scale, "word": printable(axis.get_label_text()), **linear}
+
+
 def _rounded(tag: str) -> str:
-    """Return a tag with the corners of its path to a hundredth of a point, finer than any printer."""
+    """Return a tag in the colours of its page, and with the corners of its path to a hundredth of a point, finer than any printer."""
+    tag = re.sub(r"#[0-9a-f]{6}\b", lambda colour: VARIABLES.get(colour[0], colour[0]), tag)
     return re.sub(r'(?<= )d="[^"]*"', lambda d: re.sub(r"(\.\d\d)\d+", r"\1", d[0]), tag)
 
 
 def _with_own_ids(tag: str, name: str, used: set[str]) -> str:
     """Return a tag with `name` before its identifiers, and without the identifier of an unused group."""
+    tag = re.sub(r'<g id="(panel|curve)-(\d+)"', r'<g data-\1="\2"', tag)
+    tag = re.sub(r'<g id="[xy]tick_\d+"', "<g data-tick", tag)
     tag = re.sub(r'<g id="([^"]*)"', lambda match: match[0] if match[1] in used else "<g", tag)
     tag = re.sub(r'\bid="', f'id="{name}-', tag)
     return tag.replace('xlink:href="#', f'href="#{name}-').replace("url(#", f"url(#{name}-")

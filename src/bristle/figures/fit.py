@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from math import pi, sqrt
 from typing import TYPE_CHECKING
 
@@ -11,79 +10,14 @@ from matplotlib.figure import Figure
 
 from bristle.core import NORMAL_95
 from bristle.figures import style
-from bristle.figures.following_error import draw_worst_reversal, has_completed
-from bristle.figures.palette import LIGHT
 from bristle.figures.report_figure import ReportFigure
+from bristle.palette import LIGHT
 from bristle.simulation import MODES
 
 if TYPE_CHECKING:
     from bristle.core import Kind
     from bristle.identification import Fit
-    from bristle.simulation import Prediction, SimulationResult
-
-
-BRANCHES = (
-    ("measured, speeding up", 1.0, {"marker": "o", "color": style.MEASURED["color"], "markersize": 2.6}),
-    ("measured, slowing down", -1.0, {"marker": "+", "color": "#5b7f9e", "markersize": style.SMALL}),
-)
-
-
-@style.styled
-def first_page(
-    fit: Fit, curve: Sequence[tuple[float, float]] = (), simulation: SimulationResult | None = None, measured: np.ndarray | None = None
-) -> Figure:
-    """Return friction over velocity and, if there is a loop, the following error at the worst reversal below it.
-
-    Parameters
-    ----------
-    fit : Fit
-        A model and its fitted traces: the friction is their effort minus inertia.
-    curve : sequence of (velocity, effort)
-        Steady friction of the model [m/s or rad/s, N or N*m], in order of velocity.
-    simulation : SimulationResult, optional
-        The loop as recorded and with compensation.
-    measured : ndarray, shape (sample,), optional
-        Following error of the axis along the same reference [m or rad].
-    """
-    loop = simulation if simulation is not None and has_completed(simulation) else None
-    rows = 1 if loop is None else 2
-    figure, grid = style.panels(3.4 if loop is None else style.PANEL * rows, rows=rows, gap=0.95)
-    axes, traces, friction, kind = grid[0][0], fit.traces, fit.traces.friction, fit.plant.kind
-    steady = np.array(list(curve), dtype=float).reshape(-1, 2)
-    scale, word = style.effort_scale(kind, friction, steady[:, 1])
-    speed = style.scale_for("length/time", kind, traces.velocity, steady[:, 0])
-    rate = traces.acceleration * np.where(np.signbit(traces.velocity), -1.0, 1.0)
-    for name, side, look in BRANCHES:
-        chosen = np.flatnonzero((rate >= 0.0) == (side > 0.0))
-        drawn = chosen[style.spread(traces.velocity[chosen], friction[chosen])]
-        points = traces.velocity[drawn] * speed.factor, friction[drawn] * scale.factor
-        axes.plot(*points, linestyle="none", markeredgewidth=0.7, label=name, **look)
-    style.plot_by_side(axes, steady * (speed.factor, scale.factor), "model, steady sliding", {"color": style.INK, "linewidth": 2.0})
-    axes.axhline(0.0, **style.AID)
-    axes.axvline(0.0, **style.AID)
-    axes.set(xlabel=speed.label("Velocity"), ylabel=scale.label(f"Friction {word.lower()}"))
-    if loop is not None:
-        draw_worst_reversal(grid[1][0], loop, measured)
-    for (axes,) in grid:
-        style.legend(axes)
-    return figure
-
-
-FIRST = ReportFigure(
-    name="first",
-    takes=("fit", "curve"),
-    may_take=("simulation", "following"),
-    draw=lambda fit, curve, simulation, following: first_page(fit, curve, simulation, None if following is None else following.error),
-    alternative=lambda fit, curve, simulation, following: (
-        f"Friction over velocity{'' if simulation is None else ', and the following error at its worst reversal'}"
-    ),
-    caption=lambda fit, curve, simulation, following: (
-        "Friction over velocity, measured and modelled."
-        if simulation is None
-        else "Above, friction measured and modelled. Below, the following error around its worst reversal: measured, "
-        "simulated as recorded, and compensated."
-    ),
-)
+    from bristle.simulation import Prediction
 
 
 @style.styled

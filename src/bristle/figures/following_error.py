@@ -57,7 +57,7 @@ def following_error(result: SimulationResult, focus: Sequence[str] = (), measure
     measured : ndarray, shape (sample,), optional
         Following error of the axis along the same reference [m or rad], drawn under the simulated errors.
     """
-    loops = _settled(result, measured)
+    loops = loops_of(result, measured)
     simulated = [loop for loop in loops if not loop.is_measured]
     near = [loop for loop in simulated if loop.variant in focus]
     near = near if 0 < len(near) < len(simulated) else loops
@@ -115,21 +115,13 @@ def _draw_errors(axes: style.Axes, loops: list[_Loop], kind: Kind) -> Scale:
     return scale
 
 
-def draw_worst_reversal(axes: style.Axes, result: SimulationResult, measured: np.ndarray | None) -> None:
-    """Draw the following error around the reversal with its widest swing: measured, of the first loop, and of the last loop."""
-    loops = _settled(result, measured)
-    times = _turn(loops[0])
-    numbers = sorted({0, min(int(measured is not None), len(loops) - 1), len(loops) - 1})
-    _draw_errors(axes, [loops[number].between(times[0], times[-1]) for number in numbers], result.experiment.kind)
-
-
 @style.styled
 def loops_at_reversal(result: SimulationResult, names: Sequence[str], close_names: Sequence[str] = ()) -> Figure:
     """Return the following error of some variants, whole and at the worst reversal, and the effort there.
 
     The first variant is the reference. The close-up at its worst reversal shows those in `close_names`, or all.
     """
-    by_name = {loop.variant: loop for loop in _settled(result, None)}
+    by_name = {loop.variant: loop for loop in loops_of(result, None)}
     # The two variants in the close-up are light under dark, a third variant behind them.
     looks = (BEHIND, style.MEASURED, style.PREDICTED)[-min(len(names), 3) :] if len(names) > 1 else (style.PREDICTED,)
     loops = [by_name[name]._replace(look=look) for name, look in zip(names, looks, strict=False) if name in by_name]
@@ -147,14 +139,14 @@ def loops_at_reversal(result: SimulationResult, names: Sequence[str], close_name
 
 def _draw_close_up(close: style.Axes, full: style.Axes, loops: list[_Loop], kind: Kind) -> list[_Loop]:
     """Draw the errors around a reversal of the first loop, shaded in the whole; return that part of the loops."""
-    times = _turn(loops[0])
+    times = at_worst_reversal(loops[0])
     cut = [loop for loop in (loop.between(times[0], times[-1]) for loop in loops) if loop.time.size]
     _draw_errors(close, cut, kind)
     style.mark_window(full, times * style.time_scale(loops[0].time).factor)
     return cut
 
 
-def _turn(loop: _Loop) -> np.ndarray:
+def at_worst_reversal(loop: _Loop) -> np.ndarray:
     """Return the times around a reversal of the reference, that with the widest swing of the error."""
     # If the reference never reverses, around the largest error.
     at = worst_reversal(loop.reference, loop.error)
@@ -163,10 +155,11 @@ def _turn(loop: _Loop) -> np.ndarray:
 
 def has_completed(result: SimulationResult) -> bool:
     """Return whether there is a variant to draw, completed and longer than its settling time."""
-    return bool(_settled(result, None))
+    return bool(loops_of(result, None))
 
 
-def _settled(result: SimulationResult, measured: np.ndarray | None) -> list[_Loop]:
+def loops_of(result: SimulationResult, measured: np.ndarray | None) -> list[_Loop]:
+    """Return the variants that did not diverge, after their settling time; before them the measured following error."""
     loops: list[_Loop] = []
     for number, variant in enumerate(result.experiment.variants, 0 if measured is None else 1):
         outcome, part = result.variants[variant.name], slice(round(variant.run.settle / variant.run.sample_time), None)

@@ -22,6 +22,14 @@ def _has_curve(facts: Facts) -> bool:
     return bool(facts["curve"]) or not Place("front", "fit.PREDICTION").figure.applies_to(facts)
 
 
+def _no_gain(facts: Facts) -> bool:
+    return facts["gain_pair"] is None and _has_curve(facts)
+
+
+def _slides(facts: Facts) -> bool:
+    return bool(facts["curve"])
+
+
 class Place(NamedTuple):
     """Place of a figure."""
 
@@ -43,8 +51,12 @@ class Place(NamedTuple):
 # The figures of a kind of report, by section.
 REPORTS: dict[str, tuple[Place, ...]] = {
     "identification": (
-        Place("front", "fit.FIRST", _has_curve),
-        Place("front", "fit.PREDICTION", lambda facts: not _has_curve(facts)),
+        Place("front", "first_screen.GAIN"),
+        Place("front", "first_screen.EFFORT", lambda facts: _no_gain(facts) and _slides(facts)),
+        Place("front", "first_screen.PRESLIDING", lambda facts: _no_gain(facts) and not _slides(facts)),
+        Place("front", "fit.PREDICTION", lambda facts: facts["gain_pair"] is None and not _has_curve(facts)),
+        Place("beside", "first_screen.VELOCITY", _slides),
+        Place("beside", "first_screen.AFTER_REVERSALS", lambda facts: facts["gain_pair"] is not None or _slides(facts)),
         Place("following", "following_error"),
         Place("position", "fit.PREDICTION", lambda facts: _has_curve(facts) and _by_position(facts)),
         Place("fit", "fit.TIME"),

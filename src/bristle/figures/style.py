@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 
 from bristle.core import Kind, Scale, scale_of, unit_of
 from bristle.figures.drawing import AT_TICKS, GREY, INK, LETTERS, WIDTH, Drawing, label, own_settings, shortened, shortened_apart, width
-from bristle.figures.palette import LIGHT
+from bristle.palette import LIGHT
 
 
 def effort_word(kind: Kind) -> str:
@@ -170,8 +170,9 @@ def panels(
     between: float = 0.62,
     names: Iterable[str] = (),
     over_titles: bool = False,
+    across: float = WIDTH,
 ) -> tuple[Figure, list[list[Axes]]]:
-    """Return a figure as wide as a page and its axes by row and column.
+    """Return a figure `across` inches wide, by default as wide as a page, and its axes by row and column.
 
     Room is left above them for a legend of these names, if it takes more than a line or is placed over the titles.
     """
@@ -179,10 +180,10 @@ def panels(
     lines = -(-len(labels) // _columns(labels, 4, HANDLE)) if labels else 0
     above = LINE * lines if over_titles or lines > 1 else 0.0
     height, top = height + above, top + above
-    figure = Drawing(figsize=(WIDTH, height))
+    figure = Drawing(figsize=(across, height))
     figure.has_room_above = above > 0.0
     tall = (height - top - bottom - gap * (rows - 1)) / rows
-    wide = (WIDTH - left - right - between * (columns - 1)) / columns
+    wide = (across - left - right - between * (columns - 1)) / columns
     grid = figure.add_gridspec(
         rows,
         columns,
@@ -190,8 +191,8 @@ def panels(
         width_ratios=widths,
         hspace=gap / tall,
         wspace=between / wide,
-        left=left / WIDTH,
-        right=1 - right / WIDTH,
+        left=left / across,
+        right=1 - right / across,
         bottom=bottom / height,
         top=1 - top / height,
     )
@@ -269,6 +270,35 @@ def plot_by_side(axes: Axes, points: np.ndarray, name: str, look: Look) -> None:
         if side.any():
             axes.plot(*points[side].T, label=name, **look)
             name = "_same"
+
+
+def room_for(names: Iterable[str]) -> float:
+    """Return the room at the right of a panel for the names of its lines [inch]."""
+    return 0.1 + PIXELS * max(width(name, LETTERS) for name in names)
+
+
+def label_lines(axes: Axes) -> None:
+    """Write the name of each line at its right end, in its colour, moved apart where names would overlap."""
+    low, high = axes.get_ylim()
+    ends = []
+    for curve in axes.get_lines():
+        x, y = (np.asarray(values, dtype=float) for values in curve.get_data())
+        x = np.where(np.isfinite(y) & (x <= axes.get_xlim()[1]), x, -np.inf)
+        if x.size and np.isfinite(x.max()) and not str(curve.get_label()).startswith("_"):
+            ends.append(((y[x.argmax()] - low) / (high - low), str(curve.get_label()), curve.get_color()))
+    ends.sort(key=lambda end: end[0])
+    tall = 1.3 * EM / (axes.figure.get_figheight() * axes.get_position().height)
+    places = np.array([min(max(end[0], 0.5 * tall), 1.0 - 0.5 * tall) for end in ends])
+    for _ in range(len(ends) ** 2):
+        for below in range(len(ends) - 1):
+            lack = tall - (places[below + 1] - places[below])
+            if lack > 1e-9:
+                up = min(0.5 * lack, 1.0 - 0.5 * tall - places[below + 1])
+                places[below + 1] += up
+                places[below] -= lack - up
+    for place, (_, name, colour) in zip(places, ends, strict=True):
+        colour = DOUBTFUL if colour == MEASURED["color"] else colour  # ochre letters are too pale to read
+        axes.text(1.01, place, name, color=colour, transform=axes.transAxes, verticalalignment="center")
 
 
 def legend(axes: Axes, columns: int = 4, *, handle: float = HANDLE) -> None:

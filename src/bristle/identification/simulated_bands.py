@@ -179,6 +179,10 @@ class Bands:
         """Number of draws."""
         return min((len(draws) for draws in self.draws.values()), default=0)
 
+    def models(self, model: Model, most: int) -> list[Model]:
+        """Return a model with the parameters of the first draws, at most `most` models."""
+        return [with_parameters(self, index, model) for index in range(min(self.count, most))]
+
 
 def half_width(bands: Bands, plant: Model, friction: Model, dataset: Dataset) -> np.ndarray:
     """Return the half-width of the 95 % band around the effort of each row [N or N*m], shape (row,).
@@ -187,8 +191,7 @@ def half_width(bands: Bands, plant: Model, friction: Model, dataset: Dataset) ->
     """
     starts, rng = half_cycle_starts(dataset), np.random.default_rng(SEED)
     members = []
-    for index in range(min(bands.count, MEMBERS)):
-        body, contact = (with_parameters(bands, index, model) for model in (plant, friction))
+    for body, contact in zip(bands.models(plant, MEMBERS), bands.models(friction, MEMBERS), strict=True):
         efforts = [
             mechanical(body, segment)
             + dataset.filtered(force_with_scatter(contact, segment, turns, dataset.sample_time, bands.scatter, rng))

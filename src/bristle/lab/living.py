@@ -14,7 +14,7 @@ from bristle.prediction import Following
 from bristle.simulation import SimulationResult
 
 SHARED = ("inflate.js", "numbers.js", "physics.js", "loop.js", "move.js")
-SCRIPTS = ("paths.js", "rows.js", "plot.js", "pointing.js", "controls.js", "asking.js", "following.js", "living.js")
+SCRIPTS = ("paths.js", "rows.js", "controls.js", "asking.js", "following.js", "living.js")
 STYLES = ("controls.css", "living.css")
 AROUND = 3.0  # factor up and down from an identified value
 
@@ -27,8 +27,6 @@ class Living(NamedTuple):
     shared: Markup
     script: Markup
     data: Markup
-    follows: bool
-    macro = "living"
 
 
 def living_part(
@@ -44,7 +42,7 @@ def living_part(
         return None
     shared, script = joined(SHARED), joined(SCRIPTS)
     texts = (Markup(text) for text in (joined(STYLES), shared, script, as_json(data)))
-    return Living(policy([shared, script]), *texts, follows=data["loop"] is not None)
+    return Living(policy([shared, script]), *texts)
 
 
 def uncertainty_of(fit: Fit) -> dict[str, Mapping[str, Any]]:

@@ -14,8 +14,8 @@ from markupsafe import Markup
 from bristle import __version__
 from bristle.core import Experiment, Model
 from bristle.exports import as_json, lab_described, tracking_described
-from bristle.figures.palette import colour_variables
 from bristle.files import read_experiment
+from bristle.palette import colour_variables
 
 if TYPE_CHECKING:
     import jinja2

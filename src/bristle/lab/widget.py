@@ -13,8 +13,8 @@ import numpy as np
 from bristle.core import InputError, MissingExtraError, Model
 from bristle.engine import FRICTION
 from bristle.exports import values_of, widget_described
-from bristle.figures.palette import colour_variables
 from bristle.lab.page import joined
+from bristle.palette import colour_variables
 
 try:
     import anywidget

@@ -21,6 +21,7 @@ from bristle.identification.dataset import Dataset
 from bristle.identification.parameters import refuse_unrecorded
 from bristle.identification.preprocessing import differentiated, treat_all
 from bristle.identification.request import CUTOFF, treatment_of
+from bristle.identification.result import Fit, Traces
 from bristle.identification.simulated_bands import Bands, half_width, simulated_widths
 from bristle.logs.check import RECORDED, checked, parted
 from bristle.logs.log import Channel, Log
@@ -29,6 +30,7 @@ from bristle.simulation.recorded.closed_loop import LOOPS, START_SAMPLES, Course
 from bristle.simulation.result import Prediction, relative_error_percent
 
 MODES = ("inverse", *LOOPS)
+MOST_SAMPLES = 200_000  # in traces of every sample
 TREATED = ("cutoff", "delay", "smoothing", "slow", "position_smoothing")  # settings that repeat the treatment of a log
 SPAN = 20  # samples of a difference for a speed
 
@@ -294,3 +296,11 @@ def with_doubts(prediction: Prediction, log: Log, axis: Axis | None, velocity_ma
     if velocity_max is not None and top > 1.5 * velocity_max:
         doubts.append(Diagnostic("beyond_speed", "", "warning", {"speed": top, "fitted_speed": velocity_max}, log.kind))
     return replace(prediction, diagnostics=(*doubts, *wrong, *prediction.diagnostics))
+
+
+def traces_of_samples(fit: Fit, log: Log, axis: Axis | None, treatment: Mapping[str, float]) -> Traces:
+    """Return measured and predicted effort of a fit at each sample of a log, filtered but not decimated; up to `MOST_SAMPLES`."""
+    stride = -(-len(log) // MOST_SAMPLES)
+    rows = rows_as_fitted(log, axis, treatment, min(stride, int(treatment.get("decimation", 1))))
+    predicted = rows.rows_of(rows.explained(fit.plant, fit.friction))
+    return Traces(rows.time, rows.velocity, rows.acceleration, rows.effort, predicted, rows.mechanical_rows(fit.plant))

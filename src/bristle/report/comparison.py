@@ -77,8 +77,8 @@ def comparison_report(compared: Comparison, *, name: str, **options: Any) -> str
     sections = [
         Section("changes", "Changes", [change_table(compared)]),
         Section("basis", "Basis and warnings", basis),
-        Section("courses", "Where they differ", [Figures("courses"), friction], folded=True),
-        Section("log", "The logs", [*logs, Block("items", notes)], folded=True),
+        Section("courses", "Where they differ", [Figures("courses"), friction]),
+        Section("log", "The logs", [*logs, Block("items", notes)]),
     ]
     files = {side: logs[0].source.name.strip("<>") for side, logs in sides.items()}
     facts = {"comparison": compared, "log_name": ", ".join(filter(None, files.values()))}

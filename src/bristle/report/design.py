@@ -147,9 +147,9 @@ def design_report(design: Design, **options: Any) -> str:
     sections = [
         Section("gains", "Gains", [GAINS, proposal_table(design), *laws]),
         Section("budget", "Causes of the error", errs),
-        Section("summary", "Summary", design_sentences(design), folded=True),
-        Section("margins", "Poles and margins", [MARGINS, margin_table(design), Figures("margins"), delay_table(design)], folded=True),
-        Section("circle", "A circle", circles, folded=True),
+        Section("summary", "Summary", design_sentences(design)),
+        Section("margins", "Poles and margins", [MARGINS, margin_table(design), Figures("margins"), delay_table(design)]),
+        Section("circle", "A circle", circles),
     ]
     facts = {
         "design": design,

@@ -11,8 +11,9 @@ import numpy as np
 from markupsafe import Markup
 
 from bristle.core import number, typeset, unit_of, with_unit
-from bristle.prediction import drive_units, largest_deviation, level_values, reversal_distance, steady_curve
-from bristle.report.compensation import NAMES_MAX, about_loop, gain_lines, gain_of, names_text
+from bristle.prediction import drive_units, largest_deviation, level_values, reversal_distance, steady_curve, traces_of_samples
+from bristle.report.cards import Step, cards_of
+from bristle.report.compensation import NAMES_MAX, Gain, about_loop, gain_lines, gain_of, names_text
 from bristle.report.judgement import WRITTEN_BY, judged, misfit, next_measurements
 from bristle.report.log import break_away_table, log_facts, passage_table, scatter_facts, treatment_facts
 from bristle.report.loops import variant_table
@@ -21,7 +22,7 @@ from bristle.report.model_tables import as_csv, certificate_table, changed_setti
 from bristle.report.page import Block, Figures, Front, Section, about, answered, report_page, worded
 from bristle.report.sentences import SENTENCES
 from bristle.report.simulation import focus_of
-from bristle.report.table import Table, fixed, length_text, short_text
+from bristle.report.table import Table, fixed, length_text, percent_text, short_text
 from bristle.simulation import AS_RECORDED
 
 if TYPE_CHECKING:
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     from bristle.prediction import Following
     from bristle.simulation import Prediction, SimulationResult
 
+ENTER = "enter the values on the machine, record again, and measure the gain with `bristle compare before.csv after.csv`"
 NO_BREAK = "\u00a0"
 PAIRS_SHOWN = 20
 BY_POSITION = """bristle fitted the model to the position. The figures below show the effort along the measured motion, from which the
@@ -67,6 +69,9 @@ def identification_report(
         simulation = replace(simulation, experiment=replace(simulation.experiment, variants=recorded), variants=results)
     further = f" and {len(identification.further_logs)} more" if identification.further_logs else ""
     log_name = log.source.name.strip("<>") + further
+    ruling = judged(fit, identification.settings, following)
+    usable = ruling.level != "measure_again"
+    shows_gain = usable and gain is not None and len(gain.steps) > 1 and not contradicted
     facts: Facts = {
         "identification": identification,
         "fit": fit,
@@ -79,6 +84,9 @@ def identification_report(
         "following": following,
         "prediction": prediction,
         "focus": None if simulation is None else focus_of(simulation),
+        "gain_pair": tuple(step.name for step in gain.steps[-2:]) if gain is not None and shows_gain else None,
+        "samples": traces_of_samples(fit, log, axis, identification.treatment),
+        "distance": 0.0 if fit.plant.values.get("k") else reversal_distance(fit.friction, float(np.max(np.abs(fit.traces.velocity)))),
     }
     loop: list[object] = [*about_loop(None, following, kind)]
     if simulation is not None:
@@ -107,25 +115,43 @@ def identification_report(
         Block("items", identification.notes),
     ]
     sections = [
-        Section("drive", "Table for the drive", _for_the_drive(fit, table, axis) if table else []),
-        Section("parameters", "Parameters", [Block("table", parameter_table(fit, axis), ("long",)), living]),
-        Section("doubts", "Limits of this log", doubts),
-        Section("following", f"Following error {heading}", loop),
-        Section("fit", "Fit of the model", [*by_position, Figures("fit"), _correlations(fit)], folded=True),
-        Section("models", "Models compared", [comparison_table(identification)] if identification.fits[1:] else [], folded=True),
-        Section("certificates", "Certificates", certified, folded=True),
-        Section("assumptions", "Assumptions", assumptions, folded=True),
-        Section("log", "The log", read, folded=True),
+        Section("drive", "Table for the drive", _for_the_drive(fit, table, axis) if table else [], "Drive table"),
+        Section("parameters", "Parameters", [Block("table", parameter_table(fit, axis), ("long",))], "Drive table"),
+        Section("doubts", "Limits of this log", doubts, "Limits"),
+        Section("following", f"Following error {heading}", loop, "Loop"),
+        Section("fit", "Fit of the model", [*by_position, Figures("fit"), _correlations(fit)], "Fit"),
+        Section("models", "Models compared", [comparison_table(identification)] if identification.fits[1:] else [], "Models"),
+        Section("certificates", "Certificates", certified, "Models"),
+        Section("assumptions", "Assumptions", assumptions, "Limits"),
+        Section("log", "The log", read, "Log"),
     ]
-    ruling = judged(fit, identification.settings, following)
     # Reasons with the same parameters are merged.
     names = [reason.partition(": ")[2] for reason in ruling.reasons]
     reasons = tuple(reason for place, reason in enumerate(ruling.reasons) if not names[place] or names[place] not in names[:place])
-    about_log = about(f"log {log_name}, {fixed(log.duration, 's')}", f"model {fit.name}")
-    five = answers(identification, simulation, following, axis, usable=ruling.level != "measure_again")
-    without = "bristle found no problem in this log."
-    front = Front(f"{axis_name}: identified friction", about_log, ruling._replace(reasons=reasons), five, "doubts", without)
+    front = Front(
+        f"{axis_name}: identified friction",
+        about(f"log {log_name}, {fixed(log.duration, 's')}", f"model {fit.name}"),
+        ruling._replace(reasons=reasons),
+        answers(identification, simulation, following, axis, usable=usable),
+        without_reasons="bristle found no problem in this log.",
+        title=headline(fit, gain if shows_gain else None),
+        basis=f"(simulated on {log_name})" if shows_gain else f"({log_name})",
+        cards=cards_of(fit, axis, usable=usable),
+        next=Step.of(ENTER if ruling.level == "usable" else _next(fit, usable=usable)[0]),
+        csv=as_csv(table, kind) + "\n" if table and usable else "",
+    )
     return report_page("identification", facts, front, sections, living=living, **options)
+
+
+def headline(fit: Fit, gain: Gain | None) -> str:
+    """Return the sentence over the large picture: the gain of friction feedforward, or the model error without a simulated gain."""
+    if gain is None:
+        return f"Model error {percent_text(fit.error_percent)}"
+    before, after = (step.peak_to_peak for step in gain.steps[-2:])
+    old, new = (length_text(length, gain.kind) for length in (before, after))
+    old = old.split(NO_BREAK)[0] if old.split(NO_BREAK)[1:] == new.split(NO_BREAK)[1:] else old
+    times = f", ×{number(before / after, digits=2)}" if 0.0 < after < 0.95 * before else ": no improvement"
+    return f"Friction feedforward: {old} → {new} peak to peak{times}"
 
 
 def _correlations(fit: Fit) -> Table:
@@ -228,5 +254,5 @@ def _next(fit: Fit, *, usable: bool) -> list[str]:
     lines += [f"for {', '.join(names)}: {motion}" for motion, names in by_motion.items()]
     otherwise = "record the axis again, in both directions and at several speeds"
     if usable:
-        otherwise = "enter the values on the machine, record again, and measure the gain with `bristle compare`"
+        otherwise = ENTER
     return lines or [otherwise]

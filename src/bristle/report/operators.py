@@ -99,7 +99,7 @@ def _page(
     sections = [
         Section("operators", "Operators compared" if compared else "", [compared, Block("items", notes)]),
         Section("model", "The operator", [Table(operator.name, ("Parameter", "Value", "Meaning"), parameters)]),
-        Section("log", "The data", [Block("facts", read, ("Recorded curves",))], folded=True),
+        Section("log", "The data", [Block("facts", read, ("Recorded curves",))]),
     ]
     front = _front(prediction, f"{name}: {title}", recorded, fits)
     facts = {"recorded": recorded, "outputs": prediction.outputs, "log_name": recorded.source.name.strip("<>")}

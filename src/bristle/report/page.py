@@ -18,7 +18,7 @@ import jinja2
 from markupsafe import Markup, escape
 
 from bristle.core import InputWarning, place_in_own_code, symbolic, told_by, typeset
-from bristle.figures.palette import colour_variables
+from bristle.palette import colour_variables
 from bristle.report.table import Table
 
 if TYPE_CHECKING:
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
     from bristle.figures.report_figure import Facts, ReportFigure
     from bristle.lab.living import Living
+    from bristle.report.cards import Card, Step
 
 # The questions that the first page of each report answers.
 QUESTIONS = ("Is it good?", "Values to enter", "Gain and cost", "Can it be trusted?", "Next steps")
@@ -68,7 +69,11 @@ class Plate(NamedTuple):
 
 
 class Front(NamedTuple):
-    """The first page of a report; without a ruling only heading and facts."""
+    """The first screen of a report; without a ruling only heading and facts.
+
+    `title` is the sentence over the large picture, `basis` the log or run behind it, `next` the next step, and `answers` the five
+    questions in the first tab.
+    """
 
     heading: str
     facts: str
@@ -76,7 +81,13 @@ class Front(NamedTuple):
     answers: Sequence[tuple[str, Sequence[str]]] = ()
     further: str = ""
     without_reasons: str = ""
-    figure: Picture | None = None
+    title: str = ""
+    basis: str = ""
+    cards: Sequence[Card] = ()
+    next: Step | None = None
+    csv: str = ""
+    figures: Sequence[Picture] = ()
+    beside: Sequence[Picture] = ()
 
 
 class Block(NamedTuple):
@@ -96,13 +107,15 @@ class Figures(NamedTuple):
 class Section(NamedTuple):
     """A section of a page, with its name in `bristle.figures.on_reports`; empty sections are left out.
 
+    Sections with the same `tab` share a tab; without a name, the heading is the name of the tab.
+
     Its blocks are paragraphs of text, markup, `Table`, `Block`, `Picture`, `Figures` and `Living`; None is left out.
     """
 
     id: str
     heading: str
     blocks: Sequence[Any]
-    folded: bool = False
+    tab: str = ""
 
 
 _plates: ContextVar[list[Plate] | None] = ContextVar("plates", default=None)
@@ -159,23 +172,29 @@ def report_page(
     pictures, remarks = _pictures(kind, facts)
     filled = [_filled(section, pictures) for section in sections]
     own = [*remarks, *(block for figure in figures for block in _own_blocks(figure, facts))]
+    shown = [section for section in (*filled, Section("further", "Further figures", own)) if section.blocks]
+    tabs: dict[str, list[Section]] = {}
+    for section in shown:
+        tabs.setdefault(section.tab or section.heading, []).append(section)
     return render(
         "page.html",
         command=command,
         provenance=provenance,
         banner=banner,
         living=living,
-        front=front._replace(figure=next(iter(pictures.get("front", ())), None)),
-        sections=[section for section in (*filled, Section("further", "Further figures", own)) if section.blocks],
+        front=front._replace(figures=pictures.get("front", ()), beside=pictures.get("beside", ())),
+        tabs=tabs,
     )
 
 
 def render(template: str, *, provenance: Mapping[str, str], command: str, banner: str | None, **content: Any) -> str:
     """Return the page of a template."""
     from bristle.figures.drawing import printable
+    from bristle.lab.page import hash_of, joined
 
-    page = _environment().get_template(template)
-    return printable(page.render(palette=Markup(colour_variables()), provenance=provenance, command=command, banner=banner, **content))
+    page, script = _environment().get_template(template), joined(("plots.js",), "bristle.report")
+    common = {"palette": Markup(colour_variables()), "plots": Markup(script), "plots_hash": hash_of(script)}
+    return printable(page.render(provenance=provenance, command=command, banner=banner, **common, **content))
 
 
 def _pictures(kind: str, facts: Facts) -> tuple[dict[str, list[Picture]], list[Markup]]:

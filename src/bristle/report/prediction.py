@@ -25,8 +25,8 @@ def prediction_report(
     errors = Block("facts", metrics_in_words(prediction), ("Errors, root mean square. Percentages are relative to the measured signal",))
     sections = [
         Section("metrics", "Errors", [errors, Block("items", notes)]),
-        Section("model", "The model", [component_table("The model", [("Plant", plant), ("Friction", friction)])], folded=True),
-        Section("log", "The log", [Block("facts", log_facts(log), ("Recorded channels",))], folded=True),
+        Section("model", "The model", [component_table("The model", [("Plant", plant), ("Friction", friction)])]),
+        Section("log", "The log", [Block("facts", log_facts(log), ("Recorded channels",))]),
     ]
     front = _front(prediction, friction, log, axis_name, own_log=own_log)
     facts = {"prediction": prediction, "kind": log.kind, "log": log}

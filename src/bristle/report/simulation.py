@@ -39,9 +39,9 @@ def simulation_report(
         basis = ["The following error is reference minus encoder reading. The true error is reference minus true position."]
     sections = [
         Section("variants", "Motions and efforts" if is_open else "Errors and efforts", [variant_table(result)]),
-        Section("summary", "Summary", [*(f"{warning}." for warning in warnings), *closing_sentences(result)], folded=True),
-        Section("directions", "Forward and backward", [None if is_open else direction_table(result)], folded=True),
-        Section("assumptions", "Simulated variants", [*basis, run_table(variants), *map(parts_table, variants)], folded=True),
+        Section("summary", "Summary", [*(f"{warning}." for warning in warnings), *closing_sentences(result)]),
+        Section("directions", "Forward and backward", [None if is_open else direction_table(result)]),
+        Section("assumptions", "Simulated variants", [*basis, run_table(variants), *map(parts_table, variants)]),
     ]
     front = _front(result, warnings if doubts is None else doubts)
     return report_page("simulation", facts, front, sections, **options)

@@ -184,7 +184,7 @@ def study_report(runs: Runs, summary: Mapping[str, Any], *, command: str, figure
         Section("spread", "Distributions", [Figures("spread"), *spread_tables(summary)]),
         Section("influence", "Influence of each cause", _influence_tables(summary)),
         Section("worst", "The worst runs", [worst, failed]),
-        Section("files", "The files", [Table("Columns of the files in runs/", ("Column", "Role", "Unit"), columns)], folded=True),
+        Section("files", "The files", [Table("Columns of the files in runs/", ("Column", "Role", "Unit"), columns)]),
     ]
     entries, points = {name: entry for name, entry in summary["metrics"].items() if entry["count"]}, _points_of_grid(runs)
     together = not described["grid"] or len(points) > 5
@@ -367,7 +367,7 @@ def fleet_report(runs: Runs, summary: Mapping[str, Any], *, command: str) -> str
         Section("", "", fleet_sentences(summary)),
         Section("parameters", "The parameters", [Figures("parameters"), parameters_table(summary)]),
         Section("apart", "Logs to check", [failed_logs_table(summary), logs_apart]),
-        Section("logs", "Every log", [_logs_table(runs, summary, names)], folded=True),
+        Section("logs", "Every log", [_logs_table(runs, summary, names)]),
     ]
     facts = {"fleet": runs, "names": names or None, "apart": {name: apart(runs.columns, name) for name in names}}
     about = f"{summary['done']} of {summary['logs']} logs · {summary['model']} · {summary['kind']}"

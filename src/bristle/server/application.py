@@ -15,9 +15,9 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from bristle import __version__
 from bristle.exports import TARGETS, as_json
-from bristle.figures.palette import colour_variables
 from bristle.friction import DEFAULT_MODELS, MODELS, find
 from bristle.lab.page import environment, hash_of, joined
+from bristle.palette import colour_variables
 from bristle.server.cases import Cases, RefusedRequestError
 from bristle.server.gate import HAS_TOKEN, Gate, Opening
 from bristle.server.limits import Limits

@@ -1,112 +1,101 @@
-// The interactive report: the residual in the fitted rows, with changed values.
+// The sliders of a report: they compute the model along the log with changed values, and move its pictures.
 
 const byId = (id) => document.getElementById(id);
 const data = JSON.parse(byId("alive-data").textContent);
 const variables = [...data.plant, ...data.model.variables];
-const timeView = newView(), speedView = newView();
 const first = Object.fromEntries(variables.map(({ name, values }) => [name, numbersOf(values)]));
-const alive = { contact: null, rows: null, values: {}, found: null, start: null, theme: null, shown: {}, plots: [], waits: false };
+const alive = { contact: null, rows: null, values: {}, found: null, start: null, shown: {}, waits: false };
+const BINS = 60, LINEAR = 0.01; // of velocity or displacement; share of the largest velocity
 
 function computed(values) {
   for (const { name } of data.model.variables) alive.contact.set(name, values[name]);
-  const friction = frictionInRows(alive.contact, alive.rows), mechanical = mechanicalInRows(alive.rows, values);
+  const forces = alive.rows.stretches.map((stretch) => forcesIn(alive.contact, stretch, alive.rows.sampleTime));
+  const friction = weighed(alive.rows, forces), mechanical = mechanicalInRows(alive.rows, values);
   const predicted = friction.map((force, k) => force + mechanical[k]), { measured } = alive.rows;
-  return { friction, predicted, ...misfit(measured, predicted), residual: predicted.map((effort, k) => measured[k] - effort),
-    taken: mechanical.map((effort, k) => measured[k] - effort) };
+  return { forces, friction, predicted, ...misfit(measured, predicted), taken: mechanical.map((effort, k) => measured[k] - effort) };
 }
 
 function isMoved() { return variables.some(({ name }) => alive.values[name].some((value, i) => value !== first[name][i])); }
 
-// --- what is drawn ------------------------------------------------------------------------------------------------------
+// --- the pictures ---------------------------------------------------------------------------------------------------------
 
-function partOf({ t }, view) {
-  const [low, high] = view.x ?? [t[0], t[t.length - 1]];
-  return { low, high, from: Math.max(0, nearest(t, low) - 1), to: Math.min(t.length - 1, nearest(t, high) + 1) };
+// Factor from an SI unit to the unit of an axis: a prefix of it.
+function factorOf(word, unit) {
+  const shown = word.match(/\[(.*)\]$/)?.[1] ?? unit, prefix = shown === unit ? "" : shown[0];
+  return PREFIXES.find(([, , name]) => name === prefix)?.[1] ?? 1;
 }
 
-function timeFrame(canvas, view, word, curves) {
-  const { rows, theme } = alive, { low, high, from, to } = partOf(rows, view), { context, area } = wiped(canvas);
-  const ends = curves.map(([values]) => extent(values.subarray(from, to + 1)));
-  const [bottom, top] = axis(Math.min(...ends.map(([least]) => least)), Math.max(...ends.map(([, most]) => most)));
-  const frame = new Frame(context, area, { word: "time", unit: "s", low, high }, { word, unit: data.effort, low: bottom, high: top }, theme);
-  frame.axes();
-  for (const [values, look] of curves) {
-    for (const [begin, end] of rows.runs) {
-      if (end >= from && begin <= to) frame.curve(rows.t, values, { ...look, first: Math.max(begin, from), last: Math.min(end, to) });
-    }
+function isSeen(name) { return plots.get(name)?.svg.getClientRects().length > 0; }
+
+// Shift the drawn lines of a model, in SI along x and y of their panel.
+function shiftLines(panel, names, xUnit, shift) {
+  const across = factorOf(panel.facts.x.word, xUnit), up = factorOf(panel.facts.y.word, data.effort), { left, right, top, bottom } = panel;
+  const perUnit = (bottom - top) / (panel.facts.y.ends[1] - panel.facts.y.ends[0]) * up;
+  for (const { name, node } of panel.curves) {
+    const own = names.includes(name) && panel.artists.find((artist) => artist.node === node.querySelector("path[clip-path]"));
+    if (!own) continue;
+    own.original ??= own.d;
+    own.d = !shift ? own.original : own.original.replace(PAIRS, (_, x, y) => `${x} ${near(Number(y) - perUnit * shift(panel.x.value((Number(x) - left) / (right - left)) / across))}`);
   }
-  return frame;
+  panel.redraw();
 }
 
-function effortPlot(canvas, view) {
-  const { theme, found, rows } = alive;
-  return timeFrame(canvas, view, data.word, [[rows.measured, { colour: theme.measured, width: 3 }], [found.predicted, { colour: theme.accent, width: 1.2 }]]);
+// The mean of values in bins; an empty bin has that of the nearest filled bin on its side of `middle`.
+function meanInBins(count, middle, add) {
+  const sums = new Float64Array(count), counts = new Float64Array(count), sideOf = (bin) => Math.sign(bin - middle);
+  add((bin, value) => { sums[bin] += value; counts[bin]++; });
+  return (bin) => {
+    for (let away = 0; away < count; away++) for (const at of [bin + away, bin - away]) if (counts[at] && sideOf(at) * sideOf(bin) >= 0) return sums[at] / counts[at];
+    return 0;
+  };
 }
 
-function residualPlot(canvas, view) {
-  const { theme, found, start } = alive, before = isMoved() ? [[start.residual, { colour: theme.ghost, width: 2.4 }]] : [];
-  return timeFrame(canvas, view, "residual", [...before, [found.residual, { colour: theme.accent, width: 1 }]]);
+function moveVelocity() {
+  const panel = plots.get("velocity").panels[0], { velocity } = alive.rows, top = Math.max(...extent(velocity).map(Math.abs));
+  const binOf = (v) => BINS + Math.max(-BINS, Math.min(BINS, Math.round(BINS * Math.asinh(v / (LINEAR * top)) / Math.asinh(1 / LINEAR))));
+  const mean = meanInBins(2 * BINS + 1, BINS, (add) => velocity.forEach((v, k) => add(binOf(v), alive.found.friction[k] - alive.start.friction[k])));
+  shiftLines(panel, ["model", "_same"], data.model.units.velocity, isMoved() ? (v) => mean(binOf(v)) : null);
 }
 
-function rowAt(frame, x) { return nearest(alive.rows.t, frame.valueAt(x)); }
-
-function rowFurther(frame, row, way) {
-  const step = Math.max(1, Math.round((frame.x.high - frame.x.low) / 300 / (alive.rows.t[1] - alive.rows.t[0])));
-  return Math.max(0, Math.min(alive.rows.t.length - 1, row + way * step));
+function moveReversals() {
+  const panel = plots.get("reversals").panels[0], end = panel.facts.x.ends[1] / factorOf(panel.facts.x.word, data.model.units.position);
+  const binOf = (place) => Math.min(BINS, Math.floor(BINS * place / end));
+  const mean = meanInBins(BINS + 1, -1, (add) => alive.rows.stretches.forEach(({ places, origin }, i) => {
+    let way = 0, since = Infinity, last = origin;
+    places.forEach((place, k) => {
+      const step = place - last, turned = Math.sign(step);
+      last = place;
+      if (!turned) return;
+      since = turned === way ? since + Math.abs(step) : way ? Math.abs(step) : Infinity;
+      way = turned;
+      if (since <= end) add(binOf(since), way * (alive.found.forces[i][k] - alive.start.forces[i][k]));
+    });
+  }));
+  shiftLines(panel, ["model"], data.model.units.position, isMoved() ? (place) => mean(binOf(place)) : null);
 }
 
-function rowTold(row) {
-  const { rows, found } = alive, say = (value) => told(value, data.effort);
-  return `At ${told(rows.t[row], "s", 6)}: measured ${say(rows.measured[row])}, predicted ${say(found.predicted[row])}, residual ${say(found.residual[row])}; velocity ${told(rows.velocity[row], data.model.units.velocity)}.`;
+// The effort of the model over time: extremes of each piece, and a gap where the log has one.
+function moveEffort(name, curve) {
+  for (const panel of plots.get(name).panels) {
+    if (!isMoved()) { panel.setCurve(curve, null); continue; }
+    const across = factorOf(panel.facts.x.word, "s"), up = factorOf(panel.facts.y.word, data.effort), { t, runs } = alive.rows, xs = [], ys = [];
+    const [low, high] = panel.facts.x.ends.map((end) => end / across), step = Math.max(1, Math.floor(t.filter((time) => time >= low && time <= high).length / 1000));
+    for (const [begin, end] of runs) {
+      for (let k = begin; k <= end; k += step) {
+        const piece = alive.found.predicted.subarray(k, Math.min(k + step, end + 1));
+        if (t[k] >= low - 1 && t[k] <= high + 1) for (const value of step > 1 ? extent(piece) : piece) { xs.push(t[k] * across); ys.push(value * up); }
+      }
+      xs.push(NaN); ys.push(NaN);
+    }
+    panel.setCurve(curve, xs, ys);
+  }
 }
 
-function markRow(frame, row, values) {
-  frame.upright(alive.rows.t[row], alive.theme.soft);
-  for (const [value, colour] of values) frame.dot(alive.rows.t[row], value, colour, 4);
-  return rowTold(row);
-}
-
-function frictionPlot(canvas, view) {
-  const { rows, found, theme } = alive, { velocity } = rows, { context, area } = wiped(canvas), { units } = data.model;
-  const [left, right] = view.x ?? axis(...extent(velocity)), [low, high] = extent(found.taken), [least, most] = extent(found.friction);
-  const [bottom, top] = view.y ?? axis(Math.min(low, least), Math.max(high, most));
-  const frame = new Frame(context, area, { word: "velocity", unit: units.velocity, low: left, high: right },
-    { word: "friction", unit: data.effort, low: bottom, high: top }, theme);
-  frame.axes();
-  frame.points(velocity, found.taken, { colour: theme.measured, size: 3.4 });
-  frame.points(velocity, found.friction, { colour: theme.accent, size: 1.8 });
-  return frame;
-}
-
-function pointAt(frame, x, y) {
-  const { rows, found } = alive;
-  let best = 0, least = Infinity;
-  rows.velocity.forEach((velocity, k) => {
-    const away = (frame.across(velocity) - x) ** 2 + (frame.up(found.taken[k]) - y) ** 2;
-    if (away < least) [best, least] = [k, away];
-  });
-  return best;
-}
-
-function markPoint(frame, row) {
-  const { rows, found, theme } = alive, at = rows.velocity[row];
-  frame.clip(() => {
-    frame.dot(at, found.taken[row], theme.ink, 4);
-    frame.dot(at, found.friction[row], theme.accent, 4);
-  });
-  return `At ${told(at, data.model.units.velocity)}: friction measured ${told(found.taken[row], data.effort)}, model ${told(found.friction[row], data.effort)}; ${told(rows.t[row], "s", 6)} into the log.`;
-}
-
-function buildPlots() {
-  const time = { pick: rowAt, shift: rowFurther };
-  const of = (name, view, parts) => new Pointed(byId(`alive-${name}`), byId(`alive-${name}-reading`), view, parts);
-  alive.plots = [
-    of("effort", timeView, { ...time, draw: effortPlot,
-      tell: (frame, row) => markRow(frame, row, [[alive.rows.measured[row], alive.theme.measured], [alive.found.predicted[row], alive.theme.accent]]) }),
-    of("residual", timeView, { ...time, draw: residualPlot, tell: (frame, row) => markRow(frame, row, [[alive.found.residual[row], alive.theme.accent]]) }),
-    of("friction", speedView, { draw: frictionPlot, pick: pointAt, shift: (frame, row, way) => Math.max(0, Math.min(alive.rows.t.length - 1, row + way)), tell: markPoint, both: true }),
-  ];
-  if (data.loop) alive.plots.push(...followingPlots(of));
+function movePictures() {
+  if (isSeen("velocity")) moveVelocity();
+  if (isSeen("reversals")) moveReversals();
+  if (isSeen("effort")) moveEffort("effort", "model");
+  if (isSeen("time")) moveEffort("time", "predicted");
 }
 
 // --- values ---------------------------------------------------------------------------------------------------------------
@@ -124,7 +113,7 @@ function update() {
   byId("alive-reset").disabled = !isMoved();
   const lines = brokenLines(data.model, alive.values);
   if (byId("alive-broken").innerHTML !== lines) byId("alive-broken").innerHTML = lines;
-  for (const plot of alive.plots) plot.show();
+  movePictures();
   if (data.loop) follow();
 }
 
@@ -147,13 +136,24 @@ function cardsFor(variable) {
   return first[variable.name].map((_, i) => control(variable, i, handlers(i)));
 }
 
+// Each card of the first screen unfolds the sliders of its parameters.
 function buildCards() {
-  const others = element("details", {}, element("summary", { text: "Not identified from this log, or held constant" }));
+  const buttons = [...document.querySelectorAll(".unfold")], roots = new Map(), of = new Map();
+  const owner = (name) => buttons.find(({ dataset }) => dataset.sliders.split(" ").includes(name)) ?? buttons.at(-1);
   for (const variable of variables) {
-    const made = alive.shown[variable.name] = cardsFor(variable), roots = made.map(({ root }) => root);
-    (variable.status === "identified" ? byId("alive-cards") : others).append(...roots);
+    alive.shown[variable.name] = cardsFor(variable);
+    roots.set(variable.name, alive.shown[variable.name].map(({ root }) => root));
+    of.set(variable.name, owner(variable.name));
+    for (const root of roots.get(variable.name)) { root.hidden = true; byId("alive-cards").append(root); }
   }
-  if (others.children.length > 1) byId("alive-cards").append(others);
+  const show = () => {
+    for (const [name, parts] of roots) for (const root of parts) root.hidden = of.get(name)?.getAttribute("aria-expanded") !== "true";
+    byId("alive").hidden = !buttons.some((button) => button.getAttribute("aria-expanded") === "true");
+  };
+  for (const button of buttons) {
+    button.hidden = ![...of.values()].includes(button);
+    button.addEventListener("click", () => { button.setAttribute("aria-expanded", String(button.getAttribute("aria-expanded") !== "true")); show(); later(); });
+  }
 }
 
 function reset() {
@@ -169,19 +169,12 @@ async function begin() {
   alive.rows = rowsOf(data.rows);
   alive.values = Object.fromEntries(Object.entries(first).map(([name, values]) => [name, [...values]]));
   alive.start = alive.found = computed(alive.values);
-  byId("alive").hidden = false;
-  alive.theme = colours(byId("alive"));
   buildCards();
-  buildPlots();
+  if (data.loop) drawTraces();
   reset();
   byId("alive-reset").addEventListener("click", reset);
-  byId("alive-whole").addEventListener("click", () => { for (const plot of alive.plots) plot.look(null); });
-  const observer = new ResizeObserver((entries) => {
-    for (const { target } of entries) resized(target);
-    alive.theme = colours(byId("alive"));
-    for (const plot of alive.plots) plot.later();
-  });
-  for (const { canvas } of alive.plots) observer.observe(canvas);
+  for (const input of document.querySelectorAll(".tabs > input")) input.addEventListener("change", later);
+  document.body.dataset.alive = "ready";
 }
 
 begin();

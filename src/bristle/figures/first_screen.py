@@ -1,0 +1,234 @@
+"""The pictures of the first screen of an identification: gain at the worst reversal, friction over velocity and over displacement."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.ticker import NullLocator
+
+from bristle.figures import style
+from bristle.figures.following_error import at_worst_reversal, loops_of
+from bristle.figures.report_figure import ReportFigure
+from bristle.palette import LIGHT
+from bristle.simulation import worst_reversal
+
+if TYPE_CHECKING:
+    from bristle.core import Kind
+    from bristle.identification import Fit, Traces
+    from bristle.simulation import SimulationResult
+
+WITHOUT: style.Look = {"color": LIGHT["without"], "linewidth": 1.4, "linestyle": "-"}
+WITH: style.Look = {"color": LIGHT["with"], "linewidth": 2.0, "linestyle": "-"}
+PALE: style.Look = style.MEASURED | {"linewidth": 3.0}
+DOTS: style.Look = style.MEASURED | {"linewidth": 0.8, "marker": "o", "markersize": 2.6}
+TALL, SIDE, LOW = 4.4, 5.8, 2.5  # inches: height of the large picture, width and height of the small pictures
+MOST_REVERSALS = 12
+SHOWN, LONG = 4.0, 0.05  # distance after a reversal over that of 95 % of the change; shortest travel over the longest
+LINEAR = 1e-2  # velocity over the largest velocity below which the scale is linear
+
+
+@style.styled
+def gain_at_reversal(result: SimulationResult, names: Sequence[str], measured: np.ndarray | None = None, *, height: float = TALL) -> Figure:
+    """Return the following error at the worst reversal without and with friction feedforward, and below over the whole log.
+
+    Parameters
+    ----------
+    result : SimulationResult
+        The simulated loop.
+    names : sequence of str
+        The variant without and the variant with friction feedforward.
+    measured : ndarray, shape (sample,), optional
+        Following error of the axis in the log [m or rad]; shown if it is not much larger than without friction feedforward.
+    """
+    by_name = {loop.variant: loop for loop in loops_of(result, measured)}
+    drawn = [by_name[name] for name in names]
+    if "measured" in by_name and np.ptp(by_name["measured"].error) <= 1.5 * np.ptp(drawn[0].error):
+        drawn = [by_name["measured"], *drawn]
+    labels = {"measured": "measured", names[0]: "without", names[-1]: "with friction"}
+    looks = {"measured": PALE, names[0]: WITHOUT, names[-1]: WITH}
+    right = style.room_for(labels.values())
+    figure, ((near,), (whole,)) = style.panels(height, rows=2, heights=(4.2, 1.0), right=right, gap=0.5, top=0.12)
+    kind, window = result.experiment.kind, at_worst_reversal(by_name[names[0]])
+    scale = style.scale_for("length", kind, *(loop.error for loop in drawn), np.array([1e-6]))
+    for axes, part in ((near, (window[0], window[-1])), (whole, (-np.inf, np.inf))):
+        for loop in drawn:
+            one = loop.between(*part)
+            style.over_time(axes, one.time, (one.error, looks[loop.variant], labels[loop.variant]), scale=scale, word="Following error")
+    near.axhline(0.0, **style.AID)
+    _as_strip(whole, window * style.time_scale(drawn[-1].time).factor)
+    style.label_lines(near)
+    return figure
+
+
+def _as_strip(axes: style.Axes, window: np.ndarray) -> None:
+    """Turn a panel into a narrow strip of the whole log, with the window of the large picture shaded."""
+    axes.set_ylabel("")
+    axes.yaxis.set_ticks([])
+    axes.axvspan(float(window[0]), float(window[-1]), color=LIGHT["ghost"], alpha=0.35, linewidth=0, zorder=0)
+
+
+GAIN = ReportFigure(
+    name="gain",
+    takes=("simulation", "gain_pair"),
+    may_take=("following",),
+    draw=lambda simulation, pair, following: gain_at_reversal(simulation, pair, None if following is None else following.error),
+    alternative="Following error at the worst reversal without and with friction feedforward, simulated on the log; below, the whole log",
+    caption="",
+)
+
+
+@style.styled
+def effort_at_reversal(fit: Fit, *, height: float = TALL) -> Figure:
+    """Return measured and predicted effort at the reversal where the effort changes most, and below over the whole log."""
+    traces, kind = fit.traces, fit.plant.kind
+    position = np.cumsum(traces.velocity)
+    part = worst_reversal(position, traces.measured) or style.window(traces.time, traces.residual, 0.05)
+    figure, ((near,), (whole,)) = style.panels(height, rows=2, heights=(4.2, 1.0), right=style.room_for(["measured"]), gap=0.5, top=0.12)
+    scale, word = style.effort_scale(kind, traces.measured, traces.predicted)
+    for axes, chosen in ((near, part), (whole, slice(None))):
+        lines = (traces.measured[chosen], PALE, "measured"), (traces.predicted[chosen], WITH | {"linewidth": 1.4}, "model")
+        style.over_time(axes, traces.time[chosen], *lines, scale=scale, word=word)
+    _as_strip(whole, traces.time[part] * style.time_scale(traces.time).factor)
+    style.label_lines(near)
+    return figure
+
+
+EFFORT = ReportFigure(
+    name="effort",
+    takes="fit",
+    draw=effort_at_reversal,
+    alternative="Measured and predicted effort at the reversal with the largest change of effort; below, the whole log",
+    caption="",
+)
+
+
+@style.styled
+def friction_over_velocity(fit: Fit, curve: Sequence[tuple[float, float]]) -> Figure:
+    """Return friction over velocity, measured and modelled, with a velocity axis that is linear near zero and logarithmic beyond.
+
+    Parameters
+    ----------
+    fit : Fit
+        A model and its fitted traces: the friction is their effort minus inertia.
+    curve : sequence of (velocity, effort)
+        Steady friction of the model [m/s or rad/s, N or N*m], in order of velocity.
+    """
+    figure, ((axes,),) = style.panels(LOW, across=SIDE, right=style.room_for(["measured"]), top=0.12)
+    traces, friction, kind = fit.traces, fit.traces.friction, fit.plant.kind
+    steady = np.array(list(curve), dtype=float).reshape(-1, 2)
+    scale, word = style.effort_scale(kind, friction, steady[:, 1])
+    speed = style.scale_for("length/time", kind, traces.velocity, steady[:, 0])
+    drawn = style.spread(np.arcsinh(traces.velocity / (LINEAR * style.largest(traces.velocity) or 1.0)), friction)
+    points = traces.velocity[drawn] * speed.factor, friction[drawn] * scale.factor
+    axes.plot(*points, linestyle="none", marker="o", markersize=1.6, color=style.MEASURED["color"], label="measured")
+    style.plot_by_side(axes, steady * (speed.factor, scale.factor), "model", WITH)
+    _log_away_from_zero(axes, style.largest(traces.velocity) * speed.factor or 1.0)
+    axes.axhline(0.0, **style.AID)
+    axes.axvline(0.0, **style.AID)
+    axes.set(xlabel=speed.label("Velocity"), ylabel=scale.label(f"Friction {word.lower()}"))
+    style.label_lines(axes)
+    return figure
+
+
+def _log_away_from_zero(axes: style.Axes, largest: float) -> None:
+    """Make the x axis linear near zero and logarithmic beyond, with a number at zero and at each power of ten."""
+    decades = 10.0 ** np.arange(np.ceil(np.log10(LINEAR * largest)), np.floor(np.log10(largest)) + 1.0)
+    axes.set_xscale("symlog", linthresh=float(decades[0]) if decades.size else LINEAR * largest, linscale=1.0)
+    marks = [*(-decades[::-1]), 0.0, *decades]
+    axes.set_xticks(marks, [f"{mark:g}".replace("-", "−") for mark in marks])
+    axes.xaxis.set_minor_locator(NullLocator())
+
+
+VELOCITY = ReportFigure(
+    name="velocity",
+    takes=("fit", "curve"),
+    draw=friction_over_velocity,
+    alternative="Friction over velocity, measured and modelled; the velocity axis is logarithmic away from zero",
+    caption="Friction over velocity.",
+)
+
+
+class Reversal(NamedTuple):
+    """Rows of a log from one reversal to the next: displacement since the reversal [m or rad], and the rows."""
+
+    displacement: np.ndarray
+    rows: slice
+    way: float
+
+
+def reversals_of(time: np.ndarray, velocity: np.ndarray) -> list[Reversal]:
+    """Return the motion after each reversal, longest first; a motion of less than `LONG` of the longest is left out."""
+    step = float(np.median(np.diff(time))) if time.size > 1 else 1.0
+    way = np.sign(velocity)
+    cuts = np.flatnonzero((way[1:] != way[:-1]) | (np.diff(time) > 1.5 * step)) + 1
+    starts, stops = np.concatenate([[0], cuts]), np.concatenate([cuts, [way.size]])
+    found = []
+    for before, (start, stop) in zip(np.concatenate([[0], starts[:-1]]), zip(starts, stops, strict=True), strict=True):
+        # A motion in the other direction, or a rest after it, precedes a reversal.
+        follows = start > 0 and time[start] - time[start - 1] <= 1.5 * step and way[before] in (-way[start], 0.0)
+        if way[start] and follows and stop - start > 2:
+            found.append(Reversal(np.cumsum(np.abs(velocity[start:stop])) * step, slice(int(start), int(stop)), float(way[start])))
+    longest = max((float(one.displacement[-1]) for one in found), default=0.0)
+    return sorted((one for one in found if one.displacement[-1] >= LONG * longest), key=lambda one: -one.displacement[-1])
+
+
+@style.styled
+def friction_after_reversals(traces: Traces, kind: Kind, distance: float = 0.0, *, large: bool = False) -> Figure:
+    """Return friction over the displacement after reversals, measured and modelled, with the distance of 95 % of the change.
+
+    Parameters
+    ----------
+    traces : Traces
+        Measured and predicted effort; best at each sample of the log, because a reversal lasts a few samples.
+    kind : str
+        Kind of axis.
+    distance : float
+        Distance after a reversal over which friction makes 95 % of its change [m or rad]; 0 if unknown.
+    large : bool
+        Whether it is the large picture of a log without sliding.
+    """
+    size: dict[str, float] = {"height": TALL} if large else {"height": LOW, "across": SIDE}
+    figure, ((axes,),) = style.panels(right=style.room_for(["measured"]), top=0.12, **size)
+    found = reversals_of(traces.time, traces.velocity)
+    longest = float(found[0].displacement[-1]) if found else 1.0
+    end = min(longest, SHOWN * distance) if distance else longest
+    # The slowest reversals have the most rows within the distance.
+    chosen = sorted(found, key=lambda reversal: -np.count_nonzero(reversal.displacement <= end))[:MOST_REVERSALS]
+    length = style.scale_for("length", kind, np.array([end]))
+    scale, word = style.effort_scale(kind, traces.friction)
+    modelled = traces.friction - traces.residual
+    for values, look, name in ((traces.friction, DOTS, "measured"), (modelled, WITH | {"linewidth": 1.2}, "model")):
+        x, y = [np.empty(0)], [np.empty(0)]
+        for reversal in chosen:
+            inside = np.flatnonzero(reversal.displacement <= 1.02 * end)
+            kept = inside[style.envelope(values[reversal.rows][inside], 100)] if inside.size else inside
+            x += [reversal.displacement[kept] * length.factor, np.array([np.nan])]
+            y += [reversal.way * values[reversal.rows][kept] * scale.factor, np.array([np.nan])]
+        axes.plot(np.concatenate(x), np.concatenate(y), label=name, **look)
+    if 0.0 < distance < end:
+        axes.axvline(distance * length.factor, **style.DOTTED)
+        axes.text(distance * length.factor, 0.02, " 95 %", transform=axes.get_xaxis_transform(), color=style.INK)
+    axes.axhline(0.0, **style.AID)
+    axes.set(
+        xlabel=length.label("Displacement after a reversal"),
+        ylabel=scale.label(f"Friction {word.lower()}"),
+        xlim=(0.0, end * length.factor),
+    )
+    style.label_lines(axes)
+    return figure
+
+
+AFTER_REVERSALS = ReportFigure(
+    name="reversals",
+    takes=("samples", "kind", "distance"),
+    draw=friction_after_reversals,
+    applies=lambda samples, kind, distance: bool(reversals_of(samples.time, samples.velocity)),
+    alternative="Friction in the direction of motion over the displacement after reversals, measured and modelled",
+    caption="Friction after reversals.",
+)
+PRESLIDING = replace(AFTER_REVERSALS, draw=partial(friction_after_reversals, large=True))

@@ -1,0 +1,134 @@
+"""The cards of an identification: mass, friction, build-up distance and model error, each with its interval; and the next step."""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from bristle.core import NORMAL_95, number, scale_of, typeset, unit_of
+from bristle.prediction import drive_units, level_values, reversal_distance
+from bristle.report.table import capital, percent_text
+
+if TYPE_CHECKING:
+    from bristle.core import Axis
+    from bristle.identification import Estimate, Fit
+    from bristle.prediction import DriveUnit
+
+WIDEST = 30.0  # half-width that fills an interval bar [%]
+DRAWS = 16  # for the interval of a distance
+
+
+class Card(NamedTuple):
+    """One number of the first screen: its label, its value as text, remarks, and the half-width of its 95 % interval [% of the value].
+
+    A number without an interval is `open`; `sliders` are the names of the parameters that move it.
+    """
+
+    label: str
+    value: str
+    remark: str = ""
+    half: float | None = None
+    open: bool = False
+    sliders: tuple[str, ...] = ()
+
+    @property
+    def reach(self) -> float:
+        """Half the length of the interval bar [% of the room]."""
+        return 0.0 if self.half is None else max(1.0, 50.0 * min(self.half / WIDEST, 1.0))
+
+    @property
+    def half_text(self) -> str:
+        """The half-width as text."""
+        return "" if self.half is None else f"± {number(self.half, digits=2)} %"
+
+
+class Step(NamedTuple):
+    """The next step: a sentence, and a command to copy."""
+
+    text: str
+    command: str = ""
+
+    @classmethod
+    def of(cls, line: str) -> Step:
+        """Return the step of a line with its command in backticks."""
+        command = re.search(r"`([^`]+)`", line)
+        return cls(capital(re.sub(r"[,:]? *(with|and measure the gain with)? *`[^`]+`", "", line)), command[1] if command else "")
+
+
+def cards_of(fit: Fit, axis: Axis | None, *, usable: bool) -> list[Card]:
+    """Return the cards of a fit; without numbers to type in if the log is not usable."""
+    kind = fit.plant.kind
+    mass, friction = "Inertia" if kind == "rotational" else "Mass", "Friction level"
+    quality = Card("Model error", percent_text(fit.error_percent), _held_out(fit))
+    if not usable:
+        return [Card(mass, "–", "measure again", open=True), Card(friction, "–", "measure again", open=True), quality]
+    return [card for card in (_mass(mass, fit, axis), _friction(friction, fit, axis), _distance(fit, axis), quality) if card is not None]
+
+
+def _held_out(fit: Fit) -> str:
+    return "no held-out test" if fit.held_out is None else f"{percent_text(fit.held_out.mean_percent)} held out"
+
+
+def quantity_text(value: float, half: float | None, unit: str) -> str:
+    """Return a number with its unit; its last digit is that of its half-width [% of the value], with 2 to 4 digits."""
+    digits = 3 if not half else min(max(2 + math.floor(math.log10(100.0 / half)), 2), 4)
+    scale = scale_of(unit, value)
+    return f"{number(float(f'{value * scale.factor:.{digits}g}'), digits=digits)}\u00a0{scale.unit}"
+
+
+def _mass(label: str, fit: Fit, axis: Axis | None) -> Card | None:
+    inertia, levels, kind = fit.inertia, level_values(fit), fit.plant.kind
+    if inertia is None or not inertia.value:
+        return None
+    if inertia.status not in ("identified", "held"):
+        return Card(label, "–", "not identified", open=True)
+    half = inertia.interval_percent if inertia.status == "identified" else None
+    value = inertia.value if levels is None else levels.inertia
+    text = quantity_text(value, half, unit_of("mass", kind))
+    at_motor = [quantity_text(of_motor.of(value), half, "kg*m^2") for of_motor in drive_units(axis, kind).inertias]
+    remark = "given" if inertia.status == "held" else ""
+    if at_motor:
+        return Card(label, at_motor[0], f"at the motor ({text})", half, sliders=(inertia.name,))
+    return Card(label, text, remark, half, sliders=(inertia.name,))
+
+
+def _friction(label: str, fit: Fit, axis: Axis | None) -> Card | None:
+    levels, kind = level_values(fit), fit.plant.kind
+    known: list[Estimate] = [estimate for estimate in fit.estimates if estimate.name in fit.levels and estimate.status == "identified"]
+    if levels is None or levels.forward is None or levels.backward is None:
+        return Card(label, "–", "not identified: record both directions, sliding", open=True)
+    half = max((estimate.interval_percent for estimate in known if estimate.interval_percent is not None), default=None)
+    unit = unit_of("force", kind)
+    sides = (levels.forward, levels.backward)
+    scale = scale_of(unit, max(sides))
+    in_si = f"{_pair([side * scale.factor for side in sides])}\u00a0{scale.unit}"
+    names = tuple(name for name in fit.friction.values if not name.startswith("sigma"))
+    efforts: tuple[DriveUnit, ...] = drive_units(axis, kind).efforts
+    remark, first = "forward / backward", in_si
+    if efforts:
+        first = f"{_pair([efforts[0].of(side) for side in sides])}\u00a0{typeset(efforts[0].name)}"
+        remark = f"forward / backward ({in_si})"
+    return Card(label, first, remark, half, open=half is None, sliders=names)
+
+
+def _pair(sides: list[float]) -> str:
+    return " / ".join(number(float(f"{side:.3g}"), digits=3) for side in sides)
+
+
+def _distance(fit: Fit, axis: Axis | None) -> Card | None:
+    """Return the card of the distance after a reversal over which friction makes 95 % of its change."""
+    kind, fastest = fit.plant.kind, float(np.max(np.abs(fit.traces.velocity)))
+    distance = reversal_distance(fit.friction, fastest)
+    if not distance:
+        return None
+    drawn = () if fit.resampling is None else fit.resampling.bands.models(fit.friction, DRAWS)
+    spread = float(np.std([reversal_distance(model, fastest) for model in drawn])) if len(drawn) > 1 else None
+    half = None if spread is None else 100.0 * NORMAL_95 * spread / distance
+    motor = [unit for unit in drive_units(axis, kind).lengths if "motor" in unit.name]
+    at_motor = "".join(f" ({number(unit.of(distance), digits=2)} {unit.name})" for unit in motor)
+    names = tuple(name for name in fit.friction.values if name.startswith("sigma"))
+    text = quantity_text(distance, half, unit_of("length", kind))
+    return Card("Builds up over", text, f"after a reversal{at_motor}", half, sliders=names)
