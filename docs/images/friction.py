@@ -11,5 +11,5 @@ from bristle.prediction import drive_table
 with tempfile.TemporaryDirectory() as place, results_folder(Path(place) / "demo") as folder:
     best = run(folder, command="bristle demo").identification.best
 
-picture = figures.first_page(best, drive_table(best, 200))
+picture = figures.friction_over_velocity(best, drive_table(best, 200))
 picture.savefig(Path(__file__).with_suffix(".png"), dpi=120, facecolor="white")

@@ -160,8 +160,9 @@ def gallery(names=PLAIN, many=None):
         "fleet_parameters": lambda: figures.many_runs.fleet_parameters(*fleet(names)),
         "following_error": lambda: figures.following_error(looped(many)),
         "following_error_focus": lambda: figures.following_error(looped((*many, "wild")), many),
-        "first_page": lambda: figures.first_page(best, [(-0.1, -9.0), (0.1, 9.0)], looped(many)),
-        "friction_over_velocity": lambda: figures.first_page(best, [(-0.1, -9.0), (0.1, 9.0)]),
+        "gain_at_reversal": lambda: figures.gain_at_reversal(looped(many), (many[0], many[-1])),
+        "friction_over_velocity": lambda: figures.friction_over_velocity(best, [(-0.1, -9.0), (0.1, 9.0)]),
+        "friction_after_reversals": lambda: figures.friction_after_reversals(best, 1e-4),
         "loop_family": lambda: small_multiples.loop_family({item: {item: loops, other: loops}, other: {item: loops}}),
         "loops_at_reversal": lambda: loops_at_reversal(looped(names), names[:2]),
         "loops_proposed": lambda: figures.loop_design.loops_proposed(

@@ -5,7 +5,7 @@ from types import SimpleNamespace as Some
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from tests.figures.gallery import PLAIN, F, T, X, fit, looped, predicted
+from tests.figures.gallery import PLAIN, F, T, X, fit, predicted
 
 from bristle.figures import fit as figures
 
@@ -14,60 +14,6 @@ WORDS = "The shading is the 95 % band of the measurement."
 
 def lines(axes):
     return {line.get_label(): line for line in axes.get_lines()}
-
-
-def test_friction_is_shown_separately_for_speeding_up_and_slowing_down():
-    best = fit(PLAIN, "lugre")
-    best.traces.velocity = np.array([-2e-3, -1e-3, 1e-3, 2e-3, 3e-3])
-    best.traces.acceleration = np.array([-1.0, 1.0, 1.0, -1.0, 0.0])
-    best.traces.friction = np.array([-4.0, -3.0, 1.0, 2.0, 5.0])
-    (axes,) = figures.first_page(best, [(-2e-3, -6.0), (-0.0, -5.0), (0.0, 5.0), (2e-3, 6.0)]).axes
-    drawn = lines(axes)
-    assert drawn["measured, speeding up"].get_data() == (pytest.approx([-2.0, 1.0, 3.0]), pytest.approx([-4.0, 1.0, 5.0]))
-    assert drawn["measured, slowing down"].get_data() == (pytest.approx([-1.0, 2.0]), pytest.approx([-3.0, 2.0]))
-    assert drawn["model, steady sliding"].get_ydata() == pytest.approx([-6.0, -5.0])
-    assert drawn["_same"].get_ydata() == pytest.approx([5.0, 6.0])
-    assert (axes.get_xlabel(), axes.get_ylabel()) == ("Velocity [mm/s]", "Friction force [N]")
-
-
-@pytest.mark.parametrize(
-    ("measured", "modelled", "labels"),
-    [
-        ((2e-3, 0.02), (5e-3, 0.05), ("Velocity [mm/s]", "Friction force [mN]")),
-        ((2e-3, 0.02), (5e-3, 5.0), ("Velocity [mm/s]", "Friction force [N]")),
-        ((2e-3, 5.0), (5e-6, 0.05), ("Velocity [mm/s]", "Friction force [N]")),
-        ((2e-6, 0.02), (5e-6, 0.05), ("Velocity [µm/s]", "Friction force [mN]")),
-    ],
-)
-def test_units_of_the_first_page_are_those_of_the_larger_of_measured_and_modelled(measured, modelled, labels):
-    best = fit(PLAIN, "lugre")
-    best.traces.velocity, best.traces.friction = (np.array([-value, value]) for value in measured)
-    best.traces.acceleration = np.ones(2)
-    (axes,) = figures.first_page(best, [modelled]).axes
-    assert (axes.get_xlabel(), axes.get_ylabel()) == labels
-
-
-def test_the_first_page_has_the_worst_reversal_of_a_completed_loop():
-    best, curve = fit(PLAIN, "lugre"), [(-0.1, -9.0), (0.1, 9.0)]
-    alone, beside = figures.first_page(best, curve), figures.first_page(best, curve, looped(PLAIN))
-    assert [len(figure.axes) for figure in (alone, beside)] == [1, 2]
-    assert alone.get_size_inches()[1] == pytest.approx(3.4)
-    assert beside.get_size_inches()[1] == pytest.approx(4.4)
-    assert list(lines(beside.axes[1])) == list(PLAIN)
-    measured = figures.first_page(best, curve, looped(PLAIN), np.zeros(T.size))
-    assert list(lines(measured.axes[1])) == ["measured", *PLAIN]
-
-
-def test_a_caption_of_the_first_page_follows_the_panels():
-    single, two = (figures.FIRST.caption(None, None, loop, None) for loop in (None, 1))
-    assert "Below" not in single
-    assert "Below" in two
-    single, two = (figures.FIRST.alternative(None, None, loop, None) for loop in (None, 1))
-    assert (single, two) == ("Friction over velocity", "Friction over velocity, and the following error at its worst reversal")
-    best, error = fit(PLAIN, "lugre"), Some(error=np.zeros(T.size))
-    figure = figures.FIRST.draw(best, [(-0.1, -9.0), (0.1, 9.0)], looped(PLAIN), error)
-    assert "measured" in lines(figure.axes[1])
-    assert "measured" not in lines(figures.FIRST.draw(best, [(0.1, 9.0)], looped(PLAIN), None).axes[1])
 
 
 def pair(half_width=None):

@@ -4,19 +4,10 @@ from types import SimpleNamespace as Some
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 from tests.figures.gallery import F, T, V, X, looped
 
 from bristle.core import Status
-from bristle.figures.following_error import (
-    AT_REVERSAL,
-    FIGURE,
-    draw_worst_reversal,
-    following_error,
-    has_completed,
-    loops_at_reversal,
-    open_loop,
-)
+from bristle.figures.following_error import AT_REVERSAL, FIGURE, following_error, has_completed, loops_at_reversal, open_loop
 
 NAMES = ("base", "plain", "fed")
 
@@ -70,18 +61,6 @@ def test_a_measured_error_is_below_all_and_not_a_loop():
     assert whole["measured"].get_ydata() == pytest.approx(9.0)
     assert whole["measured"].get_linewidth() > whole["base"].get_linewidth()
     assert list(lines(figure.axes[-1])) == [f"_{name}" for name in NAMES]
-
-
-@pytest.mark.parametrize(("measured", "names"), [(None, ["base", "fed"]), (np.zeros(T.size), ["measured", "base", "fed"])])
-def test_the_worst_reversal_is_drawn_of_the_first_and_the_last_loop(measured, names):
-    axes = Figure().add_subplot()
-    draw_worst_reversal(axes, looped(NAMES), measured)
-    assert list(lines(axes)) == names
-    x = lines(axes)["fed"].get_xdata()
-    assert np.ptp(X[(x[0] / 1.0 <= T) & (x[-1] >= T)]) < 0.5 * np.ptp(X)
-    alone = Figure().add_subplot()
-    draw_worst_reversal(alone, looped(("one",)), measured)
-    assert list(lines(alone)) == [*([] if measured is None else ["measured"]), "one"]
 
 
 def test_two_loops_are_light_and_dark_with_a_third_loop_behind():

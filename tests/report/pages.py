@@ -2,6 +2,8 @@
 
 from html.parser import HTMLParser
 
+from bristle.lab.page import joined
+
 VOID = {"meta", "br", "link", "img", "hr", "input", "col", "wbr"}
 
 
@@ -42,3 +44,12 @@ class Page(HTMLParser):
     @property
     def words(self) -> str:
         return " ".join("".join(self.text).split())
+
+
+PLOTS = "<script>" + joined(("plots.js",), "bristle.report") + "</script>"
+
+
+def without_plots(text):
+    """A page without the script of its plots, which every report has once."""
+    assert text.count(PLOTS) == 1
+    return text.replace(PLOTS, "")

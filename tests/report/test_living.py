@@ -239,7 +239,7 @@ def test_policy_allows_only_the_scripts_and_report_stays_small(report, plain):
     assert rules["default-src"] == "'none'"
     scripts = re.findall(r'<script(?: id="shared")?>(.*?)</script>', report, re.DOTALL)
     hashes = {f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'" for text in scripts}
-    assert len(scripts) == 2
+    assert len(scripts) == 3
     assert set(rules["script-src"].split()) == hashes | {"'wasm-unsafe-eval'"}
     assert not re.search(r"https?:|//[a-z]+\.|@import|\bfetch\(|XMLHttp|importScripts|\son[a-z]+=\"", report)
 
@@ -248,7 +248,7 @@ def test_policy_allows_only_the_scripts_and_report_stays_small(report, plain):
 def test_without_scripts_the_pictures_remain(report, plain):
     section = next(attrs for _, attrs in Page(report).tags if attrs.get("id") == "alive")
     assert "hidden" in section
-    assert Page(plain).named("script") == []
+    assert len(Page(plain).named("script")) == 1
     assert [attrs["id"] for attrs in Page(plain).named("figure")] == [attrs["id"] for attrs in Page(report).named("figure")]
 
 
@@ -271,8 +271,11 @@ new Promise((done) => {
   look();
 })
 """
-PLACE = "(({ x, y, width, height }) => [x, y, width, height])(byId('alive-effort').getBoundingClientRect())"
-WHEEL = "new WheelEvent('wheel', { deltaY: -400, ctrlKey: %s, cancelable: true })"
+UNFOLD = "document.querySelectorAll('.unfold').forEach((button) => button.click())"
+BOX = "(({ x, y, width, height }) => [x, y, width, height])(document.querySelector('#figure-%s svg').getBoundingClientRect())"
+PATHS = "[...document.querySelectorAll('#figure-%s [data-curve] path')].map((path) => path.getAttribute('d')).join()"
+WHEEL = "new WheelEvent('wheel', { deltaY: -400, ctrlKey: %s, cancelable: true, clientX: %f, clientY: %f })"
+VIEW = "plots.get('velocity').panels[0].view.x"
 
 
 @pytest.mark.slow
@@ -282,35 +285,73 @@ def test_page_is_interactive_without_errors(file, tmp_path, width):
     with browser(tmp_path / "profile", width=width, height=900) as tab:
         tab.open(file.as_uri())
         tab.run(READY)
-        moved, identified, in_worker, after, before = tab.run(SLIDE)
+        tab.run(UNFOLD)
+        before = {name: tab.run(PATHS % name) for name in ("gain", "velocity", "reversals")}
+        moved, identified, in_worker, after, first = tab.run(SLIDE)
         assert moved > 2.0 * identified
         assert in_worker
-        assert after > 1.5 * before
-        tab.run("byId('alive-effort').scrollIntoView({ block: 'center' })")
-        x, y, wide, high = tab.run(PLACE)
-        tab.call("Input.dispatchMouseEvent", type="mouseMoved", x=x + 0.6 * wide, y=y + 0.4 * high)
+        assert after > 1.5 * first
+        assert {name for name, paths in before.items() if tab.run(PATHS % name) == paths} == set()
+        tab.run("document.getElementById('figure-velocity').scrollIntoView({ block: 'center' })")
+        x, y, wide, high = tab.run(BOX % "velocity")
+        tab.call("Input.dispatchMouseEvent", type="mouseMoved", x=x + 0.6 * wide, y=y + 0.2 * high)
         tab.run("new Promise((done) => setTimeout(done, 100))")
-        text = tab.run("byId('alive-effort-reading').textContent")
-        assert re.fullmatch(r"At \d.*: measured .*N, predicted .*N, residual .*N; velocity .*m/s\.", text)
+        text = tab.run("document.querySelector('#figure-velocity .reading').textContent")
+        assert re.fullmatch(r"Velocity [−\d.]+ mm/s: (measured|model) [−\d.]+ N.*", text)
         mouse = {"button": "left", "buttons": 1}
-        tab.call("Input.dispatchMouseEvent", type="mousePressed", x=x + 0.5 * wide, y=y + 50, clickCount=1, **mouse)
-        tab.call("Input.dispatchMouseEvent", type="mouseMoved", x=x + 0.7 * wide, y=y + 60, **mouse)
-        tab.call("Input.dispatchMouseEvent", type="mouseReleased", x=x + 0.7 * wide, y=y + 60, clickCount=1, **mouse)
-        low, high_end = tab.run("timeView.x")
-        assert 0.15 < (high_end - low) / 6.0 < 0.3
-        tab.run("byId('alive-residual').dispatchEvent(new MouseEvent('dblclick'))")
-        assert tab.run("timeView.x") is None
-        zoom = f"byId('alive-friction').dispatchEvent({WHEEL})"
-        tab.run(zoom % "false")
-        assert tab.run("speedView.x") is None
-        tab.run(zoom % "true")
-        assert tab.run("speedView.y[1] > speedView.y[0]")
+        tab.call("Input.dispatchMouseEvent", type="mousePressed", x=x + 0.3 * wide, y=y + 0.3 * high, clickCount=1, **mouse)
+        tab.call("Input.dispatchMouseEvent", type="mouseMoved", x=x + 0.5 * wide, y=y + 0.31 * high, **mouse)
+        tab.call("Input.dispatchMouseEvent", type="mouseReleased", x=x + 0.5 * wide, y=y + 0.31 * high, clickCount=1, **mouse)
+        low, high_end = tab.run(VIEW)
+        assert 0.1 < low < high_end < 0.9
+        tab.run("document.querySelector('#figure-velocity svg').dispatchEvent(new MouseEvent('dblclick'))")
+        assert tab.run(VIEW) == [0, 1]
+        zoom = f"document.querySelector('#figure-velocity svg').dispatchEvent({WHEEL})"
+        place = (x + 0.5 * wide, y + 0.5 * high)
+        tab.run(zoom % ("false", *place))
+        assert tab.run(VIEW) == [0, 1]
+        tab.run(zoom % ("true", *place))
+        low, high_end = tab.run(VIEW)
+        assert 0.0 < low < 0.5 < high_end < 1.0
         tab.run("byId('alive-reset').click()")
         tab.run("new Promise((done) => setTimeout(done, 100))")
         assert tab.run("alive.found === alive.start")
+        tab.run("plots.forEach((plot) => plot.all())")
+        assert {name: tab.run(PATHS % name) for name in before} == before
         assert tab.run("document.documentElement.scrollWidth <= innerWidth")
         assert tab.complaints() == []
         assert {address for address in tab.asked_for() if not address.startswith("blob:null/")} == {file.as_uri()}
+
+
+@pytest.mark.slow
+@needs_chromium
+def test_the_strip_selects_the_part_of_the_large_picture(file, tmp_path):
+    with browser(tmp_path / "profile", width=1366, height=768) as tab:
+        tab.open(file.as_uri())
+        tab.run(READY)
+        at = "(({ x, y }) => [x, y])(((svg, { left, right, top, bottom }) => new DOMPoint(left + %f * (right - left), 0.5 * (top + bottom))"
+        at += ".matrixTransform(svg.getScreenCTM()))(plots.get('gain').svg, plots.get('gain').panels[1]))"
+        (first, middle), (second, _) = (tab.run(at % share) for share in (0.2, 0.5))
+        mouse = {"button": "left", "buttons": 1, "clickCount": 1, "y": middle}
+        for kind, place in (("mousePressed", first), ("mouseMoved", second), ("mouseReleased", second)):
+            tab.call("Input.dispatchMouseEvent", type=kind, x=place, **mouse)
+        low, high_end, span = tab.run(
+            "(([main, strip]) => [main.valueAt(main.left), main.valueAt(main.right), strip.facts.x.ends])(plots.get('gain').panels)"
+        )
+        wanted = [span[0] + share * (span[1] - span[0]) for share in (0.2, 0.5)]
+        assert [low, high_end] == pytest.approx(wanted, abs=0.02 * (span[1] - span[0]))
+        # The large picture has lines there, too.
+        places = tab.run("plots.get('gain').panels[0].pointsOf(plots.get('gain').panels[0].curves[1]).length")
+        assert places > 500
+
+
+@pytest.mark.slow
+@needs_chromium
+def test_a_link_opens_the_tab_of_its_section(file, tmp_path):
+    with browser(tmp_path / "profile", width=1366, height=768) as tab:
+        tab.open(f"{file.as_uri()}#log")
+        assert tab.run("getComputedStyle(document.getElementById('log').parentElement).display") == "block"
+        assert tab.run("getComputedStyle(document.getElementById('drive').parentElement).display") == "none"
 
 
 WAIT = """
@@ -331,7 +372,8 @@ def test_printed_page_is_the_static_report(file, tmp_path):
         tab.run(READY)
         tab.call("Emulation.setEmulatedMedia", media="print")
         assert tab.run("getComputedStyle(byId('alive')).display") == "none"
-        assert tab.run("getComputedStyle(byId('figure-first')).display") != "none"
+        shown = "[...document.querySelectorAll('h2')].filter((node) => !node.getClientRects().length).map((node) => node.textContent)"
+        assert tab.run(shown) == []
 
 
 @pytest.mark.slow

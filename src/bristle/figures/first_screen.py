@@ -18,8 +18,7 @@ from bristle.palette import LIGHT
 from bristle.simulation import worst_reversal
 
 if TYPE_CHECKING:
-    from bristle.core import Kind
-    from bristle.identification import Fit, Traces
+    from bristle.identification import Fit
     from bristle.simulation import SimulationResult
 
 WITHOUT: style.Look = {"color": LIGHT["without"], "linewidth": 1.4, "linestyle": "-"}
@@ -28,7 +27,7 @@ PALE: style.Look = style.MEASURED | {"linewidth": 3.0}
 DOTS: style.Look = style.MEASURED | {"linewidth": 0.8, "marker": "o", "markersize": 2.6}
 TALL, SIDE, LOW = 4.4, 5.8, 2.5  # inches: height of the large picture, width and height of the small pictures
 MOST_REVERSALS = 12
-SHOWN, LONG = 4.0, 0.05  # distance after a reversal over that of 95 % of the change; shortest travel over the longest
+WAY, LONG = 4.0, 0.05  # distance after a reversal over that of 95 % of the change; shortest travel over the longest
 LINEAR = 1e-2  # velocity over the largest velocity below which the scale is linear
 
 
@@ -44,6 +43,8 @@ def gain_at_reversal(result: SimulationResult, names: Sequence[str], measured: n
         The variant without and the variant with friction feedforward.
     measured : ndarray, shape (sample,), optional
         Following error of the axis in the log [m or rad]; shown if it is not much larger than without friction feedforward.
+    height : float
+        Height of the figure [inch].
     """
     by_name = {loop.variant: loop for loop in loops_of(result, measured)}
     drawn = [by_name[name] for name in names]
@@ -52,22 +53,22 @@ def gain_at_reversal(result: SimulationResult, names: Sequence[str], measured: n
     labels = {"measured": "measured", names[0]: "without", names[-1]: "with friction"}
     looks = {"measured": PALE, names[0]: WITHOUT, names[-1]: WITH}
     right = style.room_for(labels.values())
-    figure, ((near,), (whole,)) = style.panels(height, rows=2, heights=(4.2, 1.0), right=right, gap=0.5, top=0.12)
+    figure, ((near,), (strip,)) = style.panels(height, rows=2, heights=(4.2, 1.0), right=right, gap=0.5, top=0.12)
     kind, window = result.experiment.kind, at_worst_reversal(by_name[names[0]])
     scale = style.scale_for("length", kind, *(loop.error for loop in drawn), np.array([1e-6]))
-    for axes, part in ((near, (window[0], window[-1])), (whole, (-np.inf, np.inf))):
+    for axes, part in ((near, (window[0], window[-1])), (strip, (-np.inf, np.inf))):
         for loop in drawn:
-            one = loop.between(*part)
-            style.over_time(axes, one.time, (one.error, looks[loop.variant], labels[loop.variant]), scale=scale, word="Following error")
+            shown = loop.between(*part)
+            style.over_time(axes, shown.time, (shown.error, looks[loop.variant], labels[loop.variant]), scale=scale, word="Following error")
     near.axhline(0.0, **style.AID)
-    _as_strip(whole, window * style.time_scale(drawn[-1].time).factor)
+    _as_strip(strip, window * style.time_scale(drawn[-1].time).factor)
     style.label_lines(near)
     return figure
 
 
 def _as_strip(axes: style.Axes, window: np.ndarray) -> None:
     """Turn a panel into a narrow strip of the whole log, with the window of the large picture shaded."""
-    axes.set_ylabel("")
+    axes.yaxis.label.set_visible(False)
     axes.yaxis.set_ticks([])
     axes.axvspan(float(window[0]), float(window[-1]), color=LIGHT["ghost"], alpha=0.35, linewidth=0, zorder=0)
 
@@ -88,12 +89,12 @@ def effort_at_reversal(fit: Fit, *, height: float = TALL) -> Figure:
     traces, kind = fit.traces, fit.plant.kind
     position = np.cumsum(traces.velocity)
     part = worst_reversal(position, traces.measured) or style.window(traces.time, traces.residual, 0.05)
-    figure, ((near,), (whole,)) = style.panels(height, rows=2, heights=(4.2, 1.0), right=style.room_for(["measured"]), gap=0.5, top=0.12)
+    figure, ((near,), (strip,)) = style.panels(height, rows=2, heights=(4.2, 1.0), right=style.room_for(["measured"]), gap=0.5, top=0.12)
     scale, word = style.effort_scale(kind, traces.measured, traces.predicted)
-    for axes, chosen in ((near, part), (whole, slice(None))):
+    for axes, chosen in ((near, part), (strip, slice(None))):
         lines = (traces.measured[chosen], PALE, "measured"), (traces.predicted[chosen], WITH | {"linewidth": 1.4}, "model")
         style.over_time(axes, traces.time[chosen], *lines, scale=scale, word=word)
-    _as_strip(whole, traces.time[part] * style.time_scale(traces.time).factor)
+    _as_strip(strip, traces.time[part] * style.time_scale(traces.time).factor)
     style.label_lines(near)
     return figure
 
@@ -167,38 +168,37 @@ def reversals_of(time: np.ndarray, velocity: np.ndarray) -> list[Reversal]:
     way = np.sign(velocity)
     cuts = np.flatnonzero((way[1:] != way[:-1]) | (np.diff(time) > 1.5 * step)) + 1
     starts, stops = np.concatenate([[0], cuts]), np.concatenate([cuts, [way.size]])
-    found = []
+    motions = []
     for before, (start, stop) in zip(np.concatenate([[0], starts[:-1]]), zip(starts, stops, strict=True), strict=True):
         # A motion in the other direction, or a rest after it, precedes a reversal.
         follows = start > 0 and time[start] - time[start - 1] <= 1.5 * step and way[before] in (-way[start], 0.0)
         if way[start] and follows and stop - start > 2:
-            found.append(Reversal(np.cumsum(np.abs(velocity[start:stop])) * step, slice(int(start), int(stop)), float(way[start])))
-    longest = max((float(one.displacement[-1]) for one in found), default=0.0)
-    return sorted((one for one in found if one.displacement[-1] >= LONG * longest), key=lambda one: -one.displacement[-1])
+            motions.append(Reversal(np.cumsum(np.abs(velocity[start:stop])) * step, slice(int(start), int(stop)), float(way[start])))
+    longest = max((float(motion.displacement[-1]) for motion in motions), default=0.0)
+    return sorted((motion for motion in motions if motion.displacement[-1] >= LONG * longest), key=lambda motion: -motion.displacement[-1])
 
 
 @style.styled
-def friction_after_reversals(traces: Traces, kind: Kind, distance: float = 0.0, *, large: bool = False) -> Figure:
+def friction_after_reversals(fit: Fit, distance: float = 0.0, *, large: bool = False) -> Figure:
     """Return friction over the displacement after reversals, measured and modelled, with the distance of 95 % of the change.
 
     Parameters
     ----------
-    traces : Traces
-        Measured and predicted effort; best at each sample of the log, because a reversal lasts a few samples.
-    kind : str
-        Kind of axis.
+    fit : Fit
+        A model and its traces; best at each sample of the log, because a reversal lasts a few samples.
     distance : float
         Distance after a reversal over which friction makes 95 % of its change [m or rad]; 0 if unknown.
     large : bool
         Whether it is the large picture of a log without sliding.
     """
+    traces, kind = fit.traces, fit.plant.kind
     size: dict[str, float] = {"height": TALL} if large else {"height": LOW, "across": SIDE}
     figure, ((axes,),) = style.panels(right=style.room_for(["measured"]), top=0.12, **size)
-    found = reversals_of(traces.time, traces.velocity)
-    longest = float(found[0].displacement[-1]) if found else 1.0
-    end = min(longest, SHOWN * distance) if distance else longest
+    motions = reversals_of(traces.time, traces.velocity)
+    longest = float(motions[0].displacement[-1]) if motions else 1.0
+    end = min(longest, WAY * distance) if distance else longest
     # The slowest reversals have the most rows within the distance.
-    chosen = sorted(found, key=lambda reversal: -np.count_nonzero(reversal.displacement <= end))[:MOST_REVERSALS]
+    chosen = sorted(motions, key=lambda reversal: -np.count_nonzero(reversal.displacement <= end))[:MOST_REVERSALS]
     length = style.scale_for("length", kind, np.array([end]))
     scale, word = style.effort_scale(kind, traces.friction)
     modelled = traces.friction - traces.residual
@@ -206,9 +206,9 @@ def friction_after_reversals(traces: Traces, kind: Kind, distance: float = 0.0, 
         x, y = [np.empty(0)], [np.empty(0)]
         for reversal in chosen:
             inside = np.flatnonzero(reversal.displacement <= 1.02 * end)
-            kept = inside[style.envelope(values[reversal.rows][inside], 100)] if inside.size else inside
-            x += [reversal.displacement[kept] * length.factor, np.array([np.nan])]
-            y += [reversal.way * values[reversal.rows][kept] * scale.factor, np.array([np.nan])]
+            drawn = inside[style.envelope(values[reversal.rows][inside], 100)] if inside.size else inside
+            x += [reversal.displacement[drawn] * length.factor, np.array([np.nan])]
+            y += [reversal.way * values[reversal.rows][drawn] * scale.factor, np.array([np.nan])]
         axes.plot(np.concatenate(x), np.concatenate(y), label=name, **look)
     if 0.0 < distance < end:
         axes.axvline(distance * length.factor, **style.DOTTED)
@@ -225,9 +225,9 @@ def friction_after_reversals(traces: Traces, kind: Kind, distance: float = 0.0, 
 
 AFTER_REVERSALS = ReportFigure(
     name="reversals",
-    takes=("samples", "kind", "distance"),
+    takes=("at_samples", "distance"),
     draw=friction_after_reversals,
-    applies=lambda samples, kind, distance: bool(reversals_of(samples.time, samples.velocity)),
+    applies=lambda fit, distance: bool(reversals_of(fit.traces.time, fit.traces.velocity)),
     alternative="Friction in the direction of motion over the displacement after reversals, measured and modelled",
     caption="Friction after reversals.",
 )

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from bristle.prediction.drive_table import largest_deviation, level_values, reversal_distance, steady_curve
     from bristle.prediction.following import Following, following_of, loop_of
     from bristle.prediction.kept import fit_of
-    from bristle.prediction.predict import TREATED, effort_of_motion, traces_of_samples, unexplained_force
+    from bristle.prediction.predict import TREATED, effort_of_motion, fit_at_samples, unexplained_force
 
 __getattr__ = loaded_from(__name__)
 

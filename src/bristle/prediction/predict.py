@@ -298,9 +298,10 @@ def with_doubts(prediction: Prediction, log: Log, axis: Axis | None, velocity_ma
     return replace(prediction, diagnostics=(*doubts, *wrong, *prediction.diagnostics))
 
 
-def traces_of_samples(fit: Fit, log: Log, axis: Axis | None, treatment: Mapping[str, float]) -> Traces:
-    """Return measured and predicted effort of a fit at each sample of a log, filtered but not decimated; up to `MOST_SAMPLES`."""
+def fit_at_samples(fit: Fit, log: Log, axis: Axis | None, treatment: Mapping[str, float]) -> Fit:
+    """Return a fit with traces of each sample of a log, filtered but not decimated; of at most `MOST_SAMPLES`."""
     stride = -(-len(log) // MOST_SAMPLES)
     rows = rows_as_fitted(log, axis, treatment, min(stride, int(treatment.get("decimation", 1))))
     predicted = rows.rows_of(rows.explained(fit.plant, fit.friction))
-    return Traces(rows.time, rows.velocity, rows.acceleration, rows.effort, predicted, rows.mechanical_rows(fit.plant))
+    traces = Traces(rows.time, rows.velocity, rows.acceleration, rows.effort, predicted, rows.mechanical_rows(fit.plant))
+    return replace(fit, traces=traces)

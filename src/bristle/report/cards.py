@@ -15,7 +15,6 @@ from bristle.report.table import capital, percent_text
 if TYPE_CHECKING:
     from bristle.core import Axis
     from bristle.identification import Estimate, Fit
-    from bristle.prediction import DriveUnit
 
 WIDEST = 30.0  # half-width that fills an interval bar [%]
 DRAWS = 16  # for the interval of a distance
@@ -97,16 +96,16 @@ def _mass(label: str, fit: Fit, axis: Axis | None) -> Card | None:
 
 def _friction(label: str, fit: Fit, axis: Axis | None) -> Card | None:
     levels, kind = level_values(fit), fit.plant.kind
-    known: list[Estimate] = [estimate for estimate in fit.estimates if estimate.name in fit.levels and estimate.status == "identified"]
+    identified: list[Estimate] = [estimate for estimate in fit.estimates if estimate.name in fit.levels and estimate.status == "identified"]
     if levels is None or levels.forward is None or levels.backward is None:
         return Card(label, "–", "not identified: record both directions, sliding", open=True)
-    half = max((estimate.interval_percent for estimate in known if estimate.interval_percent is not None), default=None)
+    half = max((estimate.interval_percent for estimate in identified if estimate.interval_percent is not None), default=None)
     unit = unit_of("force", kind)
     sides = (levels.forward, levels.backward)
     scale = scale_of(unit, max(sides))
     in_si = f"{_pair([side * scale.factor for side in sides])}\u00a0{scale.unit}"
     names = tuple(name for name in fit.friction.values if not name.startswith("sigma"))
-    efforts: tuple[DriveUnit, ...] = drive_units(axis, kind).efforts
+    efforts = drive_units(axis, kind).efforts
     remark, first = "forward / backward", in_si
     if efforts:
         first = f"{_pair([efforts[0].of(side) for side in sides])}\u00a0{typeset(efforts[0].name)}"

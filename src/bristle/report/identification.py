@@ -11,7 +11,7 @@ import numpy as np
 from markupsafe import Markup
 
 from bristle.core import number, typeset, unit_of, with_unit
-from bristle.prediction import drive_units, largest_deviation, level_values, reversal_distance, steady_curve, traces_of_samples
+from bristle.prediction import drive_units, fit_at_samples, largest_deviation, level_values, reversal_distance, steady_curve
 from bristle.report.cards import Step, cards_of
 from bristle.report.compensation import NAMES_MAX, Gain, about_loop, gain_lines, gain_of, names_text
 from bristle.report.judgement import WRITTEN_BY, judged, misfit, next_measurements
@@ -23,7 +23,6 @@ from bristle.report.page import Block, Figures, Front, Section, about, answered,
 from bristle.report.sentences import SENTENCES
 from bristle.report.simulation import focus_of
 from bristle.report.table import Table, fixed, length_text, percent_text, short_text
-from bristle.simulation import AS_RECORDED
 
 if TYPE_CHECKING:
     from bristle.certificates import Certificate
@@ -64,7 +63,7 @@ def identification_report(
     contradicted = following is not None and following.contradiction is not None
     if simulation is not None and contradicted:
         # The report leaves out the gain of a loop that the log contradicts.
-        recorded = tuple(variant for variant in simulation.experiment.variants if variant.name == AS_RECORDED)
+        recorded = simulation.experiment.variants[:1]
         results = {variant.name: simulation.variants[variant.name] for variant in recorded}
         simulation = replace(simulation, experiment=replace(simulation.experiment, variants=recorded), variants=results)
     further = f" and {len(identification.further_logs)} more" if identification.further_logs else ""
@@ -85,7 +84,7 @@ def identification_report(
         "prediction": prediction,
         "focus": None if simulation is None else focus_of(simulation),
         "gain_pair": tuple(step.name for step in gain.steps[-2:]) if gain is not None and shows_gain else None,
-        "samples": traces_of_samples(fit, log, axis, identification.treatment),
+        "at_samples": fit_at_samples(fit, log, axis, identification.treatment),
         "distance": 0.0 if fit.plant.values.get("k") else reversal_distance(fit.friction, float(np.max(np.abs(fit.traces.velocity)))),
     }
     loop: list[object] = [*about_loop(None, following, kind)]
@@ -125,13 +124,10 @@ def identification_report(
         Section("assumptions", "Assumptions", assumptions, "Limits"),
         Section("log", "The log", read, "Log"),
     ]
-    # Reasons with the same parameters are merged.
-    names = [reason.partition(": ")[2] for reason in ruling.reasons]
-    reasons = tuple(reason for place, reason in enumerate(ruling.reasons) if not names[place] or names[place] not in names[:place])
     front = Front(
         f"{axis_name}: identified friction",
         about(f"log {log_name}, {fixed(log.duration, 's')}", f"model {fit.name}"),
-        ruling._replace(reasons=reasons),
+        ruling._replace(reasons=_merged(ruling.reasons)),
         answers(identification, simulation, following, axis, usable=usable),
         without_reasons="bristle found no problem in this log.",
         title=headline(fit, gain if shows_gain else None),
@@ -141,6 +137,12 @@ def identification_report(
         csv=as_csv(table, kind) + "\n" if table and usable else "",
     )
     return report_page("identification", facts, front, sections, living=living, **options)
+
+
+def _merged(reasons: Sequence[str]) -> tuple[str, ...]:
+    """Return reasons without those about the same parameters as an earlier reason."""
+    names = [reason.partition(": ")[2] for reason in reasons]
+    return tuple(reason for place, reason in enumerate(reasons) if not names[place] or names[place] not in names[:place])
 
 
 def headline(fit: Fit, gain: Gain | None) -> str:

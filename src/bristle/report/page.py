@@ -170,11 +170,14 @@ def report_page(
 ) -> str:
     """Return the page of a kind of report, with its figures and those of the user."""
     pictures, remarks = _pictures(kind, facts)
-    filled = [_filled(section, pictures) for section in sections]
     own = [*remarks, *(block for figure in figures for block in _own_blocks(figure, facts))]
-    shown = [section for section in (*filled, Section("further", "Further figures", own)) if section.blocks]
+    filled = [
+        section
+        for section in (*(_filled(section, pictures) for section in sections), Section("further", "Further figures", own))
+        if section.blocks
+    ]
     tabs: dict[str, list[Section]] = {}
-    for section in shown:
+    for section in filled:
         tabs.setdefault(section.tab or section.heading, []).append(section)
     return render(
         "page.html",

@@ -1,0 +1,121 @@
+"""The pictures of the first screen: gain at the worst reversal, friction over velocity and over displacement, effort."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from tests.figures.gallery import PLAIN, F, T, V, fit, looped
+
+from bristle.figures import first_screen as figures
+from bristle.figures.following_error import at_worst_reversal, loops_of
+from bristle.palette import LIGHT
+
+NAMES = ("base", "plain", "fed")
+
+
+def lines(axes):
+    return {line.get_label(): line for line in axes.get_lines() if not line.get_label().startswith("_")}
+
+
+def test_the_gain_has_the_worst_reversal_and_the_whole_log():
+    result = looped(NAMES)
+    near, strip = figures.gain_at_reversal(result, NAMES[1:]).axes
+    assert list(lines(near)) == list(lines(strip)) == ["without", "with friction"]
+    window = at_worst_reversal(loops_of(result, None)[1])
+    for axes, ends in ((near, window[[0, -1]]), (strip, (0.5, T[-1]))):
+        assert lines(axes)["without"].get_xdata()[[0, -1]] == pytest.approx(ends)
+    (shade,) = strip.patches
+    assert (shade.get_x(), shade.get_x() + shade.get_width()) == pytest.approx(tuple(window[[0, -1]]))
+    inside = (window[0] <= T) & (window[-1] >= T)
+    error = 1e6 * (result.variants["fed"].reference - result.variants["fed"].measured)[inside]
+    assert lines(near)["with friction"].get_ydata() == pytest.approx(error)
+    assert [lines(near)[name].get_color() for name in ("without", "with friction")] == [LIGHT["without"], LIGHT["with"]]
+    assert near.get_ylabel() == "Following error [µm]"
+
+
+def test_a_measured_error_is_drawn_unless_it_would_flatten_the_others():
+    def drawn(size):
+        return list(lines(figures.gain_at_reversal(looped(NAMES), NAMES[1:], size * np.sin(9.0 * T)).axes[0]))
+
+    assert drawn(1e-6) == ["measured", "without", "with friction"]
+    assert drawn(1.0) == ["without", "with friction"]
+
+
+def test_lines_carry_their_names_apart_from_each_other():
+    figure = figures.gain_at_reversal(looped(NAMES), NAMES[1:], 1e-6 * np.sin(9.0 * T))
+    figure.canvas.draw()
+    texts = [text for text in figure.axes[0].texts if text.get_text() in ("measured", "without", "with friction")]
+    boxes = sorted((text.get_window_extent() for text in texts), key=lambda box: box.y0)
+    assert len(boxes) == 3
+    assert all(low.y1 <= high.y0 + 1.0 for low, high in pairwise(boxes))
+    assert all(box.x0 >= 0.0 and box.x1 <= figure.bbox.x1 for box in boxes)
+    colours = {text.get_text(): text.get_color() for text in texts}
+    assert colours == {"measured": LIGHT["care"], "without": LIGHT["without"], "with friction": LIGHT["with"]}
+
+
+def test_friction_over_velocity_is_linear_near_zero_and_logarithmic_beyond():
+    best = fit(PLAIN, "lugre")
+    best.traces.velocity = np.array([-0.2, -1e-3, 1e-3, 0.2])
+    best.traces.friction = np.array([-4.0, -3.0, 1.0, 5.0])
+    (axes,) = figures.friction_over_velocity(best, [(-0.2, -6.0), (-0.0, -5.0), (0.0, 5.0), (0.2, 6.0)]).axes
+    assert lines(axes)["measured"].get_data() == (pytest.approx([-200.0, -1.0, 1.0, 200.0]), pytest.approx([-4.0, -3.0, 1.0, 5.0]))
+    assert lines(axes)["model"].get_ydata() == pytest.approx([-6.0, -5.0])
+    assert [line.get_ydata().tolist() for line in axes.get_lines() if line.get_label() == "_same"] == [[5.0, 6.0]]
+    assert (axes.get_xscale(), axes.get_xlabel(), axes.get_ylabel()) == ("symlog", "Velocity [mm/s]", "Friction force [N]")
+    assert [label.get_text() for label in axes.get_xticklabels()] == ["−100", "−10", "0", "10", "100"]
+    share = axes.transAxes.inverted().transform(axes.transData.transform([[10.0, 0.0], [-10.0, 0.0]]))[:, 0]
+    assert 0.3 < share[0] - share[1] < 0.6
+
+
+@pytest.mark.parametrize(
+    ("measured", "modelled", "labels"),
+    [
+        ((2e-3, 0.02), (5e-3, 0.05), ("Velocity [mm/s]", "Friction force [mN]")),
+        ((2e-3, 0.02), (5e-3, 5.0), ("Velocity [mm/s]", "Friction force [N]")),
+        ((2e-3, 5.0), (5e-6, 0.05), ("Velocity [mm/s]", "Friction force [N]")),
+        ((2e-6, 0.02), (5e-6, 0.05), ("Velocity [µm/s]", "Friction force [mN]")),
+    ],
+)
+def test_units_are_those_of_the_larger_of_measured_and_modelled(measured, modelled, labels):
+    best = fit(PLAIN, "lugre")
+    best.traces.velocity, best.traces.friction = (np.array([-value, value]) for value in measured)
+    (axes,) = figures.friction_over_velocity(best, [modelled]).axes
+    assert (axes.get_xlabel(), axes.get_ylabel()) == labels
+
+
+def test_reversals_begin_after_a_motion_in_the_other_direction_or_a_rest():
+    velocity = np.array([0.0, 1.0, 1.0, 1.0, -2.0, -2.0, -2.0, 0.0, 0.0, 3.0, 3.0, 3.0, 3.0])
+    motions = figures.reversals_of(np.arange(13.0), velocity)
+    assert [(motion.rows.start, motion.rows.stop, motion.way) for motion in motions] == [(9, 13, 1.0), (4, 7, -1.0), (1, 4, 1.0)]
+    assert motions[0].displacement.tolist() == [3.0, 6.0, 9.0, 12.0]
+    # A gap in time is no reversal, and a tiny motion is left out.
+    assert figures.reversals_of(np.array([0.0, 1.0, 2.0, 9.0, 10.0, 11.0]), np.array([1.0, 1.0, 1.0, -1.0, -1.0, -1.0])) == []
+    tiny = np.concatenate([np.full(3, -1e-3), np.full(50, 1.0)])
+    assert [motion.way for motion in figures.reversals_of(np.arange(53.0), tiny)] == [1.0]
+
+
+def test_friction_after_reversals_is_in_the_direction_of_motion_over_the_distance():
+    best = fit(PLAIN, "lugre")
+    best.traces.residual = 0.5 * np.ones(T.size)
+    figure = figures.friction_after_reversals(best, 1e-4)
+    (axes,) = figure.axes
+    x, y = lines(axes)["measured"].get_data()
+    assert np.nanmax(x) <= 1.02 * axes.get_xlim()[1]
+    assert axes.get_xlim() == pytest.approx((0.0, 400.0))
+    assert axes.get_xlabel() == "Displacement after a reversal [µm]"
+    motions = figures.reversals_of(T, V)
+    first = [motion for motion in motions if np.any(np.isclose(1e6 * motion.displacement[0], x[0]))]
+    assert first
+    assert y[0] == pytest.approx(first[0].way * F[first[0].rows][0])
+    gaps = lines(axes)["model"].get_ydata() - y
+    assert np.unique(np.round(np.abs(gaps[np.isfinite(gaps)]), 9)).tolist() == [0.5]
+    assert "95 %" in "".join(text.get_text() for text in axes.texts)
+    large = figures.friction_after_reversals(best, 0.0, large=True)
+    assert large.get_size_inches()[0] > figure.get_size_inches()[0]
+    assert "95 %" not in "".join(text.get_text() for text in large.axes[0].texts)
+
+
+def test_the_effort_has_the_largest_change_and_the_whole_log():
+    near, strip = figures.effort_at_reversal(fit(PLAIN, "lugre")).axes
+    assert list(lines(near)) == list(lines(strip)) == ["measured", "model"]
+    assert np.ptp(lines(near)["model"].get_xdata()) < 0.2 * np.ptp(lines(strip)["model"].get_xdata())
