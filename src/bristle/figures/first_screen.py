@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 WITHOUT: style.Look = {"color": LIGHT["without"], "linewidth": 1.4, "linestyle": "-"}
 WITH: style.Look = {"color": LIGHT["with"], "linewidth": 2.0, "linestyle": "-"}
 PALE: style.Look = style.MEASURED | {"linewidth": 3.0}
-DOTS: style.Look = style.MEASURED | {"linewidth": 0.8, "marker": "o", "markersize": 2.6}
 TALL, SIDE, LOW = 4.4, 5.8, 2.5  # inches: height of the large picture, width and height of the small pictures
 MOST_REVERSALS = 12
+CELLS = 100, 50  # of the cloud of measured friction
 WAY, LONG = 4.0, 0.05  # distance after a reversal over that of 95 % of the change; shortest travel over the longest
 LINEAR = 1e-2  # velocity over the largest velocity below which the scale is linear
 
@@ -43,8 +43,6 @@ def gain_at_reversal(result: SimulationResult, names: Sequence[str], measured: n
         The variant without and the variant with friction feedforward.
     measured : ndarray, shape (sample,), optional
         Following error of the axis in the log [m or rad]; shown if it is not much larger than without friction feedforward.
-    height : float
-        Height of the figure [inch].
     """
     by_name = {loop.variant: loop for loop in loops_of(result, measured)}
     drawn = [by_name[name] for name in names]
@@ -52,8 +50,7 @@ def gain_at_reversal(result: SimulationResult, names: Sequence[str], measured: n
         drawn = [by_name["measured"], *drawn]
     labels = {"measured": "measured", names[0]: "without", names[-1]: "with friction"}
     looks = {"measured": PALE, names[0]: WITHOUT, names[-1]: WITH}
-    right = style.room_for(labels.values())
-    figure, ((near,), (strip,)) = style.panels(height, rows=2, heights=(4.2, 1.0), right=right, gap=0.5, top=0.12)
+    figure, ((near,), (strip,)) = _with_strip(list(labels.values()))
     kind, window = result.experiment.kind, at_worst_reversal(by_name[names[0]])
     scale = style.scale_for("length", kind, *(loop.error for loop in drawn), np.array([1e-6]))
     for axes, part in ((near, (window[0], window[-1])), (strip, (-np.inf, np.inf))):
@@ -64,6 +61,14 @@ def gain_at_reversal(result: SimulationResult, names: Sequence[str], measured: n
     _as_strip(strip, window * style.time_scale(drawn[-1].time).factor)
     style.label_lines(near)
     return figure
+
+
+def _with_strip(names: Sequence[str], *, small: bool = False) -> tuple[Figure, list[list[style.Axes]]]:
+    """Return a panel with room for the names of its lines, and a narrow panel under it."""
+    right = style.room_for(names)
+    if small:
+        return style.panels(LOW, rows=2, heights=(3.0, 1.0), right=right, gap=0.5, top=0.12, across=SIDE)
+    return style.panels(TALL, rows=2, heights=(4.2, 1.0), right=right, gap=0.5, top=0.12)
 
 
 def _as_strip(axes: style.Axes, window: np.ndarray) -> None:
@@ -84,12 +89,12 @@ GAIN = ReportFigure(
 
 
 @style.styled
-def effort_at_reversal(fit: Fit, *, height: float = TALL) -> Figure:
+def effort_at_reversal(fit: Fit, *, small: bool = False) -> Figure:
     """Return measured and predicted effort at the reversal where the effort changes most, and below over the whole log."""
     traces, kind = fit.traces, fit.plant.kind
     position = np.cumsum(traces.velocity)
     part = worst_reversal(position, traces.measured) or style.window(traces.time, traces.residual, 0.05)
-    figure, ((near,), (strip,)) = style.panels(height, rows=2, heights=(4.2, 1.0), right=style.room_for(["measured"]), gap=0.5, top=0.12)
+    figure, ((near,), (strip,)) = _with_strip(["measured", "model"], small=small)
     scale, word = style.effort_scale(kind, traces.measured, traces.predicted)
     for axes, chosen in ((near, part), (strip, slice(None))):
         lines = (traces.measured[chosen], PALE, "measured"), (traces.predicted[chosen], WITH | {"linewidth": 1.4}, "model")
@@ -108,6 +113,9 @@ EFFORT = ReportFigure(
 )
 
 
+SMALL_EFFORT = replace(EFFORT, draw=partial(effort_at_reversal, small=True))
+
+
 @style.styled
 def friction_over_velocity(fit: Fit, curve: Sequence[tuple[float, float]]) -> Figure:
     """Return friction over velocity, measured and modelled, with a velocity axis that is linear near zero and logarithmic beyond.
@@ -124,7 +132,7 @@ def friction_over_velocity(fit: Fit, curve: Sequence[tuple[float, float]]) -> Fi
     steady = np.array(list(curve), dtype=float).reshape(-1, 2)
     scale, word = style.effort_scale(kind, friction, steady[:, 1])
     speed = style.scale_for("length/time", kind, traces.velocity, steady[:, 0])
-    drawn = style.spread(np.arcsinh(traces.velocity / (LINEAR * style.largest(traces.velocity) or 1.0)), friction)
+    drawn = style.spread(np.arcsinh(traces.velocity / (LINEAR * style.largest(traces.velocity) or 1.0)), friction, CELLS)
     points = traces.velocity[drawn] * speed.factor, friction[drawn] * scale.factor
     axes.plot(*points, linestyle="none", marker="o", markersize=1.6, color=style.MEASURED["color"], label="measured")
     style.plot_by_side(axes, steady * (speed.factor, scale.factor), "model", WITH)
@@ -150,7 +158,7 @@ VELOCITY = ReportFigure(
     takes=("fit", "curve"),
     draw=friction_over_velocity,
     alternative="Friction over velocity, measured and modelled; the velocity axis is logarithmic away from zero",
-    caption="Friction over velocity.",
+    caption="",
 )
 
 
@@ -202,11 +210,11 @@ def friction_after_reversals(fit: Fit, distance: float = 0.0, *, large: bool = F
     length = style.scale_for("length", kind, np.array([end]))
     scale, word = style.effort_scale(kind, traces.friction)
     modelled = traces.friction - traces.residual
-    for values, look, name in ((traces.friction, DOTS, "measured"), (modelled, WITH | {"linewidth": 1.2}, "model")):
+    for values, look, name in ((traces.friction, PALE, "measured"), (modelled, WITH | {"linewidth": 1.2}, "model")):
         x, y = [np.empty(0)], [np.empty(0)]
         for reversal in chosen:
             inside = np.flatnonzero(reversal.displacement <= 1.02 * end)
-            drawn = inside[style.envelope(values[reversal.rows][inside], 100)] if inside.size else inside
+            drawn = inside[style.envelope(values[reversal.rows][inside], 60)] if inside.size else inside
             x += [reversal.displacement[drawn] * length.factor, np.array([np.nan])]
             y += [reversal.way * values[reversal.rows][drawn] * scale.factor, np.array([np.nan])]
         axes.plot(np.concatenate(x), np.concatenate(y), label=name, **look)
@@ -223,12 +231,18 @@ def friction_after_reversals(fit: Fit, distance: float = 0.0, *, large: bool = F
     return figure
 
 
+def is_presliding(fit: Fit, distance: float) -> bool:
+    """Return whether each motion of a log ends near the distance over which friction builds up, so that velocity tells little."""
+    motions = reversals_of(fit.traces.time, fit.traces.velocity)
+    return bool(motions) and (fit.never_slid or float(motions[0].displacement[-1]) < WAY * distance)
+
+
 AFTER_REVERSALS = ReportFigure(
     name="reversals",
     takes=("at_samples", "distance"),
     draw=friction_after_reversals,
-    applies=lambda fit, distance: bool(reversals_of(fit.traces.time, fit.traces.velocity)),
+    applies=lambda fit, distance: distance > 0.0 and bool(reversals_of(fit.traces.time, fit.traces.velocity)),
     alternative="Friction in the direction of motion over the displacement after reversals, measured and modelled",
-    caption="Friction after reversals.",
+    caption="",
 )
 PRESLIDING = replace(AFTER_REVERSALS, draw=partial(friction_after_reversals, large=True))

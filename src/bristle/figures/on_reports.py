@@ -22,12 +22,19 @@ def _has_curve(facts: Facts) -> bool:
     return bool(facts["curve"]) or not Place("front", "fit.PREDICTION").figure.applies_to(facts)
 
 
-def _no_gain(facts: Facts) -> bool:
-    return facts["gain_pair"] is None and _has_curve(facts)
+def _is_presliding(facts: Facts) -> bool:
+    """Return whether a log without a gain is about pre-sliding: then force over displacement is its large picture."""
+    if facts["gain_pair"] is not None or not Place("front", "first_screen.AFTER_REVERSALS").figure.applies_to(facts):
+        return False
+    return import_module("bristle.figures.first_screen").is_presliding(facts["at_samples"], facts["distance"])
+
+
+def _shows_effort(facts: Facts) -> bool:
+    return facts["gain_pair"] is None and _has_curve(facts) and not _is_presliding(facts)
 
 
 def _slides(facts: Facts) -> bool:
-    return bool(facts["curve"])
+    return bool(facts["curve"]) and not _is_presliding(facts)
 
 
 class Place(NamedTuple):
@@ -52,11 +59,12 @@ class Place(NamedTuple):
 REPORTS: dict[str, tuple[Place, ...]] = {
     "identification": (
         Place("front", "first_screen.GAIN"),
-        Place("front", "first_screen.EFFORT", lambda facts: _no_gain(facts) and _slides(facts)),
-        Place("front", "first_screen.PRESLIDING", lambda facts: _no_gain(facts) and not _slides(facts)),
+        Place("front", "first_screen.PRESLIDING", _is_presliding),
+        Place("front", "first_screen.EFFORT", _shows_effort),
         Place("front", "fit.PREDICTION", lambda facts: facts["gain_pair"] is None and not _has_curve(facts)),
+        Place("beside", "first_screen.SMALL_EFFORT", _is_presliding),
         Place("beside", "first_screen.VELOCITY", _slides),
-        Place("beside", "first_screen.AFTER_REVERSALS", lambda facts: facts["gain_pair"] is not None or _slides(facts)),
+        Place("beside", "first_screen.AFTER_REVERSALS", lambda facts: not _is_presliding(facts)),
         Place("following", "following_error"),
         Place("position", "fit.PREDICTION", lambda facts: _has_curve(facts) and _by_position(facts)),
         Place("fit", "fit.TIME"),

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from bristle.core import number, typeset, unit_of
 from bristle.prediction import drive_units, level_values
 from bristle.report.compensation import gain_of
-from bristle.report.judgement import DOUBTS, judged
+from bristle.report.judgement import DOUBTS, is_one_sided, judged
 from bristle.report.model_tables import WITH_CONSTANT, parameter_table
 from bristle.report.page import Ruling
 from bristle.report.sentences import SENTENCES
@@ -46,22 +46,16 @@ def brief(
     ruling = judged(fit, identification.settings, following)
     lines = [*_model(identification), *_parameters(fit), *_warnings(fit, following)]
     if ruling.level != "measure_again":
-        lines += [*_to_type_in(fit, axis), *_gain(simulation, following, is_known=not _is_one_sided(fit))]
+        lines += [*_to_type_in(fit, axis), *_gain(simulation, following, is_known=not is_one_sided(fit))]
     return [*lines, verdict(ruling)]
 
 
 def advice_to_record(fit: Fit) -> str:
     """Return how to record the axis again, if the log is faulty or moves in one direction only; else an empty text."""
     codes = [diagnostic.code for diagnostic in fit.diagnostics if diagnostic.severity == "error"]
-    codes += ["one_direction"] if _is_one_sided(fit) else []
+    codes += ["one_direction"] if is_one_sided(fit) else []
     advice = [SENTENCES[code].advice for code in dict.fromkeys(codes) if SENTENCES[code].advice != "nothing"]
     return f"{capital(advice[0])}, and identify again." if advice else ""
-
-
-def _is_one_sided(fit: Fit) -> bool:
-    """Return whether the level of friction is unknown in a direction."""
-    levels = level_values(fit)
-    return levels is not None and None in (levels.forward, levels.backward)
 
 
 def verdict(ruling: Ruling) -> Line:

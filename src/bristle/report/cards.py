@@ -8,14 +8,17 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from bristle.core import NORMAL_95, number, scale_of, typeset, unit_of
+from bristle.core import DEVIATION_OVER_MEDIAN, NORMAL_95, number, scale_of, typeset, unit_of
 from bristle.prediction import drive_units, level_values, reversal_distance
 from bristle.report.table import capital, percent_text
 
 if TYPE_CHECKING:
     from bristle.core import Axis
     from bristle.identification import Estimate, Fit
+    from bristle.prediction import Following
+    from bristle.simulation import SimulationResult
 
+LARGEST = 100.0  # half-width of an interval that says something [%]
 WIDEST = 30.0  # half-width that fills an interval bar [%]
 DRAWS = 16  # for the interval of a distance
 
@@ -56,6 +59,15 @@ class Step(NamedTuple):
         command = re.search(r"`([^`]+)`", line)
         return cls(capital(re.sub(r"[,:]? *(with|and measure the gain with)? *`[^`]+`", "", line)), command[1] if command else "")
 
+    def in_full(self, command: str) -> Step:
+        """Return the step with options for the given command as the whole command."""
+        words = command.split()
+        if not self.command.startswith("--") or words[:2] != ["bristle", "identify"]:
+            return self
+        option = self.command.split()[0]
+        words = [word for place, word in enumerate(words) if word != option and words[place - 1] != option]
+        return self._replace(command=" ".join([*words, self.command]))
+
 
 def cards_of(fit: Fit, axis: Axis | None, *, usable: bool) -> list[Card]:
     """Return the cards of a fit; without numbers to type in if the log is not usable."""
@@ -65,6 +77,18 @@ def cards_of(fit: Fit, axis: Axis | None, *, usable: bool) -> list[Card]:
     if not usable:
         return [Card(mass, "–", "measure again", open=True), Card(friction, "–", "measure again", open=True), quality]
     return [card for card in (_mass(mass, fit, axis), _friction(friction, fit, axis), _distance(fit, axis), quality) if card is not None]
+
+
+def no_gain(simulation: SimulationResult | None, following: Following | None, *, usable: bool) -> Card:
+    """Return the card of a gain that is unknown, with the reason."""
+    reason = "a simulated loop is unstable"
+    if not usable:
+        reason = "measure again"
+    elif simulation is None:
+        reason = "not simulated: no controller in the axis file, or no reference in the log"
+    elif following is not None and following.contradiction is not None:
+        reason = "the simulated loop does not match the log"
+    return Card("Gain", "–", reason, open=True)
 
 
 def _held_out(fit: Fit) -> str:
@@ -80,32 +104,32 @@ def quantity_text(value: float, half: float | None, unit: str) -> str:
 
 def _mass(label: str, fit: Fit, axis: Axis | None) -> Card | None:
     inertia, levels, kind = fit.inertia, level_values(fit), fit.plant.kind
-    if inertia is None or not inertia.value:
+    if inertia is None or inertia.status == "held" or not inertia.value:
         return None
-    if inertia.status not in ("identified", "held"):
+    if inertia.status != "identified":
         return Card(label, "–", "not identified", open=True)
-    half = inertia.interval_percent if inertia.status == "identified" else None
+    half = inertia.interval_percent
     value = inertia.value if levels is None else levels.inertia
     text = quantity_text(value, half, unit_of("mass", kind))
     at_motor = [quantity_text(of_motor.of(value), half, "kg*m^2") for of_motor in drive_units(axis, kind).inertias]
-    remark = "given" if inertia.status == "held" else ""
     if at_motor:
         return Card(label, at_motor[0], f"at the motor ({text})", half, sliders=(inertia.name,))
-    return Card(label, text, remark, half, sliders=(inertia.name,))
+    return Card(label, text, half=half, sliders=(inertia.name,))
 
 
 def _friction(label: str, fit: Fit, axis: Axis | None) -> Card | None:
     levels, kind = level_values(fit), fit.plant.kind
     identified: list[Estimate] = [estimate for estimate in fit.estimates if estimate.name in fit.levels and estimate.status == "identified"]
     if levels is None or levels.forward is None or levels.backward is None:
-        return Card(label, "–", "not identified: record both directions, sliding", open=True)
+        return Card(label, "–", "not identified", open=True)
     half = max((estimate.interval_percent for estimate in identified if estimate.interval_percent is not None), default=None)
     unit = unit_of("force", kind)
     sides = (levels.forward, levels.backward)
     scale = scale_of(unit, max(sides))
     in_si = f"{_pair([side * scale.factor for side in sides])}\u00a0{scale.unit}"
     names = tuple(name for name in fit.friction.values if not name.startswith("sigma"))
-    efforts = drive_units(axis, kind).efforts
+    # A multiple of the SI unit is no unit of a drive.
+    efforts = [effort for effort in drive_units(axis, kind).efforts if not effort.name.endswith(unit)]
     remark, first = "forward / backward", in_si
     if efforts:
         first = f"{_pair([efforts[0].of(side) for side in sides])}\u00a0{typeset(efforts[0].name)}"
@@ -124,10 +148,13 @@ def _distance(fit: Fit, axis: Axis | None) -> Card | None:
     if not distance:
         return None
     drawn = () if fit.resampling is None else fit.resampling.bands.models(fit.friction, DRAWS)
-    spread = float(np.std([reversal_distance(model, fastest) for model in drawn])) if len(drawn) > 1 else None
+    others = np.array([reversal_distance(model, fastest) for model in drawn])
+    # A draw that never builds up its friction has no finite distance.
+    spread = DEVIATION_OVER_MEDIAN * float(np.median(np.abs(others - distance))) if others.size > 1 else None
     half = None if spread is None else 100.0 * NORMAL_95 * spread / distance
+    half = half if half is None or half <= LARGEST else None
     motor = [unit for unit in drive_units(axis, kind).lengths if "motor" in unit.name]
     at_motor = "".join(f" ({number(unit.of(distance), digits=2)} {unit.name})" for unit in motor)
     names = tuple(name for name in fit.friction.values if name.startswith("sigma"))
     text = quantity_text(distance, half, unit_of("length", kind))
-    return Card("Builds up over", text, f"after a reversal{at_motor}", half, sliders=names)
+    return Card("Builds up over", text, f"after a reversal{at_motor}", half, open=half is None, sliders=names)

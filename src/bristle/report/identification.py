@@ -12,9 +12,10 @@ from markupsafe import Markup
 
 from bristle.core import number, typeset, unit_of, with_unit
 from bristle.prediction import drive_units, fit_at_samples, largest_deviation, level_values, reversal_distance, steady_curve
+from bristle.report.brief import advice_to_record
 from bristle.report.cards import Step, cards_of
 from bristle.report.compensation import NAMES_MAX, Gain, about_loop, gain_lines, gain_of, names_text
-from bristle.report.judgement import WRITTEN_BY, judged, misfit, next_measurements
+from bristle.report.judgement import WRITTEN_BY, is_one_sided, judged, misfit, next_measurements
 from bristle.report.log import break_away_table, log_facts, passage_table, scatter_facts, treatment_facts
 from bristle.report.loops import variant_table
 from bristle.report.messages import assumptions_of, message, notes_of, warnings_of, why_effective
@@ -132,11 +133,17 @@ def identification_report(
         without_reasons="bristle found no problem in this log.",
         title=headline(fit, gain if shows_gain else None),
         basis=f"(simulated on {log_name})" if shows_gain else f"({log_name})",
-        cards=cards_of(fit, axis, usable=usable),
-        next=Step.of(ENTER if ruling.level == "usable" else _next(fit, usable=usable)[0]),
+        cards=[*cards_of(fit, axis, usable=usable), *([] if shows_gain else [no_gain(simulation, following, usable=usable)])],
+        next=_next_step(fit, ruling.level).in_full(options["command"]),
         csv=as_csv(table, kind) + "\n" if table and usable else "",
     )
     return report_page("identification", facts, front, sections, living=living, **options)
+
+
+def _next_step(fit: Fit, level: str) -> Step:
+    """Return the step to take first: record again, enter the values, or improve the model."""
+    again = advice_to_record(fit)
+    return Step(again) if again else Step.of(ENTER if level == "usable" else _next(fit, usable=level != "measure_again")[0])
 
 
 def _merged(reasons: Sequence[str]) -> tuple[str, ...]:
@@ -148,12 +155,12 @@ def _merged(reasons: Sequence[str]) -> tuple[str, ...]:
 def headline(fit: Fit, gain: Gain | None) -> str:
     """Return the sentence over the large picture: the gain of friction feedforward, or the model error without a simulated gain."""
     if gain is None:
-        return f"Model error {percent_text(fit.error_percent)}"
+        return "Friction is not identified" if is_one_sided(fit) else f"Model error {percent_text(fit.error_percent)}"
     before, after = (step.peak_to_peak for step in gain.steps[-2:])
     old, new = (length_text(length, gain.kind) for length in (before, after))
     old = old.split(NO_BREAK)[0] if old.split(NO_BREAK)[1:] == new.split(NO_BREAK)[1:] else old
     times = f", ×{number(before / after, digits=2)}" if 0.0 < after < 0.95 * before else ": no improvement"
-    return f"Friction feedforward: {old} → {new} peak to peak{times}"
+    return f"Friction feedforward: {old} → {new}{times}"
 
 
 def _correlations(fit: Fit) -> Table:

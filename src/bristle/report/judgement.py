@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from bristle.core import unit_of
+from bristle.prediction import level_values
 from bristle.report.page import Ruling
 from bristle.report.sentences import SENTENCES
 from bristle.report.table import fixed, length_text, percent_text
@@ -118,6 +119,7 @@ def judged(fit: Fit, settings: Settings, following: Following | None = None) -> 
     if levels and len(levels) == len(fit.levels) and any(level.matters for level in levels):
         grave.append(f"the level of friction is not identified: {', '.join(fit.levels)}")
     grave += [misses] if _error(fit) > settings.useless_error else []
+    grave += [SENTENCES["one_direction"].means] if is_one_sided(fit) else []
     doubted = {doubt.code: doubt for doubt in fit.diagnostics if doubt.severity == "warning"}
     doubts = []
     for doubt in (doubted[code] for code in DOUBTS if code in doubted):
@@ -135,6 +137,12 @@ def judged(fit: Fit, settings: Settings, following: Following | None = None) -> 
     level = "measure_again" if grave else "with_care" if doubts else "usable"
     remarks = [f"not identified, but with little effect on the force: {', '.join(little)}"] if little else []
     return Ruling(level, LEVELS[level], (*dict.fromkeys(grave), *doubts, *remarks))
+
+
+def is_one_sided(fit: Fit) -> bool:
+    """Return whether the level of friction is unknown in a direction."""
+    levels = level_values(fit)
+    return levels is not None and None in (levels.forward, levels.backward)
 
 
 def _error(fit: Fit) -> float:
