@@ -74,6 +74,11 @@ class WithCard:
         return self._card().html()
 
 
+def of_upper_layer(module: str, name: str) -> Any:
+    """Return a function of an upper layer at its first use: this layer knows it by name only."""
+    return getattr(importlib.import_module(f"bristle.{module}"), name)
+
+
 SIGNALS: dict[str, Variable] = {
     "time": Variable("time", "time"),
     "position": Variable("length", "position"),

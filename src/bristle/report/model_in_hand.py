@@ -183,6 +183,16 @@ class ModelInHand(WithCard):
         heads = tuple(table.heads[index] for index in columns)
         return Card(title, heads, rows, (*remarks, *(f"warning: {warning}" for warning in warnings_of(self.best))))
 
+    def _repr_html_(self) -> str:
+        from bristle.report.notebook import as_html
+
+        return as_html(self)
+
+    def _repr_mimebundle_(self, include: Any = None, exclude: Any = None) -> dict[str, Any]:
+        from bristle.report.notebook import bundle
+
+        return bundle(self)
+
     def _words(self) -> tuple[str, list[str]]:
         """Return the names of the logs, and remarks."""
         return "", []
