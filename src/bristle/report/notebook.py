@@ -120,7 +120,7 @@ def _of_identification(found: ModelInHand) -> list[str]:
     """Return an identification: verdict, four numbers, gain, picture, warnings and, last, its table."""
     fit, outcome = found.best, getattr(found, "outcome", None)
     following = None if outcome is None else outcome.following
-    warned = warnings_of(fit)
+    warned = list(warnings_of(fit))
     if outcome is None:  # loaded
         ruling, gain = _ruling(found), []
     else:
@@ -205,18 +205,17 @@ def _presliding(fit: Fit) -> Number:
     if not several:
         return Number(label, length_text(distance, kind), "no interval without replicates", ((distance, None),))
     low, high = np.percentile(several, [2.5, 97.5]).tolist()
-    return Number(
-        label, length_text(distance, kind), interval_text(length_text(low, kind), length_text(high, kind)), ((distance, (low, high)),)
-    )
+    interval = interval_text(length_text(low, kind), length_text(high, kind))
+    return Number(label, length_text(distance, kind), interval, ((distance, (low, high)),))
 
 
 def _card_of(card: Number) -> Markup:
     bars = Markup("")
     for value, ends in card.spans:
-        low, high = (
-            (np.clip((np.array(ends) / value - 1.0 + BAR) / (2.0 * BAR), 0.0, 1.0) * 100.0).tolist() if ends and value else (0.0, 0.0)
-        )
-        bar = Markup('<i style="left:{:.1f}%;width:{:.1f}%"></i>').format(min(low, high), abs(high - low)) if ends and value else ""
+        bar = Markup("")
+        if ends is not None and value:
+            places = np.clip(50.0 + 50.0 / BAR * (np.array(ends) / value - 1.0), 0.0, 100.0)
+            bar = Markup('<i style="left:{:.1f}%;width:{:.1f}%"></i>').format(places.min(), np.ptp(places))
         bars += Markup('<span class="bar{}">{}</span>').format("" if bar else " open", bar)
     return Markup("<div><small>{}</small><strong>{}</strong>{}<small>{}</small></div>").format(card.label, card.text, bars, card.interval)
 
