@@ -306,11 +306,8 @@ class Model(WithParameters):
         parts = [f"{k}={typed(v)} {variables[k].unit(self.kind)}".removesuffix(" 1") for k, v in self.values.items()]
         return f"{self.name}({', '.join(parts)})"
 
-    def _repr_html_(self) -> str:
-        return of_upper_layer("report.notebook", "as_html")(self)
-
-    def _repr_mimebundle_(self, include: Any = None, exclude: Any = None) -> dict[str, Any]:
-        return of_upper_layer("report.notebook", "bundle")(self)
+    _repr_html_ = of_upper_layer("bristle.report.notebook", "as_html")
+    _repr_mimebundle_ = of_upper_layer("bristle.report.notebook", "bundle")
 
 
 def make_model(

@@ -46,16 +46,10 @@ DARK = {
 }
 
 
-def colour_variables(root: str = ":root, :host", themes: tuple[str, str] | None = None) -> str:
-    """Return the colours as variables of a style sheet: light, dark where the reader prefers it, and always light on paper.
-
-    The `themes` are the selectors of a page with a theme of its own, such as JupyterLab: light and dark.
-    """
+def colour_variables(root: str = ":root, :host") -> str:
+    """Return the colours as variables of a style sheet: light, dark where the reader prefers it, and always light on paper."""
     light, dark = ("".join(f"--{name}:{colour};" for name, colour in colours.items()) for colours in (LIGHT, DARK))
-    style = f"{root}{{color-scheme:light dark;{light}}}@media screen and (prefers-color-scheme:dark){{{root}{{{dark}}}}}\n"
-    if themes is None:
-        return style
-    return f"{style}{themes[0]}{{color-scheme:light;{light}}}@media screen{{{themes[1]}{{color-scheme:dark;{dark}}}}}\n"
+    return f"{root}{{color-scheme:light dark;{light}}}@media screen and (prefers-color-scheme:dark){{{root}{{{dark}}}}}\n"
 
 
 # A terminal has a theme of its own.

@@ -23,8 +23,7 @@ except ImportError as error:
     raise MissingExtraError.of("a widget", "notebook") from error
 
 SCRIPTS = ("inflate.js", "physics.js", "paths.js", "plot.js", "controls.js", "views.js", "bench.js", "widget.js")
-THEMES = ':host([data-jp-theme-light="true"])', ':host([data-jp-theme-light="false"])'
-STYLE = colour_variables(themes=THEMES) + joined(("lab.css", "controls.css", "widget.css", "card.css"))
+STYLE = colour_variables() + joined(("lab.css", "controls.css", "widget.css", "card.css"))
 
 
 class Widget(anywidget.AnyWidget):

@@ -16,6 +16,7 @@ from bristle.core import Axis, Card, Diagnostic, InputError, Model, Progress, Wi
 from bristle.files import SUMMARY, read_arrays, read_axis, read_model, write_whole
 from bristle.identification import Estimate, Fit
 from bristle.prediction import fit_of
+from bristle.report.notebook import as_html, bundle
 from bristle.report.results import REPORT
 
 if TYPE_CHECKING:
@@ -171,6 +172,8 @@ class ModelInHand(WithCard):
         }
         return pandas.DataFrame.from_dict(rows, orient="index").rename_axis("parameter")
 
+    _repr_html_, _repr_mimebundle_ = as_html, bundle  # pyright: ignore[reportAssignmentType]
+
     def _card(self) -> Card:
         from bristle.report.messages import warnings_of
         from bristle.report.model_tables import parameter_table
@@ -182,16 +185,6 @@ class ModelInHand(WithCard):
         title = f"{self.best.name}, identified{f' from {logs}' if logs else ''}: error {self.best.error_percent:.3g} %"
         heads = tuple(table.heads[index] for index in columns)
         return Card(title, heads, rows, (*remarks, *(f"warning: {warning}" for warning in warnings_of(self.best))))
-
-    def _repr_html_(self) -> str:
-        from bristle.report.notebook import as_html
-
-        return as_html(self)
-
-    def _repr_mimebundle_(self, include: Any = None, exclude: Any = None) -> dict[str, Any]:
-        from bristle.report.notebook import bundle
-
-        return bundle(self)
 
     def _words(self) -> tuple[str, list[str]]:
         """Return the names of the logs, and remarks."""

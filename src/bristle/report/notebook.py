@@ -1,235 +1,211 @@
-"""A friction model and an identification in a notebook: HTML with equations, numbers and a picture, and a widget where Python runs."""
+"""A model and an identification in a notebook: HTML with equations, numbers and a picture, and a widget where Python runs."""
 
 from __future__ import annotations
 
 import hashlib
 import re
 import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from markupsafe import Markup
 
-from bristle.core import InputError, Model, number, scale_of, symbolic, unit_of, with_unit
+from bristle.core import Card, InputError, Model, number, scale_of, unit_of
 from bristle.prediction import level_values, reversal_distance
-from bristle.report.brief import Line, brief
+from bristle.report.brief import brief
+from bristle.report.compensation import gain_of
 from bristle.report.judgement import LEVELS, judged
-from bristle.report.messages import message, warnings_of
+from bristle.report.messages import warnings_of
+from bristle.report.model_tables import parameter_table
 from bristle.report.page import Ruling
 from bristle.report.table import capital, fixed, interval_text, length_text, percent_text
 
 if TYPE_CHECKING:
     from bristle.identification import Estimate, Fit
-    from bristle.report.model_in_hand import ModelInHand
 
-THEMES = '[data-jp-theme-light="true"] .bristle,.vscode-light .bristle', '[data-jp-theme-light="false"] .bristle,.vscode-dark .bristle'
-BAR = 0.25  # either side of a value, as a share of it
-SPEED = 0.1  # [m/s or rad/s] of a model without a log
+BAR = 25.0  # half-width of a bar [% of the value]
 
 
-def as_html(shown: Model | ModelInHand) -> str:
+def as_html(shown: Any) -> str:
     """Return a model or an identification as HTML with its own style."""
-    parts = _of_model(shown) if isinstance(shown, Model) else _of_identification(shown)
     try:
-        from bristle.figures.palette import colour_variables
+        from bristle.figures.palette import DARK, LIGHT
         from bristle.lab.page import joined
     except (ImportError, InputError):  # of matplotlib
         style = ""
     else:
-        style = f"<style>{colour_variables('.bristle', THEMES)}{joined(('card.css',))}</style>"
-    return f'<div class="bristle">{style}{"".join(parts)}</div>'
+        colours = "".join(f"--{name}:light-dark({colour},{DARK[name]});" for name, colour in LIGHT.items())
+        style = f"<style>.bristle{{{colours}}}{joined(('card.css',))}</style>"
+    return f'<div class="bristle">{style}{"".join(_parts(shown))}</div>'
 
 
-def bundle(shown: Model | ModelInHand) -> dict[str, Any]:
-    """Return what a notebook stores: text, HTML, and in a kernel with anywidget also the widget; a terminal needs text only."""
+def bundle(shown: Any, include: Any = None, exclude: Any = None) -> dict[str, Any]:
+    """Return what a notebook stores: text, HTML and, where Python runs, the widget; only text in a terminal."""
     shell = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)()
     if shell is not None and not hasattr(shell, "kernel"):
         return {"text/plain": repr(shown)}
-    return ({} if shell is None else _widget(shown)) | {"text/plain": repr(shown), "text/html": as_html(shown)}
+    return {"text/plain": repr(shown), "text/html": as_html(shown)} | ({} if shell is None else _live(shown))
 
 
-def _widget(shown: Model | ModelInHand) -> dict[str, Any]:
-    """Return the view of a widget; empty without anywidget, or if a page cannot compute the model."""
+def _live(shown: Any) -> dict[str, Any]:
+    """Return the view of a widget with sliders in place of the table; empty if it cannot be made."""
     try:
         from bristle.lab import Widget
 
         widget = Widget(shown) if isinstance(shown, Model) else shown.widget()
-    except (ImportError, InputError):
+    except (ImportError, InputError):  # without anywidget, or no page can compute the model
         return {}
-    widget._card = "".join(_head(shown) if isinstance(shown, Model) else _of_identification(shown)[:-1])
-    return (widget._repr_mimebundle_() or ({}, {}))[0]
+    widget._card = "".join(_parts(shown)[:-1])
+    view = "application/vnd.jupyter.widget-view+json"
+    return {view: (widget._repr_mimebundle_() or [{}])[0].get(view, {})}
 
 
-def _head(model: Model) -> list[str]:
-    """Return name, description and equations of a model; equations as text where latex2mathml cannot typeset them."""
-    component = model.component
+def _parts(shown: Any) -> list[str]:
+    """Return the HTML of each part, last the parameters."""
+    return _of_model(shown) if isinstance(shown, Model) else _of_identification(shown)
+
+
+def _of_model(model: Model) -> list[str]:
+    """Return name, description, equations, and parameters beside a picture of the loops of friction."""
+    component, unit = model.component, {name: variable.unit(model.kind) for name, variable in model.component.variables.items()}
     try:
         from latex2mathml.converter import convert
 
         equations = [Markup(convert(equation)) for equation in component.latex]
-    except Exception:  # noqa: BLE001  (it is not installed, or the docstring of a user has another LaTeX)
+    except Exception:  # noqa: BLE001  (not installed, or other LaTeX in the docstring of a user)
         equations = [Markup("<div>{}</div>").format(line) for line in component.equations]
-    title = Markup('<h4>{}</h4><span class="soft">{}, {}</span><p>{}.</p><div class="equations">{}</div>')
-    return [title.format(model.name, component.family, model.kind, capital(component.description), Markup("").join(equations))]
-
-
-def _of_model(model: Model) -> list[str]:
-    """Return a model: its head, its parameters and, for friction, a picture of its loops."""
+    head = Markup('<p><strong>{}</strong> <span class="soft">{}, {}</span></p><p>{}.</p><div class="equations">{}</div>')
+    rows = [(name, _value(value, unit[name]), component.variables[name].description) for name, value in model.values.items()]
 
     def draw() -> Any:
-        from bristle.figures.notebook import loop
+        from bristle.figures.small_multiples import loops_of
 
-        return loop(model, reversal_distance(model, SPEED))
+        return loops_of(model, reversal_distance(model, 0.1))
 
-    variables = model.component.variables
-    cell = Markup("<tr><td>{}</td><td>{}</td><td>{}</td></tr>")
-    rows = [
-        cell.format(symbolic(name), variables[name].description, _value(value, variables[name].unit(model.kind)))
-        for name, value in model.values.items()
+    picture = _picture(draw, f"Force over position of {model.name}", model) if component.family == "friction" else ""
+    return [
+        head.format(model.name, component.family, model.kind, capital(component.description), Markup("").join(equations)),
+        f'<div class="panes">{Card("", ("Parameter", "Value", "Meaning"), tuple(rows)).html()}{picture}</div>',
     ]
-    picture = _picture(draw, f"Force over position of {model.name}", repr(model)) if model.component.family == "friction" else ""
-    table = Markup('<div class="panes"><table>{}</table>{}</div>')
-    return [*_head(model), table.format(Markup("").join(rows), picture)]
 
 
 def _value(value: Any, unit: str) -> str:
-    """Return a parameter in a readable unit; a list in the unit of its largest number."""
+    """Return a parameter in a readable unit."""
     if isinstance(value, str):
         return value
-    scale = scale_of(unit, float(np.max(np.abs(np.atleast_1d(value)), initial=0.0)))
-    texts = [number(each * scale.factor) for each in np.atleast_1d(value).tolist()]
-    return f"{', '.join(texts)} {scale.unit}".rstrip() if np.ndim(value) else with_unit(value, unit, 4)
+    scale = scale_of(unit, float(np.max(np.abs(value), initial=0.0)))
+    return f"{', '.join(f'{each:.4g}' for each in np.atleast_1d(value) * scale.factor)} {scale.unit}".replace("inf", "∞").rstrip()
 
 
-def _picture(draw: Callable[[], Any], description: str, seed: str) -> Markup:
-    """Return a figure as SVG in the colours of the notebook; empty without matplotlib. The seed names its parts."""
+def _picture(draw: Callable[[], Any], description: str, shown: Any) -> str:
+    """Return a figure in the colours of the notebook; empty without matplotlib."""
     try:
         from bristle.figures import inline_svg
         from bristle.figures.palette import LIGHT
 
-        svg = inline_svg(draw(), f"b{hashlib.sha256(seed.encode()).hexdigest()[:8]}", description)
+        svg = inline_svg(draw(), f"b{hashlib.sha256(repr(shown).encode()).hexdigest()[:8]}", description)
     except (ImportError, InputError):
-        return Markup("")
-    names = {colour: name for name, colour in LIGHT.items()}
-    themed = re.sub(r"#[0-9a-f]{6}\b", lambda found: f"var(--{names[found[0]]},{found[0]})" if found[0] in names else found[0], svg)
-    return Markup(f"<div>{themed}</div>")
+        return ""
+    names = {colour: f"var(--{name},{colour})" for name, colour in LIGHT.items()}
+    return f'<div class="picture">{re.sub("#[0-9a-f]{6}(?=[;" + chr(34) + "])", lambda found: names.get(found[0], found[0]), svg)}</div>'
 
 
-def _of_identification(found: ModelInHand) -> list[str]:
-    """Return an identification: verdict, four numbers, gain, picture, warnings and, last, its table."""
-    fit, outcome = found.best, getattr(found, "outcome", None)
-    following = None if outcome is None else outcome.following
-    warned = list(warnings_of(fit))
+def _of_identification(found: Any) -> list[str]:
+    """Return verdict, numbers, gain, picture, warnings, and the table of all parameters."""
+    fit, outcome, lines = found.best, getattr(found, "outcome", None), []
     if outcome is None:  # loaded
-        ruling, gain = _ruling(found), []
+        level = found.summary["verdict"]["level"]
+        ruling = Ruling(level, LEVELS[level], tuple(found.summary["verdict"]["reasons"]))
     else:
-        ruling = judged(fit, outcome.identification.settings, following)
-        gain = _gain(brief(outcome.identification, outcome.simulation, following, found.axis))
-        warned += [message(following.contradiction)] if following is not None and following.contradiction is not None else []
+        ruling = judged(fit, found.settings, outcome.following)
+        lines = brief(found, outcome.simulation, outcome.following, found.axis)[:-1]
+    gain = lines[next((place for place, line in enumerate(lines) if line.label == "Gain"), len(lines)) :]
 
     def draw() -> Any:
-        from bristle.figures.following_error import has_completed
-        from bristle.figures.notebook import worst_reversal
+        from bristle.figures.following_error import loops_at_reversal
 
-        if outcome is None or outcome.simulation is None or not has_completed(outcome.simulation):
+        simulation = None if outcome is None else outcome.simulation
+        gained = None if simulation is None else gain_of(simulation)
+        if simulation is None or gained is None or not gained.steps:
             return found.plot()
-        return worst_reversal(outcome.simulation, None if following is None else following.error)
+        return loops_at_reversal(simulation, [step.name for step in gained.steps[-2:]])
 
-    verdict = Markup('<p><span class="pill {}">{}</span><strong>{}</strong> <span class="soft">{}</span></p>')
-    listed = Markup("<ul>{}</ul>").format(Markup("").join(Markup("<li>{}</li>").format(text) for text in warned)) if warned else ""
-    heads = Markup('<p class="warned">Warnings</p>{}').format(listed) if warned else ""
-    table = Markup('<details><summary>All parameters</summary>{}</details><p class="soft">{}: <code>.report("report.html")</code></p>')
+    verdict = Markup('<p><span class="pill {}">{}</span> <strong>{}</strong> <span class="soft">{}</span></p>')
+    warned = [Markup("<li>{}</li>").format(warning) for warning in warnings_of(fit)]
     return [
         verdict.format(ruling.level, ruling.words, fit.name, "; ".join(ruling.reasons)),
-        Markup('<div class="numbers">{}</div>').format(Markup("").join(map(_card_of, numbers_of(fit)))),
+        f'<div class="numbers">{"".join(each.html() for each in numbers_of(fit))}</div>',
         *(Markup('<p class="{}">{}</p>').format(line.level or "soft", capital(line.text)) for line in gain),
-        _picture(draw, f"Following error or effort of {fit.name}", repr(found)),
-        heads,
-        table.format(Markup(found._card().html()), "Report"),
+        _picture(draw, f"Following error or effort of {fit.name}", found),
+        f'<strong class="warned">Warnings</strong><ul>{"".join(warned)}</ul>' if warned else "",
+        '<p class="soft">Report: <code>.report("report.html")</code></p>',
+        f"<details><summary>All parameters</summary>{found._card().html()}</details>",
     ]
 
 
 class Number(NamedTuple):
-    """A number of an identification with its interval; `spans` are values with their ends, for bars."""
+    """A number of an identification, its interval, and the half-width of its interval [%]; without it the bar is striped."""
 
     label: str
     text: str
     interval: str
-    spans: tuple[tuple[float, tuple[float, float] | None], ...] = ()
+    half: float | None = None
+
+    def html(self) -> str:
+        """Return the number with a bar for its interval."""
+        half = None if self.half is None else 50.0 * min(self.half / BAR, 1.0)
+        bar = "" if half is None else Markup('<i style="left:{:.1f}%;width:{:.1f}%"></i>').format(50.0 - half, 2.0 * half)
+        text = '<div><small>{}</small><strong>{}</strong><span class="bar">{}</span><small>{}</small></div>'
+        return Markup(text).format(self.label, self.text, bar, self.interval)
 
 
 def numbers_of(fit: Fit) -> list[Number]:
     """Return mass, friction level, pre-sliding distance and held-out error, each with its interval."""
-    kind, levels = fit.plant.kind, level_values(fit)
-    cards = [] if fit.inertia is None else [_of_estimates("Inertia" if kind == "rotational" else "Mass", "", [fit.inertia])]
+    kind, levels, table = fit.plant.kind, level_values(fit), parameter_table(fit)
+    rows = {row[0]: dict(zip(table.heads, row, strict=True)) for row in table.rows}
+    numbers = [_presliding(fit)]
+    of_level = [one for one in fit.estimates if one.name in fit.levels]
     if levels is not None:
-        sides = [None if level is None else fixed(level, unit_of("force", kind)) for level in (levels.forward, levels.backward)]
-        text = " / ".join(side or "unknown" for side in sides)
-        cards.append(_of_estimates("Friction, forward / backward", text, [one for one in fit.estimates if one.name in fit.levels]))
-    cards.append(_presliding(fit))
+        sides = (levels.forward, levels.backward)
+        text = " / ".join("unknown" if level is None else fixed(level, unit_of("force", kind)) for level in sides)
+        numbers.insert(0, _of_estimates("Friction, forward / backward", text, of_level, rows))
+    if fit.inertia is not None and (row := rows.get(fit.inertia.name)):
+        text = f"{row['Value']} {row['Unit']}"
+        numbers.insert(0, _of_estimates("Inertia" if kind == "rotational" else "Mass", text, [fit.inertia], rows))
     if fit.held_out is not None:
         errors = fit.held_out.block_errors_percent
-        span = interval_text(percent_text(min(errors)), percent_text(max(errors)))
-        cards.append(Number("Model error, held out", percent_text(fit.held_out.mean_percent), f"{span}, {fit.held_out.of}"))
-    return cards
+        span = f"{interval_text(*(number(end, digits=3) for end in (min(errors), max(errors))))} %, {fit.held_out.of}"
+        numbers.append(Number("Model error, held out", percent_text(fit.held_out.mean_percent), span, fit.held_out.std_percent))
+    return numbers
 
 
-def _of_estimates(label: str, text: str, estimates: Sequence[Estimate]) -> Number:
-    """Return the card of estimates: the value of the first unless there is a text, and the interval of each."""
-    intervals, values = [], []
-    for one in estimates:
-        scale, known = scale_of(one.unit, one.value), one.status == "identified" and one.ends is not None
-        half = 0.5 * scale.factor * (one.ends[1] - one.ends[0]) if known and one.ends is not None else None
-        low, high = (number(end * scale.factor, half) for end in one.ends or (np.nan, np.nan))
-        values.append(f"{number(one.value * scale.factor, half)} {scale.unit}")
-        span = f"{interval_text(low, high)} {scale.unit}" if known else "given" if one.status == "held" else "not identified"
-        intervals.append(f"{one.name}: {span}" if text else span)
-    spans = tuple((one.value, one.ends if one.status == "identified" else None) for one in estimates if one.status != "held")
-    return Number(label, text or values[0], "; ".join(intervals), spans)
+def _of_estimates(label: str, text: str, estimates: list[Estimate], rows: dict[str, dict[str, str]]) -> Number:
+    """Return a number with the intervals of estimates, as their table has them."""
+    intervals = []
+    for row in (rows[one.name] for one in estimates if one.name in rows):
+        interval = row.get("95 % interval", "–")
+        known = f"{interval} {row['Unit']}" if interval != "–" else row.get("95 % interval [%]", "–") + " %"
+        intervals.append(f"{row['Parameter']}: {known if '– ' not in known else row.get('Remark', '')}")
+    halves = [one.interval_percent for one in estimates if one.status == "identified" and one.interval_percent is not None]
+    return Number(label, text, "; ".join(intervals), max(halves, default=None))
 
 
 def _presliding(fit: Fit) -> Number:
     """Return the distance over which friction builds up after a reversal, with its interval from the replicates."""
-    fastest, kind, label = float(np.max(np.abs(fit.traces.velocity))), fit.friction.kind, "Pre-sliding distance"
-    distance = reversal_distance(fit.friction, fastest)
+    fastest, kind, several = float(np.max(np.abs(fit.traces.velocity))), fit.friction.kind, []
+    distance, label = reversal_distance(fit.friction, fastest), "Pre-sliding distance"
     if not distance:
         return Number(label, "–", "the model has no pre-sliding")
-    drawn = {} if fit.resampling is None else {n: v for n, v in fit.resampling.bands.draws.items() if n in fit.friction.values}
-    several = []
-    for values in zip(*drawn.values(), strict=True):
+    drawn = {} if fit.resampling is None else fit.resampling.bands.draws
+    names = [name for name in drawn if name in fit.friction.values]
+    for values in zip(*(drawn[name] for name in names), strict=True):
         try:
-            several.append(reversal_distance(fit.friction.with_values(**dict(zip(drawn, values, strict=True))), fastest))
-        except InputError:  # outside of its range
+            several.append(reversal_distance(fit.friction.with_values(**dict(zip(names, values, strict=True))), fastest))
+        except InputError:  # out of range
             continue
     if not several:
-        return Number(label, length_text(distance, kind), "no interval without replicates", ((distance, None),))
+        return Number(label, length_text(distance, kind), "no interval without replicates")
     low, high = np.percentile(several, [2.5, 97.5]).tolist()
     interval = interval_text(length_text(low, kind), length_text(high, kind))
-    return Number(label, length_text(distance, kind), interval, ((distance, (low, high)),))
-
-
-def _card_of(card: Number) -> Markup:
-    bars = Markup("")
-    for value, ends in card.spans:
-        bar = Markup("")
-        if ends is not None and value:
-            places = np.clip(50.0 + 50.0 / BAR * (np.array(ends) / value - 1.0), 0.0, 100.0)
-            bar = Markup('<i style="left:{:.1f}%;width:{:.1f}%"></i>').format(places.min(), np.ptp(places))
-        bars += Markup('<span class="bar{}">{}</span>').format("" if bar else " open", bar)
-    return Markup("<div><small>{}</small><strong>{}</strong>{}<small>{}</small></div>").format(card.label, card.text, bars, card.interval)
-
-
-def _ruling(found: Any) -> Ruling:
-    """Return the saved verdict."""
-    verdict = found.summary["verdict"]
-    return Ruling(verdict["level"], LEVELS[verdict["level"]], tuple(verdict["reasons"]))
-
-
-def _gain(lines: Iterable[Line]) -> list[Line]:
-    """Return the lines on the gain."""
-    label, chosen = "", []
-    for line in lines:
-        label = line.label or label
-        chosen += [line] if label == "Gain" else []
-    return chosen
+    return Number(label, length_text(distance, kind), interval, 50.0 * (high - low) / distance)

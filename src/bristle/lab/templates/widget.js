@@ -112,7 +112,6 @@ class Bench {
     const { bench } = this;
     this.waits = 0;
     if (!bench || !this.host.isConnected) return;
-    this.host.dataset.jpThemeLight = document.body.dataset.jpThemeLight ?? "";
     bench.theme = colours(this.host);
     loopView(bench, this.at("loop"), this.at("loop-reading"));
     speedView(bench, this.at("speed"), this.at("speed-reading"));
