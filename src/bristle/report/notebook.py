@@ -13,12 +13,6 @@ from markupsafe import Markup
 
 from bristle.core import Card, InputError, Model, number, scale_of, unit_of
 from bristle.prediction import level_values, reversal_distance
-from bristle.report.brief import brief
-from bristle.report.compensation import gain_of
-from bristle.report.judgement import LEVELS, judged
-from bristle.report.messages import warnings_of
-from bristle.report.model_tables import parameter_table
-from bristle.report.page import Ruling
 from bristle.report.table import capital, fixed, interval_text, length_text, percent_text
 
 if TYPE_CHECKING:
@@ -86,7 +80,7 @@ def _of_model(model: Model) -> list[str]:
     picture = _picture(draw, f"Force over position of {model.name}", model) if component.family == "friction" else ""
     return [
         head.format(model.name, component.family, model.kind, capital(component.description), Markup("").join(equations)),
-        f'<div class="panes">{Card("", ("Parameter", "Value", "Meaning"), tuple(rows)).html()}{picture}</div>',
+        picture + Card("", ("Parameter", "Value", "Meaning"), tuple(rows)).html(),
     ]
 
 
@@ -95,7 +89,7 @@ def _value(value: Any, unit: str) -> str:
     if isinstance(value, str):
         return value
     scale = scale_of(unit, float(np.max(np.abs(value), initial=0.0)))
-    return f"{', '.join(f'{each:.4g}' for each in np.atleast_1d(value) * scale.factor)} {scale.unit}".replace("inf", "∞").rstrip()
+    return f"{', '.join(f'{each:.6g}' for each in np.atleast_1d(value) * scale.factor)} {scale.unit}".replace("inf", "∞").rstrip()
 
 
 def _picture(draw: Callable[[], Any], description: str, shown: Any) -> str:
@@ -113,6 +107,12 @@ def _picture(draw: Callable[[], Any], description: str, shown: Any) -> str:
 
 def _of_identification(found: Any) -> list[str]:
     """Return verdict, numbers, gain, picture, warnings, and the table of all parameters."""
+    from bristle.report.brief import brief  # with matplotlib, which a model does without
+    from bristle.report.compensation import gain_of
+    from bristle.report.judgement import LEVELS, judged
+    from bristle.report.messages import warnings_of
+    from bristle.report.page import Ruling
+
     fit, outcome, lines = found.best, getattr(found, "outcome", None), []
     if outcome is None:  # loaded
         level = found.summary["verdict"]["level"]
@@ -162,6 +162,8 @@ class Number(NamedTuple):
 
 def numbers_of(fit: Fit) -> list[Number]:
     """Return mass, friction level, pre-sliding distance and held-out error, each with its interval."""
+    from bristle.report.model_tables import parameter_table
+
     kind, levels, table = fit.plant.kind, level_values(fit), parameter_table(fit)
     rows = {row[0]: dict(zip(table.heads, row, strict=True)) for row in table.rows}
     numbers = [_presliding(fit)]
