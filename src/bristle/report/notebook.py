@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 BAR = 25.0  # half-width of a bar [% of the value]
 
 
-def as_html(shown: Any) -> str:
+def as_html(result: Any) -> str:
     """Return a model or an identification as HTML with its own style."""
     try:
         from bristle.figures.palette import DARK, LIGHT
@@ -31,33 +31,33 @@ def as_html(shown: Any) -> str:
     else:
         colours = "".join(f"--{name}:light-dark({colour},{DARK[name]});" for name, colour in LIGHT.items())
         style = f"<style>.bristle{{{colours}}}{joined(('card.css',))}</style>"
-    return f'<div class="bristle">{style}{"".join(_parts(shown))}</div>'
+    return f'<div class="bristle">{style}{"".join(_parts(result))}</div>'
 
 
-def bundle(shown: Any, include: Any = None, exclude: Any = None) -> dict[str, Any]:
+def bundle(result: Any, include: Any = None, exclude: Any = None) -> dict[str, Any]:
     """Return what a notebook stores: text, HTML and, where Python runs, the widget; only text in a terminal."""
     shell = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)()
     if shell is not None and not hasattr(shell, "kernel"):
-        return {"text/plain": repr(shown)}
-    return {"text/plain": repr(shown), "text/html": as_html(shown)} | ({} if shell is None else _live(shown))
+        return {"text/plain": repr(result)}
+    return {"text/plain": repr(result), "text/html": as_html(result)} | ({} if shell is None else _live(result))
 
 
-def _live(shown: Any) -> dict[str, Any]:
+def _live(result: Any) -> dict[str, Any]:
     """Return the view of a widget with sliders in place of the table; empty if it cannot be made."""
     try:
         from bristle.lab import Widget
 
-        widget = Widget(shown) if isinstance(shown, Model) else shown.widget()
+        widget = Widget(result) if isinstance(result, Model) else result.widget()
     except (ImportError, InputError):  # without anywidget, or no page can compute the model
         return {}
-    widget._card = "".join(_parts(shown)[:-1])
+    widget._card = "".join(_parts(result)[:-1])
     view = "application/vnd.jupyter.widget-view+json"
     return {view: (widget._repr_mimebundle_() or [{}])[0].get(view, {})}
 
 
-def _parts(shown: Any) -> list[str]:
-    """Return the HTML of each part, last the parameters."""
-    return _of_model(shown) if isinstance(shown, Model) else _of_identification(shown)
+def _parts(result: Any) -> list[str]:
+    """Return the HTML of item part, last the parameters."""
+    return _of_model(result) if isinstance(result, Model) else _of_identification(result)
 
 
 def _of_model(model: Model) -> list[str]:
@@ -89,23 +89,24 @@ def _value(value: Any, unit: str) -> str:
     if isinstance(value, str):
         return value
     scale = scale_of(unit, float(np.max(np.abs(value), initial=0.0)))
-    return f"{', '.join(f'{each:.6g}' for each in np.atleast_1d(value) * scale.factor)} {scale.unit}".replace("inf", "∞").rstrip()
+    return f"{', '.join(f'{item:.6g}' for item in np.atleast_1d(value) * scale.factor)} {scale.unit}".replace("inf", "∞").rstrip()
 
 
-def _picture(draw: Callable[[], Any], description: str, shown: Any) -> str:
+def _picture(draw: Callable[[], Any], description: str, result: Any) -> str:
     """Return a figure in the colours of the notebook; empty without matplotlib."""
     try:
         from bristle.figures import inline_svg
         from bristle.figures.palette import LIGHT
 
-        svg = inline_svg(draw(), f"b{hashlib.sha256(repr(shown).encode()).hexdigest()[:8]}", description)
+        svg = inline_svg(draw(), f"b{hashlib.sha256(repr(result).encode()).hexdigest()[:8]}", description)
     except (ImportError, InputError):
         return ""
     names = {colour: f"var(--{name},{colour})" for name, colour in LIGHT.items()}
-    return f'<div class="picture">{re.sub("#[0-9a-f]{6}(?=[;" + chr(34) + "])", lambda found: names.get(found[0], found[0]), svg)}</div>'
+    themed = re.sub("#[0-9a-f]{6}(?=[;\"])", lambda match: names.get(match[0], match[0]), svg)
+    return f'<div class="picture">{themed}</div>'
 
 
-def _of_identification(found: Any) -> list[str]:
+def _of_identification(identified: Any) -> list[str]:
     """Return verdict, numbers, gain, picture, warnings, and the table of all parameters."""
     from bristle.report.brief import brief  # with matplotlib, which a model does without
     from bristle.report.compensation import gain_of
@@ -113,13 +114,13 @@ def _of_identification(found: Any) -> list[str]:
     from bristle.report.messages import warnings_of
     from bristle.report.page import Ruling
 
-    fit, outcome, lines = found.best, getattr(found, "outcome", None), []
+    fit, outcome, lines = identified.best, getattr(identified, "outcome", None), []
     if outcome is None:  # loaded
-        level = found.summary["verdict"]["level"]
-        ruling = Ruling(level, LEVELS[level], tuple(found.summary["verdict"]["reasons"]))
+        level = identified.summary["verdict"]["level"]
+        ruling = Ruling(level, LEVELS[level], tuple(identified.summary["verdict"]["reasons"]))
     else:
-        ruling = judged(fit, found.settings, outcome.following)
-        lines = brief(found, outcome.simulation, outcome.following, found.axis)[:-1]
+        ruling = judged(fit, identified.settings, outcome.following)
+        lines = brief(identified, outcome.simulation, outcome.following, identified.axis)[:-1]
     gain = lines[next((place for place, line in enumerate(lines) if line.label == "Gain"), len(lines)) :]
 
     def draw() -> Any:
@@ -128,19 +129,19 @@ def _of_identification(found: Any) -> list[str]:
         simulation = None if outcome is None else outcome.simulation
         gained = None if simulation is None else gain_of(simulation)
         if simulation is None or gained is None or not gained.steps:
-            return found.plot()
+            return identified.plot()
         return loops_at_reversal(simulation, [step.name for step in gained.steps[-2:]])
 
     verdict = Markup('<p><span class="pill {}">{}</span> <strong>{}</strong> <span class="soft">{}</span></p>')
     warned = [Markup("<li>{}</li>").format(warning) for warning in warnings_of(fit)]
     return [
         verdict.format(ruling.level, ruling.words, fit.name, "; ".join(ruling.reasons)),
-        f'<div class="numbers">{"".join(each.html() for each in numbers_of(fit))}</div>',
+        f'<div class="numbers">{"".join(item.html() for item in numbers_of(fit))}</div>',
         *(Markup('<p class="{}">{}</p>').format(line.level or "soft", capital(line.text)) for line in gain),
-        _picture(draw, f"Following error or effort of {fit.name}", found),
+        _picture(draw, f"Following error or effort of {fit.name}", identified),
         f'<strong class="warned">Warnings</strong><ul>{"".join(warned)}</ul>' if warned else "",
         '<p class="soft">Report: <code>.report("report.html")</code></p>',
-        f"<details><summary>All parameters</summary>{found._card().html()}</details>",
+        f"<details><summary>All parameters</summary>{identified._card().html()}</details>",
     ]
 
 
@@ -161,13 +162,13 @@ class Number(NamedTuple):
 
 
 def numbers_of(fit: Fit) -> list[Number]:
-    """Return mass, friction level, pre-sliding distance and held-out error, each with its interval."""
+    """Return mass, friction level, pre-sliding distance and held-out error, item with its interval."""
     from bristle.report.model_tables import parameter_table
 
     kind, levels, table = fit.plant.kind, level_values(fit), parameter_table(fit)
     rows = {row[0]: dict(zip(table.heads, row, strict=True)) for row in table.rows}
     numbers = [_presliding(fit)]
-    of_level = [one for one in fit.estimates if one.name in fit.levels]
+    of_level = [estimate for estimate in fit.estimates if estimate.name in fit.levels]
     if levels is not None:
         sides = (levels.forward, levels.backward)
         text = " / ".join("unknown" if level is None else fixed(level, unit_of("force", kind)) for level in sides)
@@ -185,17 +186,19 @@ def numbers_of(fit: Fit) -> list[Number]:
 def _of_estimates(label: str, text: str, estimates: list[Estimate], rows: dict[str, dict[str, str]]) -> Number:
     """Return a number with the intervals of estimates, as their table has them."""
     intervals = []
-    for row in (rows[one.name] for one in estimates if one.name in rows):
+    for row in (rows[estimate.name] for estimate in estimates if estimate.name in rows):
         interval = row.get("95 % interval", "–")
-        known = f"{interval} {row['Unit']}" if interval != "–" else row.get("95 % interval [%]", "–") + " %"
-        intervals.append(f"{row['Parameter']}: {known if '– ' not in known else row.get('Remark', '')}")
-    halves = [one.interval_percent for one in estimates if one.status == "identified" and one.interval_percent is not None]
+        width = f"{interval} {row['Unit']}" if interval != "–" else row.get("95 % interval [%]", "–") + " %"
+        intervals.append(f"{row['Parameter']}: {width if '– ' not in width else row.get('Remark', '')}")
+    halves = [item.interval_percent for item in estimates if item.status == "identified" and item.interval_percent is not None]
+        estimate.interval_percent for estimate in estimates if estimate.status == "identified" and estimate.interval_percent is not None
+    ]
     return Number(label, text, "; ".join(intervals), max(halves, default=None))
 
 
 def _presliding(fit: Fit) -> Number:
     """Return the distance over which friction builds up after a reversal, with its interval from the replicates."""
-    fastest, kind, several = float(np.max(np.abs(fit.traces.velocity))), fit.friction.kind, []
+    fastest, kind, distances = float(np.max(np.abs(fit.traces.velocity))), fit.friction.kind, []
     distance, label = reversal_distance(fit.friction, fastest), "Pre-sliding distance"
     if not distance:
         return Number(label, "–", "the model has no pre-sliding")
@@ -203,11 +206,11 @@ def _presliding(fit: Fit) -> Number:
     names = [name for name in drawn if name in fit.friction.values]
     for values in zip(*(drawn[name] for name in names), strict=True):
         try:
-            several.append(reversal_distance(fit.friction.with_values(**dict(zip(names, values, strict=True))), fastest))
+            distances.append(reversal_distance(fit.friction.with_values(**dict(zip(names, values, strict=True))), fastest))
         except InputError:  # out of range
             continue
-    if not several:
+    if not distances:
         return Number(label, length_text(distance, kind), "no interval without replicates")
-    low, high = np.percentile(several, [2.5, 97.5]).tolist()
+    low, high = np.percentile(distances, [2.5, 97.5]).tolist()
     interval = interval_text(length_text(low, kind), length_text(high, kind))
     return Number(label, length_text(distance, kind), interval, 50.0 * (high - low) / distance)
