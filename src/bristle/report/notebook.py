@@ -102,7 +102,7 @@ def _picture(draw: Callable[[], Any], description: str, result: Any) -> str:
     except (ImportError, InputError):
         return ""
     names = {colour: f"var(--{name},{colour})" for name, colour in LIGHT.items()}
-    themed = re.sub("#[0-9a-f]{6}(?=[;\"])", lambda match: names.get(match[0], match[0]), svg)
+    themed = re.sub('#[0-9a-f]{6}(?=[;"])', lambda match: names.get(match[0], match[0]), svg)
     return f'<div class="picture">{themed}</div>'
 
 
@@ -191,8 +191,6 @@ def _of_estimates(label: str, text: str, estimates: list[Estimate], rows: dict[s
         width = f"{interval} {row['Unit']}" if interval != "–" else row.get("95 % interval [%]", "–") + " %"
         intervals.append(f"{row['Parameter']}: {width if '– ' not in width else row.get('Remark', '')}")
     halves = [item.interval_percent for item in estimates if item.status == "identified" and item.interval_percent is not None]
-        estimate.interval_percent for estimate in estimates if estimate.status == "identified" and estimate.interval_percent is not None
-    ]
     return Number(label, text, "; ".join(intervals), max(halves, default=None))
 
 
