@@ -158,7 +158,7 @@ def test_an_unknown_attribute_suggests_a_parameter():
     with pytest.raises(AttributeError, match="'Model' object has no attribute '_repr_png_'"):
         model._repr_png_  # noqa: B018  (what a notebook looks for is no parameter that was misspelt)
     assert not hasattr(model, "__array__")
-    assert not hasattr(model, "_repr_html_")
+    assert model._repr_html_().startswith('<div class="bristle">')
 
 
 def test_models_travel_as_before():

@@ -29,6 +29,7 @@ from bristle.core.errors import InputError
 from bristle.core.motion import NOMINAL_LOAD, NOMINAL_TEMPERATURE, NOT_KNOWN, NOTHING_TRANSMITTED, Motion, Reference, Screw  # noqa: F401
 from bristle.core.packing import pack
 from bristle.core.read_only import ReadOnly
+from bristle.core.tabular import of_upper_layer
 from bristle.core.typography import typed
 from bristle.core.values import check_relations, check_value, coerced, looked_at
 from bristle.core.variable import KINDS, Kind
@@ -304,6 +305,9 @@ class Model(WithParameters):
         variables = self.component.variables
         parts = [f"{k}={typed(v)} {variables[k].unit(self.kind)}".removesuffix(" 1") for k, v in self.values.items()]
         return f"{self.name}({', '.join(parts)})"
+
+    _repr_html_ = of_upper_layer("bristle.report.notebook", "as_html")
+    _repr_mimebundle_ = of_upper_layer("bristle.report.notebook", "bundle")
 
 
 def make_model(

@@ -154,8 +154,15 @@ class Documented:
         """Lines of its equations as text."""
         from bristle.core.formula import EQUATION, lines_of
 
-        formulas = (paragraph.text for paragraph in self.explanation if paragraph.kind == EQUATION)
-        return tuple(line for formula in formulas for line in lines_of(formula))
+        return tuple(line for paragraph in self.explanation if paragraph.kind == EQUATION for line in lines_of(paragraph.text))
+
+    @property
+    def latex(self) -> tuple[str, ...]:
+        """Its equations in LaTeX."""
+        from bristle.core.formula import EQUATION, equations_in
+
+        displays = (paragraph.text for paragraph in self.explanation if paragraph.kind == EQUATION)
+        return tuple(equation.strip().removesuffix(",") for display in displays for equation in equations_in(display))
 
     def __repr__(self) -> str:
         defaults = self.defaults

@@ -100,7 +100,7 @@ def as_text(latex: str) -> str:
 
 def lines_of(latex: str) -> tuple[str, ...]:
     """Return a displayed formula as lines of text: one for each equation in it, and for each case."""
-    return tuple(line for equation in _split(_ENVIRONMENT.sub(" ", latex)) for line in _with_cases(equation) if line)
+    return tuple(line for equation in equations_in(latex) for line in _with_cases(equation) if line)
 
 
 def spelt_out(sign: str) -> str:
@@ -113,9 +113,9 @@ def spelt_out(sign: str) -> str:
     return "".join(map(spelt_out, apart))
 
 
-def _split(latex: str) -> Iterator[str]:
-    """Yield the equations of a display, separated by new lines or wide blanks outside braces and cases."""
-    depth, start = 0, 0
+def equations_in(display: str) -> Iterator[str]:
+    """Yield the equations of a display in LaTeX, separated by new lines or wide blanks outside braces and cases."""
+    latex, depth, start = _ENVIRONMENT.sub(" ", display), 0, 0
     for match in _TOKEN.finditer(latex):
         token = match[0]
         depth += (token in ("{", "\\begin")) - (token in ("}", "\\end"))

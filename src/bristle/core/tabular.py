@@ -2,7 +2,7 @@
 
 import importlib
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, fields, is_dataclass
 from html import escape
 from typing import Any, NamedTuple
@@ -72,6 +72,15 @@ class WithCard:
 
     def _repr_html_(self) -> str:
         return self._card().html()
+
+
+def of_upper_layer(place: str, function: str) -> Callable[..., Any]:
+    """Return a method that is a function of an upper layer, imported at its first use."""
+
+    def method(self: Any, **options: Any) -> Any:
+        return getattr(importlib.import_module(place), function)(self, **options)
+
+    return method
 
 
 SIGNALS: dict[str, Variable] = {

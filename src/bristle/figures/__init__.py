@@ -16,6 +16,7 @@ from bristle.figures.following_error import following_error
 from bristle.figures.numbers import as_csv, numbers_of
 from bristle.figures.own import load_figure_file
 from bristle.figures.preisach import preisach_plane
+from bristle.figures.recorded import log_over_time
 from bristle.figures.report_figure import ReportFigure
 from bristle.figures.small_multiples import closure, drift, minor_loops
 from bristle.removed import removed_name
@@ -33,6 +34,7 @@ __all__ = [
     "gain_at_reversal",
     "inline_svg",
     "load_figure_file",
+    "log_over_time",
     "minor_loops",
     "numbers_of",
     "preisach_plane",

@@ -23,6 +23,7 @@ SHADES = {
 
 
 LOOPS = ("loops", "break_away")
+SLOPE = 5e-3  # [s] of a position from which a velocity is derived
 
 
 @style.styled
@@ -55,6 +56,24 @@ def _draw_loops(axes: Axes, log: Log, effort: np.ndarray, loops: Sequence[Passag
         axes.plot(x[::step] * length.factor, u[::step] * force.factor, **style.REST)
     title = "pre-sliding loops and break-aways, each from its start"
     axes.set(title=title, xlabel=length.label(style.position_word(log.kind)), ylabel=force.label(word))
+
+
+@style.styled
+def log_over_time(log: Log) -> Figure:
+    """Return position, velocity and effort of a log over time, a panel each; the slope of the position for a missing velocity."""
+    time, position, reach = log.time.values, log.position.values, max(round(SLOPE / log.sample_time), 1)
+    span, slope = time[reach:] - time[:-reach], position[reach:] - position[:-reach]
+    velocity = np.where(span < 1.5 * reach * log.sample_time, slope / span, np.nan)  # not across a gap
+    signals = [(time, position, "length", style.position_word(log.kind)), (time[reach:] - 0.5 * span, velocity, "length/time", "Velocity")]
+    if log.velocity is not None:
+        signals[1] = time, log.velocity.values, "length/time", "Velocity"
+    signals += [] if log.effort is None else [(time, log.effort.values, "force", style.effort_word(log.kind))]
+    figure, rows = style.panels(0.3 + style.ROW * len(signals), rows=len(signals))
+    for (axes,), (instants, values, quantity, word) in zip(rows, signals, strict=True):
+        scale = style.scale_for(quantity, log.kind, values)
+        style.over_time(axes, instants, (values, style.PREDICTED, "_"), scale=scale, word=word)
+    rows[1][0].set_title("slope of the position" * (log.velocity is None))
+    return figure
 
 
 def _has_loops(log: Log, passages: Sequence[Passage]) -> bool:

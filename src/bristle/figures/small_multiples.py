@@ -1,18 +1,21 @@
 """Force over position: models at the same scale, closure and drift; families of loops; and torque over a ripple."""
 
 from collections.abc import Collection, Mapping, Sequence
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from bristle.core import Kind, Scale, number, unit_of, with_unit
+from bristle.core import Kind, Model, Scale, number, unit_of, with_unit
+from bristle.engine import response
 from bristle.figures import style
 from bristle.figures.drawing import LETTERS, label, width
 
 Traces = Mapping[str, tuple[np.ndarray, np.ndarray]]
 MARGIN = 0.05  # of the height, above and below
+NESTED = [0.0, 1.0, -1.0, 0.3, -0.6, 1.0]  # turns of a path
 LETTER = 0.09  # height of a letter; points closer than a third of it share a letter
 
 
@@ -61,6 +64,19 @@ def _panels(
     for start in range(0, len(axes), columns):
         style.share_y(axes[start : start + columns], units.y)
     return figure, dict(zip(traces, axes, strict=True)), units
+
+
+def loops_of(friction: Model, distance: float) -> Figure:
+    """Return force over position along nested reversals within a pre-sliding distance [m or rad], and along long slides."""
+    speed = next((value for name, value in friction.values.items() if name.startswith("v_S")), None)
+    paths: dict[str, tuple[list[float], float, float]] = {"pre-sliding": (NESTED, distance, distance)} if distance > 0.0 else {}
+    if speed is not None or not paths:
+        paths["sliding"] = ([0.0, 1.0, -1.0, 1.0], 50.0 * distance or 0.01, 3.0 * (speed or 0.03))
+    traces, ease = {}, 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, 400))
+    for name, (turns, amplitude, fastest) in paths.items():
+        x = amplitude * np.concatenate([start + (end - start) * ease for start, end in pairwise(turns)])
+        traces[name] = x, response(friction, x, dt=float(np.max(np.abs(np.diff(x)))) / fastest)
+    return minor_loops(traces, friction.kind)
 
 
 @style.styled

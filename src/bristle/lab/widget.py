@@ -23,7 +23,7 @@ except ImportError as error:
     raise MissingExtraError.of("a widget", "notebook") from error
 
 SCRIPTS = ("inflate.js", "physics.js", "paths.js", "plot.js", "controls.js", "views.js", "bench.js", "widget.js")
-STYLE = colour_variables() + joined(("lab.css", "controls.css", "widget.css"))
+STYLE = colour_variables() + joined(("lab.css", "controls.css", "widget.css", "card.css"))
 
 
 class Widget(anywidget.AnyWidget):
@@ -66,6 +66,7 @@ class Widget(anywidget.AnyWidget):
     _described = traitlets.Dict().tag(sync=True)
     _values = traitlets.Dict().tag(sync=True)
     _problem = traitlets.Unicode().tag(sync=True)
+    _card = traitlets.Unicode().tag(sync=True)  # HTML above the sliders
 
     def __init__(self, model: Model, *, uncertainty: Mapping[str, Mapping[str, Any]] | None = None, fastest: float = 0.0) -> None:
         self._uncertainty, self._fastest = dict(uncertainty or {}), fastest

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,12 +13,16 @@ from bristle.core import units
 from bristle.core.axis import CHANNELS, Axis, Column, Injected
 from bristle.core.edge import KIND, amount, guarded, instance, optional
 from bristle.core.errors import InputError, did_you_mean, told_by
+from bristle.core.tabular import of_upper_layer
 from bristle.core.values import shown
 from bristle.core.variable import KINDS, Variable, unit_of
 from bristle.logs.assembly import record_of
 from bristle.logs.channel import Channel, LogData  # noqa: F401  (asked for here)
 from bristle.logs.problems import REPAIR
 from bristle.logs.table import USUAL_NAMES, Table, some_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 # Position and effort have alternative names; for other channels a letter could mean something else.
 NAMES = {name: (USUAL_NAMES[name] if name in ("time", "position", "effort") else (name,)) for name in CHANNELS}
@@ -257,6 +261,10 @@ class Log(LogData):
         (200, 'm', 0.001)
         """
         return log_of(record_of_columns(columns, axis=axis, kind=kind, sample_time=sample_time))
+
+    def plot(self) -> Figure:
+        """Return position [m or rad], velocity [m/s or rad/s] and effort [N or N*m] over time as a matplotlib figure."""
+        return of_upper_layer("bristle.figures", "log_over_time")(self)
 
 
 def log_of(record: LogData) -> Log:

@@ -16,6 +16,7 @@ from bristle.core import Axis, Card, Diagnostic, InputError, Model, Progress, Wi
 from bristle.files import SUMMARY, read_arrays, read_axis, read_model, write_whole
 from bristle.identification import Estimate, Fit
 from bristle.prediction import fit_of
+from bristle.report.notebook import as_html, bundle
 from bristle.report.results import REPORT
 
 if TYPE_CHECKING:
@@ -170,6 +171,8 @@ class ModelInHand(WithCard):
             for name, estimate in self.parameters.items()
         }
         return pandas.DataFrame.from_dict(rows, orient="index").rename_axis("parameter")
+
+    _repr_html_, _repr_mimebundle_ = as_html, bundle  # pyright: ignore[reportAssignmentType]
 
     def _card(self) -> Card:
         from bristle.report.messages import warnings_of

@@ -78,7 +78,7 @@ def length_text(value: float, kind: Kind) -> str:
 
 def capital(text: str) -> str:
     """Return a text with a capital at its beginning; the name of the program keeps its small letter."""
-    return text if text.startswith("bristle") else f"{text[:1].upper()}{text[1:]}"
+    return text if re.match(r"bristle\b", text) else f"{text[:1].upper()}{text[1:]}"
 
 
 def short_text(value: float) -> str:

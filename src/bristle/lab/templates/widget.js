@@ -30,7 +30,9 @@ class Bench {
       element("canvas", { id: name, role: "img", "aria-label": label, "aria-describedby": `${name}-reading` }),
       element("p", { class: "reading", id: `${name}-reading` }),
       SETTINGS[name] ? element("div", { class: "settings", id: `${name}-settings` }) : null);
-    return element("div", { class: "host" },
+    const card = element("div", { class: "bristle" });
+    card.innerHTML = this.model.get("_card") ?? "";
+    return element("div", { class: "host" }, card,
       element("p", { class: "problem", role: "alert" }), element("ul", { class: "broken", role: "status" }),
       element("div", { class: "bench" },
         element("div", { class: "cards", role: "group", "aria-label": "Parameters" }),

@@ -1,0 +1,212 @@
+"""A model, an identification and a log at the end of a cell: HTML, picture, widget, and fallbacks."""
+
+import re
+import subprocess
+import sys
+from dataclasses import replace
+from types import SimpleNamespace as Some
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+import bristle as br
+from bristle.core.contracts import example_of
+from bristle.friction import MODELS
+from bristle.prediction import level_values, reversal_distance
+from bristle.report import notebook
+from bristle.report.page import Ruling
+from bristle.report.table import fixed, length_text
+
+VIEW = "application/vnd.jupyter.widget-view+json"
+
+
+def columns():
+    t = np.arange(4000) * 1e-3
+    velocity = 0.06 * np.cos(3.0 * t) + 0.11 * np.cos(11.0 * t)
+    effort = 12.0 * np.gradient(velocity, t) + 5.0 * np.sign(velocity) + 80.0 * velocity
+    effort += 0.1 * np.random.default_rng(1).normal(size=t.size)
+    return {"time": t, "position": 0.02 * np.sin(3.0 * t) + 0.01 * np.sin(11.0 * t), "effort": effort}
+
+
+@pytest.fixture(scope="module")
+def found():
+    return br.identify(columns(), "coulomb_viscous", draws=20)
+
+
+@pytest.fixture
+def kernel(monkeypatch):
+    from bristle.lab import Widget  # noqa: F401  (loads what itself asks for the shell)
+
+    monkeypatch.setattr("IPython.get_ipython", lambda: Some(kernel=True))
+
+
+def text_of(html):
+    return re.sub(r"<[^>]*>", " ", re.sub(r"<style>.*?</style>", "", html, flags=re.DOTALL))
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_a_friction_model_shows_its_equations_its_loops_and_its_parameters(name):
+    model = example_of(MODELS[name])
+    html = model._repr_html_()
+    formulas = re.findall(r"<math.*?</math>", html)
+    assert len(formulas) == len(model.component.latex) > 0
+    for formula, latex in zip(formulas, model.component.latex, strict=True):
+        letters = "".join(ElementTree.fromstring(formula).itertext())
+        assert ("F" in letters or "f" in letters) or "F" not in latex
+        assert "\\" not in letters
+    assert html.count("<svg") == 1
+    assert model.component.description[1:] in text_of(html)
+    assert html.count("<tr>") == 1 + len(model.values)
+    assert repr(model).startswith(f"{name}(")
+
+
+def test_parameters_of_a_model_have_readable_units():
+    model = br.friction.maxwell_slip(F_C="20 N", k_i=[5e6, 2e6], nu_i=[0.25, 0.75], sigma_2=3.0)
+    html = model._repr_html_()
+    for text in ("20 N", "5000, 2000 kN/m", "0.25, 0.75", "3 N·s/m"):
+        assert f">{text}</td>" in html
+
+
+def test_equations_are_text_without_latex2mathml(monkeypatch):
+    monkeypatch.setitem(sys.modules, "latex2mathml.converter", None)
+    html = br.friction.coulomb(F_C=3.0)._repr_html_()
+    assert "<math" not in html
+    assert "<div>F = F_C sgn v</div>" in html
+
+
+def test_the_four_numbers_are_those_of_the_parameters(found):
+    mass, friction, presliding, error = notebook.numbers_of(found.best)
+    estimate, level = found.parameters["M"], found.parameters["F_C"]
+    number = [float(text) for text in re.findall(r"[\d.]+", f"{mass.text} {mass.interval}")]
+    assert number == pytest.approx([estimate.value, *estimate.interval], rel=1e-3)
+    assert mass.half == pytest.approx(estimate.interval_percent)
+    assert [float(text) for text in re.findall(r"[\d.]+", friction.interval)] == pytest.approx(level.interval, rel=1e-2)
+    levels = level_values(found.best)
+    assert friction.text == f"{fixed(levels.forward, 'N')} / {fixed(levels.backward, 'N')}"
+    assert presliding.interval == "the model has no pre-sliding"
+    assert float(error.text.split("\u00a0")[0]) == pytest.approx(found.best.held_out.mean_percent, rel=1e-2)
+    html = found._repr_html_()
+    assert all(f"<strong>{each.text}</strong>" in html for each in (mass, friction, presliding, error))
+
+
+def test_the_presliding_distance_has_the_interval_of_the_replicates(found):
+    friction = example_of(MODELS["dahl"])
+    stiffness = np.linspace(0.8, 1.2, 41) * friction.sigma_0
+    drawn = {"sigma_0": np.append(stiffness, -1.0)}  # the last one is refused
+    fit = replace(found.best, friction=friction, resampling=Some(bands=Some(draws=drawn)))
+    number, fastest = notebook._presliding(fit), float(np.max(np.abs(fit.traces.velocity)))
+    distances = [reversal_distance(friction.with_values(sigma_0=value), fastest) for value in stiffness]
+    low, high = np.percentile(distances, [2.5, 97.5])
+    assert number.interval == f"{length_text(low, 'translational')} to {length_text(high, 'translational')}"
+    assert number.text == length_text(reversal_distance(friction, fastest), "translational")
+    assert number.half == pytest.approx(50.0 * (high - low) / reversal_distance(friction, fastest))
+    assert notebook._presliding(replace(fit, resampling=None)).half is None
+
+
+def test_an_identification_shows_verdict_gain_warnings_and_report(found, monkeypatch):
+    html = found._repr_html_()
+    assert '<span class="pill usable">Usable</span>' in html
+    assert "Not simulated: the axis file has no controller" in html
+    assert '.report("report.html")' in html
+    assert html.count("<svg") == 1
+    monkeypatch.setattr("bristle.report.messages.warnings_of", lambda fit: ("a <b>doubt</b>",))
+    for module in ("brief", "judgement"):
+        monkeypatch.setattr(f"bristle.report.{module}.judged", lambda *a: Ruling("measure_again", "Measure again", ("<i>why</i>",)))
+    html = found._repr_html_()
+    assert '<span class="pill measure_again">Measure again</span>' in html
+    assert "a &lt;b&gt;doubt&lt;/b&gt;" in html
+    assert "&lt;i&gt;why&lt;/i&gt;" in html
+    assert "Not simulated" not in html
+
+
+def test_a_saved_identification_shows_its_saved_verdict(found, tmp_path):
+    found.save(tmp_path / "results")
+    html = br.load(tmp_path / "results")._repr_html_()
+    assert '<span class="pill usable">Usable</span>' in html
+    assert html.count("<svg") == 1
+
+
+def test_a_bar_is_as_wide_as_its_interval_and_empty_without_it():
+    assert 'style="left:40.0%;width:20.0%"' in notebook.Number("a", "b", "c", 5.0).html()
+    assert 'style="left:0.0%;width:100.0%"' in notebook.Number("a", "b", "c", 80.0).html()
+    assert '<span class="bar"></span>' in notebook.Number("a", "b", "c").html()
+    assert "<b>" not in notebook.Number("<b>", "<b>", "<b>").html()
+
+
+def test_names_of_a_user_are_escaped():
+    component = replace(MODELS["coulomb"], name="<b>mine</b>", description="<script>x</script>")
+    html = replace(br.friction.coulomb(F_C=3.0), component=component)._repr_html_()
+    assert "<b>mine" not in html
+    assert "<script" not in html
+    assert "&lt;b&gt;mine" in html
+
+
+def test_colours_follow_the_notebook():
+    html = br.friction.coulomb(F_C=3.0)._repr_html_()
+    assert "--ink:light-dark(#1b2430,#e8ecf1);" in html
+    assert '[data-jp-theme-light="false"]' in html
+    assert "var(--with,#0b3c6f)" in html
+    assert not re.search(r"stroke: #0b3c6f", html)
+
+
+def test_a_kernel_gets_the_widget_with_html_beside_it(found, kernel):
+    for shown in (br.friction.lugre(F_C=20.0, F_S=28.0, v_S=2e-3, sigma_0=1e7), found):
+        data = shown._repr_mimebundle_()
+        assert set(data) == {VIEW, "text/html", "text/plain"}
+        assert data[VIEW]["model_id"]
+        assert data["text/plain"] == repr(shown)
+    assert set(br.plants.inertia(M=3.0)._repr_mimebundle_()) == {"text/html", "text/plain"}
+
+
+def test_the_widget_has_the_card_above_its_sliders(found, kernel, monkeypatch):
+    made = []
+    monkeypatch.setattr(
+        "bristle.report.model_in_hand.ModelInHand.widget", lambda self: made.append(Some(_repr_mimebundle_=dict)) or made[0]
+    )
+    found._repr_mimebundle_()
+    assert "Usable" in made[0]._card
+    assert "All parameters" not in made[0]._card
+    assert "<style>" not in made[0]._card
+
+
+def test_a_terminal_gets_text_and_another_frontend_html(monkeypatch):
+    model = br.friction.coulomb(F_C=3.0)
+    monkeypatch.setitem(sys.modules, "IPython", Some(get_ipython=Some))
+    assert set(model._repr_mimebundle_()) == {"text/plain"}
+    monkeypatch.setitem(sys.modules, "IPython", Some(get_ipython=lambda: None))
+    assert set(model._repr_mimebundle_()) == {"text/html", "text/plain"}
+
+
+def test_html_remains_without_anywidget(kernel, monkeypatch):
+    monkeypatch.setitem(sys.modules, "anywidget", None)
+    monkeypatch.delitem(sys.modules, "bristle.lab.widget", raising=False)
+    assert set(br.friction.coulomb(F_C=3.0)._repr_mimebundle_()) == {"text/html", "text/plain"}
+
+
+def test_html_remains_without_matplotlib():
+    code = (
+        "import sys; sys.modules['matplotlib'] = None\nimport bristle as br\n"
+        "html = br.friction.coulomb(F_C=3.0)._repr_html_()\n"
+        "assert '<math' in html and '<svg' not in html and '3 N' in html and '<style' not in html\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_a_log_plots_position_velocity_and_effort():
+    log = br.Log.from_columns(columns())
+    figure = log.plot()
+    assert [axes.get_ylabel().split(" [")[0] for axes in figure.axes] == ["Position", "Velocity", "Force"]
+    x, y = figure.axes[1].lines[0].get_data()
+    t = np.asarray(x)
+    expected = 1e3 * (0.06 * np.cos(3.0 * t) + 0.11 * np.cos(11.0 * t))
+    assert np.nanmax(np.abs(y - expected)) < 2e-3 * 170.0
+    assert figure.axes[1].get_title(loc="right") == "slope of the position"
+    recorded = br.Log.from_columns(columns() | {"velocity": np.full(4000, 0.1) + 1e-3 * np.arange(4000)})
+    assert recorded.plot().axes[1].get_title(loc="right") == ""
+
+
+def test_a_derived_velocity_stops_at_a_gap():
+    t = np.concatenate([np.arange(500) * 1e-3, 5.0 + np.arange(500) * 1e-3])
+    log = br.Log(time=t, position=np.where(t < 1.0, t, 100.0 + t), effort=t, sample_time=1e-3, segments=(slice(0, 500), slice(500, 1000)))
+    assert np.nanmax(log.plot().axes[1].lines[0].get_ydata()) < 1.1
