@@ -59,20 +59,18 @@ def test_a_constant_force_is_to_be_typed_in_only_if_it_is_known(identification, 
     assert ("constant force 5" in friction) is is_shown
 
 
-def test_a_log_in_one_direction_has_no_level_to_type_in(identification, monkeypatch):
-    levels = Some(forward=8.0, backward=None, constant=0.0, inertia=12.0)
-    monkeypatch.setattr(module, "level_values", lambda fit: levels)
-    assert texts(brief(identification, Some(), None), "Gain") == ["not predicted: the friction is unknown"]
-    assert [line.text for line in module._to_type_in(identification.best, None)][1:] == [
-        "friction: unknown, because the axis moves in one direction only"
-    ]
+def test_a_log_in_one_direction_has_no_value_to_type_in(identification, monkeypatch):
+    monkeypatch.setattr("bristle.report.judgement.level_values", lambda fit: Some(forward=8.0, backward=None))
+    lines = brief(identification, Some(), None)
+    assert {line.label for line in lines} & {"Gain", "Type in"} == set()
+    assert lines[-1].text.startswith(f"Measure again: {SENTENCES['one_direction'].means}")
 
 
 def test_a_faulty_log_is_to_be_recorded_again(identification, monkeypatch):
     assert module.advice_to_record(identification.best) == ""
     faulty = with_diagnostics(identification, "effort_unsigned", severity="error").best
     assert module.advice_to_record(faulty).lower().startswith(SENTENCES["effort_unsigned"].advice.lower())
-    monkeypatch.setattr(module, "level_values", lambda fit: Some(forward=8.0, backward=None))
+    monkeypatch.setattr("bristle.report.judgement.level_values", lambda fit: Some(forward=8.0, backward=None))
     assert SENTENCES["one_direction"].advice.lower() in module.advice_to_record(identification.best).lower()
 
 

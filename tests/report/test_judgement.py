@@ -222,7 +222,8 @@ def test_error_of_the_simulation_decides_for_simulated_loops():
 
 
 @pytest.mark.parametrize(("error", "level"), [(20.0, "usable"), (20.1, "with_care"), (60.0, "with_care"), (60.1, "measure_again")])
-def test_verdict_follows_the_error_limits_of_the_settings(error, level):
+def test_verdict_follows_the_error_limits_of_the_settings(error, level, monkeypatch):
+    monkeypatch.setattr("bristle.report.judgement.level_values", lambda fit: None)
     ruling = judged(measured(missed_percent=error, diagnostics=(), estimates=()), USUAL)
     assert ruling.level == level
     assert [reason.startswith(f"the model error is {error:.3g} %") for reason in ruling.reasons] == [True] * (level != "usable")

@@ -13,10 +13,9 @@ import pytest
 import bristle as br
 from bristle.core.contracts import example_of
 from bristle.friction import MODELS
-from bristle.prediction import level_values, reversal_distance
 from bristle.report import notebook
+from bristle.report.cards import Card, cards_of
 from bristle.report.page import Ruling
-from bristle.report.table import fixed, length_text
 
 VIEW = "application/vnd.jupyter.widget-view+json"
 
@@ -75,33 +74,11 @@ def test_equations_are_text_without_latex2mathml(monkeypatch):
     assert "<div>F = F_C sgn v</div>" in html
 
 
-def test_the_four_numbers_are_those_of_the_parameters(found):
-    mass, friction, presliding, error = notebook.numbers_of(found.best)
-    estimate, level = found.parameters["M"], found.parameters["F_C"]
-    number = [float(text) for text in re.findall(r"[\d.]+", f"{mass.text} {mass.interval}")]
-    assert number == pytest.approx([estimate.value, *estimate.interval], rel=1e-3)
-    assert mass.half == pytest.approx(estimate.interval_percent)
-    assert [float(text) for text in re.findall(r"[\d.]+", friction.interval)] == pytest.approx(level.interval, rel=1e-2)
-    levels = level_values(found.best)
-    assert friction.text == f"{fixed(levels.forward, 'N')} / {fixed(levels.backward, 'N')}"
-    assert presliding.interval == "the model has no pre-sliding"
-    assert float(error.text.split("\u00a0")[0]) == pytest.approx(found.best.held_out.mean_percent, rel=1e-2)
+def test_the_cards_are_those_of_the_report(found):
     html = found._repr_html_()
-    assert all(f"<strong>{each.text}</strong>" in html for each in (mass, friction, presliding, error))
-
-
-def test_the_presliding_distance_has_the_interval_of_the_replicates(found):
-    friction = example_of(MODELS["dahl"])
-    stiffness = np.linspace(0.8, 1.2, 41) * friction.sigma_0
-    drawn = {"sigma_0": np.append(stiffness, -1.0)}  # the last one is refused
-    fit = replace(found.best, friction=friction, resampling=Some(bands=Some(draws=drawn)))
-    number, fastest = notebook._presliding(fit), float(np.max(np.abs(fit.traces.velocity)))
-    distances = [reversal_distance(friction.with_values(sigma_0=value), fastest) for value in stiffness]
-    low, high = np.percentile(distances, [2.5, 97.5])
-    assert number.interval == f"{length_text(low, 'translational')} to {length_text(high, 'translational')}"
-    assert number.text == length_text(reversal_distance(friction, fastest), "translational")
-    assert number.half == pytest.approx(50.0 * (high - low) / reversal_distance(friction, fastest))
-    assert notebook._presliding(replace(fit, resampling=None)).half is None
+    for card in cards_of(found.best, None, usable=True):
+        assert f"<strong>{card.value}</strong>" in html
+        assert card.remark in html
 
 
 def test_an_identification_shows_verdict_gain_warnings_and_report(found, monkeypatch):
@@ -128,10 +105,10 @@ def test_a_saved_identification_shows_its_saved_verdict(found, tmp_path):
 
 
 def test_a_bar_is_as_wide_as_its_interval_and_empty_without_it():
-    assert 'style="left:40.0%;width:20.0%"' in notebook.Number("a", "b", "c", 5.0).html()
-    assert 'style="left:0.0%;width:100.0%"' in notebook.Number("a", "b", "c", 80.0).html()
-    assert '<span class="bar"></span>' in notebook.Number("a", "b", "c").html()
-    assert "<b>" not in notebook.Number("<b>", "<b>", "<b>").html()
+    assert 'style="left:40.0%;width:20.0%"' in notebook._with_bar(Card("a", "b", "c", 6.0))
+    assert 'style="left:0.0%;width:100.0%"' in notebook._with_bar(Card("a", "b", "c", 80.0))
+    assert '<span class="bar"></span>' in notebook._with_bar(Card("a", "b", "c", open=True))
+    assert "<b>" not in notebook._with_bar(Card("<b>", "<b>", "<b>"))
 
 
 def test_names_of_a_user_are_escaped():
@@ -188,7 +165,7 @@ def test_html_remains_without_matplotlib():
     code = (
         "import sys; sys.modules['matplotlib'] = None\nimport bristle as br\n"
         "html = br.friction.coulomb(F_C=3.0)._repr_html_()\n"
-        "assert '<math' in html and '<svg' not in html and '3 N' in html and '<style' not in html\n"
+        "assert '<math' in html and '<svg' not in html and '3 N' in html and '<style' in html\n"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
 

@@ -32,7 +32,7 @@ LINEAR = 1e-2  # velocity over the largest velocity below which the scale is lin
 
 
 @style.styled
-def gain_at_reversal(result: SimulationResult, names: Sequence[str], measured: np.ndarray | None = None, *, height: float = TALL) -> Figure:
+def gain_at_reversal(result: SimulationResult, names: Sequence[str], measured: np.ndarray | None = None) -> Figure:
     """Return the following error at the worst reversal without and with friction feedforward, and below over the whole log.
 
     Parameters

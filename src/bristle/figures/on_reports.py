@@ -26,7 +26,9 @@ def _is_presliding(facts: Facts) -> bool:
     """Return whether a log without a gain is about pre-sliding: then force over displacement is its large picture."""
     if facts["gain_pair"] is not None or not Place("front", "first_screen.AFTER_REVERSALS").figure.applies_to(facts):
         return False
-    return import_module("bristle.figures.first_screen").is_presliding(facts["at_samples"], facts["distance"])
+    from bristle.figures.first_screen import is_presliding
+
+    return is_presliding(facts["at_samples"], facts["distance"])
 
 
 def _shows_effort(facts: Facts) -> bool:

@@ -46,7 +46,7 @@ def brief(
     ruling = judged(fit, identification.settings, following)
     lines = [*_model(identification), *_parameters(fit), *_warnings(fit, following)]
     if ruling.level != "measure_again":
-        lines += [*_to_type_in(fit, axis), *_gain(simulation, following, is_known=not is_one_sided(fit))]
+        lines += [*_to_type_in(fit, axis), *_gain(simulation, following)]
     return [*lines, verdict(ruling)]
 
 
@@ -111,9 +111,8 @@ def _to_type_in(fit: Fit, axis: Axis | None) -> list[Line]:
     if inertia is not None and inertia.status != "unidentifiable" and levels.inertia:
         source = " (given)" if inertia.status == "held" else _width([inertia])
         lines.append(f"{'inertia' if kind == 'rotational' else 'mass'} {fixed(levels.inertia, unit_of('mass', kind))}{source}")
-    if levels.forward is None or levels.backward is None:
-        lines.append("friction: unknown, because the axis moves in one direction only")
-        return _labelled("Type in", lines)
+    assert levels.forward is not None  # or the log is to be recorded again
+    assert levels.backward is not None
     known = [estimate for estimate in fit.estimates if estimate.name in fit.levels and estimate.status == "identified"]
     friction = f"friction {fixed(levels.forward, unit)} forward, {fixed(levels.backward, unit)} backward{_width(known)}"
     is_known = all(estimate.status in ("identified", "held") for estimate in fit.estimates if estimate.name == "offset")
@@ -130,10 +129,8 @@ def _width(estimates: list[Estimate]) -> str:
     return f" ± {number(max(halves), digits=2)}\u00a0%" if halves else ""
 
 
-def _gain(simulation: SimulationResult | None, following: Following | None, *, is_known: bool = True) -> list[Line]:
-    """Return the following error without and with friction feedforward, if the friction `is_known` in both directions."""
-    if not is_known:
-        return [Line("Gain", "not predicted: the friction is unknown")]
+def _gain(simulation: SimulationResult | None, following: Following | None) -> list[Line]:
+    """Return the following error without and with friction feedforward."""
     if simulation is None:
         return [Line("Gain", "not simulated: the axis file has no controller, or the log has no reference")]
     if following is not None and following.contradiction is not None:

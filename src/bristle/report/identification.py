@@ -13,7 +13,7 @@ from markupsafe import Markup
 from bristle.core import number, typeset, unit_of, with_unit
 from bristle.prediction import drive_units, fit_at_samples, largest_deviation, level_values, reversal_distance, steady_curve
 from bristle.report.brief import advice_to_record
-from bristle.report.cards import Step, cards_of
+from bristle.report.cards import Step, cards_of, no_gain
 from bristle.report.compensation import NAMES_MAX, Gain, about_loop, gain_lines, gain_of, names_text
 from bristle.report.judgement import WRITTEN_BY, is_one_sided, judged, misfit, next_measurements
 from bristle.report.log import break_away_table, log_facts, passage_table, scatter_facts, treatment_facts
