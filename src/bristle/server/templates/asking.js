@@ -25,10 +25,14 @@ async function json(method, path, data = null) {
   return (await asked(method, path, body)).json();
 }
 
-function fail(message) {
-  byId("failed").hidden = !message;
-  byId("failed").textContent = message;
-  if (message) byId("failed").scrollIntoView({ block: "nearest" });
+// Show an error beside the button of its task, or else at the top.
+function fail(message, task = "") {
+  const place = byId(`${task}-failed`) ?? byId("failed");
+  for (const other of document.querySelectorAll('.alert[role="alert"]')) other.hidden = true;
+  place.hidden = !message;
+  place.textContent = message;
+  if (message) place.scrollIntoView({ block: "nearest" });
+  for (const input of document.querySelectorAll("#loop-form input")) input.setAttribute("aria-invalid", String(message.includes(`${input.name}:`)));
 }
 
 // Do the work of an action and show its error at the top.

@@ -33,6 +33,13 @@ function channelRow(channel, looked, edit) {
     remark ? element("p", { class: "note", text: remark }) : null);
 }
 
+// Optional fields that change the meaning of the log; a field that only the loop uses belongs to step 6.
+const OPTIONAL = [["transmission.lead", "How far does the axis move per turn of the screw?", "10 mm"], ["transmission.gear_ratio", "How many turns of the motor per turn behind the gear?", "1"],
+  ["encoder.resolution", "How large is one step of the encoder?", "0.1 um"], ["timing.delay", "By how much does the logged effort lag?", "estimated"],
+  ["timing.sample_time", "What is the sample time, if the log has no time?", "1 ms"], ["effort.hold", "How does the effort act between samples? zero (constant) or linear", "unknown"]];
+
+function inLoop(key) { return key.startsWith("controller.") || DRIVE[key] !== undefined; }
+
 // All other fields of the axis file, missing values first.
 function furtherFields(looked, edit) {
   const fields = [];
@@ -40,9 +47,10 @@ function furtherFields(looked, edit) {
     if (table === "columns" || typeof entries !== "object") continue;
     for (const [name, value] of Object.entries(entries)) {
       if (!["string", "number"].includes(typeof value)) continue;
-      const key = `${table}.${name}`, open = looked.form.missing.includes(key);
-      const input = element("input", { type: "text", name: key, value: open ? "" : String(value), placeholder: open ? "?" : "" });
-      input.addEventListener("change", () => edit({ [key]: valueIn(input.value) ?? "?" }));
+      const key = `${table}.${name}`, open = looked.form.missing.includes(key) || looked.refusal.includes(`${key}:`);
+      if ((inLoop(key) || OPTIONAL.some(([other]) => other === key)) && !open) continue;
+      const input = element("input", { type: "text", name: key, value: value === "?" ? "" : String(value), placeholder: "?" });
+      input.addEventListener("change", () => edit({ [key]: (table === "effort" ? input.value.trim() : valueIn(input.value)) || "?" }));
       const label = element("label", { class: open ? "open" : "" }, element("span", { text: `${table}: ${name.replaceAll("_", " ")}` }), input,
         looked.form.remarks[key] ? element("span", { class: "note", text: looked.form.remarks[key] }) : null);
       if (open) fields.unshift(label);
@@ -50,6 +58,14 @@ function furtherFields(looked, edit) {
     }
   }
   return fields;
+}
+
+function optionalFields(looked, edit) {
+  return OPTIONAL.filter(([key]) => key !== "effort.hold" || valueAt(looked.form.tables, "effort.held") === undefined).map(([key, word, example]) => {
+    const input = element("input", { type: "text", name: key, value: String(valueAt(looked.form.tables, key) ?? ""), placeholder: example });
+    input.addEventListener("change", () => edit({ [key]: valueIn(input.value) }));
+    return element("label", {}, element("span", { text: word }), input);
+  });
 }
 
 function kindChoice(looked, edit) {
@@ -87,6 +103,7 @@ function columnsView(looked, state, { edit, use, check }) {
     ...looked.channels.map((channel) => channelRow(channel, looked, edit)),
     kindChoice(looked, edit),
     element("div", { class: "fields" }, ...furtherFields(looked, edit)),
+    folded("Gear, screw, encoder, delay (optional)", element("div", { class: "fields" }, ...optionalFields(looked, edit))),
     listOf([...missing, ...(looked.refusal && !missing.length ? [looked.refusal] : []), ...looked.problems], "told problems"),
     element("div", { class: "plots" }, ...looked.plots.map(signalPicture)),
     folded("How the columns were recognized", listOf(looked.notes)),

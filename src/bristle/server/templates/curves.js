@@ -2,6 +2,13 @@
 
 function rangeOf(values) { return axis(...extent(values.filter((value) => value !== null))); }
 
+function colourOf(name) { return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim(); }
+
+// A caption with a line in the colour of each curve.
+function legendOf(title, ...curves) {
+  return element("span", {}, `${title} `, ...curves.map(([colour, word]) => element("span", { class: `key ${colour}`, text: word })));
+}
+
 function frameOn(canvas, theme, x, y) {
   const { context, area } = wiped(canvas);
   const [low, high] = extent(x.values), [bottom, top] = rangeOf(y.values);
@@ -24,7 +31,7 @@ function effortPicture([time, measured, predicted], unit, label) {
     const frame = frameOn(canvas, theme, { word: "time", unit: "s", values: time }, { word: "effort", unit, values: [...measured, ...predicted] });
     frame.curve(time, measured, { colour: theme.measured, width: 2.4 });
     frame.curve(time, predicted, { colour: theme.accent, width: 1 });
-  }, `${label}: measured (wide, light) and model (thin, dark)`);
+  }, legendOf(`${label}:`, ["measured", "measured"], ["with", "model"]));
 }
 
 function frictionPicture([velocity, measured, modelled], units) {
@@ -37,7 +44,7 @@ function frictionPicture([velocity, measured, modelled], units) {
     });
     dots(measured, theme.measured, 3.4);
     dots(modelled, theme.accent, 1.8);
-  }, "Friction over velocity: measured (large, light) and model (small, dark)");
+  }, legendOf("Friction over velocity:", ["measured", "measured"], ["with", "model"]));
 }
 
 function unitsOf(kind) {

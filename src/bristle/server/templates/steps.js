@@ -12,22 +12,22 @@ function checkView(checked) {
   ]).filter(Boolean);
 }
 
-function verdictView(told_, state, { download, report }) {
-  const units = unitsOf(told_.kind), old = state.parts.identified.old;
+function verdictView(found, state, { download, report }) {
+  const units = unitsOf(found.kind), old = state.parts.identified.old, [[, misfit], ...answers] = found.answers;
   return [
     old ? element("p", { class: "old", text: "The logs or the axis file have changed since this identification. Check the logs and identify again." }) : null,
-    element("p", { class: `ruling ${told_.verdict.level}`, id: "ruling", text: told_.verdict.words }),
-    told_.unfinished ? element("p", { class: "alert", text: `Unfinished: ${told_.unfinished}` }) : null,
-    listOf(told_.verdict.reasons),
-    answersOf(told_.answers),
-    tableOf(told_.parameters),
-    told_.comparison ? tableOf(told_.comparison) : null,
-    element("div", { class: "plots" }, frictionPicture(told_.velocity, units), effortPicture(told_.time, units.force, "Effort of the log")),
-    told_.warnings.length ? element("h3", { text: "Warnings" }) : null,
-    listOf(told_.warnings),
+    element("p", { class: `ruling ${found.verdict.level}`, id: "ruling", text: found.verdict.words }),
+    found.unfinished ? element("p", { class: "alert", text: `Unfinished: ${found.unfinished}` }) : null,
+    element("p", {}, element("strong", { text: found.model }), ...withCode(`: ${misfit.join("; ")}.`)),
+    listOf(found.verdict.reasons),
+    element("div", { class: "plots" }, effortPicture(found.time, units.force, "Effort of the log"), frictionPicture(found.velocity, units)),
+    copied(found.parameters),
+    found.warnings.length ? folded(`Warnings (${found.warnings.length})`, listOf(found.warnings)) : null,
+    found.comparison ? folded("Models compared", tableOf(found.comparison)) : null,
+    folded("Gain, trust, next steps", answersOf(answers)),
     element("div", { id: "predicted" }),
     element("div", { class: "tools" }, button("Show the report", report, { id: "show-report" }), button("Download results.zip", download, { id: "results" })),
-    element("p", { class: "note" }, "The same command in a terminal: ", element("code", { text: told_.command })),
+    element("p", { class: "note" }, "The same command in a terminal: ", element("code", { text: found.command })),
     element("div", { id: "report" }),
   ].filter(Boolean);
 }
@@ -38,14 +38,6 @@ function predictedView(predicted) {
     element("p", { text: `${log.label}: ${log.verdict.words}; model error ${withDigits(log.error_percent, 3)} % of the effort${log.inside_percent === null ? "" : `, ${withDigits(log.inside_percent, 3)} % of the samples are within the 95 % band`}.` }),
     effortPicture(log.time, units.force, `Effort of ${log.label}`),
   ])];
-}
-
-function compensateView(told_) {
-  const [, typed_, gain] = told_.answers;
-  return [
-    answersOf([typed_, gain]),
-    told_.drive ? tableOf(told_.drive) : null,
-  ].filter(Boolean);
 }
 
 function exportedView(exported, { target, file }, download) {

@@ -10,6 +10,15 @@ function tableOf({ caption, heads, rows, numbers = [] }) {
         ...row.map((cell, i) => element(i ? "td" : "th", { text: cell, ...(i ? {} : { scope: "row" }), ...side(i) })))))));
 }
 
+// A table with a button that copies it for a spreadsheet.
+function copied(table) {
+  const copy = button("Copy table", async () => {
+    await navigator.clipboard.writeText([table.heads, ...table.rows].map((row) => row.join("\t")).join("\n"));
+    copy.textContent = "Copied";
+  });
+  return element("div", {}, tableOf(table), copy);
+}
+
 function listOf(lines, name = "told") {
   return lines?.length ? element("ul", { class: name }, ...lines.map((text) => element("li", {}, ...withCode(text)))) : null;
 }
@@ -27,8 +36,12 @@ function sizeText(bytes) {
   return `${Number((bytes / factor).toPrecision(3))} ${unit}`;
 }
 
+const unfolded = new Set(); // the open folds, which stay open when their step is shown again
+
 function folded(summary, ...children) {
-  return element("details", {}, element("summary", { text: summary }), ...children);
+  const fold = element("details", { open: unfolded.has(summary) }, element("summary", { text: summary }), ...children);
+  fold.addEventListener("toggle", () => fold.open ? unfolded.add(summary) : fold.isConnected && unfolded.delete(summary));
+  return fold;
 }
 
 // A picture with its caption, drawn when it is on the page and again when its size changes.
@@ -44,7 +57,7 @@ function pictureOf(label, draw, note = "") {
   const canvas = element("canvas", { role: "img", "aria-label": label });
   drawn.set(canvas, () => canvas.isConnected ? draw(canvas, colours()) : (drawn.delete(canvas), watch.unobserve(canvas)));
   watch.observe(canvas);
-  return element("figure", {}, element("figcaption", { text: note || label }), canvas);
+  return element("figure", {}, element("figcaption", {}, note || label), canvas);
 }
 
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => drawn.forEach((draw) => draw()));
