@@ -41,10 +41,7 @@ class Constant:
 
     @classmethod
     def of(cls, text: str, effort: str | None, path: str, drive: str | None = None) -> Constant:
-        """Parse a constant such as ``"0.12 N*m/A"``; without `effort`, its unit decides between force and torque.
-
-        `drive` is the unit of the effort column, for messages.
-        """
+        """Parse a constant such as ``"0.12 N*m/A"``, of a `drive` unit; without `effort`, its unit decides between force and torque."""
         unit = units.split(text, path)[1]
         if not unit:
             efforts, drives = [effort] if effort else EFFORTS, [drive] if drive else ["V", "A", "%", "count"]

@@ -2,54 +2,44 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from bristle.controllers import CONTROLLERS
-from bristle.core import InputError, between, number, printable, typeset, unit_of
+from bristle.core import InputError, number, printable, typeset, unit_of
 from bristle.core.dimensions import KINDS
 from bristle.files import edited, form_of
 from bristle.files.components import key_of
 from bristle.server.errand import Answer, Errand, as_table, thinned
 
 if TYPE_CHECKING:
-    from bristle.core import Axis
+    from bristle.core import Axis, Variable
     from bristle.identification import Fit
     from bristle.logs import Log
-    from bristle.prediction import DriveUnit, Following
+    from bristle.prediction import Following
     from bristle.report.table import Table
     from bristle.simulation import SimulationResult
 
 POINTS = 20  # of a drive table
-WORTH = 0.95  # of the error without friction feedforward: a smaller error counts as a gain
+WORTH = 1.05  # a smaller ratio of the errors without and with friction feedforward counts as no gain
 LOOP = ("controller", "effort_limit", "lag", "seeks_lag", "presliding")  # fields of an axis that only its simulated loop uses
-# Quantity of a level of friction -> its name in `LevelValues` and its label.
-LEVELS = (
-    ("forward", "Friction forward, F+", "force"),
-    ("backward", "Friction backward, F\u2212", "force"),
-    ("viscous_forward", "Viscous friction forward", "force*time/length"),
-    ("viscous_backward", "Viscous friction backward", "force*time/length"),
-    ("constant", "Constant force", "force"),
-    ("inertia", "Mass or inertia", "mass"),
-)
+# Quantity -> names in `LevelValues` with their labels.
+LEVELS = {"force": {"forward": "Friction forward, F+", "backward": "Friction backward, F\u2212", "constant": "Constant force"}}
+LEVELS |= {"force*time/length": {"viscous_forward": "Viscous friction forward", "viscous_backward": "Viscous friction backward"}}
+LEVELS |= {"mass": {"inertia": "Mass or inertia"}}
 
 
 def controller_fields() -> list[dict[str, Any]]:
     """Return every controller with the fields of its parameters, for the form."""
-    return [
-        {
-            "name": name,
-            "description": law.description,
-            "fields": [
-                {"key": f"controller.{key_of(key)}", "word": variable.description, "units": {kind: variable.unit(kind) for kind in KINDS}}
-                for key, variable in law.variables.items()
-                if not variable.choices
-            ],
-        }
-        for name, law in CONTROLLERS.items()
-    ]
+    return [{"name": name, "description": law.description, "fields": _fields(law.variables)} for name, law in CONTROLLERS.items()]
+
+
+def _fields(variables: Mapping[str, Variable]) -> list[dict[str, Any]]:
+    numbers = [(f"controller.{key_of(name)}", variable) for name, variable in variables.items() if not variable.choices]
+    return [{"key": key, "word": of.description, "units": {kind: of.unit(kind) for kind in KINDS}} for key, of in numbers]
 
 
 def compensate(errand: Errand) -> Answer:
@@ -71,10 +61,10 @@ def compensate(errand: Errand) -> Answer:
     treatment = {name: loaded.treatment.get(name) for name in TREATED}
     experiment = loop_of(loaded.plant, loaded.model, log, axis, lag=loaded.best.lag, **treatment)
     assert experiment is not None
-    simulation = simulate(experiment, between(errand.report, 0.3, 0.9))
-    following = following_of(log, simulation, Settings(**axis.settings))
+    simulation = simulate(experiment)
+    simulated = simulation, following_of(log, simulation, Settings(**axis.settings))
     usable = loaded.summary["verdict"]["level"] != "measure_again"
-    return {"axis_text": errand.axis_text}, loop_view(errand, loaded.best, axis, log, simulation, following, usable=usable)
+    return {"axis_text": errand.axis_text}, loop_view(errand, loaded.best, axis, log, simulated, usable=usable)
 
 
 def reason_without_loop(fit: Fit, axis: Axis, log: Log) -> str:
@@ -87,15 +77,14 @@ def reason_without_loop(fit: Fit, axis: Axis, log: Log) -> str:
 
 
 def loop_view(
-    errand: Errand, fit: Fit, axis: Axis, log: Log, simulation: SimulationResult | None, following: Following | None, *, usable: bool
+    errand: Errand, fit: Fit, axis: Axis, log: Log, simulated: tuple[Any, Any], *, usable: bool
 ) -> dict[str, Any]:
     """Return the contents of step 6: the gain or why it is unknown, the values for the drive, the fields of the form."""
-    from bristle.prediction import drive_table, drive_units
+    from bristle.prediction import drive_table
     from bristle.report.model_tables import drive_rows
 
     kind, table = fit.plant.kind, drive_table(fit, POINTS)
-    rows = _drive_units_first(drive_rows(table, kind, axis), drive_units(axis, kind).velocities)
-    gain, reason = (None, reason_without_loop(fit, axis, log)) if simulation is None else _gain(simulation, following)
+    gain, reason = (None, reason_without_loop(fit, axis, log)) if simulated[0] is None else _gain(simulated[0], simulated[1])
     return {
         "gain": gain if usable else None,
         "reason": reason if usable else "the log does not determine the friction: measure again",
@@ -103,7 +92,7 @@ def loop_view(
         "sample_time": log.sample_time,
         "kind": kind,
         "values": as_table(_values(fit, axis)) if usable else None,
-        "drive": as_table(rows) if table and usable else None,
+        "drive": as_table(drive_rows(table, kind, axis)) if table and usable else None,
         "tables": form_of(errand.axis_file)["tables"],
     }
 
@@ -120,24 +109,17 @@ def _gain(simulation: SimulationResult, following: Following | None) -> tuple[di
         return None, message(following.contradiction)
     if following is None or gain is None or not gain.steps:
         return None, "the simulated loop is unstable. Correct the gains and their units"
-    before, after = gain.steps[-2:]
-    times = before.peak_to_peak / after.peak_to_peak if after.peak_to_peak > 0.0 else np.inf
-    results, run = [simulation.variants[step.name] for step in (before, after)], simulation.experiment.variants[0].run
+    (before, after), run = gain.steps[-2:], simulation.experiment.variants[0].run
+    results, times = [simulation.variants[step.name] for step in (before, after)], before.peak_to_peak / max(after.peak_to_peak, 1e-12)
     count = min(following.error.size, *(result.reference.size for result in results))
     first = round(run.settle / run.sample_time)
     without, compensated = ((result.reference - result.measured)[first:count] for result in results)
     at = worst_reversal(results[0].reference[first:count], without) or slice(0, without.size)
     error = [without[at], compensated[at], following.error[first:count][at]]
-    old, new = (length_text(step.peak_to_peak, gain.kind) for step in (before, after))
-    return {
-        "helps": after.peak_to_peak < WORTH * before.peak_to_peak,
-        "times": number(times, digits=2 if times < 100.0 else 3),
-        "without": old,
-        "with": new,
-        "measured": length_text(following.measured.peak_to_peak, gain.kind),
-        "caveat": gain.caveat,
-        "error": thinned(run.sample_time * np.arange(error[0].size), *error),
-    }, ""
+    sizes = {"without": before, "with": after, "measured": following.measured}
+    facts = {name: length_text(error.peak_to_peak, gain.kind) for name, error in sizes.items()} | {"caveat": gain.caveat}
+    facts |= {"helps": times > WORTH, "times": number(times, digits=2 if times < 100.0 else 3)}
+    return facts | {"error": thinned(run.sample_time * np.arange(error[0].size), *error)}, ""
 
 
 def _values(fit: Fit, axis: Axis) -> Table:
@@ -145,18 +127,11 @@ def _values(fit: Fit, axis: Axis) -> Table:
     from bristle.prediction import drive_units, level_values
     from bristle.report.table import Table, fixed
 
-    kind, levels, rows = fit.plant.kind, level_values(fit), []
-    units = drive_units(axis, kind)
-    for name, label, quantity in LEVELS if levels is not None else ():
-        if value := getattr(levels, name):
+    kind, levels, units, rows = fit.plant.kind, level_values(fit), drive_units(axis, fit.plant.kind), []
+    unknown = [estimate.name for estimate in fit.estimates if estimate.status == "unidentifiable"]
+    unknown = ["constant"] * ("offset" in unknown) + ["inertia"] * (fit.inertia is not None and fit.inertia.name in unknown)
+    for quantity, name, label in ((quantity, *named) for quantity, names in LEVELS.items() for named in names.items()):
+        if name not in unknown and (value := getattr(levels, name, None)):
             words = [f"{number(unit.of(value), digits=3)} {typeset(printable(unit.name))}" for unit in units.of(quantity)]
             rows.append((label, "; ".join(words), fixed(value, unit_of(quantity, kind))))
     return Table("Values to enter into the drive", ("Value", "In the drive's units", "SI"), rows)
-
-
-def _drive_units_first(table: Table, velocities: tuple[DriveUnit, ...]) -> Table:
-    """Return the drive table with the columns in the units of the drive before those in SI."""
-    names = {f"[{typeset(printable(unit.name))}]": "Velocity " for unit in velocities}
-    order = sorted(range(len(table.heads)), key=lambda place: (place > 0, not table.heads[place].startswith("[")))
-    heads = [f"{names.get(head, 'Effort ') if head.startswith('[') else ''}{head}" for head in table.heads]
-    return table._replace(heads=tuple(heads[k] for k in order), rows=[tuple(row[k] for k in order) for row in table.rows])

@@ -20,15 +20,8 @@ from bristle.server.limits import Limits
 
 REPORT, LONGEST_REPORT_TICKET = "report.html", 60.0  # [s]
 # Job -> its result.
-LEAVES = {
-    "look": "looked",
-    "check": "checked",
-    "identify": "identified",
-    "predict": "predicted",
-    "compensate": "compensated",
-    "export": "exported",
-    "excite": "excited",
-}
+LEAVES = {"look": "looked", "check": "checked", "identify": "identified", "predict": "predicted"}
+LEAVES |= {"compensate": "compensated", "export": "exported", "excite": "excited"}
 # Result of a job -> its archive; an export names its own.
 DOWNLOADS = {"identified": "results.zip", "exported": "export.zip", "excited": "motion.zip"}
 REPORTS = {"identified": Path("results") / REPORT, "excited": Path("motion") / REPORT}

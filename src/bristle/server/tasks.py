@@ -160,7 +160,7 @@ def _findings(errand: Errand, identified: Identified, outcome: Outcome) -> dict[
         "warnings": warnings_of(best),
         "notes": identified.notes,
         "time": thinned(traces.time, traces.measured, traces.predicted),
-        "loop": loop_view(errand, best, identified.axis or Axis(), identified.log, *loop, usable=usable),
+        "loop": loop_view(errand, best, identified.axis or Axis(), identified.log, loop, usable=usable),
         "model": best.name,
         "velocity": thinned(traces.velocity, traces.friction, traces.friction - traces.residual),
     }

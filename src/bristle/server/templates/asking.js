@@ -46,9 +46,14 @@ async function doing(work) {
   }
 }
 
+// Give a file to the browser as a download.
+function download(content, label) {
+  const address = URL.createObjectURL(content);
+  element("a", { href: address, download: label }).click();
+  setTimeout(() => URL.revokeObjectURL(address), 1000);
+}
+
 async function saved(path, name) {
   const answer = await asked("GET", path), label = /filename="?([^"]+)"?/.exec(answer.headers.get("content-disposition") ?? "")?.[1];
-  const address = URL.createObjectURL(await answer.blob());
-  element("a", { href: address, download: label ?? name }).click();
-  setTimeout(() => URL.revokeObjectURL(address), 1000);
+  download(await answer.blob(), label ?? name);
 }

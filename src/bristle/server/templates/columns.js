@@ -64,7 +64,7 @@ function optionalFields(looked, edit) {
   return OPTIONAL.filter(([key]) => key !== "effort.hold" || valueAt(looked.form.tables, "effort.held") === undefined).map(([key, word, example]) => {
     const input = element("input", { type: "text", name: key, value: String(valueAt(looked.form.tables, key) ?? ""), placeholder: example });
     input.addEventListener("change", () => edit({ [key]: valueIn(input.value) }));
-    return element("label", {}, element("span", { text: word }), input);
+    return labelled(word, input);
   });
 }
 
@@ -82,28 +82,20 @@ function kindChoice(looked, edit) {
 function axisFileEditor(text, label, use) {
   const area = element("textarea", { spellcheck: "false", "aria-label": "Axis file" });
   area.value = text;
-  const button = element("button", { type: "button", text: "Use this file" });
-  button.addEventListener("click", () => use(area.value));
-  const download = element("button", { type: "button", text: `Download ${label}` });
-  download.addEventListener("click", () => {
-    const address = URL.createObjectURL(new Blob([area.value], { type: "text/plain" }));
-    element("a", { href: address, download: label }).click();
-    setTimeout(() => URL.revokeObjectURL(address), 1000);
-  });
-  return folded("The axis file", area, element("div", { class: "tools" }, button, download));
+  return folded("The axis file", area, element("div", { class: "tools" }, button("Use this file", () => use(area.value)),
+    button(`Download ${label}`, () => download(new Blob([area.value], { type: "text/plain" }), label))));
 }
 
 function columnsView(looked, state, { edit, use, check }) {
   const part = state.parts.looked, ready = part.ready && !part.old;
-  const go = element("button", { type: "button", id: "check-now", class: "main", text: "Confirm and check the logs", disabled: !ready });
-  go.addEventListener("click", check);
+  const go = button("Confirm and check the logs", check, { id: "check-now", class: "main", disabled: !ready });
   const missing = part.missing.length ? [`Fill in: ${part.missing.join(", ")}`] : [];
   return [
     element("p", { class: "note", text: `bristle recognized these columns, units and signs in ${looked.log}. Correct them if necessary.` }),
     ...looked.channels.map((channel) => channelRow(channel, looked, edit)),
     kindChoice(looked, edit),
     element("div", { class: "fields" }, ...furtherFields(looked, edit)),
-    folded("Gear, screw, encoder, delay (optional)", element("div", { class: "fields" }, ...optionalFields(looked, edit))),
+    element("details", { id: "drive-fields", open: byId("drive-fields")?.open ?? false }, element("summary", { text: "Gear, screw, encoder, delay (optional)" }), element("div", { class: "fields" }, ...optionalFields(looked, edit))),
     listOf([...missing, ...(looked.refusal && !missing.length ? [looked.refusal] : []), ...looked.problems], "told problems"),
     element("div", { class: "plots" }, ...looked.plots.map(signalPicture)),
     folded("How the columns were recognized", listOf(looked.notes)),

@@ -2,8 +2,6 @@
 
 function rangeOf(values) { return axis(...extent(values.filter((value) => value !== null))); }
 
-function colourOf(name) { return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim(); }
-
 // A caption with a line in the colour of each curve.
 function legendOf(title, ...curves) {
   return element("span", {}, `${title} `, ...curves.map(([colour, word]) => element("span", { class: `key ${colour}`, text: word })));
@@ -30,7 +28,7 @@ function effortPicture([time, measured, predicted], unit, label) {
   return pictureOf(label, (canvas, theme) => {
     const frame = frameOn(canvas, theme, { word: "time", unit: "s", values: time }, { word: "effort", unit, values: [...measured, ...predicted] });
     frame.curve(time, measured, { colour: theme.measured, width: 2.4 });
-    frame.curve(time, predicted, { colour: theme.accent, width: 1 });
+    frame.curve(time, predicted, { colour: theme.with, width: 1 });
   }, legendOf(`${label}:`, ["measured", "measured"], ["with", "model"]));
 }
 
@@ -38,12 +36,8 @@ function frictionPicture([velocity, measured, modelled], units) {
   return pictureOf("Friction over velocity", (canvas, theme) => {
     const frame = frameOn(canvas, theme, { word: "velocity", unit: units.velocity, values: velocity },
       { word: "friction", unit: units.force, values: [...measured, ...modelled] });
-    const dots = (values, colour, size) => frame.clip(() => {
-      frame.context.fillStyle = colour;
-      velocity.forEach((at, i) => frame.context.fillRect(frame.across(at) - size / 2, frame.up(values[i]) - size / 2, size, size));
-    });
-    dots(measured, theme.measured, 3.4);
-    dots(modelled, theme.accent, 1.8);
+    frame.points(velocity, measured, { colour: theme.measured, size: 3.4 });
+    frame.points(velocity, modelled, { colour: theme.with, size: 1.8 });
   }, legendOf("Friction over velocity:", ["measured", "measured"], ["with", "model"]));
 }
 

@@ -10,11 +10,12 @@ let state = null, timer = null, toldJob = null;
 
 const pathTo = (end = "") => `/api/cases/${state.id}${end}`;
 
-// Show other contents, and keep the focus in a field that remains.
+// Show other contents. A field that remains keeps the focus and the text that is typed there.
 function replace(id, children) {
-  const { name } = document.activeElement;
-  byId(id).replaceChildren(...children.filter(Boolean));
-  if (name && document.activeElement === document.body) byId(id).querySelector(`[name="${name}"]`)?.focus({ preventScroll: true });
+  const { name, value } = document.activeElement, holder = byId(id), had = name && holder.contains(document.activeElement);
+  holder.replaceChildren(...children.filter(Boolean));
+  const again = had ? holder.querySelector(`input[type="text"][name="${name}"]`) : null;
+  if (again) Object.assign(again, { value }).focus({ preventScroll: true });
 }
 
 function take(next) {
@@ -114,8 +115,8 @@ function showJob() {
     if (control_) control_.disabled = busy || (id === "check-now" && !(state.parts.looked?.ready && !state.parts.looked.old));
   }
   const told_ = job && !runs ? `${job.task} ${job.seconds} ${job.state}` : null;
-  if (told_ && told_ !== toldJob && job.state === "failed") fail(`${WORDS[job.task]}: ${job.message}`, job.task);
-  if (told_ && told_ !== toldJob && job.state === "cancelled") fail(job.task === "identify" ? "Cancelled. No model was fitted yet." : "Cancelled.", job.task);
+  const message = job?.state === "cancelled" ? `Cancelled.${job.task === "identify" ? " No model was fitted yet." : ""}` : byId(`${job?.task}-failed`) ? job.message : `${WORDS[job?.task]}: ${job?.message}`;
+  if (told_ && told_ !== toldJob && ["failed", "cancelled"].includes(job.state)) fail(message, job.task);
   toldJob = told_;
   byId("said").textContent = job?.state === "done" ? `${WORDS[job.task]} took ${job.seconds.toFixed(1)} s.` : "";
 }
@@ -139,16 +140,15 @@ const VIEWS = {
 };
 // Step 6 after an identification, and again after another controller.
 function showLoop() {
-  const { compensated } = state.parts, found = contents.identified.data;
-  const loop = compensated && !compensated.old ? contents.compensated?.data ?? found.loop : found.loop;
+  const { compensated } = state.parts, found = contents.identified.data, loop = (compensated && !compensated.old && contents.compensated?.data) || found.loop;
   replace("compensate", loopView(loop, found.command, (edits) => doing(() => start("compensate", { edits }))));
 }
 
 const HOLDERS = { looked: ["columns"], checked: ["check"], identified: ["verdict", "compensate"], compensated: [], predicted: ["predicted"], exported: ["exported"], excited: ["excited"] };
-
 const RESULTS = { identified: "step-5", compensated: "step-6", exported: "exported" }; // where the page goes when they are ready
 
 async function show() {
+  let ready = "";
   showLogs();
   for (const name of Object.keys(VIEWS)) {
     const part = state.parts[name], key = part ? `${state.id} ${part.revision} ${part.old} ${name === "looked" ? state.axis.text : ""}` : "";
@@ -161,9 +161,10 @@ async function show() {
     if (!part) for (const id of HOLDERS[name]) byId(id)?.replaceChildren();
     else VIEWS[name](contents[name].data);
     if (name === "identified") shown.predicted = undefined;
-    if (fresh && RESULTS[name]) byId(RESULTS[name]).scrollIntoView();
+    if (fresh && RESULTS[name]) ready = RESULTS[name];
   }
   showSteps(); // last: what a step unlocks stays where it appears
+  if (ready) byId(ready).scrollIntoView();
   showJob();
 }
 
@@ -220,8 +221,8 @@ function listen() {
 }
 
 doing(async () => {
-  byId("models").append(...modelChoices(settings.models));
-  byId("targets").append(...targetChoices(settings.targets));
+  byId("models").append(...choicesOf(settings.models, "model", "checkbox"));
+  byId("targets").append(...choicesOf(settings.targets, "target", "radio"));
   replace("excitation", excitationForm((options) => doing(() => start("excite", options))));
   listen();
   if (!token) throw new Refusal("The address lacks its token. Open the address printed by bristle");

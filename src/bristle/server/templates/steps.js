@@ -13,7 +13,7 @@ function checkView(checked) {
 }
 
 function verdictView(found, state, { download, report }) {
-  const units = unitsOf(found.kind), old = state.parts.identified.old, [[, misfit], ...answers] = found.answers;
+  const units = unitsOf(found.kind), old = state.parts.identified.old, [[, misfit], , , , [, next]] = found.answers;
   return [
     old ? element("p", { class: "old", text: "The logs or the axis file have changed since this identification. Check the logs and identify again." }) : null,
     element("p", { class: `ruling ${found.verdict.level}`, id: "ruling", text: found.verdict.words }),
@@ -24,7 +24,7 @@ function verdictView(found, state, { download, report }) {
     copied(found.parameters),
     found.warnings.length ? folded(`Warnings (${found.warnings.length})`, listOf(found.warnings)) : null,
     found.comparison ? folded("Models compared", tableOf(found.comparison)) : null,
-    folded("Gain, trust, next steps", answersOf(answers)),
+    listOf(next.map((step) => `Next: ${step}`)),
     element("div", { id: "predicted" }),
     element("div", { class: "tools" }, button("Show the report", report, { id: "show-report" }), button("Download results.zip", download, { id: "results" })),
     element("p", { class: "note" }, "The same command in a terminal: ", element("code", { text: found.command })),
@@ -49,16 +49,7 @@ function exportedView(exported, { target, file }, download) {
   ].filter(Boolean);
 }
 
-function modelChoices(models) {
-  return models.map(({ name, description, first }) => {
-    const input = element("input", { type: "checkbox", name: "model", value: name, checked: first });
-    return element("label", { title: description }, input, ` ${name}`);
-  });
-}
-
-function targetChoices(targets) {
-  return targets.map(({ name, title, description, first }) => {
-    const input = element("input", { type: "radio", name: "target", value: name, checked: first });
-    return element("label", { title: description }, input, ` ${title}`);
-  });
+function choicesOf(choices, name, type) {
+  return choices.map((choice) => element("label", { title: choice.description },
+    element("input", { type, name, value: choice.name, checked: choice.first }), ` ${choice.title ?? choice.name}`));
 }

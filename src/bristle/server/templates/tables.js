@@ -10,13 +10,17 @@ function tableOf({ caption, heads, rows, numbers = [] }) {
         ...row.map((cell, i) => element(i ? "td" : "th", { text: cell, ...(i ? {} : { scope: "row" }), ...side(i) })))))));
 }
 
+function button(text, act, attributes = {}) { return element("button", { type: "button", text, onclick: act, ...attributes }); }
+
+function labelled(word, input) { return element("label", {}, element("span", { text: word }), input); }
+
 // A table with a button that copies it for a spreadsheet.
 function copied(table) {
   const copy = button("Copy table", async () => {
     await navigator.clipboard.writeText([table.heads, ...table.rows].map((row) => row.join("\t")).join("\n"));
     copy.textContent = "Copied";
   });
-  return element("div", {}, tableOf(table), copy);
+  return element("div", { class: "copied" }, tableOf(table), copy);
 }
 
 function listOf(lines, name = "told") {
@@ -26,22 +30,13 @@ function listOf(lines, name = "told") {
 // Text with terminal commands between grave accents.
 function withCode(text) { return text.split("`").map((part, i) => (i % 2 ? element("code", { text: part }) : part)); }
 
-function answersOf(answers) {
-  return element("dl", { class: "answers" }, ...answers.map(([question, lines]) => element("div", {},
-    element("dt", { text: question }), ...lines.map((text) => element("dd", {}, ...withCode(text))))));
-}
-
 function sizeText(bytes) {
   const [factor, unit] = bytes >= 1e6 ? [1e6, "MB"] : [1e3, "kB"];
   return `${Number((bytes / factor).toPrecision(3))} ${unit}`;
 }
 
-const unfolded = new Set(); // the open folds, which stay open when their step is shown again
-
 function folded(summary, ...children) {
-  const fold = element("details", { open: unfolded.has(summary) }, element("summary", { text: summary }), ...children);
-  fold.addEventListener("toggle", () => fold.open ? unfolded.add(summary) : fold.isConnected && unfolded.delete(summary));
-  return fold;
+  return element("details", {}, element("summary", { text: summary }), ...children);
 }
 
 // A picture with its caption, drawn when it is on the page and again when its size changes.
