@@ -11,6 +11,7 @@ from tests.cli.conftest import EXPERIMENT
 from bristle.core.errors import InputError
 from bristle.files import read_axis, read_experiment
 from bristle.server import loop
+from bristle.server.cases import Case, Part
 from bristle.server.errand import Errand, LabelledLog
 from bristle.server.tasks import identify
 from bristle.simulation import simulate
@@ -99,6 +100,14 @@ def test_a_log_without_a_reference_has_no_loop():
     fit = SimpleNamespace(position_rmse=None)
     assert "Record the desired position" in loop.reason_without_loop(fit, SimpleNamespace(controller=1), SimpleNamespace(reference=None))
     assert "fitted to the position" in loop.reason_without_loop(SimpleNamespace(position_rmse=1.0), None, None)
+
+
+def test_another_controller_leaves_the_model_valid(tmp_path):
+    case = Case("one", tmp_path)
+    for name in ("identified", "compensated"):
+        case.keep(name, Part(1, tmp_path, {}, case.inputs_of(name)))
+    case.changed("loop")
+    assert (case.is_old("identified"), case.is_old("compensated")) == (False, True)
 
 
 def test_every_controller_has_fields():
