@@ -111,7 +111,7 @@ def test_another_controller_leaves_the_model_valid(tmp_path):
 
 
 def test_every_controller_has_fields():
-    laws = {law["name"]: [field["key"] for field in law["fields"]] for law in loop.controller_fields()}
+    laws = {law["name"]: [key for key, _, _ in law["fields"]] for law in loop.controller_fields()}
     assert laws["cascade"][:3] == ["controller.k_p", "controller.k_v", "controller.k_i"]
     assert "controller.lambda" in laws["sliding_mode"]
     assert all(laws.values())

@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bristle.controllers import CONTROLLERS
+from bristle import controllers
 from bristle.core import InputError, number, printable, typeset, unit_of
-from bristle.core.dimensions import KINDS
-from bristle.files import edited, form_of
-from bristle.files.components import key_of
+from bristle.files import edited, form_of, key_of
 from bristle.server.errand import Answer, Errand, as_table, thinned
 
 if TYPE_CHECKING:
-    from bristle.core import Axis, Variable
+    from bristle.core import Axis, Component
     from bristle.identification import Fit
     from bristle.logs import Log
     from bristle.prediction import Following
@@ -24,7 +21,6 @@ if TYPE_CHECKING:
     from bristle.simulation import SimulationResult
 
 POINTS = 20  # of a drive table
-WORTH = 1.05  # a smaller ratio of the errors without and with friction feedforward counts as no gain
 LOOP = ("controller", "effort_limit", "lag", "seeks_lag", "presliding")  # fields of an axis that only its simulated loop uses
 # Quantity -> names in `LevelValues` with their labels.
 LEVELS = {"force": {"forward": "Friction forward, F+", "backward": "Friction backward, F\u2212", "constant": "Constant force"}}
@@ -33,13 +29,13 @@ LEVELS |= {"mass": {"inertia": "Mass or inertia"}}
 
 
 def controller_fields() -> list[dict[str, Any]]:
-    """Return every controller with the fields of its parameters, for the form."""
-    return [{"name": name, "description": law.description, "fields": _fields(law.variables)} for name, law in CONTROLLERS.items()]
+    """Return every controller with key, meaning and unit of its parameters, for the form."""
+    return [{"name": law.name, "description": law.description, "fields": _fields(law)} for law in controllers.CONTROLLERS.values()]
 
 
-def _fields(variables: Mapping[str, Variable]) -> list[dict[str, Any]]:
-    numbers = [(f"controller.{key_of(name)}", variable) for name, variable in variables.items() if not variable.choices]
-    return [{"key": key, "word": of.description, "units": {kind: of.unit(kind) for kind in KINDS}} for key, of in numbers]
+def _fields(law: Component) -> list[tuple[str, str, str]]:
+    numbers = {f"controller.{key_of(name)}": of for name, of in law.variables.items() if not of.choices}
+    return [(key, of.description, " or ".join(dict.fromkeys(map(of.unit, ("translational", "rotational"))))) for key, of in numbers.items()]
 
 
 def compensate(errand: Errand) -> Answer:
@@ -76,30 +72,23 @@ def reason_without_loop(fit: Fit, axis: Axis, log: Log) -> str:
     return "" if axis.controller is not None else "the controller is missing. Select it, and enter its gains"
 
 
-def loop_view(
-    errand: Errand, fit: Fit, axis: Axis, log: Log, simulated: tuple[Any, Any], *, usable: bool
-) -> dict[str, Any]:
+def loop_view(errand: Errand, fit: Fit, axis: Axis, log: Log, simulated: tuple[Any, Any], *, usable: bool) -> dict[str, Any]:
     """Return the contents of step 6: the gain or why it is unknown, the values for the drive, the fields of the form."""
     from bristle.prediction import drive_table
     from bristle.report.model_tables import drive_rows
 
     kind, table = fit.plant.kind, drive_table(fit, POINTS)
     gain, reason = (None, reason_without_loop(fit, axis, log)) if simulated[0] is None else _gain(simulated[0], simulated[1])
-    return {
-        "gain": gain if usable else None,
-        "reason": reason if usable else "the log does not determine the friction: measure again",
-        "log": errand.fitted[0].label,
-        "sample_time": log.sample_time,
-        "kind": kind,
-        "values": as_table(_values(fit, axis)) if usable else None,
-        "drive": as_table(drive_rows(table, kind, axis)) if table and usable else None,
-        "tables": form_of(errand.axis_file)["tables"],
-    }
+    facts = {"log": errand.fitted[0].label, "sample_time": log.sample_time, "kind": kind, "tables": form_of(errand.axis_file)["tables"]}
+    if not usable:
+        return facts | {"gain": None, "reason": "the log does not determine the friction: measure again", "values": None, "drive": None}
+    drive = as_table(drive_rows(table, kind, axis)) if table else None
+    return facts | {"gain": gain, "reason": reason, "values": as_table(_values(fit, axis)), "drive": drive}
 
 
 def _gain(simulation: SimulationResult, following: Following | None) -> tuple[dict[str, Any] | None, str]:
     """Return the gain with the following error around the worst reversal, or why bristle predicts no gain."""
-    from bristle.report.compensation import gain_of
+    from bristle.report.compensation import NO_CHANGE, gain_of
     from bristle.report.messages import message
     from bristle.report.table import length_text
     from bristle.simulation import worst_reversal
@@ -118,7 +107,7 @@ def _gain(simulation: SimulationResult, following: Following | None) -> tuple[di
     error = [without[at], compensated[at], following.error[first:count][at]]
     sizes = {"without": before, "with": after, "measured": following.measured}
     facts = {name: length_text(error.peak_to_peak, gain.kind) for name, error in sizes.items()} | {"caveat": gain.caveat}
-    facts |= {"helps": times > WORTH, "times": number(times, digits=2 if times < 100.0 else 3)}
+    facts |= {"helps": times > 1.0 + NO_CHANGE, "times": number(times, digits=2 if times < 100.0 else 3)}
     return facts | {"error": thinned(run.sample_time * np.arange(error[0].size), *error)}, ""
 
 

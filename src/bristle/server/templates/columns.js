@@ -38,7 +38,7 @@ const OPTIONAL = [["transmission.lead", "How far does the axis move per turn of 
   ["encoder.resolution", "How large is one step of the encoder?", "0.1 um"], ["timing.delay", "By how much does the logged effort lag?", "estimated"],
   ["timing.sample_time", "What is the sample time, if the log has no time?", "1 ms"], ["effort.hold", "How does the effort act between samples? zero (constant) or linear", "unknown"]];
 
-function inLoop(key) { return key.startsWith("controller.") || DRIVE[key] !== undefined; }
+const isElsewhere = (key) => key.startsWith("controller.") || DRIVE[key] || OPTIONAL.some(([other]) => other === key);
 
 // All other fields of the axis file, missing values first.
 function furtherFields(looked, edit) {
@@ -48,7 +48,7 @@ function furtherFields(looked, edit) {
     for (const [name, value] of Object.entries(entries)) {
       if (!["string", "number"].includes(typeof value)) continue;
       const key = `${table}.${name}`, open = looked.form.missing.includes(key) || looked.refusal.includes(`${key}:`);
-      if ((inLoop(key) || OPTIONAL.some(([other]) => other === key)) && !open) continue;
+      if (isElsewhere(key) && !open) continue;
       const input = element("input", { type: "text", name: key, value: value === "?" ? "" : String(value), placeholder: "?" });
       input.addEventListener("change", () => edit({ [key]: (table === "effort" ? input.value.trim() : valueIn(input.value)) || "?" }));
       const label = element("label", { class: open ? "open" : "" }, element("span", { text: `${table}: ${name.replaceAll("_", " ")}` }), input,

@@ -2,11 +2,6 @@
 
 function rangeOf(values) { return axis(...extent(values.filter((value) => value !== null))); }
 
-// A caption with a line in the colour of each curve.
-function legendOf(title, ...curves) {
-  return element("span", {}, `${title} `, ...curves.map(([colour, word]) => element("span", { class: `key ${colour}`, text: word })));
-}
-
 function frameOn(canvas, theme, x, y) {
   const { context, area } = wiped(canvas);
   const [low, high] = extent(x.values), [bottom, top] = rangeOf(y.values);
@@ -29,7 +24,7 @@ function effortPicture([time, measured, predicted], unit, label) {
     const frame = frameOn(canvas, theme, { word: "time", unit: "s", values: time }, { word: "effort", unit, values: [...measured, ...predicted] });
     frame.curve(time, measured, { colour: theme.measured, width: 2.4 });
     frame.curve(time, predicted, { colour: theme.with, width: 1 });
-  }, legendOf(`${label}:`, ["measured", "measured"], ["with", "model"]));
+  }, ["measured", "measured"], ["with", "model"]);
 }
 
 function frictionPicture([velocity, measured, modelled], units) {
@@ -38,7 +33,7 @@ function frictionPicture([velocity, measured, modelled], units) {
       { word: "friction", unit: units.force, values: [...measured, ...modelled] });
     frame.points(velocity, measured, { colour: theme.measured, size: 3.4 });
     frame.points(velocity, modelled, { colour: theme.with, size: 1.8 });
-  }, legendOf("Friction over velocity:", ["measured", "measured"], ["with", "model"]));
+  }, ["measured", "measured"], ["with", "model"]);
 }
 
 function unitsOf(kind) {

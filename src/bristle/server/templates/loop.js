@@ -17,8 +17,8 @@ function loopForm({ tables, kind, sample_time: step }, compensate) {
     element("option", { value: name, text: name.replaceAll("_", " "), title: description, selected: valueAt(tables, "controller.model") === name })));
   const fill = () => {
     for (const { name, value } of inputs()) typed_.set(name, value);
-    const fields = settings.controllers.find(({ name }) => name === law.value)?.fields.map(({ key, word, units }) => [key, [`${word}?`, units[kind] || "a number"]]);
-    const asked_ = law.value === "cascade" ? CASCADE : Object.fromEntries(fields ?? []);
+    const fields = settings.controllers.find(({ name }) => name === law.value)?.fields ?? [];
+    const asked_ = law.value === "cascade" ? CASCADE : Object.fromEntries(fields.map(([key, word, units]) => [key, [`${word}?`, units]]));
     place.replaceChildren(labelled("Which controller closes the position loop?", law), ...Object.entries({ ...asked_, ...DRIVE }).map(([key, [question, example]]) =>
       labelled(question, element("input", { type: "text", name: key, value: String(typed_.get(key) ?? valueAt(tables, key) ?? ""), placeholder: example.replace("U", unit).replace("L", kind === "rotational" ? "rad" : "m") }))));
   };
@@ -44,8 +44,8 @@ function followingPicture({ error: [time, without, compensated, measured], ...ga
     frame.curve(time, measured, { colour: theme.measured, width: beyond ? 1.2 : 4 });
     frame.curve(time, without, { colour: theme.without, width: 2.4 });
     frame.curve(time, compensated, { colour: theme.with, width: 3 });
-  }, legendOf("Following error around the worst reversal:", ["without", `velocity and mass fed forward: ${gain.without}`], ["with", `friction fed forward, too: ${gain.with}`],
-    ["measured", `as logged: ${gain.measured}${beyond ? ", beyond this picture" : ""}`]));
+  }, ["without", `velocity and mass fed forward: ${gain.without}`], ["with", `friction fed forward, too: ${gain.with}`],
+    ["measured", `as logged: ${gain.measured}${beyond ? ", beyond this picture" : ""}`]);
 }
 
 function loopView(loop, command, compensate) {

@@ -16,10 +16,8 @@ function labelled(word, input) { return element("label", {}, element("span", { t
 
 // A table with a button that copies it for a spreadsheet.
 function copied(table) {
-  const copy = button("Copy table", async () => {
-    await navigator.clipboard.writeText([table.heads, ...table.rows].map((row) => row.join("\t")).join("\n"));
-    copy.textContent = "Copied";
-  });
+  const text = [table.heads, ...table.rows].map((row) => row.join("\t")).join("\n");
+  const copy = button("Copy table", () => navigator.clipboard.writeText(text).then(() => { copy.textContent = "Copied"; }));
   return element("div", { class: "copied" }, tableOf(table), copy);
 }
 
@@ -39,7 +37,7 @@ function folded(summary, ...children) {
   return element("details", {}, element("summary", { text: summary }), ...children);
 }
 
-// A picture with its caption, drawn when it is on the page and again when its size changes.
+// A picture with its caption, which names the colour of each curve, drawn when it is on the page and again when its size changes.
 const drawn = new Map();
 const watch = new ResizeObserver((entries) => {
   for (const { target } of entries) {
@@ -48,11 +46,11 @@ const watch = new ResizeObserver((entries) => {
   }
 });
 
-function pictureOf(label, draw, note = "") {
+function pictureOf(label, draw, ...curves) {
   const canvas = element("canvas", { role: "img", "aria-label": label });
   drawn.set(canvas, () => canvas.isConnected ? draw(canvas, colours()) : (drawn.delete(canvas), watch.unobserve(canvas)));
   watch.observe(canvas);
-  return element("figure", {}, element("figcaption", {}, note || label), canvas);
+  return element("figure", {}, element("figcaption", {}, `${label} `, ...curves.map(([colour, text]) => element("span", { class: `key ${colour}`, text }))), canvas);
 }
 
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => drawn.forEach((draw) => draw()));
