@@ -13,7 +13,7 @@ from bristle.files import read_axis, read_experiment
 from bristle.server import loop
 from bristle.server.cases import Case, Part
 from bristle.server.errand import Errand, LabelledLog
-from bristle.server.tasks import identify
+from bristle.server.tasks import export, identify
 from bristle.simulation import simulate
 
 AXIS = (
@@ -70,6 +70,8 @@ def test_a_controller_from_fields_shows_the_gain_and_keeps_the_model(identified,
     assert np.ptp(compensated) < 0.5 * np.ptp(without)
     assert data["values"] == before["loop"]["values"]
     assert data["tables"]["controller"]["model"] == recorded[1]["controller.model"]
+    exported = export(replace(errand, axis_text=facts["axis_text"]))[1]
+    assert not [note for note in exported["notes"] if "did not simulate" in note]
 
 
 def test_a_gain_that_is_missing_is_named(identified):

@@ -9,7 +9,7 @@ import numpy as np
 
 from bristle import controllers
 from bristle.core import InputError, number, printable, typeset, unit_of
-from bristle.files import edited, form_of, key_of
+from bristle.files import LOOP, NextExperiment, edited, form_of, key_of, write_whole
 from bristle.server.errand import Answer, Errand, as_table, thinned
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from bristle.simulation import SimulationResult
 
 POINTS = 20  # of a drive table
-LOOP = ("controller", "effort_limit", "lag", "seeks_lag", "presliding")  # fields of an axis that only its simulated loop uses
+OF_LOOP = ("controller", "effort_limit", "lag", "seeks_lag", "presliding")  # fields of an axis that only its simulated loop uses
 # Quantity -> names in `LevelValues` with their labels.
 LEVELS = {"force": {"forward": "Friction forward, F+", "backward": "Friction backward, F\u2212", "constant": "Constant force"}}
 LEVELS |= {"force*time/length": {"viscous_forward": "Viscous friction forward", "viscous_backward": "Viscous friction backward"}}
@@ -48,16 +48,18 @@ def compensate(errand: Errand) -> Answer:
     loaded = bristle.load(errand.model)
     errand = replace(errand, axis_text=edited(errand.axis_text, errand.options.get("edits") or {}, errand.axis_label))
     axis, before = errand.axis(), loaded.axis
-    if before is None or replace(axis, **{name: getattr(before, name) for name in LOOP}) != before:
+    if before is None or replace(axis, **{name: getattr(before, name) for name in OF_LOOP}) != before:
         raise InputError("changes the meaning of the log", path=errand.axis_label, mend="Check the logs, and identify again")
     log = bristle.read_log(errand.fitted[0].content, axis, size_limit=errand.size_limit)
     if reason := reason_without_loop(loaded.best, axis, log):
         raise InputError(reason, path="the loop cannot be simulated")
-    errand.report(0.3, "simulating the loop")
-    treatment = {name: loaded.treatment.get(name) for name in TREATED}
-    experiment = loop_of(loaded.plant, loaded.model, log, axis, lag=loaded.best.lag, **treatment)
+    of_axis = loaded.plant, loaded.model, log, axis
+    experiment = loop_of(*of_axis, lag=loaded.best.lag, **{name: loaded.treatment.get(name) for name in TREATED})
     assert experiment is not None
-    simulation = simulate(experiment)
+    simulation, base = simulate(experiment), experiment.variants[0]
+    following = NextExperiment.beside_model(loaded.plant, axis, log, errand.model, has_axis_file=True, loop=base)
+    for name, text in (("axis.toml", errand.axis_text), ("experiment.toml", following.text), (LOOP, following.loop)):
+        write_whole(errand.model / name, text or "")
     simulated = simulation, following_of(log, simulation, Settings(**axis.settings))
     usable = loaded.summary["verdict"]["level"] != "measure_again"
     return {"axis_text": errand.axis_text}, loop_view(errand, loaded.best, axis, log, simulated, usable=usable)

@@ -12,15 +12,14 @@ function valueAt(tables, key) { return key.split(".").reduce((table, name) => ta
 
 function loopForm({ tables, kind, sample_time: step }, compensate) {
   const unit = valueAt(tables, "columns.effort.unit") || unitsOf(kind).force, place = element("div", { class: "fields" });
-  const typed_ = new Map(), inputs = () => [...place.querySelectorAll("input")];
+  const inputs = () => [...place.querySelectorAll("input")];
   const law = element("select", { name: "controller.model" }, element("option", { value: "", text: "– select –" }), ...settings.controllers.map(({ name, description }) =>
     element("option", { value: name, text: name.replaceAll("_", " "), title: description, selected: valueAt(tables, "controller.model") === name })));
   const fill = () => {
-    for (const { name, value } of inputs()) typed_.set(name, value);
     const fields = settings.controllers.find(({ name }) => name === law.value)?.fields ?? [];
     const asked_ = law.value === "cascade" ? CASCADE : Object.fromEntries(fields.map(([key, word, units]) => [key, [`${word}?`, units]]));
     place.replaceChildren(labelled("Which controller closes the position loop?", law), ...Object.entries({ ...asked_, ...DRIVE }).map(([key, [question, example]]) =>
-      labelled(question, element("input", { type: "text", name: key, value: String(typed_.get(key) ?? valueAt(tables, key) ?? ""), placeholder: example.replace("U", unit).replace("L", kind === "rotational" ? "rad" : "m") }))));
+      labelled(question, element("input", { type: "text", name: key, value: String(valueAt(tables, key) ?? ""), placeholder: example.replace("U", unit).replace("L", kind === "rotational" ? "rad" : "m") }))));
   };
   law.addEventListener("change", fill);
   fill();
