@@ -1,4 +1,4 @@
-"""A person with a mouse and no keyboard in front of the page."""
+"""A person in front of the page, with a mouse, and with a keyboard for text fields."""
 
 import json
 import time
@@ -50,6 +50,25 @@ class Person:
         self.tab.call("DOM.setFileInputFiles", files=[str(file) for file in files], backendNodeId=opened["backendNodeId"])
         self.waits(f"state.files.length + (state.axis.text ? 1 : 0) > {count}")
 
+    def types(self, name, text):
+        """Click into a field, replace its text and leave it."""
+        field = f'[name="{name}"]'
+        self.clicks(field)
+        self.tab.run(f"document.querySelector({json.dumps(field)}).select()")
+        self.tab.call("Input.insertText", text=text)
+        for kind in ("rawKeyDown", "keyUp"):
+            self.tab.call("Input.dispatchKeyEvent", type=kind, key="Tab", code="Tab", windowsVirtualKeyCode=9)
+
+    def selects(self, name, option):
+        """Select an option by typing its name."""
+        field = f'[name="{name}"]'
+        self.clicks(field)
+        self.tab.run(f"document.querySelector({json.dumps(field)}).focus()")
+        for letter in option:
+            self.tab.call("Input.dispatchKeyEvent", type="keyDown", key=letter, text=letter)
+        self.tab.call("Input.dispatchKeyEvent", type="keyDown", key="Enter", code="Enter", windowsVirtualKeyCode=13, text="\r")
+        self.waits(f"document.querySelector({json.dumps(field)}).value === {json.dumps(option)}")
+
     def ticks(self, name, *values):
         """Tick these boxes of a name, and no others."""
         for value, now in self.tab.run(f"[...document.getElementsByName('{name}')].map((box) => [box.value, box.checked])"):
@@ -69,11 +88,12 @@ class Person:
         return file
 
     def identifies(self, *models, by_direction=False, seconds=240):
-        """Go from the columns to the verdict."""
+        """Go from the columns to the verdict, with these models, or else with the models that the page proposes."""
         self.waits("!byId('step-2').classList.contains('locked')")
         self.clicks("#check-now")
         self.waits("!byId('step-4').classList.contains('locked')")
-        self.ticks("model", *models)
+        if models:
+            self.ticks("model", *models)
         if by_direction:
             self.clicks("#asymmetry")
         self.clicks("#identify")

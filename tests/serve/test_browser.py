@@ -3,6 +3,7 @@
 import os
 import shutil
 import time
+import tomllib
 import zipfile
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from tests.serve.mouse import Person
 from tests.serve.yard import served
 
 from bristle.cli.main import main
+from bristle.demo.axis_simulated import AXIS_FILE, write_log
 from bristle.files import read_experiment
 from bristle.files.owned import NOTE
 from bristle.simulation import simulate
@@ -96,6 +98,48 @@ def test_a_csv_in_mm_and_percent_by_mouse_alone(server, folder, tmp_path, monkey
     assert main(line) == 0
     assert export == written(tmp_path / "axis_x_c")
     capsys.readouterr()
+
+
+def test_from_the_log_of_the_demonstration_to_a_compensated_loop_without_a_text_file(server, tmp_path):
+    write_log(tmp_path / "log.csv", 1)
+    known = tomllib.loads(AXIS_FILE.read_text(encoding="utf-8"))
+    with browser(tmp_path / "profile", width=1366, height=768) as tab:
+        person = Person(tab, tmp_path)
+        tab.open(server.address)
+        person.waits("state")
+        person.chooses(tmp_path / "log.csv")
+        person.waits("document.getElementsByName('effort.constant').length")
+        person.types("effort.constant", "61.2")
+        person.waits("byId('columns').textContent.includes('Add the unit: N/A or N*m/A')")
+        person.types("effort.constant", known["effort"]["force_constant"])
+        person.waits("state.parts.looked.ready && state.job.state === 'done'")
+        person.clicks("#drive-fields summary")
+        person.types("encoder.resolution", known["encoder"]["resolution"])
+        person.waits("state.axis.text.includes('resolution') && state.job.state === 'done'")
+        assert known["effort"]["held"]
+        person.types("effort.hold", "zero")
+        person.waits("state.axis.text.includes('hold') && state.parts.looked.ready && state.job.state === 'done'")
+        person.identifies()
+        assert tab.run("state.parts.identified.model") == "lugre+asymmetry"
+        assert tab.run("byId('ruling').textContent") == "Usable"
+        assert tab.run("Math.abs(byId('step-5').getBoundingClientRect().top) < 40")  # the page went to the verdict
+        person.clicks("#compensate-now")
+        person.waits("byId('compensate-failed').textContent.includes('controller is missing')")
+        person.selects("controller.model", known["controller"].pop("model"))
+        for name, value in known["controller"].items():
+            person.types(f"controller.{name}", value)
+        person.types("effort.limit", known["effort"]["limit"])
+        person.clicks("#compensate-now")
+        person.waits("byId('gain')")
+        assert not tab.run("state.parts.identified.old")
+        assert float(tab.run("byId('gain').textContent").rpartition("×")[2]) >= 10.0
+        assert "Friction forward, F+" in tab.run("byId('compensate').textContent")
+        person.clicks("#compensate .copied button")
+        person.waits("document.querySelector('#compensate .copied button').textContent === 'Copied'")
+        person.clicks("#export")
+        export = archived(person.loads("#download-export", "axis_x_table.zip"))
+        assert tab.complaints() == []
+    assert any(name.endswith(".csv") for name in export), sorted(export)
 
 
 def test_reload_two_tabs_and_cancel(server, folder, tmp_path):

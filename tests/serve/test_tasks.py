@@ -9,7 +9,7 @@ import pytest
 
 from bristle.core.errors import InputError
 from bristle.server import tasks
-from bristle.server.errand import Errand, LabelledLog
+from bristle.server.errand import Errand, LabelledLog, as_table
 
 AXIS = 'schema = 1\nkind = "translational"\n[columns]\ntime = "time"\nposition = "x"\neffort = "force"\n'
 
@@ -131,13 +131,13 @@ def test_each_held_out_log_is_predicted(errand, monkeypatch):
 def test_a_table_marks_columns_of_numbers():
     from bristle.report.table import Table
 
-    data = tasks._table(Table("T", ("Name", "Value", "Empty"), [("a", "1.5", ""), ("b", "2", "")]))
+    data = as_table(Table("T", ("Name", "Value", "Empty"), [("a", "1.5", ""), ("b", "2", "")]))
     assert list(data["heads"]) == ["Name", "Value"]
     assert data["numbers"] == [False, True]
 
 
 def test_the_page_asks_for_tasks_by_name():
-    assert list(tasks.TASKS) == ["look", "check", "identify", "predict", "export", "excite"]
+    assert list(tasks.TASKS) == ["look", "check", "identify", "predict", "compensate", "export", "excite"]
     assert all(task.__name__ == name for name, task in tasks.TASKS.items())
 
 
@@ -220,25 +220,25 @@ def test_a_motion_is_designed_for_its_duration(errand, monkeypatch):
     assert (requested[1]["duration"], requested[1]["travel"], requested[1]["purposes"]) == ("60 s", None, None)
 
 
-@pytest.mark.parametrize(
-    ("level", "fits", "table", "shown"),
-    [("usable", 1, None, set()), ("with_care", 2, "table", {"comparison", "drive"}), ("measure_again", 1, "table", {"drive"})],
-)
-def test_findings_are_those_of_the_best_fit(monkeypatch, level, fits, table, shown):
+@pytest.mark.parametrize(("level", "fits"), [("usable", 1), ("with_care", 2), ("measure_again", 1)])
+def test_findings_are_those_of_the_best_fit(errand, monkeypatch, level, fits):
     from bristle.report.table import Table
 
-    for module, name in (("model_tables", "parameter_table"), ("model_tables", "comparison_table"), ("model_tables", "drive_rows")):
-        monkeypatch.setattr(f"bristle.report.{module}.{name}", lambda *passed, name=name: Table(name, ("A",), [("1",)]))
+    for name in ("parameter_table", "comparison_table"):
+        monkeypatch.setattr(f"bristle.report.model_tables.{name}", lambda *passed, name=name: Table(name, ("A",), [("1",)]))
     judgement = SimpleNamespace(level=level, as_data=lambda: {"level": level})
     monkeypatch.setattr("bristle.report.judgement.judged", lambda *passed: judgement)
     monkeypatch.setattr("bristle.report.identification.answers", lambda *passed, usable: {"usable": usable})
     monkeypatch.setattr("bristle.report.messages.warnings_of", lambda fit: ["doubtful"])
+    monkeypatch.setattr(tasks, "loop_view", lambda *passed, usable: {"usable": usable, "simulated": passed[-1]})
     signals = {name: 10.0 * k + np.arange(3.0) for k, name in enumerate(("time", "measured", "predicted", "velocity", "friction"))}
-    best = SimpleNamespace(plant=SimpleNamespace(kind="rotational"), traces=SimpleNamespace(**signals, residual=np.ones(3)))
-    identified = SimpleNamespace(best=best, settings=None, axis=None, unfinished="", notes=["a note"], fits=[best] * fits)
-    data = tasks._findings(identified, SimpleNamespace(following=None, simulation=None, table=table, command="bristle identify"))
+    best = SimpleNamespace(plant=SimpleNamespace(kind="rotational"), traces=SimpleNamespace(**signals, residual=np.ones(3)), name="lugre")
+    identified = SimpleNamespace(best=best, settings=None, axis=None, unfinished="", notes=["a note"], fits=[best] * fits, log=None)
+    outcome = SimpleNamespace(following="error", simulation="loop", command="bristle identify")
+    data = tasks._findings(errand([]), identified, outcome)
     assert data["answers"] == {"usable": level != "measure_again"}
-    assert {name for name in ("comparison", "drive") if data[name] is not None} == shown
+    assert (data["model"], data["loop"]) == ("lugre", {"usable": level != "measure_again", "simulated": ("loop", "error")})
+    assert (data["comparison"] is not None) == (fits > 1)
     assert (data["kind"], data["warnings"], data["notes"], data["verdict"]) == ("rotational", ["doubtful"], ["a note"], {"level": level})
     assert data["time"] == [[0.0, 1.0, 2.0], [10.0, 11.0, 12.0], [20.0, 21.0, 22.0]]
     assert data["velocity"] == [[30.0, 31.0, 32.0], [40.0, 41.0, 42.0], [39.0, 40.0, 41.0]]

@@ -143,7 +143,7 @@ def _drive_of(file: AxisFile) -> Drive:
     constant = None
     if keys:
         spoken_of = {"force_constant": "N", "torque_constant": "N*m"}.get(keys[0])
-        constant = Constant.of(getattr(effort, keys[0]), spoken_of, f"effort.{keys[0]}")
+        constant = Constant.of(getattr(effort, keys[0]), spoken_of, f"effort.{keys[0]}", file.columns.effort and file.columns.effort.unit)
     # A suffix may state the base of the quantity, such as one turn.
     lead, raw = (
         text.removesuffix(suffix) if (text := "".join(raw.split()) if isinstance(raw, str) else "").endswith(suffix) else raw

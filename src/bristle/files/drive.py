@@ -40,9 +40,13 @@ class Constant:
     value: float
 
     @classmethod
-    def of(cls, text: str, effort: str | None, path: str) -> Constant:
-        """Parse a constant such as ``"0.12 N*m/A"``; without `effort`, its unit decides between force and torque."""
+    def of(cls, text: str, effort: str | None, path: str, drive: str | None = None) -> Constant:
+        """Parse a constant such as ``"0.12 N*m/A"``, of a `drive` unit; without `effort`, its unit decides between force and torque."""
         unit = units.split(text, path)[1]
+        if not unit:
+            efforts, drives = [effort] if effort else EFFORTS, [drive] if drive else ["V", "A", "%", "count"]
+            allowed = " or ".join(f"{spoken_of}/{per}" for spoken_of in efforts for per in drives)
+            raise InputError("lacks its unit", path=path, value=text, mend=f"Add the unit: {allowed}")
         bases = [f"{spoken_of}/{drive}" for spoken_of in (EFFORTS if effort is None else (effort,)) for drive in DRIVE_UNITS]
         if (base := units.like(unit, bases, path=path)) is None:
             allowed = 'a force or torque per unit of the drive, such as "61.2 N/A"'

@@ -21,6 +21,7 @@ from bristle.palette import colour_variables
 from bristle.server.cases import Cases, RefusedRequestError
 from bristle.server.gate import HAS_TOKEN, Gate, Opening
 from bristle.server.limits import Limits
+from bristle.server.loop import controller_fields
 from bristle.server.routes import Routes
 
 
@@ -51,7 +52,7 @@ async def _refused(_: Request, error: Exception) -> Response:
 
 
 OF_LAB = ("paths.js", "plot.js", "controls.js")
-SCRIPTS = ("asking.js", "tables.js", "curves.js", "columns.js", "excitation.js", "steps.js", "server.js")
+SCRIPTS = ("asking.js", "tables.js", "curves.js", "columns.js", "excitation.js", "loop.js", "steps.js", "server.js")
 TO_PAGE = 'location.replace("/" + location.hash)'
 # The page that redirects to the main page and keeps the fragment, with its content security policy.
 ENTER = (
@@ -70,7 +71,9 @@ def server_page(limits: Limits) -> tuple[str, str]:
         for name, target in TARGETS.items()
         if not target.needs
     ]
-    data = as_json({"models": models, "targets": targets, "file_size": limits.file_size, "jobs": limits.jobs})
+    data = as_json(
+        {"models": models, "targets": targets, "controllers": controller_fields(), "file_size": limits.file_size, "jobs": limits.jobs}
+    )
     script = joined(OF_LAB) + joined(SCRIPTS, "bristle.server")
     style = colour_variables() + joined(("lab.css", "controls.css")) + joined(("server.css",), "bristle.server")
     template = environment("bristle.server").get_template("server.html")

@@ -217,12 +217,13 @@ async def _pieces(request: Request, most: int, silence: float) -> AsyncIterator[
 
 
 ROLES = ("fit", "held_out", "axis")  # use of a file: fit, prediction only, description of the axis
-# Result -> its inputs. A result becomes old when an input changes.
+# Result -> its inputs. A result becomes old when an input changes: a file, the loop in the axis file, the identified model.
 DEPENDS = {
     "looked": ("fit", "axis"),
     "checked": ("fit", "axis", "held_out"),
     "identified": ("fit", "axis"),
     "predicted": ("fit", "axis", "held_out"),
+    "compensated": ("fit", "axis", "loop", "model"),
     "exported": ("fit", "axis"),
     "excited": (),
 }
@@ -266,7 +267,7 @@ class Case:
     job: Job | None = None
     seen_at: float = field(default_factory=time.monotonic)
     _numbers: int = 0
-    _changes: dict[str, int] = field(default_factory=lambda: dict.fromkeys(ROLES, 0))
+    _changes: dict[str, int] = field(default_factory=lambda: dict.fromkeys((*ROLES, "loop", "model"), 0))
 
     def number(self) -> int:
         """Return a number that is new in this analysis."""
@@ -274,7 +275,7 @@ class Case:
         return self._numbers
 
     def changed(self, role: str) -> None:
-        """Record a change of the files of a role, or of the axis."""
+        """Record a change of the files of a role, or of another input."""
         self._changes[role] += 1
 
     def inputs_of(self, part: str) -> tuple[int, ...]:

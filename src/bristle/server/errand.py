@@ -7,11 +7,14 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from bristle.core import TEXT, Axis, Content, InputError, whole
+
+if TYPE_CHECKING:
+    from bristle.report.table import Table
 
 Answer = tuple[dict[str, Any], dict[str, Any]]  # the state for the page, and the data that it requests later
 COUNT = whole(0)
@@ -104,6 +107,12 @@ def zipped(folder: Path) -> None:
                 entry = zipfile.ZipInfo(str(file.relative_to(folder)))  # without a time, so that equal results give equal archives
                 entry.compress_type = zipfile.ZIP_DEFLATED
                 archive.writestr(entry, file.read_bytes())
+
+
+def as_table(table: Table) -> dict[str, Any]:
+    """Return a table for the page, without its empty columns, with its columns of numbers marked."""
+    trimmed = table.without_empty_columns()
+    return trimmed._asdict() | {"numbers": [trimmed.is_number(column) for column in range(len(trimmed.heads))]}
 
 
 def thinned(time: np.ndarray, *signals: np.ndarray) -> list[list[Any]]:

@@ -20,7 +20,8 @@ from bristle.server.limits import Limits
 
 REPORT, LONGEST_REPORT_TICKET = "report.html", 60.0  # [s]
 # Job -> its result.
-LEAVES = {"look": "looked", "check": "checked", "identify": "identified", "predict": "predicted", "export": "exported", "excite": "excited"}
+LEAVES = {"look": "looked", "check": "checked", "identify": "identified", "predict": "predicted"}
+LEAVES |= {"compensate": "compensated", "export": "exported", "excite": "excited"}
 # Result of a job -> its archive; an export names its own.
 DOWNLOADS = {"identified": "results.zip", "exported": "export.zip", "excited": "motion.zip"}
 REPORTS = {"identified": Path("results") / REPORT, "excited": Path("motion") / REPORT}
@@ -172,9 +173,11 @@ class Routes:
         facts = dict(job.facts)
         if (changed := facts.pop("axis_text", text)) != text:
             case.axis = changed
-            case.changed("axis")
+            case.changed("loop" if job.task == "compensate" else "axis")  # a change of the loop leaves the model valid
             made_of = case.inputs_of(part)
         case.keep(part, Part(number, folder, facts, made_of))
+        if job.task == "identify":
+            case.changed("model")
         if job.task == "identify" and case.logs("held_out"):
             await self._run(case, Job("predict", self._limits), {})
 

@@ -10,16 +10,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bristle.core import Content, InputError, between
+from bristle.core import Axis, Content, InputError, between
 from bristle.exports import NAME
 from bristle.files import CHANNELS, EMPTY, FILL_IN, edited, form_of, with_columns_of_motion
 from bristle.friction import DEFAULT_MODELS
 from bristle.report.log import Inspected, inspect_log, passage_table
-from bristle.server.errand import Answer, Errand, thinned, zipped
+from bristle.server.errand import Answer, Errand, as_table, thinned, zipped
+from bristle.server.loop import POINTS, compensate, loop_view
 
 if TYPE_CHECKING:
     from bristle.report.identified import Identified, Outcome
-    from bristle.report.table import Table
 
 
 PLOTTED = ("position", "velocity", "reference", "effort")
@@ -83,7 +83,6 @@ def _of_columns(inspected: Inspected, columns: dict[str, Any]) -> list[dict[str,
     return plots
 
 
-POINTS = 20  # of a drive table
 DRAWS = 100
 MODE = "inverse"
 
@@ -129,7 +128,7 @@ def identify(errand: Errand) -> Answer:
     zipped(errand.folder / "results")
     verdict = outcome.summary["verdict"]
     facts = {"level": verdict["level"], "model": identified.best.name, "unfinished": identified.unfinished}
-    return facts, _findings(identified, outcome)
+    return facts, _findings(errand, identified, outcome)
 
 
 def _command(name: str, files: Sequence[str], options: Mapping[str, str | None]) -> str:
@@ -138,16 +137,17 @@ def _command(name: str, files: Sequence[str], options: Mapping[str, str | None])
     return shlex.join(["bristle", name, *files, *words])
 
 
-def _findings(identified: Identified, outcome: Outcome) -> dict[str, Any]:
-    """Return the contents of the page: the verdict, the models, the drive tables."""
+def _findings(errand: Errand, identified: Identified, outcome: Outcome) -> dict[str, Any]:
+    """Return the contents of the page: the verdict, the models, the loop."""
     from bristle.report.identification import answers
     from bristle.report.judgement import judged
     from bristle.report.messages import warnings_of
-    from bristle.report.model_tables import comparison_table, drive_rows, parameter_table
+    from bristle.report.model_tables import comparison_table, parameter_table
 
     best, kind = identified.best, identified.best.plant.kind
     judgement = judged(best, identified.settings, outcome.following)
-    front = answers(identified, outcome.simulation, outcome.following, identified.axis, usable=judgement.level != "measure_again")
+    usable, loop = judgement.level != "measure_again", (outcome.simulation, outcome.following)
+    front = answers(identified, *loop, identified.axis, usable=usable)
     traces = best.traces
     return {
         "verdict": judgement.as_data(),
@@ -155,20 +155,15 @@ def _findings(identified: Identified, outcome: Outcome) -> dict[str, Any]:
         "command": outcome.command,
         "kind": kind,
         "unfinished": identified.unfinished,
-        "parameters": _table(parameter_table(best, identified.axis)),
-        "comparison": _table(comparison_table(identified)) if len(identified.fits) > 1 else None,
+        "parameters": as_table(parameter_table(best, identified.axis)),
+        "comparison": as_table(comparison_table(identified)) if len(identified.fits) > 1 else None,
         "warnings": warnings_of(best),
         "notes": identified.notes,
-        "drive": _table(drive_rows(outcome.table, kind, identified.axis)) if outcome.table else None,
         "time": thinned(traces.time, traces.measured, traces.predicted),
+        "loop": loop_view(errand, best, identified.axis or Axis(), identified.log, loop, usable=usable),
+        "model": best.name,
         "velocity": thinned(traces.velocity, traces.friction, traces.friction - traces.residual),
     }
-
-
-def _table(table: Table) -> dict[str, Any]:
-    trimmed = table.without_empty_columns()
-    numbers = [trimmed.is_number(column) for column in range(len(trimmed.heads))]
-    return trimmed._asdict() | {"numbers": numbers}
 
 
 def predict(errand: Errand) -> Answer:
@@ -252,4 +247,4 @@ def excite(errand: Errand) -> Answer:
 
 
 # By their names in the page.
-TASKS = {"look": look, "check": check, "identify": identify, "predict": predict, "export": export, "excite": excite}
+TASKS = {task.__name__: task for task in (look, check, identify, predict, compensate, export, excite)}

@@ -4,7 +4,7 @@ function colours(root = document.documentElement) {
   const style = getComputedStyle(root);
   const colour = (name) => style.getPropertyValue(`--${name}`).trim();
   return { ink: colour("ink"), soft: colour("soft"), rule: colour("rule"), accent: colour("accent"), alert: colour("alert"),
-    ghost: colour("ghost"), shade: colour("shade"), measured: colour("measured"), size: parseFloat(style.fontSize) };
+    ghost: colour("ghost"), shade: colour("shade"), measured: colour("measured"), without: colour("without"), with: colour("with"), size: parseFloat(style.fontSize) };
 }
 
 function roundStep(rough) {

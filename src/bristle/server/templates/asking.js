@@ -25,10 +25,14 @@ async function json(method, path, data = null) {
   return (await asked(method, path, body)).json();
 }
 
-function fail(message) {
-  byId("failed").hidden = !message;
-  byId("failed").textContent = message;
-  if (message) byId("failed").scrollIntoView({ block: "nearest" });
+// Show an error beside the button of its task, or else at the top.
+function fail(message, task = "") {
+  const place = byId(`${task}-failed`) ?? byId("failed");
+  for (const other of document.querySelectorAll('.alert[role="alert"]')) other.hidden = true;
+  place.hidden = !message;
+  place.textContent = message;
+  if (message) place.scrollIntoView({ block: "nearest" });
+  for (const input of document.querySelectorAll("#loop-form input")) input.setAttribute("aria-invalid", String(message.includes(`${input.name}:`)));
 }
 
 // Do the work of an action and show its error at the top.
@@ -42,9 +46,14 @@ async function doing(work) {
   }
 }
 
+// Give a file to the browser as a download.
+function download(content, label) {
+  const address = URL.createObjectURL(content);
+  element("a", { href: address, download: label }).click();
+  setTimeout(() => URL.revokeObjectURL(address), 1000);
+}
+
 async function saved(path, name) {
   const answer = await asked("GET", path), label = /filename="?([^"]+)"?/.exec(answer.headers.get("content-disposition") ?? "")?.[1];
-  const address = URL.createObjectURL(await answer.blob());
-  element("a", { href: address, download: label ?? name }).click();
-  setTimeout(() => URL.revokeObjectURL(address), 1000);
+  download(await answer.blob(), label ?? name);
 }

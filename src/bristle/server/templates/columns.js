@@ -33,6 +33,13 @@ function channelRow(channel, looked, edit) {
     remark ? element("p", { class: "note", text: remark }) : null);
 }
 
+// Optional fields that change the meaning of the log; a field that only the loop uses belongs to step 6.
+const OPTIONAL = [["transmission.lead", "How far does the axis move per turn of the screw?", "10 mm"], ["transmission.gear_ratio", "How many turns of the motor per turn behind the gear?", "1"],
+  ["encoder.resolution", "How large is one step of the encoder?", "0.1 um"], ["timing.delay", "By how much does the logged effort lag?", "estimated"],
+  ["timing.sample_time", "What is the sample time, if the log has no time?", "1 ms"], ["effort.hold", "How does the effort act between samples? zero (constant) or linear", "unknown"]];
+
+const isElsewhere = (key) => key.startsWith("controller.") || DRIVE[key] || OPTIONAL.some(([other]) => other === key);
+
 // All other fields of the axis file, missing values first.
 function furtherFields(looked, edit) {
   const fields = [];
@@ -40,9 +47,10 @@ function furtherFields(looked, edit) {
     if (table === "columns" || typeof entries !== "object") continue;
     for (const [name, value] of Object.entries(entries)) {
       if (!["string", "number"].includes(typeof value)) continue;
-      const key = `${table}.${name}`, open = looked.form.missing.includes(key);
-      const input = element("input", { type: "text", name: key, value: open ? "" : String(value), placeholder: open ? "?" : "" });
-      input.addEventListener("change", () => edit({ [key]: valueIn(input.value) ?? "?" }));
+      const key = `${table}.${name}`, open = looked.form.missing.includes(key) || looked.refusal.includes(`${key}:`);
+      if (isElsewhere(key) && !open) continue;
+      const input = element("input", { type: "text", name: key, value: value === "?" ? "" : String(value), placeholder: "?" });
+      input.addEventListener("change", () => edit({ [key]: (table === "effort" ? input.value.trim() : valueIn(input.value)) || "?" }));
       const label = element("label", { class: open ? "open" : "" }, element("span", { text: `${table}: ${name.replaceAll("_", " ")}` }), input,
         looked.form.remarks[key] ? element("span", { class: "note", text: looked.form.remarks[key] }) : null);
       if (open) fields.unshift(label);
@@ -50,6 +58,14 @@ function furtherFields(looked, edit) {
     }
   }
   return fields;
+}
+
+function optionalFields(looked, edit) {
+  return OPTIONAL.filter(([key]) => key !== "effort.hold" || valueAt(looked.form.tables, "effort.held") === undefined).map(([key, word, example]) => {
+    const input = element("input", { type: "text", name: key, value: String(valueAt(looked.form.tables, key) ?? ""), placeholder: example });
+    input.addEventListener("change", () => edit({ [key]: valueIn(input.value) }));
+    return labelled(word, input);
+  });
 }
 
 function kindChoice(looked, edit) {
@@ -66,27 +82,20 @@ function kindChoice(looked, edit) {
 function axisFileEditor(text, label, use) {
   const area = element("textarea", { spellcheck: "false", "aria-label": "Axis file" });
   area.value = text;
-  const button = element("button", { type: "button", text: "Use this file" });
-  button.addEventListener("click", () => use(area.value));
-  const download = element("button", { type: "button", text: `Download ${label}` });
-  download.addEventListener("click", () => {
-    const address = URL.createObjectURL(new Blob([area.value], { type: "text/plain" }));
-    element("a", { href: address, download: label }).click();
-    setTimeout(() => URL.revokeObjectURL(address), 1000);
-  });
-  return folded("The axis file", area, element("div", { class: "tools" }, button, download));
+  return folded("The axis file", area, element("div", { class: "tools" }, button("Use this file", () => use(area.value)),
+    button(`Download ${label}`, () => download(new Blob([area.value], { type: "text/plain" }), label))));
 }
 
 function columnsView(looked, state, { edit, use, check }) {
   const part = state.parts.looked, ready = part.ready && !part.old;
-  const go = element("button", { type: "button", id: "check-now", class: "main", text: "Confirm and check the logs", disabled: !ready });
-  go.addEventListener("click", check);
+  const go = button("Confirm and check the logs", check, { id: "check-now", class: "main", disabled: !ready });
   const missing = part.missing.length ? [`Fill in: ${part.missing.join(", ")}`] : [];
   return [
     element("p", { class: "note", text: `bristle recognized these columns, units and signs in ${looked.log}. Correct them if necessary.` }),
     ...looked.channels.map((channel) => channelRow(channel, looked, edit)),
     kindChoice(looked, edit),
     element("div", { class: "fields" }, ...furtherFields(looked, edit)),
+    element("details", { id: "drive-fields", open: byId("drive-fields")?.open ?? false }, element("summary", { text: "Gear, screw, encoder, delay (optional)" }), element("div", { class: "fields" }, ...optionalFields(looked, edit))),
     listOf([...missing, ...(looked.refusal && !missing.length ? [looked.refusal] : []), ...looked.problems], "told problems"),
     element("div", { class: "plots" }, ...looked.plots.map(signalPicture)),
     folded("How the columns were recognized", listOf(looked.notes)),

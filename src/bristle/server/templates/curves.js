@@ -23,21 +23,17 @@ function effortPicture([time, measured, predicted], unit, label) {
   return pictureOf(label, (canvas, theme) => {
     const frame = frameOn(canvas, theme, { word: "time", unit: "s", values: time }, { word: "effort", unit, values: [...measured, ...predicted] });
     frame.curve(time, measured, { colour: theme.measured, width: 2.4 });
-    frame.curve(time, predicted, { colour: theme.accent, width: 1 });
-  }, `${label}: measured (wide, light) and model (thin, dark)`);
+    frame.curve(time, predicted, { colour: theme.with, width: 1 });
+  }, ["measured", "measured"], ["with", "model"]);
 }
 
 function frictionPicture([velocity, measured, modelled], units) {
   return pictureOf("Friction over velocity", (canvas, theme) => {
     const frame = frameOn(canvas, theme, { word: "velocity", unit: units.velocity, values: velocity },
       { word: "friction", unit: units.force, values: [...measured, ...modelled] });
-    const dots = (values, colour, size) => frame.clip(() => {
-      frame.context.fillStyle = colour;
-      velocity.forEach((at, i) => frame.context.fillRect(frame.across(at) - size / 2, frame.up(values[i]) - size / 2, size, size));
-    });
-    dots(measured, theme.measured, 3.4);
-    dots(modelled, theme.accent, 1.8);
-  }, "Friction over velocity: measured (large, light) and model (small, dark)");
+    frame.points(velocity, measured, { colour: theme.measured, size: 3.4 });
+    frame.points(velocity, modelled, { colour: theme.with, size: 1.8 });
+  }, ["measured", "measured"], ["with", "model"]);
 }
 
 function unitsOf(kind) {

@@ -11,20 +11,18 @@ function excitationForm(design) {
   const travel = element("input", { type: "text", name: "excite.travel", placeholder: "200 mm" });
   const purposes = PURPOSES.map(([name, word]) => [name, word, element("input", { type: "checkbox", value: name, checked: true })]);
   const kinds = ["translational", "rotational"].map((kind) => element("input", { type: "radio", name: "excite-kind", value: kind, checked: kind === "translational" }));
-  const button = element("button", { type: "button", class: "main", id: "design", text: "Design the motion" });
-  button.addEventListener("click", () => {
+  const go = button("Design the motion", () => {
     const edits = Object.fromEntries(inputs.map(([key, , input]) => [key, valueIn(input.value)]).filter(([, value]) => value !== null));
     edits.kind = kinds.find(({ checked }) => checked).value;
     const chosen = purposes.filter(([, , input]) => input.checked).map(([name]) => name);
     design({ edits, duration: duration.value, travel: travel.value, purposes: chosen.length === PURPOSES.length ? "" : chosen.join(",") });
-  });
-  const field = (word, input) => element("label", {}, element("span", { text: word }), input);
+  }, { class: "main", id: "design" });
   return [
     element("p", { class: "note", text: "Write the limits of the axis, with units. For an empty field, bristle uses the value from the axis file of step 1." }),
     element("div", { class: "choices", role: "radiogroup", "aria-label": "Kind of axis" }, ...kinds.map((input) => element("label", {}, input, ` ${input.value}`))),
-    element("div", { class: "fields" }, ...inputs.map(([, word, input]) => field(word, input)), field("Travel, if the stroke is unknown", travel), field("Duration", duration)),
+    element("div", { class: "fields" }, ...inputs.map(([, word, input]) => labelled(word, input)), labelled("Travel, if the stroke is unknown", travel), labelled("Duration", duration)),
     element("div", { class: "choices", role: "group", "aria-label": "Purpose of the motion" }, ...purposes.map(([, word, input]) => element("label", {}, input, ` ${word}`))),
-    element("p", {}, button),
+    element("p", {}, go),
     element("div", { id: "excited" }),
   ];
 }
@@ -42,10 +40,4 @@ function excitedView(excited, { download, report }) {
     element("div", { class: "tools" }, button("Download motion.zip", download), button("Show the report", report)),
     element("p", { class: "note", text: "motion.csv contains the samples of the motion. moves.csv and motion.nc contain its moves." }),
   ];
-}
-
-function button(text, act, attributes = {}) {
-  const made = element("button", { type: "button", text, ...attributes });
-  made.addEventListener("click", act);
-  return made;
 }

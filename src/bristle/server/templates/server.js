@@ -1,15 +1,22 @@
 // The page follows the server: it polls the state of an analysis and shows it. A second tab, or a reload, shows the same state.
 
 const BUSY = 300, IDLE = 2500; // [ms] between two polls
-const WORDS = { look: "Reading", check: "Checking", identify: "Identifying", predict: "Predicting", export: "Exporting", excite: "Designing" };
-const SHORT = ["look", "check", "predict", "export"];
+const WORDS = { look: "Reading", check: "Checking", identify: "Identifying", predict: "Predicting", compensate: "Compensating", export: "Exporting", excite: "Designing" };
+const SHORT = ["look", "check", "predict", "compensate", "export"];
 const STEPS = ["Log", "Columns", "Check", "Identify", "Verdict", "Compensate"];
 const WAITS = ["", "waits for a log", "waits for columns and units", "waits for usable logs", "waits for a model", "waits for a model"];
 const shown = {}, contents = {};
 let state = null, timer = null, toldJob = null;
 
 const pathTo = (end = "") => `/api/cases/${state.id}${end}`;
-const replace = (id, children) => byId(id).replaceChildren(...children.filter(Boolean));
+
+// Show other contents. A field that remains keeps the focus and the text that is typed there.
+function replace(id, children) {
+  const { name, value } = document.activeElement, holder = byId(id), had = name && holder.contains(document.activeElement);
+  holder.replaceChildren(...children.filter(Boolean));
+  const again = had ? holder.querySelector(`input[type="text"][name="${name}"]`) : null;
+  if (again) Object.assign(again, { value }).focus({ preventScroll: true });
+}
 
 function take(next) {
   state = next;
@@ -103,12 +110,13 @@ function showJob() {
     byId("job-share").value = job.share;
     byId("cancel").hidden = job.task !== "identify" || job.cancelled;
   }
-  for (const id of ["identify", "export", "design", "check-now"]) {
+  for (const id of ["identify", "compensate-now", "export", "design", "check-now"]) {
     const control_ = byId(id);
     if (control_) control_.disabled = busy || (id === "check-now" && !(state.parts.looked?.ready && !state.parts.looked.old));
   }
   const told_ = job && !runs ? `${job.task} ${job.seconds} ${job.state}` : null;
-  if (told_ && told_ !== toldJob && ["failed", "cancelled"].includes(job.state)) fail(`${WORDS[job.task]}: ${job.message}`);
+  const message = job?.state === "cancelled" ? `Cancelled.${job.task === "identify" ? " No model was fitted yet." : ""}` : byId(`${job?.task}-failed`) ? job.message : `${WORDS[job?.task]}: ${job?.message}`;
+  if (told_ && told_ !== toldJob && ["failed", "cancelled"].includes(job.state)) fail(message, job.task);
   toldJob = told_;
   byId("said").textContent = job?.state === "done" ? `${WORDS[job.task]} took ${job.seconds.toFixed(1)} s.` : "";
 }
@@ -119,8 +127,9 @@ const VIEWS = {
   checked: (data) => replace("check", checkView(data)),
   identified: (data) => {
     replace("verdict", verdictView(data, state, { download: () => doing(() => saved(pathTo("/parts/identified/archive"), "results.zip")), report: () => doing(() => report("identified", "report")) }));
-    replace("compensate", compensateView(data));
+    showLoop();
   },
+  compensated: () => showLoop(),
   predicted: (data) => { if (byId("predicted")) replace("predicted", predictedView(data)); },
   exported: (data) => replace("exported", exportedView(data, state.parts.exported, () => doing(() => saved(pathTo("/parts/exported/archive"), "export.zip")))),
   excited: (data) => {
@@ -129,12 +138,20 @@ const VIEWS = {
     byId("excited").append(element("div", { id: "excited-report" }));
   },
 };
-const HOLDERS = { looked: ["columns"], checked: ["check"], identified: ["verdict", "compensate"], predicted: ["predicted"], exported: ["exported"], excited: ["excited"] };
+// Step 6 after an identification, and again after another controller.
+function showLoop() {
+  const { compensated } = state.parts, found = contents.identified.data, loop = (compensated && !compensated.old && contents.compensated?.data) || found.loop;
+  replace("compensate", loopView(loop, found.command, (edits) => doing(() => start("compensate", { edits }))));
+}
+
+const HOLDERS = { looked: ["columns"], checked: ["check"], identified: ["verdict", "compensate"], compensated: [], predicted: ["predicted"], exported: ["exported"], excited: ["excited"] };
+const RESULTS = { identified: "step-5", compensated: "step-6", exported: "exported" }; // where the page goes when they are ready
 
 async function show() {
+  let ready = "";
   showLogs();
   for (const name of Object.keys(VIEWS)) {
-    const part = state.parts[name], key = part ? `${state.id} ${part.revision} ${part.old}` : "";
+    const part = state.parts[name], key = part ? `${state.id} ${part.revision} ${part.old} ${name === "looked" ? state.axis.text : ""}` : "";
     if (shown[name] === key) continue;
     if (part && contents[name]?.revision !== `${state.id} ${part.revision}`) {
       contents[name] = { revision: `${state.id} ${part.revision}`, data: await json("GET", pathTo(`/parts/${name}`)) };
@@ -144,9 +161,10 @@ async function show() {
     if (!part) for (const id of HOLDERS[name]) byId(id)?.replaceChildren();
     else VIEWS[name](contents[name].data);
     if (name === "identified") shown.predicted = undefined;
-    if (fresh && name === "identified") byId("step-5").scrollIntoView();
+    if (fresh && RESULTS[name]) ready = RESULTS[name];
   }
   showSteps(); // last: what a step unlocks stays where it appears
+  if (ready) byId(ready).scrollIntoView();
   showJob();
 }
 
@@ -177,7 +195,7 @@ async function receive(files) {
 function chosenModels() {
   const names = [...document.querySelectorAll('input[name="model"]:checked')].map(({ value }) => value);
   if (!names.length) throw new Refusal("Select at least one model");
-  return names.flatMap((name) => byId("asymmetry").checked ? [name, `${name}+asymmetry`] : [name]).join(",");
+  return [...new Set(names.flatMap((name) => byId("asymmetry").checked && !name.endsWith("+asymmetry") ? [name, `${name}+asymmetry`] : [name]))].join(",");
 }
 
 function countIn(id) {
@@ -203,8 +221,8 @@ function listen() {
 }
 
 doing(async () => {
-  byId("models").append(...modelChoices(settings.models));
-  byId("targets").append(...targetChoices(settings.targets));
+  byId("models").append(...choicesOf(settings.models, "model", "checkbox"));
+  byId("targets").append(...choicesOf(settings.targets, "target", "radio"));
   replace("excitation", excitationForm((options) => doing(() => start("excite", options))));
   listen();
   if (!token) throw new Refusal("The address lacks its token. Open the address printed by bristle");

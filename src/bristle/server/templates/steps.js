@@ -12,22 +12,22 @@ function checkView(checked) {
   ]).filter(Boolean);
 }
 
-function verdictView(told_, state, { download, report }) {
-  const units = unitsOf(told_.kind), old = state.parts.identified.old;
+function verdictView(found, state, { download, report }) {
+  const units = unitsOf(found.kind), old = state.parts.identified.old, [[, misfit], , , , [, next]] = found.answers;
   return [
     old ? element("p", { class: "old", text: "The logs or the axis file have changed since this identification. Check the logs and identify again." }) : null,
-    element("p", { class: `ruling ${told_.verdict.level}`, id: "ruling", text: told_.verdict.words }),
-    told_.unfinished ? element("p", { class: "alert", text: `Unfinished: ${told_.unfinished}` }) : null,
-    listOf(told_.verdict.reasons),
-    answersOf(told_.answers),
-    tableOf(told_.parameters),
-    told_.comparison ? tableOf(told_.comparison) : null,
-    element("div", { class: "plots" }, frictionPicture(told_.velocity, units), effortPicture(told_.time, units.force, "Effort of the log")),
-    told_.warnings.length ? element("h3", { text: "Warnings" }) : null,
-    listOf(told_.warnings),
+    element("p", { class: `ruling ${found.verdict.level}`, id: "ruling", text: found.verdict.words }),
+    found.unfinished ? element("p", { class: "alert", text: `Unfinished: ${found.unfinished}` }) : null,
+    element("p", {}, element("strong", { text: found.model }), ...withCode(`: ${misfit.join("; ")}.`)),
+    listOf(found.verdict.reasons),
+    element("div", { class: "plots" }, effortPicture(found.time, units.force, "Effort of the log"), frictionPicture(found.velocity, units)),
+    copied(found.parameters),
+    found.warnings.length ? folded(`Warnings (${found.warnings.length})`, listOf(found.warnings)) : null,
+    found.comparison ? folded("Models compared", tableOf(found.comparison)) : null,
+    listOf(next.map((step) => `Next: ${step}`)),
     element("div", { id: "predicted" }),
     element("div", { class: "tools" }, button("Show the report", report, { id: "show-report" }), button("Download results.zip", download, { id: "results" })),
-    element("p", { class: "note" }, "The same command in a terminal: ", element("code", { text: told_.command })),
+    element("p", { class: "note" }, "The same command in a terminal: ", element("code", { text: found.command })),
     element("div", { id: "report" }),
   ].filter(Boolean);
 }
@@ -40,14 +40,6 @@ function predictedView(predicted) {
   ])];
 }
 
-function compensateView(told_) {
-  const [, typed_, gain] = told_.answers;
-  return [
-    answersOf([typed_, gain]),
-    told_.drive ? tableOf(told_.drive) : null,
-  ].filter(Boolean);
-}
-
 function exportedView(exported, { target, file }, download) {
   return [
     element("h3", { text: `Written for ${target}: ${exported.files.join(", ")}` }),
@@ -57,16 +49,7 @@ function exportedView(exported, { target, file }, download) {
   ].filter(Boolean);
 }
 
-function modelChoices(models) {
-  return models.map(({ name, description, first }) => {
-    const input = element("input", { type: "checkbox", name: "model", value: name, checked: first });
-    return element("label", { title: description }, input, ` ${name}`);
-  });
-}
-
-function targetChoices(targets) {
-  return targets.map(({ name, title, description, first }) => {
-    const input = element("input", { type: "radio", name: "target", value: name, checked: first });
-    return element("label", { title: description }, input, ` ${title}`);
-  });
+function choicesOf(choices, name, type) {
+  return choices.map((choice) => element("label", { title: choice.description },
+    element("input", { type, name, value: choice.name, checked: choice.first }), ` ${choice.title ?? choice.name}`));
 }

@@ -1,0 +1,125 @@
+"""Step 6 without a browser: a controller from fields, the gain of a loop that is simulated, and why a gain is missing."""
+
+from contextlib import nullcontext
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from tests.cli.conftest import EXPERIMENT
+
+from bristle.core.errors import InputError
+from bristle.files import read_axis, read_experiment
+from bristle.server import loop
+from bristle.server.cases import Case, Part
+from bristle.server.errand import Errand, LabelledLog
+from bristle.server.tasks import export, identify
+from bristle.simulation import simulate
+
+AXIS = (
+    'schema = 1\nkind = "translational"\n[columns]\ntime = { column = "time", unit = "s" }\n'
+    'position = { column = "x", unit = "mm" }\nreference = { column = "r", unit = "mm" }\neffort = { column = "u", unit = "A" }\n'
+    '[effort]\nconstant = "10 N/A"\n'
+)
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory):
+    """The log of a simulated axis with its reference, and the controller of its loop as fields of an axis file."""
+    folder = tmp_path_factory.mktemp("recorded")
+    (folder / "experiment.toml").write_text(EXPERIMENT)
+    experiment = read_experiment(folder / "experiment.toml")
+    run, variant = simulate(experiment).variants["none"], next(variant for variant in experiment.variants if variant.name == "none")
+    columns = np.column_stack((run.time, 1e3 * run.measured, 1e3 * run.reference, 0.1 * run.effort))
+    np.savetxt(folder / "log.csv", columns, delimiter=",", header="time,x,r,u", comments="", fmt="%.9g")
+    law = {f"controller.{name}": value for name, value in variant.controller.values.items() if np.isfinite(value)}
+    return folder / "log.csv", {"controller.model": variant.controller.name} | law
+
+
+@pytest.fixture(scope="module")
+def identified(recorded, tmp_path_factory):
+    """The errand after an identification without a controller, and what the page shows of it."""
+    folder = tmp_path_factory.mktemp("identified")
+    log = LabelledLog(recorded[0], "log.csv", "fit")
+    options = {"models": "coulomb_viscous", "draws": 0}
+    errand = Errand(folder, (log,), AXIS, "axis.toml", options, 2**24, None, lambda *_: None, nullcontext)
+    _, data = identify(errand)
+    return replace(errand, results=folder / "results", options={}), data
+
+
+def test_without_a_controller_the_page_says_what_is_missing(identified):
+    errand, data = identified
+    assert data["loop"]["gain"] is None
+    assert "controller is missing" in data["loop"]["reason"]
+    assert "Friction forward, F+" in [row[0] for row in data["loop"]["values"]["rows"]]
+    assert data["loop"]["values"]["heads"][1] == "In the drive's units"
+    with pytest.raises(InputError, match=r"cannot be simulated: the controller is missing\. Select it"):
+        loop.compensate(errand)
+
+
+def test_a_controller_from_fields_shows_the_gain_and_keeps_the_model(identified, recorded):
+    errand, before = identified
+    facts, data = loop.compensate(replace(errand, options={"edits": recorded[1]}))
+    assert read_axis(facts["axis_text"].encode()).controller.name == recorded[1]["controller.model"]
+    assert facts["axis_text"].startswith(AXIS)
+    gain = data["gain"]
+    assert (gain["helps"], data["reason"], data["log"]) == (True, "", "log.csv")
+    assert float(gain["times"]) > 2.0
+    time, without, compensated, measured = gain["error"]
+    assert len(time) == len(without) == len(compensated) == len(measured)
+    assert np.ptp(compensated) < 0.5 * np.ptp(without)
+    assert data["values"] == before["loop"]["values"]
+    assert data["tables"]["controller"]["model"] == recorded[1]["controller.model"]
+    exported = export(replace(errand, axis_text=facts["axis_text"]))[1]
+    assert not [note for note in exported["notes"] if "did not simulate" in note]
+
+
+def test_a_gain_that_is_missing_is_named(identified):
+    errand, _ = identified
+    edits = {"controller.model": "cascade", "controller.k_p": "60 1/s"}
+    with pytest.raises(InputError, match="controller: cascade needs k_v"):
+        loop.compensate(replace(errand, options={"edits": edits}))
+    with pytest.raises(InputError, match=r"controller\.k_v: has the wrong unit"):
+        loop.compensate(replace(errand, options={"edits": edits | {"controller.k_v": "3 A"}}))
+
+
+def test_a_field_that_changes_the_log_needs_another_identification(identified, recorded):
+    errand, _ = identified
+    with pytest.raises(InputError, match=r"changes the meaning of the log.*identify again"):
+        loop.compensate(replace(errand, options={"edits": recorded[1] | {"effort.constant": "20 N/A"}}))
+    loop.compensate(replace(errand, options={"edits": recorded[1] | {"effort.limit": "500 A", "effort.lag": "0.1 ms"}}))
+
+
+def test_a_wrong_gain_is_no_basis_for_a_prediction(identified, recorded):
+    errand, _ = identified
+    gains = {name: 5.0 * value for name, value in recorded[1].items() if name == "controller.k_p"}
+    _, data = loop.compensate(replace(errand, options={"edits": recorded[1] | gains}))
+    assert data["gain"] is None
+    assert "log" in data["reason"]
+
+
+def test_a_log_without_a_reference_has_no_loop():
+    fit = SimpleNamespace(position_rmse=None)
+    assert "Record the desired position" in loop.reason_without_loop(fit, SimpleNamespace(controller=1), SimpleNamespace(reference=None))
+    assert "fitted to the position" in loop.reason_without_loop(SimpleNamespace(position_rmse=1.0), None, None)
+
+
+def test_another_controller_leaves_the_model_valid(tmp_path):
+    case = Case("one", tmp_path)
+    for name in ("identified", "compensated"):
+        case.keep(name, Part(1, tmp_path, {}, case.inputs_of(name)))
+    case.changed("loop")
+    assert (case.is_old("identified"), case.is_old("compensated")) == (False, True)
+
+
+def test_every_controller_has_fields():
+    laws = {law["name"]: [key for key, _, _ in law["fields"]] for law in loop.controller_fields()}
+    assert laws["cascade"][:3] == ["controller.k_p", "controller.k_v", "controller.k_i"]
+    assert "controller.lambda" in laws["sliding_mode"]
+    assert all(laws.values())
+
+
+@pytest.mark.parametrize("constant", ["61.2", "61.2 "])
+def test_a_constant_without_a_unit_asks_for_it(constant):
+    with pytest.raises(InputError, match=r"effort\.constant: lacks its unit.*Add the unit: N/A or N\*m/A"):
+        read_axis(AXIS.replace("10 N/A", constant).encode())
