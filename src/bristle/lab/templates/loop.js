@@ -81,5 +81,5 @@ async function tracked({ loop, model, values, body, bodyValues, settings }) {
     }));
   };
   const errors = axisAlong(0, Object.keys(WAYS)), across = axisAlong(Math.PI / 2, ["none", "both"]);
-  return { dt, period, errors, across };
+  return { dt, period, errors, across, amplitude: A, frequency: f };
 }

@@ -4,7 +4,8 @@ function colours(root = document.documentElement) {
   const style = getComputedStyle(root);
   const colour = (name) => style.getPropertyValue(`--${name}`).trim();
   return { ink: colour("ink"), soft: colour("soft"), rule: colour("rule"), accent: colour("accent"), alert: colour("alert"),
-    ghost: colour("ghost"), shade: colour("shade"), measured: colour("measured"), size: parseFloat(style.fontSize) };
+    ghost: colour("ghost"), shade: colour("shade"), measured: colour("measured"),
+    with: colour("with"), without: colour("without"), third: colour("third"), care: colour("care"), card: colour("card"), ground: colour("ground"), size: parseFloat(style.fontSize) };
 }
 
 function roundStep(rough) {
@@ -34,7 +35,7 @@ function axis(low, high, margin = 0.06) {
 // A frame for curves on a part of a canvas: `area` in pixels of the page, axes in SI with a word and a unit each.
 class Frame {
   constructor(context, area, xAxis, yAxis, theme) {
-    Object.assign(this, { context, theme });
+    Object.assign(this, { context, theme, own: { x: xAxis, y: yAxis } });
     this.x = { ...xAxis, ...scaleOf(xAxis.unit, Math.max(Math.abs(xAxis.low), Math.abs(xAxis.high))) };
     this.y = { ...yAxis, ...scaleOf(yAxis.unit, Math.max(Math.abs(yAxis.low), Math.abs(yAxis.high))) };
     context.font = `${0.82 * theme.size}px system-ui, "DejaVu Sans", sans-serif`;
@@ -138,6 +139,15 @@ class Frame {
       context.fillStyle = colour;
       for (const k of of) context.fillRect(this.across(x[k]) - size / 2, this.up(y[k]) - size / 2, size, size);
     });
+  }
+
+  // A word at a point of a line.
+  label(text, x, y, colour, align = "left") {
+    const { context } = this;
+    context.fillStyle = colour;
+    context.textAlign = align;
+    context.textBaseline = "bottom";
+    context.fillText(text, this.across(x) + (align === "left" ? 6 : -6), this.up(y) - 3);
   }
 
   // A vertical line at a value, or the band between two values.

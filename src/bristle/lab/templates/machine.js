@@ -1,0 +1,239 @@
+// The machine: a block on bristles, pulled by a spring, in true time, over the position axis of the loop below it.
+
+const HAIRS = 15, HAIR = 30, BODY = 46, SPRING = 64, MOST_HELD = 40000, PAUSED = 0.9, GLANCE = 1 / 30; // [px], [px], [px], [px], samples, [s], [s]
+const clock = { plays: false, last: 0, rests: 0, pending: 0, pulls: null, target: 0 };
+
+function machineOf(width) {
+  const half = width < 500 ? 36 : 54;
+  return { half, left: half + 18, right: half + SPRING + 30, stretch: 36 };
+}
+
+// Sum or mean of a parameter that has a role, such as the stiffness of the bristles.
+function stiffnessOf(lab) {
+  const found = familyOf(lab, STIFFNESS);
+  return found ? found.value : Infinity;
+}
+
+// Whether the block rests, bends its bristles, or slides, over the last glance.
+function contactState(lab, run, k) {
+  const before = Math.max(0, k - Math.max(1, Math.round(GLANCE / run.dt))), seen = lab.frame.x.high - lab.frame.x.low;
+  const moved = run.x[k] - run.x[before], bent = (run.force[k] - run.force[before]) / stiffnessOf(lab), time = (k - before) * run.dt;
+  const velocity = time > 0 ? moved / time : 0, slips = Math.abs(moved - bent) > 0.5 * Math.abs(moved);
+  const word = Math.abs(moved) < 2e-5 * seen ? "holds" : slips ? "slides" : "bends";
+  return { word, velocity, force: run.force[k], x: run.x[k] };
+}
+
+function machineView(lab, canvas) {
+  const { frame, theme, machine } = lab, run = runOf(lab), k = Math.round((run.x.length - 1) * lab.moment), { half } = machine;
+  const { context, area } = wiped(canvas), { size } = theme, ground = area.height - 1.1 * size, top = ground - HAIR - BODY;
+  const state = contactState(lab, run, k), x = frame.across(state.x), share = state.force / lab.level;
+  const end = run.end ? frame.across(run.end[k]) + half + SPRING : x + half + SPRING + machine.stretch * share;
+  // Deflection of the bristles in the scale of the axis, but visible.
+  const full = lab.level / stiffnessOf(lab) / (frame.x.high - frame.x.low) * (frame.right - frame.left), bend = share * Math.min(40, Math.max(15, full));
+  Object.assign(machine, { x, end, top, ground });
+  context.font = `${0.82 * size}px system-ui, "DejaVu Sans", sans-serif`;
+  rail(frame, context, ground, area);
+  if (lab.pin) otherBlock(lab, context, x, top, ground);
+  hairs(context, x - half + 5, 2 * half - 10, ground, bend, state.word === "slides" ? theme.care : theme.with);
+  context.fillStyle = theme.with;
+  context.beginPath();
+  context.roundRect(x - half, top, 2 * half, BODY, 7);
+  context.fill();
+  spring(context, x + half, end, top + BODY / 2, theme);
+  context.fillStyle = theme.ground;
+  context.textAlign = "center";
+  context.textBaseline = "middle";
+  context.font = `600 ${0.95 * size}px system-ui, "DejaVu Sans", sans-serif`;
+  context.fillText(state.word, x, top + BODY / 2);
+  context.font = `${0.82 * size}px system-ui, "DejaVu Sans", sans-serif`;
+  context.fillStyle = theme.ink;
+  context.textBaseline = "bottom";
+  context.fillText(told(state.force, lab.model.units.force), (x + half + end) / 2, top + 2);
+  return state;
+}
+
+function rail(frame, context, ground, area) {
+  const { theme } = frame;
+  context.strokeStyle = theme.soft;
+  context.lineWidth = 1.5;
+  context.setLineDash([]);
+  context.beginPath();
+  context.moveTo(frame.left, ground + 0.5);
+  context.lineTo(area.width, ground + 0.5);
+  context.stroke();
+  context.strokeStyle = theme.rule;
+  context.lineWidth = 1;
+  context.beginPath();
+  for (let at = frame.left; at < area.width; at += 9) {
+    context.moveTo(at, area.height);
+    context.lineTo(at + 7, ground + 1);
+  }
+  context.stroke();
+}
+
+function hairs(context, left, width, ground, bend, colour) {
+  context.strokeStyle = colour;
+  context.lineWidth = 2;
+  context.lineCap = "round";
+  context.beginPath();
+  for (let i = 0; i < HAIRS; i++) {
+    const root = left + width * i / (HAIRS - 1), tip = root - bend;
+    context.moveTo(root, ground - HAIR);
+    context.quadraticCurveTo(root, ground - 0.35 * HAIR, tip, ground - 1);
+  }
+  context.stroke();
+  context.lineCap = "butt";
+}
+
+function spring(context, from, to, y, theme) {
+  const turns = 9, radius = 7, straight = 8, length = to - 11 - from - 2 * straight;
+  context.strokeStyle = theme.ink;
+  context.lineWidth = 1.8;
+  context.lineJoin = "round";
+  context.beginPath();
+  context.moveTo(from, y);
+  for (let i = 0; i <= 2 * turns; i++) context.lineTo(from + straight + length * i / (2 * turns), i % (2 * turns) ? y + (i % 2 ? -radius : radius) : y);
+  context.lineTo(to - 11, y);
+  context.stroke();
+  context.fillStyle = theme.card;
+  context.beginPath();
+  context.arc(to, y, 12, 0, 2 * Math.PI);
+  context.fill();
+  context.stroke();
+  context.fillStyle = theme.ink;
+  context.textAlign = "center";
+  context.textBaseline = "middle";
+  context.fillText("↔", to, y);
+}
+
+// The block of the model to compare with, where it stands elsewhere.
+function otherBlock(lab, context, x, top, ground) {
+  const run = runOf(lab.pin), { half } = lab.machine, at = lab.frame.across(run.x[Math.round((run.x.length - 1) * lab.moment)]);
+  if (Math.abs(at - x) < 1.5) return;
+  context.strokeStyle = context.fillStyle = lab.theme.third;
+  context.setLineDash([5, 3]);
+  context.lineWidth = 2;
+  context.beginPath();
+  context.roundRect(at - half, top, 2 * half, ground - top - 2, 7);
+  context.stroke();
+  context.setLineDash([]);
+  context.textAlign = "left";
+  context.textBaseline = "bottom";
+  context.fillText(lab.pin.model.model, at - half, top - 2);
+}
+
+// --- true time ---------------------------------------------------------------------------------------------------------
+
+function play(plays) {
+  if (plays && !clock.plays) {
+    clock.last = performance.now();
+    if (lab.moment >= 1 && lab.preset !== "hand") lab.moment = 0;
+    requestAnimationFrame(tick);
+  }
+  clock.plays = plays;
+  byId("play").textContent = plays ? "❚❚ Pause" : "▶ Play";
+  byId("play").setAttribute("aria-pressed", String(plays));
+}
+
+function tick(now) {
+  if (!clock.plays) return;
+  const gap = Math.min(0.1, Math.max(0, now - clock.last) / 1000), run = runOf(lab), time = (run.x.length - 1) * run.dt;
+  clock.last = now;
+  if (lab.preset === "hand") holdSpring(gap);
+  else if (lab.moment >= 1) {
+    clock.rests += gap;
+    if (clock.rests > PAUSED) lab.moment = 0;
+  } else {
+    clock.rests = 0;
+    lab.moment = Math.min(1, lab.moment + gap / Math.max(time, 1e-9));
+  }
+  drawMoment();
+  requestAnimationFrame(tick);
+}
+
+// Time passes while the far end of the spring is in the hand of the user.
+function holdSpring(gap) {
+  const { hand, live } = lab, text = Object.values(lab.values).join();
+  if (hand.text !== text) for (const [name, list] of Object.entries(lab.values)) live.set(name, list);
+  hand.text = text;
+  clock.pending += gap / hand.dt;
+  const steps = Math.floor(clock.pending);
+  clock.pending -= steps;
+  if (!steps || hand.x.length > MOST_HELD) return;
+  live.set("v_e", [(clock.target - hand.end.at(-1)) / (steps * hand.dt)]);
+  for (let i = 0; i < steps; i++) {
+    hand.force.push(live.push(0, hand.dt));
+    hand.x.push(live.x);
+    hand.end.push(live.end);
+  }
+  lab.moment = 1;
+}
+
+function takeSpring() {
+  if (lab.preset === "hand") return;
+  const { k } = lab.values;
+  lab.preset = "hand";
+  lab.hand = { x: [0], force: [0], end: [0], dt: valueOf(lab, "time") / PULLED, at: null, reach: 1.6 * lab.level / k[0] };
+  clock.target = 0;
+  lab.live.begin();
+  leaveChapter();
+  lab.pin = null;
+  showAll();
+}
+
+// Drag the block to draw its path, or the far end of the spring to pull it.
+function followPointer(canvas) {
+  let last = null;
+  canvas.addEventListener("pointerdown", (event) => {
+    const { x, end, half } = lab.machine, { offsetX } = event;
+    const part = Math.abs(offsetX - end) < 18 ? "spring" : Math.abs(offsetX - x) < half + 8 ? "block" : "";
+    if (!part) return;
+    last = { at: offsetX, part };
+    canvas.setPointerCapture(event.pointerId);
+    if (part === "spring") takeSpring();
+    play(part === "spring");
+  });
+  canvas.addEventListener("pointermove", (event) => {
+    const { x, end, half } = lab.machine, { offsetX } = event;
+    canvas.classList.toggle("grab", Math.abs(offsetX - end) < 18 || Math.abs(offsetX - x) < half + 8);
+    if (!last) return;
+    const moved = lab.frame.valueAt(offsetX) - lab.frame.valueAt(last.at);
+    last.at = offsetX;
+    if (last.part === "spring") clock.target += moved;
+    else moveBy(moved);
+  });
+  for (const name of ["pointerup", "pointercancel"]) canvas.addEventListener(name, () => { if (last) { last = null; keep(); } });
+  canvas.addEventListener("keydown", (event) => {
+    const block = { ArrowLeft: -1, ArrowRight: 1 }[event.key], far = { ArrowDown: -1, ArrowUp: 1 }[event.key];
+    if (!block && !far) return;
+    event.preventDefault();
+    const seen = event.shiftKey ? 0.1 : 0.01;
+    if (far) {
+      takeSpring();
+      clock.target += far * seen * (lab.frame.x.high - lab.frame.x.low);
+      play(true);
+    } else {
+      play(false);
+      moveBy(block * 2 * seen * valueOf(lab, "amplitude"));
+    }
+  });
+  canvas.addEventListener("keyup", (event) => { if (event.key.startsWith("Arrow")) keep("machine"); });
+}
+
+// Move the contact on by a distance; without a reversal the path gets no turn.
+function moveBy(distance) {
+  if (lab.preset !== "drawn") {
+    const { amplitude } = lab.values;
+    leaveChapter();
+    lab.aim("drawn");
+    Object.assign(lab, { turns: [0], values: { ...lab.values, amplitude } });
+  }
+  const { turns } = lab, at = turns.at(-1), to = Math.max(-1.05, Math.min(1.05, at + distance / valueOf(lab, "amplitude")));
+  if (to === at) return;
+  if (turns.length > 1 && (to - at) * (at - turns.at(-2)) > 0) turns[turns.length - 1] = to;
+  else if (turns.length < MOST_TURNS) turns.push(to);
+  else return say(`The path has ${MOST_TURNS} turns, the most that are allowed. Restart it with “${PRESETS.drawn.word}”.`);
+  lab.moment = 1;
+  byId("path").value = "drawn";
+  drawNow();
+}
