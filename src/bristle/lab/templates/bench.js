@@ -6,6 +6,7 @@ function newBench(theme) {
     samples: SAMPLES, ghosts: new Map(),
     all() { return [...this.model.variables, ...this.settings]; },
     setAll(values) {
+      this.run = this.swept = null;
       this.contact.hold();
       for (const [name, list] of Object.entries(values)) this.contact.set(name, list);
     },

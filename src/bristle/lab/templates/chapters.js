@@ -11,7 +11,7 @@ const CHAPTERS = [
         && `The block holds ${told(force[k], lab.model.units.force)} at standstill, bent by ${told(x[k], lab.model.units.position)}.`;
     } },
   { word: "Break away", task: "Pull harder. At the break-away force the bristles slip and the block jumps.",
-    state: "model=lugre&path=pulled&k=3e5&v_e=1e-5&time=14",
+    state: "model=lugre&path=pulled&k=1e5&v_e=1e-4&time=6",
     check({ x, force }, k) {
       const most = extent(force.subarray(0, k + 1))[1];
       return x[k] > 10 * lab.model.scales.reach && force[k] < 0.95 * most && `It breaks away at ${told(most, lab.model.units.force)}.`;
@@ -42,8 +42,8 @@ const CHAPTERS = [
       const [own, other] = [x, runOf(lab.pin).x].map((each) => (each[first + cycles * cycle] - each[first]) / cycles), { reach } = lab.model.scales;
       return own > DRIFTS * reach && Math.abs(other) < STAYS * reach && `${lab.model.model} walks ${told(own, lab.model.units.position)} a cycle; ${lab.pin.model.model} stays.`;
     } },
-  { word: "Cure the spike", task: "Friction throws a controlled axis off at each reversal. Friction feedforward removes the spike.",
-    state: "model=lugre&path=tracked", tab: "track",
+  { word: "Cure the spike", task: "At each reversal friction throws a controlled axis off. Feedforward of friction removes the error.",
+    state: "model=lugre&path=tracked&loop_A=2e-4&loop_f=0.5&loop_gain=60", tab: "track",
     check({ x }, k) {
       if (!lab.tracked || k < 0.5 * x.length) return false;
       const [alone, fed] = ["none", "model"].map((way) => widthOf(lab.tracked.errors[way]));

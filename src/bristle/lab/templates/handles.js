@@ -22,15 +22,15 @@ const HANDLES = [
   { key: "break", plot: "loop", role: PEAK, word: "break-away level", edge: 60, at: (value) => [0, value], from: (x, up) => up },
   { key: "peak", plot: "speed", role: PEAK, word: "peak at low velocity", at: (value) => [0.02 * valueOf(lab, "top"), value], from: (x, up) => up },
   { key: "corner", plot: "speed", role: CORNER, word: "corner: Stribeck velocity", at: (value) => [value, steadyAt(value)], from: (x) => x },
-  { key: "rise", plot: "speed", role: VISCOUS, word: "rise with velocity", at: () => [0.75 * valueOf(lab, "top"), steadyAt(0.75 * valueOf(lab, "top"))],
-    from: (x, up, value) => value + (up - steadyAt(0.75 * valueOf(lab, "top"))) / (0.75 * valueOf(lab, "top")) },
+  { key: "rise", plot: "speed", role: VISCOUS, word: "rise with velocity", at: () => [0.6 * valueOf(lab, "top"), steadyAt(0.6 * valueOf(lab, "top"))],
+    from: (x, up, value) => value + (up - steadyAt(0.6 * valueOf(lab, "top"))) / (0.6 * valueOf(lab, "top")) },
 ];
 let handles = [], grip = "";
 
-function slopeForce() { return 0.6 * Math.min(lab.level, familyOf(lab, LEVEL)?.value ?? Infinity); }
+function slopeForce() { return 0.4 * Math.min(lab.level, familyOf(lab, LEVEL)?.value ?? Infinity); }
 
 function steadyAt(velocity) {
-  const { force } = sweptOf(lab), half = (SWEPT - 1) / 2, share = 0.5 * (velocity / valueOf(lab, "top") + 1);
+  const { force } = sweptOf(lab), half = (SWEPT - 1) / 2, share = 0.5 * (1 - velocity / valueOf(lab, "top"));
   return force[Math.max(1, Math.min(half, Math.round(share * half)))];
 }
 
@@ -42,8 +42,8 @@ function buildHandles() {
     holdHandle(handle, root);
     return { ...handle, root };
   });
-  byId("grips").replaceChildren(...handles.map(({ key, root, word }) => element("button", { type: "button", value: key, html: root.innerHTML, "aria-label": word, onclick: () => choose(key) })));
-  choose(handles.some(({ key }) => key === grip) ? grip : handles[0]?.key ?? "");
+  byId("grips").replaceChildren(...handles.filter(({ key }) => key !== "peak").map(({ key, root, word }) => element("button", { type: "button", value: key, html: root.innerHTML, "aria-label": word, onclick: () => choose(key) })));
+  choose((handles.find(({ key }) => key === grip) ?? handles.find(({ key }) => key === "plateau") ?? handles[0])?.key ?? "");
 }
 
 // On a narrow page one handle shows at a time.
@@ -51,7 +51,7 @@ function choose(key) {
   grip = key;
   for (const handle of handles) handle.root.classList.toggle("current", handle.key === key);
   for (const button of byId("grips").children) button.setAttribute("aria-pressed", String(button.value === key));
-  if (handles.find((handle) => handle.key === key)?.plot === "speed") openTab("speed");
+  if (lab.run && tab !== "speed" && handles.find((handle) => handle.key === key)?.plot === "speed") openTab("speed");
 }
 
 function holdHandle(handle, root) {
@@ -97,15 +97,17 @@ function moveFamily(role, wanted) {
 
 // Put the handles where their parameters are, with the lines they hold.
 function placeHandles(plot, frame) {
-  for (const { root, role, word, at, edge, plot: own } of handles) {
-    if (own !== plot) continue;
+  for (const { key, root, role, word, at, edge, plot: own } of handles) {
+    if (own !== plot || lab.machine.narrow && key !== grip) continue;
     const { value, unit } = familyOf(lab, role), [x, up] = at(value), px = edge ? frame.right - edge : frame.across(x), py = frame.up(up);
     const steep = !edge && plot === "loop" && px - frame.across(0) < HIDDEN, virgin = edge || plot === "speed" || !["hand", "tracked"].includes(lab.preset);
     const inside = px > frame.left && px <= frame.right && py >= frame.top && py <= frame.bottom && !steep && virgin;
     root.hidden = !inside;
     if (!inside) continue;
     if (plot === "loop") frame.curve(edge ? [frame.x.low, frame.x.high] : [0, x], edge ? [up, up] : [0, up], { colour: frame.theme.soft, width: 1, dash: [2, 4] });
-    const text = told(value, unit), now = Number(value.toPrecision(4));
+    const text = told(value, unit);
+    frame.label(text, edge ? frame.valueAt(px - 12) : frame.valueAt(px + 10), frame.valueUp(py - (edge ? 0 : 2)), frame.theme.ink, edge ? "right" : "left");
+    const now = Number(value.toPrecision(4));
     root.style.setProperty("transform", `translate(${Math.round(px)}px, ${Math.round(py)}px)`);
     if (root.title === `${word}: ${text}`) continue;
     root.title = `${word}: ${text}`;

@@ -35,7 +35,7 @@ function drawNow(moves = false) {
 function drawMoment(all = false) {
   plots.loop.show();
   const { word, velocity, x } = machineView(lab, byId("machine")), { position, velocity: unit } = lab.model.units;
-  const text = `The block ${word}: ${told(x, position)}, ${told(velocity, unit)}.`;
+  const text = `The block ${word}: ${told(x, position)}, ${word === "holds" ? "at rest" : told(velocity, unit)}.`;
   frames++;
   if (all || frames % 6 === 0) {
     byId("machine-reading").textContent = text;

@@ -1,11 +1,11 @@
 // The machine: a block on bristles, pulled by a spring, in true time, over the position axis of the loop below it.
 
-const HAIRS = 15, HAIR = 30, BODY = 46, SPRING = 64, MOST_HELD = 40000, PAUSED = 0.9, GLANCE = 1 / 30; // [px], [px], [px], [px], samples, [s], [s]
+const HAIRS = 15, HAIR = 30, BODY = 46, SPRING = 76, MOST_HELD = 40000, PAUSED = 0.9, GLANCE = 1 / 30; // [px], [px], [px], [px], samples, [s], [s]
 const clock = { plays: false, last: 0, rests: 0, pending: 0, pulls: null, target: 0 };
 
 function machineOf(width) {
-  const half = width < 500 ? 36 : 54;
-  return { half, left: half + 18, right: half + SPRING + 30, stretch: 36 };
+  const narrow = width < 500, half = narrow ? 36 : 54;
+  return { narrow, half, left: half + 18, right: half + SPRING + 30, stretch: 30 };
 }
 
 // Sum or mean of a parameter that has a role, such as the stiffness of the bristles.
@@ -47,8 +47,8 @@ function machineView(lab, canvas) {
   context.fillText(state.word, x, top + BODY / 2);
   context.font = `${0.82 * size}px system-ui, "DejaVu Sans", sans-serif`;
   context.fillStyle = theme.ink;
-  context.textBaseline = "bottom";
-  context.fillText(told(state.force, lab.model.units.force), (x + half + end) / 2, top + 2);
+  context.textBaseline = "top";
+  context.fillText(told(state.force, lab.model.units.force), (x + half + end) / 2, top + BODY / 2 + 11);
   return state;
 }
 

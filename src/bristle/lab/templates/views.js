@@ -74,7 +74,7 @@ function loopView(lab, canvas, view = {}) {
   const theme = lab.theme, run = runOf(lab), { units } = lab.model, last = run.x.length - 1, moment = Math.round(last * lab.moment);
   const before = ghostOf(lab), pinned = lab.pin ? runOf(lab.pin) : null, { context, area } = wiped(canvas);
   const ends = [run, before, pinned].filter(Boolean).map(({ force }) => extent(force)), [low, high] = ends[0];
-  const [bottom, top] = view.y ?? axis(Math.min(...ends.map(([least]) => least)), Math.max(...ends.map(([, most]) => most)), 0.1);
+  const [bottom, top] = view.y ?? axis(Math.min(...ends.map(([least]) => least)), Math.max(...ends.map(([, most]) => most), ...levelsOf(lab)), 0.1);
   const [left, right] = view.x ?? positionAxis(lab, run, area.width - 5.5 * theme.size);
   const frame = new Frame(context, area, { word: "position", unit: units.position, low: left, high: right },
     { word: "friction force", unit: units.force, low: bottom, high: top }, theme);
@@ -97,6 +97,9 @@ function loopView(lab, canvas, view = {}) {
   lab.frame = frame;
   return frame;
 }
+
+// The levels of friction that have a handle.
+function levelsOf(lab) { return lab.machine ? [LEVEL, PEAK].map((role) => familyOf(lab, role)?.value).filter(Number.isFinite) : []; }
 
 function gapIn(frame, x, force, { first, last, share }) {
   const { theme } = frame;
@@ -173,9 +176,9 @@ function speedView(lab, canvas, view = {}) {
     frame.curve(v, curve.force, { colour, width: 2.2, first: 1, last: half });
     frame.curve(v, curve.force, { colour: bench === lab ? theme.ink : colour, width: 1.5, dash: [6, 4], first: half + 1 });
   }
-  if (lab.pin) nameLines(frame, benches.reverse().map(([bench, colour]) => [bench, { x: v.subarray(1, half).map((each) => Math.min(each, 0.3 * top)), force: sweptOf(bench).force.subarray(1, half) }, colour]));
+  if (lab.pin) nameLines(frame, benches.reverse().map(([bench, colour]) => [bench, { x: v.subarray(1, half).map((each) => (each > 0.3 * top ? -Infinity : each)), force: sweptOf(bench).force.subarray(1, half) }, colour]));
   const along = lab.model.placed?.size ? " Computed in the middle of the axis, without variation along the axis." : lab.model.varies && !lab.model.placed ? " This friction also varies during the sweep." : "";
-  return Object.assign(frame, { words: `Solid: rising velocity. Dashed: falling velocity. The sweep takes ${told(time, "s")}.${along}`, alert: overflow, curves: benches.map(([bench, colour]) => [v.subarray(1), sweptOf(bench).force.subarray(1), colour, bench.model.model]) });
+  return Object.assign(frame, { words: `Solid: falling velocity. Dashed: rising velocity. The sweep takes ${told(time, "s")}.${along}`, alert: overflow, curves: benches.map(([bench, colour]) => [v.subarray(1), sweptOf(bench).force.subarray(1), colour, bench.model.model]) });
 }
 
 // The memory at the present moment.
