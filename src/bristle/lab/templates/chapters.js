@@ -11,7 +11,7 @@ const CHAPTERS = [
         && `The block holds ${told(force[k], lab.model.units.force)} at standstill, bent by ${told(x[k], lab.model.units.position)}.`;
     } },
   { word: "Break away", task: "Pull harder. At the break-away force the bristles slip and the block jumps.",
-    state: "model=lugre&path=pulled&k=1e5&v_e=1e-4&time=6",
+    state: "model=lugre&path=pulled&v_e=2e-4&sigma_2=20&time=7",
     check({ x, force }, k) {
       const most = extent(force.subarray(0, k + 1))[1];
       return x[k] > 10 * lab.model.scales.reach && force[k] < 0.95 * most && `It breaks away at ${told(most, lab.model.units.force)}.`;
@@ -53,13 +53,15 @@ const CHAPTERS = [
 const done = new Map();
 
 function buildChapters() {
-  byId("chapters").append(...CHAPTERS.map(({ word }, i) => element("button", { type: "button", value: i + 1, onclick: () => openChapter(i + 1) },
+  byId("chapters").append(...CHAPTERS.map(({ word }, i) => element("button", { type: "button", value: i + 1, onclick: () => openAndPlay(`chapter=${i + 1}`) },
     element("span", { class: "mark", text: i + 1 }), element("span", { text: word }))));
   tellChapter();
 }
 
-async function openChapter(number) {
-  await go(`chapter=${number}`);
+// Open a chapter, or any other state of the page, and play it from its beginning.
+async function openAndPlay(text) {
+  play(false);
+  await go(text);
   keep();
   lab.moment = 0;
   play(true);
@@ -87,7 +89,7 @@ function tellChapter() {
 
 function checkChapter() {
   const chapter = CHAPTERS[lab.chapter - 1];
-  if (!chapter) return;
+  if (!chapter || !clock.plays) return;
   const run = runOf(lab), found = chapter.check(run, Math.round((run.x.length - 1) * lab.moment));
   if (!found || done.get(lab.chapter) === found) return;
   done.set(lab.chapter, found);

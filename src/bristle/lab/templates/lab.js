@@ -354,8 +354,7 @@ function listen() {
   window.addEventListener("hashchange", async () => {
     if (location.hash === "#selftest") return selfTest();
     if (location.hash === "#machine" || location.hash.slice(1) === kept) return null;
-    await go(location.hash.slice(1));
-    return keep();
+    return openAndPlay(location.hash.slice(1));
   });
   followPointer(byId("machine"));
   const redraw = () => { lab.theme = colours(); draw(); };
