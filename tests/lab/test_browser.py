@@ -183,6 +183,7 @@ def test_a_slow_loop_has_fewer_samples_during_a_move(page, tmp_path):
     moved = SLIDE.replace('slider.dispatchEvent(new Event("change"));', "")
     with browser(tmp_path / "profile") as tab:
         tab.open(f"{page.as_uri()}#model=lugre")
+        tab.run("new Promise((done) => setTimeout(done, 300))")
         assert tab.run("lab.samples") == 20000
         tab.run("loopTook = 12")
         tab.run(moved)

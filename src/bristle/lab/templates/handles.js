@@ -99,7 +99,9 @@ function moveFamily(role, wanted) {
 function placeHandles(plot, frame) {
   for (const { key, root, role, word, at, edge, plot: own } of handles) {
     if (own !== plot || lab.machine.narrow && key !== grip) continue;
-    const { value, unit } = familyOf(lab, role), [x, up] = at(value), px = edge ? frame.right - edge : frame.across(x), py = frame.up(up);
+    const family = familyOf(lab, role); // none while another model is on its way
+    if (!family) continue;
+    const { value, unit } = family, [x, up] = at(value), px = edge ? frame.right - edge : frame.across(x), py = frame.up(up);
     const steep = !edge && plot === "loop" && px - frame.across(0) < HIDDEN, virgin = edge || plot === "speed" || !["hand", "tracked"].includes(lab.preset);
     const inside = px > frame.left && px <= frame.right && py >= frame.top && py <= frame.bottom && !steep && virgin;
     root.hidden = !inside;
