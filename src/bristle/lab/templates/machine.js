@@ -8,11 +8,7 @@ function machineOf(width) {
   return { narrow, half, left: half + 18, right: half + SPRING + 30, stretch: 30 };
 }
 
-// Sum or mean of a parameter that has a role, such as the stiffness of the bristles.
-function stiffnessOf(lab) {
-  const found = familyOf(lab, STIFFNESS);
-  return found ? found.value : Infinity;
-}
+function stiffnessOf(lab) { return familyOf(lab, STIFFNESS)?.value ?? Infinity; }
 
 // Whether the block rests, bends its bristles, or slides, over the last glance.
 function contactState(lab, run, k) {
@@ -31,78 +27,46 @@ function machineView(lab, canvas) {
   // Deflection of the bristles in the scale of the axis, but visible.
   const full = lab.level / stiffnessOf(lab) / (frame.x.high - frame.x.low) * (frame.right - frame.left), bend = share * Math.min(40, Math.max(15, full));
   Object.assign(machine, { x, end, top, ground });
-  context.font = `${0.82 * size}px system-ui, "DejaVu Sans", sans-serif`;
-  rail(frame, context, ground, area);
+  const small = `${0.82 * size}px system-ui, "DejaVu Sans", sans-serif`;
+  pen(context, { strokeStyle: theme.soft, lineWidth: 1.5, font: small });
+  stroke(context, [[frame.left, ground], [area.width, ground]]);
+  pen(context, { strokeStyle: theme.rule, lineWidth: 1 });
+  for (let at = frame.left; at < area.width; at += 9) stroke(context, [[at, area.height], [at + 7, ground + 1]]);
   if (lab.pin) otherBlock(lab, context, x, top, ground);
   hairs(context, x - half + 5, 2 * half - 10, ground, bend, state.word === "slides" ? theme.care : theme.with);
-  context.fillStyle = theme.with;
+  pen(context, { fillStyle: theme.with });
   context.beginPath();
   context.roundRect(x - half, top, 2 * half, BODY, 7);
   context.fill();
   spring(context, x + half, end, top + BODY / 2, theme);
-  context.fillStyle = theme.ground;
-  context.textAlign = "center";
-  context.textBaseline = "middle";
-  context.font = `600 ${0.95 * size}px system-ui, "DejaVu Sans", sans-serif`;
+  pen(context, { fillStyle: theme.ground, font: `600 ${0.95 * size}px system-ui, "DejaVu Sans", sans-serif` });
   context.fillText(state.word, x, top + BODY / 2);
-  context.font = `${0.82 * size}px system-ui, "DejaVu Sans", sans-serif`;
-  context.fillStyle = theme.ink;
-  context.textBaseline = "top";
+  pen(context, { fillStyle: theme.ink, font: small, textBaseline: "top" });
   context.fillText(told(state.force, lab.model.units.force), (x + half + end) / 2, top + BODY / 2 + 11);
   return state;
 }
 
-function rail(frame, context, ground, area) {
-  const { theme } = frame;
-  context.strokeStyle = theme.soft;
-  context.lineWidth = 1.5;
-  context.setLineDash([]);
-  context.beginPath();
-  context.moveTo(frame.left, ground + 0.5);
-  context.lineTo(area.width, ground + 0.5);
-  context.stroke();
-  context.strokeStyle = theme.rule;
-  context.lineWidth = 1;
-  context.beginPath();
-  for (let at = frame.left; at < area.width; at += 9) {
-    context.moveTo(at, area.height);
-    context.lineTo(at + 7, ground + 1);
-  }
-  context.stroke();
-}
-
 function hairs(context, left, width, ground, bend, colour) {
-  context.strokeStyle = colour;
-  context.lineWidth = 2;
-  context.lineCap = "round";
+  pen(context, { strokeStyle: colour, lineWidth: 2 });
   context.beginPath();
   for (let i = 0; i < HAIRS; i++) {
-    const root = left + width * i / (HAIRS - 1), tip = root - bend;
+    const root = left + width * i / (HAIRS - 1);
     context.moveTo(root, ground - HAIR);
-    context.quadraticCurveTo(root, ground - 0.35 * HAIR, tip, ground - 1);
+    context.quadraticCurveTo(root, ground - 0.35 * HAIR, root - bend, ground - 1);
   }
   context.stroke();
-  context.lineCap = "butt";
 }
 
 function spring(context, from, to, y, theme) {
   const turns = 9, radius = 7, straight = 8, length = to - 11 - from - 2 * straight;
-  context.strokeStyle = theme.ink;
-  context.lineWidth = 1.8;
-  context.lineJoin = "round";
-  context.beginPath();
-  context.moveTo(from, y);
-  for (let i = 0; i <= 2 * turns; i++) context.lineTo(from + straight + length * i / (2 * turns), i % (2 * turns) ? y + (i % 2 ? -radius : radius) : y);
-  context.lineTo(to - 11, y);
-  context.stroke();
-  context.fillStyle = theme.card;
+  const coil = Array.from({ length: 2 * turns + 1 }, (_, i) => [from + straight + length * i / (2 * turns), i % (2 * turns) ? y + (i % 2 ? -radius : radius) : y]);
+  pen(context, { strokeStyle: theme.ink, lineWidth: 1.8, fillStyle: theme.card });
+  stroke(context, [[from, y], ...coil, [to - 11, y]]);
   context.beginPath();
   context.arc(to, y, 12, 0, 2 * Math.PI);
   context.fill();
   context.stroke();
-  context.fillStyle = theme.ink;
-  context.textAlign = "center";
-  context.textBaseline = "middle";
+  pen(context, { fillStyle: theme.ink, textAlign: "center", textBaseline: "middle" });
   context.fillText("↔", to, y);
 }
 
@@ -110,15 +74,10 @@ function spring(context, from, to, y, theme) {
 function otherBlock(lab, context, x, top, ground) {
   const run = runOf(lab.pin), { half } = lab.machine, at = lab.frame.across(run.x[Math.round((run.x.length - 1) * lab.moment)]);
   if (Math.abs(at - x) < 1.5) return;
-  context.strokeStyle = context.fillStyle = lab.theme.third;
-  context.setLineDash([5, 3]);
-  context.lineWidth = 2;
+  pen(context, { strokeStyle: lab.theme.third, fillStyle: lab.theme.third, lineWidth: 2, dash: [5, 3], textAlign: "left", textBaseline: "bottom" });
   context.beginPath();
   context.roundRect(at - half, top, 2 * half, ground - top - 2, 7);
   context.stroke();
-  context.setLineDash([]);
-  context.textAlign = "left";
-  context.textBaseline = "bottom";
   context.fillText(lab.pin.model.model, at - half, top - 2);
 }
 
@@ -181,24 +140,24 @@ function takeSpring() {
   showAll();
 }
 
+function partAt(px) { return Math.abs(px - lab.machine.end) < 18 ? "spring" : Math.abs(px - lab.machine.x) < lab.machine.half + 8 ? "block" : ""; }
+
 // Drag the block to draw its path, or the far end of the spring to pull it.
 function followPointer(canvas) {
   let last = null;
   canvas.addEventListener("pointerdown", (event) => {
-    const { x, end, half } = lab.machine, { offsetX } = event;
-    const part = Math.abs(offsetX - end) < 18 ? "spring" : Math.abs(offsetX - x) < half + 8 ? "block" : "";
+    const part = partAt(event.offsetX);
     if (!part) return;
-    last = { at: offsetX, part };
+    last = { at: event.offsetX, part };
     canvas.setPointerCapture(event.pointerId);
     if (part === "spring") takeSpring();
     play(part === "spring");
   });
   canvas.addEventListener("pointermove", (event) => {
-    const { x, end, half } = lab.machine, { offsetX } = event;
-    canvas.classList.toggle("grab", Math.abs(offsetX - end) < 18 || Math.abs(offsetX - x) < half + 8);
+    canvas.classList.toggle("grab", partAt(event.offsetX) !== "");
     if (!last) return;
-    const moved = lab.frame.valueAt(offsetX) - lab.frame.valueAt(last.at);
-    last.at = offsetX;
+    const moved = lab.frame.valueAt(event.offsetX) - lab.frame.valueAt(last.at);
+    last.at = event.offsetX;
     if (last.part === "spring") clock.target += moved;
     else moveBy(moved);
   });
