@@ -12,6 +12,7 @@ const usual = data.models[data.first];
 const ready = new Map();
 const past = [], future = [];
 const SLOTS = ["asymmetry", "position", "ripple", "periodic", "load", "temperature", "transmitted"];
+const TABS = { speed: "Over velocity", track: "Closed loop", plane: "Memory", checks: "Checks" };
 const USUAL_PATH = "triangle", MOST_PAST = 200, MOST_TURNS = 400;
 const LONG = 6, LONG_LOOP = 8, PAUSE = 80, JUDGED = 150, STANDS = 120, ONE_STEP = 1000; // [ms]
 let kept = "", keptBy = "", keptAt = 0, tab = "speed", frames = 0, waiting = 0, settling = 0, loopTook = 0, restTook = 0, judging = 0, verdictTook = 0, shown = {};
@@ -49,7 +50,7 @@ function drawMoment(all = false) {
 function drawRest() {
   const before = performance.now();
   waiting = 0;
-  for (const name of { speed: ["speed"], track: ["track", "circle"] }[tab] ?? []) plots[name].show();
+  for (const name of ["speed", "track"].filter((each) => each === tab)) plots[name].show();
   if (tab === "checks" && !judging) judging = setTimeout(judge, verdictTook > LONG ? JUDGED : 0);
   if (tab === "track" || lab.preset === "tracked") track(lab);
   restTook = performance.now() - before;
@@ -264,7 +265,6 @@ function openTab(name) {
     button.setAttribute("aria-selected", String(button.value === name));
     byId(`view-${button.value}`).hidden = button.value !== name;
   }
-  for (const { root } of handles) root.classList.toggle("aside", name !== "speed");
   if (lab.contact) draw();
 }
 
@@ -300,8 +300,7 @@ async function selfTest() {
 
 function offerFiles() {
   for (const [id, plot] of Object.entries(plots)) {
-    const canvas = byId(id);
-    const name = () => `${lab.model.model.replaceAll("+", "_")}_${canvas.id}`, title = canvas.closest("section").querySelector("h2");
+    const canvas = byId(id), name = () => `${lab.model.model.replaceAll("+", "_")}_${id}`, title = canvas.closest("section").querySelector("h2");
     const buttons = ["SVG", "PNG"].map((kind) => element("button", { type: "button", text: kind, "aria-label": `${title.textContent}, ${canvas.id}, as ${kind}`,
       onclick: () => download(canvas, kind, name(), () => plot.show()) }));
     byId(`${id}-reading`).after(element("div", { class: "files" }, ...buttons));
@@ -315,12 +314,9 @@ function listen() {
   byId("with").addEventListener("change", async (event) => { await pinModel(event.target.value); showAll(); keep(); });
   byId("path").append(...Object.entries(PRESETS).map(([name, { word }]) => element("option", { value: name, text: word })));
   byId("path").addEventListener("change", (event) => takePath(event.target.value));
-  for (const button of byId("tabs").children) button.addEventListener("click", () => openTab(button.value));
+  byId("tabs").append(...Object.entries(TABS).map(([name, text]) => element("button", { type: "button", role: "tab", id: `tab-${name}`, value: name, text, "aria-controls": `view-${name}`, onclick: () => openTab(name) })));
   byId("play").addEventListener("click", () => play(!clock.plays));
-  byId("more").addEventListener("click", () => {
-    byId("parameters").hidden = !byId("parameters").hidden;
-    byId("more").setAttribute("aria-expanded", String(!byId("parameters").hidden));
-  });
+  byId("more").addEventListener("click", () => byId("more").setAttribute("aria-expanded", String(!(byId("parameters").hidden = !byId("parameters").hidden))));
   byId("model").append(...data.models.map(({ name }, i) => element("option", { value: i, text: name })));
   byId("model").addEventListener("change", async (event) => {
     const preset = lab.preset === "hand" ? USUAL_PATH : lab.preset, { pin } = lab;
@@ -334,7 +330,7 @@ function listen() {
   byId("moment").addEventListener("input", (event) => { play(false); lab.moment = Number(event.target.value) / 1000; drawMoment(true); });
   byId("undo").addEventListener("click", () => step(past, future));
   byId("redo").addEventListener("click", () => step(future, past));
-  byId("reset").addEventListener("click", async () => { await show(lab.model.plain); lab.aim(USUAL_PATH); leaveChapter(); showAll(); keep(); });
+  byId("reset").addEventListener("click", async () => { await show(lab.model.plain); lab.aim(USUAL_PATH); leaveChapter(); await pinModel(""); showAll(); keep(); });
   byId("link").addEventListener("click", () => copy(`${location.href.split("#")[0]}#${stateText()}`, "Link"));
   byId("toml").addEventListener("click", () => copy(asToml(lab.model, lab.values), "TOML"));
   byId("python").addEventListener("click", () => copy(asPython(lab.model, lab.values), "Python"));

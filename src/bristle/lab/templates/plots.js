@@ -50,6 +50,5 @@ function newPlots() {
     speed: plotOf("speed", speedView),
     plane: plotOf("plane", (...all) => (lab.model.stack ? planeView : elementsView)(...all)),
     track: plotOf("track", trackView),
-    circle: plotOf("circle", circleView),
   };
 }

@@ -1,7 +1,6 @@
 // The closed loop, computed in the background after a move. One request at a time.
 
 const WORDS = { none: "control law alone", model: "friction feedforward", observer: "observer", both: "both" };
-const SHARE = 0.25; // of the radius: drawn size of the largest error of the circle
 const STILL = 150; // [ms]
 const asked = new Asked("tracked", tracked, (found) => {
   Object.assign(lab, { tracked: found, trackedKey: (lab.trackedKey ?? 0) + 1, run: null, path: null });
@@ -61,34 +60,4 @@ function trackView(lab, canvas, view = {}) {
   }
   const told_ = Object.entries(errors).map(([way, error]) => `${WORDS[way]} ${told(widthOf(error), units.position)}`);
   return Object.assign(frame, { words: `Peak-to-peak error of the second period: grey ${told_[0]}; blue ${told_[1]}; dashed ${told_[2]}; thin and dark ${told_[3]}.`, curves: Object.entries(looks).map(([way, { colour }]) => [t, errors[way], colour, WORDS[way]]) });
-}
-
-function circleView(lab, canvas, view = {}) {
-  if (!lab.tracked) return null;
-  const { errors, across, dt, period } = lab.tracked, theme = lab.theme, { units } = lab.model, radius = valueOf(lab, "loop_A");
-  const turn = 2 * Math.PI * valueOf(lab, "loop_f") * dt, from = period, round = (k) => [Math.cos(turn * (from + k)), Math.sin(turn * (from + k))];
-  const radial = (way) => errors[way].map((error, k) => {
-    const [c, s] = round(k);
-    return Math.hypot(radius * c - across[way][k], radius * s - error) - radius;
-  });
-  const deviations = { none: radial("none"), both: radial("both") };
-  const largest = Math.max(...extent(deviations.none).map(Math.abs), Number.MIN_VALUE), times = SHARE * radius / largest;
-  const all = axis(-(1 + SHARE) * radius, (1 + SHARE) * radius, 0), [[low, high], [least, most]] = [view.x ?? all, view.y ?? all], { context, area } = wiped(canvas);
-  const side = Math.min(area.width, area.height), frame = new Frame(context, { ...area, left: (area.width - side) / 2, width: side },
-    { word: "one axis", unit: units.position, low, high }, { word: "other axis", unit: units.position, low: least, high: most }, theme);
-  frame.axes();
-  const ring = (deviation, look) => {
-    const x = new Float64Array(period), y = new Float64Array(period);
-    for (let k = 0; k < period; k++) {
-      const [c, s] = round(k), r = radius + times * (deviation ? deviation[k] : 0);
-      x[k] = r * c;
-      y[k] = r * s;
-    }
-    frame.curve(x, y, look);
-  };
-  ring(null, { colour: theme.rule, width: 1.5 });
-  ring(deviations.none, { colour: theme.without, width: 2.2 });
-  ring(deviations.both, { colour: theme.with, width: 1.8 });
-  const size = (way) => told(Math.max(...extent(deviations[way]).map(Math.abs)), units.position);
-  return Object.assign(frame, { words: `Circle driven by two such axes, with errors enlarged ${withDigits(times, 2)} times: control law alone (grey), up to ${size("none")}; with observer and friction feedforward (blue), up to ${size("both")}.` });
 }
