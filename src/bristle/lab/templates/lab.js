@@ -353,7 +353,11 @@ function listen() {
     return openAndPlay(location.hash.slice(1));
   });
   followPointer(byId("machine"));
-  const redraw = () => { lab.theme = colours(); draw(); };
+  const redraw = () => {
+    lab.theme = colours();
+    drawNow(Boolean(settling));
+    drawRest();
+  };
   const observer = new ResizeObserver((entries) => {
     for (const { target } of entries) resized(target);
     lab.machine = machineOf(byId("machine").clientWidth);

@@ -122,8 +122,11 @@ class Frame {
 
   // A word at a point of a line.
   label(text, x, y, colour, align = "left") {
-    pen(this.context, { fillStyle: colour, textAlign: align, textBaseline: "bottom" });
-    this.context.fillText(text, this.across(x) + (align === "left" ? 6 : -6), this.up(y) - 3);
+    const { context, theme } = this, left = this.across(x) + (align === "left" ? 6 : -6), top = this.up(y) - 3, wide = context.measureText(text).width;
+    pen(context, { fillStyle: theme.ground, textAlign: align, textBaseline: "bottom" });
+    context.fillRect(align === "left" ? left - 2 : left - wide - 2, top - theme.size, wide + 4, theme.size);
+    pen(context, { fillStyle: colour });
+    context.fillText(text, left, top);
   }
 
   // A vertical line at a value, or the band between two values.

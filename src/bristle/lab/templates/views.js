@@ -124,9 +124,9 @@ function loopWords(lab, run, [low, high], closings, moment) {
   if (["triangle", "presliding"].includes(lab.preset)) {
     words.push(`the last loop dissipates ${told(lossBetween(x, force, at[at.length - 3], at[at.length - 1]), "J")}`);
   }
-  closings.forEach((closing, i) => {
-    if (closing) words.push(`${i ? `${lab.pin.model.model}: ` : ""}on return to the start of the minor loop the force differs by ${told(Math.abs(closing.gap), units.force)}: the loop ${closing.closes ? "closes" : "does not close"}`);
-  });
+  const [own, other] = closings.map((closing) => closing && `${told(Math.abs(closing.gap), units.force)}: the loop ${closing.closes ? "closes" : "does not close"}`);
+  if (own) words.push(`on return the force differs by ${own}`);
+  if (other) words.push(`${lab.pin.model.model}: ${other}`);
   if (lab.isMoved()) words.push("dashed: initial values");
   if (lab.samples < SAMPLES) words.push(`${lab.samples} samples while the slider moves`);
   if (run.overflow) words.push("the plot omits forces that are not numbers");
