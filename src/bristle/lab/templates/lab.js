@@ -276,13 +276,7 @@ async function copy(text, what) {
   try {
     await navigator.clipboard.writeText(text);
   } catch {
-    const area = element("textarea", { class: "copy" });
-    area.value = text;
-    document.body.append(area);
-    area.select();
-    const done = document.execCommand("copy");
-    area.remove();
-    if (!done) return say(`The browser does not allow copying. ${what}: ${text}`);
+    return say(`The browser does not allow copying. ${what}: ${text}`);
   }
   return say(`${what} copied.`);
 }

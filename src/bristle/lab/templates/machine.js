@@ -1,7 +1,7 @@
 // The machine: a block on bristles, pulled by a spring, in true time, over the position axis of the loop below it.
 
 const HAIRS = 15, HAIR = 30, BODY = 46, SPRING = 76, MOST_HELD = 40000, PAUSED = 0.9, GLANCE = 1 / 30; // [px], [px], [px], [px], samples, [s], [s]
-const clock = { plays: false, last: 0, rests: 0, pending: 0, pulls: null, target: 0 };
+const clock = { plays: false, last: 0, rests: 0, pending: 0, target: 0 };
 
 function machineOf(width) {
   const narrow = width < 500, half = narrow ? 36 : 54;
@@ -130,13 +130,12 @@ function holdSpring(gap) {
 
 function takeSpring() {
   if (lab.preset === "hand") return;
-  const { k } = lab.values;
-  lab.preset = "hand";
-  lab.hand = { x: [0], force: [0], end: [0], dt: valueOf(lab, "time") / PULLED, at: null, reach: 1.6 * lab.level / k[0] };
+  const hand = { x: [0], force: [0], end: [0], dt: valueOf(lab, "time") / PULLED, at: null, reach: 1.6 * lab.level / valueOf(lab, "k") };
+  Object.assign(lab, { preset: "hand", hand, pin: null });
+  byId("with").value = "";
   clock.target = 0;
   lab.live.begin();
   leaveChapter();
-  lab.pin = null;
   showAll();
 }
 
@@ -167,14 +166,10 @@ function followPointer(canvas) {
     if (!block && !far) return;
     event.preventDefault();
     const seen = event.shiftKey ? 0.1 : 0.01;
-    if (far) {
-      takeSpring();
-      clock.target += far * seen * (lab.frame.x.high - lab.frame.x.low);
-      play(true);
-    } else {
-      play(false);
-      moveBy(block * 2 * seen * valueOf(lab, "amplitude"));
-    }
+    if (far) takeSpring();
+    play(Boolean(far));
+    if (far) clock.target += far * seen * (lab.frame.x.high - lab.frame.x.low);
+    else moveBy(block * 2 * seen * valueOf(lab, "amplitude"));
   });
   canvas.addEventListener("keyup", (event) => { if (event.key.startsWith("Arrow")) keep("machine"); });
 }
