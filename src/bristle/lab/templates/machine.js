@@ -1,11 +1,11 @@
 // The machine: a block on bristles, pulled by a spring, in true time, over the position axis of the loop below it.
 
-const HAIRS = 15, HAIR = 30, BODY = 46, SPRING = 76, MOST_HELD = 40000, PAUSED = 0.9, GLANCE = 1 / 30; // [px], [px], [px], [px], samples, [s], [s]
+const HAIRS = 15, HAIR = 30, BODY = 46, MOST_HELD = 40000, PAUSED = 0.9, GLANCE = 1 / 30; // [px], [px], samples, [s], [s]
 const clock = { plays: false, last: 0, rests: 0, pending: 0, target: 0 };
 
 function machineOf(width) {
-  const narrow = width < 500, half = narrow ? 36 : 54;
-  return { narrow, half, left: half + 18, right: half + SPRING + 30, stretch: 30 };
+  const narrow = width < 500, [half, rest, stretch] = narrow ? [32, 50, 16] : [54, 76, 30];
+  return { narrow, half, rest, stretch, left: half + 18, right: half + rest + 30 };
 }
 
 function stiffnessOf(lab) { return familyOf(lab, STIFFNESS)?.value ?? Infinity; }
@@ -20,10 +20,10 @@ function contactState(lab, run, k) {
 }
 
 function machineView(lab, canvas) {
-  const { frame, theme, machine } = lab, run = runOf(lab), k = Math.round((run.x.length - 1) * lab.moment), { half } = machine;
+  const { frame, theme, machine } = lab, run = runOf(lab), k = Math.round((run.x.length - 1) * lab.moment), { half, rest } = machine;
   const { context, area } = wiped(canvas), { size } = theme, ground = area.height - 1.1 * size, top = ground - HAIR - BODY;
   const state = contactState(lab, run, k), x = frame.across(state.x), share = state.force / lab.level;
-  const end = run.end ? frame.across(run.end[k]) + half + SPRING : x + half + SPRING + machine.stretch * share;
+  const end = run.end ? frame.across(run.end[k]) + half + rest : x + half + rest + machine.stretch * share;
   // Deflection of the bristles in the scale of the axis, but visible.
   const full = lab.level / stiffnessOf(lab) / (frame.x.high - frame.x.low) * (frame.right - frame.left), bend = share * Math.min(40, Math.max(15, full));
   Object.assign(machine, { x, end, top, ground });
