@@ -8,7 +8,7 @@ from PIL import Image
 
 from bristle.lab import lab_page
 
-SHOWN = "model=preisach_lugre&path=loops&s=7e6&f_p=30"
+SHOWN = "model=lugre&with=preisach_lugre&path=minor"
 COLOURS = 64  # enough for lines and text
 
 with tempfile.TemporaryDirectory() as folder:
@@ -23,6 +23,8 @@ with tempfile.TemporaryDirectory() as folder:
             "--disable-gpu",
             f"--user-data-dir={folder}/profile",
             "--hide-scrollbars",
+            "--force-prefers-reduced-motion",
+            "--virtual-time-budget=15000",
             "--window-size=1366,860",
             f"--screenshot={target}",
             f"{page.as_uri()}#{SHOWN}",

@@ -65,8 +65,8 @@ class Browser:
 
 
 @contextmanager
-def browser(profile, *, width=1366, height=768, dark=False):
-    """Give a browser with one empty tab of this size."""
+def browser(profile, *, width=1366, height=768, dark=False, moving=False):
+    """Give a browser with one empty tab of this size; unless `moving`, its user prefers reduced motion."""
     to_read, to_send = os.pipe()
     from_read, from_write = os.pipe()
     fixed = (os.dup2(to_read, 63), os.dup2(from_write, 64))  # out of the way of 3 and 4
@@ -97,7 +97,8 @@ def browser(profile, *, width=1366, height=768, dark=False):
             tab.call(f"{domain}.enable")
         tab.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
         scheme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
-        tab.call("Emulation.setEmulatedMedia", features=[scheme])
+        motion = {"name": "prefers-reduced-motion", "value": "no-preference" if moving else "reduce"}
+        tab.call("Emulation.setEmulatedMedia", features=[scheme, motion])
         yield tab
         tab.session = None
         tab.call("Browser.close")

@@ -27,6 +27,7 @@ SCRIPTS = (
     "paths.js",
     "certificates.js",
     "plot.js",
+    "pointing.js",
     "pictures.js",
     "controls.js",
     "views.js",
@@ -34,6 +35,10 @@ SCRIPTS = (
     "asking.js",
     "slots.js",
     "tracking.js",
+    "machine.js",
+    "handles.js",
+    "chapters.js",
+    "plots.js",
     "lab.js",
 )
 STYLES = ("lab.css", "controls.css")

@@ -136,7 +136,7 @@ def judged(fit: Fit, settings: Settings, following: Following | None = None) -> 
         doubts.append(SENTENCES[following.contradiction.code].means)
     level = "measure_again" if grave else "with_care" if doubts else "usable"
     remarks = [f"not identified, but with little effect on the force: {', '.join(little)}"] if little else []
-    return Ruling(level, LEVELS[level], (*dict.fromkeys(grave), *doubts, *remarks))
+    return Ruling(level, LEVELS[level], tuple(dict.fromkeys((*grave, *doubts, *remarks))))
 
 
 def is_one_sided(fit: Fit) -> bool:

@@ -37,6 +37,7 @@ def _layer(p: Any, name: str) -> Any:
     return layer if hasattr(layer, "_fields") else None
 
 
+WITHOUT_PRESLIDING = (1e-2, 2e-4)  # a longer distance [m or rad] is no pre-sliding; the distance that replaces it
 AROUND = 100.0  # factor from the middle of an unbounded slider to either end
 
 
@@ -92,14 +93,16 @@ def scales_of(subject: Subject) -> Scales:
     """Return the scales of a friction model."""
     model = subject.model
     reach = presliding_distance(subject)
+    has_presliding = reach < WITHOUT_PRESLIDING[0]
+    reach = reach if has_presliding else WITHOUT_PRESLIDING[1]
     variables = model.component.variables
     forces = [
         float(np.max(np.abs(value)))
         for name, value in model.values.items()
         if variables[name].quantity == "force" and not isinstance(value, str)
     ]
-    # A thousand pre-sliding distances per second for a model without a Stribeck velocity.
-    speed = float(model.values.get("v_S", 1000.0 * reach))
+    # A thousand pre-sliding distances per second for a model without a Stribeck velocity; five without pre-sliding.
+    speed = float(model.values.get("v_S", (1000.0 if has_presliding else 5.0) * reach))
     viscous = float(model.values.get("F_v", 0.0)) * 10.0 * speed
     return Scales(reach, speed, max([*forces, viscous], default=0.0) or 1.0)
 

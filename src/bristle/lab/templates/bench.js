@@ -2,10 +2,11 @@
 
 function newBench(theme) {
   return {
-    model: null, contact: null, values: {}, first: {}, preset: "triangle", turns: [0], moment: 1, theme, settings: [],
+    model: null, contact: null, pin: null, level: 1, tracked: null, live: null, values: {}, first: {}, preset: "triangle", turns: [0], moment: 1, theme, settings: [],
     samples: SAMPLES, ghosts: new Map(),
     all() { return [...this.model.variables, ...this.settings]; },
     setAll(values) {
+      this.run = this.swept = null;
       this.contact.hold();
       for (const [name, list] of Object.entries(values)) this.contact.set(name, list);
     },
@@ -26,7 +27,7 @@ function newBench(theme) {
     },
     // `start` is the initial model of the page, before slots were added or removed.
     take(model, contact, settings, start = { model, contact }) {
-      Object.assign(this, { model, contact, settings, start, ghosts: new Map(), moment: 1 });
+      Object.assign(this, { model, contact, settings, start, level: model.scales.force, ghosts: new Map(), moment: 1 });
       this.first = Object.fromEntries(this.all().map(({ name, values }) => [name, numbersOf(values)]));
       this.values = Object.fromEntries(Object.entries(this.first).map(([name, values]) => [name, [...values]]));
     },
@@ -35,6 +36,7 @@ function newBench(theme) {
       const { model, contact } = this.start;
       contact.hold();
       for (const { name, values } of model.variables) contact.set(name, numbersOf(values));
+      for (const { name } of this.settings) contact.set(name, this.values[name]);
       const result = compute(contact);
       this.setAll(this.values);
       return result;

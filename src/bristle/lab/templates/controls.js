@@ -26,19 +26,21 @@ function numbered(symbol, number) {
 let controls = 0;
 
 // A field and a slider for one number of a variable. `input` is called during a move, `change` at its end.
-function control(variable, index, { input, change, start, text = typed }) {
+function control(variable, index, { input, change, start, text = (value) => value }) {
   const slider = { ...variable.sliders[index], low: Number(variable.sliders[index].low), high: Number(variable.sliders[index].high) };
   const name = variable.array ? `${variable.name}[${index + 1}]` : variable.name;
   const id = `number-${controls++}`, told_ = `${variable.description}${variable.array ? `, ${index + 1}` : ""}`;
   const field = element("input", { id, type: "text", inputmode: "decimal", autocomplete: "off", spellcheck: "false", disabled: variable.fixed });
   const range = element("input", { type: "range", name, min: 0, max: STOPS, step: 1, "aria-label": `${told_}, slider`, disabled: variable.fixed });
+  const unit = element("span", { class: "unit", text: variable.unit }), scaleFor = (value) => scaleOf(variable.unit, Math.abs([value, start(), slider.low].find((each) => each && Number.isFinite(each)) ?? 1));
+  let scale = scaleFor(start());
   const refused = element("p", { class: "refused", role: "alert", hidden: true });
   const back = element("button", { type: "button", class: "back", title: `Reset ${name}`, "aria-label": `Reset ${name}`, text: "↺" });
   const root = element("div", { class: "card" },
     element("label", { for: id },
       element("span", { class: "symbol", html: variable.array ? numbered(variable.symbol, index + 1) : variable.symbol }),
       element("span", { class: "meaning", text: told_ })),
-    element("div", { class: "number" }, field, element("span", { class: "unit", text: variable.unit }), back),
+    element("div", { class: "number" }, field, unit, back),
     variable.fixed ? element("p", { class: "note", text: "fixed on this page" }) : element("div", { class: "track" }, markOf(variable, slider), range),
     refused);
   const refuse = (text) => {
@@ -47,9 +49,9 @@ function control(variable, index, { input, change, start, text = typed }) {
     field.setAttribute("aria-invalid", text ? "true" : "false");
   };
   range.addEventListener("input", () => { refuse(""); input(atStop(slider, Number(range.value)), "slider"); });
-  range.addEventListener("change", () => change());
+  range.addEventListener("change", () => change(name));
   field.addEventListener("change", () => {
-    const value = read(field.value);
+    const value = readIn(field.value, scale.factor);
     if (!(value >= Number(variable.min) && value <= Number(variable.max))) {
       return refuse(`${field.value || "An empty field"} is not allowed. Allowed: ${allowedIn(variable)}`);
     }
@@ -61,9 +63,11 @@ function control(variable, index, { input, change, start, text = typed }) {
   return {
     root,
     show(value, from) {
-      field.value = text(value);
+      scale = scaleFor(value);
+      field.value = typedIn(text(value), scale.factor);
+      if (unit.textContent !== scale.unit) unit.textContent = scale.unit;
       if (from !== "slider") range.value = stopAt(slider, value);
-      range.setAttribute("aria-valuetext", `${typed(value)} ${variable.unit}`.trim());
+      range.setAttribute("aria-valuetext", told(value, variable.unit, 4));
       back.hidden = value === start();
       root.classList.toggle("moved", value !== start());
     },
@@ -83,7 +87,7 @@ function brokenLines(model, values) {
 function markOf(variable, slider) {
   if (!variable.interval) return null;
   const [low, high] = variable.interval.map((end) => stopAt(slider, end) / STOPS);
-  const mark = element("div", { class: "interval", title: `95 % interval ${variable.interval.map((end) => withDigits(end, 4)).join(" to ")} ${variable.unit}` });
+  const mark = element("div", { class: "interval", title: `95 % interval ${variable.interval.map((end) => told(end, variable.unit, 4)).join(" to ")}` });
   mark.style.setProperty("--from", low);
   mark.style.setProperty("--to", high);
   return mark;

@@ -12,11 +12,12 @@ const usual = data.models[data.first];
 const ready = new Map();
 const past = [], future = [];
 const SLOTS = ["asymmetry", "position", "ripple", "periodic", "load", "temperature", "transmitted"];
+const TABS = { speed: "Over velocity", track: "Closed loop", plane: "Memory", checks: "Checks" };
 const USUAL_PATH = "triangle", MOST_PAST = 200, MOST_TURNS = 400;
-const LONG = 6, LONG_LOOP = 8, PAUSE = 80, JUDGED = 150, STANDS = 120; // [ms]
-let kept = "", waiting = 0, settling = 0, loopTook = 0, restTook = 0, judging = 0, verdictTook = 0, shown = {};
+const LONG = 6, LONG_LOOP = 8, PAUSE = 80, JUDGED = 150, STANDS = 120, ONE_STEP = 1000; // [ms]
+let kept = "", keptBy = "", keptAt = 0, tab = "speed", frames = 0, waiting = 0, settling = 0, loopTook = 0, restTook = 0, judging = 0, verdictTook = 0, shown = {};
 
-const lab = newBench(colours());
+const lab = newBench(colours()), plots = newPlots();
 
 // --- drawing ----------------------------------------------------------------------------------------------------------
 
@@ -26,19 +27,32 @@ function drawNow(moves = false) {
   clearTimeout(settling);
   settling = isLong ? setTimeout(drawNow, STANDS) : 0;
   lab.samples = isLong ? samplesWithin(loopTook / LONG_LOOP) : SAMPLES;
-  loopView(lab, byId("loop"), byId("loop-reading"));
-  const memoryView = lab.model.stack ? planeView : lab.model.elements ? elementsView : null;
-  if (memoryView) memoryView(lab, byId("plane"), byId("plane-reading"));
+  syncPin();
+  drawMoment(true);
   if (!isLong) loopTook = performance.now() - before;
+}
+
+// The present moment of the run: machine, loop, memory and chapter.
+function drawMoment(all = false) {
+  plots.loop.show();
+  const { word, velocity, x } = machineView(lab, byId("machine")), { position, velocity: unit } = lab.model.units;
+  const text = `The block ${word}: ${told(x, position)}, ${word === "holds" ? "at rest" : told(velocity, unit)}.`;
+  frames++;
+  if (all || frames % 6 === 0) {
+    byId("machine-reading").textContent = text;
+    if (tab === "plane") plots.plane.show();
+  }
+  if (tab === "track" && lab.preset === "tracked") plots.track.show();
+  byId("moment").value = Math.round(1000 * lab.moment);
+  checkChapter();
 }
 
 function drawRest() {
   const before = performance.now();
   waiting = 0;
-  speedView(lab, byId("speed"), byId("speed-reading"));
-  pulledView(lab, byId("pulled"), byId("pulled-reading"));
-  if (!judging) judging = setTimeout(judge, verdictTook > LONG ? JUDGED : 0);
-  track(lab);
+  for (const name of ["speed", "track"].filter((each) => each === tab)) plots[name].show();
+  if (tab === "checks" && !judging) judging = setTimeout(judge, verdictTook > LONG ? JUDGED : 0);
+  if (tab === "track" || lab.preset === "tracked") track(lab);
   restTook = performance.now() - before;
 }
 
@@ -72,7 +86,7 @@ function showAll() {
   lab.setAll(lab.values);
   for (const { name } of allVariables()) shown[name].forEach((each, i) => each.show(lab.values[name][i]));
   byId("moment").value = Math.round(1000 * lab.moment);
-  for (const button of byId("presets").children) button.setAttribute("aria-pressed", String(button.value === lab.preset));
+  byId("path").value = lab.preset;
   tellBroken();
   draw();
 }
@@ -84,7 +98,7 @@ function tellBroken() {
 
 function cardsFor(variable) {
   const handlers = (i) => ({
-    input: (value, from) => setValue(variable, i, value, from), change: keep, start: () => lab.first[variable.name][i],
+    input: (value, from) => setValue(variable, i, value, from), change: () => keep(variable.name + i), start: () => lab.first[variable.name][i],
   });
   if (variable.choices.length) return [choice(variable, handlers(0))];
   return lab.values[variable.name].map((_, i) => control(variable, i, handlers(i)));
@@ -112,32 +126,37 @@ function buildCards() {
       group.append(...shown[name].map(({ root }) => root));
     }
   }
+  buildHandles();
 }
 
 // --- the history, and the link --------------------------------------------------------------------------------------
 
 // Every value that differs from its initial value, for the link.
 function stateText() {
-  const changed = new URLSearchParams();
+  const changed = new URLSearchParams(), ofChapter = new URLSearchParams(CHAPTERS[lab.chapter - 1]?.state);
+  if (lab.chapter) changed.set("chapter", lab.chapter);
   const { plain, slots, name } = lab.model;
-  if (plain !== usual) changed.set("model", name);
+  if (plain !== usual || lab.chapter) changed.set("model", name);
   if (String(slots) !== String(ownSlots(plain))) changed.set("slots", slots.join(" "));
   if (lab.preset !== USUAL_PATH) changed.set("path", lab.preset);
+  if (lab.pin || ofChapter.has("with")) changed.set("with", lab.pin?.model.name ?? "");
   if (lab.preset === "drawn") changed.set("turns", lab.turns.map((turn) => Number(turn.toFixed(4))).join(" "));
   for (const { name } of allVariables()) {
     const values = lab.values[name];
-    if (values.some((value, i) => value !== lab.first[name][i])) changed.set(name, values.map(typed).join(" "));
+    if (ofChapter.has(name) || values.some((value, i) => value !== lab.first[name][i])) changed.set(name, values.map(typed).join(" "));
   }
   return changed.toString();
 }
 
-function keep() {
-  const text = stateText();
+// Presses on one control within a second are one step of the history.
+function keep(by = "") {
+  const text = stateText(), now = performance.now(), goesOn = by && by === keptBy && now - keptAt < ONE_STEP;
   if (settling) drawNow();
   if (text !== kept) {
-    past.push(kept);
+    if (!goesOn) past.push(kept);
     if (past.length > MOST_PAST) past.shift();
     future.length = 0;
+    [keptBy, keptAt] = [by, now];
   }
   settle(text);
 }
@@ -152,10 +171,12 @@ function settle(text) {
 }
 
 async function go(text) {
-  const wanted = new URLSearchParams(text);
+  const given = new URLSearchParams(text), chapter = CHAPTERS[given.get("chapter") - 1], wanted = new URLSearchParams(chapter?.state);
+  for (const [name, value] of given) wanted.set(name, value);
   const model = data.models.find(({ name }) => name === wanted.get("model")) ?? usual;
   await show(model, wanted.has("slots") ? wanted.get("slots").split(" ") : undefined);
-  lab.aim(wanted.get("path") in PRESETS ? wanted.get("path") : USUAL_PATH);
+  lab.aim(wanted.get("path") in PRESETS && wanted.get("path") !== "hand" ? wanted.get("path") : USUAL_PATH);
+  lab.chapter = chapter ? CHAPTERS.indexOf(chapter) + 1 : 0;
   const turns = (wanted.get("turns") ?? "").split(" ").map(read).filter((turn) => Math.abs(turn) <= 2);
   lab.turns = turns.length ? turns.slice(0, MOST_TURNS) : [0];
   for (const variable of allVariables()) {
@@ -164,14 +185,17 @@ async function go(text) {
       && values.every((value) => value >= Number(variable.min) && value <= Number(variable.max) || value in variable.choices);
     lab.values[variable.name] = fits ? values : [...lab.first[variable.name]];
   }
+  await pinModel(wanted.get("with"));
+  if (chapter) openTab(chapter.tab ?? "speed");
+  tellChapter();
   showAll();
 }
 
 async function step(from, to) {
   if (!from.length) return;
   to.push(kept);
-  const text = from.pop();
-  await go(text);
+  await go(from.pop());
+  keptBy = "";
   settle(stateText());
 }
 
@@ -187,7 +211,10 @@ async function show(plain, slots = ownSlots(plain)) {
   lab.judge = await contactOf(plain.leans ? model : plain);
   byId("model").value = String(data.models.indexOf(plain));
   byId("description").textContent = `${model.description[0].toUpperCase()}${model.description.slice(1)}.`;
-  byId("view-plane").hidden = !model.stack && !model.elements;
+  lab.live = await loaded(model);
+  for (const plot of Object.values(plots)) plot.look(null);
+  byId("tab-plane").hidden = !model.stack && !model.elements;
+  openTab(tab === "plane" && byId("tab-plane").hidden ? "speed" : tab);
   byId("plane-title").textContent = `Memory of the ${model.stack ? "operator" : "elements"}`;
   byId("plane").setAttribute("aria-label", model.stack
     ? "Preisach plane with the staircase between relays that are up and relays that are down"
@@ -218,54 +245,27 @@ function buildSlots() {
   group.querySelector(`[name="${focused}"]`)?.focus();
 }
 
-function take(preset) {
-  if (preset === "drawn" && lab.preset !== "drawn") lab.turns = [0];
-  lab.aim(preset);
-  showAll();
+function takePath(preset) {
+  if (preset === "hand") takeSpring();
+  else {
+    if (preset === "drawn") lab.turns = [0];
+    lab.aim(preset);
+    leaveChapter();
+    plots.loop.look(null);
+    showAll();
+    lab.moment = 0;
+  }
+  play(preset !== "drawn");
   keep();
 }
 
-// --- the contact under the mouse ------------------------------------------------------------------------------------------
-
-// Move the contact on by a distance over the amplitude; without a reversal the path gets no turn.
-function moveBy(distance) {
-  if (lab.preset !== "drawn") {
-    const { amplitude } = lab.values;
-    lab.aim("drawn");
-    Object.assign(lab, { turns: [0], values: { ...lab.values, amplitude } });
+function openTab(name) {
+  tab = name;
+  for (const button of byId("tabs").children) {
+    button.setAttribute("aria-selected", String(button.value === name));
+    byId(`view-${button.value}`).hidden = button.value !== name;
   }
-  const { turns } = lab, at = turns.at(-1), to = Math.max(-1.05, Math.min(1.05, at + distance));
-  if (to === at) return;
-  if (turns.length > 1 && (to - at) * (at - turns.at(-2)) > 0) turns[turns.length - 1] = to;
-  else if (turns.length < MOST_TURNS) turns.push(to);
-  else return say(`The path has ${MOST_TURNS} turns, the most that are allowed. Restart the path with “${PRESETS.drawn.word}”.`);
-  lab.moment = 1;
-  drawNow();
-  for (const button of byId("presets").children) button.setAttribute("aria-pressed", String(button.value === "drawn"));
-}
-
-function followPointer(canvas) {
-  let last = null;
-  canvas.addEventListener("pointerdown", (event) => {
-    last = event.offsetX;
-    canvas.setPointerCapture(event.pointerId);
-  });
-  canvas.addEventListener("pointermove", (event) => {
-    if (last === null) return;
-    const moved = lab.frame.valueAt(event.offsetX) - lab.frame.valueAt(last);
-    last = event.offsetX;
-    moveBy(moved / lab.values.amplitude[0]);
-  });
-  for (const name of ["pointerup", "pointercancel"]) {
-    canvas.addEventListener(name, () => { if (last !== null) { last = null; keep(); } });
-  }
-  canvas.addEventListener("keydown", (event) => {
-    const way = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
-    if (!way) return;
-    event.preventDefault();
-    moveBy(way * (event.shiftKey ? 0.2 : 0.02));
-  });
-  canvas.addEventListener("keyup", (event) => { if (event.key.startsWith("Arrow")) keep(); });
+  if (lab.contact) draw();
 }
 
 // --- the rest ---------------------------------------------------------------------------------------------------------------
@@ -276,13 +276,7 @@ async function copy(text, what) {
   try {
     await navigator.clipboard.writeText(text);
   } catch {
-    const area = element("textarea", { class: "copy" });
-    area.value = text;
-    document.body.append(area);
-    area.select();
-    const done = document.execCommand("copy");
-    area.remove();
-    if (!done) return say(`The browser does not allow copying. ${what}: ${text}`);
+    return say(`The browser does not allow copying. ${what}: ${text}`);
   }
   return say(`${what} copied.`);
 }
@@ -299,35 +293,46 @@ async function selfTest() {
 }
 
 function offerFiles() {
-  const draw = { loop: drawNow, plane: drawNow, speed: drawRest, pulled: drawRest, track: () => drawTracked(lab), circle: () => drawTracked(lab) };
-  for (const canvas of document.querySelectorAll("canvas")) {
-    const name = () => `${lab.model.model.replaceAll("+", "_")}_${canvas.id}`, title = canvas.closest("section").querySelector("h2");
+  for (const [id, plot] of Object.entries(plots)) {
+    const canvas = byId(id), name = () => `${lab.model.model.replaceAll("+", "_")}_${id}`, title = canvas.closest("section").querySelector("h2");
     const buttons = ["SVG", "PNG"].map((kind) => element("button", { type: "button", text: kind, "aria-label": `${title.textContent}, ${canvas.id}, as ${kind}`,
-      onclick: () => download(canvas, kind, name(), draw[canvas.id]) }));
-    canvas.after(element("div", { class: "files" }, ...buttons));
+      onclick: () => download(canvas, kind, name(), () => plot.show()) }));
+    byId(`${id}-reading`).after(element("div", { class: "files" }, ...buttons));
   }
 }
 
 function listen() {
   offerFiles();
+  buildChapters();
+  byId("with").append(...data.models.filter(({ own }) => !own).map(({ name }) => element("option", { value: name, text: name })));
+  byId("with").addEventListener("change", async (event) => { await pinModel(event.target.value); showAll(); keep(); });
+  byId("path").append(...Object.entries(PRESETS).map(([name, { word }]) => element("option", { value: name, text: word })));
+  byId("path").addEventListener("change", (event) => takePath(event.target.value));
+  byId("tabs").append(...Object.entries(TABS).map(([name, text]) => element("button", { type: "button", role: "tab", id: `tab-${name}`, value: name, text, "aria-controls": `view-${name}`, onclick: () => openTab(name) })));
+  byId("play").addEventListener("click", () => play(!clock.plays));
+  byId("more").addEventListener("click", () => byId("more").setAttribute("aria-expanded", String(!(byId("parameters").hidden = !byId("parameters").hidden))));
   byId("model").append(...data.models.map(({ name }, i) => element("option", { value: i, text: name })));
   byId("model").addEventListener("change", async (event) => {
-    const preset = lab.preset;
+    const preset = lab.preset === "hand" ? USUAL_PATH : lab.preset, { pin } = lab;
     await show(data.models[Number(event.target.value)]);
     lab.aim(preset);
+    leaveChapter();
+    await pinModel(pin?.model.name);
     showAll();
     keep();
   });
-  byId("presets").append(...Object.entries(PRESETS).map(([name, { word }]) =>
-    element("button", { type: "button", value: name, text: word, onclick: () => { if (name === "drawn") lab.preset = ""; take(name); } })));
-  byId("moment").addEventListener("input", (event) => { lab.moment = Number(event.target.value) / 1000; drawNow(); });
+  byId("moment").addEventListener("input", (event) => { play(false); lab.moment = Number(event.target.value) / 1000; drawMoment(true); });
   byId("undo").addEventListener("click", () => step(past, future));
   byId("redo").addEventListener("click", () => step(future, past));
-  byId("reset").addEventListener("click", async () => { await show(lab.model.plain); lab.aim(USUAL_PATH); showAll(); keep(); });
+  byId("reset").addEventListener("click", async () => { await show(lab.model.plain); lab.aim(USUAL_PATH); leaveChapter(); await pinModel(""); showAll(); keep(); });
   byId("link").addEventListener("click", () => copy(`${location.href.split("#")[0]}#${stateText()}`, "Link"));
   byId("toml").addEventListener("click", () => copy(asToml(lab.model, lab.values), "TOML"));
   byId("python").addEventListener("click", () => copy(asPython(lab.model, lab.values), "Python"));
   document.addEventListener("keydown", (event) => {
+    if (event.key === " " && !event.target.closest("button, input, select, summary")) {
+      event.preventDefault();
+      play(!clock.plays);
+    }
     if (!(event.ctrlKey || event.metaKey) || event.target.matches("input[type=text]")) return;
     const key = event.key.toLowerCase();
     if (key === "z" || key === "y") {
@@ -338,14 +343,18 @@ function listen() {
   });
   window.addEventListener("hashchange", async () => {
     if (location.hash === "#selftest") return selfTest();
-    if (location.hash === "#parameters" || location.hash.slice(1) === kept) return null;
-    await go(location.hash.slice(1));
-    return keep();
+    if (location.hash === "#machine" || location.hash.slice(1) === kept) return null;
+    return openAndPlay(location.hash.slice(1));
   });
-  followPointer(byId("loop"));
-  const redraw = () => { lab.theme = colours(); draw(); };
+  followPointer(byId("machine"));
+  const redraw = () => {
+    lab.theme = colours();
+    drawNow(Boolean(settling));
+    drawRest();
+  };
   const observer = new ResizeObserver((entries) => {
     for (const { target } of entries) resized(target);
+    lab.machine = machineOf(byId("machine").clientWidth);
     if (lab.contact) redraw();
   });
   for (const canvas of document.querySelectorAll("canvas")) observer.observe(canvas);
@@ -353,12 +362,16 @@ function listen() {
 }
 
 async function begin() {
+  lab.machine = machineOf(byId("machine").clientWidth);
   listen();
   const text = location.hash.slice(1);
   await go(text === "selftest" ? "" : text);
   past.length = 0;
   if (text === "selftest") await selfTest();
   else settle(stateText());
+  lab.moment = 0;
+  if (window.matchMedia("(prefers-reduced-motion: reduce)").matches || text === "selftest") lab.moment = 1, drawMoment(true);
+  else play(true);
 }
 
 begin();

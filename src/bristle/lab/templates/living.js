@@ -131,7 +131,7 @@ function setValue({ name }, index, value, from) {
 
 function cardsFor(variable) {
   const handlers = (i) => ({ input: (value, from) => setValue(variable, i, value, from), change: () => {},
-    start: () => first[variable.name][i], text: (value) => typed(Number.isFinite(value) ? Number(value.toPrecision(5)) : value) });
+    start: () => first[variable.name][i], text: (value) => (Number.isFinite(value) ? Number(value.toPrecision(5)) : value) });
   if (variable.choices.length) return [choice(variable, handlers(0))];
   return first[variable.name].map((_, i) => control(variable, i, handlers(i)));
 }

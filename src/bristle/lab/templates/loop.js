@@ -55,17 +55,17 @@ function followed(parts, body, law, desired, told, { dt, delay, count, values })
   return { x, read };
 }
 
-function sineOf(amplitude, frequency, count, dt, phase) {
+function sineOf(amplitude, frequency, count, dt) {
   const w = 2 * Math.PI * frequency, x = new Float64Array(count), v = new Float64Array(count), a = new Float64Array(count);
   for (let k = 0; k < count; k++) {
-    x[k] = amplitude * Math.sin(w * k * dt + phase);
-    v[k] = amplitude * w * Math.cos(w * k * dt + phase);
+    x[k] = amplitude * Math.sin(w * k * dt);
+    v[k] = amplitude * w * Math.cos(w * k * dt);
     a[k] = -w * w * x[k];
   }
   return { x, v, a };
 }
 
-// Two periods in all four variants, of which the second is shown; for the circle the other axis in two variants.
+// Two periods in all four variants, of which the second is shown.
 async function tracked({ loop, model, values, body, bodyValues, settings }) {
   const [parts, contact, mass] = [await loadedParts(loop), await loaded(model), await loaded(body)];
   const { M, gain, K_2, g, resolution, A, f } = settings, { delay } = loop, dt = Math.min(loop.sampleTime, 1 / (500 * f));
@@ -73,13 +73,10 @@ async function tracked({ loop, model, values, body, bodyValues, settings }) {
   for (const [name, list] of Object.entries({ ...bodyValues, M: [M], k: [0], v_e: [0] })) mass.set(name, list);
   const period = Math.round(1 / (f * dt)), count = 2 * period;
   const setup = { dt, delay, count, values: { J: M, lambda_: gain, K_1: gain, K_2, phi: LAYER, cutoff: CUTOFF, g, resolution, noise: NOISE * resolution } };
-  const axisAlong = (phase, ways) => {
-    const desired = sineOf(A, f, count + delay + 1, dt, phase), told = fedForward(contact, desired.x, dt).subarray(delay);
-    return Object.fromEntries(ways.map((way) => {
-      const { x } = followed(parts, mass, WAYS[way], desired, way === "model" || way === "both" ? told : null, setup);
-      return [way, x.map((place, k) => desired.x[k] - place).slice(period)];
-    }));
-  };
-  const errors = axisAlong(0, Object.keys(WAYS)), across = axisAlong(Math.PI / 2, ["none", "both"]);
-  return { dt, period, errors, across };
+  const desired = sineOf(A, f, count + delay + 1, dt), told = fedForward(contact, desired.x, dt).subarray(delay);
+  const errors = Object.fromEntries(Object.keys(WAYS).map((way) => {
+    const { x } = followed(parts, mass, WAYS[way], desired, way === "model" || way === "both" ? told : null, setup);
+    return [way, x.map((place, k) => desired.x[k] - place).slice(period)];
+  }));
+  return { dt, period, errors, amplitude: A, frequency: f };
 }

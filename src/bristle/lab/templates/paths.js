@@ -7,9 +7,16 @@ const PRESETS = {
   loops: { word: "Inner loops", turns: [0, 1, -1, 0.8, -0.8, 0.6, -0.6, 0.4, -0.4, 0.2, -0.2, 0], amplitude: 3 },
   minor: { word: "Minor loop", turns: [0, 1, -1, 0.6, -0.2, 0.6, 1], amplitude: 1, closes: [3, 5] },
   presliding: { word: "Pre-sliding", turns: [0, 1, -1, 1, -1, 1], amplitude: 0.4 },
-  drawn: { word: "Draw", turns: null, amplitude: 5 },
+  drawn: { word: "Your own path", turns: null, amplitude: 5 },
+  // A mass on a spring: speed of the far end over v_e, or force over the scale of force, at a share of the time.
+  hold: { word: "Pull the spring, then hold", speed: (share, stretch) => Number(stretch(share) < 1.1), amplitude: 5 },
+  pulled: { word: "Pull the spring", speed: () => 1, amplitude: 5 },
+  fro: { word: "Pull to and fro", speed: (share) => 1 - 2 * (Math.floor(4 * share + 0.5) % 2), amplitude: 5 },
+  ripple: { word: "Force with a ripple", effort: (share) => (share < 1 / 16 ? 9.6 * share : 0.45 + 0.15 * Math.cos(2 * Math.PI * (share - 1 / 16) * CYCLES_PULLED)), amplitude: 5 },
+  hand: { word: "Spring in your hand", amplitude: 5 },
+  tracked: { word: "Motion in closed loop", amplitude: 5 },
 };
-const SAMPLES = 20000, MOST_HALVED = 3;
+const SAMPLES = 20000, MOST_HALVED = 3, CYCLES_PULLED = 32 / 3;
 
 // A smaller number of samples: a power of two fewer than all, so that the curves of the initial values, which are drawn
 // next to the present curves, need no new computation with each move.
@@ -75,6 +82,7 @@ const PREFIXES = [[1e6, 1e-6, "M"], [1e4, 1e-3, "k"], [1, 1, ""], [1e-3, 1e3, "m
 
 // The most readable multiple of a unit for a number of this magnitude; a prefix before a power stays.
 function scaleOf(unit, magnitude) {
+  if (unit === "N/m" && magnitude >= 100) return magnitude >= 1e5 ? { factor: 1e-6, unit: "N/µm" } : { factor: 1e-3, unit: "N/mm" };
   if (!/^(m|N|rad|s|J)(?![A-Za-z²³^])/.test(unit) || !(magnitude > 0)) return { factor: 1, unit };
   const prefixes = /^[ms]/.test(unit) || unit.startsWith("rad") ? PREFIXES.slice(2) : PREFIXES;
   const [, factor, letter] = prefixes.find(([from]) => magnitude >= from * (1 - 1e-12)) ?? prefixes.at(-1);
@@ -104,6 +112,15 @@ function read(text) {
   const plain = text.trim().toLowerCase().replace("−", "-").replace("∞", "inf");
   if (plain === "inf" || plain === "-inf") return plain === "inf" ? Infinity : -Infinity;
   return /^[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$/.test(plain) ? Number(plain) : NaN;
+}
+
+// A number as typed into a field with a prefix before its unit, and back: exact, a power of ten moves the point only.
+function typedIn(value, factor) { return typed(factor === 1 || !Number.isFinite(value) ? value : Number((value * factor).toPrecision(15))); }
+
+function readIn(text, factor) {
+  const number = read(text), digits = String(number);
+  if (factor === 1 || !Number.isFinite(number)) return number;
+  return digits.includes("e") ? number / factor : Number(`${digits}e${-Math.round(Math.log10(factor))}`);
 }
 
 // --- sliders --------------------------------------------------------------------------------------------------------

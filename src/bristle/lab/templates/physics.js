@@ -59,6 +59,7 @@ async function loaded(model) {
     },
     push(effort, dt) { return step(effort, dt); },
     get x() { return numbers[body]; },
+    get end() { return numbers[body + 2]; },
     // No variation with position, load and so on, until parameters are set again.
     hold() { for (const [at, value] of model.still) numbers[at / 8] = value; },
     // A share of a zero level is undefined: use that of infinity.

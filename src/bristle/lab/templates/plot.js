@@ -4,7 +4,8 @@ function colours(root = document.documentElement) {
   const style = getComputedStyle(root);
   const colour = (name) => style.getPropertyValue(`--${name}`).trim();
   return { ink: colour("ink"), soft: colour("soft"), rule: colour("rule"), accent: colour("accent"), alert: colour("alert"),
-    ghost: colour("ghost"), shade: colour("shade"), measured: colour("measured"), without: colour("without"), with: colour("with"), size: parseFloat(style.fontSize) };
+    ghost: colour("ghost"), shade: colour("shade"), measured: colour("measured"),
+    with: colour("with"), without: colour("without"), third: colour("third"), care: colour("care"), card: colour("card"), ground: colour("ground"), size: parseFloat(style.fontSize) };
 }
 
 function roundStep(rough) {
@@ -34,7 +35,7 @@ function axis(low, high, margin = 0.06) {
 // A frame for curves on a part of a canvas: `area` in pixels of the page, axes in SI with a word and a unit each.
 class Frame {
   constructor(context, area, xAxis, yAxis, theme) {
-    Object.assign(this, { context, theme });
+    Object.assign(this, { context, theme, own: { x: xAxis, y: yAxis } });
     this.x = { ...xAxis, ...scaleOf(xAxis.unit, Math.max(Math.abs(xAxis.low), Math.abs(xAxis.high))) };
     this.y = { ...yAxis, ...scaleOf(yAxis.unit, Math.max(Math.abs(yAxis.low), Math.abs(yAxis.high))) };
     context.font = `${0.82 * theme.size}px system-ui, "DejaVu Sans", sans-serif`;
@@ -56,21 +57,15 @@ class Frame {
 
   axes() {
     const { context, theme, left, right, top, bottom } = this, small = 0.3 * theme.size;
-    context.lineWidth = 1;
-    context.setLineDash([]);
-    context.strokeStyle = theme.rule;
-    context.fillStyle = theme.soft;
+    pen(context, { lineWidth: 1, strokeStyle: theme.rule, fillStyle: theme.soft, textAlign: "center", textBaseline: "top" });
     context.beginPath();
-    context.textAlign = "center";
-    context.textBaseline = "top";
     for (const tick of this.xTicks) {
       const at = Math.round(this.across(tick / this.x.factor)) + 0.5;
       context.moveTo(at, top);
       context.lineTo(at, bottom + small);
       context.fillText(tickText(tick), at, bottom + 1.5 * small);
     }
-    context.textAlign = "right";
-    context.textBaseline = "middle";
+    pen(context, { textAlign: "right", textBaseline: "middle" });
     for (const tick of this.yTicks) {
       const at = Math.round(this.up(tick / this.y.factor)) + 0.5;
       context.moveTo(left - small, at);
@@ -79,9 +74,7 @@ class Frame {
     }
     context.stroke();
     this.zeros();
-    context.fillStyle = theme.ink;
-    context.textAlign = "center";
-    context.textBaseline = "bottom";
+    pen(context, { fillStyle: theme.ink, textAlign: "center", textBaseline: "bottom" });
     context.fillText(labelOf(this.x), (left + right) / 2, bottom + 2.8 * theme.size);
     context.save();
     context.translate(left - 1.1 * theme.size - Math.max(...this.yTicks.map((tick) => context.measureText(tickText(tick)).width)), (top + bottom) / 2);
@@ -91,20 +84,10 @@ class Frame {
   }
 
   zeros() {
-    const { context, theme } = this;
-    context.strokeStyle = theme.soft;
-    context.beginPath();
-    if (this.x.low < 0 && this.x.high > 0) {
-      const at = Math.round(this.across(0)) + 0.5;
-      context.moveTo(at, this.top);
-      context.lineTo(at, this.bottom);
-    }
-    if (this.y.low < 0 && this.y.high > 0) {
-      const at = Math.round(this.up(0)) + 0.5;
-      context.moveTo(this.left, at);
-      context.lineTo(this.right, at);
-    }
-    context.stroke();
+    const { context, theme } = this, [x, y] = [this.across(0), this.up(0)].map((at) => Math.round(at) + 0.5);
+    pen(context, { strokeStyle: theme.soft });
+    if (this.x.low < 0 && this.x.high > 0) stroke(context, [[x, this.top], [x, this.bottom]]);
+    if (this.y.low < 0 && this.y.high > 0) stroke(context, [[this.left, y], [this.right, y]]);
   }
 
   clip(draw) {
@@ -122,10 +105,7 @@ class Frame {
     const a = (this.right - this.left) / (this.x.high - this.x.low), b = this.left - this.x.low * a;
     const c = (this.top - this.bottom) / (this.y.high - this.y.low), d = this.bottom - this.y.low * c;
     this.clip(() => {
-      context.strokeStyle = colour;
-      context.lineWidth = bold * width;
-      context.lineJoin = "round";
-      context.setLineDash(dash.map((length) => bold * length));
+      pen(context, { strokeStyle: colour, lineWidth: bold * width, lineJoin: "round", dash: dash.map((length) => bold * length) });
       context.beginPath();
       straightened(context, first, last, (k) => a * x[k] + b, (k) => c * y[k] + d);
       context.stroke();
@@ -140,13 +120,21 @@ class Frame {
     });
   }
 
+  // A word at a point of a line.
+  label(text, x, y, colour, align = "left") {
+    const { context, theme } = this, left = this.across(x) + (align === "left" ? 6 : -6), top = this.up(y) - 3, wide = context.measureText(text).width;
+    pen(context, { fillStyle: theme.ground, textAlign: align, textBaseline: "bottom" });
+    context.fillRect(align === "left" ? left - 2 : left - wide - 2, top - theme.size, wide + 4, theme.size);
+    pen(context, { fillStyle: colour });
+    context.fillText(text, left, top);
+  }
+
   // A vertical line at a value, or the band between two values.
   upright(x, colour) { this.curve([x, x], [this.y.low, this.y.high], { colour, width: 1 }); }
 
   dot(x, y, colour, size = 5) {
     const { context } = this;
-    context.setLineDash([]);
-    context.fillStyle = colour;
+    pen(context, { fillStyle: colour });
     context.beginPath();
     context.arc(this.across(x), this.up(y), size, 0, 2 * Math.PI);
     context.fill();
@@ -178,6 +166,17 @@ function straightened(context, first, last, across, up) {
     if (r > reach) reach = r;
   }
   context.lineTo(beforeX, beforeY);
+}
+
+function pen(context, { dash = [], ...style }) {
+  context.setLineDash(dash);
+  Object.assign(context, style);
+}
+
+function stroke(context, points) {
+  context.beginPath();
+  for (const [x, y] of points) context.lineTo(x, y);
+  context.stroke();
 }
 
 function labelOf({ word, unit }) { return unit ? `${word} [${unit}]` : word; }

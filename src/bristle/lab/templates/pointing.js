@@ -1,4 +1,5 @@
-// A plot with pointer and zoom: drag to enlarge a part, Ctrl and wheel to zoom, double-click to show all.
+// A plot with pointer and zoom: drag to enlarge a part, Ctrl and wheel to zoom, double-click to show all. With `wheel` the
+// wheel alone zooms; with `pull` a drag with Shift moves what is drawn.
 // Keyboard: arrows move the pointer, + and - zoom, Escape shows all.
 
 const SMALLEST = 6, TURNED = 1.0015, CLOSER = 1.5; // [pixels], zoom per wheel unit, zoom per key
@@ -9,8 +10,8 @@ function newView() { return { x: null, y: null, plots: [] }; }
 class Pointed {
   // `draw` draws a view and returns the frame; `pick` returns the item at a position, `shift` the item a step
   // further, and `tell` marks it in the frame and describes it.
-  constructor(canvas, reading, view, { draw, pick, shift, tell, both = false }) {
-    Object.assign(this, { canvas, reading, view, draw, pick, shift, tell, both, at: null, from: null, to: null, waits: false });
+  constructor(canvas, reading, view, { draw, pick, shift, tell, both = false, wheel = false, pull = null }) {
+    Object.assign(this, { canvas, reading, view, draw, pick, shift, tell, both, wheel, pull, at: null, from: null, to: null, pulled: null, waits: false });
     view.plots.push(this);
     this.listen();
   }
@@ -21,7 +22,8 @@ class Pointed {
     this.waits = false;
     this.frame = this.draw(this.canvas, this.view);
     if (!this.frame) return;
-    const text = this.at === null ? this.hint : this.tell(this.frame, this.at);
+    const text = this.at === null ? this.frame.words ?? this.hint : this.tell(this.frame, this.at);
+    this.reading.classList.toggle("alert", this.at === null && Boolean(this.frame.alert));
     if (this.reading.textContent !== text) this.reading.textContent = text;
     if (this.from && this.to) this.shade();
   }
@@ -65,18 +67,25 @@ class Pointed {
     const { canvas } = this, place = (event) => ({ x: event.offsetX, y: event.offsetY });
     canvas.addEventListener("pointerdown", (event) => {
       if (event.button) return;
-      Object.assign(this, { from: place(event), to: null });
+      if (this.pull && event.shiftKey) this.pulled = event.offsetX;
+      else Object.assign(this, { from: place(event), to: null });
       canvas.setPointerCapture(event.pointerId);
     });
     canvas.addEventListener("pointermove", (event) => {
       if (!this.frame) return;
+      if (this.pulled !== null) {
+        this.pull(this.frame.valueAt(event.offsetX) - this.frame.valueAt(this.pulled));
+        this.pulled = event.offsetX;
+        return;
+      }
       if (this.from) this.to = place(event);
       this.at = this.pick(this.frame, event.offsetX, event.offsetY);
       this.later();
     });
     canvas.addEventListener("pointerup", () => {
       if (this.from && this.to) this.chosen();
-      this.from = this.to = null;
+      if (this.pulled !== null) this.pull(null);
+      this.from = this.to = this.pulled = null;
       this.later();
     });
     for (const name of ["pointerleave", "pointercancel", "blur"]) {
@@ -87,7 +96,7 @@ class Pointed {
     }
     canvas.addEventListener("dblclick", () => this.look(null));
     canvas.addEventListener("wheel", (event) => {
-      if (!event.ctrlKey && !event.metaKey) return;
+      if (!this.wheel && !event.ctrlKey && !event.metaKey) return;
       event.preventDefault();
       this.enlarge(TURNED ** -event.deltaY, place(event));
     }, { passive: false });

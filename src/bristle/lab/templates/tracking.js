@@ -1,9 +1,12 @@
 // The closed loop, computed in the background after a move. One request at a time.
 
 const WORDS = { none: "control law alone", model: "friction feedforward", observer: "observer", both: "both" };
-const SHARE = 0.25; // of the radius: drawn size of the largest error of the circle
 const STILL = 150; // [ms]
-const asked = new Asked("tracked", tracked, () => drawTracked(lab));
+const asked = new Asked("tracked", tracked, (found) => {
+  Object.assign(lab, { tracked: found, trackedKey: (lab.trackedKey ?? 0) + 1, run: null, path: null });
+  drawNow();
+  drawRest();
+});
 let askedKey = "", askedLater = 0;
 
 function loopSetup(lab) {
@@ -19,13 +22,17 @@ function loopSetup(lab) {
 
 function track(lab) {
   const setup = loopSetup(lab), key = JSON.stringify([lab.model.name, lab.model.model, lab.values.loop_body, setup.values, setup.settings]);
-  if (key === askedKey && asked.found) return drawTracked(lab);
-  if (key === askedKey) return null;
+  if (key === askedKey) return;
   askedKey = key;
   // While a slider moves, the cores are those of the curves that move with it.
   clearTimeout(askedLater);
   askedLater = setTimeout(() => asked.put(setup), asked.found ? STILL : 0);
-  return null;
+}
+
+// The true positions of the axis with the control law alone, for two periods.
+function trackedPath({ tracked: { errors, dt, period, amplitude, frequency } }) {
+  const turn = 2 * Math.PI * frequency * dt, x = Float64Array.from({ length: 2 * period }, (_, k) => amplitude * Math.sin(turn * k) - errors.none[k % period]);
+  return { x, dt, at: null };
 }
 
 function widthOf(values) {
@@ -33,51 +40,24 @@ function widthOf(values) {
   return high - low;
 }
 
-function drawTracked(lab) {
-  trackView(lab, byId("track"), byId("track-reading"));
-  circleView(lab, byId("circle"), byId("circle-reading"));
-}
-
-function trackView(lab, canvas, reading) {
-  const { errors, dt, period } = asked.found, theme = lab.theme, { units } = lab.model;
+function trackView(lab, canvas, view = {}) {
+  if (!lab.tracked) return null;
+  const { errors, dt, period } = lab.tracked, theme = lab.theme, { units } = lab.model;
   const t = Float64Array.from({ length: period }, (_, k) => k * dt), { context, area } = wiped(canvas);
   const ends = Object.values(errors).map((error) => extent(error));
-  const [bottom, top] = axis(Math.min(...ends.map(([low]) => low)), Math.max(...ends.map(([, high]) => high)));
-  const frame = new Frame(context, area, { word: "time", unit: "s", low: 0, high: period * dt },
+  const [bottom, top] = view.y ?? axis(Math.min(...ends.map(([low]) => low)), Math.max(...ends.map(([, high]) => high)));
+  const [from, to] = view.x ?? [0, period * dt];
+  const frame = new Frame(context, area, { word: "time", unit: "s", low: from, high: to },
     { word: "following error", unit: units.position, low: bottom, high: top }, theme);
   frame.axes();
-  const looks = { none: { colour: theme.ghost, width: 2.2 }, model: { colour: theme.accent, width: 1.8 },
+  const looks = { none: { colour: theme.without, width: 2.2 }, model: { colour: theme.with, width: 1.8 },
     observer: { colour: theme.measured, width: 1.8, dash: [7, 4] }, both: { colour: theme.ink, width: 1.4 } };
   for (const [way, look] of Object.entries(looks)) frame.curve(t, errors[way], look);
+  if (lab.preset === "tracked") frame.upright((2 * lab.moment * period * dt) % (period * dt), theme.soft);
+  for (const way of ["none", "model"]) {
+    const k = errors[way].reduce((best, value, i) => (value > errors[way][best] ? i : best), 0);
+    frame.label(WORDS[way], t[k], errors[way][k], looks[way].colour, k > 0.6 * period ? "right" : "left");
+  }
   const told_ = Object.entries(errors).map(([way, error]) => `${WORDS[way]} ${told(widthOf(error), units.position)}`);
-  tell(reading, `Peak-to-peak error of the second period: grey ${told_[0]}; blue ${told_[1]}; dashed ${told_[2]}; thin and dark ${told_[3]}.`, false);
-}
-
-function circleView(lab, canvas, reading) {
-  const { errors, across, dt, period } = asked.found, theme = lab.theme, { units } = lab.model, radius = valueOf(lab, "loop_A");
-  const turn = 2 * Math.PI * valueOf(lab, "loop_f") * dt, from = period, round = (k) => [Math.cos(turn * (from + k)), Math.sin(turn * (from + k))];
-  const radial = (way) => errors[way].map((error, k) => {
-    const [c, s] = round(k);
-    return Math.hypot(radius * c - across[way][k], radius * s - error) - radius;
-  });
-  const deviations = { none: radial("none"), both: radial("both") };
-  const largest = Math.max(...extent(deviations.none).map(Math.abs), Number.MIN_VALUE), times = SHARE * radius / largest;
-  const [low, high] = axis(-(1 + SHARE) * radius, (1 + SHARE) * radius, 0), { context, area } = wiped(canvas);
-  const side = Math.min(area.width, area.height), frame = new Frame(context, { ...area, left: (area.width - side) / 2, width: side },
-    { word: "one axis", unit: units.position, low, high }, { word: "other axis", unit: units.position, low, high }, theme);
-  frame.axes();
-  const ring = (deviation, look) => {
-    const x = new Float64Array(period), y = new Float64Array(period);
-    for (let k = 0; k < period; k++) {
-      const [c, s] = round(k), r = radius + times * (deviation ? deviation[k] : 0);
-      x[k] = r * c;
-      y[k] = r * s;
-    }
-    frame.curve(x, y, look);
-  };
-  ring(null, { colour: theme.rule, width: 1.5 });
-  ring(deviations.none, { colour: theme.ghost, width: 2.2 });
-  ring(deviations.both, { colour: theme.accent, width: 1.8 });
-  const size = (way) => told(Math.max(...extent(deviations[way]).map(Math.abs)), units.position);
-  tell(reading, `Circle driven by two such axes, with errors enlarged ${withDigits(times, 2)} times: control law alone (grey), up to ${size("none")}; with observer and friction feedforward (blue), up to ${size("both")}.`, false);
+  return Object.assign(frame, { words: `Peak-to-peak error of the second period: grey ${told_[0]}; blue ${told_[1]}; dashed ${told_[2]}; thin and dark ${told_[3]}.`, curves: Object.entries(looks).map(([way, { colour }]) => [t, errors[way], colour, WORDS[way]]) });
 }

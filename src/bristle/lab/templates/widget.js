@@ -113,10 +113,12 @@ class Bench {
     this.waits = 0;
     if (!bench || !this.host.isConnected) return;
     bench.theme = colours(this.host);
-    loopView(bench, this.at("loop"), this.at("loop-reading"));
-    speedView(bench, this.at("speed"), this.at("speed-reading"));
-    if (bench.model.stack) planeView(bench, this.at("plane"), this.at("plane-reading"));
-    else if (bench.model.elements) elementsView(bench, this.at("plane"), this.at("plane-reading"));
+    const memory = bench.model.stack ? planeView : bench.model.elements ? elementsView : null;
+    for (const [name, view] of Object.entries({ loop: loopView, speed: speedView, plane: memory })) {
+      if (!view) continue;
+      const { words, alert } = view(bench, this.at(name));
+      tell(this.at(`${name}-reading`), words, Boolean(alert));
+    }
     const lines = brokenLines(bench.model, bench.values), list = this.root.querySelector(".broken");
     if (list.innerHTML !== lines) list.innerHTML = lines;
     if (this.moved) this.save();
