@@ -8,7 +8,7 @@ from bristle.identification import identify
 from bristle.identification.excitation import TRADED
 from bristle.identification.result import LACKING, TRADED_IN
 from bristle.prediction import predict
-from bristle.report.identification import answers
+from bristle.report.identification import why_only_similar
 from bristle.report.messages import message, warnings_of
 from bristle.report.model_tables import DOUBTED, parameter_table
 from bristle.report.sentences.checks import CHECKS
@@ -61,9 +61,7 @@ def test_parameters_of_a_clipped_effort_are_effective():
     identification = identify(run.log(effort=np.clip(run.effort(), -top, top) + noise), "coulomb_viscous", draws=0, blocks=0)
     assert {"M", "F_v", "F_C"} <= set(identification.best.effective)
     assert "effective" in {row[-1] for row in parameter_table(identification.best).rows}
-    assert any(
-        "similar motions, because the effort is clipped" in line for _, lines in answers(identification, None, None) for line in lines
-    )
+    assert "similar motions, because the effort is clipped" in why_only_similar(identification.best)
     assert identify(Run(0).log(), "coulomb_viscous", draws=0, blocks=0).best.effective == ()
 
 

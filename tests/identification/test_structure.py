@@ -15,7 +15,7 @@ from bristle.identification.half_cycles import Groups
 from bristle.identification.missing_force import _LowPass, _no_chance
 from bristle.identification.missing_rows import Rows, Weighed
 from bristle.identification.settings import Settings
-from bristle.report.identification import answers
+from bristle.report.identification import why_only_similar
 from bristle.report.judgement import judged
 from bristle.report.messages import message, warnings_of
 from bristle.report.model_tables import parameter_table
@@ -230,7 +230,7 @@ def test_parameters_of_a_model_that_lacks_a_force_are_effective(motion):
     result = best_of(motion, "ripple")
     assert set(result.best.effective) == {"M", "F_v", "F_C", "offset"}
     assert {row[-1] for row in parameter_table(result.best).rows} == {"effective"}
-    assert any("effective" in line for _, lines in answers(result, None, None) for line in lines)
+    assert "effective" in why_only_similar(result.best)
     assert not best_of(motion, "nothing").best.effective
 
 

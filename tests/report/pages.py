@@ -32,7 +32,7 @@ class Page(HTMLParser):
             self.unbalanced.append(tag)
 
     def handle_data(self, data):
-        if "style" not in self.open:
+        if not {"style", "script"} & set(self.open):
             self.text.append(data)
         if self.open and self.open[-1] in ("td", "th"):
             self.cells.append(self.cells.pop() + data if self.in_word else data)

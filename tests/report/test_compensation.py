@@ -10,7 +10,7 @@ from bristle import controllers, friction, plants
 from bristle.core import Status
 from bristle.core.diagnostic import Diagnostic
 from bristle.prediction.following import Following
-from bristle.report.compensation import Errors, Gain, Standing, _errors, about_loop, gain_lines, gain_of, is_alike, names_text, pair_of
+from bristle.report.compensation import Errors, Gain, Standing, _errors, about_loop, gain_of, is_alike, names_text, pair_of
 from bristle.simulation import compensation_experiment, simulate, statistics_of
 from bristle.simulation.result import Statistics
 
@@ -184,29 +184,6 @@ def test_no_gain_is_predicted_if_the_log_contradicts_the_loop():
     contradicted = replace(FOLLOWED, contradiction=Diagnostic("switching_law"))
     (line,) = about_loop(Gain((), "translational", ""), contradicted, "translational")
     assert line.startswith("bristle predicts no gain: the control law chatters around rest")
-    first, second = plain(gain_lines(None, contradicted, "translational"))
-    assert first == "following error, peak to peak: 9 µm in the log"
-    assert second.startswith("bristle predicts no gain: the control law chatters")
-
-
-def loops(**efforts):
-    variants = {name: Some(effort=np.array(effort)) for name, effort in efforts.items()}
-    return Some(variants=variants, experiment=Some(variants=[Some(name=name) for name in variants]))
-
-
-def test_first_page_has_error_and_effort_with_and_without_compensation():
-    assert gain_lines(None, None, "translational") == ["not simulated: record the reference, and describe the controller in the axis file"]
-    assert plain(gain_lines(None, FOLLOWED, "translational")) == [
-        "following error, peak to peak: 9 µm in the log",
-        "in simulation: 8 µm as recorded, 4 µm with compensation",
-    ]
-    simulated = loops(first=[3.0, 3.0], middle=[9.0, 9.0], last=[3.0, 4.0])
-    assert (
-        plain(gain_lines(simulated, FOLLOWED, "translational"))[2] == "effort, root mean square: 3 N as recorded, 3.54 N with compensation"
-    )
-    assert len(gain_lines(loops(first=[3.0], last=[np.inf]), FOLLOWED, "translational")) == 2
-    assert len(gain_lines(None, replace(FOLLOWED, compensated=None), "translational")) == 1
-    assert len(gain_lines(None, replace(FOLLOWED, simulated=None), "translational")) == 1
 
 
 @pytest.mark.parametrize(

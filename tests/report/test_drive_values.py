@@ -8,7 +8,8 @@ from tests.identification.known_logs import sliding_log
 
 import bristle as br
 from bristle.identification import identify
-from bristle.report.identification import answers
+from bristle.report.cards import cards_of
+from bristle.report.model_tables import values_to_enter
 from bristle.report.summary import identification_summary
 
 AXIS = br.read_axis(
@@ -42,19 +43,21 @@ def test_summary_has_the_distance_of_a_reversal(with_memory):
     assert turned == pytest.approx(levels["reversal_distance"] / 0.01 * 360.0)
 
 
+def values(identification):
+    return {row[0]: row[1:] for row in values_to_enter(identification.best, AXIS).rows}
+
+
 def test_unidentified_inertia_has_no_value(with_memory):
     best = with_memory.best
     estimates = tuple(replace(estimate, status="unidentifiable") if estimate.name == "M" else estimate for estimate in best.estimates)
     vague = replace(with_memory, fits=(replace(best, estimates=estimates),))
-    lines = [dict(answers(estimate, None, None, AXIS))["Values to enter"] for estimate in (with_memory, vague)]
-    assert [sum(("at the motor" in line and "kg" in line) or "g·cm²" in line for line in page) for page in lines] == [1, 0]
-    assert lines[1][0] == "mass: not identified"
+    assert "at the motor" in values(with_memory)["Mass or inertia"][0]
+    assert "Mass or inertia" not in values(vague)
 
 
-def test_first_page_has_the_distance_of_models_with_memory(with_memory):
-    typed = dict(answers(with_memory, None, None, AXIS))["Values to enter"]
-    message = next(line for line in typed if line.startswith("after a reversal"))
-    assert "µm" in message
-    assert "deg of the motor" in message
-    static = replace(with_memory, fits=(replace(with_memory.best, friction=br.friction.coulomb(F_C=8.0)),))
-    assert not any("reversal" in line for line in dict(answers(static, None, None, AXIS))["Values to enter"])
+def test_card_has_the_distance_of_models_with_memory(with_memory):
+    cards = {card.label: card for card in cards_of(with_memory.best, AXIS, usable=True)}
+    assert "µm" in cards["Builds up over"].value
+    assert "deg of the motor" in cards["Builds up over"].remark
+    static = replace(with_memory.best, friction=br.friction.coulomb(F_C=8.0))
+    assert "Builds up over" not in {card.label for card in cards_of(static, AXIS, usable=True)}

@@ -20,7 +20,6 @@ from bristle.files import arrays
 from bristle.files.axis import axis_text
 from bristle.files.model import read_model
 from bristle.prediction import kept, predict
-from bristle.server.tasks import _findings
 
 pytestmark = pytest.mark.usefixtures("undrawn")
 
@@ -189,12 +188,6 @@ def test_report_is_a_self_contained_file(result, loaded, tmp_path):
     assert "Certificates of" in page
     assert not any(outside in page for outside in ('src="http', 'href="http', "<link"))
     assert loaded.report(tmp_path / "again.html").read_text(encoding="utf-8") == page
-
-
-def test_page_of_the_server_has_parameters_and_values_to_enter(result):
-    shown = _findings(result, result.outcome)
-    assert [row[0] for row in shown["parameters"]["rows"]] == list(result.parameters)
-    assert len(shown["drive"]["rows"]) == len(result.outcome.table)
 
 
 def test_figure_has_the_effort_whole_and_close_up(result):

@@ -17,7 +17,7 @@ from bristle.identification.settings import Settings
 from bristle.identification.structure import CODES
 from bristle.prediction.drive_table import level_values
 from bristle.prediction.following import Following
-from bristle.report.identification import _correlations, _next, _trust, answers
+from bristle.report.identification import _correlations, next_steps, why_only_similar
 from bristle.report.judgement import DOUBTS, LACKING, WRITTEN_BY, _error, judged, misfit, next_measurements
 from bristle.report.messages import warnings_of
 from bristle.report.page import worded
@@ -98,18 +98,15 @@ def test_wide_interval_asks_for_care_if_the_parameter_matters(actual):
         assert ("roughly identified: F_v" in ruling.reasons) == (level == "with_care")
 
 
-def test_measure_again_has_no_values_to_enter(actual):
+def test_grave_faults_come_first_among_the_next_steps(actual):
     reversed_ = doubted(actual.best, Diagnostic("sign_reversed", severity="error"))
-    again = dict(answers(replace(actual, fits=(reversed_,)), None, None, usable=False))
-    assert again["Values to enter"][0] == "no values yet: measure again first"
-    assert again["Next steps"] == [SENTENCES["sign_reversed"].advice]
-    assert not any("no values yet" in line for line in dict(answers(actual, None, None))["Values to enter"])
+    assert next_steps(reversed_, usable=False) == [SENTENCES["sign_reversed"].advice]
 
 
 def test_parameters_with_the_same_motion_share_a_line(actual, monkeypatch):
     by_excite = [(name, f"Move slowly.{WRITTEN_BY}`bristle excite AXIS.toml --for stribeck`") for name in ("F_S", "v_S")]
     monkeypatch.setattr("bristle.report.identification.next_measurements", lambda fit: by_excite)
-    message = dict(answers(actual, None, None))["Next steps"]
+    message = next_steps(actual.best, usable=True)
     assert message == ["for F_S, v_S: generate a motion with `bristle excite AXIS.toml --for stribeck`"]
 
 
@@ -136,29 +133,6 @@ def test_levels_are_by_direction_without_the_weight():
     assert levels.forward - levels.backward == pytest.approx(1.5 + 2.0 * TRUTH["offset"], abs=0.25)
     assert 8.0 < levels.backward + TRUTH["offset"] < 8.0 + viscous
     assert levels.deviation == pytest.approx(0.0, abs=1e-9)
-
-
-def test_five_questions_are_answered(actual, monkeypatch):
-    monkeypatch.setattr("bristle.report.identification.next_measurements", lambda fit: [("F_S", "move slowly")])
-    message = dict(answers(actual, None, None))
-    assert list(message) == ["Is it good?", "Values to enter", "Gain and cost", "Can it be trusted?", "Next steps"]
-    assert all(message.values())
-    mass = actual.best.parameters["M"]
-    assert message["Values to enter"][0] == f"mass {mass.value:.3g}\u00a0kg"
-    assert f"M ± {mass.interval_percent:.2g}\u00a0%" in message["Can it be trusted?"][1]
-    assert message["Next steps"] == ["for F_S: move slowly"]
-    assert "effective" not in " ".join(message["Can it be trusted?"])
-
-
-def test_unidentified_values_are_not_to_be_entered(actual):
-    fit = actual.best
-
-    def typed(*names):
-        estimates = tuple(replace(estimate, status="unidentifiable") if estimate.name in names else estimate for estimate in fit.estimates)
-        return dict(answers(replace(actual, fits=(replace(fit, estimates=estimates),)), None, None))["Values to enter"]
-
-    assert typed("M")[0] == "mass: not identified"
-    assert typed(*fit.parameters) == ["no values: no parameter was identified"]
 
 
 def test_errors_come_before_warnings(actual):
@@ -261,17 +235,12 @@ def trusted(*halves, diagnostics=(), others=()):
     return known.fit(*estimates, estimate("M", status="held"), *others, diagnostics=diagnostics)
 
 
-def test_intervals_of_at_most_eight_parameters_are_listed():
-    lines = plain(_trust(trusted(2.0, None, 99.0, 100.0)))
-    assert lines[:2] == ["4 of 4 parameters identified; 95 % intervals:", "p0 ± 2.0 %, p1 –, p2 ± 99 %, p3 ≈ 0"]
-    assert plain(_trust(trusted(*[2.0] * 8)))[1].endswith("p7 ± 2.0 %")
-    assert plain(_trust(trusted(*[2.0] * 9)))[1].endswith("p7 ± 2.0 % and 1 more, below")
-    assert _trust(trusted(2.0, others=[estimate("q", status="at_edge")]))[0].startswith("1 of 2 parameters")
-    assert _trust(trusted()) == ["no parameter was identified"]
+def test_effective_values_state_their_cause():
     lacking = Diagnostic("structure", numbers={"names": ("p0",)})
-    assert _trust(trusted(2.0, diagnostics=(lacking,)))[2].startswith(
-        "effective values, valid only for similar motions, because the model lacks a force"
+    assert why_only_similar(trusted(2.0, diagnostics=(lacking,))).startswith(
+        "These are effective values, valid only for similar motions, because the model lacks a force"
     )
+    assert why_only_similar(trusted(2.0)) == ""
 
 
 def test_correlations_are_listed_strongest_first_without_zeros():
@@ -288,11 +257,11 @@ def test_next_steps_are_errors_then_missing_models(actual):
     grave = Diagnostic("sign_reversed", "", "error", {"percent": 90.0})
     lacking = [Diagnostic("missing_lag", "", "warning", {"model": model}) for model in ("lugre", "dahl", "lugre", "")]
     fit = doubted(actual.best, grave, *lacking)
-    assert _next(fit, usable=True) == [SENTENCES["sign_reversed"].advice, "try a model with the missing force: `--model lugre,dahl`"]
-    assert _next(doubted(fit), usable=True) == [
+    assert next_steps(fit, usable=True) == [SENTENCES["sign_reversed"].advice, "try a model with the missing force: `--model lugre,dahl`"]
+    assert next_steps(doubted(fit), usable=True) == [
         "enter the values on the machine, record again, and measure the gain with `bristle compare before.csv after.csv`"
     ]
-    assert _next(doubted(fit), usable=False) == ["record the axis again, in both directions and at several speeds"]
+    assert next_steps(doubted(fit), usable=False) == ["record the axis again, in both directions and at several speeds"]
 
 
 def test_every_cause_of_a_missing_force_has_words_of_its_own(actual):

@@ -13,7 +13,7 @@ from bristle.identification.settings import DEFAULT
 from bristle.identification.structure import with_structure
 from bristle.logs import Log
 from bristle.prediction.drive_table import drive_table, level_values
-from bristle.report.identification import answers
+from bristle.report.model_tables import values_to_enter
 
 pytestmark = pytest.mark.usefixtures("undrawn")
 
@@ -61,9 +61,7 @@ def test_level_above_the_effort_of_the_log_is_not_identified(log, result):
 def test_log_without_sliding_gives_no_level_and_no_table(result, tmp_path):
     assert level_values(result.best) is None
     assert drive_table(result.best) == []
-    typed = dict(answers(result, None, None))["Values to enter"]
-    assert any("never slides" in line for line in typed)
-    assert not any("F+" in line for line in typed)
+    assert values_to_enter(result.best, None).rows == []
     result.save(tmp_path / "out")
     assert not (tmp_path / "out" / "drive_table.csv").exists()
 

@@ -8,9 +8,9 @@ from tests.report.known import estimate
 
 from bristle.core import Axis
 from bristle.core.axis import Column
-from bristle.core.diagnostic import Diagnostic
 from bristle.report import identification as report
-from bristle.report.identification import _for_the_drive, _typed_in
+from bristle.report.identification import _for_the_drive
+from bristle.report.model_tables import values_to_enter
 
 
 def levels(**changes):
@@ -24,61 +24,40 @@ def fit(status="identified", *diagnostics, mass=None, kind="translational"):
 
 
 @pytest.fixture
-def typed(monkeypatch):
-    """The values to enter, for given levels and distance."""
+def entered(monkeypatch):
+    """The values to enter, for given levels."""
 
-    def lines(outcome=None, axis=None, distance=0.0, item=None, **changes):
-        fastest = []
-        monkeypatch.setattr(report, "level_values", lambda fit: outcome if outcome != "usual" else levels(**changes))
-        monkeypatch.setattr(report, "reversal_distance", lambda friction, speed: fastest.append(speed) or distance)
-        result = _typed_in(item or fit(), axis)
-        assert fastest in ([], [0.5])
-        return [line.replace("\u00a0", " ") for line in result]
+    def rows(axis=None, item=None, **changes):
+        monkeypatch.setattr("bristle.report.model_tables.level_values", lambda fit: levels(**changes))
+        table = values_to_enter(item or fit(), axis)
+        return table.caption, {row[0]: tuple(row[1:]) for row in table.rows}
 
-    return lines
+    return rows
 
 
-def test_levels_are_by_direction_with_the_viscous_part(typed):
-    assert typed("usual") == [
-        "mass 12 kg",
-        "F+ 8 N, F− 9 N, viscous 30 N·s/m: these values are at most 500 mN below the steady friction, never above it",
-        "or use the table for the drive, below",
-    ]
-    assert (
-        "F− 9 N, constant 2 N, viscous forward 30 N·s/m, viscous backward 40 N·s/m:"
-        in typed("usual", constant=2.0, viscous_backward=40.0)[1]
-    )
-    assert typed("usual", forward=None, viscous_forward=None, viscous_backward=0.0)[1].startswith("F− 9 N: these values are at most")
-    assert typed("usual", item=fit(kind="rotational"))[0] == "inertia 12 kg·m²"
+def test_levels_are_by_direction_with_the_viscous_part(entered):
+    caption, rows = entered()
+    assert caption == "Values to enter into the drive: at most 500 mN below the steady friction, never above it"
+    assert rows == {
+        "Friction forward, F+": ("8 N",),
+        "Friction backward, F−": ("9 N",),
+        "Viscous friction forward": ("30 N·s/m",),
+        "Viscous friction backward": ("30 N·s/m",),
+        "Mass or inertia": ("12 kg",),
+    }
+    assert entered(constant=2.0)[1]["Constant force"] == ("2 N",)
+    assert "Friction forward, F+" not in entered(forward=None)[1]
+    assert entered(item=fit(kind="rotational"))[1]["Mass or inertia"] == ("12 kg·m²",)
 
 
-def test_unidentified_mass_is_not_reported(typed):
-    assert typed("usual", item=fit(mass="unidentifiable"))[0] == "mass: not identified"
+def test_unidentified_mass_is_not_reported(entered):
+    assert "Mass or inertia" not in entered(item=fit(mass="unidentifiable"))[1]
 
 
-def test_positive_distance_of_a_reversal_is_reported(typed):
-    assert typed("usual", distance=4e-6)[2] == "after a reversal, 95 % of the friction builds up within 4 µm"
-
-
-def test_levels_are_also_in_units_of_the_drive(typed):
+def test_units_of_the_drive_are_first(entered):
     columns = {"position": Column("x", "mm", "m", 1.0), "effort": Column("u", "V", "V", 35.0)}
-    lines = typed("usual", Axis(columns=columns))
-    assert lines[2] == f"in V: F+ {8.0 / 35.0:.3f}, F− {9.0 / 35.0:.3f}"
-
-
-@pytest.mark.parametrize(
-    ("item", "words"),
-    [
-        (fit("unidentifiable"), "no values: no parameter was identified"),
-        (
-            fit("identified", Diagnostic("never_slides")),
-            "no values: the log never slides, so it shows no level of friction. Record sliding motion",
-        ),
-        (fit(), "no values: a plant on a spring has no constant-velocity motion"),
-    ],
-)
-def test_empty_answer_has_a_reason(typed, item, words):
-    assert typed(None, item=item) == [words]
+    _, rows = entered(Axis(columns=columns))
+    assert rows["Friction forward, F+"] == (f"{8.0 / 35.0:.3f} V", "8 N")
 
 
 @pytest.mark.parametrize(("deviation", "words"), [(8.9e-6, "follow the model"), (9.1e-6, "deviate from the model by 9.1 µN at most")])

@@ -228,7 +228,8 @@ def test_findings_are_those_of_the_best_fit(errand, monkeypatch, level, fits):
         monkeypatch.setattr(f"bristle.report.model_tables.{name}", lambda *passed, name=name: Table(name, ("A",), [("1",)]))
     judgement = SimpleNamespace(level=level, as_data=lambda: {"level": level})
     monkeypatch.setattr("bristle.report.judgement.judged", lambda *passed: judgement)
-    monkeypatch.setattr("bristle.report.identification.answers", lambda *passed, usable: {"usable": usable})
+    monkeypatch.setattr("bristle.report.identification.next_steps", lambda fit, usable: [f"usable: {usable}"])
+    monkeypatch.setattr("bristle.report.judgement.misfit", lambda fit: ["model error 1 %"])
     monkeypatch.setattr("bristle.report.messages.warnings_of", lambda fit: ["doubtful"])
     monkeypatch.setattr(tasks, "loop_view", lambda *passed, usable: {"usable": usable, "simulated": passed[-1]})
     signals = {name: 10.0 * k + np.arange(3.0) for k, name in enumerate(("time", "measured", "predicted", "velocity", "friction"))}
@@ -236,7 +237,7 @@ def test_findings_are_those_of_the_best_fit(errand, monkeypatch, level, fits):
     identified = SimpleNamespace(best=best, settings=None, axis=None, unfinished="", notes=["a note"], fits=[best] * fits, log=None)
     outcome = SimpleNamespace(following="error", simulation="loop", command="bristle identify")
     data = tasks._findings(errand([]), identified, outcome)
-    assert data["answers"] == {"usable": level != "measure_again"}
+    assert (data["misfit"], data["next"]) == (["model error 1 %"], [f"usable: {level != 'measure_again'}"])
     assert (data["model"], data["loop"]) == ("lugre", {"usable": level != "measure_again", "simulated": ("loop", "error")})
     assert (data["comparison"] is not None) == (fits > 1)
     assert (data["kind"], data["warnings"], data["notes"], data["verdict"]) == ("rotational", ["doubtful"], ["a note"], {"level": level})

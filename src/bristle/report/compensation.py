@@ -10,7 +10,7 @@ import numpy as np
 
 from bristle.core import Kind, Status, number, scale_of, unit_of, with_unit
 from bristle.report.messages import message
-from bristle.report.table import fixed, length_text, short_text
+from bristle.report.table import length_text, short_text
 
 if TYPE_CHECKING:
     from bristle.core import Experiment, Variant
@@ -130,24 +130,6 @@ def about_loop(gain: Gain | None, following: Following | None, kind: Kind) -> li
     unit = unit_of("length", kind)
     simulated = [] if following.simulated is None else [f"In simulation, it is {_error_text_of(following.simulated, unit)}."]
     return [" ".join([f"In the log, the following error is {_error_text_of(following.measured, unit)}.", *simulated]), *gained]
-
-
-def gain_lines(simulation: SimulationResult | None, following: Following | None, kind: Kind) -> list[str]:
-    """Return the gain for the first page: following error in the log and in simulation, and effort."""
-    if following is None:
-        return ["not simulated: record the reference, and describe the controller in the axis file"]
-    lines = [f"following error, peak to peak: {length_text(following.measured.peak_to_peak, kind)} in the log"]
-    if following.contradiction is not None:
-        return [*lines, f"bristle predicts no gain: {message(following.contradiction)}"]
-    if following.simulated is not None and following.compensated is not None:
-        before, after = (length_text(error.peak_to_peak, kind) for error in (following.simulated, following.compensated))
-        lines.append(f"in simulation: {before} as recorded, {after} with compensation")
-    names = [] if simulation is None else [variant.name for variant in simulation.experiment.variants]
-    efforts = [simulation.variants[name].effort for name in (*names[:1], *names[-1:])] if simulation is not None else []
-    if efforts and all(np.all(np.isfinite(effort)) for effort in efforts):
-        before, after = (fixed(float(np.sqrt(np.mean(effort**2))), unit_of("force", kind)) for effort in efforts)
-        lines.append(f"effort, root mean square: {before} as recorded, {after} with compensation")
-    return lines
 
 
 def _error_text_of(error: Statistics, unit: str) -> str:

@@ -10,20 +10,28 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from markupsafe import Markup
 
-from bristle.core import number, typeset, unit_of, with_unit
-from bristle.prediction import drive_units, fit_at_samples, largest_deviation, level_values, reversal_distance, steady_curve
+from bristle.core import number, unit_of, with_unit
+from bristle.prediction import fit_at_samples, largest_deviation, reversal_distance, steady_curve
 from bristle.report.brief import advice_to_record
 from bristle.report.cards import Step, cards_of, no_gain
-from bristle.report.compensation import NAMES_MAX, Gain, about_loop, gain_lines, gain_of, names_text
+from bristle.report.compensation import Gain, about_loop, gain_of
 from bristle.report.judgement import WRITTEN_BY, is_one_sided, judged, misfit, next_measurements
 from bristle.report.log import break_away_table, log_facts, passage_table, scatter_facts, treatment_facts
 from bristle.report.loops import variant_table
 from bristle.report.messages import assumptions_of, message, notes_of, warnings_of, why_effective
-from bristle.report.model_tables import as_csv, certificate_table, changed_settings, comparison_table, drive_rows, parameter_table
-from bristle.report.page import Block, Figures, Front, Section, about, answered, report_page, worded
+from bristle.report.model_tables import (
+    as_csv,
+    certificate_table,
+    changed_settings,
+    comparison_table,
+    drive_rows,
+    parameter_table,
+    values_to_enter,
+)
+from bristle.report.page import Block, Figures, Front, Section, about, report_page, worded
 from bristle.report.sentences import SENTENCES
 from bristle.report.simulation import focus_of
-from bristle.report.table import Table, fixed, length_text, percent_text, short_text
+from bristle.report.table import Table, capital, fixed, length_text, percent_text
 
 if TYPE_CHECKING:
     from bristle.certificates import Certificate
@@ -88,23 +96,21 @@ def identification_report(
         "at_samples": fit_at_samples(fit, log, axis, identification.treatment),
         "distance": 0.0 if fit.plant.values.get("k") else reversal_distance(fit.friction, float(np.max(np.abs(fit.traces.velocity)))),
     }
-    loop: list[object] = [*about_loop(None, following, kind)]
-    if simulation is not None:
-        loop = [variant_table(simulation, following.measured if following else None), *about_loop(gain, following, kind)]
-    heading = "without and with compensation, simulated"
-    if simulation is None:
-        heading = "in the log"
-    elif contradicted:
-        heading = "as recorded, measured and simulated"
+    tables = [] if simulation is None else [variant_table(simulation, following.measured if following else None)]
+    loop: list[object] = [*tables, *about_loop(None if simulation is None else gain, following, kind)]
+    heading = "as recorded, measured and simulated" if contradicted else "without and with compensation, simulated"
+    heading = "in the log" if simulation is None else heading
     notes = [] if prediction is None else [f"{prediction.mode} prediction: {note}" for note in notes_of(prediction)]
     thresholds = "`summary.json` lists all thresholds of these checks under `settings`."
     assumptions = [Block("items", [*assumptions_of(fit), *notes]), changed_settings(identification.settings), thresholds]
     warned = [*warnings_of(fit), *([message(following.contradiction)] if following is not None and following.contradiction else [])]
-    doubts = [Block("items", warned, ("warnings",)) if warned else "This log determines every parameter."]
+    doubts: list[object] = [Block("items", ruling.reasons), why_only_similar(fit)]
+    doubts += [Block("items", warned, ("warnings",)) if warned else "This log determines every parameter."]
     if measurements := next_measurements(fit):
         motions = [Markup("<strong>{}</strong>: {}").format(worded(names), worded(motion)) for names, motion in measurements]
         doubts += ["Measure next:", Block("items", motions)]
     by_position = [Figures("position"), BY_POSITION] if fit.position_rmse is not None else []
+    quality = ". ".join(map(capital, misfit(fit))) + "."
     certified = [FIT_FOR_USE, certificate_table(fit.name, certificates)] if certificates else []
     treated = treatment_facts(identification.treatment, kind) + scatter_facts(fit)
     read = [
@@ -115,11 +121,12 @@ def identification_report(
         Block("items", identification.notes),
     ]
     sections = [
-        Section("drive", "Table for the drive", _for_the_drive(fit, table, axis) if table else [], "Drive table"),
+        Section("values", "Values to enter", [values_to_enter(fit, axis) if usable else None], "Drive table"),
+        Section("drive", "Table for the drive", _for_the_drive(fit, table, axis) if table and usable else [], "Drive table"),
         Section("parameters", "Parameters", [Block("table", parameter_table(fit, axis), ("long",))], "Drive table"),
         Section("doubts", "Limits of this log", doubts, "Limits"),
         Section("following", f"Following error {heading}", loop, "Loop"),
-        Section("fit", "Fit of the model", [*by_position, Figures("fit"), _correlations(fit)], "Fit"),
+        Section("fit", "Fit of the model", [*by_position, quality, Figures("fit"), _correlations(fit)], "Fit"),
         Section("models", "Models compared", [comparison_table(identification)] if identification.fits[1:] else [], "Models"),
         Section("certificates", "Certificates", certified, "Models"),
         Section("assumptions", "Assumptions", assumptions, "Limits"),
@@ -129,7 +136,7 @@ def identification_report(
         f"{axis_name}: identified friction",
         about(f"log {log_name}, {fixed(log.duration, 's')}", f"model {fit.name}"),
         ruling._replace(reasons=_merged(ruling.reasons)),
-        answers(identification, simulation, following, axis, usable=usable),
+        further="doubts",
         without_reasons="bristle found no problem in this log.",
         title=headline(fit, gain if shows_gain else None),
         basis=f"(simulated on {log_name})" if shows_gain else f"({log_name})",
@@ -143,7 +150,12 @@ def identification_report(
 def _next_step(fit: Fit, level: str) -> Step:
     """Return the step to take first: record again, enter the values, or improve the model."""
     again = advice_to_record(fit)
-    return Step(again) if again else Step.of(ENTER if level == "usable" else _next(fit, usable=level != "measure_again")[0])
+    return Step(again) if again else Step.of(ENTER if level == "usable" else next_steps(fit, usable=level != "measure_again")[0])
+
+
+def why_only_similar(fit: Fit) -> str:
+    """Return why the values hold only for similar motions; empty if they hold in general."""
+    return f"These are effective values, valid only for similar motions, because {why_effective(fit)}." if fit.effective else ""
 
 
 def _merged(reasons: Sequence[str]) -> tuple[str, ...]:
@@ -183,75 +195,8 @@ def _for_the_drive(fit: Fit, table: Sequence[tuple[float, float]], axis: Axis | 
     return [lead, Block("table_beside", drive_rows(table, kind, axis), ("The same table in SI units, to be copied:", as_csv(table, kind)))]
 
 
-def answers(
-    identification: Identification,
-    simulation: SimulationResult | None,
-    following: Following | None,
-    axis: Axis | None = None,
-    *,
-    usable: bool = True,
-) -> list[tuple[str, list[str]]]:
-    """Return the five questions about an axis, each with a short answer."""
-    fit, kind = identification.best, identification.best.plant.kind
-    return answered(
-        misfit(fit),
-        _typed_in(fit, axis) if usable else ["no values yet: measure again first"],
-        gain_lines(simulation, following, kind),
-        _trust(fit),
-        _next(fit, usable=usable),
-    )
-
-
-def _typed_in(fit: Fit, axis: Axis | None) -> list[str]:
-    kind, levels, unit = fit.plant.kind, level_values(fit), unit_of("force", fit.plant.kind)
-    if not any(estimate.status in ("identified", "held") for estimate in fit.estimates if estimate.value):
-        return ["no values: no parameter was identified"]
-    if levels is None and fit.never_slid:
-        return ["no values: the log never slides, so it shows no level of friction. Record sliding motion"]
-    if levels is None:
-        return ["no values: a plant on a spring has no constant-velocity motion"]
-    units, is_open = drive_units(axis, kind), fit.inertia is not None and fit.inertia.status == "unidentifiable"
-    mass = ": not identified" if is_open else f" {fixed(levels.inertia, unit_of('mass', kind))}"
-    named = {"F+": levels.forward, "F\u2212": levels.backward, "constant": levels.constant or None}
-    named = {name: value for name, value in named.items() if value is not None}
-    words = [f"{name}{' ' if name == 'constant' else NO_BREAK}{fixed(value, unit)}" for name, value in named.items()]
-    sides = {"forward": levels.viscous_forward, "backward": levels.viscous_backward}
-    viscous = {name: fixed(value, unit_of("force*time/length", kind)) for name, value in sides.items() if value}
-    is_alike = len(set(viscous.values())) == 1
-    words += [f"viscous {next(iter(viscous.values()))}"] if is_alike else [f"viscous {name} {text}" for name, text in viscous.items()]
-    in_units = [f"that is {fixed(of_motor.of(levels.inertia), 'kg*m^2')} at the motor" for of_motor in units.inertias if not is_open]
-    for drive_unit in units.efforts:
-        values = (f"{name}{NO_BREAK}{short_text(drive_unit.of(value))}" for name, value in named.items())
-        in_units.append(f"in {typeset(drive_unit.name)}: {', '.join(values)}")
-    # The distance over which friction reverses.
-    distance = reversal_distance(fit.friction, float(np.max(np.abs(fit.traces.velocity))))
-    motor = [drive_unit for drive_unit in units.lengths if "motor" in drive_unit.name]
-    at_motor = "".join(f" ({number(drive_unit.of(distance), digits=2)} {drive_unit.name})" for drive_unit in motor)
-    turned = [f"after a reversal, 95 % of the friction builds up within {length_text(distance, kind)}{at_motor}"] if distance else []
-    return [
-        f"{'inertia' if kind == 'rotational' else 'mass'}{mass}",
-        f"{', '.join(words)}: these values are at most {fixed(levels.deviation, unit)} below the steady friction, never above it",
-        *in_units,
-        *turned,
-        "or use the table for the drive, below",
-    ]
-
-
-def _trust(fit: Fit) -> list[str]:
-    sought = [estimate for estimate in fit.estimates if estimate.status != "held"]
-    identified = [estimate for estimate in sought if estimate.status == "identified"]
-    if not identified:
-        return ["no parameter was identified"]
-    halves = {estimate.name: estimate.interval_percent for estimate in identified}
-    precise = [
-        f"{name} {'–' if half is None else f'± {number(half, digits=2)} %' if half < 100.0 else '≈ 0'}" for name, half in halves.items()
-    ]
-    widths = names_text(precise, 2 * NAMES_MAX) + (", below" if len(identified) > 2 * NAMES_MAX else "")
-    effective = f"effective values, valid only for similar motions, because {why_effective(fit)}" if fit.effective else ""
-    return [f"{len(identified)} of {len(sought)} parameters identified; 95 % intervals:", widths, effective]
-
-
-def _next(fit: Fit, *, usable: bool) -> list[str]:
+def next_steps(fit: Fit, *, usable: bool) -> list[str]:
+    """Return the next steps: how to record again, models with a missing force, motions for open parameters."""
     grave = (SENTENCES[doubt.code].advice for doubt in fit.diagnostics if doubt.severity == "error")
     lines = [advice for advice in dict.fromkeys(grave) if advice != "nothing"]
     models = [str(doubt.numbers["model"]) for doubt in fit.diagnostics if doubt.numbers.get("model")]

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from bristle.core import Kind, number, printable, scale_of, typeset, unit_of, with_unit
-from bristle.prediction import drive_units
+from bristle.prediction import drive_units, level_values
 from bristle.report.table import Quantity, Table, interval_text, short_text
 
 if TYPE_CHECKING:
@@ -33,6 +33,31 @@ USES = {
     "closure": "a simulation of small motions inside large ones",
     "dissipation": "a simulation that must not gain energy, friction feedforward along the measured motion",
 }
+
+
+# Quantity -> names in `LevelValues` with their labels.
+LEVELS = {
+    "force": {"forward": "Friction forward, F+", "backward": "Friction backward, F\u2212", "constant": "Constant force"},
+    "force*time/length": {"viscous_forward": "Viscous friction forward", "viscous_backward": "Viscous friction backward"},
+    "mass": {"inertia": "Mass or inertia"},
+}
+
+
+def values_to_enter(fit: Fit, axis: Axis | None) -> Table:
+    """Return friction, constant force and inertia for a drive without a table, in the units of the drive first."""
+    kind, levels, units, rows = fit.plant.kind, level_values(fit), drive_units(axis, fit.plant.kind), []
+    unknown = [estimate.name for estimate in fit.estimates if estimate.status == "unidentifiable"]
+    unknown = ["constant"] * ("offset" in unknown) + ["inertia"] * (fit.inertia is not None and fit.inertia.name in unknown)
+    for quantity, name, label in ((quantity, *named) for quantity, names in LEVELS.items() for named in names.items()):
+        if name not in unknown and (value := getattr(levels, name, None)):
+            words = [f"{number(unit.of(value), digits=3)} {typeset(printable(unit.name))}" for unit in units.of(quantity)]
+            rows.append((label, "; ".join(words), with_unit(value, unit_of(quantity, kind))))
+    below = (
+        ""
+        if levels is None
+        else f": at most {with_unit(levels.deviation, unit_of('force', kind))} below the steady friction, never above it"
+    )
+    return Table(f"Values to enter into the drive{below}", ("Value", "In the drive's units", "SI"), rows).without_empty_columns()
 
 
 def parameter_table(fit: Fit, axis: Axis | None = None) -> Table:

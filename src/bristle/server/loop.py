@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bristle import controllers
-from bristle.core import InputError, number, printable, typeset, unit_of
+from bristle.core import InputError, number
 from bristle.files import LOOP, NextExperiment, edited, form_of, key_of, write_whole
 from bristle.server.errand import Answer, Errand, as_table, thinned
 
@@ -17,15 +17,10 @@ if TYPE_CHECKING:
     from bristle.identification import Fit
     from bristle.logs import Log
     from bristle.prediction import Following
-    from bristle.report.table import Table
     from bristle.simulation import SimulationResult
 
 POINTS = 20  # of a drive table
 OF_LOOP = ("controller", "effort_limit", "lag", "seeks_lag", "presliding")  # fields of an axis that only its simulated loop uses
-# Quantity -> names in `LevelValues` with their labels.
-LEVELS = {"force": {"forward": "Friction forward, F+", "backward": "Friction backward, F\u2212", "constant": "Constant force"}}
-LEVELS |= {"force*time/length": {"viscous_forward": "Viscous friction forward", "viscous_backward": "Viscous friction backward"}}
-LEVELS |= {"mass": {"inertia": "Mass or inertia"}}
 
 
 def controller_fields() -> list[dict[str, Any]]:
@@ -77,7 +72,7 @@ def reason_without_loop(fit: Fit, axis: Axis, log: Log) -> str:
 def loop_view(errand: Errand, fit: Fit, axis: Axis, log: Log, simulated: tuple[Any, Any], *, usable: bool) -> dict[str, Any]:
     """Return the contents of step 6: the gain or why it is unknown, the values for the drive, the fields of the form."""
     from bristle.prediction import drive_table
-    from bristle.report.model_tables import drive_rows
+    from bristle.report.model_tables import drive_rows, values_to_enter
 
     kind, table = fit.plant.kind, drive_table(fit, POINTS)
     gain, reason = (None, reason_without_loop(fit, axis, log)) if simulated[0] is None else _gain(simulated[0], simulated[1])
@@ -85,7 +80,7 @@ def loop_view(errand: Errand, fit: Fit, axis: Axis, log: Log, simulated: tuple[A
     if not usable:
         return facts | {"gain": None, "reason": "the log does not determine the friction: measure again", "values": None, "drive": None}
     drive = as_table(drive_rows(table, kind, axis)) if table else None
-    return facts | {"gain": gain, "reason": reason, "values": as_table(_values(fit, axis)), "drive": drive}
+    return facts | {"gain": gain, "reason": reason, "values": as_table(values_to_enter(fit, axis)), "drive": drive}
 
 
 def _gain(simulation: SimulationResult, following: Following | None) -> tuple[dict[str, Any] | None, str]:
@@ -111,18 +106,3 @@ def _gain(simulation: SimulationResult, following: Following | None) -> tuple[di
     facts = {name: length_text(error.peak_to_peak, gain.kind) for name, error in sizes.items()} | {"caveat": gain.caveat}
     facts |= {"helps": times > 1.0 + NO_CHANGE, "times": number(times, digits=2 if times < 100.0 else 3)}
     return facts | {"error": thinned(run.sample_time * np.arange(error[0].size), *error)}, ""
-
-
-def _values(fit: Fit, axis: Axis) -> Table:
-    """Return friction, constant force and inertia, in the units of the drive first."""
-    from bristle.prediction import drive_units, level_values
-    from bristle.report.table import Table, fixed
-
-    kind, levels, units, rows = fit.plant.kind, level_values(fit), drive_units(axis, fit.plant.kind), []
-    unknown = [estimate.name for estimate in fit.estimates if estimate.status == "unidentifiable"]
-    unknown = ["constant"] * ("offset" in unknown) + ["inertia"] * (fit.inertia is not None and fit.inertia.name in unknown)
-    for quantity, name, label in ((quantity, *named) for quantity, names in LEVELS.items() for named in names.items()):
-        if name not in unknown and (value := getattr(levels, name, None)):
-            words = [f"{number(unit.of(value), digits=3)} {typeset(printable(unit.name))}" for unit in units.of(quantity)]
-            rows.append((label, "; ".join(words), fixed(value, unit_of(quantity, kind))))
-    return Table("Values to enter into the drive", ("Value", "In the drive's units", "SI"), rows)

@@ -139,19 +139,19 @@ def _command(name: str, files: Sequence[str], options: Mapping[str, str | None])
 
 def _findings(errand: Errand, identified: Identified, outcome: Outcome) -> dict[str, Any]:
     """Return the contents of the page: the verdict, the models, the loop."""
-    from bristle.report.identification import answers
-    from bristle.report.judgement import judged
+    from bristle.report.identification import next_steps
+    from bristle.report.judgement import judged, misfit
     from bristle.report.messages import warnings_of
     from bristle.report.model_tables import comparison_table, parameter_table
 
     best, kind = identified.best, identified.best.plant.kind
     judgement = judged(best, identified.settings, outcome.following)
     usable, loop = judgement.level != "measure_again", (outcome.simulation, outcome.following)
-    front = answers(identified, *loop, identified.axis, usable=usable)
     traces = best.traces
     return {
         "verdict": judgement.as_data(),
-        "answers": front,
+        "misfit": misfit(best),
+        "next": next_steps(best, usable=usable),
         "command": outcome.command,
         "kind": kind,
         "unfinished": identified.unfinished,

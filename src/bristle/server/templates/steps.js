@@ -13,18 +13,18 @@ function checkView(checked) {
 }
 
 function verdictView(found, state, { download, report }) {
-  const units = unitsOf(found.kind), old = state.parts.identified.old, [[, misfit], , , , [, next]] = found.answers;
+  const units = unitsOf(found.kind), old = state.parts.identified.old;
   return [
     old ? element("p", { class: "old", text: "The logs or the axis file have changed since this identification. Check the logs and identify again." }) : null,
     element("p", { class: `ruling ${found.verdict.level}`, id: "ruling", text: found.verdict.words }),
     found.unfinished ? element("p", { class: "alert", text: `Unfinished: ${found.unfinished}` }) : null,
-    element("p", {}, element("strong", { text: found.model }), ...withCode(`: ${misfit.join("; ")}.`)),
+    element("p", {}, element("strong", { text: found.model }), ...withCode(`: ${found.misfit.join("; ")}.`)),
     listOf(found.verdict.reasons),
     element("div", { class: "plots" }, effortPicture(found.time, units.force, "Effort of the log"), frictionPicture(found.velocity, units)),
     copied(found.parameters),
     found.warnings.length ? folded(`Warnings (${found.warnings.length})`, listOf(found.warnings)) : null,
     found.comparison ? folded("Models compared", tableOf(found.comparison)) : null,
-    listOf(next.map((step) => `Next: ${step}`)),
+    listOf(found.next.map((step) => `Next: ${step}`)),
     element("div", { id: "predicted" }),
     element("div", { class: "tools" }, button("Show the report", report, { id: "show-report" }), button("Download results.zip", download, { id: "results" })),
     element("p", { class: "note" }, "The same command in a terminal: ", element("code", { text: found.command })),
