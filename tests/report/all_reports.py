@@ -24,7 +24,8 @@ from bristle.report.operators import operator_prediction_report, operator_predic
 from bristle.report.page import plates
 from bristle.report.prediction import prediction_report, prediction_summary
 from bristle.report.simulation import simulation_report, simulation_summary
-from bristle.report.study import fleet_report, fleet_summary, study_report, study_summary
+from bristle.report.fleet import fleet_report, fleet_summary
+from bristle.report.study import study_report, study_summary
 from bristle.report.summary import identification_summary
 from bristle.study.store import Runs
 from bristle.testing.figures import example_facts

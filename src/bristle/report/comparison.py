@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from bristle.core import number, unit_of, with_unit
-from bristle.report.compensation import NO_CHANGE
+from bristle.report.cards import Card, Step
+from bristle.report.compensation import NO_CHANGE, change_text
 from bristle.report.log import log_facts
 from bristle.report.messages import as_data, message, picked
 from bristle.report.page import Block, Figures, Front, Ruling, Section, about, answered, report_page
@@ -27,6 +29,9 @@ WORDS = {
     "effort.peak": "Effort, largest in a cycle",
     "friction.level": "Friction level",
 }
+SHORT = {"root mean square": "rms", "largest in a cycle": "peak"}
+MOST_CARDS = 4
+MORE = "record ten cycles or more of each side, with the reference: `bristle compare before.csv after.csv --axis axis.toml`"
 HEADS = ("Quantity", "Before", "After", "Change", "95 % interval", "Verdict")
 
 
@@ -194,8 +199,31 @@ def _front(compared: Comparison, name: str, files: Mapping[str, str]) -> Front:
         if wording
         else ["also record the reference, and name its column in the axis file"],
     )
-    facts = about(*(f"{side}: {file}" for side, file in files.items() if file))
-    return Front(f"{name}: before and after", facts, comparison_ruling(compared), answers, "basis")
+    told = change or next(iter(compared.changes.values()), None)
+    arrow = " → ".join(filter(None, files.values()))
+    return Front(
+        f"{name}: before and after",
+        about(*(f"{side}: {file}" for side, file in files.items() if file)),
+        comparison_ruling(compared),
+        answers,
+        title=_title(told) if told else "",
+        basis=f"({arrow})" if arrow else "",
+        cards=[_card(each) for each in list(compared.changes.values())[:MOST_CARDS]],
+        next=Step.of(wording.advice if wording and "`" in wording.advice else MORE),
+    )
+
+
+def _title(change: Change) -> str:
+    word, _, statistic = WORDS[change.name].partition(", ")
+    return f"{word}: {change_text(change.before, change.after, partial(_text, change), SHORT.get(statistic, statistic))}"
+
+
+def _card(change: Change) -> Card:
+    """Return the change of a quantity, with its 95 % interval."""
+    ends, percent = change.interval_percent, CELLS["no_change"] if change.verdict == "no_change" else percent_of(change)
+    label = WORDS[change.name].replace("root mean square", "rms").replace("Following error after a reversal", "After a reversal")
+    remark = f"{_text(change, change.before)} → {_text(change, change.after)}"
+    return Card(label, percent, f"{remark} · {'no interval' if ends is None else f'95 % {interval_of(change)}'}")
 
 
 def _lines(compared: Comparison, groups: tuple[str, ...], otherwise: str) -> list[str]:

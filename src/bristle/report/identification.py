@@ -145,13 +145,7 @@ def identification_report(
 
 def headline(fit: Fit, gain: Gain | None) -> str:
     """Return the sentence over the large picture: the gain of friction feedforward, or the model error without a simulated gain."""
-    if gain is None:
-        return f"Model error {percent_text(fit.error_percent)}"
-    before, after = (step.peak_to_peak for step in gain.steps[-2:])
-    old, new = (length_text(length, gain.kind) for length in (before, after))
-    old = old.split(NO_BREAK)[0] if old.split(NO_BREAK)[1:] == new.split(NO_BREAK)[1:] else old
-    times = f", ×{number(before / after, digits=2)}" if 0.0 < after < 0.95 * before else ": no improvement"
-    return f"Friction feedforward: {old} → {new} peak to peak{times}"
+    return f"Model error {percent_text(fit.error_percent)}" if gain is None else gain.headline
 
 
 def _correlations(fit: Fit) -> Table:

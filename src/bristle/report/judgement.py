@@ -10,7 +10,7 @@ from bristle.report.sentences import SENTENCES
 from bristle.report.table import fixed, length_text, percent_text
 
 if TYPE_CHECKING:
-    from bristle.identification import Fit, Settings
+    from bristle.identification import Fit, Identification, Settings
     from bristle.prediction import Following
 
 LEVELS = {"usable": "Usable", "with_care": "Use with care", "measure_again": "Measure again"}  # the words of each level
@@ -135,6 +135,11 @@ def judged(fit: Fit, settings: Settings, following: Following | None = None) -> 
     level = "measure_again" if grave else "with_care" if doubts else "usable"
     remarks = [f"not identified, but with little effect on the force: {', '.join(little)}"] if little else []
     return Ruling(level, LEVELS[level], (*dict.fromkeys(grave), *doubts, *remarks))
+
+
+def level_of(identification: Identification) -> str:
+    """Return the level of the verdict on the best model of a log."""
+    return judged(identification.best, identification.settings).level
 
 
 def _error(fit: Fit) -> float:

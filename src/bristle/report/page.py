@@ -79,7 +79,6 @@ class Front(NamedTuple):
     facts: str
     ruling: Ruling | None = None
     answers: Sequence[tuple[str, Sequence[str]]] = ()
-    further: str = ""
     without_reasons: str = ""
     title: str = ""
     basis: str = ""
@@ -137,10 +136,10 @@ def about(*facts: str) -> str:
     return " · ".join((datetime.date.today().isoformat(), *filter(None, facts)))
 
 
-def answered(*answers: Iterable[str], third: str = QUESTIONS[2]) -> list[tuple[str, list[str]]]:
-    """Return the five questions, each with its non-empty lines; the third question may have another text."""
-    questions = (*QUESTIONS[:2], third, *QUESTIONS[3:])
-    return [(question, list(filter(None, lines))) for question, lines in zip(questions, answers, strict=True)]
+def answered(*answers: Iterable[str]) -> list[tuple[str, list[str]]]:
+    """Return the five questions, each with its non-empty lines; a question without an answer is left out."""
+    pairs = [(question, list(filter(None, lines))) for question, lines in zip(QUESTIONS, answers, strict=True)]
+    return [(question, lines) for question, lines in pairs if lines]
 
 
 def picture(
