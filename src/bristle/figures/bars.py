@@ -39,7 +39,8 @@ def draw_bars(axes: style.Axes, values: Sequence[float], unit: str, word: str, c
 @style.styled
 def named_bars(names: Sequence[str], values: Sequence[float], kind: Kind, alike: Sequence[bool]) -> Figure:
     """Return a bar of the following error for each name, grey or, if marked, blue."""
-    figure, (axes,) = style.named_rows([label(name).replace("_", " ") for name in names[:MOST]], across=SIDE)
+    texts = [label(name).replace("_", " ") for name in names[:MOST]]
+    figure, (axes,) = style.named_rows(texts, max(style.NAME, min(0.6, 2.4 / len(texts))), across=SIDE)
     colours = [LIGHT["with" if marked else "without"] for marked in alike[:MOST]]
     draw_bars(axes, values[:MOST], unit_of("length", kind), "Following error, peak to peak", colours)
     axes.set_ylabel("Loop")
@@ -67,7 +68,7 @@ CAUSES = ReportFigure(
     takes=("causes", "kind"),
     draw=lambda causes, kind: named_bars(list(causes), list(causes.values()), kind, [False] * len(causes)),
     alternative="Following error with all causes, and without each cause",
-    caption="Simulated error without each cause.",
+    caption="Error without each cause.",
 )
 
 
@@ -75,7 +76,7 @@ CAUSES = ReportFigure(
 def correlations(entries: Sequence[Mapping[str, Any]]) -> Figure:
     """Return rank correlations with their 95 % intervals; a filled point means that the interval excludes zero."""
     entries = sorted(entries, key=lambda entry: -abs(entry["value"]))[:MOST]
-    figure, (axes,) = style.named_rows([entry["cause"] for entry in entries], across=SIDE)
+    figure, (axes,) = style.named_rows([entry["cause"] for entry in entries], max(style.NAME, min(0.6, 2.4 / len(entries))), across=SIDE)
     for place, entry in enumerate(entries):
         low, high = entry["interval"]
         axes.plot([low, high], [place, place], color=LIGHT["with"], linewidth=style.WIDE, label="_95 % interval")

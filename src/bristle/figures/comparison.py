@@ -75,8 +75,9 @@ def change_at_reversal(compared: Comparison) -> Figure:
 def changes(compared: Comparison) -> Figure:
     """Return each change with its interval; a filled point means that the interval excludes zero."""
     told = _changes_with_interval(compared)
-    figure, (axes,) = style.named_rows([WORDS[change.name] for change in told], across=SIDE)
+    figure, (axes,) = style.named_rows([WORDS[change.name] for change in told], 0.22, across=SIDE)
     _draw_changes(axes, told)
+    axes.set_title("")
     return figure
 
 
@@ -195,7 +196,7 @@ CHANGED = ReportFigure(
     draw=changes,
     applies=lambda compared: bool(_changes_with_interval(compared)),
     alternative="Each change in percent, with its 95 % interval",
-    caption="Change in percent. Filled: the interval excludes zero.",
+    caption="Filled: a clear change.",
 )
 FRICTION = ReportFigure(
     name="friction",

@@ -68,7 +68,9 @@ def residuals(fit: Fit) -> Figure:
     mean, std = float(scaled.mean()), float(scaled.std())
     reach = 4.0 * std or 1.0
     edges = np.linspace(mean - reach, mean + reach, 41)
-    spread.stairs(style.shares(scaled, edges), edges, orientation="horizontal", fill=True, color=style.MEASURED["color"], alpha=0.5, label="residual")
+    spread.stairs(
+        style.shares(scaled, edges), edges, orientation="horizontal", fill=True, color=style.MEASURED["color"], alpha=0.5, label="residual"
+    )
     if std > 0.0:
         grid = np.linspace(edges[0], edges[-1], 121)
         normal = 100.0 * (edges[1] - edges[0]) * np.exp(-0.5 * ((grid - mean) / std) ** 2) / (std * sqrt(2.0 * pi))
@@ -164,8 +166,8 @@ PREDICTION = ReportFigure(
     takes=("prediction", "kind"),
     draw=prediction,
     alternative=lambda predicted, kind: f"Measured and predicted signals, {predicted.mode} mode",
-    caption=lambda predicted, kind: "Shaded: the 95 % band of the measurement." * any(
-        signal.half_width is not None for signal in _signals(predicted, kind)[:1]
+    caption=lambda predicted, kind: (
+        "Shaded: the 95 % band of the measurement." * any(signal.half_width is not None for signal in _signals(predicted, kind)[:1])
     ),
     applies=lambda predicted, kind: bool(_signals(predicted, kind)),
 )

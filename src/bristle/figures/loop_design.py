@@ -98,7 +98,7 @@ def loops_proposed(
     kind: Kind = "translational",
 ) -> Figure:
     """Return bars of the error, the effort and the least phase margin of each loop: the present loop grey, the others blue."""
-    figure, row = style.named_rows(names, max(style.PAIR, min(0.9, 3.5 / len(names))), style.NARROW, 3, between=0.2)
+    figure, row = style.named_rows(names, max(style.PAIR, min(1.2, 3.5 / len(names))), style.NARROW, 3, between=0.2)
     columns = [[np.nan if value is None else value for value in side] for side in (errors, efforts, phases)]
     units = (unit_of("length", kind), unit_of("force", kind), "")
     labels = ("Error, p-p", f"{style.effort_word(kind)}, rms", "Phase margin [°]")
@@ -122,7 +122,7 @@ PROPOSED = ReportFigure(
         design.experiment.kind,
     ),
     alternative="Following error, effort and smallest phase margin of the present loop and of the proposed loops",
-    caption="Grey: the present loop. Blue: proposed loops.",
+    caption="Blue: proposed.",
 )
 
 

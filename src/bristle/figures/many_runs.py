@@ -30,7 +30,7 @@ def study_spread(numbers: Mapping[str, Mapping[str, np.ndarray]], units: Sequenc
     """Return the distribution of each number, with its median and its quantiles at 5 and 95 %; a single number as a large picture."""
     grouped, alone = any(len(groups) > 1 for groups in numbers.values()), len(numbers) == 1
     if alone:
-        figure, (panels,) = style.panels(TALL, right=style.room_for(next(iter(numbers.values()))) if grouped else 0.12)
+        figure, (panels,) = style.panels(TALL, top=style.TOP if grouped else 0.12)
     else:
         figure, panels = style.grid_of(len(numbers), top=0.5 if grouped else 0.25)
     for axes, (word, groups), unit in zip(panels, numbers.items(), units, strict=True):
@@ -43,17 +43,19 @@ def study_spread(numbers: Mapping[str, Mapping[str, np.ndarray]], units: Sequenc
             share = style.shares(values * scale.factor, edges)
             if not grouped:
                 axes.stairs(share, edges, fill=True, color=style.BARS, label="_bars")
-            look = style.LINES[place % len(style.LINES)]
+            look = style.LINES[place % len(style.LINES)] if grouped else style.PREDICTED
             axes.stairs(share, edges, color=look["color"], linestyle=look["linestyle"], linewidth=1.1, label=name)
         if not grouped and pooled.size:
             low, median, high = np.quantile(pooled, (0.05, 0.5, 0.95)) * scale.factor
             axes.axvline(median, label="median", **style.DASHED)
             axes.axvspan(low, high, color=style.PALE, linewidth=0, zorder=0, label="90 % of the runs")
+            if alone:
+                axes.text(median, 0.97, " median", transform=axes.get_xaxis_transform(), color=style.INK, verticalalignment="top")
         axes.set(ylim=(0.0, None), xlabel=scale.label(shortened(word, style.LONGEST, AT_TICKS)), ylabel="Share of the runs [%]")
-    if grouped and alone:
-        style.label_lines(panels[0])
-    else:
+    if not alone:
         style.legend_in_corner(figure, panels[0])
+    elif grouped:
+        style.legend(panels[0])
     return figure
 
 
@@ -152,13 +154,15 @@ def _draw(axes: Axes, runs: Runs, name: str, strange_runs: np.ndarray, labels: S
     if labels:
         few = slice(None, None, -(-len(labels) // MOST_NAMES))
         texts = shortened_apart(list(labels), 1.0 if len(labels) <= TURNED else 0.7, AT_TICKS)
-        axes.set_xticks(number[few], texts[few], rotation=0 if len(labels) <= TURNED else 40, ha="center" if len(labels) <= TURNED else "right")
+        axes.set_xticks(
+            number[few], texts[few], rotation=0 if len(labels) <= TURNED else 40, ha="center" if len(labels) <= TURNED else "right"
+        )
     else:
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set_ylabel(scale.label(shortened(name.rpartition(".")[2], style.NARROW, AT_TICKS)))
 
 
-HOLLOW = "Hollow: an outlier, or a log to measure again. Arrow: beyond the panel."
+HOLLOW = "Hollow: outlier or measure again. Arrow: beyond the panel."
 FLEET = ReportFigure(
     name="fleet",
     takes=("fleet", "names", "apart", "labels", "again"),

@@ -83,11 +83,7 @@ def _parts(planned: ExcitationMotion) -> dict[str, slice]:
 
 
 FIGURE = ReportFigure(
-    name="motion",
-    takes="motion",
-    draw=motion,
-    alternative="Position over time, for each purpose",
-    caption="Each panel has its own scale.",
+    name="motion", takes="motion", draw=motion, alternative="Position over time, for each purpose", caption="Each panel has its own scale."
 )
 EXPECTED = ReportFigure(
     name="expected",

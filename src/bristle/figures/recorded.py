@@ -125,7 +125,10 @@ def curve_errors(curves: Sequence[tuple[np.ndarray, np.ndarray]], predicted: Seq
     """Return recorded minus predicted output over input."""
     figure, ((axes,),) = style.panels(LOW, across=SIDE, top=0.12)
     chosen = _some(curves, predicted)
-    length, (rest, word) = style.scale_for("length", kind, *(u for u, _, _ in chosen)), style.effort_scale(kind, *(f - g for _, f, g in chosen))
+    length, (rest, word) = (
+        style.scale_for("length", kind, *(u for u, _, _ in chosen)),
+        style.effort_scale(kind, *(f - g for _, f, g in chosen)),
+    )
     for u, f, f_predicted in chosen:
         axes.plot(u * length.factor, (f - f_predicted) * rest.factor, color=style.INK, linewidth=0.8)
     axes.set(xlabel=length.label(style.position_word(kind)), ylabel=rest.label(f"{word} error"))

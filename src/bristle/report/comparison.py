@@ -13,7 +13,7 @@ from bristle.report.log import log_facts
 from bristle.report.messages import as_data, message, picked
 from bristle.report.page import Block, Figures, Front, Ruling, Section, about, answered, report_page
 from bristle.report.sentences import SENTENCES
-from bristle.report.table import Table, fixed, length_text, percent_text
+from bristle.report.table import Table, capital, fixed, length_text, percent_text
 
 if TYPE_CHECKING:
     from bristle.comparison import Change, Comparison
@@ -50,7 +50,7 @@ class Wording(NamedTuple):
         return f"{'These logs do not show whether the change helped' if self.is_open else self.words}: {self.reason}."
 
 
-KEEP = "keep the change, and find the causes of the remaining error: `bristle identify AFTER --axis axis.toml`"
+KEEP = "keep the change, and identify the remaining friction: `bristle identify AFTER --axis axis.toml`"
 BACK = "undo the change, then `bristle identify BEFORE --axis axis.toml`"
 ZERO = "the 95 % interval of the change in following error contains zero"
 VERDICTS = {
@@ -81,9 +81,9 @@ def comparison_report(compared: Comparison, *, name: str, **options: Any) -> str
     friction = Table("Friction at the same speeds", ("Speed", *HEADS[1:]), rows) if rows else None
     sections = [
         Section("changes", "Changes", [change_table(compared)]),
-        Section("basis", "Basis and warnings", basis),
-        Section("courses", "Where they differ", [Figures("courses"), friction]),
-        Section("log", "The logs", [*logs, Block("items", notes)]),
+        Section("basis", "Basis and warnings", basis, "Basis"),
+        Section("courses", "Where they differ", [Figures("courses"), friction], "Courses"),
+        Section("log", "The logs", [*logs, Block("items", notes)], "Logs"),
     ]
     files = {side: logs[0].source.name.strip("<>") for side, logs in sides.items()}
     facts = {"comparison": compared, "log_name": ", ".join(filter(None, files.values()))}
@@ -186,8 +186,9 @@ def _front(compared: Comparison, name: str, files: Mapping[str, str]) -> Front:
     if change is not None and wording is not None and not wording.is_open:
         typed = f"no new values: keep the values from {'after' if change.verdict == 'lower' else 'before'} the change"
     partly = f"motion common to both: {percent_text(shared.before_percent)} before, {percent_text(shared.after_percent)} after"
+    ruling = comparison_ruling(compared)
     answers = answered(
-        _lines(compared, ("following_error", "reversals"), "no following error: the logs have no reference"),
+        [*ruling.reasons[:1]] + _lines(compared, ("following_error", "reversals"), "no following error: the logs have no reference"),
         [typed],
         _lines(compared, ("effort", "friction"), "no effort in these logs"),
         [
@@ -203,8 +204,8 @@ def _front(compared: Comparison, name: str, files: Mapping[str, str]) -> Front:
     arrow = " → ".join(filter(None, files.values()))
     return Front(
         f"{name}: before and after",
-        about(*(f"{side}: {file}" for side, file in files.items() if file)),
-        comparison_ruling(compared),
+        about(f"{shared.cycles_before} and {shared.cycles_after} {_pieces(compared)}"),
+        ruling.beyond_title if change else ruling,
         answers,
         title=_title(told) if told else "",
         basis=f"({arrow})" if arrow else "",
@@ -221,9 +222,9 @@ def _title(change: Change) -> str:
 def _card(change: Change) -> Card:
     """Return the change of a quantity, with its 95 % interval."""
     ends, percent = change.interval_percent, CELLS["no_change"] if change.verdict == "no_change" else percent_of(change)
-    label = WORDS[change.name].replace("root mean square", "rms").replace("Following error after a reversal", "After a reversal")
-    remark = f"{_text(change, change.before)} → {_text(change, change.after)}"
-    return Card(label, percent, f"{remark} · {'no interval' if ends is None else f'95 % {interval_of(change)}'}")
+    word, _, statistic = WORDS[change.name].partition(", ")
+    label = statistic if "reversal" in word else f"{word}, {SHORT.get(statistic, statistic)}" if statistic else word
+    return Card(capital(label), percent, "no interval" if ends is None else f"95 %: {interval_of(change)}")
 
 
 def _lines(compared: Comparison, groups: tuple[str, ...], otherwise: str) -> list[str]:

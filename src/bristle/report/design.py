@@ -119,7 +119,7 @@ def circle_table(design: Design) -> Table:
     return Table.of("The circle", rows)
 
 
-COPY = "copy the gains of the tab Gains into the experiment file: `bristle run EXPERIMENT.toml`"
+COPY = "copy these gains: `bristle run EXPERIMENT.toml`"
 MEASURE = "record the machine before and after: `bristle compare before.csv after.csv --axis axis.toml`"
 GAINS = """“Tuned” is the present law with new gains. They give a phase margin of 40° and a gain margin of two, for small and large
 motions. “With an observer” is a proportional-derivative law with a disturbance observer and the same margins. Both loops use
@@ -150,10 +150,10 @@ def design_report(design: Design, **options: Any) -> str:
         ]
     sections = [
         Section("gains", "Gains", [GAINS, proposal_table(design), *laws]),
-        Section("budget", "Causes of the error", errs),
-        Section("results", "Results", design_sentences(design)),
-        Section("margins", "Poles and margins", [MARGINS, margin_table(design), Figures("margins"), delay_table(design)]),
-        Section("circle", "A circle", circles),
+        Section("budget", "Causes of the error", errs, "Causes"),
+        Section("results", "Results", design_sentences(design), "Causes"),
+        Section("margins", "Poles and margins", [MARGINS, margin_table(design), Figures("margins"), delay_table(design)], "Margins"),
+        Section("circle", "A circle", circles, "Circle"),
     ]
     facts = {
         "design": design,
@@ -262,7 +262,7 @@ def _front(design: Design) -> Front:
     simulated = f"errors are simulated, {'one run' if runs == 1 else f'{runs} runs'} each, with the friction of the experiment file"
     title = f"{design.variant.name}, unchanged" if is_present else f"{chosen.name}, in place of the present loop"
     answers = answered(
-        quality,
+        quality if is_present else [_choice(design), *quality],
         [f"loop {title}", *law_lines(chosen.variant)],
         _cost(design),
         [
@@ -277,7 +277,8 @@ def _front(design: Design) -> Front:
     )
     facts = about(f"variant {design.variant.name}", f"law {design.variant.controller.name}")
     heading, step = f"{design.experiment.name}: the loop", Step.of(MEASURE if is_present else COPY)
-    return Front(heading, facts, design_ruling(design), answers, title=_title(design), basis="(simulated)", cards=_cards(design), next=step)
+    ruling = design_ruling(design) if is_present else design_ruling(design).beyond_title
+    return Front(heading, facts, ruling, answers, title=_title(design), basis="(simulated)", cards=_cards(design), next=step)
 
 
 def _title(design: Design) -> str:
@@ -285,7 +286,7 @@ def _title(design: Design) -> str:
     kind, chosen, present = design.experiment.kind, design.chosen, design.proposals[0]
     if chosen is not present and chosen.following_error is not None and present.following_error is not None:
         change = change_text(present.peak_to_peak, chosen.peak_to_peak, partial(length_text, kind=kind), "peak to peak")
-        return f"Loop {chosen.name}: following error {change}"
+        return f"Gains {chosen.name}: {change}"
     if not design.is_stable:
         return "The present loop is unstable"
     return capital(_margin_text(present.assessment.least_phase))
@@ -296,7 +297,7 @@ def _cards(design: Design) -> list[Card]:
     kind, chosen, present = design.experiment.kind, design.chosen, design.proposals[0]
     force, rows = unit_of("force", kind), []
     if chosen.following_error is not None:
-        rows.append(("Following error", length_text(chosen.peak_to_peak, kind), "peak to peak"))
+        rows.append(("Following error", length_text(chosen.peak_to_peak, kind), ""))
     if design.budget is not None and design.budget.entries:
         first = design.budget.entries[0]
         rows.append(("Main cause", first.cause, f"without it {length_text(first.without.peak_to_peak, kind)}"))

@@ -80,9 +80,9 @@ def excitation_report(excitation: Excitation, *, identify: str, **options: Any) 
         Block("facts", limits, ("Demands on the axis",)),
     ]
     sections = [
-        Section("motion", "The motion", motion),
-        Section("outlook", "Expected results", [None if rehearsal is None else outlook_table(excitation)]),
-        Section("assumptions", "Omissions and assumptions", [Block("items", excitation.notes)]),
+        Section("motion", "The motion", motion, "Motion"),
+        Section("outlook", "Expected results", [None if rehearsal is None else outlook_table(excitation)], "Outlook"),
+        Section("assumptions", "Omissions and assumptions", [Block("items", excitation.notes)], "Limits"),
     ]
     facts = {"motion": excitation.motion, "expected": None if rehearsal is None else rehearsal.friction}
     return report_page("excitation", facts, _front(excitation, identify), sections, **options)
@@ -217,12 +217,9 @@ def excitation_ruling(excitation: Excitation) -> Ruling:
         return Ruling("with_care", "Run it, with care", ("the motion was not rehearsed",))
     sought = _sought(excitation)
     groups = (
-        ("this motion would not determine {}", [estimate for estimate in sought if estimate.status in ("unidentifiable", "at_edge")]),
-        ("this motion would hardly determine {}: the intervals are as wide as the values", _sure(excitation, sure=False)),
-        (
-            "this motion would give biased values, with the true value outside the interval: {}",
-            [estimate for estimate in sought if _misses(estimate, rehearsal.truth.get(estimate.name))],
-        ),
+        ("not identified: {}", [estimate for estimate in sought if estimate.status in ("unidentifiable", "at_edge")]),
+        ("hardly identified: {}", _sure(excitation, sure=False)),
+        ("biased: {}", [estimate for estimate in sought if _misses(estimate, rehearsal.truth.get(estimate.name))]),
     )
     reasons = [text.format(", ".join(estimate.name for estimate in estimates)) for text, estimates in groups if estimates]
     if presliding is not None and rehearsal.lag > presliding:
@@ -261,22 +258,29 @@ def _front(excitation: Excitation, identify: str) -> Front:
     )
     travel, speed, _ = _limits(excitation)
     cards = [
-        Card(estimate.description.partition(",")[0].capitalize(), _value(estimate), estimate.name, estimate.interval_percent)
+        Card(
+            estimate.description.partition(",")[0].partition(" or ")[0].capitalize(),
+            _value(estimate),
+            estimate.name,
+            estimate.interval_percent,
+        )
         for estimate in sorted(sure, key=lambda estimate: estimate.interval_percent or 0.0)[:2]
     ]
-    cards += [Card(word.capitalize(), fixed(value, of), f"of {fixed(most, of)}" if most else "") for word, value, most, of in (travel, speed)]
+    cards += [
+        Card(word.capitalize(), fixed(value, of), f"of {fixed(most, of)}" if most else "") for word, value, most, of in (travel, speed)
+    ]
     sought = len(_sought(excitation))
-    title = f"This motion determines {len(sure)} of {sought} parameters" if sought else f"A motion of {motion.duration:.3g} s"
+    title = f"Determines {len(sure)} of {sought} parameters" if sought else f"A motion of {motion.duration:.3g} s"
     return Front(
         f"{excitation.axis.name}: a motion to run",
-        about(f"{motion.duration:.3g} s", "for the controller of the axis"),
+        about(f"{motion.duration:.3g} s"),
         excitation_ruling(excitation),
         answers,
         "In the rehearsal, the log of this motion determines every parameter.",
         title=title,
-        basis="(rehearsed in simulation)" if rehearsal else "(not rehearsed)",
+        basis="(rehearsed)" if rehearsal else "(not rehearsed)",
         cards=cards,
-        next=Step("Run motion.csv, record the channels of the axis file, then:", identify),
+        next=Step("Run motion.csv, then identify its log:", identify),
     )
 
 

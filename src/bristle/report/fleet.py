@@ -196,9 +196,9 @@ def fleet_report(runs: Runs, summary: Mapping[str, Any], *, command: str) -> str
     logs_apart = Table("Outliers among the logs", heads, rows) if rows else None
     sections = [
         Section("summary", "Summary", [Block("items", ruling.reasons), *fleet_sentences(summary)]),
-        Section("parameters", "The parameters", [Figures("parameters"), parameters_table(summary)]),
-        Section("apart", "Logs to check", [failed_logs_table(summary), logs_apart]),
-        Section("logs", "Every log", [_logs_table(runs, summary, names)]),
+        Section("parameters", "The parameters", [Figures("parameters"), parameters_table(summary)], "Parameters"),
+        Section("apart", "Logs to check", [failed_logs_table(summary), logs_apart], "Check"),
+        Section("logs", "Every log", [_logs_table(runs, summary, names)], "Logs"),
     ]
     facts = {
         "fleet": runs,

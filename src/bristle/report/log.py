@@ -123,10 +123,11 @@ def _front(log: Log, ruling: Ruling, segments: Sequence[Passage], name: str) -> 
     for segment in segments:
         times[segment.kind] = times.get(segment.kind, 0.0) + segment.end - segment.begin
     longest = sorted(times.items(), key=lambda entry: -entry[1])[:2]
-    contents = ", ".join(f"{KINDS[kind]} {fixed(time, 's')}" for kind, time in longest) or "the axis does not move"
+    contents = ", ".join(f"{KINDS[kind]} {fixed(time, 's')}" for kind, time in longest)
+    contents = contents or ("motion without a known pattern" if np.ptp(log.position.values) else "the axis does not move")
     speed = np.gradient(log.position.values, log.time.values) if log.velocity is None else log.velocity.values
     cards = [
-        Card("Stroke", fixed(float(np.ptp(log.position.values)), unit_of("length", kind)), f"column {log.position.column}"),
+        Card("Stroke", fixed(float(np.ptp(log.position.values)), unit_of("length", kind))),
         Card("Largest speed", fixed(float(np.max(np.abs(speed))), unit_of("length/time", kind))),
         Card("Effort", "–", "not recorded", open=True),
         Card("Sample time", fixed(log.sample_time, "s"), f"{len(log)} samples"),

@@ -130,9 +130,11 @@ def _front(prediction: OperatorPrediction, heading: str, recorded: Curves, fits:
     """Return the first page of an operator, identified or compared with further curves; `fits` are best first."""
     held_out, unit = fits[0].held_out if fits else None, unit_of("force", recorded.kind)
     curves = f"{len(recorded.curves)} {'curve' if len(recorded.curves) == 1 else 'curves'}"
+    ruling = operator_ruling(prediction.error_percent, held_out and held_out.mean_percent, fitted=bool(fits))
     then = "predict further curves: `bristle predict model.toml CURVES --axis axis.toml`"
     answers = answered(
         [
+            *ruling.reasons[:1],
             f"error {fixed(prediction.rmse, unit)} root mean square, at a full scale of {fixed(recorded.full_scale, unit)}",
             f"held-out error {percent_text(held_out.mean_percent)}, over {held_out.of}" if held_out is not None else "",
             *(
@@ -145,7 +147,6 @@ def _front(prediction: OperatorPrediction, heading: str, recorded: Curves, fits:
         [f"{curves}, each begins: {recorded.start}", *(list(filter(None, fits[0].notes))[:2] if fits else ())],
         [then if fits else MORE],
     )
-    ruling = operator_ruling(prediction.error_percent, held_out and held_out.mean_percent, fitted=bool(fits))
     error, basis = prediction.error_percent if held_out is None else held_out.mean_percent, recorded.source.name.strip("<>")
     cards = [
         Card("Error", fixed(prediction.rmse, unit), "rms"),
@@ -156,7 +157,7 @@ def _front(prediction: OperatorPrediction, heading: str, recorded: Curves, fits:
     return Front(
         heading,
         about(curves),
-        ruling,
+        ruling.beyond_title,
         answers,
         title=f"{'Operator' if held_out is None else 'Held-out'} error {percent_text(error)} of full scale",
         basis=f"({basis})" if basis else "",

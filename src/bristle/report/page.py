@@ -44,6 +44,11 @@ class Ruling(NamedTuple):
         """Return the verdict for JSON."""
         return self._asdict()
 
+    @property
+    def beyond_title(self) -> Ruling:
+        """The verdict without its first reason, if the title states that reason."""
+        return self._replace(reasons=self.reasons[1:])
+
 
 class Picture(NamedTuple):
     """A figure of a page: identifier, drawing, caption and log."""
@@ -210,7 +215,9 @@ def _pictures(kind: str, facts: Facts) -> tuple[dict[str, list[Picture]], list[M
             alternative, caption = (text if isinstance(text, str) else text(*arguments) for text in (figure.alternative, figure.caption))
             drawing = picture(figure.name, partial(figure.draw, *arguments), alternative, caption)
             # A prediction may be of another log than the report.
-            log = facts["prediction"].log if "prediction" in figure.needs else facts.get("log_name", "")
+            own, log = facts.get("log_name", ""), facts["prediction"].log if "prediction" in figure.needs else facts.get("log_name", "")
+            # The title of the first screen names its log.
+            log = "" if place.section in ("front", "beside") and log == own else log
             pictures[place.section].append(drawing._replace(log=log))
         except Exception as error:  # noqa: BLE001  (a fault of a figure costs no results)
             remark = f"the figure {place.name} is not drawn: {type(error).__name__}: {told_by(error)}".rstrip(": ")

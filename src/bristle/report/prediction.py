@@ -26,11 +26,11 @@ def prediction_report(
     errors = Block("facts", metrics_in_words(prediction), ("Errors, root mean square. Percentages are relative to the measured signal",))
     sections = [
         Section("metrics", "Errors", [errors, Block("items", notes)]),
-        Section("model", "The model", [component_table("The model", [("Plant", plant), ("Friction", friction)])]),
-        Section("log", "The log", [Block("facts", log_facts(log), ("Recorded channels",))]),
+        Section("model", "The model", [component_table("The model", [("Plant", plant), ("Friction", friction)])], "Model"),
+        Section("log", "The log", [Block("facts", log_facts(log), ("Recorded channels",))], "Log"),
     ]
     front = _front(prediction, friction, log, axis_name, own_log=own_log)
-    facts = {"prediction": prediction, "kind": log.kind, "log": log}
+    facts = {"prediction": prediction, "kind": log.kind, "log": log, "log_name": prediction.log}
     return report_page("prediction", facts, front, sections, **options)
 
 
@@ -131,17 +131,22 @@ def _front(prediction: Prediction, friction: Model, log: Log, name: str, *, own_
     if own_log:
         then = "predict a log of another motion: `bristle predict model.toml OTHER --axis axis.toml`"
     elif ruling.level == "usable":
-        then = "record the machine without and with this feedforward: `bristle compare before.csv after.csv --axis axis.toml`"
+        then = "record without and with this feedforward: `bristle compare before.csv after.csv --axis axis.toml`"
     answers = answered(
-        quality or ["the log has no signal to compare with the prediction"],
+        [*ruling.reasons[:1], *quality] if quality else ["the log has no signal to compare with the prediction"],
         ["no values from this model" if ruling.level == "no" else "no new values: use the values of the identification report"],
         [left],
         [f"{prediction.mode} mode: {MODES.get(prediction.mode, '')}", *(bands or ["the model has no uncertainty band"])],
         [*(line for line in dict.fromkeys(advice) if line != "nothing"), then],
     )
     source = log.source.name.strip("<>")
-    facts = about(f"log {source}, {fixed(log.duration, 's')}", f"model {friction.name}", f"{prediction.mode} mode")
-    title, cards, basis = _title(prediction, kind), _cards(prediction, kind), f"({source})" if source else ""
+    facts = about(f"log {source}, {fixed(log.duration, 's')}", f"model {friction.name}")
+    title, cards, basis = (
+        _title(prediction, kind),
+        _cards(prediction, kind),
+        f"({source}, {prediction.mode} mode)" if source else f"({prediction.mode} mode)",
+    )
+    ruling = ruling.beyond_title if quality and ruling.level != "no" else ruling
     return Front(f"{name}: is the model valid?", facts, ruling, answers, title=title, basis=basis, cards=cards, next=Step.of(then))
 
 
@@ -163,5 +168,7 @@ def _cards(prediction: Prediction, kind: Kind) -> list[Card]:
         cards.append(Card("Effort error, rms", rest, f"of {fixed(effort, unit_of('force', kind))}" if effort else ""))
     if isinstance(length, (int, float)):
         cards.append(Card("Position error, rms", length_text(float(length), kind)))
-    bands = [Card(f"{signal.capitalize()} inside the band", percent_text(share), "95 % band") for signal, share in _bands(prediction).items()]
-    return [*cards, *(bands or [Card("95 % band", "–", "the model has no band", open=True)])]
+    bands = [
+        Card(f"{signal.capitalize()} inside the band", percent_text(share), "95 % band") for signal, share in _bands(prediction).items()
+    ]
+    return [*cards, *(bands or [Card("95 % band", "–", "not in the model", open=True)])]

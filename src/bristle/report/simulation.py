@@ -40,10 +40,10 @@ def simulation_report(
     else:
         basis = ["The following error is reference minus encoder reading. The true error is reference minus true position."]
     sections = [
-        Section("variants", "Motions and efforts" if is_open else "Errors and efforts", [variant_table(result)]),
-        Section("results", "Results", [*(f"{warning}." for warning in warnings), *closing_sentences(result)]),
-        Section("directions", "Forward and backward", [None if is_open else direction_table(result)]),
-        Section("assumptions", "Simulated variants", [*basis, run_table(variants), *map(parts_table, variants)]),
+        Section("variants", "Motions and efforts" if is_open else "Errors and efforts", [variant_table(result)], "Variants"),
+        Section("results", "Results", [*(f"{warning}." for warning in warnings), *closing_sentences(result)], "Results"),
+        Section("directions", "Forward and backward", [None if is_open else direction_table(result)], "Variants"),
+        Section("assumptions", "Simulated variants", [*basis, run_table(variants), *map(parts_table, variants)], "Models"),
     ]
     front = _front(result, warnings if doubts is None else doubts)
     return report_page("simulation", facts, front, sections, **options)
@@ -118,7 +118,7 @@ def simulation_ruling(result: SimulationResult, warnings: Sequence[str] = ()) ->
 
 def _front(result: SimulationResult, warnings: Sequence[str]) -> Front:
     count, runs = len(result.experiment.variants) + len(result.refused), max((loop.runs for loop in result.variants.values()), default=0)
-    facts = about(f"simulated, {count} {'variant' if count == 1 else 'variants'}", f"mean of {runs} runs" if runs > 1 else "")
+    facts = about(f"{count} {'variant' if count == 1 else 'variants'}", f"mean of {runs} runs" if runs > 1 else "")
     rank = None if _is_open(result) else standing(result)
     if rank is not None:
         answers = _loop_answers(result, rank)
@@ -135,6 +135,8 @@ def _front(result: SimulationResult, warnings: Sequence[str]) -> Front:
         )
     advice = next((line for _, lines in answers[-1:] for line in lines if "`" in line), "")
     ruling, heading = simulation_ruling(result, warnings), f"{result.experiment.name}: simulated"
+    if rank is not None and rank.best is not rank.base and rank.instead in ruling.reasons[:1]:
+        ruling = ruling.beyond_title
     title, cards = _title(result, rank), _cards(result, rank)
     return Front(heading, facts, ruling, answers, title=title, basis="(simulated)", cards=cards, next=Step.of(advice) if advice else None)
 
@@ -163,10 +165,10 @@ def _cards(result: SimulationResult, rank: Standing | None) -> list[Card]:
     peak = best.following_error.peak_to_peak
     half = 100.0 * NORMAL_95 * float(spread) / math.sqrt(best.runs) / peak if spread and best.runs > 1 and peak else None
     swings = [_swing(result, loop) for loop in (best, base)]
-    cards = [Card("Following error", length_text(peak, kind), f"peak to peak, {best.name}", half)]
-    cards += [Card("Following error, rms", length_text(best.following_error.rms, kind), _instead(best, base, base.following_error.rms))]
+    cards = [Card("Error, peak to peak", length_text(peak, kind), best.name, half)]
+    cards += [Card("Error, rms", length_text(best.following_error.rms, kind), _instead(best, base, base.following_error.rms))]
     if swings[0] is not None and swings[1] is not None:
-        cards.append(Card("At the worst reversal", length_text(swings[0], kind), _instead(best, base, swings[1])))
+        cards.append(Card("Worst reversal", length_text(swings[0], kind), _instead(best, base, swings[1])))
     unit = unit_of("force", kind)
     return [*cards, Card("Effort, rms", fixed(best.effort_rms, unit), f"peak {fixed(best.effort_peak, unit)}")]
 
@@ -188,6 +190,7 @@ def _loop_answers(result: SimulationResult, rank: Standing) -> list[tuple[str, l
     limit = variant.run.effort_limit
     return answered(
         [
+            "" if is_base else rank.instead,
             f"following error {length_text(best.following_error.peak_to_peak, kind)} peak to peak, "
             f"{length_text(best.following_error.rms, kind)} root mean square ({best.name})",
             new and f"swing of the error at its worst reversal: {new}" + ("" if is_base else f" instead of {old}"),
@@ -204,7 +207,7 @@ def _loop_answers(result: SimulationResult, rank: Standing) -> list[tuple[str, l
             if best.runs > 1 and spread
             else "",
         ],
-        ["find the limits of this loop, and better gains: `bristle design EXPERIMENT.toml`"]
+        ["find better gains: `bristle design EXPERIMENT.toml`"]
         if is_base
         else [ON_THE_MACHINE, "find the causes of the remaining error: `bristle design EXPERIMENT.toml`"],
     )

@@ -182,9 +182,9 @@ def study_report(runs: Runs, summary: Mapping[str, Any], *, command: str, figure
     sections = [
         Section("results", "Results", study_sentences(summary)),
         Section("spread", "Distributions", [Figures("spread"), *spread_tables(summary)]),
-        Section("influence", "Influence of each cause", _influence_tables(summary)),
-        Section("worst", "The worst runs", [worst, failed]),
-        Section("files", "The files", [Table("Columns of the files in runs/", ("Column", "Role", "Unit"), columns)]),
+        Section("influence", "Influence of each cause", _influence_tables(summary), "Influence"),
+        Section("worst", "The worst runs", [worst, failed], "Worst"),
+        Section("files", "The files", [Table("Columns of the files in runs/", ("Column", "Role", "Unit"), columns)], "Files"),
     ]
     entries, points = {name: entry for name, entry in summary["metrics"].items() if entry["count"]}, _points_of_grid(runs)
     together = not described["grid"] or len(points) > 5
@@ -220,14 +220,16 @@ def _title_and_cards(summary: Mapping[str, Any], metric: str) -> tuple[str, list
     cards = [Card("Median", median), Card("95 % quantile", high, "", half), failures]
     if causes := [each for each in summary["rank_correlations"] if each["metric"] == metric]:
         first = max(causes, key=lambda each: abs(each["value"]))
-        cards.append(Card("Strongest cause", first["cause"], f"rank correlation {_signed(first['value'])}"))
-    return f"{capital(entry['description'])}: {low} to {high}", cards
+        cards.append(Card("Strongest cause", first["cause"], f"correlation {_signed(first['value'])}"))
+    return f"{capital(entry['description']).replace('root mean square', 'rms')}: {low} to {high}", cards
 
 
-def _next(summary: Mapping[str, Any], command: str) -> Step | None:
+def _next(summary: Mapping[str, Any], command: str) -> Step:
     if summary["done"] < summary["runs"]:
         return Step("Complete the study:", command)
-    return Step("Look at the worst run:", summary["worst"][0]["command"]) if summary["worst"] else None
+    return (
+        Step("Look at the worst run:", summary["worst"][0]["command"]) if summary["worst"] else Step("Repeat with other spreads:", command)
+    )
 
 
 def _influence_tables(summary: Mapping[str, Any]) -> list[Table]:
