@@ -61,21 +61,20 @@ def paper_front(figures: Sequence[Reproduced]) -> Front:
         ["to change its experiments: `bristle paper --write DIR`, then `bristle run DIR/set_a.toml`"],
         [cost],
         [
+            *ruling.reasons,
             "the rig differs in structure from the compensators of the paper: thirty elements with scatter",
             f"{len(ERRATA)} remarks on the printed paper, each with a test: {wrong}",
         ],
         ["your changes: `bristle paper --from DIR`", "your own axis: `bristle identify log.csv --axis axis.toml --model all`"],
     )
     facts = about("simulated rig", f"{len(figures)} {'figure' if len(figures) == 1 else 'figures'}")
-    all_hold, next_ = (
-        "Each claim holds, independently of the setup.",
-        Step.of("try your own axis: `bristle identify log.csv --axis axis.toml`"),
-    )
+    step = Step.of("try your own axis: `bristle identify log.csv --axis axis.toml`")
+    # The answers have the reasons, which are long.
+    short, without = ruling._replace(reasons=()), "" if ruling.reasons else "Each claim holds, independently of the setup."
+    front = Front(HEADING, facts, short, answers, without, next=step)
     if loop is None:
-        return Front(HEADING, facts, ruling, answers, all_hold, next=next_)
-    return Front(
-        HEADING, facts, ruling, answers, all_hold, _title(loop), "(simulated rig)", _cards(figures, loop), next_, "", [_picture(loop)]
-    )
+        return front
+    return front._replace(title=_title(loop), basis="(simulated rig)", cards=_cards(figures, loop), figures=[_picture(loop)])
 
 
 def _title(loop: Reproduced) -> str:
@@ -88,9 +87,7 @@ def _title(loop: Reproduced) -> str:
 def _cards(figures: Sequence[Reproduced], loop: Reproduced) -> list[Card]:
     """Return the number of claims that hold, and the errors here, each with that of the paper."""
     tested = [figure for figure in figures if figure.verdict != "shown"]
-    cards = [
-        Card("Claims that hold", f"{sum(figure.verdict == 'found' for figure in tested)} of {len(tested)}", "independent of the setup")
-    ]
+    cards = [Card("Claims that hold", f"{sum(figure.verdict == 'found' for figure in tested)} of {len(tested)}")]
     peaks, spreads = loop.numbers["peak_to_peak"], loop.numbers["peak_to_peak_spread"]
     for label, name, published in (("No compensator", BEFORE, BEFORE), ("Its compensator", PRINTED, COMPENSATED)):
         text = f"{with_spread(1e6 * peaks[name], 1e6 * spreads.get(name, 0.0))}\u00a0µm"

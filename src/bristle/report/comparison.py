@@ -188,7 +188,7 @@ def _front(compared: Comparison, name: str, files: Mapping[str, str]) -> Front:
     partly = f"motion common to both: {percent_text(shared.before_percent)} before, {percent_text(shared.after_percent)} after"
     ruling = comparison_ruling(compared)
     answers = answered(
-        [*ruling.reasons[:1]] + _lines(compared, ("following_error", "reversals"), "no following error: the logs have no reference"),
+        [*ruling.reasons[:1], *_lines(compared, ("following_error", "reversals"), "no following error: the logs have no reference")],
         [typed],
         _lines(compared, ("effort", "friction"), "no effort in these logs"),
         [

@@ -107,8 +107,9 @@ def outlook_table(excitation: Excitation) -> Table:
     rows = []
     for estimate in _sought(excitation):
         put_in = excitation.rehearsal.truth.get(estimate.name)
-        scale, half, error = scale_of(estimate.unit, put_in or estimate.value or 0.0), estimate.interval_percent, _error(estimate, put_in)
+        half, error = estimate.interval_percent, _error(estimate, put_in)
         known, at_zero = _is_known(estimate, put_in), put_in == 0.0
+        scale = scale_of(estimate.unit, estimate.value if known and estimate.value else put_in or 0.0)
         rows.append(
             {
                 "Parameter": estimate.name,
