@@ -22,7 +22,7 @@ def draw(name, bench):
         "effort_over_time": lambda: figures.fit.effort_over_time(best),
         "following_error": lambda: figures.following_error(bench.looped),
         "following_error_focus": lambda: figures.following_error(bench.looped, ("feedforward", "compensated")),
-        "friction_over_velocity": lambda: figures.first_page(best, curve),
+        "friction_over_velocity": lambda: figures.friction_over_velocity(best, curve),
         "prediction": lambda: figures.fit.prediction(bench.predicted, best.plant.kind),
         "residuals": lambda: figures.fit.residuals(best),
     }[name]()

@@ -9,7 +9,9 @@ from tests.figures.gallery import PLAIN, F, T, X, gallery, looped, simulated
 from tests.figures.looks import differences, frozen, look_of
 
 from bristle.figures import (
+    bars,
     comparison,
+    first_screen,
     fit,
     following_error,
     loop_design,
@@ -22,9 +24,22 @@ from bristle.figures import (
     small_multiples,
     style,
 )
+from bristle.palette import LIGHT
 
 DRAWS, FROZEN = gallery(), frozen()
-MODULES = (comparison, fit, inspect.getmodule(following_error), loop_design, loop_rows, many_runs, motion, preisach, recorded)
+MODULES = (
+    bars,
+    comparison,
+    first_screen,
+    fit,
+    inspect.getmodule(following_error),
+    loop_design,
+    loop_rows,
+    many_runs,
+    motion,
+    preisach,
+    recorded,
+)
 MODULES += (rig_layout, small_multiples)
 
 
@@ -55,10 +70,10 @@ def test_the_gallery_draws_every_figure():
 
 
 def test_figures_are_as_wide_as_the_page_and_their_lines_have_colors_of_the_style():
-    assert {figure["size"][0] for figure in FROZEN.values()} == {style.WIDTH}
+    assert {figure["size"][0] for figure in FROZEN.values()} == {style.WIDTH, first_screen.SIDE, 1.7 * style.WIDTH}
     lines = [artist for figure in FROZEN.values() for panel in figure["panels"] for artist in panel["artists"] if artist[0] == "line"]
     known = {look["color"] for look in (*style.LINES, style.AID, style.DASHED)}
-    assert sum(line[2] in known for line in lines) > 0.95 * len(lines)
+    assert sum(line[2] in known or line[2] in LIGHT.values() for line in lines) > 0.95 * len(lines)
 
 
 def with_values(item, **values):

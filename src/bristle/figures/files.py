@@ -154,7 +154,7 @@ def _rounded(tag: str) -> str:
 def _with_own_ids(tag: str, name: str, used: set[str]) -> str:
     """Return a tag with `name` before its identifiers, and without the identifier of an unused group."""
     tag = re.sub(r'<g id="(panel|curve)-(\d+)"', r'<g data-\1="\2"', tag)
-    tag = re.sub(r'<g id="[xy]tick_\d+"', "<g data-tick", tag)
+    tag = re.sub(r'<g id="[xy]tick_\d+"', '<g data-tick=""', tag)
     tag = re.sub(r'<g id="([^"]*)"', lambda match: match[0] if match[1] in used else "<g", tag)
     tag = re.sub(r'\bid="', f'id="{name}-', tag)
     return tag.replace('xlink:href="#', f'href="#{name}-').replace("url(#", f"url(#{name}-")

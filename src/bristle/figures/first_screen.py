@@ -82,7 +82,7 @@ def over_a_strip(names: Iterable[str], *, height: float = TALL) -> tuple[Figure,
 
 def as_strip(axes: style.Axes, window: np.ndarray | None = None) -> None:
     """Turn a panel into a narrow strip of the whole log, with the window of the large picture shaded."""
-    axes.set_ylabel("")
+    axes.yaxis.label.set_visible(False)
     axes.yaxis.set_ticks([])
     if window is not None:
         axes.axvspan(float(window[0]), float(window[-1]), color=LIGHT["ghost"], alpha=0.35, linewidth=0, zorder=0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -100,7 +100,9 @@ def fleet_parameters(
     again : sequence of int
         The logs to measure again, which are drawn hollow.
     """
-    figure, panels = style.grid_of(len(names), between=0.8, gap=0.9 if labels else 0.66, bottom=0.8 if labels else 0.46)
+    figure, panels = style.grid_of(
+        len(names), between=0.8, gap=1.15 if len(labels) > TURNED else 0.66, bottom=0.95 if len(labels) > TURNED else 0.46
+    )
     for axes, name in zip(panels, names, strict=True):
         _draw(axes, runs, name, np.union1d(apart[name], again).astype(int), labels)
     richest = max(panels, key=lambda axes: len(axes.get_legend_handles_labels()[1]))
@@ -113,8 +115,8 @@ def fleet_parameter(
     runs: Runs, name: str, apart: np.ndarray, labels: Sequence[str], again: Sequence[int] = (), *, large: bool = True
 ) -> Figure:
     """Return one parameter of a fleet, log by log, for the first screen; arguments as of `fleet_parameters`."""
-    size = {"across": style.WIDTH, "height": TALL} if large else {"across": SIDE, "height": LOW}
-    figure, ((axes,),) = style.panels(bottom=0.75, right=style.room_for(["median"]), top=0.12, **size)
+    size: dict[str, Any] = {"across": style.WIDTH, "height": TALL} if large else {"across": SIDE, "height": LOW}
+    figure, ((axes,),) = style.panels(bottom=0.95 if len(labels) > TURNED else 0.46, right=style.room_for(["median"]), top=0.12, **size)
     _draw(axes, runs, name, np.union1d(apart, again).astype(int), labels)
     style.label_lines(axes)
     return figure
@@ -125,12 +127,12 @@ def _draw(axes: Axes, runs: Runs, name: str, strange_runs: np.ndarray, labels: S
     tells = np.isfinite(columns[name]) & (columns[f"{name}.status"] == "identified")
     scale = scale_of(runs.described["columns"][name]["unit"], style.largest(np.median(np.abs(columns[name][tells]))))
     value, low, high = (columns[key] * scale.factor for key in (name, f"{name}.lower", f"{name}.upper"))
-    low, high = (np.where(np.isfinite(end), end, value) for end in (low, high))
+    low, high = np.fmin(low, value), np.fmax(high, value)
     strange = np.zeros(runs.count, dtype=bool)
     strange[strange_runs] = True
     # Whole intervals, as far as they lie within a few times the spread of the values.
     usual = tells & ~strange if (tells & ~strange).any() else tells
-    middle, ends = float(np.median(value[usual])), np.quantile(value[usual], (0.05, 0.95))
+    middle, ends = float(np.median(value[tells])), np.quantile(value[usual], (0.05, 0.95))
     spread = max(float(np.ptp(ends)), float(np.median(high[usual] - low[usual]))) or 0.1 * abs(middle) or 1.0
     reach = np.array([middle - REACH * spread, middle + REACH * spread])
     bottom, top = (float(edge(np.clip(side[tells], *reach))) for edge, side in ((np.min, low), (np.max, high)))
@@ -152,11 +154,8 @@ def _draw(axes: Axes, runs: Runs, name: str, strange_runs: np.ndarray, labels: S
         axes.scatter(number[chosen], np.full(chosen.sum(), height), marker=marker, transform=axes.get_xaxis_transform(), **look)
     axes.set(ylim=(bottom - edge, top + edge), xlim=(float(number.min()) - 0.6, float(number.max()) + 0.6), xlabel="Log")
     if labels:
-        few = slice(None, None, -(-len(labels) // MOST_NAMES))
-        texts = shortened_apart(list(labels), 1.0 if len(labels) <= TURNED else 0.7, AT_TICKS)
-        axes.set_xticks(
-            number[few], texts[few], rotation=0 if len(labels) <= TURNED else 40, ha="center" if len(labels) <= TURNED else "right"
-        )
+        few, turned = slice(None, None, -(-len(labels) // MOST_NAMES)), len(labels) > TURNED
+        axes.set_xticks(number[few], shortened_apart(list(labels), 0.5 if turned else 0.8, AT_TICKS)[few], rotation=90.0 * turned)
     else:
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set_ylabel(scale.label(shortened(name.rpartition(".")[2], style.NARROW, AT_TICKS)))
