@@ -123,7 +123,12 @@ def test_marks_are_smaller_for_many_logs(count, size):
 
 def test_first_screen_has_whole_intervals_names_of_logs_and_hollow_doubts():
     value = np.array([5.0, 5.1, 8.0])
-    columns = {"run": np.arange(3), "p": value, "p.lower": value - [0.1, 2.0, 40.0], "p.upper": value + [0.1, 2.0, 40.0]}
+    columns = {
+        "run": np.arange(3),
+        "p": value,
+        "p.lower": value - np.array([0.1, 2.0, 40.0]),
+        "p.upper": value + np.array([0.1, 2.0, 40.0]),
+    }
     columns["p.status"] = np.full(3, "identified")
     runs = Some(columns=columns, count=3, described={"columns": {"p": {"unit": "N"}}})
     (axes,) = fleet_parameter(runs, "p", np.array([], dtype=int), ["axis1", "axis2", "axis3"], [2]).axes

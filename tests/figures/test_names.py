@@ -22,6 +22,7 @@ NAMELESS = {
     "effort_over_time",
     "effort_over_velocity",
     "expected",
+    "fleet_parameter",
     "friction_after_reversals",
     "friction_over_speed",
     "friction_over_velocity",

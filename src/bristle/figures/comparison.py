@@ -35,8 +35,8 @@ POINTS: style.Look = {"color": AFTER["color"], "linestyle": "none", "marker": "o
 def comparison(compared: Comparison) -> Figure:
     """Return the differences of two logs: the mean cycle, the mean reversals, friction over speed, and the changes."""
     small = len(compared.turns) + bool(compared.friction_curve)
-    told = _changes_with_interval(compared)
-    figure, grid = _rows([0.55, 1.2, *([1.1] * bool(small))], told, 2, small)
+    changed = _changes_with_interval(compared)
+    figure, grid = _rows([0.55, 1.2, *([1.1] * bool(small))], changed, 2, small)
     motion, kind = compared.course.motion, compared.kind
     drawn = motion, {"color": style.INK, "linewidth": 1.0}, ""
     style.over_time(grid[0][0], compared.course.time, drawn, scale=style.scale_for("length", kind, motion), word=style.position_word(kind))
@@ -47,8 +47,8 @@ def comparison(compared: Comparison) -> Figure:
         if compared.friction_curve:
             _draw_friction(grid[2][-1], compared)
             grid[2][-1].set_title("friction")
-    if told:
-        _draw_changes(grid[-1][0], told)
+    if changed:
+        _draw_changes(grid[-1][0], changed)
     style.legend(grid[1][0])
     return figure
 
@@ -56,7 +56,7 @@ def comparison(compared: Comparison) -> Figure:
 @style.styled
 def change_at_reversal(compared: Comparison) -> Figure:
     """Return the mean at the worst reversal, or around the largest value of the motion, before and after; below, the mean cycle."""
-    figure, near, whole = over_a_strip(("before", "after"))
+    figure, near, strip = over_a_strip(("before", "after"))
     course, turns = compared.course, compared.turns
     if turns:
         worst = max(turns, key=lambda turn: float(np.ptp(turn.before)))
@@ -64,8 +64,8 @@ def change_at_reversal(compared: Comparison) -> Figure:
     else:
         part = style.window(course.time, course.before, 0.1)
         _draw_pair(near, course.time[part], course.before[part], course.after[part], compared)
-    _draw_pair(whole, course.time, course.before, course.after, compared)
-    as_strip(whole)
+    _draw_pair(strip, course.time, course.before, course.after, compared)
+    as_strip(strip)
     near.axhline(0.0, zorder=0, **style.AID)
     style.label_lines(near)
     return figure
@@ -74,9 +74,9 @@ def change_at_reversal(compared: Comparison) -> Figure:
 @style.styled
 def changes(compared: Comparison) -> Figure:
     """Return each change with its interval; a filled point means that the interval excludes zero."""
-    told = _changes_with_interval(compared)
-    figure, (axes,) = style.named_rows([WORDS[change.name] for change in told], 0.22, across=SIDE)
-    _draw_changes(axes, told)
+    changed = _changes_with_interval(compared)
+    figure, (axes,) = style.named_rows([WORDS[change.name] for change in changed], 0.22, across=SIDE)
+    _draw_changes(axes, changed)
     axes.set_title("")
     return figure
 
@@ -145,20 +145,20 @@ def _draw_turns(panels: Sequence[style.Axes], compared: Comparison) -> None:
     style.one_height(panels[: len(turns)])
 
 
-def _draw_changes(axes: style.Axes, changes_told: Sequence[Change]) -> None:
+def _draw_changes(axes: style.Axes, changed: Sequence[Change]) -> None:
     """Draw each change with its interval; a filled point means that the interval excludes zero."""
-    places = np.arange(len(changes_told), dtype=float)
-    ends = np.array([change.interval_percent for change in changes_told], dtype=float)
-    x = np.column_stack([ends, np.full(len(changes_told), np.nan)]).ravel()
+    places = np.arange(len(changed), dtype=float)
+    ends = np.array([change.interval_percent for change in changed], dtype=float)
+    x = np.column_stack([ends, np.full(len(changed), np.nan)]).ravel()
     axes.plot(x, np.repeat(places, 3), label="_95 % interval", color=AFTER["color"], linewidth=style.WIDE)
-    percents = np.array([change.change_percent for change in changes_told])
-    sure = np.array([change.verdict in ("lower", "higher") for change in changes_told])
+    percents = np.array([change.change_percent for change in changed])
+    sure = np.array([change.verdict in ("lower", "higher") for change in changed])
     for part, face, name in ((sure, POINTS["color"], "_change"), (~sure, LIGHT["ground"], "_no change detected")):
         if part.any():
             axes.plot(percents[part], places[part], label=name, markerfacecolor=face, **POINTS)
     axes.axvline(0.0, zorder=0, **style.AID)
-    axes.set_yticks(places, [WORDS[change.name] for change in changes_told])
-    axes.set(ylim=(len(changes_told) - 0.4, -0.6), ylabel="Quantity", xlabel="Change [%]", title="change, with its 95 % interval")
+    axes.set_yticks(places, [WORDS[change.name] for change in changed])
+    axes.set(ylim=(len(changed) - 0.4, -0.6), ylabel="Quantity", xlabel="Change [%]", title="change, with its 95 % interval")
 
 
 CHANGES = "each change in percent of the value before. The interval of a filled point excludes zero."

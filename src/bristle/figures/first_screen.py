@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
 from bristle.figures import style
-from bristle.figures.drawing import label
+from bristle.figures.drawing import label, shortened_apart
 from bristle.figures.following_error import at_worst_reversal, loops_of
 from bristle.figures.report_figure import ReportFigure
 from bristle.palette import LIGHT
@@ -52,6 +52,8 @@ def gain_at_reversal(
         The variant without and the variant with friction feedforward; or one variant.
     measured : ndarray, shape (sample,), optional
         Following error of the axis in the log [m or rad]; shown if it is not much larger than without friction feedforward.
+    height : float
+        Height of the figure [inch].
     labels : sequence of str
         Name of each variant in the figure.
     """
@@ -61,23 +63,23 @@ def gain_at_reversal(
         drawn = [by_name["measured"], *drawn]
     called = {"measured": "measured"} | dict(zip(names, labels, strict=False))
     looks = {"measured": PALE, names[0]: WITHOUT, names[-1]: WITH}
-    figure, near, whole = over_a_strip(called.values(), height=height)
+    figure, near, strip = over_a_strip(called.values(), height=height)
     kind, window = result.experiment.kind, at_worst_reversal(by_name[names[0]])
     scale = style.scale_for("length", kind, *(loop.error for loop in drawn), np.array([1e-6]))
-    for axes, part in ((near, (window[0], window[-1])), (whole, (-np.inf, np.inf))):
+    for axes, part in ((near, (window[0], window[-1])), (strip, (-np.inf, np.inf))):
         for loop in drawn:
             one = loop.between(*part)
             style.over_time(axes, one.time, (one.error, looks[loop.variant], called[loop.variant]), scale=scale, word="Following error")
     near.axhline(0.0, **style.AID)
-    as_strip(whole, window * style.time_scale(drawn[-1].time).factor)
+    as_strip(strip, window * style.time_scale(drawn[-1].time).factor)
     style.label_lines(near)
     return figure
 
 
 def over_a_strip(names: Iterable[str], *, height: float = TALL) -> tuple[Figure, style.Axes, style.Axes]:
     """Return a figure with a large panel, with room for the names of its lines at its right, over a narrow strip."""
-    figure, ((near,), (whole,)) = style.panels(height, rows=2, heights=(4.2, 1.0), right=style.room_for(names), gap=0.5, top=0.12)
-    return figure, near, whole
+    figure, ((near,), (strip,)) = style.panels(height, rows=2, heights=(4.2, 1.0), right=style.room_for(names), gap=0.5, top=0.12)
+    return figure, near, strip
 
 
 def as_strip(axes: style.Axes, window: np.ndarray | None = None) -> None:
@@ -99,7 +101,9 @@ GAIN = ReportFigure(
 AT_REVERSAL = ReportFigure(
     name="reversal",
     takes=("simulation", "at_reversal"),
-    draw=lambda simulation, names: gain_at_reversal(simulation, names, labels=[label(name).replace("_", " ") for name in names]),
+    draw=lambda simulation, names: gain_at_reversal(
+        simulation, names, labels=shortened_apart([label(name).replace("_", " ") for name in names], 1.2)
+    ),
     alternative=lambda simulation, names: f"Following error of {' and '.join(names)} at the worst reversal; below, the whole run",
     caption="",
 )
@@ -111,12 +115,12 @@ def effort_at_reversal(fit: Fit, *, height: float = TALL) -> Figure:
     traces, kind = fit.traces, fit.plant.kind
     position = np.cumsum(traces.velocity)
     part = worst_reversal(position, traces.measured) or style.window(traces.time, traces.residual, 0.05)
-    figure, near, whole = over_a_strip(["measured"], height=height)
+    figure, near, strip = over_a_strip(["measured"], height=height)
     scale, word = style.effort_scale(kind, traces.measured, traces.predicted)
-    for axes, chosen in ((near, part), (whole, slice(None))):
+    for axes, chosen in ((near, part), (strip, slice(None))):
         lines = (traces.measured[chosen], PALE, "measured"), (traces.predicted[chosen], WITH | {"linewidth": 1.4}, "model")
         style.over_time(axes, traces.time[chosen], *lines, scale=scale, word=word)
-    as_strip(whole, traces.time[part] * style.time_scale(traces.time).factor)
+    as_strip(strip, traces.time[part] * style.time_scale(traces.time).factor)
     style.label_lines(near)
     return figure
 

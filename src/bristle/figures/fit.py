@@ -122,27 +122,27 @@ class _Signal(NamedTuple):
 
 def _signals(predicted: Prediction, kind: Kind) -> list[_Signal]:
     """Return the signals that a mode predicts, effort first."""
-    found = []
+    signals = []
     if predicted.effort is not None and predicted.effort_predicted is not None:
-        found.append(_Signal(predicted.effort, predicted.effort_predicted, predicted.half_width, "force", style.effort_word(kind)))
+        signals.append(_Signal(predicted.effort, predicted.effort_predicted, predicted.half_width, "force", style.effort_word(kind)))
     if (position := predicted.position_predicted) is not None:
-        found.append(_Signal(predicted.position, position, predicted.position_half_width, "length", style.position_word(kind)))
-    return found
+        signals.append(_Signal(predicted.position, position, predicted.position_half_width, "length", style.position_word(kind)))
+    return signals
 
 
 @style.styled
 def prediction(predicted: Prediction, kind: Kind = "translational") -> Figure:
     """Return measured and predicted effort, or else position, around the largest difference, and below over the whole log."""
     signal, time = _signals(predicted, kind)[0], predicted.time
-    figure, near, whole = over_a_strip(["measured"])
+    figure, near, strip = over_a_strip(["measured"])
     scale, part = style.scale_for(signal.quantity, kind, signal.measured, signal.predicted), style.window(time, signal[0] - signal[1], 0.1)
-    for axes, chosen in ((near, part), (whole, slice(None))):
+    for axes, chosen in ((near, part), (strip, slice(None))):
         x, middle = time[chosen] * style.time_scale(time[chosen]).factor, signal.predicted[chosen] * scale.factor
         if signal.half_width is not None:
             draw_band(axes, x, middle, signal.half_width[chosen] * scale.factor)
         pair = (signal.measured[chosen], PALE, "measured"), (signal.predicted[chosen], WITH | {"linewidth": 1.4}, "model")
         style.over_time(axes, time[chosen], *pair, scale=scale, word=signal.word)
-    as_strip(whole, time[part] * style.time_scale(time).factor)
+    as_strip(strip, time[part] * style.time_scale(time).factor)
     style.label_lines(near)
     return figure
 

@@ -12,7 +12,7 @@ from matplotlib.ticker import NullLocator
 
 from bristle.core import Kind, Scale, Status
 from bristle.figures import style
-from bristle.figures.drawing import label
+from bristle.figures.drawing import label, shortened_apart
 from bristle.figures.report_figure import ReportFigure
 from bristle.simulation import SimulationResult, worst_reversal
 
@@ -178,12 +178,12 @@ def open_loop(result: SimulationResult) -> Figure:
     kind = result.experiment.kind
     force = style.effort_word(kind)
     words = (style.position_word(kind), "Velocity", f"Friction {force.lower()}", f"{force} of the drive")
-    names = [label(variant.name) for variant in variants]
+    names = shortened_apart([label(variant.name) for variant in variants], 1.2)
     figure, rows = style.panels(4.4, rows=2, columns=2, across=1.7 * style.WIDTH, right=style.room_for(names), top=0.12)
     for axes, word, (name, quantity) in zip(chain(*rows), words, QUANTITIES.items(), strict=True):
         scale = style.scale_for(quantity, kind, *(getattr(variant, name) for variant in variants))
         for number, variant in enumerate(variants):
-            signal = (getattr(variant, name), style.LINES[number % len(style.LINES)], label(variant.name))
+            signal = (getattr(variant, name), style.LINES[number % len(style.LINES)], names[number])
             style.over_time(axes, variant.time, signal, scale=scale, word=word)
     if len(variants) > 1:
         style.label_lines(rows[0][1])

@@ -132,7 +132,7 @@ def _draw(axes: Axes, runs: Runs, name: str, strange_runs: np.ndarray, labels: S
     strange[strange_runs] = True
     # Whole intervals, as far as they lie within a few times the spread of the values.
     usual = tells & ~strange if (tells & ~strange).any() else tells
-    middle, ends = float(np.median(value[tells])), np.quantile(value[usual], (0.05, 0.95))
+    middle, ends = float(np.median(value[tells])), np.quantile(value[usual], (0.1, 0.9))
     spread = max(float(np.ptp(ends)), float(np.median(high[usual] - low[usual]))) or 0.1 * abs(middle) or 1.0
     reach = np.array([middle - REACH * spread, middle + REACH * spread])
     bottom, top = (float(edge(np.clip(side[tells], *reach))) for edge, side in ((np.min, low), (np.max, high)))

@@ -112,7 +112,7 @@ def recorded_curves(curves: Sequence[tuple[np.ndarray, np.ndarray]], predicted: 
     figure, ((axes,),) = style.panels(TALL, right=style.room_for(["predicted"]), top=0.12)
     length = style.scale_for("length", kind, *(u for u, _ in curves))
     scale, word = style.effort_scale(kind, *(f for _, f in curves))
-    for number, (u, f, f_predicted) in enumerate(_some(curves, predicted)):
+    for number, (u, f, f_predicted) in enumerate(_thinned(curves, predicted)):
         axes.plot(u * length.factor, f * scale.factor, label="_recorded" if number else "recorded", **style.MEASURED)
         axes.plot(u * length.factor, f_predicted * scale.factor, label="_predicted" if number else "predicted", **style.PREDICTED)
     axes.set(xlabel=length.label(style.position_word(kind)), ylabel=scale.label(word))
@@ -124,7 +124,7 @@ def recorded_curves(curves: Sequence[tuple[np.ndarray, np.ndarray]], predicted: 
 def curve_errors(curves: Sequence[tuple[np.ndarray, np.ndarray]], predicted: Sequence[np.ndarray], kind: Kind) -> Figure:
     """Return recorded minus predicted output over input."""
     figure, ((axes,),) = style.panels(LOW, across=SIDE, top=0.12)
-    chosen = _some(curves, predicted)
+    chosen = _thinned(curves, predicted)
     length, (rest, word) = (
         style.scale_for("length", kind, *(u for u, _, _ in chosen)),
         style.effort_scale(kind, *(f - g for _, f, g in chosen)),
@@ -135,7 +135,7 @@ def curve_errors(curves: Sequence[tuple[np.ndarray, np.ndarray]], predicted: Seq
     return figure
 
 
-def _some(curves: Sequence[tuple[np.ndarray, np.ndarray]], predicted: Sequence[np.ndarray]) -> list[tuple[np.ndarray, ...]]:
+def _thinned(curves: Sequence[tuple[np.ndarray, np.ndarray]], predicted: Sequence[np.ndarray]) -> list[tuple[np.ndarray, ...]]:
     """Return input, recorded and predicted output of at most 24 curves."""
     return [(u, f, f_predicted) for (u, f), f_predicted in zip(curves, predicted, strict=True)][:: -(-len(curves) // 24)]
 
