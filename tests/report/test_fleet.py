@@ -125,6 +125,7 @@ def test_a_log_differs_if_its_interval_overlaps_less_than_half_of_the_others():
     assert differing(sisters(5.0, 5.1, 6.0).columns, "friction.F_C").tolist() == [2]
     assert differing(sisters(5.0, 5.39, 5.1).columns, "friction.F_C").tolist() == []
     assert differing(sisters(5.0, 6.0).columns, "friction.F_C").tolist() == [0, 1]
+    assert differing(sisters(5.0, 5.05, 5.1, 5.48).columns, "friction.F_C").tolist() == [3]
     wide = sisters(5.0, 5.1, 6.0)
     wide.columns["friction.F_C.lower"][2] = np.nan  # an unknown end excludes no value
     assert differing(wide.columns, "friction.F_C").tolist() == []
