@@ -11,7 +11,7 @@ from bristle import figures, hysteresis
 from bristle.comparison import Change, Course, Turn
 from bristle.core import Status
 from bristle.figures import loop_design, loop_rows, preisach, rig_layout, small_multiples
-from bristle.figures.following_error import loops_at_reversal, open_loop
+from bristle.figures.following_error import open_loop
 from bristle.identification.estimate import Estimate
 from bristle.logs.passages import Passage
 from bristle.loop import assess
@@ -22,9 +22,10 @@ X = 2e-2 * np.sin(3.0 * T)
 V = np.gradient(X, T)
 F = 8.0 * np.tanh(V / 2e-3) + 30.0 * V + 0.3 * np.sin(40.0 * T)
 
+LOG_NAMES = [f"log {k}" for k in range(20)]
 SPREAD = loop_rows.Spread(0.5, 0.4, 0.6, 0.3, 2.0)
 
-for _name in ("comparison", "fit", "loop_design", "many_runs", "motion", "recorded"):
+for _name in ("bars", "comparison", "first_screen", "fit", "loop_design", "many_runs", "motion", "recorded"):
     importlib.import_module(f"bristle.figures.{_name}")  # figures that reports alone have
 
 
@@ -89,7 +90,7 @@ def compared():
 
 def log():
     """A log with a loop in it, and what it contains."""
-    channels = {name: Some(values=values) for name, values in (("time", T), ("position", X), ("effort", F))}
+    channels = {name: Some(values=values) for name, values in (("time", T), ("position", X), ("velocity", V), ("effort", F))}
     result = [Passage("loops", slice(0, 500), 0.0, 2.5, 8), Passage("moves", slice(500, 801), 2.5, 4.0)]
     return Some(kind="translational", **channels), result
 
@@ -136,10 +137,17 @@ def gallery(names=PLAIN, many=None):
         "break_away": lambda: small_multiples.break_away(few, dict.fromkeys(names, 1e-5), 7e-6),
         "circles": lambda: loop_design.circles(circles_of(names), "translational"),
         "closure": lambda: figures.closure(traces, shares),
-        "comparison_in_short": lambda: figures.comparison.comparison_in_short(compared()),
+        "change_at_reversal": lambda: figures.comparison.change_at_reversal(compared()),
+        "changes": lambda: figures.comparison.changes(compared()),
         "comparison": lambda: figures.comparison.comparison(compared()),
         "control_effort": lambda: loop_rows.control_effort(simulated(names), 0.5, (1.0, 2.0)),
+        "correlations": lambda: figures.bars.correlations(
+            [{"cause": name, "value": 0.9 - k, "interval": (0.8 - k, 0.95 - k)} for k, name in enumerate(names)]
+        ),
+        "curve_errors": lambda: figures.recorded.curve_errors([(X, F)], [0.97 * F], "translational"),
         "drift": lambda: figures.drift(traces, dict.fromkeys(many, 3e-7)),
+        "effort_at_reversal": lambda: figures.first_screen.effort_at_reversal(best),
+        "effort_over_velocity": lambda: figures.recorded.effort_over_velocity(recorded[0]),
         "effort_over_time": lambda: figures.fit.effort_over_time(best),
         "error_distribution": lambda: loop_rows.error_distribution(simulated(names, 0.0), 0.5, 0.0),
         "error_over": lambda: loop_rows.error_over([2, 4], by_name, {"scatter of the rig": 1.0}, "Loops", "Error [%]", counted=True),
@@ -157,14 +165,18 @@ def gallery(names=PLAIN, many=None):
             {"Set A": {item: {"both": SPREAD}, other: {"both": SPREAD}}, "Set C": {item: {"both": SPREAD}}}, 0.5, "Error [µm]", "0.5 µm"
         ),
         "expected": lambda: figures.motion.expected(planned, F),
+        "fleet_parameter": lambda: figures.many_runs.fleet_parameter(
+            fleet(names)[0], item, np.array([3, 5]), [f"log {k}" for k in range(20)]
+        ),
         "fleet_parameters": lambda: figures.many_runs.fleet_parameters(*fleet(names)),
         "following_error": lambda: figures.following_error(looped(many)),
         "following_error_focus": lambda: figures.following_error(looped((*many, "wild")), many),
-        "gain_at_reversal": lambda: figures.gain_at_reversal(looped(many), (many[0], many[-1])),
+        "friction_after_reversals": lambda: figures.friction_after_reversals(best, 1e-3),
+        "friction_over_speed": lambda: figures.comparison.friction_over_speed(compared()),
         "friction_over_velocity": lambda: figures.friction_over_velocity(best, [(-0.1, -9.0), (0.1, 9.0)]),
-        "friction_after_reversals": lambda: figures.friction_after_reversals(best, 1e-4),
+        "gain_at_reversal": lambda: figures.gain_at_reversal(looped(names), names[:2]),
         "loop_family": lambda: small_multiples.loop_family({item: {item: loops, other: loops}, other: {item: loops}}),
-        "loops_at_reversal": lambda: loops_at_reversal(looped(names), names[:2]),
+        "loops_of_log": lambda: figures.recorded.loops_of_log(*recorded),
         "loops_proposed": lambda: figures.loop_design.loops_proposed(
             many, [3e-6 / (k + 1) for k in range(len(many))], [None] * len(many), [50.0] * len(many), 30.0
         ),
@@ -172,9 +184,13 @@ def gallery(names=PLAIN, many=None):
         "marked_path": lambda: small_multiples.marked_path(few, turns, "abc", message),
         "minor_loops": lambda: figures.minor_loops(traces),
         "motion": lambda: figures.motion.motion(planned),
+        "named_bars": lambda: figures.bars.named_bars(
+            many, [1e-6 * (k + 1) for k in range(len(many))], "translational", [True] * len(many)
+        ),
         "open_loop": lambda: open_loop(looped(many)),
         "passages": lambda: figures.recorded.passages(*recorded),
         "prediction": lambda: figures.fit.prediction(predicted()),
+        "prediction_error": lambda: figures.fit.prediction_error(predicted()),
         "preisach_plane": lambda: figures.preisach_plane(exact, [4e-5, -3e-5, 1e-5]),
         "preisach_stages": lambda: preisach.preisach_stages(exact, -6e-5, [4e-5, -3e-5, 2e-5, -1e-5]),
         "recorded_curves": lambda: figures.recorded.recorded_curves([(X, F)], [0.97 * F], "translational"),

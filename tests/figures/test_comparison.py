@@ -1,11 +1,14 @@
 """The figure of two logs: what is drawn where a log has no reference, no turns, or nothing sure."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from tests.figures.gallery import compared
+from tests.figures.gallery import T, compared
 
 from bristle.comparison import Change
-from bristle.figures.comparison import FIGURE, SHORT, comparison, comparison_in_short
+from bristle.figures.comparison import CHANGED, FIGURE, WORST, change_at_reversal, changes, comparison, friction_over_speed
+from bristle.palette import LIGHT
 
 
 def lines(axes):
@@ -32,10 +35,10 @@ def test_errors_are_drawn_with_a_reference_and_efforts_without():
     assert [label.get_text() for label in changes.get_yticklabels()] == ["effort, rms"]  # what has an interval
 
 
-def test_before_is_light_below_after():
+def test_before_is_grey_and_after_is_blue():
     errors = comparison(compared()).axes[1]
     before, after = lines(errors)["before"], lines(errors)["after"]
-    assert before.get_linewidth() > after.get_linewidth()
+    assert (before.get_color(), after.get_color()) == (LIGHT["without"], LIGHT["with"])
     assert before.get_ydata().max() == pytest.approx(10.0, rel=1e-3)
     assert after.get_ydata().max() == pytest.approx(8.0, rel=1e-3)
 
@@ -43,7 +46,7 @@ def test_before_is_light_below_after():
 def test_friction_has_a_mark_at_each_speed_before_and_after():
     friction = comparison(compared()).axes[-2]
     assert friction.get_title(loc="right") == "friction"
-    assert (friction.get_xlabel(), friction.get_ylabel()) == ("Speed [mm/s]", "Force [µN]")
+    assert (friction.get_xlabel(), friction.get_ylabel()) == ("Speed [mm/s]", "Friction force [µN]")
     assert lines(friction)["before"].get_data() == (pytest.approx([10.0, 50.0]), pytest.approx([20.0, 20.0]))
     assert lines(friction)["after"].get_ydata() == pytest.approx([21.0, 21.0])
     item = compared()
@@ -70,7 +73,7 @@ def test_a_full_point_has_an_interval_without_zero():
     sure, unsure = drawn["_change"], drawn["_no change detected"]
     assert sure.get_data() == (pytest.approx([-50.0]), pytest.approx([0.0]))
     assert unsure.get_data() == (pytest.approx([5.0]), pytest.approx([1.0]))
-    assert (sure.get_markerfacecolor(), unsure.get_markerfacecolor()) == (sure.get_color(), "white")
+    assert (sure.get_markerfacecolor(), unsure.get_markerfacecolor()) == (sure.get_color(), LIGHT["ground"])
     x, y = drawn["_95 % interval"].get_data()
     assert x[[0, 1, 3, 4]] == pytest.approx([value for item in compared().changes.values() for value in item.interval_percent])
     assert np.isnan(x[[2, 5]]).all()
@@ -78,25 +81,40 @@ def test_a_full_point_has_an_interval_without_zero():
     assert changes.get_ylim() == (1.6, -0.6)
 
 
-def test_the_short_figure_has_reversals_or_the_motion_above_the_changes():
-    turn, changes = comparison_in_short(compared()).axes
-    assert turn.get_title(loc="right") == "forward to backward"
-    assert changes.get_xlabel() == "Change [%]"
-    whole, _ = comparison_in_short(without_reference()).axes
-    assert whole.get_title(loc="right") == ""
+def test_the_large_picture_is_the_worst_reversal_or_the_largest_value_over_the_mean_cycle():
+    item = compared()
+    small = replace(item.turns[0], name="backward_to_forward", before=0.1 * item.turns[0].before)
+    item.turns = (small, *item.turns)
+    near, whole = change_at_reversal(item).axes
+    assert list(lines(near)) == ["before", "after", "_aid"]
+    drawn, turn = lines(near), item.turns[1]
+    assert drawn["before"].get_ydata().max() / drawn["after"].get_ydata().max() == pytest.approx(turn.before.max() / turn.after.max())
+    assert drawn["before"].get_ydata().max() == pytest.approx(1e9 * turn.before.max(), rel=1e-3)
+    assert {text.get_text() for text in near.texts} == {"before", "after"}
+    assert lines(whole)["before"].get_xdata()[-1] == pytest.approx(T[-1])
+    near, _ = change_at_reversal(without_reference()).axes
+    assert near.get_xlabel() == "Time [ms]"
+    assert np.ptp(lines(near)["before"].get_xdata()) < 200.0 * T[-1]
+    assert near.get_ylabel().startswith("Force")
+
+
+def test_changes_and_friction_are_small_pictures():
+    (axes,) = changes(compared()).axes
+    assert [label.get_text() for label in axes.get_yticklabels()] == ["error, rms", "friction"]
+    (axes,) = friction_over_speed(compared()).axes
+    assert {text.get_text() for text in axes.texts} == {"before", "after"}
     item = without_reference()
     item.changes.pop("effort.rms")
-    assert len(comparison_in_short(item).axes) == 1
+    assert not CHANGED.applies(item)
     assert len(comparison(item).axes) == 2
 
 
 def test_captions_name_the_panels():
     single, other = compared(), without_reference()
-    assert "of the following error: light before" in FIGURE.caption(single)
-    assert "of the effort: light before" in FIGURE.caption(other)
+    assert "of the following error: grey before" in FIGURE.caption(single)
+    assert "of the effort: grey before" in FIGURE.caption(other)
     assert ("around reversals" in FIGURE.caption(single), "around reversals" in FIGURE.caption(other)) == (True, False)
     assert ("at the same speeds" in FIGURE.caption(single), "at the same speeds" in FIGURE.caption(other)) == (True, False)
-    assert SHORT.caption(single).startswith("Above, the mean following error around reversals")
-    assert SHORT.caption(other).startswith("Above, the mean effort over the cycles")
     assert FIGURE.alternative(single).startswith("Following error and friction")
-    assert SHORT.alternative(other) == "Effort before and after, and each change"
+    assert WORST.alternative(single).startswith("Mean following error at the worst reversal")
+    assert WORST.alternative(other).startswith("Mean effort around its largest value")

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_hex
 from tests.figures.test_figures import assert_legible
 from tests.loop.conftest import loop
 from tests.loop.laws import rig
@@ -10,6 +11,7 @@ from bristle.figures import loop_design, rig_layout
 from bristle.figures.loop_design import margins
 from bristle.files.experiment import read_experiment
 from bristle.loop import assess, run_circles
+from bristle.palette import LIGHT
 from bristle.paper import EXPERIMENTS
 
 
@@ -62,12 +64,16 @@ def test_loops_are_bars_in_their_units_and_margins_show_the_usual_least():
     figure = loop_design.loops_proposed(["as it is", "wide"], [3e-6, None], [0.05, 0.04], [50.0, 20.0], 30.0, "rotational")
     *_, phase = figure.axes
     assert [axes.get_xlabel() for axes in figure.axes] == ["Error, p-p [µrad]", "Torque, rms [mN·m]", "Phase margin [°]"]
-    drawn = [[(bar.get_y() + 0.5 * bar.get_height(), bar.get_width(), bar.get_hatch()) for bar in axes.patches] for axes in figure.axes]
-    assert drawn[0] == [(0.0, pytest.approx(3.0), None)]
-    assert drawn[1] == [(0.0, pytest.approx(50.0), None), (1.0, pytest.approx(40.0), "////")]
+    drawn = [
+        [(bar.get_y() + 0.5 * bar.get_height(), bar.get_width(), to_hex(bar.get_facecolor())) for bar in axes.patches]
+        for axes in figure.axes
+    ]
+    assert drawn[0] == [(0.0, pytest.approx(3.0), LIGHT["without"])]
+    assert drawn[1] == [(0.0, pytest.approx(50.0), LIGHT["without"]), (1.0, pytest.approx(40.0), LIGHT["with"])]
     assert [width for _, width, _ in drawn[2]] == [50.0, 20.0]
+    assert [text.get_text() for axes in figure.axes for text in axes.texts] == [" 3.00 µrad", " 50.0 mN·m", " 40.0 mN·m", " 50.0", " 20.0"]
     assert phase.get_lines()[0].get_xdata()[0] == 30.0
-    assert [axes.get_xlim() for axes in figure.axes] == [pytest.approx((0.0, 1.08 * most)) for most in (3.0, 50.0, 50.0)]
+    assert [axes.get_xlim() for axes in figure.axes] == [pytest.approx((0.0, 1.45 * most)) for most in (3.0, 50.0, 50.0)]
     assert [axes.yaxis.label.get_visible() for axes in figure.axes] == [True, False, False]
     empty = loop_design.loops_proposed(["alone"], [None], [None], [None], 30.0)
-    assert [axes.get_xlim()[1] for axes in empty.axes] == pytest.approx([1.08] * 3)
+    assert [axes.get_xlim()[1] for axes in empty.axes] == pytest.approx([1.45] * 3)

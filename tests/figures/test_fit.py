@@ -1,6 +1,4 @@
-"""A fit and a prediction beside their log: branches of friction, signals close up, bands, residuals and their distribution."""
-
-from types import SimpleNamespace as Some
+"""A fit and a prediction beside their log: signals close up, bands, residuals and their distribution."""
 
 import numpy as np
 import pytest
@@ -9,42 +7,27 @@ from tests.figures.gallery import PLAIN, F, T, X, fit, predicted
 
 from bristle.figures import fit as figures
 
-WORDS = "The shading is the 95 % band of the measurement."
+WORDS = "Shaded: the 95 % band of the measurement."
 
 
 def lines(axes):
     return {line.get_label(): line for line in axes.get_lines()}
 
 
-def pair(half_width=None):
-    figure = Figure()
-    full, close = figure.subplots(2, 1)
-    effort = F.copy()
-    effort[400] += 50.0
-    figures.draw_pair(full, close, T, effort, F, "translational", half_width)
-    return full, close
-
-
-def test_the_close_up_is_around_the_largest_difference_and_shaded_above():
-    full, close = pair()
-    (shade,) = full.patches
-    low, high = (float(edge) for edge in (shade.get_x(), shade.get_x() + shade.get_width()))
-    assert low < T[400] < high
-    assert high - low == pytest.approx(T[39])
-    assert lines(close)["measured"].get_xdata()[[0, -1]] == pytest.approx([low, high])
-    assert not close.patches
-    assert not full.collections
-
-
-def test_a_band_lies_by_the_half_width_around_the_prediction():
-    full, close = pair(np.full(T.size, 2.0))
-    for axes in (full, close):
-        (band,) = axes.collections
-        corners = band.get_paths()[0].vertices
-        middle = lines(axes)["predicted"]
-        at = np.interp(corners[:, 0], middle.get_xdata(), middle.get_ydata())
-        assert np.abs(corners[:, 1] - at).max() == pytest.approx(2.0, abs=0.2)
-        assert band.get_label() == "95 % band"
+def test_a_prediction_is_drawn_around_the_largest_difference_in_its_band():
+    result = predicted()
+    result.effort = F.copy()
+    result.effort[400] += 50.0
+    near, whole = figures.prediction(result).axes
+    x = lines(near)["measured"].get_xdata()
+    assert x[0] < T[400] < x[-1]
+    (shade,) = whole.patches
+    assert (shade.get_x(), shade.get_x() + shade.get_width()) == pytest.approx((x[0], x[-1]))
+    (band,) = near.collections
+    corners, middle = band.get_paths()[0].vertices, lines(near)["model"]
+    at = np.interp(corners[:, 0], middle.get_xdata(), middle.get_ydata())
+    assert np.abs(corners[:, 1] - at).max() == pytest.approx(0.2, abs=0.02)
+    assert {text.get_text() for text in near.texts} == {"measured", "model"}
 
 
 def test_a_band_with_a_gap_has_a_single_name():
@@ -99,19 +82,18 @@ def test_no_lag_is_longer_than_the_longest_stretch():
     assert figures.autocorrelation(np.arange(3.0), np.full(3, np.nan))[0].size == 1
 
 
-@pytest.mark.parametrize(("effort", "position", "panels"), [(True, True, 4), (True, False, 2), (False, True, 2)])
-def test_a_prediction_shows_the_predicted_signals(effort, position, panels):
+@pytest.mark.parametrize(("effort", "position"), [(True, True), (True, False), (False, True)])
+def test_a_prediction_shows_the_predicted_signals(effort, position):
     result = predicted()
     if not effort:
         result.effort_predicted = None
     if not position:
         result.position_predicted = None
-    figure = figures.prediction(result)
-    assert len(figure.axes) == panels
-    assert figure.get_size_inches()[1] == pytest.approx(0.5 + 1.6 * panels)
-    labels = [axes.get_ylabel() for axes in figure.axes]
-    assert labels == ["Force [N]"] * (2 * effort) + ["Position [mm]", "Position error [µm]"] * position
+    assert figures.prediction(result).axes[0].get_ylabel() == ("Force [N]" if effort else "Position [mm]")
+    labels = [axes.get_ylabel() for axes in figures.prediction_error(result).axes]
+    assert labels == ["Force error [mN]"] * effort + ["Position error [µm]"] * position
     assert figures.PREDICTION.applies(result, "translational")
+    assert figures.ERROR.applies(result, "translational")
     result.effort_predicted = result.position_predicted = None
     assert not figures.PREDICTION.applies(result, "translational")
 
@@ -119,19 +101,16 @@ def test_a_prediction_shows_the_predicted_signals(effort, position, panels):
 def test_the_error_of_a_position_is_measured_minus_predicted_in_the_band():
     result = predicted()
     result.position_half_width = np.full(T.size, 1e-4)
-    *_, course, off = figures.prediction(result).axes
-    (error,) = (line for line in off.get_lines() if line.get_label().startswith("_"))
+    *_, off = figures.prediction_error(result).axes
+    (error,) = off.get_lines()
     assert error.get_ydata().max() == pytest.approx(1e6 * (0.01 * X).max(), rel=1e-3)
     assert np.sign(error.get_ydata()[20]) == np.sign(X[20])
     ends = off.collections[0].get_paths()[0].vertices[:, 1]
     assert (ends.min(), ends.max()) == pytest.approx((-100.0, 100.0))
-    corners = course.collections[0].get_paths()[0].vertices
-    assert corners[:, 1].max() == pytest.approx(1e3 * (0.99 * X.max() + 1e-4), rel=1e-3)
-    assert corners[:, 0].max() == pytest.approx(T[-1])
 
 
-@pytest.mark.parametrize(("effort", "position"), [(None, None), (1, None), (None, 1)])
-def test_a_caption_mentions_a_band_only_if_it_is_drawn(effort, position):
-    result = Some(half_width=effort, position_half_width=position, mode="inverse")
-    assert (WORDS in figures.PREDICTION.caption(result, "translational")) == (effort is not None or position is not None)
-    assert "inverse mode: " in figures.PREDICTION.caption(result, "translational")
+@pytest.mark.parametrize("band", [None, np.full(T.size, 0.2)])
+def test_a_caption_mentions_a_band_only_if_it_is_drawn(band):
+    result = predicted()
+    result.half_width = band
+    assert (figures.PREDICTION.caption(result, "translational") == WORDS) == (band is not None)

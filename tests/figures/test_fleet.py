@@ -8,7 +8,7 @@ from bristle.figures.many_runs import fleet_parameters
 
 def test_no_interval_is_clipped():
     runs, names, apart = fleet(["F_C", "M"])
-    runs.columns["F_C.upper"] = runs.columns["F_C"] + np.where(np.arange(20) == 12, 5.0, 0.3)
+    runs.columns["F_C.upper"] = runs.columns["F_C"] + np.where(np.arange(20) == 12, 3.0, 0.3)
     figure = fleet_parameters(runs, names, apart)
     for name, axes in zip(names, figure.axes, strict=False):
         bottom, top = axes.get_ylim()

@@ -9,7 +9,9 @@ from tests.figures.gallery import PLAIN, F, T, X, gallery, looped, simulated
 from tests.figures.looks import differences, frozen, look_of
 
 from bristle.figures import (
+    bars,
     comparison,
+    first_screen,
     fit,
     following_error,
     loop_design,
@@ -22,9 +24,22 @@ from bristle.figures import (
     small_multiples,
     style,
 )
+from bristle.palette import LIGHT
 
 DRAWS, FROZEN = gallery(), frozen()
-MODULES = (comparison, fit, inspect.getmodule(following_error), loop_design, loop_rows, many_runs, motion, preisach, recorded)
+MODULES = (
+    bars,
+    comparison,
+    first_screen,
+    fit,
+    inspect.getmodule(following_error),
+    loop_design,
+    loop_rows,
+    many_runs,
+    motion,
+    preisach,
+    recorded,
+)
 MODULES += (rig_layout, small_multiples)
 
 
@@ -55,10 +70,10 @@ def test_the_gallery_draws_every_figure():
 
 
 def test_figures_are_as_wide_as_the_page_and_their_lines_have_colors_of_the_style():
-    assert {figure["size"][0] for figure in FROZEN.values()} == {style.WIDTH}
+    assert {figure["size"][0] for figure in FROZEN.values()} == {style.WIDTH, first_screen.SIDE, 1.7 * style.WIDTH}
     lines = [artist for figure in FROZEN.values() for panel in figure["panels"] for artist in panel["artists"] if artist[0] == "line"]
     known = {look["color"] for look in (*style.LINES, style.AID, style.DASHED)}
-    assert sum(line[2] in known for line in lines) > 0.95 * len(lines)
+    assert sum(line[2] in known or line[2] in LIGHT.values() for line in lines) > 0.95 * len(lines)
 
 
 def with_values(item, **values):
@@ -77,9 +92,9 @@ def compared(**values):
     return comparison.comparison(with_values(made_up.compared(), **values)).axes
 
 
-def predicted(a, b):
+def predicted(a, b, **values):
     signals = {"effort": a * F, "effort_predicted": b * F, "position": a * X, "position_predicted": b * X}
-    return fit.prediction(with_values(made_up.predicted(), half_width=None, **signals)).axes
+    return fit.prediction(with_values(made_up.predicted(), half_width=None, **signals | values)).axes
 
 
 def turned(a, b):
@@ -113,13 +128,18 @@ SMALLER = {"N": "mN", "mm": "µm", "N·m": "mN·m"}
 UNITS = {
     "effort of a log": (fitted, 0, "y", "N"),
     "predicted effort": (predicted, 0, "y", "N"),
-    "predicted position": (predicted, 2, "y", "mm"),
+    "predicted position": (lambda a, b: predicted(a, b, effort=None), 0, "y", "mm"),
     "error over a cycle": (lambda a, b: compared(course=Some(time=T, motion=X, before=a * X, after=b * X)), 1, "y", "mm"),
     "error at a turn": (turned, 2, "y", "mm"),
     "friction at a speed": (lambda a, b: compared(friction_curve=[(0.01, Some(before=9.0 * a, after=9.0 * b))]), 3, "y", "N"),
     "recorded input": (covered, 0, "x", "mm"),
     "recorded output": (covered, 0, "y", "N"),
-    "difference of outputs": (covered, 1, "y", "N"),
+    "difference of outputs": (
+        lambda a, b: recorded.curve_errors([(a * X, a * F), (b * X, b * F)], [0.0 * F] * 2, "translational").axes,
+        0,
+        "y",
+        "N",
+    ),
     "effort of an open loop": (lambda a, b: FOLLOWED.open_loop(loops_of(looped(PLAIN), "effort", (a * F, b * F))).axes, 3, "y", "N"),
     "error of a loop": (lambda a, b: following_error(loops_of(looped(PLAIN), "measured", (X - a * X, X - b * X))).axes, 1, "y", "mm"),
     "effort of a loop": (lambda a, b: following_error(loops_of(looped(PLAIN), "effort", (a * F, b * F))).axes, -1, "y", "N"),

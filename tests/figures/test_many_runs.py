@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from tests.figures.gallery import fleet
 
-from bristle.figures.many_runs import FLEET, SPREAD, fleet_parameters, study_spread
+from bristle.figures.many_runs import FLEET, SPREAD, fleet_parameter, fleet_parameters, study_spread
+from bristle.palette import LIGHT
 
 
 def lines(axes):
@@ -40,8 +41,8 @@ def test_points_of_a_grid_are_lines_without_bars():
     axes = study_spread({"Way": {"1 Hz": np.arange(9.0), "2 Hz": 2.0 * np.arange(9.0)}}, ["m"]).axes[0]
     assert [patch.get_label() for patch in axes.patches] == ["1 Hz", "2 Hz"]
     assert not axes.get_lines()
-    assert study_spread({"a": {"x": np.arange(9.0)}}, ["m"]).get_size_inches()[1] == pytest.approx(0.25 + 2.2)
-    assert study_spread({"a": {"x": np.arange(9.0), "y": np.arange(9.0)}}, ["m"]).get_size_inches()[1] == pytest.approx(0.5 + 2.2)
+    assert study_spread({"a": {"x": np.arange(9.0)}}, ["m"]).get_size_inches()[1] == pytest.approx(4.4)
+    assert study_spread({"a": {"x": np.arange(9.0), "y": np.arange(9.0)}}, ["m"]).get_size_inches()[1] == pytest.approx(4.4)
 
 
 def test_runs_without_numbers_have_no_median():
@@ -56,7 +57,7 @@ def test_the_caption_of_a_study_depends_on_its_grid():
     assert SPREAD.caption(plain, spread).endswith("Shaded: the middle 90 % of the runs.")
     assert SPREAD.alternative(plain, spread) == "Distribution of m over the runs"
     assert SPREAD.draw(plain, spread).axes[0].get_xlabel() == "Way [m]"
-    assert FLEET.alternative(None, ["F_C", "M"], {}) == "F_C, M of each log with 95 % intervals"
+    assert FLEET.alternative(None, ["F_C", "M"], {}, [], []) == "F_C, M of each log with 95 % intervals"
 
 
 def drawn(**changes):
@@ -89,17 +90,17 @@ def test_the_median_is_that_of_logs_with_a_value():
     runs, axes = drawn()
     tells = np.isfinite(runs.columns["F_C"])
     assert lines(axes)["median"].get_ydata()[0] == pytest.approx(np.median(runs.columns["F_C"][tells]))
-    assert axes.get_xlim() == (-1.0, 20.0)
+    assert axes.get_xlim() == pytest.approx((-0.6, 19.6))
     assert axes.get_ylabel() == "F_C [N]"
 
 
 def test_every_log_has_its_interval_and_outliers_are_hollow():
     runs, axes = drawn()
     ordinary, apart = axes.containers
-    assert (ordinary.get_label(), apart.get_label()) == ("log, 95 % interval", "outlier")
+    assert (ordinary.get_label(), apart.get_label()) == ("_log, 95 % interval", "_outlier, or measure again")
     assert sorted(ordinary.lines[0].get_xdata()) == [k for k in range(20) if k not in (3, 5, 9)]
     assert apart.lines[0].get_xdata().tolist() == [5]
-    assert (ordinary.lines[0].get_fillstyle(), apart.lines[0].get_fillstyle()) == ("full", "none")
+    assert apart.lines[0].get_markerfacecolor() == LIGHT["ground"] != ordinary.lines[0].get_markerfacecolor()
     ends = np.array([segment[:, 1] for segment in ordinary.lines[2][0].get_segments()])
     assert ends[:, 1] - ends[:, 0] == pytest.approx(0.6)
     assert ends.mean(axis=1) == pytest.approx(runs.columns["F_C"][[k for k in range(20) if k not in (3, 5, 9)]])
@@ -118,3 +119,23 @@ def test_marks_are_smaller_for_many_logs(count, size):
     runs = Some(columns=columns, count=count, described={"columns": {"p": {"unit": "N"}}})
     axes = fleet_parameters(runs, ["p"], {"p": np.array([], dtype=int)}).axes[0]
     assert axes.containers[0].lines[0].get_markersize() == size
+
+
+def test_first_screen_has_whole_intervals_names_of_logs_and_hollow_doubts():
+    value = np.array([5.0, 5.1, 8.0])
+    columns = {
+        "run": np.arange(3),
+        "p": value,
+        "p.lower": value - np.array([0.1, 2.0, 40.0]),
+        "p.upper": value + np.array([0.1, 2.0, 40.0]),
+    }
+    columns["p.status"] = np.full(3, "identified")
+    runs = Some(columns=columns, count=3, described={"columns": {"p": {"unit": "N"}}})
+    (axes,) = fleet_parameter(runs, "p", np.array([], dtype=int), ["axis1", "axis2", "axis3"], [2]).axes
+    assert [tick.get_text() for tick in axes.get_xticklabels()] == ["axis1", "axis2", "axis3"]
+    low, high = axes.get_ylim()
+    assert low < 3.1
+    assert high > 7.1
+    assert (low, high) == pytest.approx((5.05 - 5.0 * 2.1, 5.05 + 5.0 * 2.1), abs=1.5)  # clipped at five times the spread
+    assert axes.containers[1].lines[0].get_markerfacecolor() == LIGHT["ground"]
+    assert [len(points) for points in marks(axes).values()] == [1, 1, 0]

@@ -37,7 +37,7 @@ def test_each_purpose_has_a_panel_in_which_the_motion_begins_at_zero():
     figure = motion(planned("presliding", "presliding", "stribeck"))
     first, second = figure.axes
     assert [axes.get_title(loc="right") for axes in figure.axes] == ["presliding", "stribeck"]
-    assert figure.get_size_inches()[1] == pytest.approx(0.35 + 2 * 1.6)
+    assert figure.get_size_inches()[1] == pytest.approx(0.32 + 2.2)
     assert (first.get_xlabel(), first.get_ylabel()) == ("Time [s]", "Position [mm]")
     line = first.get_lines()[0]
     assert line.get_xdata()[[0, -1]] == pytest.approx([0.0, 1.99])

@@ -82,7 +82,7 @@ def test_the_cost_is_the_effort_of_figure_14_if_present():
 
 def test_without_the_loop_the_results_are_listed():
     front = paper_front([rebuilt(3, "found")])
-    assert front.figure is None
+    assert not front.figures
     assert dict(front.answers)[QUESTIONS[0]] == ["It came out as 3"]
 
 

@@ -18,13 +18,14 @@ from bristle.prediction import drive_table
 from bristle.report.comparison import comparison_report, comparison_summary
 from bristle.report.design import design_report, design_summary
 from bristle.report.excitation import excitation_report, excitation_summary
+from bristle.report.fleet import fleet_report, fleet_summary
 from bristle.report.identification import identification_report
 from bristle.report.log import log_report, log_ruling
 from bristle.report.operators import operator_prediction_report, operator_prediction_summary
 from bristle.report.page import plates
 from bristle.report.prediction import prediction_report, prediction_summary
 from bristle.report.simulation import simulation_report, simulation_summary
-from bristle.report.study import fleet_report, fleet_summary, study_report, study_summary
+from bristle.report.study import study_report, study_summary
 from bristle.report.summary import identification_summary
 from bristle.study.store import Runs
 from bristle.testing.figures import example_facts

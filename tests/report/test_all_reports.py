@@ -2,6 +2,7 @@
 
 import re
 
+import numpy as np
 import pytest
 from tests.report.all_reports import DOUBTED, KINDS, LOGS, rendered, report_of, results
 from tests.report.pages import Page
@@ -14,7 +15,7 @@ from bristle.report.sentences import SENTENCES
 pytestmark = pytest.mark.slow
 
 OF_A_LOG = ("identification", "prediction", "log", "comparison", "operator")
-WITH_VERDICT = [kind for kind in KINDS if kind not in ("study", "fleet")]
+WITH_VERDICT = [kind for kind in KINDS if kind != "study"]
 
 
 def answer(page, question):
@@ -39,10 +40,64 @@ def test_report_is_well_formed_html_with_a_figure(kind):
 
 @pytest.mark.parametrize("kind", OF_A_LOG)
 def test_every_figure_names_its_log(kind):
-    captions = re.findall(r"<figcaption>(.*?)</figcaption>", report_of(kind)[0], re.DOTALL)
+    first, _, rest = report_of(kind)[0].partition('<div class="tabs">')
+    title = re.search(r"<small>\((.*?)\)</small>", first)[1]
+    assert all(name in title for name in (LOGS if kind == "comparison" else LOGS[:1]))
     names = ", ".join(LOGS) if kind == "comparison" else LOGS[0]
-    assert captions
-    assert all(caption.endswith(f" Log: {names}.") for caption in captions)
+    assert all(caption.endswith(f" Log: {names}.") for caption in re.findall(r"<figcaption>(.+?)</figcaption>", rest, re.DOTALL))
+
+
+MOST_WORDS = 60
+
+
+def first_screen(page):
+    """Everything above the tabs."""
+    return page.partition("<main>")[2].partition('<div class="tabs">')[0]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_first_screen_has_title_picture_cards_next_step_and_few_words(kind):
+    first = first_screen(report_of(kind)[0])
+    page = Page(re.sub(r"<(svg|code)\b.*?</\1>", " ", first, flags=re.DOTALL))
+    assert len(page.named("figure")) >= 1
+    assert re.search(r"\d", re.search(r"<h2>(.*?)</h2>", first, re.DOTALL)[1]) or kind == "log"
+    assert 1 <= first.count('<div class="card-of') <= 4
+    assert re.search(r'class="next"><strong>Next:</strong> .+? <code>bristle', first)
+    assert len(re.findall(r"[^\W\d]{2,}", " ".join(" ".join(page.text).split()))) <= MOST_WORDS
+
+
+def cards_of(kind):
+    """The cards of a first screen: the value of each by its label."""
+    found = re.findall(r'class="label">(.*?)</span>\s*<strong>(.*?)</strong>', first_screen(report_of(kind)[0]), re.DOTALL)
+    return {label: value.replace("\u00a0", " ") for label, value in found}
+
+
+def numbers_of_cards():
+    """A number of a card of each kind, and the same number of the results."""
+    facts, (_, runs, _), (_, logs, _) = results(), report_of("study"), report_of("fleet")
+    loops, metrics = facts["simulation"].variants, facts["prediction"].metrics
+    best = min(loops.values(), key=lambda loop: loop.following_error.peak_to_peak)
+    fit, log, chosen = facts["identification"].best, facts["log"], facts["design"].chosen
+    return {
+        "identification": ("Model error", "%", fit.error_percent),
+        "prediction": ("Effort error, rms", "mN", 1e3 * metrics["force_rmse"]),
+        "simulation": ("Error, peak to peak", "mm", 1e3 * best.following_error.peak_to_peak),
+        "log": ("Stroke", "mm", 1e3 * float(np.ptp(log.position.values))),
+        "design": ("Following error", "µm", 1e6 * chosen.peak_to_peak),
+        "comparison": ("Following error, peak", "%", facts["comparison"].changes["following_error.peak"].change_percent),
+        "excitation": ("Travel", "mm", 1e3 * float(np.ptp(facts["excitation"].motion.position))),
+        "study": ("Median", "µm", 1e6 * runs["metrics"]["following_error.rms"]["median"]),
+        "fleet": ("F_C", "N", logs["parameters"]["friction.F_C"]["median"]),
+        "operator": ("Error", "mN", 100.0),
+    }
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_number_of_a_card_is_that_of_the_results(kind):
+    label, unit, value = numbers_of_cards()[kind]
+    number, shown = cards_of(kind)[label].split()
+    assert shown == unit
+    assert float(number.replace("−", "-")) == pytest.approx(value, rel=6e-3)
 
 
 def test_measure_again_verdict_has_no_values_to_enter():
@@ -55,7 +110,7 @@ def test_measure_again_verdict_has_no_values_to_enter():
 @pytest.mark.parametrize("kind", WITH_VERDICT)
 def test_page_and_summary_have_the_same_verdict(kind):
     text, summary, _ = report_of(kind)
-    assert f'<div class="verdict {summary["verdict"]["level"]}">' in text
+    assert f'<strong class="pill {summary["verdict"]["level"]}">' in text
     words = Page(text).words
     assert all(Page(f"<p>{reason}</p>").words[:12] in words for reason in summary["verdict"]["reasons"][:4])
 

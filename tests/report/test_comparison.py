@@ -135,19 +135,29 @@ def test_first_page_has_gain_and_uncertainty():
     effort = change("effort.rms", 8.0, 9.0, (0.5, 1.5))
     page, lines = front((change(), turn, effort), before_percent=98.0)
     assert lines == [
-        ["Following error after a reversal, forward to backward: 30 µm after, 40 µm before (no clear change)"],
+        [
+            "following error, root mean square: 10 µm instead of 20 µm, −50 % (95 % interval −60 to −40 %)",
+            "Following error after a reversal, forward to backward: 30 µm after, 40 µm before (no clear change)",
+        ],
         ["no new values: keep the values from after the change"],
         ["Effort, root mean square: 9 N after, 8 N before (+12.5 %)"],
         ["8 cycles before, 9 after. Their scatter gives the intervals", "motion common to both: 98.0 % before, 100 % after"],
-        ["keep the change, and find the causes of the remaining error: `bristle identify AFTER --axis axis.toml`"],
+        ["keep the change, and identify the remaining friction: `bristle identify AFTER --axis axis.toml`"],
     ]
     assert page.heading == "axis: before and after"
-    assert page.facts.endswith("before: a.csv")
+    assert page.facts.endswith("8 and 9 cycles")
+    assert (page.title, page.basis) == ("Following error: 20 → 10\u00a0µm rms, ×2.0", "(a.csv)")
+    assert [(card.label, card.value, card.remark) for card in page.cards] == [
+        ("Following error, rms", "−50 %", "95 %: −60 to −40 %"),
+        ("Forward to backward", "no clear change", "95 %: −50 to +25 %"),
+        ("Effort, rms", "+12.5 %", "95 %: +6.2 to +18.8 %"),
+    ]
+    assert (page.next.text, page.next.command[:14]) == ("Keep the change, and identify the remaining friction", "bristle identi")
 
 
 def test_worse_change_advises_the_old_values():
     _, lines = front((HIGHER,), logs=1)
-    assert lines[0] == ["Following error, root mean square: 30 µm after, 20 µm before (+50 %)"]
+    assert lines[0][1:] == ["Following error, root mean square: 30 µm after, 20 µm before (+50 %)"]
     assert lines[1] == ["no new values: keep the values from before the change"]
     assert lines[2] == ["no effort in these logs"]
     assert lines[3][1:] == ["intervals lack the scatter between recordings, for example from temperature"]
@@ -161,7 +171,7 @@ def test_unclear_change_has_no_values_to_enter():
     for item in ((OPEN,), (ONCE,), ()):
         assert front(item)[1][1] == ["no values: these logs show no clear change"]
     assert front(())[1][4] == ["also record the reference, and name its column in the axis file"]
-    assert front(())[1][0] == ["no following error: the logs have no reference"]
+    assert front(())[1][0][1:] == ["no following error: the logs have no reference"]
     assert front((change(),), after_percent=98.9)[1][3][1:] == ["motion common to both: 100 % before, 98.9 % after"]
     assert front((change(),), after_percent=99.0)[1][3][1:] == []
 

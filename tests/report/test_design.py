@@ -322,6 +322,7 @@ def test_first_page_of_a_replaced_loop_has_gain_and_cost(monkeypatch):
     front, lines = lines_of(made(present, tuned, budget=budget(*ENTRIES, runs=3)))
     assert lines == [
         [
+            "the loop tuned has a following error of 2 µm instead of 8 µm, and keeps the margins",
             "stable, phase margin 45.0°",
             "following error 8 µm peak to peak, simulated",
             "main cause friction (the friction): without it, the error is 2 µm",
@@ -338,11 +339,14 @@ def test_first_page_of_a_replaced_loop_has_gain_and_cost(monkeypatch):
             "errors are simulated, 3 runs each, with the friction of the experiment file",
         ],
         [
-            "copy these gains (below) into the experiment file, then use `bristle run`",
-            "record the machine before and after, then `bristle compare`",
+            "copy these gains: `bristle run EXPERIMENT.toml`",
+            "record the machine before and after: `bristle compare before.csv after.csv --axis axis.toml`",
         ],
     ]
     assert front.heading == "bench: the loop"
+    assert front.title.replace("\u00a0", " ") == "Gains tuned: 8 → 2 µm peak to peak, ×4.0"
+    assert [card.value.replace("\u00a0", " ") for card in front.cards] == ["2 µm", "friction", "50.0°", "6 N"]
+    assert front.next.command == "bristle run EXPERIMENT.toml"
     assert front.facts.endswith("variant plain · law cascade")
 
 
@@ -352,7 +356,7 @@ def test_first_page_of_a_kept_loop_has_no_comparison(monkeypatch):
     assert lines[1] == ["loop plain, unchanged", "law"]
     assert lines[2] == ["effort, root mean square: 4 N", "effort of one encoder count: 500 mN"]
     assert "one run each" in lines[3][1]
-    assert lines[4] == ["record the machine before and after, then `bristle compare`"]
+    assert lines[4] == ["record the machine before and after: `bristle compare before.csv after.csv --axis axis.toml`"]
     _, lines = lines_of(made(proposal("as it is", None), budget=None, gain=UNSTABLE))
     assert lines[0] == ["the present loop is unstable"]
     assert len(lines[3]) == 1

@@ -76,7 +76,8 @@ def test_expected_results_have_found_and_true_values():
         "Remark": "",
     }
     assert (rows["b"]["Error [%]"], rows["b"]["Remark"]) == ("10", "true value outside the interval")
-    assert (rows["d"]["Remark"], rows["d"]["95 % interval [%]"], rows["d"]["Error [%]"]) == ("not identified", "–", "−50")
+    assert (rows["d"]["Remark"], rows["d"]["95 % interval [%]"], rows["d"]["Error [%]"]) == ("not identified", "–", "")
+    assert [rows[name]["Identified"] for name in "cd"] == ["not identified"] * 2
     assert (rows["f"]["True value"], rows["f"]["Error [%]"], rows["f"]["95 % interval [%]"]) == ("0", "", "–")
     unknown = outlook_table(excited((estimate("a", 5.0, half=math.inf),), truth={}))
     assert "True value" not in unknown.heads
@@ -123,16 +124,13 @@ def test_reasons_against_a_motion_name_the_parameters():
     ruling = excitation_ruling(excited(presliding=5e-7))
     assert ruling.level == "with_care"
     assert [reason.replace("\u00a0", " ") for reason in ruling.reasons] == [
-        "this motion would not determine d",
-        "this motion would hardly determine c: the intervals are as wide as the values",
-        "this motion would give biased values, with the true value outside the interval: b",
+        "not identified: d",
+        "hardly identified: c",
+        "biased: b",
         "raise the gains for this motion: the controller follows the pre-sliding loops only within 1 µm",
     ]
     edge = excitation_ruling(excited((estimate("a", 5.0, "at_edge"), estimate("b", 5.0, half=100.0))))
-    assert edge.reasons == (
-        "this motion would not determine a",
-        "this motion would hardly determine b: the intervals are as wide as the values",
-    )
+    assert edge.reasons == ("not identified: a", "hardly identified: b")
 
 
 @pytest.mark.parametrize(
@@ -174,7 +172,15 @@ def test_first_page_of_a_motion_lists_identifiable_parameters():
         ["run the motion, record the channels of the axis file, then `bristle identify LOG`"],
     ]
     assert front.heading == "stage: a motion to run"
-    assert front.facts.endswith("7 s · for the controller of the axis")
+    assert front.facts.endswith("7 s")
+    assert front.title == "Determines 2 of 5 parameters"
+    assert [(card.value.replace("\u00a0", " "), card.half) for card in front.cards] == [
+        ("5.00 N", 5.0),
+        ("5.50 N", 7.0),
+        ("60 mm", None),
+        ("200 mm/s", None),
+    ]
+    assert front.next.command == "bristle identify LOG"
     _, other = lines_of(excited((estimate("f", 3.0, half=None), *ESTIMATES[3:4]), truth={}, assumed=("M", "F_v"), loop=False))
     assert other[0][1] == "f"
     assert other[3] == [

@@ -114,7 +114,7 @@ def recorded(**changes):
         channel([1.0, -2.0, 3.0, 0.0], "N", "u"),
     )
     known = {"time": time, "position": position, "effort": effort, "reference": None, "kind": "translational", "sample_time": 1e-3}
-    known |= {"origin": Some(name="a.csv", checksum="0f"), "source": Some(name="<a.csv>"), "segments": (slice(0, 4),)}
+    known |= {"velocity": None, "origin": Some(name="a.csv", checksum="0f"), "source": Some(name="<a.csv>"), "segments": (slice(0, 4),)}
     known |= changes
     known["channels"] = lambda: [(name, known[name]) for name in ("time", "position", "effort") if known[name] is not None]
 
@@ -163,32 +163,34 @@ def test_errors_or_missing_effort_ask_to_correct_the_log(severities, effort, lev
         assert ruling.reasons[0] == "the log has no effort, so friction is unknown"
 
 
-def answers(log, segments=(), diagnostics=()):
-    return report._front(log, segments, diagnostics, "axis")
+def front_of(log, segments=(), diagnostics=()):
+    return report._front(log, report.log_ruling(log, diagnostics), segments, "axis")
 
 
 def test_first_page_of_a_log_has_durations_of_passages():
     segments = [Passage("moves", slice(0, 1), 0.0, 1.0), Passage("rest", slice(1, 2), 1.0, 3.0), Passage("moves", slice(2, 3), 3.0, 3.5)]
-    front = answers(recorded(), segments)
-    assert [[line.replace("\u00a0", " ") for line in lines] for _, lines in front.answers] == [
-        ["rest: 2 s", "ordinary moves: 1.5 s"],
-        ["the axis file needs no corrections"],
-        ["position spans 3 mm (column x)", "effort spans 5 N (column u)"],
-        ["4 samples in 1 stretch", "a sample every 1 ms (1000 Hz)", "without a reference, so the following error is unknown"],
-        ["fit models: `bristle identify a.csv --axis axis.toml --out results`"],
+    front = front_of(recorded(), segments)
+    assert (front.title.replace("\u00a0", " "), front.basis) == ("Rest 2 s, ordinary moves 1.5 s", "(a.csv)")
+    assert [(card.label, card.value.replace("\u00a0", " "), card.remark) for card in front.cards] == [
+        ("Stroke", "3 mm", ""),
+        ("Largest speed", "1.5 m/s", ""),
+        ("Effort, span", "5 N", "column u"),
+        ("Sample time", "1 ms", "4 samples"),
     ]
-    assert front.facts.replace("\u00a0", " ").endswith("log a.csv, 4 ms")
-    assert front.answers[2][0] == "Range and effort"
+    assert front.facts.replace("\u00a0", " ").endswith("log a.csv, 4 ms · no reference")
+    assert front.next.command == "bristle identify a.csv --axis axis.toml --out results"
+    assert front_of(recorded()).title == "Motion without a known pattern"
+    assert front_of(recorded(position=channel([1.0] * 4, "m", "x"))).title == "The axis does not move"
 
 
 def test_first_page_of_a_log_lists_corrections():
     log = recorded(effort=None, reference=1, segments=(1, 2))
-    lines = dict(answers(log, (), [diagnosed("clipped", "warning"), diagnosed("resampled", "note"), diagnosed("clipped", "error")]).answers)
-    assert lines["Is it good?"] == ["the axis does not move"]
-    assert lines["Values to enter"] == ["lower the acceleration, or widen the range of the channel"]
-    assert [line.replace("\u00a0", " ") for line in lines["Range and effort"]] == ["position spans 3 mm (column x)"]
-    assert lines["Can it be trusted?"][::2] == ["4 samples in 2 stretches", "with a reference, so the following error is known"]
-    assert lines["Next steps"] == ["correct the cause, then check the log again: `bristle log`"]
+    doubts = [diagnosed("clipped", "warning"), diagnosed("resampled", "note"), diagnosed("clipped", "error")]
+    front = front_of(log, (), doubts)
+    assert report._advice(doubts) == ["Lower the acceleration, or widen the range of the channel"]
+    assert (front.cards[2].value, front.cards[2].open, front.ruling.level) == ("–", True, "no")
+    assert (front.next.text, front.next.command) == ("Correct the cause, then check the log again:", "bristle log a.csv --axis axis.toml")
+    assert "no reference" not in front.facts
 
 
 def test_page_is_written_only_for_a_readable_log(tmp_path):

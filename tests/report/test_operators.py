@@ -65,28 +65,32 @@ def test_first_page_of_an_operator_lists_the_other_operators():
     front = report._front(FITS[0].prediction, "axis: preisach", RECORDED, FITS)
     lines = [[line.replace("\u00a0", " ") for line in lines] for _, lines in front.answers]
     assert lines == [
-        ["error 2 mN root mean square, at a full scale of 500 mN", "held-out error 3.25 %, over the last curve"],
+        [
+            "the error is 3.25 % of full scale on held-out curves",
+            "error 2 mN root mean square, at a full scale of 500 mN",
+            "held-out error 3.25 %, over the last curve",
+            "for comparison: 4.00 % by duhem",
+            "for comparison: 6.00 % by c",
+        ],
         ["the model file, model.toml"],
-        ["for comparison: 4.00 % by duhem", "for comparison: 6.00 % by c"],
         ["2 curves, each begins: demagnetised", "first", "second"],
         ["predict further curves: `bristle predict model.toml CURVES --axis axis.toml`"],
     ]
     assert front.ruling.level == "with_care"
     assert front.facts.endswith("2 curves")
+    assert front.title == "Held-out error 3.25\u00a0% of full scale"
+    assert [card.value.replace("\u00a0", " ") for card in front.cards][:2] == ["2 mN", "500 mN"]
+    assert front.next.command.startswith("bristle predict model.toml")
 
 
 def test_first_page_of_a_prediction_has_no_other_operators():
     single = Some(**vars(RECORDED) | {"curves": RECORDED.curves[:1]})
     front = report._front(FITS[0].prediction, "axis", single, ())
     lines = [lines for _, lines in front.answers]
-    assert [lines[1], lines[2], lines[4]] == [
-        ["no new values: use the same model file"],
-        ["no other operator was compared"],
-        ["record more curves in the regions of large error, and identify again"],
-    ]
-    assert lines[3] == ["1 curve, each begins: demagnetised"]
+    assert lines[1::2] == [["no new values: use the same model file"], [report.MORE]]
+    assert lines[2] == ["1 curve, each begins: demagnetised"]
     assert front.ruling.level == "usable"
-    assert len(lines[0]) == 1
+    assert len(lines[0]) == 2
 
 
 def test_summary_of_an_operator_has_the_constant_output():

@@ -102,25 +102,28 @@ def lines_of(prediction, **options):
 def test_first_page_has_the_remaining_effort_of_the_controller():
     front, lines = lines_of(predicted(inside_percent=94.4))
     assert lines == [
-        ["effort error 250 mN, root mean square"],
+        ["the error is 3.46 % of the effort of this log", "effort error 250 mN, root mean square"],
         ["no new values: use the values of the identification report"],
-        [MODES["inverse"], "with this feedforward the controller would supply 250 mN instead of 3.54 N, root mean square"],
-        ["94.4 % of the measured effort is inside the 95 % band"],
-        ["use the model as feedforward, record the machine without and with this feedforward, then `bristle compare`"],
+        ["with this feedforward the controller would supply 250 mN instead of 3.54 N, root mean square"],
+        [f"inverse mode: {MODES['inverse']}", "94.4 % of the measured effort is inside the 95 % band"],
+        ["record without and with this feedforward: `bristle compare before.csv after.csv --axis axis.toml`"],
     ]
-    assert plain([front.facts])[0].endswith("log a.csv, 4 s · model lugre · inverse mode")
-    assert front.answers[2][0] == "Mode of the prediction"
+    assert plain([front.facts])[0].endswith("log a.csv, 4 s · model lugre")
+    assert plain([front.title, front.basis]) == ["Prediction error: 3.46 % of the effort", "(a.csv, inverse mode)"]
+    assert [(card.label, *plain([card.value, card.remark])) for card in front.cards] == [
+        ("Effort error, rms", "250 mN", "of 3.54 N"),
+        ("Effort inside the band", "94.4 %", "95 % band"),
+    ]
+    assert front.next.command == "bristle compare before.csv after.csv --axis axis.toml"
 
 
 def test_first_page_has_the_largest_position_error():
     _, lines = lines_of(predicted("open-loop", metrics=LENGTHS, position_predicted=np.array([1e-6, 5e-6]), effort=None))
-    assert lines[0] == ["position error 0.400 µm, root mean square, 2 µm at most"]
-    assert lines[2] == [MODES["open-loop"]]
-    assert lines[3] == ["the model has no uncertainty band"]
-    assert lines_of(predicted(metrics=LENGTHS))[1][0] == ["position error 0.400 µm, root mean square"]
+    assert lines[0][1:] == ["position error 0.400 µm, root mean square, 2 µm at most"]
+    assert lines[2] == [f"open-loop mode: {MODES['open-loop']}", "the model has no uncertainty band"]
+    assert lines_of(predicted(metrics=LENGTHS))[1][0][1:] == ["position error 0.400 µm, root mean square"]
     assert lines_of(predicted(metrics={}))[1][0] == ["the log has no signal to compare with the prediction"]
-    assert len(lines_of(predicted("closed-loop"))[1][2]) == 1
-    assert len(lines_of(predicted(effort=None))[1][2]) == 1
+    assert [len(lines_of(each)[1]) for each in (predicted("closed-loop"), predicted(effort=None))] == [4, 4]
 
 
 def test_first_page_names_the_next_step():
@@ -129,11 +132,13 @@ def test_first_page_names_the_next_step():
         for code in ("short_stretch", "worse_than_none")
     )
     _, lines = lines_of(predicted(diagnostics=doubts))
-    assert lines[4] == [
+    assert lines[-1] == [
         "predict in another mode, or check model, units and signs",
-        "identify this log together with the first log: `bristle identify FIRST THIS --axis axis.toml`",
+        "identify both logs together: `bristle identify FIRST THIS --axis axis.toml`",
     ]
-    assert lines_of(predicted(), own_log=True)[1][4] == ["predict another log of this axis, with another motion"]
+    assert lines_of(predicted(), own_log=True)[1][-1] == [
+        "predict a log of another motion: `bristle predict model.toml OTHER --axis axis.toml`"
+    ]
     assert lines_of(predicted(metrics={"force_error_percent": 90.0}))[1][1] == ["no values from this model"]
 
 

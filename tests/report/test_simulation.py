@@ -88,6 +88,7 @@ def test_first_page_compares_the_best_loop_with_the_base():
     front, lines = lines_of(simulated(ran("base", 8e-6), ran("best", 2e-6, runs=3, spread=1e-7, effort=3.0), refused=["wild"]))
     assert lines == [
         [
+            "following error 2 µm (best) instead of 8 µm (base) peak to peak, 75 % less",
             "following error 2 µm peak to peak, 0.500 µm root mean square (best)",
             "swing of the error at its worst reversal: 2 µm instead of 8 µm",
         ],
@@ -96,17 +97,29 @@ def test_first_page_compares_the_best_loop_with_the_base():
         ["This is a simulation: confirm it on the machine.", "3 runs with different noise: standard deviation 0.100 µm"],
         [ON_THE_MACHINE, "find the causes of the remaining error: `bristle design EXPERIMENT.toml`"],
     ]
-    assert front.facts.endswith("simulated, 3 variants · mean of 3 runs")
+    assert front.facts.endswith("3 variants · mean of 3 runs")
+    assert front.title == "Following error: 8 → 2\u00a0µm peak to peak, ×4.0"
+    assert [(card.label, card.value.replace("\u00a0", " ")) for card in front.cards] == [
+        ("Error, peak to peak", "2 µm"),
+        ("Error, rms", "0.500 µm"),
+        ("Worst reversal", "2 µm"),
+        ("Effort, rms", "3 N"),
+    ]
+    assert front.cards[0].half == pytest.approx(100.0 * 1.96 * 1e-7 / 3**0.5 / 2e-6, rel=1e-3)
+    assert (front.next.text, front.next.command) == (
+        "Record the machine without and with compensation",
+        "bristle compare before.csv after.csv --axis axis.toml",
+    )
     assert front.heading == "bench: simulated"
 
 
 def test_first_page_of_a_single_loop_has_no_comparison():
     front, lines = lines_of(simulated(ran("base", 8e-6), limit=4.0))
-    assert front.facts.endswith("simulated, 1 variant")
+    assert front.facts.endswith("1 variant")
     assert lines[0][1] == "swing of the error at its worst reversal: 8 µm"
     assert lines[1][0] == "variant base, unchanged"
     assert lines[2] == ["effort 2 N root mean square, 4 N at its peak", "the drive is at its limit"]
-    assert lines[4] == ["find the limits of this loop, and better gains: `bristle design EXPERIMENT.toml`"]
+    assert lines[4] == ["find better gains: `bristle design EXPERIMENT.toml`"]
     assert len(lines_of(simulated(ran("base", 8e-6), limit=4.1))[1][2]) == 1
     assert len(lines_of(simulated(ran("base", 8e-6, runs=2)))[1][3]) == 1
 
@@ -186,4 +199,4 @@ def test_page_of_a_run_lists_the_simulated_parts(monkeypatch, is_open):
     assert assumptions.blocks[-3:] == ["run_table", "parts_table", "parts_table"]
     assert len(assumptions.blocks) == (6 if is_open else 4)
     assert (seen["open_loop"] is None, seen["focus"]) == (not is_open, None if is_open else ())
-    assert seen["at_reversal"] == (None if is_open else (["base", "best"], ["base", "best"]))
+    assert seen.get("at_reversal") == (None if is_open else ["base", "best"])

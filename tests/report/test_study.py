@@ -1,11 +1,10 @@
-"""The reports of a study and of a fleet, from made-up runs with known numbers."""
+"""The report of a study, from made-up runs with known numbers."""
 
 import numpy as np
 import pytest
-from tests.report.pages import Page
 
 from bristle.report import study as report
-from bristle.report.study import apart, fleet_sentences, fleet_summary, parameters_table, spread_tables, study_sentences, study_summary
+from bristle.report.study import spread_tables, study_sentences, study_summary
 from bristle.study.store import Runs
 
 COLUMNS = {
@@ -199,108 +198,16 @@ def test_figure_pools_many_points(reported, monkeypatch, points, together):
     assert ("points of a grid" in seen["page"][0].facts) is (points > 0)
 
 
-def fleet(values=(5.0, 5.1, 4.9, 5.0, 5.05, 9.0, np.nan), half=0.2):
-    """Logs with their levels of friction: one outlier, and a failure at the end."""
-    level = np.array(values)
-    count = level.size
-    columns = {
-        "run": np.arange(count),
-        "folder": np.array(["a"] * 4 + ["b"] * (count - 4)),
-        "log": np.array([f"{k}.csv" for k in range(count)]),
-        "status": np.where(np.isfinite(level), "ok", "refused"),
-        "reason": np.where(np.isfinite(level), "", "no effort"),
-        "diagnostics": np.array(["clipped, one_speed", "clipped", *[""] * (count - 2)]),
-        "held_out_error": 0.01 * np.arange(1.0, count + 1.0) + 0.0 * level,
-        "friction.F_C": level,
-        "friction.F_C.lower": level - half,
-        "friction.F_C.upper": level + half,
-        "friction.F_C.status": np.where(np.isfinite(level), "identified", ""),
-    }
-    columns |= {f"plant.M{end}": np.full(count, np.nan) for end in ("", ".lower", ".upper")} | {"plant.M.status": np.full(count, "held")}
-    about = {name: {"unit": unit, "description": text, "role": "parameter"} for name, unit, text in PARAMETERS}
-    described = {"name": "axes", "kind": "translational", "model": "coulomb", "runs": 9, "metrics": list(about), "columns": about}
-    return Runs(described, columns)
-
-
-PARAMETERS = (("friction.F_C", "N", "friction"), ("plant.M", "kg", "mass"))
-
-
-def test_fleet_has_its_sentences():
-    summary = fleet_summary(fleet(), provenance={})
-    assert fleet_sentences(summary) == [
-        "7 of 9 logs are complete: repeat the same command to continue.",
-        "6 of 7 logs were fitted, 1 failed.",
-        "Warnings of the fits: clipped in 2 logs, one_speed in 1 log.",
-        "Held-out error: median 3.5 %, largest 6 %.",
-        "Outliers among the logs: 1 from b in friction.F_C.",
-    ]
-    assert summary["failures"] == [{"run": 6, "folder": "b", "log": "6.csv", "status": "refused", "reason": "no effort"}]
-    sound = summary | {"logs": 7, "failures": [], "warnings": {"clipped": 0}, "held_out_error": {"median": None, "largest": None}}
-    assert fleet_sentences(sound | {"parameters": {}}) == ["7 of 7 logs were fitted."]
-
-
-def test_parameter_of_a_fleet_has_quantiles_and_half_width():
-    summary = fleet_summary(fleet(), provenance={})
-    level, mass = summary["parameters"]["friction.F_C"], summary["parameters"]["plant.M"]
-    assert [level[key] for key in ("count", "low", "median", "high", "half_width")] == pytest.approx([6, 4.925, 5.025, 8.025, 0.2])
-    assert level["apart"] == [{"run": 5, "folder": "b", "log": "5.csv", "value": 9.0}]
-    assert [mass[key] for key in ("count", "low", "median", "half_width", "apart")] == [0, None, None, None, []]
-    table = parameters_table(summary)
-    assert table.rows == [["friction.F_C", "6", "N", "4.93", "5.03", "8.03", "0.20"], ["plant.M", "0", *[""] * 5]]
-    assert (summary["held_out_error"]["median"], summary["held_out_error"]["largest"]) == pytest.approx((0.035, 0.06))
-
-
-@pytest.mark.parametrize(("count", "far"), [(4, []), (5, [0])])
-def test_fewer_than_five_logs_have_no_outliers(count, far):
-    columns = fleet((9.0, 5.0, 5.1, 4.9, 5.0)[:count]).columns
-    assert apart(columns, "friction.F_C").tolist() == far
-
-
-def test_farthest_outlier_comes_first():
-    columns = fleet((5.0, 5.1, 4.9, 5.0, 5.05, 9.0, 1.0, 30.0)).columns
-    assert apart(columns, "friction.F_C").tolist() == [7, 6, 5]
-    wide = fleet((5.0, 5.1, 4.9, 5.0, 5.05, 9.0, 1.0, 30.0), half=10.0).columns  # within three and a half deviations of its own
-    assert apart(wide, "friction.F_C").tolist() == [7]
-
-
-@pytest.mark.parametrize(("value", "far"), [(5.0 + 3.4 * 1.4826 * 0.1, 0), (5.0 + 3.6 * 1.4826 * 0.1, 1), (5.0 - 3.6 * 1.4826 * 0.1, 1)])
-def test_outlier_is_beyond_three_and_a_half_robust_deviations(value, far):
-    levels = (4.8, 4.9, 4.9, 5.0, 5.0, 5.1, 5.1, 5.2, value)  # the median of their distances from 5 is 0.1
-    assert apart(fleet(levels, half=0.0).columns, "friction.F_C").size == far
-
-
-def test_fleet_has_a_row_for_each_log_and_states_omissions(monkeypatch):
-    summary = fleet_summary(fleet(), provenance={})
-    table = report._logs_table(fleet(), summary, ["friction.F_C"])
-    assert table.heads == ["Number", "Folder", "Log", "Held-out error", "friction.F_C [N]", "Warnings"]
-    assert table.rows[0] == ["0", "a", "0.csv", "1.00 %", "5.00 ± 0.20", "clipped, one_speed"]
-    assert table.rows[6] == ["6", "b", "6.csv", "", "", ""]
-    assert table.caption == "The logs"
-    monkeypatch.setattr(report, "LOGS_SHOWN", 3)
-    short = report._logs_table(fleet(), summary, ["friction.F_C"])
-    assert (short.caption, len(short.rows)) == ("The logs (the first 3; the folder runs/ has all)", 3)
-    open_ = fleet()
-    open_.columns["friction.F_C.upper"][0] = np.nan
-    assert report._logs_table(open_, summary, ["friction.F_C"]).rows[0][4] == "5.00"
-
-
-def test_failed_logs_have_reasons_and_a_limited_list():
-    summary = fleet_summary(fleet(), provenance={})
-    assert report.failed_logs_table(summary)[::2] == ("Logs that failed", [("b", "6.csv", "no effort")])
-    assert report.failed_logs_table(summary | {"failures": []}) is None
-    many = report.failed_logs_table(summary | {"failures": summary["failures"] * 21})
-    assert (many.caption, len(many.rows)) == ("Logs that failed (the first 20)", 20)
-    assert report.failed_logs_table(summary | {"failures": summary["failures"] * 20}).caption == "Logs that failed"
-
-
-@pytest.mark.usefixtures("undrawn")
-def test_page_of_a_fleet_names_the_outliers():
-    words = Page(report.fleet_report(fleet(), fleet_summary(fleet(), provenance={}), command="x")).words
-    assert "7 of 9 logs · coulomb · translational" in words
-    assert "friction.F_C b 5.csv 9 N 5.03 N" in words
-    assert "Every log" in words
-
-
-def test_statistic_ignores_infinities():
-    assert report._of_finite(np.max, np.array([np.nan, np.inf])) is None
-    assert report._of_finite(np.max, np.array([np.nan, 2.0, -3.0])) == 2.0
+def test_first_screen_of_a_study_has_range_median_and_worst_run(reported, monkeypatch):
+    front = page_of(runs(), reported, monkeypatch)["page"][0]
+    entry = reported["metrics"]["motion.rms"]
+    assert entry["median"] == pytest.approx(3.5e-3)
+    assert front.title.replace("\u00a0", " ") == "Position, rms: 1.25 mm to 5.75 mm"
+    values = {card.label: (card.value.replace("\u00a0", " "), card.half) for card in front.cards}
+    assert values["Median"] == ("3.5 mm", None)
+    assert values["95 % quantile"][0] == "5.75 mm"
+    assert values["Failed runs"] == ("2", None)
+    assert (front.next.text, front.next.command) == ("Complete the study:", "x")
+    done = reported | {"runs": 8}
+    assert page_of(runs(), done, monkeypatch)["page"][0].next.command == done["worst"][0]["command"]
+    assert page_of(runs(), done | {"worst": []}, monkeypatch)["page"][0].next.text == "Repeat with other spreads:"

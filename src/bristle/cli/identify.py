@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -223,8 +224,9 @@ def _identify_each(
     """Identify each of many logs separately."""
     from bristle.files import provenance, read_axis
     from bristle.fleet.identify import FleetStore, Identifier, fleet_of
+    from bristle.report.fleet import failed_logs_table, fleet_report, fleet_sentences, fleet_summary, parameters_table
+    from bristle.report.judgement import level_of
     from bristle.report.results import write_report
-    from bristle.report.study import failed_logs_table, fleet_report, fleet_sentences, fleet_summary, parameters_table
     from bristle.study.run import run_within
     from bristle.study.store import opened, runs_in
 
@@ -243,7 +245,7 @@ def _identify_each(
     source = provenance(output.command, axis=axes, reader=fleet.readers)
     with opened(output.out, fleet, source, FleetStore) as store, progress("beginning") as report:
         with interruptible(output.out, "logs"):
-            ran = run_within(store, workers=workers, progress=report, simulator=Identifier)
+            ran = run_within(store, workers=workers, progress=report, simulator=partial(Identifier, level_of=level_of))
         report(1.0, "writing the report")
         runs = runs_in(store.folder)
         summary = fleet_summary(runs, provenance=runs.described["provenance"])

@@ -8,14 +8,16 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from bristle.figures import style
+from bristle.figures.first_screen import LOW, SIDE, WITH, WITHOUT, as_strip, over_a_strip
 from bristle.figures.report_figure import ReportFigure
+from bristle.palette import LIGHT
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from bristle.comparison import Change, Comparison
 
-BEFORE, AFTER = style.MEASURED, style.PREDICTED
+BEFORE, AFTER = WITHOUT, WITH
 TURNS = {"forward_to_backward": "forward to backward", "backward_to_forward": "backward to forward"}
 WORDS = {
     "following_error.rms": "error, rms",
@@ -33,8 +35,8 @@ POINTS: style.Look = {"color": AFTER["color"], "linestyle": "none", "marker": "o
 def comparison(compared: Comparison) -> Figure:
     """Return the differences of two logs: the mean cycle, the mean reversals, friction over speed, and the changes."""
     small = len(compared.turns) + bool(compared.friction_curve)
-    changes = _changes_with_interval(compared)
-    figure, grid = _rows([0.55, 1.2, *([1.1] * bool(small))], changes, 2, small)
+    changed = _changes_with_interval(compared)
+    figure, grid = _rows([0.55, 1.2, *([1.1] * bool(small))], changed, 2, small)
     motion, kind = compared.course.motion, compared.kind
     drawn = motion, {"color": style.INK, "linewidth": 1.0}, ""
     style.over_time(grid[0][0], compared.course.time, drawn, scale=style.scale_for("length", kind, motion), word=style.position_word(kind))
@@ -43,29 +45,48 @@ def comparison(compared: Comparison) -> Figure:
     if small:
         _draw_turns(grid[2], compared)
         if compared.friction_curve:
-            axes, speeds = grid[2][-1], np.array([speed for speed, _ in compared.friction_curve])
-            sides = [np.array([getattr(change, side) for _, change in compared.friction_curve]) for side in ("before", "after")]
-            speed, (force, word) = style.scale_for("length/time", kind, speeds), style.effort_scale(kind, *sides)
-            for values, look, name, marker in zip(sides, (BEFORE, AFTER), ("before", "after"), ("o", "s"), strict=True):
-                axes.plot(speeds * speed.factor, values * force.factor, label=name, marker=marker, **look)
-            axes.margins(0.08)
-            axes.set(title="friction", xlabel=speed.label("Speed"), ylabel=force.label(word))
-    _draw_changes(grid[-1][0], changes)
+            _draw_friction(grid[2][-1], compared)
+            grid[2][-1].set_title("friction")
+    if changed:
+        _draw_changes(grid[-1][0], changed)
     style.legend(grid[1][0])
     return figure
 
 
 @style.styled
-def comparison_in_short(compared: Comparison) -> Figure:
-    """Return the mean around reversals, or over the motion if it has no reversals, and each change with its interval."""
-    changes = _changes_with_interval(compared)
-    figure, grid = _rows([1.5], changes, 0, len(compared.turns), names=("before", "after"), over_titles=True)
-    if compared.turns:
-        _draw_turns(grid[0], compared)
+def change_at_reversal(compared: Comparison) -> Figure:
+    """Return the mean at the worst reversal, or around the largest value of the motion, before and after; below, the mean cycle."""
+    figure, near, strip = over_a_strip(("before", "after"))
+    course, turns = compared.course, compared.turns
+    if turns:
+        worst = max(turns, key=lambda turn: float(np.ptp(turn.before)))
+        _draw_pair(near, worst.time, worst.before, worst.after, compared)
     else:
-        _draw_errors(grid[0][0], compared)
-    _draw_changes(grid[-1][0], changes)
-    style.legend(grid[0][0])
+        part = style.window(course.time, course.before, 0.1)
+        _draw_pair(near, course.time[part], course.before[part], course.after[part], compared)
+    _draw_pair(strip, course.time, course.before, course.after, compared)
+    as_strip(strip)
+    near.axhline(0.0, zorder=0, **style.AID)
+    style.label_lines(near)
+    return figure
+
+
+@style.styled
+def changes(compared: Comparison) -> Figure:
+    """Return each change with its interval; a filled point means that the interval excludes zero."""
+    changed = _changes_with_interval(compared)
+    figure, (axes,) = style.named_rows([WORDS[change.name] for change in changed], 0.22, across=SIDE)
+    _draw_changes(axes, changed)
+    axes.set_title("")
+    return figure
+
+
+@style.styled
+def friction_over_speed(compared: Comparison) -> Figure:
+    """Return friction over speed, before and after."""
+    figure, ((axes,),) = style.panels(LOW, across=SIDE, right=style.room_for(("before", "after")), top=0.12)
+    _draw_friction(axes, compared)
+    style.label_lines(axes)
     return figure
 
 
@@ -92,11 +113,24 @@ def _rows(
 
 def _draw_errors(axes: style.Axes, compared: Comparison) -> None:
     """Draw the mean following error over the motion, or the effort if there is no reference."""
-    course, kind = compared.course, compared.kind
-    scale, word = (style.scale_for("length", kind, course.before, course.after), "Following error")
+    _draw_pair(axes, compared.course.time, compared.course.before, compared.course.after, compared)
+
+
+def _draw_pair(axes: style.Axes, time: np.ndarray, before: np.ndarray, after: np.ndarray, compared: Comparison) -> None:
+    scale, word = style.scale_for("length", compared.kind, before, after), "Following error"
     if "following_error.rms" not in compared.changes:
-        scale, word = style.effort_scale(kind, course.before, course.after)
-    style.over_time(axes, course.time, (course.before, BEFORE, "before"), (course.after, AFTER, "after"), scale=scale, word=word)
+        scale, word = style.effort_scale(compared.kind, before, after)
+    style.over_time(axes, time, (before, BEFORE, "before"), (after, AFTER, "after"), scale=scale, word=word)
+
+
+def _draw_friction(axes: style.Axes, compared: Comparison) -> None:
+    speeds = np.array([speed for speed, _ in compared.friction_curve])
+    sides = [np.array([getattr(change, side) for _, change in compared.friction_curve]) for side in ("before", "after")]
+    speed, (force, word) = style.scale_for("length/time", compared.kind, speeds), style.effort_scale(compared.kind, *sides)
+    for values, look, name, marker in zip(sides, (BEFORE, AFTER), ("before", "after"), ("o", "s"), strict=True):
+        axes.plot(speeds * speed.factor, values * force.factor, label=name, marker=marker, **look)
+    axes.margins(0.08)
+    axes.set(xlabel=speed.label("Speed"), ylabel=force.label(f"Friction {word.lower()}"))
 
 
 def _draw_turns(panels: Sequence[style.Axes], compared: Comparison) -> None:
@@ -111,22 +145,20 @@ def _draw_turns(panels: Sequence[style.Axes], compared: Comparison) -> None:
     style.one_height(panels[: len(turns)])
 
 
-def _draw_changes(axes: style.Axes, changes_told: Sequence[Change]) -> None:
+def _draw_changes(axes: style.Axes, changed: Sequence[Change]) -> None:
     """Draw each change with its interval; a filled point means that the interval excludes zero."""
-    if not changes_told:
-        return
-    places = np.arange(len(changes_told), dtype=float)
-    ends = np.array([change.interval_percent for change in changes_told], dtype=float)
-    x = np.column_stack([ends, np.full(len(changes_told), np.nan)]).ravel()
+    places = np.arange(len(changed), dtype=float)
+    ends = np.array([change.interval_percent for change in changed], dtype=float)
+    x = np.column_stack([ends, np.full(len(changed), np.nan)]).ravel()
     axes.plot(x, np.repeat(places, 3), label="_95 % interval", color=AFTER["color"], linewidth=style.WIDE)
-    percents = np.array([change.change_percent for change in changes_told])
-    sure = np.array([change.verdict in ("lower", "higher") for change in changes_told])
-    for part, face, name in ((sure, POINTS["color"], "_change"), (~sure, "white", "_no change detected")):
+    percents = np.array([change.change_percent for change in changed])
+    sure = np.array([change.verdict in ("lower", "higher") for change in changed])
+    for part, face, name in ((sure, POINTS["color"], "_change"), (~sure, LIGHT["ground"], "_no change detected")):
         if part.any():
             axes.plot(percents[part], places[part], label=name, markerfacecolor=face, **POINTS)
     axes.axvline(0.0, zorder=0, **style.AID)
-    axes.set_yticks(places, [WORDS[change.name] for change in changes_told])
-    axes.set(ylim=(len(changes_told) - 0.4, -0.6), ylabel="Quantity", xlabel="Change [%]", title="change, with its 95 % interval")
+    axes.set_yticks(places, [WORDS[change.name] for change in changed])
+    axes.set(ylim=(len(changed) - 0.4, -0.6), ylabel="Quantity", xlabel="Change [%]", title="change, with its 95 % interval")
 
 
 CHANGES = "each change in percent of the value before. The interval of a filled point excludes zero."
@@ -142,19 +174,35 @@ FIGURE = ReportFigure(
     draw=comparison,
     alternative=lambda compared: f"{_signal(compared).capitalize()} and friction before and after, and each change with its interval",
     caption=lambda compared: (
-        f"Above, the mean over cycles of the {_signal(compared)}: light before, dark after. "
+        f"Above, the mean over cycles of the {_signal(compared)}: grey before, blue after. "
         + "Next, the mean around reversals. The peak is that in the shaded window. " * bool(compared.turns)
         + "Friction at the same speeds is half the difference of the effort between the directions. " * bool(compared.friction_curve)
         + f"Below, {CHANGES}"
     ),
 )
-SHORT = ReportFigure(
-    name="short",
+WORST = ReportFigure(
+    name="worst",
     takes="comparison",
-    draw=comparison_in_short,
-    alternative=lambda compared: f"{_signal(compared).capitalize()} before and after, and each change",
-    caption=lambda compared: (
-        f"Above, the mean {_signal(compared)} {'around reversals' if compared.turns else 'over the cycles'}: light before, dark after. "
-        f"Below, {CHANGES}"
+    draw=change_at_reversal,
+    alternative=lambda compared: (
+        f"Mean {_signal(compared)} {'at the worst reversal' if compared.turns else 'around its largest value'}, before and after; below, "
+        "the whole cycle"
     ),
+    caption="",
+)
+CHANGED = ReportFigure(
+    name="changes",
+    takes="comparison",
+    draw=changes,
+    applies=lambda compared: bool(_changes_with_interval(compared)),
+    alternative="Each change in percent, with its 95 % interval",
+    caption="Filled: a clear change.",
+)
+FRICTION = ReportFigure(
+    name="friction",
+    takes="comparison",
+    draw=friction_over_speed,
+    applies=lambda compared: bool(compared.friction_curve),
+    alternative="Friction over speed, before and after",
+    caption="Friction over speed.",
 )

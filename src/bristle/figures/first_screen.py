@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
 from bristle.figures import style
+from bristle.figures.drawing import label, shortened_apart
 from bristle.figures.following_error import at_worst_reversal, loops_of
 from bristle.figures.report_figure import ReportFigure
 from bristle.palette import LIGHT
@@ -32,7 +33,13 @@ LINEAR = 1e-2  # velocity over the largest velocity below which the scale is lin
 
 
 @style.styled
-def gain_at_reversal(result: SimulationResult, names: Sequence[str], measured: np.ndarray | None = None) -> Figure:
+def gain_at_reversal(
+    result: SimulationResult,
+    names: Sequence[str],
+    measured: np.ndarray | None = None,
+    *,
+    labels: Sequence[str] = ("without", "with friction"),
+) -> Figure:
     """Return the following error at the worst reversal without and with friction feedforward, and below over the whole log.
 
     Parameters
@@ -40,42 +47,45 @@ def gain_at_reversal(result: SimulationResult, names: Sequence[str], measured: n
     result : SimulationResult
         The simulated loop.
     names : sequence of str
-        The variant without and the variant with friction feedforward.
+        The variant without and the variant with friction feedforward; or one variant.
     measured : ndarray, shape (sample,), optional
         Following error of the axis in the log [m or rad]; shown if it is not much larger than without friction feedforward.
+    labels : sequence of str
+        Name of each variant in the figure.
     """
     by_name = {loop.variant: loop for loop in loops_of(result, measured)}
     drawn = [by_name[name] for name in names]
     if "measured" in by_name and np.ptp(by_name["measured"].error) <= 1.5 * np.ptp(drawn[0].error):
         drawn = [by_name["measured"], *drawn]
-    labels = {"measured": "measured", names[0]: "without", names[-1]: "with friction"}
+    called = {"measured": "measured"} | dict(zip(names, labels, strict=False))
     looks = {"measured": PALE, names[0]: WITHOUT, names[-1]: WITH}
-    figure, ((near,), (strip,)) = _with_strip(list(labels.values()))
+    figure, near, strip = over_a_strip(called.values())
     kind, window = result.experiment.kind, at_worst_reversal(by_name[names[0]])
     scale = style.scale_for("length", kind, *(loop.error for loop in drawn), np.array([1e-6]))
     for axes, part in ((near, (window[0], window[-1])), (strip, (-np.inf, np.inf))):
         for loop in drawn:
             shown = loop.between(*part)
-            style.over_time(axes, shown.time, (shown.error, looks[loop.variant], labels[loop.variant]), scale=scale, word="Following error")
+            style.over_time(axes, shown.time, (shown.error, looks[loop.variant], called[loop.variant]), scale=scale, word="Following error")
     near.axhline(0.0, **style.AID)
-    _as_strip(strip, window * style.time_scale(drawn[-1].time).factor)
+    as_strip(strip, window * style.time_scale(drawn[-1].time).factor)
     style.label_lines(near)
     return figure
 
 
-def _with_strip(names: Sequence[str], *, small: bool = False) -> tuple[Figure, list[list[style.Axes]]]:
-    """Return a panel with room for the names of its lines, and a narrow panel under it."""
-    right = style.room_for(names)
-    if small:
-        return style.panels(LOW, rows=2, heights=(3.0, 1.0), right=right, gap=0.5, top=0.12, across=SIDE)
-    return style.panels(TALL, rows=2, heights=(4.2, 1.0), right=right, gap=0.5, top=0.12)
+def over_a_strip(names: Iterable[str], *, small: bool = False) -> tuple[Figure, style.Axes, style.Axes]:
+    """Return a figure with a large panel, with room for the names of its lines at its right, over a narrow strip."""
+    size: dict[str, float] = {"height": LOW, "across": SIDE} if small else {"height": TALL}
+    heights = (3.0 if small else 4.2, 1.0)
+    figure, ((near,), (strip,)) = style.panels(rows=2, heights=heights, right=style.room_for(names), gap=0.5, top=0.12, **size)
+    return figure, near, strip
 
 
-def _as_strip(axes: style.Axes, window: np.ndarray) -> None:
+def as_strip(axes: style.Axes, window: np.ndarray | None = None) -> None:
     """Turn a panel into a narrow strip of the whole log, with the window of the large picture shaded."""
     axes.yaxis.label.set_visible(False)
     axes.yaxis.set_ticks([])
-    axes.axvspan(float(window[0]), float(window[-1]), color=LIGHT["ghost"], alpha=0.35, linewidth=0, zorder=0)
+    if window is not None:
+        axes.axvspan(float(window[0]), float(window[-1]), color=LIGHT["ghost"], alpha=0.35, linewidth=0, zorder=0)
 
 
 GAIN = ReportFigure(
@@ -86,6 +96,15 @@ GAIN = ReportFigure(
     alternative="Following error at the worst reversal without and with friction feedforward, simulated on the log; below, the whole log",
     caption="",
 )
+AT_REVERSAL = ReportFigure(
+    name="reversal",
+    takes=("simulation", "at_reversal"),
+    draw=lambda simulation, names: gain_at_reversal(
+        simulation, names, labels=shortened_apart([label(name).replace("_", " ") for name in names], 1.2)
+    ),
+    alternative=lambda simulation, names: f"Following error of {' and '.join(names)} at the worst reversal; below, the whole run",
+    caption="",
+)
 
 
 @style.styled
@@ -94,12 +113,12 @@ def effort_at_reversal(fit: Fit, *, small: bool = False) -> Figure:
     traces, kind = fit.traces, fit.plant.kind
     position = np.cumsum(traces.velocity)
     part = worst_reversal(position, traces.measured) or style.window(traces.time, traces.residual, 0.05)
-    figure, ((near,), (strip,)) = _with_strip(["measured", "model"], small=small)
+    figure, near, strip = over_a_strip(["measured", "model"], small=small)
     scale, word = style.effort_scale(kind, traces.measured, traces.predicted)
     for axes, chosen in ((near, part), (strip, slice(None))):
         lines = (traces.measured[chosen], PALE, "measured"), (traces.predicted[chosen], WITH | {"linewidth": 1.4}, "model")
         style.over_time(axes, traces.time[chosen], *lines, scale=scale, word=word)
-    _as_strip(strip, traces.time[part] * style.time_scale(traces.time).factor)
+    as_strip(strip, traces.time[part] * style.time_scale(traces.time).factor)
     style.label_lines(near)
     return figure
 

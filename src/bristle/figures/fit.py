@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from math import pi, sqrt
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from bristle.core import NORMAL_95
 from bristle.figures import style
+from bristle.figures.first_screen import LOW, PALE, SIDE, WITH, as_strip, over_a_strip
 from bristle.figures.report_figure import ReportFigure
 from bristle.palette import LIGHT
-from bristle.simulation import MODES
 
 if TYPE_CHECKING:
     from bristle.core import Kind
@@ -25,34 +25,15 @@ def effort_over_time(fit: Fit) -> Figure:
     """Return measured and predicted effort over time, whole and close up."""
     traces, kind = fit.traces, fit.plant.kind
     figure, ((full,), (close,)) = style.panels(4.3, rows=2)
-    draw_pair(full, close, traces.time, traces.measured, traces.predicted, kind)
+    scale, word = style.effort_scale(kind, traces.measured, traces.predicted)
+    near = style.window(traces.time, traces.measured - traces.predicted)
+    for axes, part in ((full, slice(None)), (close, near)):
+        pair = (traces.measured[part], style.MEASURED, "measured"), (traces.predicted[part], style.PREDICTED, "predicted")
+        style.over_time(axes, traces.time[part], *pair, scale=scale, word=word)
+    style.mark_window(full, traces.time[near] * style.time_scale(traces.time).factor)
+    close.set_title("close up, around the largest difference")
     style.legend(full)
     return figure
-
-
-def draw_pair(
-    full: style.Axes,
-    close: style.Axes,
-    time: np.ndarray,
-    measured: np.ndarray,
-    predicted: np.ndarray,
-    kind: Kind,
-    half_width: np.ndarray | None = None,
-) -> None:
-    """Draw measured and predicted effort into two panels, the second panel close up at the largest difference.
-
-    With a `half_width` [N or N*m] the 95 % band around the prediction is shaded.
-    """
-    scale, word = style.effort_scale(kind, measured, predicted)
-    near = style.window(time, measured - predicted)
-    for axes, part in ((full, slice(None)), (close, near)):
-        if half_width is not None:
-            x = time[part] * style.time_scale(time[part]).factor
-            draw_band(axes, x, predicted[part] * scale.factor, half_width[part] * scale.factor)
-        pair = (measured[part], style.MEASURED, "measured"), (predicted[part], style.PREDICTED, "predicted")
-        style.over_time(axes, time[part], *pair, scale=scale, word=word)
-    style.mark_window(full, time[near] * style.time_scale(time).factor)
-    close.set_title("close up, around the largest difference")
 
 
 def draw_band(axes: style.Axes, x: np.ndarray, middle: np.ndarray, half_width: np.ndarray) -> None:
@@ -87,7 +68,9 @@ def residuals(fit: Fit) -> Figure:
     mean, std = float(scaled.mean()), float(scaled.std())
     reach = 4.0 * std or 1.0
     edges = np.linspace(mean - reach, mean + reach, 41)
-    spread.stairs(style.shares(scaled, edges), edges, orientation="horizontal", fill=True, color="#ecd3a0", label="residual")
+    spread.stairs(
+        style.shares(scaled, edges), edges, orientation="horizontal", fill=True, color=style.MEASURED["color"], alpha=0.5, label="residual"
+    )
     if std > 0.0:
         grid = np.linspace(edges[0], edges[-1], 121)
         normal = 100.0 * (edges[1] - edges[0]) * np.exp(-0.5 * ((grid - mean) / std) ** 2) / (std * sqrt(2.0 * pi))
@@ -127,28 +110,54 @@ RESIDUALS = ReportFigure(
 )
 
 
+class _Signal(NamedTuple):
+    """A measured signal, its prediction, the half-width of its 95 % band, and its quantity and name."""
+
+    measured: np.ndarray
+    predicted: np.ndarray
+    half_width: np.ndarray | None
+    quantity: str
+    word: str
+
+
+def _signals(predicted: Prediction, kind: Kind) -> list[_Signal]:
+    """Return the signals that a mode predicts, effort first."""
+    signals = []
+    if predicted.effort is not None and predicted.effort_predicted is not None:
+        signals.append(_Signal(predicted.effort, predicted.effort_predicted, predicted.half_width, "force", style.effort_word(kind)))
+    if (position := predicted.position_predicted) is not None:
+        signals.append(_Signal(predicted.position, position, predicted.position_half_width, "length", style.position_word(kind)))
+    return signals
+
+
 @style.styled
 def prediction(predicted: Prediction, kind: Kind = "translational") -> Figure:
-    """Return measured and predicted effort and position over time, as far as the mode predicts them."""
-    effort, effort_predicted = predicted.effort, predicted.effort_predicted
-    with_effort = effort is not None and effort_predicted is not None
-    rows = 2 * with_effort + 2 * (predicted.position_predicted is not None)
-    figure, grid = style.panels(0.5 + style.ROW * rows, rows=rows)
-    axes = [row[0] for row in grid]
-    if effort is not None and effort_predicted is not None:
-        draw_pair(axes[0], axes[1], predicted.time, effort, effort_predicted, kind, predicted.half_width)
-    if predicted.position_predicted is not None:
-        course, off, time, position = axes[-2], axes[-1], predicted.time, predicted.position_predicted
-        error, half_width, word = predicted.position - position, predicted.position_half_width, style.position_word(kind)
-        scale, error_scale = style.scale_for("length", kind, predicted.position, position), style.scale_for("length", kind, error)
-        if half_width is not None:
-            x = time * style.time_scale(time).factor
-            draw_band(course, x, position * scale.factor, half_width * scale.factor)
-            draw_band(off, x, np.zeros(x.size), half_width * error_scale.factor)
-        pair = (predicted.position, style.MEASURED, "measured"), (position, style.PREDICTED, "predicted")
-        style.over_time(course, time, *pair, scale=scale, word=word)
-        style.over_time(off, time, (error, style.REST, ""), scale=error_scale, word=f"{word} error")
-    style.legend(axes[0])
+    """Return measured and predicted effort, or else position, around the largest difference, and below over the whole log."""
+    signal, time = _signals(predicted, kind)[0], predicted.time
+    figure, near, strip = over_a_strip(["measured"])
+    scale, part = style.scale_for(signal.quantity, kind, signal.measured, signal.predicted), style.window(time, signal[0] - signal[1], 0.1)
+    for axes, chosen in ((near, part), (strip, slice(None))):
+        x, middle = time[chosen] * style.time_scale(time[chosen]).factor, signal.predicted[chosen] * scale.factor
+        if signal.half_width is not None:
+            draw_band(axes, x, middle, signal.half_width[chosen] * scale.factor)
+        pair = (signal.measured[chosen], PALE, "measured"), (signal.predicted[chosen], WITH | {"linewidth": 1.4}, "model")
+        style.over_time(axes, time[chosen], *pair, scale=scale, word=signal.word)
+    as_strip(strip, time[part] * style.time_scale(time).factor)
+    style.label_lines(near)
+    return figure
+
+
+@style.styled
+def prediction_error(predicted: Prediction, kind: Kind = "translational") -> Figure:
+    """Return measured minus predicted effort and position over time, as far as the mode predicts them."""
+    signals, x = _signals(predicted, kind), predicted.time * style.time_scale(predicted.time).factor
+    figure, grid = style.panels(LOW * len(signals) - 0.3, rows=len(signals), across=SIDE, top=0.12)
+    for (axes,), signal in zip(grid, signals, strict=True):
+        error = signal.measured - signal.predicted
+        scale = style.scale_for(signal.quantity, kind, error)
+        if signal.half_width is not None:
+            draw_band(axes, x, np.zeros(x.size), signal.half_width * scale.factor)
+        style.over_time(axes, predicted.time, (error, style.REST, ""), scale=scale, word=f"{signal.word} error")
     return figure
 
 
@@ -158,10 +167,15 @@ PREDICTION = ReportFigure(
     draw=prediction,
     alternative=lambda predicted, kind: f"Measured and predicted signals, {predicted.mode} mode",
     caption=lambda predicted, kind: (
-        f"The model, simulated on the log in {predicted.mode} mode: {MODES.get(predicted.mode, '')}. Where the light line "
-        "of the measurement is visible, the prediction is wrong."
-        + " The shading is the 95 % band of the measurement."
-        * (predicted.half_width is not None or predicted.position_half_width is not None)
+        "Shaded: the 95 % band of the measurement." * any(signal.half_width is not None for signal in _signals(predicted, kind)[:1])
     ),
-    applies=lambda predicted, kind: predicted.effort_predicted is not None or predicted.position_predicted is not None,
+    applies=lambda predicted, kind: bool(_signals(predicted, kind)),
+)
+ERROR = ReportFigure(
+    name="error",
+    takes=("prediction", "kind"),
+    draw=prediction_error,
+    alternative="Measured minus predicted signals over time",
+    caption="Measured minus predicted.",
+    applies=lambda predicted, kind: bool(_signals(predicted, kind)),
 )

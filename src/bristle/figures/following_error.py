@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
@@ -11,11 +12,10 @@ from matplotlib.ticker import NullLocator
 
 from bristle.core import Kind, Scale, Status
 from bristle.figures import style
-from bristle.figures.drawing import label
+from bristle.figures.drawing import label, shortened_apart
 from bristle.figures.report_figure import ReportFigure
 from bristle.simulation import SimulationResult, worst_reversal
 
-BEHIND: style.Look = {"color": style.GREY, "linewidth": 1.1, "linestyle": "--"}
 MICROMETRE = np.array([1e-6])  # the smallest usual unit of servo errors
 SHARES = (0.01, 0.1, 1.0, 10.0, 100.0)  # percent
 
@@ -115,28 +115,6 @@ def _draw_errors(axes: style.Axes, loops: list[_Loop], kind: Kind) -> Scale:
     return scale
 
 
-@style.styled
-def loops_at_reversal(result: SimulationResult, names: Sequence[str], close_names: Sequence[str] = ()) -> Figure:
-    """Return the following error of some variants, whole and at the worst reversal, and the effort there.
-
-    The first variant is the reference. The close-up at its worst reversal shows those in `close_names`, or all.
-    """
-    by_name = {loop.variant: loop for loop in loops_of(result, None)}
-    # The two variants in the close-up are light under dark, a third variant behind them.
-    looks = (BEHIND, style.MEASURED, style.PREDICTED)[-min(len(names), 3) :] if len(names) > 1 else (style.PREDICTED,)
-    loops = [by_name[name]._replace(look=look) for name, look in zip(names, looks, strict=False) if name in by_name]
-    near = [loop for loop in loops if loop.variant in close_names] or loops
-    kind, names = result.experiment.kind, [loop.name for loop in loops]
-    figure, ((full,), (close,), (effort,)) = style.panels(5.1, rows=3, heights=(1.0, 1.2, 0.8), names=names)
-    _draw_errors(full, loops, kind)
-    cut = _draw_close_up(close, full, near, kind)
-    apart = "" if len(near) == len(loops) else ", " + " and ".join(loop.name for loop in near) + " only"
-    style.title(close, f"at the worst reversal{apart}")
-    _draw_efforts(effort, cut, kind)
-    style.legend(full)
-    return figure
-
-
 def _draw_close_up(close: style.Axes, full: style.Axes, loops: list[_Loop], kind: Kind) -> list[_Loop]:
     """Draw the errors around a reversal of the first loop, shaded in the whole; return that part of the loops."""
     times = at_worst_reversal(loops[0])
@@ -188,19 +166,6 @@ FIGURE = ReportFigure(
         "Below, the effort."
     ),
 )
-AT_REVERSAL = ReportFigure(
-    name="reversal",
-    takes=("simulation", "at_reversal"),
-    draw=lambda simulation, at_reversal: loops_at_reversal(simulation, *at_reversal),
-    alternative=lambda simulation, at_reversal: (
-        f"Following error of {', '.join(at_reversal[0])} over time and at the worst reversal, and the effort there"
-    ),
-    caption=lambda simulation, at_reversal: (
-        "Following error over the whole run, close up at the worst reversal (shaded above), and the effort there"
-        f"{'' if at_reversal[0] == at_reversal[1] else '. The close-ups show only ' + ' and '.join(at_reversal[1])}."
-    ),
-    applies=lambda simulation, at_reversal: has_completed(simulation),
-)
 
 
 QUANTITIES = {"position": "length", "velocity": "length/time", "friction": "force", "effort": "force"}
@@ -213,14 +178,15 @@ def open_loop(result: SimulationResult) -> Figure:
     kind = result.experiment.kind
     force = style.effort_word(kind)
     words = (style.position_word(kind), "Velocity", f"Friction {force.lower()}", f"{force} of the drive")
-    figure, rows = style.panels(style.ROW * len(QUANTITIES), rows=len(QUANTITIES), names=[variant.name for variant in variants])
-    for (axes,), word, (name, quantity) in zip(rows, words, QUANTITIES.items(), strict=True):
+    names = shortened_apart([label(variant.name) for variant in variants], 1.2)
+    figure, rows = style.panels(4.4, rows=2, columns=2, across=1.7 * style.WIDTH, right=style.room_for(names), top=0.12)
+    for axes, word, (name, quantity) in zip(chain(*rows), words, QUANTITIES.items(), strict=True):
         scale = style.scale_for(quantity, kind, *(getattr(variant, name) for variant in variants))
         for number, variant in enumerate(variants):
-            signal = (getattr(variant, name), style.LINES[number % len(style.LINES)], label(variant.name))
+            signal = (getattr(variant, name), style.LINES[number % len(style.LINES)], names[number])
             style.over_time(axes, variant.time, signal, scale=scale, word=word)
     if len(variants) > 1:
-        style.legend(rows[0][0])
+        style.label_lines(rows[0][1])
     return figure
 
 

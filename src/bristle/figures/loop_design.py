@@ -10,10 +10,12 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 
-from bristle.core import number
+from bristle.core import number, unit_of
 from bristle.figures import style
+from bristle.figures.bars import draw_bars
 from bristle.figures.drawing import AT_TICKS, label
 from bristle.figures.report_figure import ReportFigure
+from bristle.palette import LIGHT
 
 if TYPE_CHECKING:
     from bristle.core import Kind
@@ -95,19 +97,13 @@ def loops_proposed(
     enough: float,
     kind: Kind = "translational",
 ) -> Figure:
-    """Return bars of the error, the effort and the least phase margin of each loop."""
-    figure, row = style.named_rows(names, style.PAIR, style.NARROW, 3, between=0.2)
-    columns = [np.array([np.nan if value is None else value for value in side]) for side in (errors, efforts, phases)]
-    length = style.scale_for("length", kind, columns[0][np.isfinite(columns[0])], np.array([1e-6]))
-    force, word = style.effort_scale(kind, columns[1][np.isfinite(columns[1])])
-    places = np.arange(len(names), dtype=float)
-    factors = (length.factor, force.factor, 1.0)
-    labels = (length.label("Error, p-p"), force.label(f"{word}, rms"), "Phase margin [°]")
-    for axes, values, factor, text in zip(row, columns, factors, labels, strict=True):
-        for place, value in zip(places, values * factor, strict=True):
-            if np.isfinite(value):
-                axes.barh(place, value, 0.55, **style.HATCHED_BAR if place else style.BAR)
-        axes.set(xlim=(0.0, 1.08 * (np.nanmax(values, initial=0.0) * factor or 1.0)), xlabel=text)
+    """Return bars of the error, the effort and the least phase margin of each loop: the present loop grey, the others blue."""
+    figure, row = style.named_rows(names, max(style.PAIR, min(1.2, 3.5 / len(names))), style.NARROW, 3, between=0.2)
+    columns = [[np.nan if value is None else value for value in side] for side in (errors, efforts, phases)]
+    units = (unit_of("length", kind), unit_of("force", kind), "")
+    labels = ("Error, p-p", f"{style.effort_word(kind)}, rms", "Phase margin [°]")
+    for axes, values, unit, text in zip(row, columns, units, labels, strict=True):
+        draw_bars(axes, values, unit, text, [LIGHT["with" if place else "without"] for place in range(len(names))])
         axes.set_ylabel("Loop", visible=axes is row[0])  # column head of the numbers of each panel
     row[-1].axvline(enough, **style.DASHED)
     row[-1].set_title(f"dashed: usual least, {enough:g}°")
@@ -126,10 +122,7 @@ PROPOSED = ReportFigure(
         design.experiment.kind,
     ),
     alternative="Following error, effort and smallest phase margin of the present loop and of the proposed loops",
-    caption=lambda design, names, phases, enough: (
-        f"Simulated following error and effort, and the smallest phase margin without friction: {design.variant.name} "
-        "is the present loop, the others are proposed."
-    ),
+    caption="Blue: proposed.",
 )
 
 
@@ -167,7 +160,7 @@ def circles(curves: Sequence[Circle], kind: Kind) -> Figure:
     round_.set_yticks(ticks, [""] * len(ticks))
     for tick in ticks:
         # Above the lines: the ticks of the axis would lie below them.
-        box = {"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.9}
+        box = {"facecolor": LIGHT["ground"], "edgecolor": "none", "pad": 0.6, "alpha": 0.9}
         round_.text(0.25 * np.pi, tick, number(tick, digits=1), ha="center", va="center", fontsize=AT_TICKS, bbox=box, zorder=5)
     round_.set_thetagrids(QUARTERS[:-1])
     round_.spines["polar"].set_visible(False)

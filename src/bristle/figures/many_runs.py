@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,18 +13,26 @@ from matplotlib.ticker import MaxNLocator
 
 from bristle.core import scale_of
 from bristle.figures import style
-from bristle.figures.drawing import AT_TICKS, shortened
+from bristle.figures.drawing import AT_TICKS, shortened, shortened_apart
+from bristle.figures.first_screen import LOW, SIDE, TALL
 from bristle.figures.report_figure import ReportFigure
+from bristle.palette import LIGHT
 
 if TYPE_CHECKING:
     from bristle.study.store import Runs
 
+REACH = 5.0  # spreads from the median to the edge of a panel
+MOST_NAMES, TURNED = 24, 6  # names at an axis, and the most that are not turned
+
 
 @style.styled
 def study_spread(numbers: Mapping[str, Mapping[str, np.ndarray]], units: Sequence[str]) -> Figure:
-    """Return the distribution of each number, with its median and its quantiles at 5 and 95 %."""
-    grouped = any(len(groups) > 1 for groups in numbers.values())
-    figure, panels = style.grid_of(len(numbers), top=0.5 if grouped else 0.25)
+    """Return the distribution of each number, with its median and its quantiles at 5 and 95 %; a single number as a large picture."""
+    grouped, alone = any(len(groups) > 1 for groups in numbers.values()), len(numbers) == 1
+    if alone:
+        figure, (panels,) = style.panels(TALL, top=style.TOP if grouped else 0.12)
+    else:
+        figure, panels = style.grid_of(len(numbers), top=0.5 if grouped else 0.25)
     for axes, (word, groups), unit in zip(panels, numbers.items(), units, strict=True):
         finite = {name: values[np.isfinite(values)] for name, values in groups.items()}
         pooled = np.concatenate(list(finite.values()))
@@ -34,14 +43,19 @@ def study_spread(numbers: Mapping[str, Mapping[str, np.ndarray]], units: Sequenc
             share = style.shares(values * scale.factor, edges)
             if not grouped:
                 axes.stairs(share, edges, fill=True, color=style.BARS, label="_bars")
-            look = style.LINES[place % len(style.LINES)]
+            look = style.LINES[place % len(style.LINES)] if grouped else style.PREDICTED
             axes.stairs(share, edges, color=look["color"], linestyle=look["linestyle"], linewidth=1.1, label=name)
         if not grouped and pooled.size:
             low, median, high = np.quantile(pooled, (0.05, 0.5, 0.95)) * scale.factor
             axes.axvline(median, label="median", **style.DASHED)
             axes.axvspan(low, high, color=style.PALE, linewidth=0, zorder=0, label="90 % of the runs")
+            if alone:
+                axes.text(median, 0.97, " median", transform=axes.get_xaxis_transform(), color=style.INK, verticalalignment="top")
         axes.set(ylim=(0.0, None), xlabel=scale.label(shortened(word, style.LONGEST, AT_TICKS)), ylabel="Share of the runs [%]")
-    style.legend_in_corner(figure, panels[0])
+    if not alone:
+        style.legend_in_corner(figure, panels[0])
+    elif grouped:
+        style.legend(panels[0])
     return figure
 
 
@@ -51,69 +65,130 @@ SPREAD = ReportFigure(
     draw=lambda study, spread: study_spread(
         {words: groups for words, _, groups in spread.values()}, [unit for _, unit, _ in spread.values()]
     ),
+    applies=lambda study, spread: len(spread) > 1,
     alternative=lambda study, spread: f"Distribution of {', '.join(spread)} over the runs",
     caption=lambda study, spread: (
         "Distribution of each number over the runs. "
         + ("A line for each point of the grid." if study.described["grid"] else "Shaded: the middle 90 % of the runs.")
     ),
 )
+FIRST_SPREAD = ReportFigure(
+    name="distribution",
+    takes="first_spread",
+    draw=lambda spread: study_spread({spread[0]: spread[2]}, [spread[1]]),
+    alternative=lambda spread: f"Distribution over the runs: {spread[0]}",
+    caption="",
+)
 
 
 @style.styled
-def fleet_parameters(runs: Runs, names: Sequence[str], apart: Mapping[str, np.ndarray]) -> Figure:
-    """Return the parameters of a fleet, log by log."""
-    figure, panels = style.grid_of(len(names), between=0.8)
+def fleet_parameters(
+    runs: Runs, names: Sequence[str], apart: Mapping[str, np.ndarray], labels: Sequence[str] = (), again: Sequence[int] = ()
+) -> Figure:
+    """Return the parameters of a fleet, log by log.
+
+    Parameters
+    ----------
+    runs : Runs
+        The logs, one run each.
+    names : sequence of str
+        Columns of the parameters.
+    apart : mapping of str to ndarray
+        The logs that are outliers in a parameter, by column.
+    labels : sequence of str
+        Short names of the logs; their numbers by default.
+    again : sequence of int
+        The logs to measure again, which are drawn hollow.
+    """
+    figure, panels = style.grid_of(
+        len(names), between=0.8, gap=1.15 if len(labels) > TURNED else 0.66, bottom=0.95 if len(labels) > TURNED else 0.46
+    )
     for axes, name in zip(panels, names, strict=True):
-        _draw(axes, runs, name, apart[name])
-        axes.set_xlabel("Number of the log")
+        _draw(axes, runs, name, np.union1d(apart[name], again).astype(int), labels)
     richest = max(panels, key=lambda axes: len(axes.get_legend_handles_labels()[1]))
     style.legend_in_corner(figure, richest)
     return figure
 
 
-def _draw(axes: Axes, runs: Runs, name: str, apart: np.ndarray) -> None:
-    columns, number = runs.columns, runs.columns["run"]
+@style.styled
+def fleet_parameter(
+    runs: Runs, name: str, apart: np.ndarray, labels: Sequence[str], again: Sequence[int] = (), *, large: bool = True
+) -> Figure:
+    """Return one parameter of a fleet, log by log, for the first screen; arguments as of `fleet_parameters`."""
+    size: dict[str, Any] = {"across": style.WIDTH, "height": TALL} if large else {"across": SIDE, "height": LOW}
+    figure, ((axes,),) = style.panels(bottom=0.95 if len(labels) > TURNED else 0.46, right=style.room_for(["median"]), top=0.12, **size)
+    _draw(axes, runs, name, np.union1d(apart, again).astype(int), labels)
+    style.label_lines(axes)
+    return figure
+
+
+def _draw(axes: Axes, runs: Runs, name: str, strange_runs: np.ndarray, labels: Sequence[str]) -> None:
+    columns, number = runs.columns, runs.columns["run"].astype(float)
     tells = np.isfinite(columns[name]) & (columns[f"{name}.status"] == "identified")
     scale = scale_of(runs.described["columns"][name]["unit"], style.largest(np.median(np.abs(columns[name][tells]))))
     value, low, high = (columns[key] * scale.factor for key in (name, f"{name}.lower", f"{name}.upper"))
-    # Beyond the range of most logs, and up to all of them if they are near.
-    usual = np.quantile(value[tells], (0.05, 0.95))
-    margin = 0.6 * float(np.ptp(usual)) or 0.1 * abs(float(usual[1])) or 1.0  # logs beyond end in an arrow
-    bottom = max(float(usual[0]) - margin, float(value[tells].min()) - 0.3 * margin)
-    top = min(float(usual[1]) + margin, float(value[tells].max()) + 0.3 * margin)
+    low, high = np.fmin(low, value), np.fmax(high, value)
     strange = np.zeros(runs.count, dtype=bool)
-    strange[apart] = True
-    size = 3.4 if runs.count <= 60 else 2.0  # smaller markers for many logs
-    axes.axhline(float(np.median(value[tells])), color=style.GREY, linewidth=0.8, linestyle="--", label="median")
-    inside = (value >= bottom) & (value <= top)
-    for chosen, fill, word in ((~strange, "full", "log, 95 % interval"), (strange, "none", "outlier")):
-        chosen = chosen & tells & inside
+    strange[strange_runs] = True
+    # Whole intervals, as far as they lie within a few times the spread of the values.
+    usual = tells & ~strange if (tells & ~strange).any() else tells
+    middle, ends = float(np.median(value[tells])), np.quantile(value[usual], (0.1, 0.9))
+    spread = max(float(np.ptp(ends)), float(np.median(high[usual] - low[usual]))) or 0.1 * abs(middle) or 1.0
+    reach = np.array([middle - REACH * spread, middle + REACH * spread])
+    bottom, top = (float(edge(np.clip(side[tells], *reach))) for edge, side in ((np.min, low), (np.max, high)))
+    edge = 0.05 * (top - bottom) or spread
+    axes.axhline(middle, color=style.GREY, linewidth=0.8, linestyle="--", label="median")
+    inside, size = tells & (value >= reach[0]) & (value <= reach[1]), 3.4 if runs.count <= 60 else 2.0  # smaller markers for many logs
+    for chosen, face, word in ((~strange, None, "_log, 95 % interval"), (strange, LIGHT["ground"], "_outlier, or measure again")):
+        chosen = chosen & inside
         if chosen.any():
-            ends = np.nan_to_num(np.abs([value - low, high - value]))[:, chosen]
-            color = style.PREDICTED["color"] if fill == "full" else style.DOUBTFUL
-            look = {"fmt": "o", "markersize": size, "fillstyle": fill, "linewidth": 0.8, "color": color}
-            axes.errorbar(number[chosen], value[chosen], ends, label=word, **look)
-    above, below = tells & (value > top), tells & (value < bottom)
-    ends = np.concatenate([end[tells & inside & np.isfinite(end)] for end in (low, high)])
-    bottom, top = min([bottom, *ends]), max([top, *ends])  # every interval lies inside
+            color = style.DOUBTFUL if face else style.PREDICTED["color"]
+            look = {"fmt": "o", "markersize": size, "markerfacecolor": face or color, "linewidth": 0.8, "color": color}
+            axes.errorbar(number[chosen], value[chosen], np.abs([value - low, high - value])[:, chosen], label=word, **look)
     beyond: style.Look = {"facecolors": "none", "edgecolors": style.DOUBTFUL, "s": 16, "label": "_beyond"}
     for chosen, marker, height, look in (
-        (above, "^", 0.97, beyond),
-        (below, "v", 0.03, beyond),
-        (~tells, "|", 0.0, {"color": style.INK, "s": 49, "label": "no value", "clip_on": False}),
+        (tells & (high > reach[1]), "^", 0.97, beyond),
+        (tells & (low < reach[0]), "v", 0.03, beyond),
+        (~tells, "|", 0.0, {"color": style.INK, "s": 49, "label": "_no value", "clip_on": False}),
     ):
         axes.scatter(number[chosen], np.full(chosen.sum(), height), marker=marker, transform=axes.get_xaxis_transform(), **look)
-    edge = 0.02 * (top - bottom)
-    axes.set(ylim=(bottom - edge, top + edge), xlim=(float(number.min()) - 1.0, float(number.max()) + 1.0))
-    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    axes.set_ylabel(scale.label(shortened(name, style.NARROW, AT_TICKS)))
+    axes.set(ylim=(bottom - edge, top + edge), xlim=(float(number.min()) - 0.6, float(number.max()) + 0.6), xlabel="Log")
+    if labels:
+        few, turned = slice(None, None, -(-len(labels) // MOST_NAMES)), len(labels) > TURNED
+        axes.set_xticks(number[few], shortened_apart(list(labels), 0.5 if turned else 0.8, AT_TICKS)[few], rotation=90.0 * turned)
+    else:
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    axes.set_ylabel(scale.label(shortened(name.rpartition(".")[2], style.NARROW, AT_TICKS)))
 
 
+HOLLOW = "Hollow: outlier or measure again. Arrow: beyond the panel."
 FLEET = ReportFigure(
     name="fleet",
-    takes=("fleet", "names", "apart"),
+    takes=("fleet", "names", "apart", "labels", "again"),
     draw=fleet_parameters,
-    alternative=lambda runs, names, apart: f"{', '.join(names)} of each log with 95 % intervals",
-    caption="Each log with its 95 % interval. The line is the median. A hollow point is an outlier. A tick at the bottom is a log that "
-    "failed, or that does not identify this parameter. An arrow marks a value outside the panel.",
+    applies=lambda runs, names, apart, labels, again: len(names) > 1,
+    alternative=lambda runs, names, apart, labels, again: f"{', '.join(names)} of each log with 95 % intervals",
+    caption=f"Each log with its 95 % interval. Dashed: the median. Tick at the bottom: no value. {HOLLOW}",
+)
+FLEET_FIRST = ReportFigure(
+    name="parameter",
+    takes=("fleet", "names", "apart", "labels", "again"),
+    draw=lambda runs, names, apart, labels, again: fleet_parameter(runs, names[0], apart[names[0]], labels, again),
+    alternative=lambda runs, names, apart, labels, again: f"{names[0]} of each log with its 95 % interval",
+    caption=HOLLOW,
+)
+FLEET_SECOND = ReportFigure(
+    name="second",
+    takes=("fleet", "names", "apart", "labels", "again"),
+    draw=lambda runs, names, apart, labels, again: fleet_parameter(runs, names[1], apart[names[1]], labels, again, large=False),
+    applies=lambda runs, names, apart, labels, again: len(names) > 1,
+    alternative=lambda runs, names, apart, labels, again: f"{names[1]} of each log with its 95 % interval",
+    caption="",
+)
+FLEET_THIRD = replace(
+    FLEET_SECOND,
+    name="third",
+    draw=lambda runs, names, apart, labels, again: fleet_parameter(runs, names[2], apart[names[2]], labels, again, large=False),
+    applies=lambda runs, names, apart, labels, again: len(names) > 2,
+    alternative=lambda runs, names, apart, labels, again: f"{names[2]} of each log with its 95 % interval",
 )

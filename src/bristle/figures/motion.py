@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
 
 from bristle.figures import style
+from bristle.figures.first_screen import LOW, SIDE
 from bristle.figures.report_figure import ReportFigure
 
 if TYPE_CHECKING:
@@ -20,8 +21,8 @@ if TYPE_CHECKING:
 def motion(planned: ExcitationMotion) -> Figure:
     """Return position over time, a panel for each purpose."""
     parts = _parts(planned)
-    figure, rows = style.panels(0.35 + style.ROW * len(parts), rows=len(parts), gap=0.72)
-    for (axes,), (purpose, part) in zip(rows, parts.items(), strict=True):
+    figure, panels = style.grid_of(len(parts), gap=0.72)
+    for axes, (purpose, part) in zip(panels, parts.items(), strict=True):
         position = planned.position[part] - planned.start
         scale, word = style.scale_for("length", planned.kind, position), style.position_word(planned.kind)
         style.over_time(axes, planned.time[part], (position, style.PREDICTED, ""), scale=scale, word=word)
@@ -34,16 +35,17 @@ def expected(planned: ExcitationMotion, friction: np.ndarray) -> Figure:
     """Return the loops of friction over position in pre-sliding, and friction over the speed of steady slides."""
     parts = _parts(planned)
     force, word = style.effort_scale(planned.kind, friction)
-    label = force.label(f"Friction {word.lower()}")
+    effort = force.label(f"Friction {word.lower()}")
     slow = next((parts[name] for name in ("presliding", "break-away", "damping") if name in parts), None)
     fast = parts.get("stribeck")
     count = (slow is not None) + (fast is not None)
-    figure, ((*row,),) = style.panels(3.0, columns=count, between=0.9)
+    figure, grid = style.panels(LOW * count - 0.3, rows=count, across=SIDE, top=0.12)
+    row = [axes for (axes,) in grid]
     if slow is not None:
         axes, position = row.pop(0), planned.position[slow] - planned.start
         scale = style.scale_for("length", planned.kind, position)
         axes.plot(position[::4] * scale.factor, friction[slow][::4] * force.factor, **style.PREDICTED)
-        axes.set(xlabel=scale.label(style.position_word(planned.kind)), ylabel=label)
+        axes.set(xlabel=scale.label(style.position_word(planned.kind)), ylabel=effort)
     if fast is not None:
         speed, level = np.abs(_steady(planned, friction, fast)).T
         scale = style.scale_for("length/time", planned.kind, speed)
@@ -52,7 +54,7 @@ def expected(planned: ExcitationMotion, friction: np.ndarray) -> Figure:
         row[0].xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         row[0].xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
         row[0].xaxis.set_minor_locator(NullLocator())
-        row[0].set(xlabel=scale.label("Speed"), ylabel=label)
+        row[0].set(xlabel=scale.label("Speed"), ylabel=effort)
     return figure
 
 
@@ -81,19 +83,12 @@ def _parts(planned: ExcitationMotion) -> dict[str, slice]:
 
 
 FIGURE = ReportFigure(
-    name="motion",
-    takes="motion",
-    draw=motion,
-    alternative="Position over time, for each purpose",
-    caption="Position from the start of the motion; each panel has its own scale. "
-    "The pre-sliding loops are so small that only the encoder shows them.",
+    name="motion", takes="motion", draw=motion, alternative="Position over time, for each purpose", caption="Each panel has its own scale."
 )
 EXPECTED = ReportFigure(
     name="expected",
     takes=("motion", "expected"),
     draw=expected,
     alternative="Expected friction over position and over speed",
-    caption="Friction of the assumed axis along the motion: pre-sliding loops over position, "
-    "and friction over the speed of the steady slides. If the recorded loops do not reach sliding at their ends, "
-    "the pre-sliding distance is larger than assumed.",
+    caption="Expected friction.",
 )

@@ -11,6 +11,7 @@ from bristle.core import InputError, Kind, Model, Scale
 from bristle.engine import after, response
 from bristle.figures import style
 from bristle.figures.small_multiples import loop_units
+from bristle.palette import LIGHT
 
 SAMPLES = 120  # between two turns
 LETTERS, INDICES = "abcdefgh", "₁₂₃₄"
@@ -106,7 +107,7 @@ def _draw_memory(
     edge = extent * length.factor
     line = np.vstack(([-edge, edge], staircase(memory[: state.depth].tolist(), state.z) * length.factor))
     up = np.vstack((line, [-edge, -edge]))
-    axes.fill(up[:, 0], up[:, 1], facecolor="#d7dee6", edgecolor="#a9b6c5", hatch=hatch, linewidth=0, label=name)
+    axes.fill(up[:, 0], up[:, 1], facecolor=LIGHT["shade"], edgecolor=LIGHT["ghost"], hatch=hatch, linewidth=0, label=name)
     axes.plot([-edge, edge], [-edge, edge], **style.AID)
     axes.plot(line[:, 0], line[:, 1], color=style.PREDICTED["color"], linewidth=style.WIDE, label="memory")
     axes.plot(*line[-1], "o", color=NOW, markersize=style.SMALL, label="input now")
@@ -130,11 +131,11 @@ def trapezoids(path: Sequence[float]) -> list[np.ndarray]:
 
 def _hatch(axes: Axes, path: Sequence[float], length: Scale) -> None:
     """Hatch the trapezoids Q_k, each unlike the next."""
-    box = {"facecolor": "white", "edgecolor": "none", "pad": 0.8}
+    box = {"facecolor": LIGHT["ground"], "edgecolor": "none", "pad": 0.8}
     for index, corners in enumerate(trapezoids(path)):
         scaled, hatch = corners * length.factor, HATCHES[index % len(HATCHES)]
         name = "_trapezoid" if index else "trapezoids Qₖ"
-        axes.fill(scaled[:, 0], scaled[:, 1], facecolor="none", edgecolor="#55708f", hatch=hatch, linewidth=0.8, label=name)
+        axes.fill(scaled[:, 0], scaled[:, 1], facecolor="none", edgecolor=LIGHT["fifth"], hatch=hatch, linewidth=0.8, label=name)
         (left, _), (_, top), (right, _), _ = scaled
         x = left + 0.42 * (right - left)  # the middle of a trapezoid over a slanted base
         axes.text(x, 0.5 * (top + x), f"Q{INDICES[index]}", ha="center", va="center", fontsize=8.0, color=style.INK, bbox=box)

@@ -1,24 +1,25 @@
-"""Figures of records: the experiments in a log, and hysteresis, recorded and predicted by an operator."""
+"""Figures of records: the motion and effort in a log, and hysteresis, recorded and predicted by an operator."""
 
 from collections.abc import Sequence
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from bristle.core import Kind
 from bristle.figures import style
+from bristle.figures.first_screen import LOW, SIDE, TALL
 from bristle.figures.report_figure import ReportFigure
 from bristle.logs import Log, Passage
+from bristle.palette import LIGHT
 
 # Distinguishable in grey too: from dark to light, and hatched.
 SHADES = {
-    "constant_velocity": ("#b9d3ea", ""),
-    "loops": ("#f0cf8e", ""),
-    "break_away": ("#b5dcc9", "////"),
-    "chirp": ("#dcb6cf", "...."),
-    "oscillation": ("#e6d7e1", "...."),
-    "moves": ("#e4e7ea", ""),
+    "constant_velocity": ("with", 0.3, ""),
+    "loops": ("measured", 0.5, ""),
+    "break_away": ("third", 0.3, "////"),
+    "chirp": ("fourth", 0.3, "...."),
+    "oscillation": ("fourth", 0.15, "...."),
+    "moves": ("shade", 1.0, ""),
 }
 
 
@@ -28,34 +29,53 @@ SLOPE = 5e-3  # [s] of a position from which a velocity is derived
 
 @style.styled
 def passages(log: Log, segments: Sequence[Passage]) -> Figure:
-    """Return position over time with its passages shaded, and the effort over position of the loops."""
-    loops = [segment for segment in segments if segment.kind in LOOPS] if log.effort is not None else []
-    figure, rows = style.panels(4.9 if loops else 2.4, rows=2 if loops else 1, heights=[1.0, 1.4] if loops else None)
+    """Return position over time with its passages shaded, and effort over time."""
+    figure, rows = style.panels(2.4 if log.effort is None else TALL, rows=1 if log.effort is None else 2)
     axes, time, position = rows[0][0], log.time.values, log.position.values
     span, scale, word = style.time_scale(time), style.scale_for("length", log.kind, position), style.position_word(log.kind)
     names = {kind: kind.replace("_", " ") for kind in SHADES}
     for segment in segments:
         if segment.kind in SHADES:
-            shade, hatch = SHADES[segment.kind]
-            look = {"facecolor": shade, "hatch": hatch, "edgecolor": "white", "linewidth": 0, "zorder": 0}
+            shade, alpha, hatch = SHADES[segment.kind]
+            look = {"facecolor": LIGHT[shade], "alpha": alpha, "hatch": hatch, "edgecolor": LIGHT["ground"], "linewidth": 0, "zorder": 0}
             axes.axvspan(segment.begin * span.factor, segment.end * span.factor, label=names[segment.kind], **look)
             names[segment.kind] = f"_{names[segment.kind].lstrip('_')}"
     style.over_time(axes, time, (position, style.PREDICTED, ""), scale=scale, word=word)
     style.legend(axes, columns=len(SHADES))
-    if loops and log.effort is not None:
-        _draw_loops(rows[1][0], log, log.effort.values, loops)
+    if log.effort is not None:
+        force, word = style.effort_scale(log.kind, log.effort.values)
+        style.over_time(rows[1][0], time, (log.effort.values, style.MEASURED | {"linewidth": 1.0}, ""), scale=force, word=word)
     return figure
 
 
-def _draw_loops(axes: Axes, log: Log, effort: np.ndarray, loops: Sequence[Passage]) -> None:
+@style.styled
+def loops_of_log(log: Log, segments: Sequence[Passage]) -> Figure:
+    """Return effort over position of pre-sliding loops and break-aways, each from its start."""
+    assert log.effort is not None
+    figure, ((axes,),) = style.panels(LOW, across=SIDE, top=0.12)
+    loops, effort = [segment for segment in segments if segment.kind in LOOPS], log.effort.values
     positions = [log.position.values[loop.samples] - log.position.values[loop.samples][0] for loop in loops]
     efforts = [effort[loop.samples] for loop in loops]
     length, (force, word) = style.scale_for("length", log.kind, *positions), style.effort_scale(log.kind, *efforts)
     step = max(sum(loop.size for loop in positions) // 20_000, 1)
     for x, u in zip(positions, efforts, strict=True):
         axes.plot(x[::step] * length.factor, u[::step] * force.factor, **style.REST)
-    title = "pre-sliding loops and break-aways, each from its start"
-    axes.set(title=title, xlabel=length.label(style.position_word(log.kind)), ylabel=force.label(word))
+    axes.set(xlabel=length.label(style.position_word(log.kind)), ylabel=force.label(word))
+    return figure
+
+
+@style.styled
+def effort_over_velocity(log: Log) -> Figure:
+    """Return effort over velocity of each sample, or of some of many."""
+    assert log.effort is not None
+    figure, ((axes,),) = style.panels(LOW, across=SIDE, top=0.12)
+    velocity = np.gradient(log.position.values, log.time.values) if log.velocity is None else log.velocity.values
+    speed, (force, word) = style.scale_for("length/time", log.kind, velocity), style.effort_scale(log.kind, log.effort.values)
+    drawn = style.spread(velocity, log.effort.values)
+    points = velocity[drawn] * speed.factor, log.effort.values[drawn] * force.factor
+    axes.plot(*points, linestyle="none", marker="o", markersize=1.6, color=style.MEASURED["color"], label="measured")
+    axes.set(xlabel=speed.label("Velocity"), ylabel=force.label(word))
+    return figure
 
 
 @style.styled
@@ -84,37 +104,59 @@ PASSAGES = ReportFigure(
     name="passages",
     takes=("log", "passages"),
     draw=passages,
-    alternative=lambda log, passages: f"Position over time{', and effort over position of its loops' if _has_loops(log, passages) else ''}",
-    caption=lambda log, passages: (
-        "The shading shows the kind of experiment in each part of the log."
-        + " Below, effort over position where friction reverses slowly. Nested loops distinguish models of friction, "
-        "loops of one amplitude do not." * _has_loops(log, passages)
-    ),
+    alternative=lambda log, passages: f"Position{'' if log.effort is None else ' and effort'} over time, with the kind of motion shaded",
+    caption="Shaded: the kind of motion.",
+)
+NESTED = ReportFigure(
+    name="loops",
+    takes=("log", "passages"),
+    draw=loops_of_log,
+    applies=_has_loops,
+    alternative="Effort over position of pre-sliding loops and break-aways",
+    caption="Pre-sliding loops and break-aways, each from its start.",
+)
+OVER_VELOCITY = ReportFigure(
+    name="velocities",
+    takes="log",
+    draw=effort_over_velocity,
+    applies=lambda log: log.effort is not None,
+    alternative="Measured effort over velocity",
+    caption="Effort over velocity.",
 )
 
 
 @style.styled
 def recorded_curves(curves: Sequence[tuple[np.ndarray, np.ndarray]], predicted: Sequence[np.ndarray], kind: Kind) -> Figure:
-    """Return output over input, recorded and predicted, and the difference of both."""
-    step = -(-len(curves) // 24)
-    chosen = [(u, f, f_predicted) for (u, f), f_predicted in zip(curves, predicted, strict=True)][::step]
-    length = style.scale_for("length", kind, *(u for u, _, _ in chosen))
-    scale, word = style.effort_scale(kind, *(f for _, f, _ in chosen))
-    rest, _ = style.effort_scale(kind, *(f - f_predicted for _, f, f_predicted in chosen))
-    figure, ((overlay, left),) = style.panels(3.2, columns=2, between=0.75)
-    for number, (u, f, f_predicted) in enumerate(chosen):
-        x = u * length.factor
-        overlay.plot(x, f * scale.factor, label=None if number else "recorded", **style.MEASURED)
-        overlay.plot(x, f_predicted * scale.factor, label=None if number else "predicted", **style.PREDICTED)
-        left.plot(x, (f - f_predicted) * rest.factor, color=style.INK, linewidth=0.8)
-    overlay.set_title("recorded and predicted")
-    left.set_title("recorded minus predicted")
-    overlay.set_ylabel(scale.label(word))
-    left.set_ylabel(rest.label(word))
-    for axes in (overlay, left):
-        axes.set_xlabel(length.label(style.position_word(kind)))
-    overlay.legend()
+    """Return output over input, recorded and predicted."""
+    figure, ((axes,),) = style.panels(TALL, right=style.room_for(["predicted"]), top=0.12)
+    length = style.scale_for("length", kind, *(u for u, _ in curves))
+    scale, word = style.effort_scale(kind, *(f for _, f in curves))
+    for number, (u, f, f_predicted) in enumerate(_thinned(curves, predicted)):
+        axes.plot(u * length.factor, f * scale.factor, label="_recorded" if number else "recorded", **style.MEASURED)
+        axes.plot(u * length.factor, f_predicted * scale.factor, label="_predicted" if number else "predicted", **style.PREDICTED)
+    axes.set(xlabel=length.label(style.position_word(kind)), ylabel=scale.label(word))
+    style.label_lines(axes)
     return figure
+
+
+@style.styled
+def curve_errors(curves: Sequence[tuple[np.ndarray, np.ndarray]], predicted: Sequence[np.ndarray], kind: Kind) -> Figure:
+    """Return recorded minus predicted output over input."""
+    figure, ((axes,),) = style.panels(LOW, across=SIDE, top=0.12)
+    chosen = _thinned(curves, predicted)
+    length, (rest, word) = (
+        style.scale_for("length", kind, *(u for u, _, _ in chosen)),
+        style.effort_scale(kind, *(f - g for _, f, g in chosen)),
+    )
+    for u, f, f_predicted in chosen:
+        axes.plot(u * length.factor, (f - f_predicted) * rest.factor, color=style.INK, linewidth=0.8)
+    axes.set(xlabel=length.label(style.position_word(kind)), ylabel=rest.label(f"{word} error"))
+    return figure
+
+
+def _thinned(curves: Sequence[tuple[np.ndarray, np.ndarray]], predicted: Sequence[np.ndarray]) -> list[tuple[np.ndarray, ...]]:
+    """Return input, recorded and predicted output of at most 24 curves."""
+    return [(u, f, f_predicted) for (u, f), f_predicted in zip(curves, predicted, strict=True)][:: -(-len(curves) // 24)]
 
 
 CURVES = ReportFigure(
@@ -122,5 +164,12 @@ CURVES = ReportFigure(
     takes=("recorded", "outputs"),
     draw=lambda recorded, outputs: recorded_curves(recorded.curves, outputs, recorded.kind),
     alternative="Recorded and predicted output over the input",
-    caption="Where the light line of the record is visible, the prediction is wrong. If there are many curves, the figure shows only some.",
+    caption=lambda recorded, outputs: "Some of the curves." * (len(recorded.curves) > 24),
+)
+CURVE_ERRORS = ReportFigure(
+    name="errors",
+    takes=("recorded", "outputs"),
+    draw=lambda recorded, outputs: curve_errors(recorded.curves, outputs, recorded.kind),
+    alternative="Recorded minus predicted output over the input",
+    caption="Recorded minus predicted.",
 )

@@ -3,7 +3,7 @@
 import json
 import math
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from importlib.metadata import version
@@ -16,7 +16,7 @@ import numpy as np
 from bristle.core import SIZE_LIMIT, BristleError, Content, InputError, Progress, told_by
 from bristle.files import AXIS, as_json, axes_for, load_reader_file, origins_of_code, plain
 from bristle.fleet.plan import Fleet
-from bristle.identification import Estimate, identify, models_of
+from bristle.identification import Estimate, Identification, identify, models_of
 from bristle.logs import LogFile, listed_logs, read_log, reading
 from bristle.study.block import RAISED, REASON, REFUSED
 from bristle.study.plan import Block
@@ -69,10 +69,10 @@ class FleetStore(Store):
 
 
 class Identifier:
-    """Identification of the logs of a fleet in this process."""
+    """Identification of the logs of a fleet in this process; `level_of` judges each."""
 
-    def __init__(self, fleet: Fleet) -> None:
-        self.fleet = fleet
+    def __init__(self, fleet: Fleet, level_of: Callable[[Identification], str] = lambda _: "") -> None:
+        self.fleet, self.level_of = fleet, level_of
         self.formats = [load_reader_file(content) for content in fleet.readers]
 
     def columns(self, block: Block) -> dict[str, Any]:
@@ -109,6 +109,7 @@ class Identifier:
         fit = identification.fits[0]
         codes = dict.fromkeys(diagnostic.code for diagnostic in fit.diagnostics if diagnostic.severity == "warning")
         row: dict[str, Any] = {"error": 0.01 * fit.error_percent, "diagnostics": ", ".join(codes), "duration": log.duration}
+        row["verdict"] = self.level_of(identification)
         if fit.held_out is not None:
             row["held_out_error"] = 0.01 * fit.held_out.mean_percent
         if fit.resampling is not None:

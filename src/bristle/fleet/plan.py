@@ -19,6 +19,7 @@ RUN = {
     "status": "result of the run",
     "reason": "reason for missing numbers",
     "diagnostics": "codes of the warnings about the fit",
+    "verdict": "usable, with_care or measure_again",
 }
 OF_FIT = {
     "held_out_error": ("", "error on held-out blocks, as a share of the effort"),

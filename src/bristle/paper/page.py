@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 from bristle.figures.loop_rows import errors_by_loop
@@ -9,6 +10,8 @@ from bristle.paper.equations import EQUATIONS
 from bristle.paper.errata import ERRATA, KINDS
 from bristle.paper.reproduced import Reproduced, in_micrometres, in_millinewtons, percent
 from bristle.paper.tracking import BEFORE, CALIBRATED, COMPENSATED, IN_PAPER, NAMES, PRINTED, PUBLISHED, with_spread
+from bristle.report.cards import Card, Step
+from bristle.report.compensation import change_text
 from bristle.report.page import Front, Picture, Ruling, about, answered, picture, render
 from bristle.report.table import Table, length_text
 
@@ -58,14 +61,38 @@ def paper_front(figures: Sequence[Reproduced]) -> Front:
         ["to change its experiments: `bristle paper --write DIR`, then `bristle run DIR/set_a.toml`"],
         [cost],
         [
+            *ruling.reasons,
             "the rig differs in structure from the compensators of the paper: thirty elements with scatter",
             f"{len(ERRATA)} remarks on the printed paper, each with a test: {wrong}",
         ],
         ["your changes: `bristle paper --from DIR`", "your own axis: `bristle identify log.csv --axis axis.toml --model all`"],
     )
     facts = about("simulated rig", f"{len(figures)} {'figure' if len(figures) == 1 else 'figures'}")
-    all_hold = "Each claim holds, independently of the setup."
-    return Front(HEADING, facts, ruling, answers, "claims", all_hold, _picture(loop) if loop else None)
+    step = Step.of("try your own axis: `bristle identify log.csv --axis axis.toml`")
+    # The answers have the reasons, which are long.
+    short, without = ruling._replace(reasons=()), "" if ruling.reasons else "Each claim holds, independently of the setup."
+    front = Front(HEADING, facts, short, answers, without, next=step)
+    if loop is None:
+        return front
+    return front._replace(title=_title(loop), basis="(simulated rig)", cards=_cards(figures, loop), figures=[_picture(loop)])
+
+
+def _title(loop: Reproduced) -> str:
+    """Return the following error without a compensator and with that of the paper."""
+    peaks = loop.numbers["peak_to_peak"]
+    change = change_text(peaks[BEFORE], peaks[PRINTED], partial(length_text, kind="translational"), "peak to peak")
+    return f"Compensator of the paper: {change}"
+
+
+def _cards(figures: Sequence[Reproduced], loop: Reproduced) -> list[Card]:
+    """Return the number of claims that hold, and the errors here, each with that of the paper."""
+    tested = [figure for figure in figures if figure.verdict != "shown"]
+    cards = [Card("Claims that hold", f"{sum(figure.verdict == 'found' for figure in tested)} of {len(tested)}")]
+    peaks, spreads = loop.numbers["peak_to_peak"], loop.numbers["peak_to_peak_spread"]
+    for label, name, published in (("No compensator", BEFORE, BEFORE), ("Its compensator", PRINTED, COMPENSATED)):
+        text = f"{with_spread(1e6 * peaks[name], 1e6 * spreads.get(name, 0.0))}\u00a0µm"
+        cards.append(Card(label, text, f"paper: {1e6 * IN_PAPER[published]:.2f}\u00a0µm"))
+    return cards
 
 
 def _quality(loop: Reproduced) -> list[str]:

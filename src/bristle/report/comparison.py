@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from bristle.core import number, unit_of, with_unit
-from bristle.report.compensation import NO_CHANGE
+from bristle.report.cards import Card, Step
+from bristle.report.compensation import NO_CHANGE, change_text
 from bristle.report.log import log_facts
 from bristle.report.messages import as_data, message, picked
 from bristle.report.page import Block, Figures, Front, Ruling, Section, about, answered, report_page
 from bristle.report.sentences import SENTENCES
-from bristle.report.table import Table, fixed, length_text, percent_text
+from bristle.report.table import Table, capital, fixed, length_text, percent_text
 
 if TYPE_CHECKING:
     from bristle.comparison import Change, Comparison
@@ -27,6 +29,9 @@ WORDS = {
     "effort.peak": "Effort, largest in a cycle",
     "friction.level": "Friction level",
 }
+SHORT = {"root mean square": "rms", "largest in a cycle": "peak"}
+MOST_CARDS = 4
+MORE = "record ten cycles or more of each side, with the reference: `bristle compare before.csv after.csv --axis axis.toml`"
 HEADS = ("Quantity", "Before", "After", "Change", "95 % interval", "Verdict")
 
 
@@ -45,7 +50,7 @@ class Wording(NamedTuple):
         return f"{'These logs do not show whether the change helped' if self.is_open else self.words}: {self.reason}."
 
 
-KEEP = "keep the change, and find the causes of the remaining error: `bristle identify AFTER --axis axis.toml`"
+KEEP = "keep the change, and identify the remaining friction: `bristle identify AFTER --axis axis.toml`"
 BACK = "undo the change, then `bristle identify BEFORE --axis axis.toml`"
 ZERO = "the 95 % interval of the change in following error contains zero"
 VERDICTS = {
@@ -76,9 +81,9 @@ def comparison_report(compared: Comparison, *, name: str, **options: Any) -> str
     friction = Table("Friction at the same speeds", ("Speed", *HEADS[1:]), rows) if rows else None
     sections = [
         Section("changes", "Changes", [change_table(compared)]),
-        Section("basis", "Basis and warnings", basis),
-        Section("courses", "Where they differ", [Figures("courses"), friction]),
-        Section("log", "The logs", [*logs, Block("items", notes)]),
+        Section("basis", "Basis and warnings", basis, "Basis"),
+        Section("courses", "Where they differ", [Figures("courses"), friction], "Courses"),
+        Section("log", "The logs", [*logs, Block("items", notes)], "Logs"),
     ]
     files = {side: logs[0].source.name.strip("<>") for side, logs in sides.items()}
     facts = {"comparison": compared, "log_name": ", ".join(filter(None, files.values()))}
@@ -181,8 +186,9 @@ def _front(compared: Comparison, name: str, files: Mapping[str, str]) -> Front:
     if change is not None and wording is not None and not wording.is_open:
         typed = f"no new values: keep the values from {'after' if change.verdict == 'lower' else 'before'} the change"
     partly = f"motion common to both: {percent_text(shared.before_percent)} before, {percent_text(shared.after_percent)} after"
+    ruling = comparison_ruling(compared)
     answers = answered(
-        _lines(compared, ("following_error", "reversals"), "no following error: the logs have no reference"),
+        [*ruling.reasons[:1], *_lines(compared, ("following_error", "reversals"), "no following error: the logs have no reference")],
         [typed],
         _lines(compared, ("effort", "friction"), "no effort in these logs"),
         [
@@ -194,8 +200,31 @@ def _front(compared: Comparison, name: str, files: Mapping[str, str]) -> Front:
         if wording
         else ["also record the reference, and name its column in the axis file"],
     )
-    facts = about(*(f"{side}: {file}" for side, file in files.items() if file))
-    return Front(f"{name}: before and after", facts, comparison_ruling(compared), answers, "basis")
+    told = change or next(iter(compared.changes.values()), None)
+    arrow = " → ".join(filter(None, files.values()))
+    return Front(
+        f"{name}: before and after",
+        about(f"{shared.cycles_before} and {shared.cycles_after} {_pieces(compared)}"),
+        ruling.beyond_title if change else ruling,
+        answers,
+        title=_title(told) if told else "",
+        basis=f"({arrow})" if arrow else "",
+        cards=[_card(each) for each in list(compared.changes.values())[:MOST_CARDS]],
+        next=Step.of(wording.advice if wording and "`" in wording.advice else MORE),
+    )
+
+
+def _title(change: Change) -> str:
+    word, _, statistic = WORDS[change.name].partition(", ")
+    return f"{word}: {change_text(change.before, change.after, partial(_text, change), SHORT.get(statistic, statistic))}"
+
+
+def _card(change: Change) -> Card:
+    """Return the change of a quantity, with its 95 % interval."""
+    ends, percent = change.interval_percent, CELLS["no_change"] if change.verdict == "no_change" else percent_of(change)
+    word, _, statistic = WORDS[change.name].partition(", ")
+    label = statistic if "reversal" in word else f"{word}, {SHORT.get(statistic, statistic)}" if statistic else word
+    return Card(capital(label), percent, "no interval" if ends is None else f"95 %: {interval_of(change)}")
 
 
 def _lines(compared: Comparison, groups: tuple[str, ...], otherwise: str) -> list[str]:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -18,9 +19,18 @@ if TYPE_CHECKING:
     from bristle.simulation import SimulationResult, Statistics, VariantResult
 
 BASE = "base"
+NO_BREAK = "\u00a0"
 NO_CHANGE = 0.05  # smaller relative changes count as no change
 NAMES_MAX = 4  # variants in a list of names
 MANY = 10.0  # larger ratios are written as factors
+
+
+def change_text(before: float, after: float, written: Callable[[float], str], statistic: str) -> str:
+    """Return a change of a number, such as ``12.3 → 4.1 µm, ×3``."""
+    old, new = written(before), written(after)
+    old = old.split(NO_BREAK)[0] if old.split(NO_BREAK)[1:] == new.split(NO_BREAK)[1:] else old
+    times = f", ×{number(before / after, digits=2)}" if 0.0 < after < (1.0 - NO_CHANGE) * before else ": no improvement"
+    return f"{old} → {new} {statistic}{times}"
 
 
 class Errors(NamedTuple):
@@ -41,6 +51,12 @@ class Gain(NamedTuple):
     caveat: str
     alone: bool = True
     velocity_fed: bool = False
+
+    @property
+    def headline(self) -> str:
+        """The gain of friction feedforward, in a line."""
+        before, after = (step.peak_to_peak for step in self.steps[-2:])
+        return f"Friction feedforward: {change_text(before, after, partial(length_text, kind=self.kind), 'peak to peak')}"
 
     def sentences(self) -> list[str]:
         """Return the effect of compensation on the following error, in sentences."""

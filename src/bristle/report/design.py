@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
 
 from bristle.core import number, unit_of, with_unit
-from bristle.report.compensation import NO_CHANGE
+from bristle.report.cards import Card, Step
+from bristle.report.compensation import NO_CHANGE, change_text
 from bristle.report.loops import controller_text, law_lines
 from bristle.report.messages import as_data, message, picked, whole_sentence
 from bristle.report.page import Block, Figures, Front, Ruling, Section, about, answered, report_page
@@ -117,6 +119,8 @@ def circle_table(design: Design) -> Table:
     return Table.of("The circle", rows)
 
 
+COPY = "copy these gains: `bristle run EXPERIMENT.toml`"
+MEASURE = "record the machine before and after: `bristle compare before.csv after.csv --axis axis.toml`"
 GAINS = """“Tuned” is the present law with new gains. They give a phase margin of 40° and a gain margin of two, for small and large
 motions. “With an observer” is a proportional-derivative law with a disturbance observer and the same margins. Both loops use
 feedforward along the desired motion. Both assume that the real axis has the friction of the model."""
@@ -146,21 +150,30 @@ def design_report(design: Design, **options: Any) -> str:
         ]
     sections = [
         Section("gains", "Gains", [GAINS, proposal_table(design), *laws]),
-        Section("budget", "Causes of the error", errs),
-        Section("summary", "Summary", design_sentences(design)),
-        Section("margins", "Poles and margins", [MARGINS, margin_table(design), Figures("margins"), delay_table(design)]),
-        Section("circle", "A circle", circles),
+        Section("budget", "Causes of the error", errs, "Causes"),
+        Section("results", "Results", design_sentences(design), "Causes"),
+        Section("margins", "Poles and margins", [MARGINS, margin_table(design), Figures("margins"), delay_table(design)], "Margins"),
+        Section("circle", "A circle", circles, "Circle"),
     ]
     facts = {
         "design": design,
         "kind": design.experiment.kind,
         "assessment": design.assessment,
+        "causes": _errors_without(design),
         "circles": tuple(replace(circle, variant=loop_name(circle.variant, design)) for circle in design.circles) or None,
         "names": [loop_name(loop.name, design) for loop in design.proposals],
         "enough": design.usual_phase,
         "phases": [loop.assessment.least_phase for loop in design.proposals],
     }
     return report_page("design", facts, _front(design), sections, **options)
+
+
+def _errors_without(design: Design) -> dict[str, float] | None:
+    """Return the error with all causes, and without each cause [m or rad]; None if the loop was not simulated."""
+    if design.budget is None or not design.budget.entries:
+        return None
+    entries = design.budget.entries
+    return {"all causes": design.budget.all_causes.peak_to_peak} | {f"no {entry.cause}": entry.without.peak_to_peak for entry in entries}
 
 
 def design_sentences(design: Design) -> list[str]:
@@ -249,7 +262,7 @@ def _front(design: Design) -> Front:
     simulated = f"errors are simulated, {'one run' if runs == 1 else f'{runs} runs'} each, with the friction of the experiment file"
     title = f"{design.variant.name}, unchanged" if is_present else f"{chosen.name}, in place of the present loop"
     answers = answered(
-        quality,
+        quality if is_present else [_choice(design), *quality],
         [f"loop {title}", *law_lines(chosen.variant)],
         _cost(design),
         [
@@ -257,13 +270,43 @@ def _front(design: Design) -> Front:
             "" if budget is None else simulated,
         ],
         [
-            "" if is_present else "copy these gains (below) into the experiment file, then use `bristle run`",
+            "" if is_present else COPY,
             "use a finer encoder or a lower cut-off of the velocity: much of the effort is noise" if _counts_much(design) else "",
-            "record the machine before and after, then `bristle compare`",
+            MEASURE,
         ],
     )
     facts = about(f"variant {design.variant.name}", f"law {design.variant.controller.name}")
-    return Front(f"{design.experiment.name}: the loop", facts, design_ruling(design), answers, "summary")
+    heading, step = f"{design.experiment.name}: the loop", Step.of(MEASURE if is_present else COPY)
+    ruling = design_ruling(design) if is_present else design_ruling(design).beyond_title
+    return Front(heading, facts, ruling, answers, title=_title(design), basis="(simulated)", cards=_cards(design), next=step)
+
+
+def _title(design: Design) -> str:
+    """Return the headline: the error of the present and the chosen loop, or the margin of the present loop."""
+    kind, chosen, present = design.experiment.kind, design.chosen, design.proposals[0]
+    if chosen is not present and chosen.following_error is not None and present.following_error is not None:
+        change = change_text(present.peak_to_peak, chosen.peak_to_peak, partial(length_text, kind=kind), "peak to peak")
+        return f"Gains {chosen.name}: {change}"
+    if not design.is_stable:
+        return "The present loop is unstable"
+    return capital(_margin_text(present.assessment.least_phase))
+
+
+def _cards(design: Design) -> list[Card]:
+    """Return error, effort, margin and noise of the chosen loop."""
+    kind, chosen, present = design.experiment.kind, design.chosen, design.proposals[0]
+    force, rows = unit_of("force", kind), []
+    if chosen.following_error is not None:
+        rows.append(("Following error", length_text(chosen.peak_to_peak, kind), ""))
+    if design.budget is not None and design.budget.entries:
+        first = design.budget.entries[0]
+        rows.append(("Main cause", first.cause, f"without it {length_text(first.without.peak_to_peak, kind)}"))
+    old, new = (loop.assessment.least_phase for loop in (present, chosen))
+    if new is not None:
+        rows.append(("Phase margin", f"{short_text(new)}°", f"usual least {design.usual_phase:g}°" if new == old else f"now {_cell(old)}°"))
+    if chosen.effort_rms is not None:
+        rows.append(("Effort, rms", fixed(chosen.effort_rms, force), f"one count {fixed(chosen.count_effort, force)}"))
+    return [Card(*row) for row in rows]
 
 
 def _cost(design: Design) -> list[str]:

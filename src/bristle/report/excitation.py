@@ -10,12 +10,14 @@ from bristle.core import Content, number, scale_of, unit_of, with_unit
 from bristle.excitation import Excitation, excite
 from bristle.files import Results, origins_of_code, provenance
 from bristle.identification import Estimate
+from bristle.report.cards import Card, Step, quantity_text
 from bristle.report.messages import as_data, note_of, picked
 from bristle.report.model_tables import STATUS_WORDS
 from bristle.report.page import Block, Front, Ruling, Section, about, answered, report_page
 from bristle.report.results import write_report
 from bristle.report.table import Table, fixed, length_text, span_text
 
+WIDE = 100.0  # half-width of an interval that does not identify a parameter [%]
 FILES = {"motion": "motion.csv", "moves": "moves.csv", "program": "motion.nc", "axis": "axis.toml"}
 """Names of the files of a motion, by their content."""
 
@@ -78,9 +80,9 @@ def excitation_report(excitation: Excitation, *, identify: str, **options: Any) 
         Block("facts", limits, ("Demands on the axis",)),
     ]
     sections = [
-        Section("motion", "The motion", motion),
-        Section("outlook", "Expected results", [None if rehearsal is None else outlook_table(excitation)]),
-        Section("assumptions", "Omissions and assumptions", [Block("items", excitation.notes)]),
+        Section("motion", "The motion", motion, "Motion"),
+        Section("outlook", "Expected results", [None if rehearsal is None else outlook_table(excitation)], "Outlook"),
+        Section("assumptions", "Omissions and assumptions", [Block("items", excitation.notes)], "Limits"),
     ]
     facts = {"motion": excitation.motion, "expected": None if rehearsal is None else rehearsal.friction}
     return report_page("excitation", facts, _front(excitation, identify), sections, **options)
@@ -105,16 +107,18 @@ def outlook_table(excitation: Excitation) -> Table:
     rows = []
     for estimate in _sought(excitation):
         put_in = excitation.rehearsal.truth.get(estimate.name)
-        scale, half, error = scale_of(estimate.unit, estimate.value or put_in or 0.0), estimate.interval_percent, _error(estimate, put_in)
+        half, error = estimate.interval_percent, _error(estimate, put_in)
+        known, at_zero = _is_known(estimate, put_in), put_in == 0.0
+        scale = scale_of(estimate.unit, estimate.value if known and estimate.value else put_in or 0.0)
         rows.append(
             {
                 "Parameter": estimate.name,
                 "Meaning": estimate.description,
                 "True value": "" if put_in is None else number(put_in * scale.factor),
-                "Identified": number(estimate.value * scale.factor),
+                "Identified": ("≈ 0" if at_zero else number(estimate.value * scale.factor)) if known else "not identified",
                 "Unit": scale.unit or "–",
-                "Error [%]": "" if error is None else number(error, digits=2),
-                "95 % interval [%]": "–" if half is None or not math.isfinite(half) else f"± {number(half, digits=2)}",
+                "Error [%]": "" if error is None or not known else number(error, digits=2),
+                "95 % interval [%]": f"± {number(half, digits=2)}" if half is not None and known and not at_zero else "–",
                 "Remark": "true value outside the interval"
                 if _misses(estimate, put_in)
                 else STATUS_WORDS.get(estimate.status, estimate.status),
@@ -126,6 +130,11 @@ def outlook_table(excitation: Excitation) -> Table:
 def _error(estimate: Estimate, put_in: float | None) -> float | None:
     """Return the error of a parameter of the rehearsal [%]."""
     return 100.0 * (estimate.value / put_in - 1.0) if put_in and math.isfinite(put_in) else None
+
+
+def _is_known(estimate: Estimate, put_in: float | None) -> bool:
+    """Return whether the rehearsal identified a parameter with an interval smaller than its value, or its true value is zero."""
+    return estimate.status == "identified" and (put_in == 0.0 or (estimate.interval_percent or 0.0) < WIDE)
 
 
 def _misses(estimate: Estimate, put_in: float | None) -> bool:
@@ -145,7 +154,7 @@ def _sure(excitation: Excitation, *, sure: bool = True) -> list[Estimate]:
     """Return the identified parameters with intervals smaller than their values, or the others."""
     truth = {} if excitation.rehearsal is None else excitation.rehearsal.truth
     identified = [estimate for estimate in _sought(excitation) if estimate.status == "identified" and truth.get(estimate.name) != 0.0]
-    return [estimate for estimate in identified if ((estimate.interval_percent or 0.0) < 100.0) == sure]
+    return [estimate for estimate in identified if ((estimate.interval_percent or 0.0) < WIDE) == sure]
 
 
 def _limits(excitation: Excitation) -> list[tuple[str, float, float | None, str]]:
@@ -209,12 +218,9 @@ def excitation_ruling(excitation: Excitation) -> Ruling:
         return Ruling("with_care", "Run it, with care", ("the motion was not rehearsed",))
     sought = _sought(excitation)
     groups = (
-        ("this motion would not determine {}", [estimate for estimate in sought if estimate.status in ("unidentifiable", "at_edge")]),
-        ("this motion would hardly determine {}: the intervals are as wide as the values", _sure(excitation, sure=False)),
-        (
-            "this motion would give biased values, with the true value outside the interval: {}",
-            [estimate for estimate in sought if _misses(estimate, rehearsal.truth.get(estimate.name))],
-        ),
+        ("not identified: {}", [estimate for estimate in sought if estimate.status in ("unidentifiable", "at_edge")]),
+        ("hardly identified: {}", _sure(excitation, sure=False)),
+        ("biased: {}", [estimate for estimate in sought if _misses(estimate, rehearsal.truth.get(estimate.name))]),
     )
     reasons = [text.format(", ".join(estimate.name for estimate in estimates)) for text, estimates in groups if estimates]
     if presliding is not None and rehearsal.lag > presliding:
@@ -251,6 +257,33 @@ def _front(excitation: Excitation, identify: str) -> Front:
         trust,
         [f"run the motion, record the channels of the axis file, then `{identify}`"],
     )
-    heading, facts = f"{excitation.axis.name}: a motion to run", about(f"{motion.duration:.3g} s", "for the controller of the axis")
-    without = "In the rehearsal, the log of this motion determines every parameter."
-    return Front(heading, facts, excitation_ruling(excitation), answers, "assumptions", without)
+    travel, speed, _ = _limits(excitation)
+    cards = [
+        Card(
+            estimate.description.partition(",")[0].partition(" or ")[0].capitalize(),
+            _value(estimate),
+            estimate.name,
+            estimate.interval_percent,
+        )
+        for estimate in sorted(sure, key=lambda estimate: estimate.interval_percent or 0.0)[:2]
+    ]
+    cards += [
+        Card(word.capitalize(), fixed(value, of), f"of {fixed(most, of)}" if most else "") for word, value, most, of in (travel, speed)
+    ]
+    sought = len(_sought(excitation))
+    title = f"Determines {len(sure)} of {sought} parameters" if sought else f"A motion of {motion.duration:.3g} s"
+    return Front(
+        f"{excitation.axis.name}: a motion to run",
+        about(f"{motion.duration:.3g} s"),
+        excitation_ruling(excitation),
+        answers,
+        "In the rehearsal, the log of this motion determines every parameter.",
+        title=title,
+        basis="(rehearsed)" if rehearsal else "(not rehearsed)",
+        cards=cards,
+        next=Step("Run motion.csv, then identify its log:", identify),
+    )
+
+
+def _value(estimate: Estimate) -> str:
+    return quantity_text(estimate.value, estimate.interval_percent, estimate.unit)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from markupsafe import Markup
 
-from bristle.core import number, unit_of, with_unit
+from bristle.core import unit_of, with_unit
 from bristle.prediction import fit_at_samples, largest_deviation, reversal_distance, steady_curve
 from bristle.report.brief import advice_to_record
 from bristle.report.cards import Step, cards_of, no_gain
@@ -31,7 +31,7 @@ from bristle.report.model_tables import (
 from bristle.report.page import Block, Figures, Front, Section, about, report_page, worded
 from bristle.report.sentences import SENTENCES
 from bristle.report.simulation import focus_of
-from bristle.report.table import Table, capital, fixed, length_text, percent_text
+from bristle.report.table import Table, capital, fixed, percent_text
 
 if TYPE_CHECKING:
     from bristle.certificates import Certificate
@@ -166,13 +166,9 @@ def _merged(reasons: Sequence[str]) -> tuple[str, ...]:
 
 def headline(fit: Fit, gain: Gain | None) -> str:
     """Return the sentence over the large picture: the gain of friction feedforward, or the model error without a simulated gain."""
-    if gain is None:
-        return "Friction is not identified" if is_one_sided(fit) else f"Model error {percent_text(fit.error_percent)}"
-    before, after = (step.peak_to_peak for step in gain.steps[-2:])
-    old, new = (length_text(length, gain.kind) for length in (before, after))
-    old = old.split(NO_BREAK)[0] if old.split(NO_BREAK)[1:] == new.split(NO_BREAK)[1:] else old
-    times = f", ×{number(before / after, digits=2)}" if 0.0 < after < 0.95 * before else ": no improvement"
-    return f"Friction feedforward: {old} → {new}{times}"
+    if gain is not None:
+        return gain.headline
+    return "Friction is not identified" if is_one_sided(fit) else f"Model error {percent_text(fit.error_percent)}"
 
 
 def _correlations(fit: Fit) -> Table:

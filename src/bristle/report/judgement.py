@@ -11,7 +11,7 @@ from bristle.report.sentences import SENTENCES
 from bristle.report.table import fixed, length_text, percent_text
 
 if TYPE_CHECKING:
-    from bristle.identification import Fit, Settings
+    from bristle.identification import Fit, Identification, Settings
     from bristle.prediction import Following
 
 LEVELS = {"usable": "Usable", "with_care": "Use with care", "measure_again": "Measure again"}  # the words of each level
@@ -143,6 +143,11 @@ def is_one_sided(fit: Fit) -> bool:
     """Return whether the level of friction is unknown in a direction."""
     levels = level_values(fit)
     return levels is not None and None in (levels.forward, levels.backward)
+
+
+def level_of(identification: Identification) -> str:
+    """Return the level of the verdict on the best model of a log."""
+    return judged(identification.best, identification.settings).level
 
 
 def _error(fit: Fit) -> float:

@@ -11,11 +11,12 @@ import numpy as np
 
 from bristle.core import SIZE_LIMIT, Axis, Diagnostic, Kind, Readable, number, unit_of, with_unit
 from bristle.files import SUMMARY, Inspection, as_json
+from bristle.report.cards import Card, Step
 from bristle.report.messages import as_data
-from bristle.report.page import Block, Front, Ruling, Section, about, answered, report_page
+from bristle.report.page import Block, Front, Ruling, Section, about, report_page
 from bristle.report.results import write_report
 from bristle.report.sentences import SENTENCES
-from bristle.report.table import Quantity, Table, fixed, interval_text, span_text
+from bristle.report.table import Quantity, Table, capital, fixed, interval_text, span_text
 
 if TYPE_CHECKING:
     from bristle.files import Results
@@ -86,14 +87,15 @@ def inspect_log(log: Readable, axis: Axis | None = None, *, size_limit: int = SI
 
 def log_report(log: Log, segments: Sequence[Passage], *, name: str, diagnostics: Sequence[Mapping[str, Any]] = (), **options: Any) -> str:
     """Return the report of a log as an HTML page; options as of `report_page`."""
-    remarks = Block("items", [diagnostic["message"] for diagnostic in diagnostics])
+    ruling = log_ruling(log, diagnostics)
+    remarks = [Block("items", lines) for lines in (ruling.reasons, _advice(diagnostics), [each["message"] for each in diagnostics])]
     sections = [
-        Section("check", "Problems and remarks", [remarks]),
+        Section("summary", "Summary", remarks if diagnostics or ruling.reasons else ["bristle found no problem in this log."]),
         Section("passages", "Contents", [passage_table([segment.as_data() for segment in segments], log.kind)]),
         Section("log", "The log", [Block("facts", log_facts(log), ("Recorded channels",)), Block("items", log.notes)]),
     ]
     facts = {"log": log, "passages": segments, "log_name": log.source.name.strip("<>")}
-    return report_page("log", facts, _front(log, segments, diagnostics, name), sections, **options)
+    return report_page("log", facts, _front(log, ruling, segments, name), sections, **options)
 
 
 def log_ruling(log: Log, diagnostics: Sequence[Mapping[str, Any]]) -> Ruling:
@@ -110,36 +112,33 @@ def log_ruling(log: Log, diagnostics: Sequence[Mapping[str, Any]]) -> Ruling:
     return Ruling("with_care", "Use with care", reasons) if doubts else Ruling("usable", "The log can be identified")
 
 
-def _front(log: Log, segments: Sequence[Passage], diagnostics: Sequence[Mapping[str, Any]], name: str) -> Front:
-    ruling, source, count = log_ruling(log, diagnostics), log.source.name.strip("<>"), len(log.segments)
+def _advice(diagnostics: Sequence[Mapping[str, Any]]) -> list[str]:
     advice = (SENTENCES[diagnostic["code"]].advice for diagnostic in diagnostics if diagnostic["severity"] != "note")
-    lines = [line for line in dict.fromkeys(advice) if line != "nothing"]
+    return [capital(line) for line in dict.fromkeys(advice) if line != "nothing"]
+
+
+def _front(log: Log, ruling: Ruling, segments: Sequence[Passage], name: str) -> Front:
+    source, kind = log.source.name.strip("<>"), log.kind
     times: dict[str, float] = {}
     for segment in segments:
         times[segment.kind] = times.get(segment.kind, 0.0) + segment.end - segment.begin
-    longest_first = sorted(times.items(), key=lambda entry: -entry[1])
-    spans = []
-    for signal, quantity in (("position", "length"), ("effort", "force")):
-        if (channel := getattr(log, signal)) is not None:
-            text = fixed(float(np.ptp(channel.values)), unit_of(quantity, log.kind))
-            spans.append(f"{signal} spans {text} (column {channel.column})")
-    fit = f"fit models: `bristle identify {source} --axis axis.toml --out results`"
-    answers = answered(
-        [f"{KINDS[kind]}: {fixed(time, 's')}" for kind, time in longest_first] or ["the axis does not move"],
-        lines or ["the axis file needs no corrections"],
-        spans,
-        [
-            f"{len(log)} samples in {count} {'stretch' if count == 1 else 'stretches'}",
-            f"a sample every {fixed(log.sample_time, 's')} ({number(1.0 / log.sample_time)} Hz)",
-            "with a reference, so the following error is known"
-            if log.reference is not None
-            else "without a reference, so the following error is unknown",
-        ],
-        [fit if ruling.level != "no" else "correct the cause, then check the log again: `bristle log`"],
-        third="Range and effort",
-    )
-    facts = about(f"log {source}, {fixed(len(log) * log.sample_time, 's')}")
-    return Front(f"{name}: a log", facts, ruling, answers, "check", "bristle found no problem in this log.")
+    longest = sorted(times.items(), key=lambda entry: -entry[1])[:2]
+    contents = ", ".join(f"{KINDS[kind]} {fixed(time, 's')}" for kind, time in longest)
+    contents = contents or ("motion without a known pattern" if np.ptp(log.position.values) else "the axis does not move")
+    speed = np.gradient(log.position.values, log.time.values) if log.velocity is None else log.velocity.values
+    cards = [
+        Card("Stroke", fixed(float(np.ptp(log.position.values)), unit_of("length", kind))),
+        Card("Largest speed", fixed(float(np.max(np.abs(speed))), unit_of("length/time", kind))),
+        Card("Effort", "–", "not recorded", open=True),
+        Card("Sample time", fixed(log.sample_time, "s"), f"{len(log)} samples"),
+    ]
+    if log.effort is not None:
+        cards[2] = Card("Effort, span", fixed(float(np.ptp(log.effort.values)), unit_of("force", kind)), f"column {log.effort.column}")
+    step = Step("Identify the friction:", f"bristle identify {source or 'log.csv'} --axis axis.toml --out results")
+    if ruling.level == "no":
+        step = Step("Correct the cause, then check the log again:", f"bristle log {source or 'log.csv'} --axis axis.toml")
+    facts = about(f"log {source}, {fixed(len(log) * log.sample_time, 's')}", "" if log.reference is not None else "no reference")
+    return Front(f"{name}: a log", facts, ruling, title=capital(contents), basis=f"({source})" if source else "", cards=cards, next=step)
 
 
 def log_facts(log: Log, further: Sequence[Log] = ()) -> list[tuple[str, str]]:

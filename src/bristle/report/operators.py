@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from bristle.core import number, unit_of, with_unit
+from bristle.report.cards import Card, Step
 from bristle.report.messages import picked
 from bristle.report.page import Block, Front, Ruling, Section, about, answered, report_page
 from bristle.report.table import Quantity, Table, fixed, percent_text, short_text
@@ -14,6 +15,8 @@ if TYPE_CHECKING:
     from bristle.core import Model
     from bristle.hysteresis.identification import OperatorFit, OperatorIdentification, OperatorPrediction
     from bristle.logs import Curves
+
+MORE = "record more curves where the error is large: `bristle identify CURVES --axis axis.toml --model preisach`"
 
 
 def operator_summary(identification: OperatorIdentification, *, provenance: Mapping[str, str]) -> dict[str, Any]:
@@ -127,25 +130,40 @@ def _front(prediction: OperatorPrediction, heading: str, recorded: Curves, fits:
     """Return the first page of an operator, identified or compared with further curves; `fits` are best first."""
     held_out, unit = fits[0].held_out if fits else None, unit_of("force", recorded.kind)
     curves = f"{len(recorded.curves)} {'curve' if len(recorded.curves) == 1 else 'curves'}"
+    ruling = operator_ruling(prediction.error_percent, held_out and held_out.mean_percent, fitted=bool(fits))
     then = "predict further curves: `bristle predict model.toml CURVES --axis axis.toml`"
     answers = answered(
         [
+            *ruling.reasons[:1],
             f"error {fixed(prediction.rmse, unit)} root mean square, at a full scale of {fixed(recorded.full_scale, unit)}",
             f"held-out error {percent_text(held_out.mean_percent)}, over {held_out.of}" if held_out is not None else "",
+            *(
+                f"for comparison: {percent_text(fit.held_out.mean_percent if fit.held_out else fit.prediction.error_percent)} by {fit.name}"
+                for fit in fits[1:4]
+            ),
         ],
         ["the model file, model.toml" if fits else "no new values: use the same model file"],
-        [
-            f"for comparison: {percent_text(fit.prediction.error_percent if fit.held_out is None else fit.held_out.mean_percent)} by "
-            f"{fit.name}"
-            for fit in fits[1:4]
-        ]
-        or ["no other operator was compared"],
+        [],
         [f"{curves}, each begins: {recorded.start}", *(list(filter(None, fits[0].notes))[:2] if fits else ())],
-        [then if fits else "record more curves in the regions of large error, and identify again"],
-        third="Other operators",
+        [then if fits else MORE],
     )
-    ruling = operator_ruling(prediction.error_percent, held_out and held_out.mean_percent, fitted=bool(fits))
-    return Front(heading, about(curves), ruling, answers, "model")
+    error, basis = prediction.error_percent if held_out is None else held_out.mean_percent, recorded.source.name.strip("<>")
+    cards = [
+        Card("Error", fixed(prediction.rmse, unit), "rms"),
+        Card("Full scale", fixed(recorded.full_scale, unit), curves),
+        Card("Fitted curves", percent_text(prediction.error_percent)) if fits else None,
+        Card("Next best", percent_text(fits[1].prediction.error_percent), fits[1].name) if fits[1:] else None,
+    ]
+    return Front(
+        heading,
+        about(curves),
+        ruling.beyond_title,
+        answers,
+        title=f"{'Operator' if held_out is None else 'Held-out'} error {percent_text(error)} of full scale",
+        basis=f"({basis})" if basis else "",
+        cards=[card for card in cards if card is not None],
+        next=Step.of(then if fits else MORE),
+    )
 
 
 def comparison_of_operators(identification: OperatorIdentification) -> Table:

@@ -44,6 +44,11 @@ class Ruling(NamedTuple):
         """Return the verdict for JSON."""
         return self._asdict()
 
+    @property
+    def beyond_title(self) -> Ruling:
+        """The verdict without its first reason, if the title states that reason."""
+        return self._replace(reasons=self.reasons[1:])
+
 
 class Picture(NamedTuple):
     """A figure of a page: identifier, drawing, caption and log."""
@@ -79,7 +84,6 @@ class Front(NamedTuple):
     facts: str
     ruling: Ruling | None = None
     answers: Sequence[tuple[str, Sequence[str]]] = ()
-    further: str = ""
     without_reasons: str = ""
     title: str = ""
     basis: str = ""
@@ -137,10 +141,10 @@ def about(*facts: str) -> str:
     return " · ".join((datetime.date.today().isoformat(), *filter(None, facts)))
 
 
-def answered(*answers: Iterable[str], third: str = QUESTIONS[2]) -> list[tuple[str, list[str]]]:
-    """Return the five questions, each with its non-empty lines; the third question may have another text."""
-    questions = (*QUESTIONS[:2], third, *QUESTIONS[3:])
-    return [(question, list(filter(None, lines))) for question, lines in zip(questions, answers, strict=True)]
+def answered(*answers: Iterable[str]) -> list[tuple[str, list[str]]]:
+    """Return the five questions, each with its non-empty lines; a question without an answer is left out."""
+    pairs = [(question, list(filter(None, lines))) for question, lines in zip(QUESTIONS, answers, strict=True)]
+    return [(question, lines) for question, lines in pairs if lines]
 
 
 def picture(
@@ -214,7 +218,9 @@ def _pictures(kind: str, facts: Facts) -> tuple[dict[str, list[Picture]], list[M
             alternative, caption = (text if isinstance(text, str) else text(*arguments) for text in (figure.alternative, figure.caption))
             drawing = picture(figure.name, partial(figure.draw, *arguments), alternative, caption)
             # A prediction may be of another log than the report.
-            log = facts["prediction"].log if "prediction" in figure.needs else facts.get("log_name", "")
+            own, log = facts.get("log_name", ""), facts["prediction"].log if "prediction" in figure.needs else facts.get("log_name", "")
+            # The title of the first screen names its log.
+            log = "" if place.section in ("front", "beside") and log == own else log
             pictures[place.section].append(drawing._replace(log=log))
         except Exception as error:  # noqa: BLE001  (a fault of a figure costs no results)
             remark = f"the figure {place.name} is not drawn: {type(error).__name__}: {told_by(error)}".rstrip(": ")

@@ -8,6 +8,7 @@ import numpy as np
 from bristle.core import Kind, Model, Status, unit_of, with_unit
 from bristle.identification import Settings
 from bristle.logs import Log
+from bristle.report.cards import Card, Step
 from bristle.report.log import log_facts
 from bristle.report.loops import component_table
 from bristle.report.messages import as_data, notes_of
@@ -25,11 +26,11 @@ def prediction_report(
     errors = Block("facts", metrics_in_words(prediction), ("Errors, root mean square. Percentages are relative to the measured signal",))
     sections = [
         Section("metrics", "Errors", [errors, Block("items", notes)]),
-        Section("model", "The model", [component_table("The model", [("Plant", plant), ("Friction", friction)])]),
-        Section("log", "The log", [Block("facts", log_facts(log), ("Recorded channels",))]),
+        Section("model", "The model", [component_table("The model", [("Plant", plant), ("Friction", friction)])], "Model"),
+        Section("log", "The log", [Block("facts", log_facts(log), ("Recorded channels",))], "Log"),
     ]
     front = _front(prediction, friction, log, axis_name, own_log=own_log)
-    facts = {"prediction": prediction, "kind": log.kind, "log": log}
+    facts = {"prediction": prediction, "kind": log.kind, "log": log, "log_name": prediction.log}
     return report_page("prediction", facts, front, sections, **options)
 
 
@@ -126,18 +127,48 @@ def _front(prediction: Prediction, friction: Model, log: Log, name: str, *, own_
             at_most = f", {length_text(float(np.max(np.abs(prediction.position - prediction.position_predicted))), kind)} at most"
         quality.append(f"position error {length_text(float(length), kind)}, root mean square{at_most}")
     advice = [SENTENCES[diagnostic.code].advice for diagnostic in prediction.diagnostics if diagnostic.severity != "note"]
-    then = "identify this log together with the first log: `bristle identify FIRST THIS --axis axis.toml`"
+    then = "identify both logs together: `bristle identify FIRST THIS --axis axis.toml`"
     if own_log:
-        then = "predict another log of this axis, with another motion"
+        then = "predict a log of another motion: `bristle predict model.toml OTHER --axis axis.toml`"
     elif ruling.level == "usable":
-        then = "use the model as feedforward, record the machine without and with this feedforward, then `bristle compare`"
+        then = "record without and with this feedforward: `bristle compare before.csv after.csv --axis axis.toml`"
     answers = answered(
-        quality or ["the log has no signal to compare with the prediction"],
+        [*ruling.reasons[:1], *quality] if quality else ["the log has no signal to compare with the prediction"],
         ["no values from this model" if ruling.level == "no" else "no new values: use the values of the identification report"],
-        [MODES.get(prediction.mode, prediction.mode), left],
-        bands or ["the model has no uncertainty band"],
+        [left],
+        [f"{prediction.mode} mode: {MODES.get(prediction.mode, '')}", *(bands or ["the model has no uncertainty band"])],
         [*(line for line in dict.fromkeys(advice) if line != "nothing"), then],
-        third="Mode of the prediction",
     )
-    facts = about(f"log {log.source.name.strip('<>')}, {fixed(log.duration, 's')}", f"model {friction.name}", f"{prediction.mode} mode")
-    return Front(f"{name}: is the model valid?", facts, ruling, answers, "metrics")
+    source = log.source.name.strip("<>")
+    facts = about(f"log {source}, {fixed(log.duration, 's')}", f"model {friction.name}")
+    title, cards, basis = (
+        _title(prediction, kind),
+        _cards(prediction, kind),
+        f"({source}, {prediction.mode} mode)" if source else f"({prediction.mode} mode)",
+    )
+    ruling = ruling.beyond_title if quality and ruling.level != "no" else ruling
+    return Front(f"{name}: is the model valid?", facts, ruling, answers, title=title, basis=basis, cards=cards, next=Step.of(then))
+
+
+def _title(prediction: Prediction, kind: Kind) -> str:
+    """Return the headline: the error of the effort, or else of the position."""
+    percent, length = (prediction.metrics.get(key) for key in ("force_error_percent", "position_rmse"))
+    if isinstance(percent, (int, float)) and np.isfinite(percent):
+        return f"Prediction error: {percent_text(float(percent))} of the effort"
+    return f"Prediction error: {length_text(float(length), kind)}, rms" if isinstance(length, (int, float)) else "No signal to compare"
+
+
+def _cards(prediction: Prediction, kind: Kind) -> list[Card]:
+    """Return the errors of a prediction, and the share of the measured signals inside the 95 % band."""
+    force, length = (prediction.metrics.get(f"{key}_rmse") for key in ("force", "position"))
+    cards = []
+    if isinstance(force, (int, float)):
+        effort = 0.0 if prediction.effort is None else float(np.sqrt(np.mean(np.square(prediction.effort))))
+        rest = fixed(float(force), unit_of("force", kind))
+        cards.append(Card("Effort error, rms", rest, f"of {fixed(effort, unit_of('force', kind))}" if effort else ""))
+    if isinstance(length, (int, float)):
+        cards.append(Card("Position error, rms", length_text(float(length), kind)))
+    bands = [
+        Card(f"{signal.capitalize()} inside the band", percent_text(share), "95 % band") for signal, share in _bands(prediction).items()
+    ]
+    return [*cards, *(bands or [Card("95 % band", "–", "not in the model", open=True)])]

@@ -2,17 +2,19 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Any
 
-from bristle.core import Diagnostic, Status, unit_of
-from bristle.report.compensation import Standing, closing_sentences, gain_of, is_alike, pair_in, pair_of, standing, variant_of
+from bristle.core import NORMAL_95, Diagnostic, Status, unit_of
+from bristle.report.cards import Card, Step
+from bristle.report.compensation import Standing, change_text, closing_sentences, gain_of, is_alike, pair_in, pair_of, standing, variant_of
 from bristle.report.loops import direction_table, law_lines, loop_doubts, loop_warnings, parts_table, run_table, variant_table
 from bristle.report.messages import as_data
 from bristle.report.page import Front, Ruling, Section, about, answered, report_page
 from bristle.report.table import fixed, length_text
 from bristle.simulation import SimulationResult, VariantResult, swing_at_worst_reversal
 
-ON_THE_MACHINE = "record the machine without and with compensation, then `bristle compare before.csv after.csv --axis axis.toml`"
+ON_THE_MACHINE = "record the machine without and with compensation: `bristle compare before.csv after.csv --axis axis.toml`"
 
 
 def simulation_report(
@@ -24,24 +26,24 @@ def simulation_report(
         "simulation": result,
         "open_loop": result if is_open else None,
         "focus": None if is_open else focus_of(result),
-        "at_reversal": None,
+        "gain_pair": None,
     }
-    rank = None if is_open else standing(result)
-    if rank is not None:
-        # The close-up shows two variants that differ only in friction feedforward: the lag of a loop would flatten both.
-        pair, best = pair_in(result), rank.best.name
-        near = (pair[0].name, best) if pair is not None and pair[1].name == best else (rank.base.name, best)
-        facts["at_reversal"] = list(dict.fromkeys((rank.base.name, *near))), list(dict.fromkeys(near))
+    if (rank := None if is_open else standing(result)) is not None:
+        facts["at_reversal"] = list(dict.fromkeys((rank.base.name, rank.best.name)))
+        facts["loops"] = result
+    gain = None if is_open else gain_of(result)
+    if gain is not None and gain.alone and len(gain.steps) > 1:
+        facts["gain_pair"] = tuple(step.name for step in gain.steps[-2:])
     if is_open:
         basis = ["An open loop: without a controller, the given effort is constant over each sample."]
         basis += [f"Effort of {variant.name}: {variant.effort.description}." for variant in variants if variant.effort is not None]
     else:
         basis = ["The following error is reference minus encoder reading. The true error is reference minus true position."]
     sections = [
-        Section("variants", "Motions and efforts" if is_open else "Errors and efforts", [variant_table(result)]),
-        Section("summary", "Summary", [*(f"{warning}." for warning in warnings), *closing_sentences(result)]),
-        Section("directions", "Forward and backward", [None if is_open else direction_table(result)]),
-        Section("assumptions", "Simulated variants", [*basis, run_table(variants), *map(parts_table, variants)]),
+        Section("variants", "Motions and efforts" if is_open else "Errors and efforts", [variant_table(result)], "Variants"),
+        Section("results", "Results", [*(f"{warning}." for warning in warnings), *closing_sentences(result)], "Results"),
+        Section("directions", "Forward and backward", [None if is_open else direction_table(result)], "Variants"),
+        Section("assumptions", "Simulated variants", [*basis, run_table(variants), *map(parts_table, variants)], "Models"),
     ]
     front = _front(result, warnings if doubts is None else doubts)
     return report_page("simulation", facts, front, sections, **options)
@@ -116,7 +118,7 @@ def simulation_ruling(result: SimulationResult, warnings: Sequence[str] = ()) ->
 
 def _front(result: SimulationResult, warnings: Sequence[str]) -> Front:
     count, runs = len(result.experiment.variants) + len(result.refused), max((loop.runs for loop in result.variants.values()), default=0)
-    facts = about(f"simulated, {count} {'variant' if count == 1 else 'variants'}", f"mean of {runs} runs" if runs > 1 else "")
+    facts = about(f"{count} {'variant' if count == 1 else 'variants'}", f"mean of {runs} runs" if runs > 1 else "")
     rank = None if _is_open(result) else standing(result)
     if rank is not None:
         answers = _loop_answers(result, rank)
@@ -131,7 +133,48 @@ def _front(result: SimulationResult, warnings: Sequence[str]) -> Front:
             ["this is a simulation: it lacks every effect that the models of plant and friction lack"],
             ["correct the cause that the verdict names" if not completed else "compare the motion with a log of the same effort"],
         )
-    return Front(f"{result.experiment.name}: simulated", facts, simulation_ruling(result, warnings), answers, "variants")
+    advice = next((line for _, lines in answers[-1:] for line in lines if "`" in line), "")
+    ruling, heading = simulation_ruling(result, warnings), f"{result.experiment.name}: simulated"
+    if rank is not None and rank.best is not rank.base and rank.instead in ruling.reasons[:1]:
+        ruling = ruling.beyond_title
+    title, cards = _title(result, rank), _cards(result, rank)
+    return Front(heading, facts, ruling, answers, title=title, basis="(simulated)", cards=cards, next=Step.of(advice) if advice else None)
+
+
+def _title(result: SimulationResult, rank: Standing | None) -> str:
+    """Return the headline: the gain of friction feedforward, or else the error of the best loop, or the motion of an open loop."""
+    kind, gain = result.experiment.kind, gain_of(result)
+    if rank is None:
+        moved = [loop for loop in result.variants.values() if loop.is_open and loop.status is not Status.NOT_FINITE]
+        return f"The open loop moves by {length_text(moved[0].motion.peak_to_peak, kind)}" if moved else "No variant completed"
+    if gain is not None and gain.alone and len(gain.steps) > 1:
+        return gain.headline
+    old, new = (loop.following_error.peak_to_peak for loop in (rank.base, rank.best))
+    if rank.best is rank.base:
+        return f"Following error {length_text(new, kind)} peak to peak"
+    return f"Following error: {change_text(old, new, partial(length_text, kind=kind), 'peak to peak')}"
+
+
+def _cards(result: SimulationResult, rank: Standing | None) -> list[Card]:
+    """Return error, swing at the worst reversal, and effort of the best loop; or the motion and effort of each open loop."""
+    kind = result.experiment.kind
+    if rank is None:
+        completed = [loop for loop in result.variants.values() if loop.status is not Status.NOT_FINITE]
+        return [Card(f"Effort, {loop.name}", fixed(loop.effort_rms, unit_of("force", kind)), "rms") for loop in completed[:4]]
+    best, base, spread = rank.best, rank.base, rank.best.spread.get("following_error", {}).get("peak_to_peak")
+    peak = best.following_error.peak_to_peak
+    half = 100.0 * NORMAL_95 * float(spread) / math.sqrt(best.runs) / peak if spread and best.runs > 1 and peak else None
+    swings = [_swing(result, loop) for loop in (best, base)]
+    cards = [Card("Error, peak to peak", length_text(peak, kind), best.name, half)]
+    cards += [Card("Error, rms", length_text(best.following_error.rms, kind), _instead(best, base, base.following_error.rms))]
+    if swings[0] is not None and swings[1] is not None:
+        cards.append(Card("Worst reversal", length_text(swings[0], kind), _instead(best, base, swings[1])))
+    unit = unit_of("force", kind)
+    return [*cards, Card("Effort, rms", fixed(best.effort_rms, unit), f"peak {fixed(best.effort_peak, unit)}")]
+
+
+def _instead(best: VariantResult, base: VariantResult, length: float) -> str:
+    return "" if best is base else f"instead of {length_text(length, best.kind)}"
 
 
 def _loop_answers(result: SimulationResult, rank: Standing) -> list[tuple[str, list[str]]]:
@@ -147,6 +190,7 @@ def _loop_answers(result: SimulationResult, rank: Standing) -> list[tuple[str, l
     limit = variant.run.effort_limit
     return answered(
         [
+            "" if is_base else rank.instead,
             f"following error {length_text(best.following_error.peak_to_peak, kind)} peak to peak, "
             f"{length_text(best.following_error.rms, kind)} root mean square ({best.name})",
             new and f"swing of the error at its worst reversal: {new}" + ("" if is_base else f" instead of {old}"),
@@ -163,7 +207,7 @@ def _loop_answers(result: SimulationResult, rank: Standing) -> list[tuple[str, l
             if best.runs > 1 and spread
             else "",
         ],
-        ["find the limits of this loop, and better gains: `bristle design EXPERIMENT.toml`"]
+        ["find better gains: `bristle design EXPERIMENT.toml`"]
         if is_base
         else [ON_THE_MACHINE, "find the causes of the remaining error: `bristle design EXPERIMENT.toml`"],
     )

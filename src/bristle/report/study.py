@@ -1,15 +1,15 @@
-"""The report of a study: distributions, influential causes and worst runs; and the report of a fleet, log by log."""
+"""The report of a study: distributions, influential causes and worst runs."""
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bristle.core import DEVIATION_OVER_MEDIAN, NORMAL_95, number, scale_of, with_unit
+from bristle.core import number, scale_of, with_unit
+from bristle.report.cards import Card, Step
 from bristle.report.page import Figures, Front, Section, report_page
 from bristle.report.table import Quantity, Table, capital, interval_text
 from bristle.study.store import OK, Runs
@@ -180,11 +180,11 @@ def study_report(runs: Runs, summary: Mapping[str, Any], *, command: str, figure
         worst = Table(f"The worst runs: those with the largest {metric}", ("Run", metric, "Command to repeat it"), again)
     columns = [(name, about["role"], about["unit"] or "–") for name, about in described["columns"].items()]
     sections = [
-        Section("", "", study_sentences(summary)),
+        Section("results", "Results", study_sentences(summary)),
         Section("spread", "Distributions", [Figures("spread"), *spread_tables(summary)]),
-        Section("influence", "Influence of each cause", _influence_tables(summary)),
-        Section("worst", "The worst runs", [worst, failed]),
-        Section("files", "The files", [Table("Columns of the files in runs/", ("Column", "Role", "Unit"), columns)]),
+        Section("influence", "Influence of each cause", _influence_tables(summary), "Influence"),
+        Section("worst", "The worst runs", [worst, failed], "Worst"),
+        Section("files", "The files", [Table("Columns of the files in runs/", ("Column", "Role", "Unit"), columns)], "Files"),
     ]
     entries, points = {name: entry for name, entry in summary["metrics"].items() if entry["count"]}, _points_of_grid(runs)
     together = not described["grid"] or len(points) > 5
@@ -198,9 +198,38 @@ def study_report(runs: Runs, summary: Mapping[str, Any], *, command: str, figure
     }
     drawn = f"{described['draws']} draws ({described['sampling'].replace('_', ' ')}), seed {described['seed']}"
     beside = f" · {len(points)} points of a grid" if described["grid"] else ""
-    front = Front(f"{summary['name']}: a study", f"{summary['done']} of {summary['runs']} runs · {drawn}{beside}")
+    heading, about = f"{summary['name']}: a study", f"{summary['done']} of {summary['runs']} runs · {drawn}{beside}"
+    title, cards = _title_and_cards(summary, metric)
+    front = Front(heading, about, title=title, basis="(90 % of the runs)", cards=cards, next=_next(summary, command))
+    influence = [entry for entry in summary["rank_correlations"] if entry["metric"] == metric]
+    facts = {"study": runs, "spread": spread or None, "first_spread": spread.get(metric), "influence": influence or None}
     options = {"command": command, "provenance": summary["provenance"], "figures": figures}
-    return report_page("study", {"study": runs, "spread": spread or None}, front, sections, **options)
+    return report_page("study", facts, front, sections, **options)
+
+
+def _title_and_cards(summary: Mapping[str, Any], metric: str) -> tuple[str, list[Card]]:
+    """Return the range of the first number over the runs, with its median, 95 % quantile and strongest cause."""
+    entry, failed = summary["metrics"][metric], summary["done"] - summary["statuses"].get(OK, 0)
+    failures = Card("Failed runs", str(failed), f"of {summary['done']}")
+    if not entry["count"]:
+        return "No run completed", [failures]
+    low, median, high = (with_unit(entry[key], entry["unit"]).replace(" ", "\u00a0") for key in ("low", "median", "high"))
+    ends = entry["high_interval"]
+    known = all(map(np.isfinite, ends)) and entry["high"]
+    half = 100.0 * 0.5 * (ends[1] - ends[0]) / abs(entry["high"]) if known else None
+    cards = [Card("Median", median), Card("95 % quantile", high, "", half), failures]
+    if causes := [each for each in summary["rank_correlations"] if each["metric"] == metric]:
+        first = max(causes, key=lambda each: abs(each["value"]))
+        cards.append(Card("Strongest cause", first["cause"], f"correlation {_signed(first['value'])}"))
+    return f"{capital(entry['description']).replace('root mean square', 'rms')}: {low} to {high}", cards
+
+
+def _next(summary: Mapping[str, Any], command: str) -> Step:
+    if summary["done"] < summary["runs"]:
+        return Step("Complete the study:", command)
+    return (
+        Step("Look at the worst run:", summary["worst"][0]["command"]) if summary["worst"] else Step("Repeat with other spreads:", command)
+    )
 
 
 def _influence_tables(summary: Mapping[str, Any]) -> list[Table]:
@@ -229,166 +258,3 @@ def _influence_tables(summary: Mapping[str, Any]) -> list[Table]:
 
 def _range(ends: Sequence[float]) -> str:
     return f"{_signed(ends[0])} to {_signed(ends[1])}"
-
-
-LOGS_SHOWN = 200
-APART = 3.5  # robust standard deviations, including the interval of the log
-
-
-def fleet_summary(runs: Runs, *, provenance: Mapping[str, str]) -> dict[str, Any]:
-    """Return a fleet in numbers, in SI."""
-    described, columns = runs.described, runs.columns
-    names, counts = np.unique(columns["status"], return_counts=True)
-    failed = np.flatnonzero(columns["status"] != OK)
-    errors = columns["held_out_error"]
-    return {
-        "name": described["name"],
-        "kind": described["kind"],
-        "model": described["model"],
-        "logs": described["runs"],
-        "done": runs.count,
-        "statuses": dict(zip(names.tolist(), counts.tolist(), strict=True)),
-        "failures": [
-            _log(columns, place) | {"status": str(columns["status"][place]), "reason": str(columns["reason"][place])}
-            for place in failed.tolist()
-        ],
-        "parameters": {name: _spread(columns, name, described["columns"][name]) for name in described["metrics"]},
-        "held_out_error": {"median": _of_finite(np.median, errors), "largest": _of_finite(np.max, errors)},
-        "warnings": dict(Counter(code for codes in columns["diagnostics"].tolist() for code in codes.split(", ") if code).most_common()),
-        "provenance": dict(provenance),
-    }
-
-
-def _log(columns: Mapping[str, np.ndarray], place: int) -> dict[str, Any]:
-    return {name: columns[name][place].item() for name in ("run", "folder", "log")}
-
-
-def _of_finite(statistic: Callable[[np.ndarray], float], values: np.ndarray) -> float | None:
-    finite = values[np.isfinite(values)]
-    return float(statistic(finite)) if finite.size else None
-
-
-def identified(columns: Mapping[str, np.ndarray], name: str) -> np.ndarray:
-    """Return the mask of logs that identify a parameter, shape (log,)."""
-    return np.isfinite(columns[name]) & (columns[f"{name}.status"] == "identified")
-
-
-def _spread(columns: Mapping[str, np.ndarray], name: str, about: Mapping[str, str]) -> dict[str, Any]:
-    tells = identified(columns, name)
-    values = columns[name][tells]
-    low, median, high = np.quantile(values, (0.05, 0.5, 0.95)).tolist() if values.size else (None, None, None)
-    half = 0.5 * (columns[f"{name}.upper"] - columns[f"{name}.lower"])[tells]
-    return {
-        "unit": about["unit"],
-        "description": about["description"],
-        "count": int(tells.sum()),
-        "low": low,
-        "median": median,
-        "high": high,
-        "half_width": _of_finite(np.median, half),
-        "apart": [_log(columns, place) | {"value": float(columns[name][place])} for place in apart(columns, name).tolist()],
-    }
-
-
-def apart(columns: Mapping[str, np.ndarray], name: str) -> np.ndarray:
-    """Return the logs that are outliers in a parameter, the farthest first.
-
-    Their distance from the median is more than `APART` robust standard deviations, from the median absolute deviation of
-    all logs and the interval of the log (Iglewicz and Hoaglin 1993).
-    """
-    tells = np.flatnonzero(identified(columns, name))
-    # Fewer logs have no outliers.
-    if tells.size < 5:
-        return tells[:0]
-    values = columns[name][tells]
-    std = np.nan_to_num((columns[f"{name}.upper"] - columns[f"{name}.lower"])[tells]) / (2.0 * NORMAL_95)
-    distance = np.abs(values - np.median(values))
-    allowed = APART * np.hypot(DEVIATION_OVER_MEDIAN * float(np.median(distance)), std)
-    far = np.flatnonzero(distance > allowed)
-    return tells[far[np.argsort(-(distance[far] / np.maximum(allowed[far], np.finfo(float).tiny)))]]
-
-
-def fleet_sentences(summary: Mapping[str, Any]) -> list[str]:
-    """Return the results of a fleet in sentences."""
-    lines = []
-    if summary["done"] < summary["logs"]:
-        lines.append(f"{summary['done']} of {summary['logs']} logs are complete: repeat the same command to continue.")
-    failed = len(summary["failures"])
-    good = summary["done"] - failed
-    lines.append(f"{good} of {summary['done']} logs were fitted" + (f", {failed} failed." if failed else "."))
-    warned = {name: count for name, count in summary["warnings"].items() if count}
-    if warned:
-        words = ", ".join(f"{name} in {count} {'log' if count == 1 else 'logs'}" for name, count in warned.items())
-        lines.append(f"Warnings of the fits: {words}.")
-    error = summary["held_out_error"]
-    if error["median"] is not None:
-        lines.append(f"Held-out error: median {100.0 * error['median']:.3g} %, largest {100.0 * error['largest']:.3g} %.")
-    counts_apart = Counter((entry["folder"], name) for name, about in summary["parameters"].items() for entry in about["apart"])
-    if counts_apart:
-        words = ", ".join(f"{count} from {folder} in {name}" for (folder, name), count in counts_apart.most_common())
-        lines.append(f"Outliers among the logs: {words}.")
-    return lines
-
-
-def parameters_table(summary: Mapping[str, Any]) -> Table:
-    """Return the distribution of each parameter over the logs."""
-    rows = []
-    for name, entry in summary["parameters"].items():
-        if not entry["count"]:
-            rows.append((name, "0", *[""] * 5))
-            continue
-        column = Quantity.of(entry["unit"], [entry["median"]])
-        cells = [column.cell(entry[key]) if entry[key] is not None else "" for key in ("low", "median", "high", "half_width")]
-        rows.append((name, str(entry["count"]), column.scale.unit, *cells))
-    heads = ("Parameter", "Identified in logs", "Unit", "5 % quantile", "Median", "95 %", "Median half-width")
-    return Table("The parameters over the logs", heads, rows).without_empty_columns()
-
-
-def failed_logs_table(summary: Mapping[str, Any]) -> Table | None:
-    """Return the logs that failed, with their reason."""
-    rows = [(entry["folder"], entry["log"], entry["reason"]) for entry in summary["failures"][:FAILURES_SHOWN]]
-    if not rows:
-        return None
-    caption = "Logs that failed" + (f" (the first {len(rows)})" if len(summary["failures"]) > len(rows) else "")
-    return Table(caption, ("Folder", "Log", "Reason"), rows)
-
-
-def fleet_report(runs: Runs, summary: Mapping[str, Any], *, command: str) -> str:
-    """Return the report of a fleet as an HTML page."""
-    names = [name for name, entry in summary["parameters"].items() if entry["count"]][:12]
-    rows = [
-        (name, entry["folder"], entry["log"], *(with_unit(value, about["unit"] or "1") for value in (entry["value"], about["median"])))
-        for name, about in summary["parameters"].items()
-        for entry in about["apart"][:WORST_SHOWN]
-    ]
-    heads = ("Parameter", "Folder", "Log", "This log", "Median of all logs")
-    logs_apart = Table("Outliers among the logs", heads, rows) if rows else None
-    sections = [
-        Section("", "", fleet_sentences(summary)),
-        Section("parameters", "The parameters", [Figures("parameters"), parameters_table(summary)]),
-        Section("apart", "Logs to check", [failed_logs_table(summary), logs_apart]),
-        Section("logs", "Every log", [_logs_table(runs, summary, names)]),
-    ]
-    facts = {"fleet": runs, "names": names or None, "apart": {name: apart(runs.columns, name) for name in names}}
-    about = f"{summary['done']} of {summary['logs']} logs · {summary['model']} · {summary['kind']}"
-    front = Front(f"{summary['name']}: a fleet", about)
-    return report_page("fleet", facts, front, sections, command=command, provenance=summary["provenance"])
-
-
-def _logs_table(runs: Runs, summary: Mapping[str, Any], names: Sequence[str]) -> Table:
-    """Return each log with these parameters, their half-widths, and the codes of its warnings."""
-    columns = runs.columns
-    scales = {name: Quantity.of(summary["parameters"][name]["unit"], [summary["parameters"][name]["median"]]) for name in names}
-    heads = ("Number", "Folder", "Log", "Held-out error", *(scales[name].head(name) for name in names), "Warnings")
-    rows = []
-    for place in range(min(runs.count, LOGS_SHOWN)):
-        run, folder, log, codes = (str(columns[name][place]) for name in ("run", "folder", "log", "diagnostics"))
-        error = columns["held_out_error"][place]
-        cells = []
-        for name, scale in scales.items():
-            half = 0.5 * (columns[f"{name}.upper"][place] - columns[f"{name}.lower"][place])
-            text = scale.cell(float(columns[name][place])) + (f" ± {scale.cell(float(half))}" if np.isfinite(half) else "")
-            cells.append(text if identified(columns, name)[place] else "")
-        rows.append((run, folder, log, f"{number(100.0 * error, 0.1)} %" if np.isfinite(error) else "", *cells, codes))
-    more = f" (the first {LOGS_SHOWN}; the folder runs/ has all)" if runs.count > LOGS_SHOWN else ""
-    return Table(f"The logs{more}", heads, rows).without_empty_columns()

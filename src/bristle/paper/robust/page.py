@@ -10,6 +10,7 @@ from bristle.paper.robust import findings
 from bristle.paper.robust.loops import CHOSEN, PRINTED, VARIANTS
 from bristle.paper.robust.trial import Trial
 from bristle.paper.robust.truths import CONDITIONS
+from bristle.report.cards import Card, Step
 from bristle.report.page import Front, Picture, Ruling, about, answered, picture, render
 from bristle.report.table import Table
 
@@ -116,7 +117,13 @@ def _front(trial: Trial) -> Front:
         ["your own friction in these loops: `bristle paper --robust model.toml`"],
     )
     facts = about("simulated loops", f"{len(trial.plan.truths)} frictions", f"{trial.plan.seeds} runs each")
-    return Front(HEADING, facts, ruling, answers, "claims", "No case is above its limit.", _picture(trial))
+    listed = [(place, claim) for place in trial.plan.sets for claim in findings.claims(trial, place)]
+    worst = [(f"{findings.SET_NAMES[place]}, worst case", max(claim.errors.values()), claim.limit) for place, claim in listed][:4]
+    title = f"Observer and feedforward: at most {findings.tenths(max(error for _, error, _ in worst))} µm" if worst else "No claim tested"
+    cards = [Card(label, f"{findings.tenths(error)} µm", f"limit {findings.tenths(limit)} µm") for label, error, limit in worst]
+    step = Step.of("try your own friction: `bristle paper --robust model.toml`")
+    without = "No case is above its limit."
+    return Front(HEADING, facts, ruling, answers, without, title, "(peak to peak, simulated)", cards, step, "", [_picture(trial)])
 
 
 def _picture(trial: Trial) -> Picture:

@@ -1,0 +1,96 @@
+"""Named bars with their numbers: variants of an experiment, causes of an error; and correlations with their intervals."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from bristle.core import number, scale_of, unit_of
+from bristle.figures import style
+from bristle.figures.drawing import label
+from bristle.figures.first_screen import SIDE
+from bristle.figures.report_figure import ReportFigure
+from bristle.palette import LIGHT
+
+if TYPE_CHECKING:
+    from bristle.core import Kind
+    from bristle.simulation import SimulationResult
+
+MOST = 8  # bars of a small picture
+
+
+def draw_bars(axes: style.Axes, values: Sequence[float], unit: str, word: str, colours: Sequence[str]) -> None:
+    """Draw a bar for each value with its number and unit behind it; a missing value has no bar."""
+    finite = np.array([value for value in values if np.isfinite(value)])
+    scale = scale_of(unit, style.largest(finite)) if unit else scale_of("1", 1.0)
+    top = style.largest(finite) * scale.factor or 1.0
+    for place, (value, colour) in enumerate(zip(values, colours, strict=True)):
+        if np.isfinite(value):
+            own = scale_of(unit, value) if unit else scale
+            axes.barh(place, value * scale.factor, 0.55, color=colour)
+            text = f" {number(value * own.factor, digits=3)} {own.unit if unit else ''}".rstrip()
+            axes.text(max(value, 0.0) * scale.factor, place, text, color=style.INK, verticalalignment="center")
+    axes.set(xlim=(0.0, 1.45 * top), xlabel=scale.label(word) if unit else word)
+
+
+@style.styled
+def named_bars(names: Sequence[str], values: Sequence[float], kind: Kind, alike: Sequence[bool]) -> Figure:
+    """Return a bar of the following error for each name, grey or, if marked, blue."""
+    texts = [label(name).replace("_", " ") for name in names[:MOST]]
+    figure, (axes,) = style.named_rows(texts, max(style.NAME, min(0.6, 2.4 / len(texts))), across=SIDE)
+    colours = [LIGHT["with" if marked else "without"] for marked in alike[:MOST]]
+    draw_bars(axes, values[:MOST], unit_of("length", kind), "Following error, peak to peak", colours)
+    axes.set_ylabel("Loop")
+    return figure
+
+
+def _variants(simulation: SimulationResult) -> tuple[list[str], list[float], Kind, list[bool]]:
+    """Return name, following error and friction feedforward of each variant."""
+    variants = simulation.experiment.variants
+    errors = [simulation.variants[variant.name].following_error.peak_to_peak for variant in variants]
+    fed = [variant.feedforward.friction is not None for variant in variants]
+    return [variant.name for variant in variants], errors, simulation.experiment.kind, fed
+
+
+VARIANTS = ReportFigure(
+    name="variants",
+    takes="loops",
+    draw=lambda loops: named_bars(*_variants(loops)),
+    applies=lambda loops: len(loops.experiment.variants) > 1,
+    alternative="Following error of each variant, peak to peak",
+    caption="Blue: with friction feedforward.",
+)
+CAUSES = ReportFigure(
+    name="causes",
+    takes=("causes", "kind"),
+    draw=lambda causes, kind: named_bars(list(causes), list(causes.values()), kind, [False] * len(causes)),
+    alternative="Following error with all causes, and without each cause",
+    caption="Error without each cause.",
+)
+
+
+@style.styled
+def correlations(entries: Sequence[Mapping[str, Any]]) -> Figure:
+    """Return rank correlations with their 95 % intervals; a filled point means that the interval excludes zero."""
+    entries = sorted(entries, key=lambda entry: -abs(entry["value"]))[:MOST]
+    figure, (axes,) = style.named_rows([entry["cause"] for entry in entries], max(style.NAME, min(0.6, 2.4 / len(entries))), across=SIDE)
+    for place, entry in enumerate(entries):
+        low, high = entry["interval"]
+        axes.plot([low, high], [place, place], color=LIGHT["with"], linewidth=style.WIDE, label="_95 % interval")
+        face = LIGHT["ground"] if low <= 0.0 <= high else LIGHT["with"]
+        axes.plot(entry["value"], place, "o", color=LIGHT["with"], markerfacecolor=face, markersize=style.SMALL, label="_correlation")
+    axes.axvline(0.0, zorder=0, **style.AID)
+    axes.set(xlim=(-1.05, 1.05), xlabel="Rank correlation [–]", ylabel="Cause")
+    return figure
+
+
+INFLUENCE = ReportFigure(
+    name="influence",
+    takes="influence",
+    draw=correlations,
+    alternative="Rank correlation of each cause with the first number, with its 95 % interval",
+    caption="Influence of each cause.",
+)
