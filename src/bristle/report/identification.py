@@ -104,7 +104,7 @@ def identification_report(
     thresholds = "`summary.json` lists all thresholds of these checks under `settings`."
     assumptions = [Block("items", [*assumptions_of(fit), *notes]), changed_settings(identification.settings), thresholds]
     warned = [*warnings_of(fit), *([message(following.contradiction)] if following is not None and following.contradiction else [])]
-    doubts: list[object] = [Block("items", ruling.reasons), why_only_similar(fit)]
+    doubts: list[object] = [why_only_similar(fit)]
     doubts += [Block("items", warned, ("warnings",)) if warned else "This log determines every parameter."]
     if measurements := next_measurements(fit):
         motions = [Markup("<strong>{}</strong>: {}").format(worded(names), worded(motion)) for names, motion in measurements]
@@ -136,7 +136,6 @@ def identification_report(
         f"{axis_name}: identified friction",
         about(f"log {log_name}, {fixed(log.duration, 's')}", f"model {fit.name}"),
         ruling._replace(reasons=_merged(ruling.reasons)),
-        further="doubts",
         without_reasons="bristle found no problem in this log.",
         title=headline(fit, gain if shows_gain else None),
         basis=f"(simulated on {log_name})" if shows_gain else f"({log_name})",

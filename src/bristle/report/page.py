@@ -93,6 +93,11 @@ class Front(NamedTuple):
     figures: Sequence[Picture] = ()
     beside: Sequence[Picture] = ()
 
+    @property
+    def has_more(self) -> bool:
+        """Whether the verdict has more reasons than the first screen shows."""
+        return bool(self.answers) or (self.ruling is not None and len(self.ruling.reasons) > 1)
+
 
 class Block(NamedTuple):
     """A block of a section: a macro of the templates and its content; empty blocks are left out."""
