@@ -4,6 +4,7 @@ import math
 from dataclasses import replace
 from importlib import import_module
 from types import SimpleNamespace
+from types import SimpleNamespace as Some
 
 import numpy as np
 import pytest
@@ -454,3 +455,20 @@ def test_an_observer_seeks_a_contact_between_the_samples():
     assert (finer.shortest, finer.slowest) == (1e-7, observer.SLOWEST * 0.5)
     assert observer._finer(scales, 0.0).shortest == scales.shortest
     assert observer._finer(scales._replace(slowest=1e-6), 1e-3)[:] == scales._replace(slowest=1e-6)[:]
+
+
+@pytest.mark.parametrize(("cost", "priors", "error"), [(8.0, 0.0, 2e-6), (10.0, 2e-6, 2e-6), (1.0, 3e-6, np.inf), (np.nan, 0.0, np.inf)])
+def test_an_observer_that_lost_the_motion_has_no_error(monkeypatch, cost, priors, error):
+    monkeypatch.setattr(observer, "replace", lambda context, **_: context)
+    monkeypatch.setattr(observer, "_finer", lambda scales, resolution: scales)
+    solution = Some(cost=cost, values={"F_C": 1.0})
+    search = Some(descend=lambda theta, **_: solution, space=Some(theta=lambda values: values))
+    errors = Some(
+        inverse=Some(dataset=Some(resolution=1e-7)),
+        unit=1e-6,
+        parameters=Some(free=("F_C",), complete=dict),
+        beforehand=lambda values: np.array([[priors]]),
+        settled_rows=4,
+    )
+    rung = observer.climbed(errors, {"F_C": 1.0}, Some(scales=1, search=lambda *_: search))
+    assert rung.error == pytest.approx(error)

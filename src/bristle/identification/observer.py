@@ -290,7 +290,7 @@ def climb(
             ends = [rung, *(climbed(errors, further, context, FEW) for further in _starts(values, problem, speed))]
             best = min(ends, key=lambda end: end.error if math.isfinite(end.error) else math.inf)
             rung = rung if best is rung else climbed(errors, {**values, **best.solution.values}, context)
-        if not rung.error <= DRIFTS * least:
+        if not (math.isfinite(rung.error) and rung.error <= DRIFTS * least):
             break
         rungs.append(rung)
         values, least = {**values, **rung.solution.values}, min(least, rung.error)
@@ -331,7 +331,8 @@ def climbed(errors: PredictionErrors, start: Mapping[str, float], context: Conte
     solution = search.descend(search.space.theta(errors.parameters.complete(begun)), limit=limit, tolerance=ENDED)
     beforehand = errors.beforehand(solution.values)[:, 0]
     squares = 2.0 * solution.cost * errors.unit**2 - float(beforehand @ beforehand)
-    return Rung(errors, solution, math.sqrt(max(squares, 0.0) / errors.settled_rows))
+    # An observer that lost the motion has no prediction error left over the priors.
+    return Rung(errors, solution, math.sqrt(squares / errors.settled_rows) if squares > 0.0 else math.inf)
 
 
 def _finer(scales: Scales, step: float) -> Scales:
