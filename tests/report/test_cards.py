@@ -46,7 +46,7 @@ def test_cards_are_the_numbers_of_the_fit(workbench):
         ratio = numbers(mass.value)[0] / fit.inertia.value
         assert ratio == pytest.approx(10.0 ** round(np.log10(ratio)), rel=1e-2)
     levels = level_values(fit)
-    friction = cards["Friction level"]
+    friction = cards["Lowest sliding friction"]
     in_si = friction.value if "(" not in friction.remark else friction.remark.partition("(")[2]
     ratio = numbers(in_si)[0] / levels.forward
     assert ratio == pytest.approx(10.0 ** round(np.log10(ratio)), rel=6e-3)
@@ -63,7 +63,7 @@ def test_the_drive_comes_first(stage):
     unit = Some(name="A", of=lambda value: value / 50.0)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("bristle.report.cards.drive_units", lambda axis, kind: Some(efforts=(unit,), inertias=(), lengths=()))
-        card = by_label(cards_of(fit, Axis(), usable=True))["Friction level"]
+        card = by_label(cards_of(fit, Axis(), usable=True))["Lowest sliding friction"]
     levels = level_values(fit)
     assert card.value.endswith("A")
     assert numbers(card.value)[0] == pytest.approx(levels.forward / 50.0, rel=6e-3)

@@ -72,10 +72,10 @@ class Step(NamedTuple):
 def cards_of(fit: Fit, axis: Axis | None, *, usable: bool) -> list[Card]:
     """Return the cards of a fit; without numbers to type in if the log is not usable."""
     kind = fit.plant.kind
-    mass, friction = "Inertia" if kind == "rotational" else "Mass", "Friction level"
+    mass, friction = "Inertia" if kind == "rotational" else "Mass", "Lowest sliding friction"
     quality = Card("Model error", percent_text(fit.error_percent), _held_out(fit))
     if not usable:
-        return [Card(mass, "–", "measure again", open=True), Card(friction, "–", "measure again", open=True), quality]
+        return [Card(mass, "–", "measure again", open=True), Card(friction, "–", "measure again", open=True)]
     return [card for card in (_mass(mass, fit, axis), _friction(friction, fit, axis), _distance(fit, axis), quality) if card is not None]
 
 

@@ -123,7 +123,7 @@ def identification_report(
     sections = [
         Section("values", "Values to enter", [values_to_enter(fit, axis) if usable else None], "Drive table"),
         Section("drive", "Table for the drive", _for_the_drive(fit, table, axis) if table and usable else [], "Drive table"),
-        Section("parameters", "Parameters", [Block("table", parameter_table(fit, axis), ("long",))], "Drive table"),
+        Section("parameters", "Parameters", [Block("table", parameter_table(fit, axis), ("long",))], "Drive table" if usable else ""),
         Section("doubts", "Limits of this log", doubts, "Limits"),
         Section("following", f"Following error {heading}", loop, "Loop"),
         Section("fit", "Fit of the model", [*by_position, quality, Figures("fit"), _correlations(fit)], "Fit"),
@@ -138,7 +138,7 @@ def identification_report(
         ruling._replace(reasons=_merged(ruling.reasons)),
         without_reasons="bristle found no problem in this log.",
         title=headline(fit, gain if shows_gain else None),
-        basis=f"(simulated on {log_name})" if shows_gain else f"({log_name})",
+        basis=f"(peak to peak over {log_name}, simulated)" if shows_gain else f"({log_name})",
         cards=[*cards_of(fit, axis, usable=usable), *([] if shows_gain else [no_gain(simulation, following, usable=usable)])],
         next=_next_step(fit, ruling.level).in_full(options["command"]),
         csv=as_csv(table, kind) + "\n" if table and usable else "",
