@@ -1,4 +1,4 @@
-"""Take the pictures of the report that moves and of the widget: ``python docs/images/moving.py``, from anywhere."""
+"""Take the pictures of the first screen of a report and of the widget: ``python docs/images/moving.py``, from anywhere."""
 
 import base64
 import json
@@ -19,17 +19,10 @@ from tests.lab.browser import browser  # noqa: E402
 from tests.lab.test_widget import STUB  # noqa: E402
 
 COLOURS = 64  # enough for lines and text
-MOVED = """
+READY = """
 (async () => {
-  const wait = (time) => new Promise((done) => setTimeout(done, time));
-  while (typeof following === "undefined" || !following.start) await wait(50);
-  const slider = document.querySelector('input[type="range"][name^="F_C"]');
-  slider.value = Number(slider.value) + 120;
-  slider.dispatchEvent(new Event("input"));
-  while (!/with these values/.test(byId("alive-following-told").textContent)) await wait(50);
-  await wait(300);
-  const { y, height } = byId("alive").getBoundingClientRect();
-  return [y + scrollY, height];
+  while (document.body.dataset.alive !== "ready") await new Promise((done) => setTimeout(done, 50));
+  return [8, 752];
 })()
 """
 MOUNTED = """
@@ -56,9 +49,9 @@ def taken(tab, y, height, file, width):
 with tempfile.TemporaryDirectory() as place:
     with results_folder(Path(place) / "demo") as folder:
         run(folder, command="bristle demo")
-    with browser(Path(place) / "first", width=1280, height=900) as tab:
+    with browser(Path(place) / "first", width=1366, height=768) as tab:
         tab.open((Path(place) / "demo" / "report.html").as_uri())
-        taken(tab, *tab.run(MOVED), Path(__file__).with_name("report.png"), 1280)
+        taken(tab, *tab.run(READY), Path(__file__).with_name("report.png"), 1366)
     model = br.friction.lugre(F_C="20 N", F_S="28 N", v_S="2 mm/s", sigma_0="10 N/um")
     widget, page = Widget(model), Path(place) / "notebook.html"
     page.write_text("<!DOCTYPE html><title>a notebook</title>", encoding="utf-8")
