@@ -20,9 +20,11 @@ from tests.report.test_pages import identification_page
 from bristle import friction
 from bristle.core.contracts import Model
 from bristle.core.experiment import Start
+from bristle.demo.run import run
 from bristle.exports.page import rows as rows_module
 from bristle.exports.page.loop import followed_described
 from bristle.exports.page.rows import fitted_rows, turns_of
+from bristle.files.results import results_folder
 from bristle.lab.living import SHARED, living_part
 from bristle.prediction.following import following_of
 from bristle.simulation import simulate
@@ -286,7 +288,7 @@ def test_page_is_interactive_without_errors(file, tmp_path, width):
         tab.open(file.as_uri())
         tab.run(READY)
         tab.run(UNFOLD)
-        before = {name: tab.run(PATHS % name) for name in ("gain", "velocity", "reversals")}
+        before = {name: tab.run(PATHS % name) for name in ("gain", "velocity")}
         moved, identified, in_worker, after, first = tab.run(SLIDE)
         assert moved > 2.0 * identified
         assert in_worker
@@ -343,6 +345,44 @@ def test_the_strip_selects_the_part_of_the_large_picture(file, tmp_path):
         # The large picture has lines there, too.
         places = tab.run("plots.get('gain').panels[0].pointsOf(plots.get('gain').panels[0].curves[1]).length")
         assert places > 500
+
+
+STIFFER = """
+(async () => {
+  const slider = document.querySelector('input[type="range"][name="sigma_0"]');
+  slider.value = Number(slider.value) + 300;
+  slider.dispatchEvent(new Event("input"));
+  await new Promise((done) => setTimeout(done, 200));
+})()
+"""
+HEIGHT_AT = """
+((part) => {
+  const panel = plots.get("reversals").panels[0], points = panel.pointsOf(panel.curves.find(({ name }) => name === "model"));
+  const x = panel.left + part * (panel.right - panel.left);
+  const close = points.filter((point) => Math.abs(point[0] - x) < 8).map((point) => point[1]);
+  return close.reduce((sum, y) => sum + y, 0) / close.length;
+})(%f)
+"""
+
+
+@pytest.mark.slow
+@needs_chromium
+def test_a_stiffer_contact_builds_up_its_friction_earlier(tmp_path):
+    with results_folder(tmp_path / "demo") as folder:
+        run(folder, command="bristle demo")
+    page = tmp_path / "demo" / "report.html"
+    assert len(page.read_bytes()) <= 800_000
+    with browser(tmp_path / "profile", width=1366, height=768) as tab:
+        tab.open(page.as_uri())
+        tab.run("new Promise((done) => { const look = () => (document.body.dataset.alive ? done(true) : setTimeout(look, 50)); look(); })")
+        tab.run(UNFOLD)
+        shares = (0.05, 0.9)
+        before = [tab.run(HEIGHT_AT % share) for share in shares]
+        tab.run(STIFFER)
+        early, late = (old - tab.run(HEIGHT_AT % share) for share, old in zip(shares, before, strict=True))
+        assert early > 8.0  # points upwards
+        assert abs(late) < 2.0
+        assert tab.complaints() == []
 
 
 @pytest.mark.slow
