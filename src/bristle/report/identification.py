@@ -136,7 +136,6 @@ def identification_report(
         f"{axis_name}: identified friction",
         about(f"log {log_name}, {fixed(log.duration, 's')}", f"model {fit.name}"),
         ruling._replace(reasons=_merged(ruling.reasons)),
-        without_reasons="bristle found no problem in this log.",
         title=headline(fit, gain if shows_gain else None),
         basis=f"(simulated on {log_name})" if shows_gain else f"({log_name})",
         cards=[*cards_of(fit, axis, usable=usable), *([] if shows_gain else [no_gain(simulation, following, usable=usable)])],
