@@ -192,7 +192,7 @@ def _front(compared: Comparison, name: str, files: Mapping[str, str]) -> Front:
         ruling.beyond_title if change else ruling,
         title=_title(first) if first else "",
         basis=f"({arrow})" if arrow else "",
-        cards=[_card(each) for each in list(compared.changes.values())[:MOST_CARDS]],
+        cards=[_card(item) for item in list(compared.changes.values())[:MOST_CARDS]],
         next=Step.of(wording.advice if wording and "`" in wording.advice else MORE),
     )
 

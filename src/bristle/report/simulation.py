@@ -110,8 +110,8 @@ def simulation_ruling(result: SimulationResult, warnings: Sequence[str] = ()) ->
     fed, plain = (variant_of(result, variant.name).feedforward.friction for variant in (rank.best, rank.base))
     # Friction feedforward must help without the change of the law.
     pair = pair_of(result.experiment, variant_of(result, rank.best.name))
-    other = None if pair is None else result.variants.get(pair[0].name)
-    by_itself = other is None or other.status is Status.NOT_FINITE or not is_alike(rank.best, other)
+    partner = None if pair is None else result.variants.get(pair[0].name)
+    by_itself = partner is None or partner.status is Status.NOT_FINITE or not is_alike(rank.best, partner)
     is_compensation = fed is not None and plain is None and (rank.alike or by_itself)
     helps = "hardly helps" if rank.alike else "helps"
     subject = "Compensation" if is_compensation else "Another loop"
