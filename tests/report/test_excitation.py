@@ -213,7 +213,7 @@ def test_page_of_a_motion_has_the_demands_on_the_axis(monkeypatch):
         ("Acceleration", "3 m/s² of 5 m/s² allowed"),
         ("Effort by the assumed model", "8 N of 20 N allowed"),
     ]
-    basis = "One rehearsal, {}, with the encoder of the axis and friction that scatters by 5 %."
+    basis = "One rehearsal, {}. Its encoder is that of the axis, and its friction scatters by 5 %."
     assert outlook.blocks[0] == basis.format("in the loop of its controller")
     assert outlook.blocks[1].rows
     assert assumptions.blocks[0].content == ("a note",)

@@ -73,7 +73,7 @@ def excitation_report(excitation: Excitation, *, identify: str, **options: Any) 
         effort = ("effort by the assumed model", rehearsal.peak_effort, excitation.axis.effort_limit)
         demands.append((*effort, unit_of("force", excitation.motion.kind)))
         loop = "in the loop of its controller" if rehearsal.loop else "along the motion, without a stable loop"
-        basis = f"One rehearsal, {loop}, with the encoder of the axis and friction that scatters by 5 %."
+        basis = f"One rehearsal, {loop}. Its encoder is that of the axis, and its friction scatters by 5 %."
     limits = [
         (capital(word), with_unit(value, unit) + ("" if limit is None else f" of {with_unit(limit, unit)} allowed"))
         for word, value, limit, unit in demands
