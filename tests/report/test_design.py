@@ -51,7 +51,7 @@ def test_page_of_a_design_is_self_contained(designed):
     ids = [attrs["id"] for _, attrs in page.tags if "id" in attrs]
     assert len(ids) == len(set(ids)) > 5
     assert not re.search(r"https?:|//[a-z]|\bsrc\s*=|@import|url\((?!#)|<script|<link|<iframe", without_plots(text))
-    assert [item["id"] for item in page.named("figure")] == ["figure-loops", "figure-margins", "figure-circles"]
+    assert [item["id"] for item in page.named("figure")] == ["figure-loops", "figure-causes", "figure-margins", "figure-circles"]
     assert "$" not in page.words
 
 

@@ -286,7 +286,7 @@ def test_page_is_interactive_without_errors(file, tmp_path, width):
         tab.open(file.as_uri())
         tab.run(READY)
         tab.run(UNFOLD)
-        before = {name: tab.run(PATHS % name) for name in ("gain", "velocity", "reversals")}
+        before = {name: tab.run(PATHS % name) for name in ("gain", "velocity")}
         moved, identified, in_worker, after, first = tab.run(SLIDE)
         assert moved > 2.0 * identified
         assert in_worker
