@@ -92,7 +92,7 @@ def log():
     """A log with a loop in it, and what it contains."""
     channels = {name: Some(values=values) for name, values in (("time", T), ("position", X), ("velocity", V), ("effort", F))}
     result = [Passage("loops", slice(0, 500), 0.0, 2.5, 8), Passage("moves", slice(500, 801), 2.5, 4.0)]
-    return Some(kind="translational", **channels), result
+    return Some(kind="translational", sample_time=T[1], **channels), result
 
 
 def motion():
@@ -175,6 +175,7 @@ def gallery(names=PLAIN, many=None):
         "friction_over_speed": lambda: figures.comparison.friction_over_speed(compared()),
         "friction_over_velocity": lambda: figures.friction_over_velocity(best, [(-0.1, -9.0), (0.1, 9.0)]),
         "gain_at_reversal": lambda: figures.gain_at_reversal(looped(names), names[:2]),
+        "log_over_time": lambda: figures.log_over_time(recorded[0]),
         "loop_family": lambda: small_multiples.loop_family({item: {item: loops, other: loops}, other: {item: loops}}),
         "loops_of_log": lambda: figures.recorded.loops_of_log(*recorded),
         "loops_proposed": lambda: figures.loop_design.loops_proposed(

@@ -71,12 +71,13 @@ def test_nearly_every_registered_figure_is_drawn_from_the_small_results():
     for report, places in REPORTS.items():
         drawn = {plate.name for plate in report_of(report)[2]}
         missing |= {(report, place.figure.name) for place in places} - {(report, name) for name in drawn}
-    # An open loop, a loop without a pair, a log that only sticks, a log with loops, and several numbers or parameters.
+    # An open loop, a loop without a pair, a log that only sticks, a log with loops, pre-sliding, and several numbers or parameters.
     assert missing == {
         ("simulation", "motion"),
         ("simulation", "reversal"),
         ("identification", "effort"),
         ("identification", "loops"),
+        ("identification", "reversals"),
         ("log", "loops"),
         ("study", "spread"),
         ("fleet", "second"),

@@ -9,18 +9,12 @@ from tests.report.pages import Page
 
 from bristle.figures.on_reports import REPORTS
 from bristle.report.model_tables import comparison_table
-from bristle.report.page import QUESTIONS
 from bristle.report.sentences import SENTENCES
 
 pytestmark = pytest.mark.slow
 
 OF_A_LOG = ("identification", "prediction", "log", "comparison", "operator")
 WITH_VERDICT = [kind for kind in KINDS if kind != "study"]
-
-
-def answer(page, question):
-    """The answers of a first page, as text."""
-    return re.search(rf"<dt>{re.escape(question)}</dt><dd>(.*?)</dd>", page, re.DOTALL)[1]
 
 
 def test_every_kind_of_report_is_tested():
@@ -44,7 +38,8 @@ def test_every_figure_names_its_log(kind):
     title = re.search(r"<small>\((.*?)\)</small>", first)[1]
     assert all(name in title for name in (LOGS if kind == "comparison" else LOGS[:1]))
     names = ", ".join(LOGS) if kind == "comparison" else LOGS[0]
-    assert all(caption.endswith(f" Log: {names}.") for caption in re.findall(r"<figcaption>(.+?)</figcaption>", rest, re.DOTALL))
+    captions = re.findall(r"<figcaption>(.+?)</figcaption>", rest, re.DOTALL)
+    assert all(caption == names or caption.endswith(f" Log: {names}.") for caption in captions)
 
 
 MOST_WORDS = 60
@@ -102,9 +97,9 @@ def test_number_of_a_card_is_that_of_the_results(kind):
 
 def test_measure_again_verdict_has_no_values_to_enter():
     usable, doubted = report_of("identification")[0], rendered("identification", **DOUBTED)[0]
-    assert re.search(r"\d", answer(usable, QUESTIONS[1]))
+    assert 'id="values"' in usable
     assert "Measure again" in Page(doubted).words
-    assert not re.search(r"\d", answer(doubted, QUESTIONS[1]))
+    assert 'id="values"' not in doubted
 
 
 @pytest.mark.parametrize("kind", WITH_VERDICT)
@@ -112,7 +107,9 @@ def test_page_and_summary_have_the_same_verdict(kind):
     text, summary, _ = report_of(kind)
     assert f'<strong class="pill {summary["verdict"]["level"]}">' in text
     words = Page(text).words
-    assert all(Page(f"<p>{reason}</p>").words[:12] in words for reason in summary["verdict"]["reasons"][:4])
+    # The title of a prediction states the first reason.
+    reasons = summary["verdict"]["reasons"][kind == "prediction" : 4]
+    assert all(Page(f"<p>{reason}</p>").words[:12] in words for reason in reasons)
 
 
 @pytest.mark.parametrize("options", [{}, DOUBTED])

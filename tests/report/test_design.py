@@ -51,7 +51,7 @@ def test_page_of_a_design_is_self_contained(designed):
     ids = [attrs["id"] for _, attrs in page.tags if "id" in attrs]
     assert len(ids) == len(set(ids)) > 5
     assert not re.search(r"https?:|//[a-z]|\bsrc\s*=|@import|url\((?!#)|<script|<link|<iframe", without_plots(text))
-    assert [item["id"] for item in page.named("figure")] == ["figure-loops", "figure-margins", "figure-circles"]
+    assert [item["id"] for item in page.named("figure")] == ["figure-loops", "figure-causes", "figure-margins", "figure-circles"]
     assert "$" not in page.words
 
 
@@ -81,7 +81,9 @@ def test_first_page_of_a_design_has_values_and_cost(designed):
     tuned = designed.proposals[1]
     assert f"kp {tuned.variant.controller.values['k_p']:.4g} 1/s" in words
     assert "inertia feedforward: acceleration × 20 kg" in words
-    assert "following error 1 µm instead of 2 µm" in words
+    assert "The values of the loop tuned:" in words
+    assert "following error of 1 µm instead of 2 µm" in words
+    assert "with all causes but one: one run each." in words
 
 
 def test_loop_has_a_single_name(designed):
@@ -294,14 +296,13 @@ def test_unknown_lag_is_reported_with_the_margin_of_the_loop(monkeypatch):
 
 
 @pytest.mark.parametrize(("count", "friction", "much"), [(5.1, 10.0, True), (5.0, 10.0, False), (5.0, 0.0, False)])
-def test_effort_of_a_count_matters_above_half_of_friction(count, friction, much, monkeypatch):
-    monkeypatch.setattr(report, "law_lines", lambda variant: ["law"])
+def test_effort_of_a_count_matters_above_half_of_friction(count, friction, much):
     item = made(proposal("as it is", 8e-6, count=count), proposal("tuned", 7e-6), friction=friction)
     lines = design_sentences(item)
     assert any(line.startswith("Much of the effort is noise: one encoder count causes") for line in lines) is much
     if much:
         assert "causes an effort of 5.1 N, 0.51 times the friction (10 N)" in lines[2]
-    assert any("a finer encoder" in line for _, lines in report._front(item).answers for line in lines) is much
+    assert any("Use a finer encoder" in line for line in lines) is much
 
 
 @pytest.mark.parametrize(("without", "weighs"), [(7.5e-6, True), (7.7e-6, False)])
@@ -311,55 +312,37 @@ def test_main_cause_reduces_the_error_by_its_absence(without, weighs):
     assert ("The largest single cause is lag: alone, it makes an error of 7 µm" in line) is not weighs
 
 
-def lines_of(item):
-    front = report._front(item)
-    return front, [plain(lines) for _, lines in front.answers]
-
-
-def test_first_page_of_a_replaced_loop_has_gain_and_cost(monkeypatch):
-    monkeypatch.setattr(report, "law_lines", lambda variant: ["law"])
+def test_first_page_of_a_replaced_loop_has_gain_and_cost():
     present, tuned = proposal("as it is", 8e-6), proposal("tuned", 2e-6, phase=50.0, effort=6.0, count=0.25)
-    front, lines = lines_of(made(present, tuned, budget=budget(*ENTRIES, runs=3)))
-    assert lines == [
-        [
-            "the loop tuned has a following error of 2 µm instead of 8 µm, and keeps the margins",
-            "stable, phase margin 45.0°",
-            "following error 8 µm peak to peak, simulated",
-            "main cause friction (the friction): without it, the error is 2 µm",
-        ],
-        ["loop tuned, in place of the present loop", "law"],
-        [
-            "following error 2 µm instead of 8 µm",
-            "effort, root mean square: 6 N instead of 4 N",
-            "effort of one encoder count: 250 mN instead of 500 mN",
-            "phase margin 50.0° instead of 45.0°",
-        ],
-        [
-            "the margins include the delays of the sampled loop, but only those resonances that the plant of the experiment file has",
-            "errors are simulated, 3 runs each, with the friction of the experiment file",
-        ],
-        [
-            "copy these gains: `bristle run EXPERIMENT.toml`",
-            "record the machine before and after: `bristle compare before.csv after.csv --axis axis.toml`",
-        ],
-    ]
+    front = report._front(made(present, tuned, budget=budget(*ENTRIES, runs=3)))
     assert front.heading == "bench: the loop"
     assert front.title.replace("\u00a0", " ") == "Gains tuned: 8 → 2 µm peak to peak, ×4.0"
-    assert [card.value.replace("\u00a0", " ") for card in front.cards] == ["2 µm", "friction", "50.0°", "6 N"]
+    assert plain([card.value for card in front.cards]) == ["2 µm", "friction", "50.0°", "6 N"]
+    assert plain([card.remark for card in front.cards]) == ["", "without it 2 µm", "now 45.0°", "one count 250 mN"]
     assert front.next.command == "bristle run EXPERIMENT.toml"
     assert front.facts.endswith("variant plain · law cascade")
 
 
-def test_first_page_of_a_kept_loop_has_no_comparison(monkeypatch):
-    monkeypatch.setattr(report, "law_lines", lambda variant: ["law"])
-    _, lines = lines_of(made(proposal("as it is", 8e-6), proposal("tuned", 7e-6)))
-    assert lines[1] == ["loop plain, unchanged", "law"]
-    assert lines[2] == ["effort, root mean square: 4 N", "effort of one encoder count: 500 mN"]
-    assert "one run each" in lines[3][1]
-    assert lines[4] == ["record the machine before and after: `bristle compare before.csv after.csv --axis axis.toml`"]
-    _, lines = lines_of(made(proposal("as it is", None), budget=None, gain=UNSTABLE))
-    assert lines[0] == ["the present loop is unstable"]
-    assert len(lines[3]) == 1
+def test_first_page_of_a_kept_loop_has_no_comparison():
+    front = report._front(made(proposal("as it is", 8e-6), proposal("tuned", 7e-6)))
+    assert front.title == "Phase margin 45.0°"
+    assert plain([card.remark for card in front.cards][2:]) == ["usual least 30°", "one count 500 mN"]
+    assert front.next.command == "bristle compare before.csv after.csv --axis axis.toml"
+    assert report._front(made(proposal("as it is", None), budget=None, gain=UNSTABLE)).title == "The present loop is unstable"
+
+
+@pytest.mark.parametrize(("runs", "words"), [(1, "one run each."), (3, "3 runs each.")])
+def test_page_of_a_design_has_the_values_of_the_recommended_loop_and_its_runs(monkeypatch, runs, words):
+    seen = {}
+    monkeypatch.setattr(report, "report_page", lambda kind, facts, front, sections, **options: seen.update(sections=sections) or "")
+    monkeypatch.setattr(report, "law_lines", lambda variant: [variant.name])
+    design_report(made(budget=budget(*ENTRIES, runs=runs)))
+    gains, causes, *_ = seen["sections"]
+    assert gains.blocks[2:4] == ["The values of the loop tuned:", report.Block("items", ["tuned"])]
+    assert causes.blocks[0].endswith(words)
+    design_report(made(proposal("as it is", 8e-6), budget=None))
+    assert seen["sections"][0].blocks[2] == "The values of the loop plain:"
+    assert seen["sections"][1].blocks == []
 
 
 def test_summary_of_a_design_has_its_numbers():

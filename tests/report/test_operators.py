@@ -63,34 +63,25 @@ def test_operators_are_compared_on_held_out_curves():
 
 def test_first_page_of_an_operator_lists_the_other_operators():
     front = report._front(FITS[0].prediction, "axis: preisach", RECORDED, FITS)
-    lines = [[line.replace("\u00a0", " ") for line in lines] for _, lines in front.answers]
-    assert lines == [
-        [
-            "the error is 3.25 % of full scale on held-out curves",
-            "error 2 mN root mean square, at a full scale of 500 mN",
-            "held-out error 3.25 %, over the last curve",
-            "for comparison: 4.00 % by duhem",
-            "for comparison: 6.00 % by c",
-        ],
-        ["the model file, model.toml"],
-        ["2 curves, each begins: demagnetised", "first", "second"],
-        ["predict further curves: `bristle predict model.toml CURVES --axis axis.toml`"],
-    ]
     assert front.ruling.level == "with_care"
     assert front.facts.endswith("2 curves")
     assert front.title == "Held-out error 3.25\u00a0% of full scale"
-    assert [card.value.replace("\u00a0", " ") for card in front.cards][:2] == ["2 mN", "500 mN"]
+    cards = [(card.label, card.value.replace("\u00a0", " "), card.remark) for card in front.cards]
+    assert cards == [
+        ("Error", "2 mN", "rms"),
+        ("Full scale", "500 mN", "2 curves"),
+        ("Fitted curves", "1.50 %", ""),
+        ("Next best", "4.00 %", "duhem"),
+    ]
     assert front.next.command.startswith("bristle predict model.toml")
 
 
 def test_first_page_of_a_prediction_has_no_other_operators():
     single = Some(**vars(RECORDED) | {"curves": RECORDED.curves[:1]})
     front = report._front(FITS[0].prediction, "axis", single, ())
-    lines = [lines for _, lines in front.answers]
-    assert lines[1::2] == [["no new values: use the same model file"], [report.MORE]]
-    assert lines[2] == ["1 curve, each begins: demagnetised"]
+    assert [(card.label, card.remark) for card in front.cards] == [("Error", "rms"), ("Full scale", "1 curve")]
+    assert front.next.command.startswith("bristle identify CURVES")
     assert front.ruling.level == "usable"
-    assert len(lines[0]) == 2
 
 
 def test_summary_of_an_operator_has_the_constant_output():
@@ -130,7 +121,8 @@ def test_several_operators_are_compared(monkeypatch, count, heading):
     prediction = Some(**vars(FITS[0].prediction) | {"outputs": (1, 2)})
     best = Some(**vars(FITS[0]) | {"prediction": prediction})
     report.operator_report(Some(best=best, fits=FITS[:count], recorded=RECORDED, notes=("a note",)), name="axis")
-    compared = seen["sections"][0]
+    compared, _, data = seen["sections"]
+    assert ("Held out", "the last curve") in data.blocks[0].content
     assert (compared.heading, compared.blocks[0] is not None) == (heading, count == 2)
     assert compared.blocks[1].content == ("a note",)
     assert seen["outputs"] == (1, 2)

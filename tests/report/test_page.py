@@ -10,7 +10,7 @@ from markupsafe import Markup
 from bristle.core import InputWarning
 from bristle.figures import ReportFigure, style
 from bristle.report import page
-from bristle.report.page import Block, FaultWarning, Figures, Picture, Section, _filled, about, answered, typeset_sentence, worded
+from bristle.report.page import Block, FaultWarning, Figures, Front, Picture, Ruling, Section, _filled, about, typeset_sentence, worded
 from bristle.report.table import Table
 
 ONE, TWO = (Picture(f"figure-{name}", Markup("<svg/>"), name) for name in ("one", "two"))
@@ -20,11 +20,9 @@ def test_line_under_the_heading_begins_with_the_date():
     assert about("log a.csv", "", "model b") == f"{datetime.date.today().isoformat()} · log a.csv · model b"
 
 
-def test_five_questions_have_their_non_empty_lines():
-    answers = answered(["a", ""], ["b"], [""], ["c"], ["d"])
-    assert answers[0] == ("Is it good?", ["a"])
-    assert [question for question, _ in answers][1:] == ["Values to enter", "Can it be trusted?", "Next steps"]
-    assert answered([], [], ["e"], [], []) == [("Gain and cost", ["e"])]
+@pytest.mark.parametrize(("reasons", "more"), [(None, False), ((), False), (("a",), False), (("a", "b"), True)])
+def test_a_tab_lists_the_reasons_if_there_are_several(reasons, more):
+    assert Front("a", "b", None if reasons is None else Ruling("no", "No", reasons)).has_more is more
 
 
 def test_figures_are_in_place_or_at_the_end():

@@ -94,20 +94,16 @@ def test_warnings_ask_for_care_errors_forbid_notes_do_not_count():
     assert [len(ruling.reasons) for ruling in rulings] == [1, 2, 2]
 
 
-def lines_of(prediction, **options):
-    front = report._front(prediction, FRICTION, LOG, "axis", **{"own_log": False} | options)
-    return front, [plain(lines) for _, lines in front.answers]
+def front_of(prediction, **options):
+    return report._front(prediction, FRICTION, LOG, "axis", **{"own_log": False} | options)
 
 
-def test_first_page_has_the_remaining_effort_of_the_controller():
-    front, lines = lines_of(predicted(inside_percent=94.4))
-    assert lines == [
-        ["the error is 3.46 % of the effort of this log", "effort error 250 mN, root mean square"],
-        ["no new values: use the values of the identification report"],
-        ["with this feedforward the controller would supply 250 mN instead of 3.54 N, root mean square"],
-        [f"inverse mode: {MODES['inverse']}", "94.4 % of the measured effort is inside the 95 % band"],
-        ["record without and with this feedforward: `bristle compare before.csv after.csv --axis axis.toml`"],
-    ]
+def further(prediction):
+    return plain(report._further_lines(prediction, "translational"))
+
+
+def test_first_page_has_the_error_and_the_share_inside_the_band():
+    front = front_of(predicted(inside_percent=94.4))
     assert plain([front.facts])[0].endswith("log a.csv, 4 s · model lugre")
     assert plain([front.title, front.basis]) == ["Prediction error: 3.46 % of the effort", "(a.csv, inverse mode)"]
     assert [(card.label, *plain([card.value, card.remark])) for card in front.cards] == [
@@ -117,29 +113,40 @@ def test_first_page_has_the_remaining_effort_of_the_controller():
     assert front.next.command == "bristle compare before.csv after.csv --axis axis.toml"
 
 
-def test_first_page_has_the_largest_position_error():
-    _, lines = lines_of(predicted("open-loop", metrics=LENGTHS, position_predicted=np.array([1e-6, 5e-6]), effort=None))
-    assert lines[0][1:] == ["position error 0.400 µm, root mean square, 2 µm at most"]
-    assert lines[2] == [f"open-loop mode: {MODES['open-loop']}", "the model has no uncertainty band"]
-    assert lines_of(predicted(metrics=LENGTHS))[1][0][1:] == ["position error 0.400 µm, root mean square"]
-    assert lines_of(predicted(metrics={}))[1][0] == ["the log has no signal to compare with the prediction"]
-    assert [len(lines_of(each)[1]) for each in (predicted("closed-loop"), predicted(effort=None))] == [4, 4]
+def test_errors_have_the_remaining_effort_of_the_controller():
+    supplied = "with this feedforward the controller would supply 250 mN instead of 3.54 N, root mean square"
+    assert further(predicted()) == [f"inverse mode: {MODES['inverse']}", supplied]
+    assert further(predicted("closed-loop")) == [f"closed-loop mode: {MODES['closed-loop']}"]
+    assert len(further(predicted(effort=None))) == 1
 
 
-def test_first_page_names_the_next_step():
+def test_errors_have_the_largest_position_error():
+    item = predicted("open-loop", metrics=LENGTHS, position_predicted=np.array([1e-6, 5e-6]), effort=None)
+    assert further(item) == [f"open-loop mode: {MODES['open-loop']}", "largest position error: 2 µm"]
+    assert len(further(predicted("open-loop", metrics=LENGTHS))) == 1
+    front = front_of(item)
+    assert [(card.label, *plain([card.value])) for card in front.cards] == [("Position error, rms", "0.400 µm"), ("95 % band", "–")]
+    assert front_of(predicted(metrics={})).title == "No signal to compare"
+
+
+def test_errors_have_the_advice_on_warnings():
     doubts = tuple(
         Diagnostic(code, "", "warning", {"samples": 3, "percent": 120.0, "signal": "effort"})
         for code in ("short_stretch", "worse_than_none")
     )
-    _, lines = lines_of(predicted(diagnostics=doubts))
-    assert lines[-1] == [
-        "predict in another mode, or check model, units and signs",
-        "identify both logs together: `bristle identify FIRST THIS --axis axis.toml`",
-    ]
-    assert lines_of(predicted(), own_log=True)[1][-1] == [
-        "predict a log of another motion: `bristle predict model.toml OTHER --axis axis.toml`"
-    ]
-    assert lines_of(predicted(metrics={"force_error_percent": 90.0}))[1][1] == ["no values from this model"]
+    assert further(predicted(diagnostics=doubts))[-1] == "predict in another mode, or check model, units and signs"
+    assert front_of(predicted(diagnostics=doubts)).next.command == "bristle identify FIRST THIS --axis axis.toml"
+
+
+def test_first_page_names_the_next_step():
+    assert front_of(predicted(), own_log=True).next == (
+        "Predict a log of another motion",
+        "bristle predict model.toml OTHER --axis axis.toml",
+    )
+    assert front_of(predicted(metrics=FORCES | {"force_error_percent": 90.0})).ruling.reasons == (
+        "the error is 90.0\u00a0% of the effort of this log",
+    )
+    assert front_of(predicted()).ruling.reasons == ()
 
 
 def test_summary_of_a_prediction_has_its_numbers():

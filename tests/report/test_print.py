@@ -7,12 +7,12 @@ import subprocess
 import pytest
 from tests.report.test_pages import identification_page
 
-MOST_PAGES = 6  # of the identification of a loop, with its folds as they are
+MOST_PAGES = 8  # of the identification of a loop, with all of its tabs
 
 
 @pytest.mark.slow
 @pytest.mark.skipif(shutil.which("chromium") is None, reason="needs chromium")
-def test_report_of_a_loop_prints_on_six_pages(stage, tmp_path):
+def test_report_of_a_loop_prints_on_eight_pages(stage, tmp_path):
     (tmp_path / "report.html").write_text(identification_page(stage), encoding="utf-8")
     subprocess.run(
         [

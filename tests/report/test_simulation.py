@@ -12,8 +12,9 @@ from tests.report.test_pages import simulation_page
 from bristle.core import Status
 from bristle.core.units import convert
 from bristle.report import simulation as report
+from bristle.report.compensation import standing
 from bristle.report.loops import variant_table
-from bristle.report.simulation import ON_THE_MACHINE, simulation_ruling, simulation_summary
+from bristle.report.simulation import simulation_ruling, simulation_summary
 from bristle.simulation.result import Statistics
 
 
@@ -79,24 +80,21 @@ def simulated(*loops, refused=(), effort=None, limit=math.inf):
     return Some(experiment=experiment, variants={loop.name: loop for loop in loops}, refused=dict.fromkeys(refused, "unstable"))
 
 
-def lines_of(result, warnings=()):
-    front = report._front(result, warnings)
-    return front, [[line.replace("\u00a0", " ") for line in lines] for _, lines in front.answers]
+def values_of(result):
+    return [line.replace("\u00a0", " ") for line in report._values_of(result, standing(result).best)]
+
+
+def test_results_have_the_law_of_the_best_variant_its_limit_and_its_scatter():
+    loops = ran("base", 8e-6), ran("best", 2e-6, runs=3, spread=1e-7, effort=3.0)
+    law, scatter = "best: law cascade: ", "3 runs with different noise: standard deviation 0.100 µm"
+    assert values_of(simulated(*loops)) == [law, scatter]
+    assert values_of(simulated(*loops, limit=6.0)) == [law, "the drive is at its limit", scatter]
+    assert values_of(simulated(ran("base", 8e-6), limit=4.1)) == ["base: law cascade: "]
+    assert values_of(simulated(ran("base", 8e-6, runs=2))) == ["base: law cascade: "]
 
 
 def test_first_page_compares_the_best_loop_with_the_base():
-    front, lines = lines_of(simulated(ran("base", 8e-6), ran("best", 2e-6, runs=3, spread=1e-7, effort=3.0), refused=["wild"]))
-    assert lines == [
-        [
-            "following error 2 µm (best) instead of 8 µm (base) peak to peak, 75 % less",
-            "following error 2 µm peak to peak, 0.500 µm root mean square (best)",
-            "swing of the error at its worst reversal: 2 µm instead of 8 µm",
-        ],
-        ["variant best, as in the experiment file", "law cascade: "],
-        ["effort 3 N root mean square, 6 N at its peak (base: 2 N root mean square, 4 N at its peak)"],
-        ["This is a simulation: confirm it on the machine.", "3 runs with different noise: standard deviation 0.100 µm"],
-        [ON_THE_MACHINE, "find the causes of the remaining error: `bristle design EXPERIMENT.toml`"],
-    ]
+    front = report._front(simulated(ran("base", 8e-6), ran("best", 2e-6, runs=3, spread=1e-7, effort=3.0), refused=["wild"]), ())
     assert front.facts.endswith("3 variants · mean of 3 runs")
     assert front.title == "Following error: 8 → 2\u00a0µm peak to peak, ×4.0"
     assert [(card.label, card.value.replace("\u00a0", " ")) for card in front.cards] == [
@@ -114,30 +112,22 @@ def test_first_page_compares_the_best_loop_with_the_base():
 
 
 def test_first_page_of_a_single_loop_has_no_comparison():
-    front, lines = lines_of(simulated(ran("base", 8e-6), limit=4.0))
+    front = report._front(simulated(ran("base", 8e-6), limit=4.0), ())
     assert front.facts.endswith("1 variant")
-    assert lines[0][1] == "swing of the error at its worst reversal: 8 µm"
-    assert lines[1][0] == "variant base, unchanged"
-    assert lines[2] == ["effort 2 N root mean square, 4 N at its peak", "the drive is at its limit"]
-    assert lines[4] == ["find better gains: `bristle design EXPERIMENT.toml`"]
-    assert len(lines_of(simulated(ran("base", 8e-6), limit=4.1))[1][2]) == 1
-    assert len(lines_of(simulated(ran("base", 8e-6, runs=2)))[1][3]) == 1
+    cards = {card.label: (card.value.replace("\u00a0", " "), card.remark.replace("\u00a0", " ")) for card in front.cards}
+    assert (cards["Worst reversal"], cards["Effort, rms"]) == (("8 µm", ""), ("2 N", "peak 4 N"))
+    assert front.next == ("Find better gains", "bristle design EXPERIMENT.toml")
 
 
 def test_first_page_of_open_loops_has_their_motion():
-    front, lines = lines_of(simulated(ran("a", 8e-3, is_open=True), ran("b", 1.0, status=Status.NOT_FINITE, is_open=True), effort=1))
-    assert lines == [
-        ["moves by 8 mm (a)"],
-        ["no values: the experiment compares no loops"],
-        ["effort 2 N root mean square, 4 N at its peak (a)"],
-        ["this is a simulation: it lacks every effect that the models of plant and friction lack"],
-        ["compare the motion with a log of the same effort"],
-    ]
+    loops = ran("a", 8e-3, is_open=True), ran("b", 1.0, status=Status.NOT_FINITE, is_open=True)
+    front = report._front(simulated(*loops, effort=1), ())
+    assert front.title.replace("\u00a0", " ") == "The open loop moves by 8 mm"
+    assert [(card.label, card.value.replace("\u00a0", " ")) for card in front.cards] == [("Effort, a", "2 N")]
     assert front.ruling.words == "No loop: the effort is given"
-    _, lines = lines_of(simulated(ran("a", status=Status.NOT_FINITE)))
-    assert lines[0] == ["no open loop ran to its end"]
-    assert lines[2] == ["no variant completed"]
-    assert lines[4] == ["correct the cause that the verdict names"]
+    assert front.next is None
+    failed = report._front(simulated(ran("a", status=Status.NOT_FINITE)), ())
+    assert (failed.title, failed.next, failed.cards) == ("No variant completed", None, [])
 
 
 @pytest.mark.parametrize(
@@ -195,6 +185,7 @@ def test_page_of_a_run_lists_the_simulated_parts(monkeypatch, is_open):
     variants, summary, directions, assumptions = seen["sections"]
     assert variants.heading == ("Motions and efforts" if is_open else "Errors and efforts")
     assert summary.blocks[0] == "small."
+    assert (summary.blocks[-1] is None) == is_open
     assert directions.blocks == [None if is_open else "direction_table"]
     assert assumptions.blocks[-3:] == ["run_table", "parts_table", "parts_table"]
     assert len(assumptions.blocks) == (6 if is_open else 4)

@@ -39,7 +39,7 @@ def draw_bars(axes: style.Axes, values: Sequence[float], unit: str, word: str, c
 @style.styled
 def named_bars(names: Sequence[str], values: Sequence[float], kind: Kind, alike: Sequence[bool]) -> Figure:
     """Return a bar of the following error for each name, grey or, if marked, blue."""
-    texts = [label(name).replace("_", " ") for name in names[:MOST]]
+    texts = [label(name) for name in names[:MOST]]
     figure, (axes,) = style.named_rows(texts, max(style.NAME, min(0.6, 2.4 / len(texts))), across=SIDE)
     colours = [LIGHT["with" if marked else "without"] for marked in alike[:MOST]]
     draw_bars(axes, values[:MOST], unit_of("length", kind), "Following error, peak to peak", colours)

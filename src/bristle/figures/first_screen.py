@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 WITHOUT: style.Look = {"color": LIGHT["without"], "linewidth": 1.4, "linestyle": "-"}
 WITH: style.Look = {"color": LIGHT["with"], "linewidth": 2.0, "linestyle": "-"}
+THIN: style.Look = WITH | {"linewidth": 1.2}
 PALE: style.Look = style.MEASURED | {"linewidth": 3.0}
 TALL, SIDE, LOW = 4.4, 5.8, 2.5  # inches: height of the large picture, width and height of the small pictures
 MOST_REVERSALS = 12
@@ -64,8 +65,8 @@ def gain_at_reversal(
     scale = style.scale_for("length", kind, *(loop.error for loop in drawn), np.array([1e-6]))
     for axes, part in ((near, (window[0], window[-1])), (strip, (-np.inf, np.inf))):
         for loop in drawn:
-            shown = loop.between(*part)
-            style.over_time(axes, shown.time, (shown.error, looks[loop.variant], called[loop.variant]), scale=scale, word="Following error")
+            piece = loop.between(*part)
+            style.over_time(axes, piece.time, (piece.error, looks[loop.variant], called[loop.variant]), scale=scale, word="Following error")
     near.axhline(0.0, **style.AID)
     as_strip(strip, window * style.time_scale(drawn[-1].time).factor)
     style.label_lines(near)
@@ -74,7 +75,7 @@ def gain_at_reversal(
 
 def over_a_strip(names: Iterable[str], *, small: bool = False) -> tuple[Figure, style.Axes, style.Axes]:
     """Return a figure with a large panel, with room for the names of its lines at its right, over a narrow strip."""
-    size: dict[str, float] = {"height": LOW, "across": SIDE} if small else {"height": TALL}
+    size: style.Look = {"height": LOW, "across": SIDE} if small else {"height": TALL}
     heights = (3.0 if small else 4.2, 1.0)
     figure, ((near,), (strip,)) = style.panels(rows=2, heights=heights, right=style.room_for(names), gap=0.5, top=0.12, **size)
     return figure, near, strip
@@ -219,7 +220,7 @@ def friction_after_reversals(fit: Fit, distance: float = 0.0, *, large: bool = F
         Whether it is the large picture of a log without sliding.
     """
     traces, kind = fit.traces, fit.plant.kind
-    size: dict[str, float] = {"height": TALL} if large else {"height": LOW, "across": SIDE}
+    size: style.Look = {"height": TALL} if large else {"height": LOW, "across": SIDE}
     figure, ((axes,),) = style.panels(right=style.room_for(["measured"]), top=0.12, **size)
     motions = reversals_of(traces.time, traces.velocity)
     longest = float(motions[0].displacement[-1]) if motions else 1.0
@@ -229,7 +230,7 @@ def friction_after_reversals(fit: Fit, distance: float = 0.0, *, large: bool = F
     length = style.scale_for("length", kind, np.array([end]))
     scale, word = style.effort_scale(kind, traces.friction)
     modelled = traces.friction - traces.residual
-    for values, look, name in ((traces.friction, PALE, "measured"), (modelled, WITH | {"linewidth": 1.2}, "model")):
+    for values, look, name in ((traces.friction, PALE, "measured"), (modelled, THIN, "model")):
         x, y = [np.empty(0)], [np.empty(0)]
         for reversal in chosen:
             inside = np.flatnonzero(reversal.displacement <= 1.02 * end)

@@ -76,8 +76,8 @@ def following_error(result: SimulationResult, focus: Sequence[str] = (), measure
     motion, *all_, full, close, effort = (row[0] for row in grid)
     spread = grid[-3][1]
     kind, reference = result.experiment.kind, simulated[0].reference
-    told = reference, {"color": style.INK, "linewidth": 1.0}, "_"
-    style.over_time(motion, simulated[0].time, told, scale=style.scale_for("length", kind, reference), word=style.position_word(kind))
+    curve = reference, {"color": style.INK, "linewidth": 1.0}, "_"
+    style.over_time(motion, simulated[0].time, curve, scale=style.scale_for("length", kind, reference), word=style.position_word(kind))
     motion.set_title("reference")
     _draw_efforts(effort, simulated, kind)
     for axes in all_:

@@ -158,7 +158,7 @@ def _draw(axes: Axes, runs: Runs, name: str, strange_runs: np.ndarray, labels: S
         axes.set_xticks(number[few], shortened_apart(list(labels), 0.5 if turned else 0.8, AT_TICKS)[few], rotation=90.0 * turned)
     else:
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    axes.set_ylabel(scale.label(shortened(name.rpartition(".")[2], style.NARROW, AT_TICKS)))
+    axes.set_ylabel(scale.label(shortened(name.removeprefix("plant.").removeprefix("friction."), style.NARROW, AT_TICKS)))
 
 
 HOLLOW = "Hollow: outlier or measure again. Arrow: beyond the panel."

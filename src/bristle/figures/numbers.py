@@ -169,9 +169,9 @@ def _line(line: Any, axes: Axes) -> Drawn | None:
 
 def _strokes(path: Path) -> list[np.ndarray]:
     """Return the corners of each stroke of a path; a closed stroke ends where it begins."""
-    whole = Path(path.vertices, path.codes)
-    whole.should_simplify = False
-    return [part for polyline in whole.to_polygons(closed_only=False) for part in _without_gaps(np.asarray(polyline))]
+    polyline_path = Path(path.vertices, path.codes)
+    polyline_path.should_simplify = False
+    return [part for polyline in polyline_path.to_polygons(closed_only=False) for part in _without_gaps(np.asarray(polyline))]
 
 
 def _without_gaps(points: np.ndarray) -> list[np.ndarray]:

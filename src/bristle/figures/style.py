@@ -285,7 +285,7 @@ def label_lines(axes: Axes) -> None:
         if x.size and np.isfinite(x.max()) and not str(curve.get_label()).startswith("_"):
             ends.append(((y[x.argmax()] - low) / (high - low), str(curve.get_label()), curve.get_color()))
     ends.sort(key=lambda end: end[0])
-    tall = 1.3 * EM / (axes.figure.get_figheight() * axes.get_position().height)
+    tall = 1.3 * EM / axes.get_window_extent().height * axes.figure.dpi
     places = np.array([min(max(end[0], 0.5 * tall), 1.0 - 0.5 * tall) for end in ends])
     for _ in range(len(ends) ** 2):
         for below in range(len(ends) - 1):

@@ -1,6 +1,5 @@
 """The report of the paper: each figure with the statement of the paper, the result, and the reason for any difference."""
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any, NamedTuple
@@ -8,11 +7,11 @@ from typing import Any, NamedTuple
 from bristle.figures.loop_rows import errors_by_loop
 from bristle.paper.equations import EQUATIONS
 from bristle.paper.errata import ERRATA, KINDS
-from bristle.paper.reproduced import Reproduced, in_micrometres, in_millinewtons, percent
-from bristle.paper.tracking import BEFORE, CALIBRATED, COMPENSATED, IN_PAPER, NAMES, PRINTED, PUBLISHED, with_spread
+from bristle.paper.reproduced import Reproduced, in_micrometres
+from bristle.paper.tracking import BEFORE, COMPENSATED, IN_PAPER, NAMES, PRINTED, with_spread
 from bristle.report.cards import Card, Step
 from bristle.report.compensation import change_text
-from bristle.report.page import Front, Picture, Ruling, about, answered, picture, render
+from bristle.report.page import Front, Picture, Ruling, about, picture, render
 from bristle.report.table import Table, length_text
 
 HEADING = "The source paper, reproduced figure by figure"
@@ -46,32 +45,11 @@ def paper_ruling(figures: Sequence[Reproduced]) -> Ruling:
 
 def paper_front(figures: Sequence[Reproduced]) -> Front:
     """Return the first page of the reproduced figures."""
-    ruling, by_number = paper_ruling(figures), {figure.number: figure for figure in figures}
-    loop, effort = by_number.get(12), by_number.get(14)
-    kinds = Counter(erratum.kind for erratum in ERRATA)
-    if effort:  # the effort of the loop, without and with feedforward
-        rms = {name: value for name, value in effort.numbers["rms"].items() if name in PUBLISHED}
-        efforts = ", ".join(f"{in_millinewtons(value)} {NAMES[name]}".replace(" mN", "\u00a0mN") for name, value in rms.items())
-        cost = f"effort, rms: {efforts}"
-    else:
-        cost = "see figure 14: `bristle paper`"
-    wrong = ", ".join(f"{count} {kind}{'s' if count > 1 else ''}" for kind, count in kinds.items())
-    answers = answered(
-        _quality(loop) if loop else [figure.found[0].rstrip(".") for figure in figures[:3]],
-        ["to change its experiments: `bristle paper --write DIR`, then `bristle run DIR/set_a.toml`"],
-        [cost],
-        [
-            *ruling.reasons,
-            "the rig differs in structure from the compensators of the paper: thirty elements with scatter",
-            f"{len(ERRATA)} remarks on the printed paper, each with a test: {wrong}",
-        ],
-        ["your changes: `bristle paper --from DIR`", "your own axis: `bristle identify log.csv --axis axis.toml --model all`"],
-    )
+    loop = next((figure for figure in figures if figure.number == 12), None)
     facts = about("simulated rig", f"{len(figures)} {'figure' if len(figures) == 1 else 'figures'}")
     step = Step.of("try your own axis: `bristle identify log.csv --axis axis.toml`")
-    # The answers have the reasons, which are long.
-    short, without = ruling._replace(reasons=()), "" if ruling.reasons else "Each claim holds, independently of the setup."
-    front = Front(HEADING, facts, short, answers, without, next=step)
+    # The section of the claims has the reasons, which are long.
+    front = Front(HEADING, facts, paper_ruling(figures)._replace(reasons=()), next=step)
     if loop is None:
         return front
     return front._replace(title=_title(loop), basis="(simulated rig)", cards=_cards(figures, loop), figures=[_picture(loop)])
@@ -93,27 +71,6 @@ def _cards(figures: Sequence[Reproduced], loop: Reproduced) -> list[Card]:
         text = f"{with_spread(1e6 * peaks[name], 1e6 * spreads.get(name, 0.0))}\u00a0µm"
         cards.append(Card(label, text, f"paper: {1e6 * IN_PAPER[published]:.2f}\u00a0µm"))
     return cards
-
-
-def _quality(loop: Reproduced) -> list[str]:
-    """Return the following error here and in the paper, without and with its compensator, and at sound margins."""
-    peaks, spreads = loop.numbers["peak_to_peak"], loop.numbers["peak_to_peak_spread"]
-    errors = {name: f"{with_spread(1e6 * peaks[name], 1e6 * spreads.get(name, 0.0))}\u00a0µm" for name in (BEFORE, PRINTED)}
-    less, less_in_paper = (
-        percent(1.0 - lengths[name] / lengths[BEFORE], 1.0) for lengths, name in ((peaks, PRINTED), (IN_PAPER, COMPENSATED))
-    )
-    paper = " to ".join(f"{1e6 * value:.2f}\u00a0µm" for value in IN_PAPER.values())
-    lines = [
-        f"following error, peak to peak: {errors[BEFORE]} without a compensator, {errors[PRINTED]} with "
-        f"{NAMES[PRINTED]}; the paper: {paper}",
-        f"reduction: {less}; the paper: {less_in_paper}",
-    ]
-    sound = loop.numbers.get("at_sound_margins", {})
-    if BEFORE in sound:
-        peaks = {name: float(sound[name]["following_error"]["peak_to_peak"]) for name in NAMES if name in sound and name != CALIBRATED}
-        listed = "; ".join(f"{NAMES[name]} {length_text(value, 'translational')}" for name, value in peaks.items())
-        lines.append(f"in a loop with sound margins: {listed}")
-    return lines
 
 
 def _picture(loop: Reproduced) -> Picture:
@@ -167,6 +124,7 @@ def paper_report(figures: Sequence[Reproduced], *, command: str, provenance: Map
         banner=BANNER,
         title=TITLE,
         rig=RIG,
+        status=paper_ruling(figures).reasons,
         front=paper_front(figures),
         claims=claim_table(figures),
         sections=[_section(figure) for figure in figures],

@@ -66,14 +66,14 @@ def verdict(ruling: Ruling) -> Line:
 
 
 def _model(identification: Identification) -> list[Line]:
-    fit, others = identification.best, len(identification.fits) - 1
+    fit, further = identification.best, len(identification.fits) - 1
     held_out = "" if fit.held_out is None else f", {percent_text(fit.held_out.mean_percent)} held out"
     lines = [Line("Model", f"{fit.name}: model error {percent_text(fit.error_percent)}{held_out}")]
     for numbers in (diagnostic.numbers for diagnostic in fit.diagnostics if diagnostic.code == "delay_found"):
         samples, delay = numbers["samples"], numbers["delay"]
         if isinstance(samples, float) and isinstance(delay, float) and abs(samples) >= HALF_SAMPLE:
             lines.append(Line("", f"bristle removed a delay of {fixed(delay, 's')} between effort and position"))
-    return lines + ([Line("", f"best of {others + 1} models (compare them: -v)")] if others else [])
+    return lines + ([Line("", f"best of {further + 1} models (compare them: -v)")] if further else [])
 
 
 def _parameters(fit: Fit) -> list[Line]:
@@ -113,8 +113,8 @@ def _to_type_in(fit: Fit, axis: Axis | None) -> list[Line]:
         lines.append(f"{'inertia' if kind == 'rotational' else 'mass'} {fixed(levels.inertia, unit_of('mass', kind))}{source}")
     assert levels.forward is not None  # or the log is to be recorded again
     assert levels.backward is not None
-    known = [estimate for estimate in fit.estimates if estimate.name in fit.levels and estimate.status == "identified"]
-    friction = f"friction {fixed(levels.forward, unit)} forward, {fixed(levels.backward, unit)} backward{_width(known)}"
+    identified = [estimate for estimate in fit.estimates if estimate.name in fit.levels and estimate.status == "identified"]
+    friction = f"friction {fixed(levels.forward, unit)} forward, {fixed(levels.backward, unit)} backward{_width(identified)}"
     is_known = all(estimate.status in ("identified", "held") for estimate in fit.estimates if estimate.name == "offset")
     lines.append(friction + (f", constant force {fixed(levels.constant, unit)}" if levels.constant and is_known else ""))
     for drive_unit in drive_units(axis, kind).efforts:

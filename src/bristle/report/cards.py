@@ -148,9 +148,9 @@ def _distance(fit: Fit, axis: Axis | None) -> Card | None:
     if not distance:
         return None
     drawn = () if fit.resampling is None else fit.resampling.bands.models(fit.friction, DRAWS)
-    others = np.array([reversal_distance(model, fastest) for model in drawn])
+    distances = np.array([reversal_distance(model, fastest) for model in drawn])
     # A draw that never builds up its friction has no finite distance.
-    spread = DEVIATION_OVER_MEDIAN * float(np.median(np.abs(others - distance))) if others.size > 1 else None
+    spread = DEVIATION_OVER_MEDIAN * float(np.median(np.abs(distances - distance))) if distances.size > 1 else None
     half = None if spread is None else 100.0 * NORMAL_95 * spread / distance
     half = half if half is None or half <= LARGEST else None
     motor = [unit for unit in drive_units(axis, kind).lengths if "motor" in unit.name]

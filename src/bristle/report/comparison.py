@@ -11,7 +11,7 @@ from bristle.report.cards import Card, Step
 from bristle.report.compensation import NO_CHANGE, change_text
 from bristle.report.log import log_facts
 from bristle.report.messages import as_data, message, picked
-from bristle.report.page import Block, Figures, Front, Ruling, Section, about, answered, report_page
+from bristle.report.page import Block, Figures, Front, Ruling, Section, about, report_page
 from bristle.report.sentences import SENTENCES
 from bristle.report.table import Table, capital, fixed, length_text, percent_text
 
@@ -76,7 +76,9 @@ def comparison_report(compared: Comparison, *, name: str, **options: Any) -> str
     warnings = [message(diagnostic) for diagnostic in compared.diagnostics if diagnostic.severity != "note"]
     notes = [note for logs in sides.values() for log in logs for note in log.notes]
     logs = [Block("facts", log_facts(logs[0], logs[1:]), (f"The log {side}",)) for side, logs in sides.items()]
-    basis = [Block("items", warnings, ("warnings",)), Block("items", remarks_of(compared)[len(warnings) :])]
+    shares = (compared.shared.before_percent, compared.shared.after_percent)
+    partly = [f"motion common to both: {percent_text(shares[0])} before, {percent_text(shares[1])} after"] if min(shares) < 99.0 else []
+    basis = [Block("items", warnings, ("warnings",)), Block("items", [*remarks_of(compared)[len(warnings) :], *partly])]
     rows = [_row(with_unit(at, unit_of("length/time", compared.kind)), change) for at, change in compared.friction_curve]
     friction = Table("Friction at the same speeds", ("Speed", *HEADS[1:]), rows) if rows else None
     sections = [
@@ -181,35 +183,16 @@ def _text(change: Change, value: float) -> str:
 
 def _front(compared: Comparison, name: str, files: Mapping[str, str]) -> Front:
     change, shared = compared.changes.get(RMS), compared.shared
-    wording, is_single = _wording(change) if change else None, min(len(compared.logs_before), len(compared.logs_after)) == 1
-    typed = "no values: these logs show no clear change"
-    if change is not None and wording is not None and not wording.is_open:
-        typed = f"no new values: keep the values from {'after' if change.verdict == 'lower' else 'before'} the change"
-    partly = f"motion common to both: {percent_text(shared.before_percent)} before, {percent_text(shared.after_percent)} after"
-    ruling = comparison_ruling(compared)
-    answers = answered(
-        [*ruling.reasons[:1], *_lines(compared, ("following_error", "reversals"), "no following error: the logs have no reference")],
-        [typed],
-        _lines(compared, ("effort", "friction"), "no effort in these logs"),
-        [
-            f"{shared.cycles_before} {_pieces(compared)} before, {shared.cycles_after} after. Their scatter gives the intervals",
-            partly if min(shared.before_percent, shared.after_percent) < 99.0 else "",
-            "intervals lack the scatter between recordings, for example from temperature" if is_single else "",
-        ],
-        [wording.advice, "add further logs of each side for more certainty: `--before`, `--after`" if is_single else ""]
-        if wording
-        else ["also record the reference, and name its column in the axis file"],
-    )
-    told = change or next(iter(compared.changes.values()), None)
+    wording, ruling = _wording(change) if change else None, comparison_ruling(compared)
+    first = change or next(iter(compared.changes.values()), None)
     arrow = " → ".join(filter(None, files.values()))
     return Front(
         f"{name}: before and after",
         about(f"{shared.cycles_before} and {shared.cycles_after} {_pieces(compared)}"),
         ruling.beyond_title if change else ruling,
-        answers,
-        title=_title(told) if told else "",
+        title=_title(first) if first else "",
         basis=f"({arrow})" if arrow else "",
-        cards=[_card(each) for each in list(compared.changes.values())[:MOST_CARDS]],
+        cards=[_card(item) for item in list(compared.changes.values())[:MOST_CARDS]],
         next=Step.of(wording.advice if wording and "`" in wording.advice else MORE),
     )
 
@@ -225,17 +208,6 @@ def _card(change: Change) -> Card:
     word, _, statistic = WORDS[change.name].partition(", ")
     label = statistic if "reversal" in word else f"{word}, {SHORT.get(statistic, statistic)}" if statistic else word
     return Card(capital(label), percent, "no interval" if ends is None else f"95 %: {interval_of(change)}")
-
-
-def _lines(compared: Comparison, groups: tuple[str, ...], otherwise: str) -> list[str]:
-    """Return the changes of these groups, without the change in the verdict."""
-    changes = [change for name, change in compared.changes.items() if name.partition(".")[0] in groups]
-    lines = []
-    for change in changes:
-        if change.name != RMS or len(changes) == 1:
-            verdict = CELLS["no_change"] if change.verdict == "no_change" else percent_of(change)
-            lines.append(f"{WORDS[change.name]}: {_text(change, change.after)} after, {_text(change, change.before)} before ({verdict})")
-    return lines or [otherwise]
 
 
 def comparison_summary(compared: Comparison, *, name: str, provenance: Mapping[str, str]) -> dict[str, Any]:

@@ -231,11 +231,11 @@ def standing(result: SimulationResult) -> Standing | None:
     """
     named = BASE in result.variants or BASE in result.refused
     base = result.variants.get(BASE if named else next(iter(result.experiment.variants)).name) if result.variants else None
-    done = [loop for loop in result.variants.values() if loop.status is not Status.NOT_FINITE and math.isfinite(_peak(loop))]
-    if base is None or not any(loop is base for loop in done):
+    completed = [loop for loop in result.variants.values() if loop.status is not Status.NOT_FINITE and math.isfinite(_peak(loop))]
+    if base is None or not any(loop is base for loop in completed):
         return None
     references = {variant.name: variant.reference for variant in result.experiment.variants}
-    best = min((loop for loop in done if references[loop.name] == references[base.name]), key=_peak)
+    best = min((loop for loop in completed if references[loop.name] == references[base.name]), key=_peak)
     return Standing(base, best, best is base or is_alike(best, base))
 
 

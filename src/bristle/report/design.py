@@ -15,7 +15,7 @@ from bristle.report.cards import Card, Step
 from bristle.report.compensation import NO_CHANGE, change_text
 from bristle.report.loops import controller_text, law_lines
 from bristle.report.messages import as_data, message, picked, whole_sentence
-from bristle.report.page import Block, Figures, Front, Ruling, Section, about, answered, report_page
+from bristle.report.page import Block, Figures, Front, Ruling, Section, about, report_page
 from bristle.report.table import MICROMETRE, Quantity, Table, capital, fixed, length_text, short_text, stiffness_text
 
 if TYPE_CHECKING:
@@ -127,7 +127,7 @@ feedforward along the desired motion. Both assume that the real axis has the fri
 MARGINS = """The sampled loop includes the zero-order hold, computation delay, lag of the drive, and the velocity estimate of the
 law. Poles determine its stability, margins the distance to instability. Small motions are inside a boundary layer or dead band
 of the law, large motions far outside it. Stuck friction acts as a spring. Sliding friction acts as the slope of its curve at the
-largest speed of the reference."""
+largest speed of the reference. The only resonances are those of the plant in the experiment file."""
 
 
 def design_report(design: Design, **options: Any) -> str:
@@ -138,7 +138,10 @@ def design_report(design: Design, **options: Any) -> str:
         for proposal in design.proposals[1:]
         for block in (Markup("<p>{}:</p>").format(proposal.name), Block("code", controller_text(proposal.variant)))
     ]
-    errs = ["bristle simulated the loop with each cause alone, and with all causes but one.", budget] if budget is not None else []
+    runs = 1 if design.budget is None else design.budget.runs
+    causes = f"with each cause alone, and with all causes but one: {'one run' if runs == 1 else f'{runs} runs'} each."
+    errs = [] if budget is None else [f"bristle simulated the loop {causes}", budget]
+    values = [f"The values of the loop {loop_name(design.chosen.name, design)}:", Block("items", law_lines(design.chosen.variant))]
     circles: list[object] = []
     if design.circles:
         circle, kind = design.circles[0], design.experiment.kind
@@ -149,7 +152,7 @@ def design_report(design: Design, **options: Any) -> str:
             circle_table(design),
         ]
     sections = [
-        Section("gains", "Gains", [GAINS, proposal_table(design), *laws]),
+        Section("gains", "Gains", [GAINS, proposal_table(design), *values, *laws]),
         Section("budget", "Causes of the error", errs, "Causes"),
         Section("results", "Results", design_sentences(design), "Causes"),
         Section("margins", "Poles and margins", [MARGINS, margin_table(design), Figures("margins"), delay_table(design)], "Margins"),
@@ -249,36 +252,11 @@ def _margin_text(phase: float | None) -> str:
 
 
 def _front(design: Design) -> Front:
-    kind, budget, chosen, present = design.experiment.kind, design.budget, design.chosen, design.proposals[0]
-    is_present = chosen is present
-    quality = [f"stable, {_margin_text(present.assessment.least_phase)}" if design.is_stable else "the present loop is unstable"]
-    if budget is not None and budget.entries:
-        first = budget.entries[0]
-        quality += [
-            f"following error {length_text(budget.all_causes.peak_to_peak, kind)} peak to peak, simulated",
-            f"main cause {first.cause} ({first.description}): without it, the error is {length_text(first.without.peak_to_peak, kind)}",
-        ]
-    runs = 0 if budget is None else budget.runs
-    simulated = f"errors are simulated, {'one run' if runs == 1 else f'{runs} runs'} each, with the friction of the experiment file"
-    title = f"{design.variant.name}, unchanged" if is_present else f"{chosen.name}, in place of the present loop"
-    answers = answered(
-        quality if is_present else [_choice(design), *quality],
-        [f"loop {title}", *law_lines(chosen.variant)],
-        _cost(design),
-        [
-            "the margins include the delays of the sampled loop, but only those resonances that the plant of the experiment file has",
-            "" if budget is None else simulated,
-        ],
-        [
-            "" if is_present else COPY,
-            "use a finer encoder or a lower cut-off of the velocity: much of the effort is noise" if _counts_much(design) else "",
-            MEASURE,
-        ],
-    )
+    is_present = design.chosen is design.proposals[0]
     facts = about(f"variant {design.variant.name}", f"law {design.variant.controller.name}")
     heading, step = f"{design.experiment.name}: the loop", Step.of(MEASURE if is_present else COPY)
     ruling = design_ruling(design) if is_present else design_ruling(design).beyond_title
-    return Front(heading, facts, ruling, answers, title=_title(design), basis="(simulated)", cards=_cards(design), next=step)
+    return Front(heading, facts, ruling, title=_title(design), basis="(simulated)", cards=_cards(design), next=step)
 
 
 def _title(design: Design) -> str:
@@ -307,22 +285,6 @@ def _cards(design: Design) -> list[Card]:
     if chosen.effort_rms is not None:
         rows.append(("Effort, rms", fixed(chosen.effort_rms, force), f"one count {fixed(chosen.count_effort, force)}"))
     return [Card(*row) for row in rows]
-
-
-def _cost(design: Design) -> list[str]:
-    """Return error, effort and margin of the chosen loop, compared with the present loop if it differs."""
-    kind, chosen, present = design.experiment.kind, design.chosen, design.proposals[0]
-    is_change = chosen is not present
-    lines, force = [], unit_of("force", kind)
-    if chosen.following_error is not None and present.following_error is not None and is_change:
-        lines.append(f"following error {length_text(chosen.peak_to_peak, kind)} instead of {length_text(present.peak_to_peak, kind)}")
-    words = {"effort_rms": "effort, root mean square", "count_effort": "effort of one encoder count"}
-    for name, word in words.items():
-        new, old = getattr(chosen, name), getattr(present, name)
-        if new is not None:
-            lines.append(f"{word}: {fixed(new, force)}" + (f" instead of {fixed(old, force)}" if is_change and old else ""))
-    new, old = (loop.assessment.least_phase for loop in (chosen, present))
-    return [*lines, *([f"phase margin {short_text(new)}° instead of {short_text(old)}°"] if is_change and new and old else [])]
 
 
 def design_summary(design: Design, *, provenance: Mapping[str, str]) -> dict[str, Any]:

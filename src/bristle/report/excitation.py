@@ -13,9 +13,9 @@ from bristle.identification import Estimate
 from bristle.report.cards import Card, Step, quantity_text
 from bristle.report.messages import as_data, note_of, picked
 from bristle.report.model_tables import STATUS_WORDS
-from bristle.report.page import Block, Front, Ruling, Section, about, answered, report_page
+from bristle.report.page import Block, Front, Ruling, Section, about, report_page
 from bristle.report.results import write_report
-from bristle.report.table import Table, fixed, length_text, span_text
+from bristle.report.table import Table, capital, fixed, length_text, span_text
 
 WIDE = 100.0  # half-width of an interval that does not identify a parameter [%]
 FILES = {"motion": "motion.csv", "moves": "moves.csv", "program": "motion.nc", "axis": "axis.toml"}
@@ -68,20 +68,25 @@ def designed_motion(axis_file: Content, *, command: str, model_file: Content | N
 def excitation_report(excitation: Excitation, *, identify: str, **options: Any) -> str:
     """Return the report of a motion as an HTML page; `identify` is the command for its log, options as of `report_page`."""
     rehearsal = excitation.rehearsal
-    limits = [
-        (word.capitalize(), with_unit(value, unit) + ("" if limit is None else f" of {with_unit(limit, unit)} allowed"))
-        for word, value, limit, unit in _limits(excitation)
-    ]
+    demands, basis = _limits(excitation), ""
     if rehearsal is not None:
-        limits.append(("Effort by the assumed model", with_unit(rehearsal.peak_effort, unit_of("force", excitation.motion.kind))))
+        effort = ("effort by the assumed model", rehearsal.peak_effort, excitation.axis.effort_limit)
+        demands.append((*effort, unit_of("force", excitation.motion.kind)))
+        loop = "in the loop of its controller" if rehearsal.loop else "along the motion, without a stable loop"
+        basis = f"One rehearsal, {loop}. Its encoder is that of the axis, and its friction scatters by 5 %."
+    limits = [
+        (capital(word), with_unit(value, unit) + ("" if limit is None else f" of {with_unit(limit, unit)} allowed"))
+        for word, value, limit, unit in demands
+    ]
     motion = [
+        "Set points: `motion.csv`. The same motion as a list of moves: `moves.csv`. As a program for an NC: `motion.nc`.",
         Block("facts", excitation.purposes, ("Purpose of each part",)),
         piece_table(excitation),
         Block("facts", limits, ("Demands on the axis",)),
     ]
     sections = [
         Section("motion", "The motion", motion, "Motion"),
-        Section("outlook", "Expected results", [None if rehearsal is None else outlook_table(excitation)], "Outlook"),
+        Section("outlook", "Expected results", [basis, None if rehearsal is None else outlook_table(excitation)], "Outlook"),
         Section("assumptions", "Omissions and assumptions", [Block("items", excitation.notes)], "Limits"),
     ]
     facts = {"motion": excitation.motion, "expected": None if rehearsal is None else rehearsal.friction}
@@ -232,31 +237,7 @@ def excitation_ruling(excitation: Excitation) -> Ruling:
 
 
 def _front(excitation: Excitation, identify: str) -> Front:
-    motion, rehearsal, unit = excitation.motion, excitation.rehearsal, unit_of("force", excitation.motion.kind)
-    sure, believed, limit = _sure(excitation), len(excitation.prior.assumed), excitation.axis.effort_limit
-    widths = ", ".join(
-        estimate.name if estimate.interval_percent is None else f"{estimate.name} ± {number(estimate.interval_percent, digits=2)} %"
-        for estimate in sure
-    )
-    takes = [
-        f"{word} {fixed(value, of)}{f' of {fixed(most, of)} allowed' if most else ''}" for word, value, most, of in _limits(excitation)
-    ]
-    trust = ["the motion was not rehearsed"]
-    if rehearsal is not None:
-        allowed = "" if limit is None else f" of {fixed(limit, unit)} allowed"
-        takes.append(f"effort up to {fixed(rehearsal.peak_effort, unit)}{allowed}, by the assumed model")
-        loop = "in the loop of its controller" if rehearsal.loop else "along the motion, without a stable loop"
-        assumed = f"{believed} assumed {'value' if believed == 1 else 'values'}, listed below" if believed else ""
-        trust = [f"one rehearsal, {loop}, with the encoder of the axis and friction that scatters by 5 %", assumed]
-    answers = answered(
-        ["the log of this motion would determine, with 95 % intervals:", widths]
-        if sure
-        else ["the log of this motion would determine no parameter reliably"],
-        ["set points: `motion.csv`", "or a list of moves: `moves.csv`", "or a program for an NC: `motion.nc`"],
-        [f"{motion.duration:.3g} s of motion", *takes],
-        trust,
-        [f"run the motion, record the channels of the axis file, then `{identify}`"],
-    )
+    motion, sure = excitation.motion, _sure(excitation)
     travel, speed, _ = _limits(excitation)
     cards = [
         Card(
@@ -276,10 +257,8 @@ def _front(excitation: Excitation, identify: str) -> Front:
         f"{excitation.axis.name}: a motion to run",
         about(f"{motion.duration:.3g} s"),
         excitation_ruling(excitation),
-        answers,
-        "In the rehearsal, the log of this motion determines every parameter.",
         title=title,
-        basis="(rehearsed)" if rehearsal else "(not rehearsed)",
+        basis="(rehearsed)" if excitation.rehearsal else "(not rehearsed)",
         cards=cards,
         next=Step("Run motion.csv, then identify its log:", identify),
     )

@@ -191,7 +191,7 @@ def fleet_report(runs: Runs, summary: Mapping[str, Any], *, command: str) -> str
     ]
     ruling, columns = fleet_ruling(runs), runs.columns
     # First the parameters that differ between logs.
-    shown = sorted(names, key=lambda name: not differing(columns, name).size)
+    ordered = sorted(names, key=lambda name: not differing(columns, name).size)
     heads = ("Parameter", "Folder", "Log", "This log", "Median of all logs")
     logs_apart = Table("Outliers among the logs", heads, rows) if rows else None
     sections = [
@@ -202,7 +202,7 @@ def fleet_report(runs: Runs, summary: Mapping[str, Any], *, command: str) -> str
     ]
     facts = {
         "fleet": runs,
-        "names": shown or None,
+        "names": ordered or None,
         "apart": {name: np.union1d(apart(columns, name), differing(columns, name)).astype(int) for name in names},
         "labels": short_names(columns),
         "again": measure_again(columns),
@@ -211,9 +211,9 @@ def fleet_report(runs: Runs, summary: Mapping[str, Any], *, command: str) -> str
         f"{summary['name']}: a fleet",
         f"{summary['done']} of {summary['logs']} logs · {summary['model']} · {summary['kind']}",
         ruling,
-        title=_title(summary, ruling, shown),
+        title=_title(summary, ruling, ordered),
         basis=f"({summary['model']})",
-        cards=_cards(summary, shown),
+        cards=_cards(summary, ordered),
         next=_next(summary, command),
     )
     return report_page("fleet", facts, front, sections, command=command, provenance=summary["provenance"])

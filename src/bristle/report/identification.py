@@ -43,7 +43,6 @@ if TYPE_CHECKING:
     from bristle.simulation import Prediction, SimulationResult
 
 ENTER = "enter the values on the machine, record again, and measure the gain with `bristle compare before.csv after.csv`"
-NO_BREAK = "\u00a0"
 PAIRS_SHOWN = 20
 BY_POSITION = """bristle fitted the model to the position. The figures below show the effort along the measured motion, from which the
 search started. This effort is noisy, because the second derivative of the position amplifies noise."""
@@ -136,7 +135,6 @@ def identification_report(
         f"{axis_name}: identified friction",
         about(f"log {log_name}, {fixed(log.duration, 's')}", f"model {fit.name}"),
         ruling._replace(reasons=_merged(ruling.reasons)),
-        without_reasons="bristle found no problem in this log.",
         title=headline(fit, gain if shows_gain else None),
         basis=f"(peak to peak over {log_name}, simulated)" if shows_gain else f"({log_name})",
         cards=[*cards_of(fit, axis, usable=usable), *([] if shows_gain else [no_gain(simulation, following, usable=usable)])],

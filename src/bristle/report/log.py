@@ -88,7 +88,7 @@ def inspect_log(log: Readable, axis: Axis | None = None, *, size_limit: int = SI
 def log_report(log: Log, segments: Sequence[Passage], *, name: str, diagnostics: Sequence[Mapping[str, Any]] = (), **options: Any) -> str:
     """Return the report of a log as an HTML page; options as of `report_page`."""
     ruling = log_ruling(log, diagnostics)
-    remarks = [Block("items", lines) for lines in (ruling.reasons, _advice(diagnostics), [each["message"] for each in diagnostics])]
+    remarks = [Block("items", lines) for lines in (ruling.reasons, _advice(diagnostics), [entry["message"] for entry in diagnostics])]
     sections = [
         Section("summary", "Summary", remarks if diagnostics or ruling.reasons else ["bristle found no problem in this log."]),
         Section("passages", "Contents", [passage_table([segment.as_data() for segment in segments], log.kind)]),

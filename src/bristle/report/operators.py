@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from bristle.core import number, unit_of, with_unit
 from bristle.report.cards import Card, Step
 from bristle.report.messages import picked
-from bristle.report.page import Block, Front, Ruling, Section, about, answered, report_page
+from bristle.report.page import Block, Front, Ruling, Section, about, report_page
 from bristle.report.table import Quantity, Table, fixed, percent_text, short_text
 
 if TYPE_CHECKING:
@@ -89,6 +89,7 @@ def _page(
         ("Samples", str(sum(curve.u.size for curve in recorded.curves))),
         ("Each begins", recorded.start),
         ("Full scale", with_unit(recorded.full_scale, unit_of("force", recorded.kind))),
+        *(("Held out", fit.held_out.of) for fit in fits[:1] if fit.held_out),
         *(("Note", note) for note in recorded.notes),
     ]
     parameters = []
@@ -132,21 +133,6 @@ def _front(prediction: OperatorPrediction, heading: str, recorded: Curves, fits:
     curves = f"{len(recorded.curves)} {'curve' if len(recorded.curves) == 1 else 'curves'}"
     ruling = operator_ruling(prediction.error_percent, held_out and held_out.mean_percent, fitted=bool(fits))
     then = "predict further curves: `bristle predict model.toml CURVES --axis axis.toml`"
-    answers = answered(
-        [
-            *ruling.reasons[:1],
-            f"error {fixed(prediction.rmse, unit)} root mean square, at a full scale of {fixed(recorded.full_scale, unit)}",
-            f"held-out error {percent_text(held_out.mean_percent)}, over {held_out.of}" if held_out is not None else "",
-            *(
-                f"for comparison: {percent_text(fit.held_out.mean_percent if fit.held_out else fit.prediction.error_percent)} by {fit.name}"
-                for fit in fits[1:4]
-            ),
-        ],
-        ["the model file, model.toml" if fits else "no new values: use the same model file"],
-        [],
-        [f"{curves}, each begins: {recorded.start}", *(list(filter(None, fits[0].notes))[:2] if fits else ())],
-        [then if fits else MORE],
-    )
     error, basis = prediction.error_percent if held_out is None else held_out.mean_percent, recorded.source.name.strip("<>")
     cards = [
         Card("Error", fixed(prediction.rmse, unit), "rms"),
@@ -158,7 +144,6 @@ def _front(prediction: OperatorPrediction, heading: str, recorded: Curves, fits:
         heading,
         about(curves),
         ruling.beyond_title,
-        answers,
         title=f"{'Operator' if held_out is None else 'Held-out'} error {percent_text(error)} of full scale",
         basis=f"({basis})" if basis else "",
         cards=[card for card in cards if card is not None],

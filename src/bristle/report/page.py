@@ -8,7 +8,7 @@ from __future__ import annotations
 import datetime
 import re
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import lru_cache, partial
@@ -28,8 +28,6 @@ if TYPE_CHECKING:
     from bristle.lab.living import Living
     from bristle.report.cards import Card, Step
 
-# The questions that the first page of each report answers.
-QUESTIONS = ("Is it good?", "Values to enter", "Gain and cost", "Can it be trusted?", "Next steps")
 SHORT, LONGEST = 12, 40  # letters of a name without line breaks, and of a name that fits a line
 
 
@@ -76,15 +74,12 @@ class Plate(NamedTuple):
 class Front(NamedTuple):
     """The first screen of a report; without a ruling only heading and facts.
 
-    `title` is the sentence over the large picture, `basis` the log or run behind it, `next` the next step, and `answers` the five
-    questions in the first tab.
+    `title` is the sentence over the large picture, `basis` the log or run behind it, and `next` the next step.
     """
 
     heading: str
     facts: str
     ruling: Ruling | None = None
-    answers: Sequence[tuple[str, Sequence[str]]] = ()
-    without_reasons: str = ""
     title: str = ""
     basis: str = ""
     cards: Sequence[Card] = ()
@@ -96,7 +91,7 @@ class Front(NamedTuple):
     @property
     def has_more(self) -> bool:
         """Whether the verdict has more reasons than the first screen shows."""
-        return bool(self.answers) or (self.ruling is not None and len(self.ruling.reasons) > 1)
+        return self.ruling is not None and len(self.ruling.reasons) > 1
 
 
 class Block(NamedTuple):
@@ -144,12 +139,6 @@ def plates() -> Iterator[list[Plate]]:
 def about(*facts: str) -> str:
     """Return the line under the heading: the date and further facts."""
     return " · ".join((datetime.date.today().isoformat(), *filter(None, facts)))
-
-
-def answered(*answers: Iterable[str]) -> list[tuple[str, list[str]]]:
-    """Return the five questions, each with its non-empty lines; a question without an answer is left out."""
-    pairs = [(question, list(filter(None, lines))) for question, lines in zip(QUESTIONS, answers, strict=True)]
-    return [(question, lines) for question, lines in pairs if lines]
 
 
 def picture(

@@ -12,7 +12,7 @@ from bristle.report.cards import Card, Step
 from bristle.report.log import log_facts
 from bristle.report.loops import component_table
 from bristle.report.messages import as_data, notes_of
-from bristle.report.page import Block, Front, Ruling, Section, about, answered, report_page
+from bristle.report.page import Block, Front, Ruling, Section, about, report_page
 from bristle.report.sentences import SENTENCES
 from bristle.report.table import fixed, length_text, percent_text, short_text
 from bristle.simulation import MODES, Prediction
@@ -25,7 +25,7 @@ def prediction_report(
     notes = (*notes_of(prediction), *log.notes)
     errors = Block("facts", metrics_in_words(prediction), ("Errors, root mean square. Percentages are relative to the measured signal",))
     sections = [
-        Section("metrics", "Errors", [errors, Block("items", notes)]),
+        Section("metrics", "Errors", [errors, Block("items", (*_further_lines(prediction, log.kind), *notes))]),
         Section("model", "The model", [component_table("The model", [("Plant", plant), ("Friction", friction)])], "Model"),
         Section("log", "The log", [Block("facts", log_facts(log), ("Recorded channels",))], "Log"),
     ]
@@ -110,35 +110,27 @@ def prediction_ruling(prediction: Prediction, *, own_log: bool = False) -> Rulin
     return Ruling("usable", "The model is valid", tuple(reasons))
 
 
+def _further_lines(prediction: Prediction, kind: Kind) -> list[str]:
+    """Return the mode, the effort that a controller would supply, the largest position error, and the advice on warnings."""
+    lines, force = [f"{prediction.mode} mode: {MODES.get(prediction.mode, '')}"], prediction.metrics.get("force_rmse")
+    if isinstance(force, (int, float)) and prediction.mode == "inverse" and prediction.effort is not None:
+        efforts = (float(force), float(np.sqrt(np.mean(np.square(prediction.effort)))))
+        rest, effort = (fixed(value, unit_of("force", kind)) for value in efforts)
+        lines.append(f"with this feedforward the controller would supply {rest} instead of {effort}, root mean square")
+    if isinstance(prediction.metrics.get("position_rmse"), (int, float)) and prediction.position_predicted is not None:
+        largest = float(np.max(np.abs(prediction.position - prediction.position_predicted)))
+        lines.append(f"largest position error: {length_text(largest, kind)}")
+    advice = [SENTENCES[diagnostic.code].advice for diagnostic in prediction.diagnostics if diagnostic.severity != "note"]
+    return [*lines, *(line for line in dict.fromkeys(advice) if line != "nothing")]
+
+
 def _front(prediction: Prediction, friction: Model, log: Log, name: str, *, own_log: bool) -> Front:
     ruling, kind = prediction_ruling(prediction, own_log=own_log), log.kind
-    bands = [f"{percent_text(share)} of the measured {name} is inside the 95 % band" for name, share in _bands(prediction).items()]
-    force, length = (prediction.metrics.get(f"{key}_rmse") for key in ("force", "position"))
-    quality, left = [], ""
-    if isinstance(force, (int, float)):
-        quality.append(f"effort error {fixed(float(force), unit_of('force', kind))}, root mean square")
-        if prediction.mode == "inverse" and prediction.effort is not None:
-            effort_rms = float(np.sqrt(np.mean(np.square(prediction.effort))))
-            rest, effort = (fixed(value, unit_of("force", kind)) for value in (float(force), effort_rms))
-            left = f"with this feedforward the controller would supply {rest} instead of {effort}, root mean square"
-    if isinstance(length, (int, float)):
-        at_most = ""
-        if prediction.position_predicted is not None:
-            at_most = f", {length_text(float(np.max(np.abs(prediction.position - prediction.position_predicted))), kind)} at most"
-        quality.append(f"position error {length_text(float(length), kind)}, root mean square{at_most}")
-    advice = [SENTENCES[diagnostic.code].advice for diagnostic in prediction.diagnostics if diagnostic.severity != "note"]
     then = "identify both logs together: `bristle identify FIRST THIS --axis axis.toml`"
     if own_log:
         then = "predict a log of another motion: `bristle predict model.toml OTHER --axis axis.toml`"
     elif ruling.level == "usable":
         then = "record without and with this feedforward: `bristle compare before.csv after.csv --axis axis.toml`"
-    answers = answered(
-        [*ruling.reasons[:1], *quality] if quality else ["the log has no signal to compare with the prediction"],
-        ["no values from this model" if ruling.level == "no" else "no new values: use the values of the identification report"],
-        [left],
-        [f"{prediction.mode} mode: {MODES.get(prediction.mode, '')}", *(bands or ["the model has no uncertainty band"])],
-        [*(line for line in dict.fromkeys(advice) if line != "nothing"), then],
-    )
     source = log.source.name.strip("<>")
     facts = about(f"log {source}, {fixed(log.duration, 's')}", f"model {friction.name}")
     title, cards, basis = (
@@ -146,8 +138,9 @@ def _front(prediction: Prediction, friction: Model, log: Log, name: str, *, own_
         _cards(prediction, kind),
         f"({source}, {prediction.mode} mode)" if source else f"({prediction.mode} mode)",
     )
-    ruling = ruling.beyond_title if quality and ruling.level != "no" else ruling
-    return Front(f"{name}: is the model valid?", facts, ruling, answers, title=title, basis=basis, cards=cards, next=Step.of(then))
+    has_error = any(isinstance(prediction.metrics.get(f"{key}_rmse"), (int, float)) for key in ("force", "position"))
+    ruling = ruling.beyond_title if has_error and ruling.level != "no" else ruling
+    return Front(f"{name}: is the model valid?", facts, ruling, title=title, basis=basis, cards=cards, next=Step.of(then))
 
 
 def _title(prediction: Prediction, kind: Kind) -> str:

@@ -10,10 +10,11 @@ from bristle.report.cards import Card, Step
 from bristle.report.compensation import Standing, change_text, closing_sentences, gain_of, is_alike, pair_in, pair_of, standing, variant_of
 from bristle.report.loops import direction_table, law_lines, loop_doubts, loop_warnings, parts_table, run_table, variant_table
 from bristle.report.messages import as_data
-from bristle.report.page import Front, Ruling, Section, about, answered, report_page
+from bristle.report.page import Block, Front, Ruling, Section, about, report_page
 from bristle.report.table import fixed, length_text
 from bristle.simulation import SimulationResult, VariantResult, swing_at_worst_reversal
 
+BETTER = "find better gains: `bristle design EXPERIMENT.toml`"
 ON_THE_MACHINE = "record the machine without and with compensation: `bristle compare before.csv after.csv --axis axis.toml`"
 
 
@@ -39,9 +40,10 @@ def simulation_report(
         basis += [f"Effort of {variant.name}: {variant.effort.description}." for variant in variants if variant.effort is not None]
     else:
         basis = ["The following error is reference minus encoder reading. The true error is reference minus true position."]
+    best = None if rank is None else Block("items", _values_of(result, rank.best))
     sections = [
         Section("variants", "Motions and efforts" if is_open else "Errors and efforts", [variant_table(result)], "Variants"),
-        Section("results", "Results", [*(f"{warning}." for warning in warnings), *closing_sentences(result)], "Results"),
+        Section("results", "Results", [*(f"{warning}." for warning in warnings), *closing_sentences(result), best], "Results"),
         Section("directions", "Forward and backward", [None if is_open else direction_table(result)], "Variants"),
         Section("assumptions", "Simulated variants", [*basis, run_table(variants), *map(parts_table, variants)], "Models"),
     ]
@@ -108,8 +110,8 @@ def simulation_ruling(result: SimulationResult, warnings: Sequence[str] = ()) ->
     fed, plain = (variant_of(result, variant.name).feedforward.friction for variant in (rank.best, rank.base))
     # Friction feedforward must help without the change of the law.
     pair = pair_of(result.experiment, variant_of(result, rank.best.name))
-    other = None if pair is None else result.variants.get(pair[0].name)
-    by_itself = other is None or other.status is Status.NOT_FINITE or not is_alike(rank.best, other)
+    partner = None if pair is None else result.variants.get(pair[0].name)
+    by_itself = partner is None or partner.status is Status.NOT_FINITE or not is_alike(rank.best, partner)
     is_compensation = fed is not None and plain is None and (rank.alike or by_itself)
     helps = "hardly helps" if rank.alike else "helps"
     subject = "Compensation" if is_compensation else "Another loop"
@@ -120,25 +122,12 @@ def _front(result: SimulationResult, warnings: Sequence[str]) -> Front:
     count, runs = len(result.experiment.variants) + len(result.refused), max((loop.runs for loop in result.variants.values()), default=0)
     facts = about(f"{count} {'variant' if count == 1 else 'variants'}", f"mean of {runs} runs" if runs > 1 else "")
     rank = None if _is_open(result) else standing(result)
-    if rank is not None:
-        answers = _loop_answers(result, rank)
-    else:
-        kind = result.experiment.kind
-        completed = [variant for variant in result.variants.values() if variant.status is not Status.NOT_FINITE]
-        went = [f"moves by {length_text(loop.motion.peak_to_peak, kind)} ({loop.name})" for loop in completed if loop.is_open]
-        answers = answered(
-            went or ["no open loop ran to its end"],
-            ["no values: the experiment compares no loops"],
-            [f"effort {_effort(variant)} ({variant.name})" for variant in completed] or ["no variant completed"],
-            ["this is a simulation: it lacks every effect that the models of plant and friction lack"],
-            ["correct the cause that the verdict names" if not completed else "compare the motion with a log of the same effort"],
-        )
-    advice = next((line for _, lines in answers[-1:] for line in lines if "`" in line), "")
     ruling, heading = simulation_ruling(result, warnings), f"{result.experiment.name}: simulated"
     if rank is not None and rank.best is not rank.base and rank.instead in ruling.reasons[:1]:
         ruling = ruling.beyond_title
     title, cards = _title(result, rank), _cards(result, rank)
-    return Front(heading, facts, ruling, answers, title=title, basis="(simulated)", cards=cards, next=Step.of(advice) if advice else None)
+    step = None if rank is None else Step.of(BETTER if rank.best is rank.base else ON_THE_MACHINE)
+    return Front(heading, facts, ruling, title=title, basis="(simulated)", cards=cards, next=step)
 
 
 def _title(result: SimulationResult, rank: Standing | None) -> str:
@@ -177,40 +166,15 @@ def _instead(best: VariantResult, base: VariantResult, length: float) -> str:
     return "" if best is base else f"instead of {length_text(length, best.kind)}"
 
 
-def _loop_answers(result: SimulationResult, rank: Standing) -> list[tuple[str, list[str]]]:
-    kind, best, gain, is_base = result.experiment.kind, rank.best, gain_of(result), rank.best is rank.base
+def _values_of(result: SimulationResult, best: VariantResult) -> list[str]:
+    """Return the gains of the best variant, whether its drive is at its limit, and the scatter of its runs."""
     variant, spread = variant_of(result, best.name), best.spread.get("following_error", {}).get("peak_to_peak")
-    swings = [swing for swing in (_swing(result, best), _swing(result, rank.base)) if swing is not None]
-    new, old = (length_text(swing, kind) for swing in swings) if len(swings) > 1 else ("", "")
-    cost = ""
-    if gain is not None and len(gain.steps) > 1 and gain.alone:
-        before, after = gain.steps[-2:]
-        cost = f"friction feedforward alone changes the following error from {length_text(before.peak_to_peak, kind)} ({before.name}) to "
-        cost += length_text(after.peak_to_peak, kind)
-    limit = variant.run.effort_limit
-    return answered(
-        [
-            "" if is_base else rank.instead,
-            f"following error {length_text(best.following_error.peak_to_peak, kind)} peak to peak, "
-            f"{length_text(best.following_error.rms, kind)} root mean square ({best.name})",
-            new and f"swing of the error at its worst reversal: {new}" + ("" if is_base else f" instead of {old}"),
-        ],
-        [f"variant {best.name}, {'unchanged' if is_base else 'as in the experiment file'}", *law_lines(variant)],
-        [
-            cost,
-            f"effort {_effort(best)}" + ("" if is_base else f" ({rank.base.name}: {_effort(rank.base)})"),
-            "the drive is at its limit" if math.isfinite(limit) and best.effort_peak >= limit else "",
-        ],
-        [
-            gain.caveat if gain is not None else "This is a simulation: confirm it on the machine.",
-            f"{best.runs} runs with different noise: standard deviation {length_text(float(spread), kind)}"
-            if best.runs > 1 and spread
-            else "",
-        ],
-        ["find better gains: `bristle design EXPERIMENT.toml`"]
-        if is_base
-        else [ON_THE_MACHINE, "find the causes of the remaining error: `bristle design EXPERIMENT.toml`"],
-    )
+    lines = [f"{best.name}: {law}" for law in law_lines(variant)]
+    if math.isfinite(limit := variant.run.effort_limit) and best.effort_peak >= limit:
+        lines.append("the drive is at its limit")
+    if best.runs > 1 and spread:
+        lines.append(f"{best.runs} runs with different noise: standard deviation {length_text(float(spread), best.kind)}")
+    return lines
 
 
 def _swing(result: SimulationResult, variant: VariantResult) -> float | None:
@@ -219,8 +183,3 @@ def _swing(result: SimulationResult, variant: VariantResult) -> float | None:
     judged = slice(round(run.settle / run.sample_time), None)
     reference = variant.reference[judged]
     return swing_at_worst_reversal(reference, reference - variant.measured[judged]) if reference.size else None
-
-
-def _effort(variant: VariantResult) -> str:
-    unit = unit_of("force", variant.kind)
-    return f"{fixed(variant.effort_rms, unit)} root mean square, {fixed(variant.effort_peak, unit)} at its peak"

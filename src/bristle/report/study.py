@@ -175,8 +175,8 @@ def study_report(runs: Runs, summary: Mapping[str, Any], *, command: str, figure
     failed = Table(f"Failed runs (at most the first {FAILURES_SHOWN})", ("Run", "Status", "Reason"), failures) if failures else None
     worst: Table | None = None
     if summary["worst"]:
-        unit, shown = summary["metrics"][metric]["unit"], summary["worst"]
-        again = [(str(entry["run"]), with_unit(entry[metric], unit), entry["command"]) for entry in shown]
+        unit, worst_runs = summary["metrics"][metric]["unit"], summary["worst"]
+        again = [(str(entry["run"]), with_unit(entry[metric], unit), entry["command"]) for entry in worst_runs]
         worst = Table(f"The worst runs: those with the largest {metric}", ("Run", metric, "Command to repeat it"), again)
     columns = [(name, about["role"], about["unit"] or "–") for name, about in described["columns"].items()]
     sections = [
@@ -215,11 +215,11 @@ def _title_and_cards(summary: Mapping[str, Any], metric: str) -> tuple[str, list
         return "No run completed", [failures]
     low, median, high = (with_unit(entry[key], entry["unit"]).replace(" ", "\u00a0") for key in ("low", "median", "high"))
     ends = entry["high_interval"]
-    known = all(map(np.isfinite, ends)) and entry["high"]
-    half = 100.0 * 0.5 * (ends[1] - ends[0]) / abs(entry["high"]) if known else None
+    is_finite = all(map(np.isfinite, ends)) and entry["high"]
+    half = 100.0 * 0.5 * (ends[1] - ends[0]) / abs(entry["high"]) if is_finite else None
     cards = [Card("Median", median), Card("95 % quantile", high, "", half), failures]
-    if causes := [each for each in summary["rank_correlations"] if each["metric"] == metric]:
-        first = max(causes, key=lambda each: abs(each["value"]))
+    if causes := [influence for influence in summary["rank_correlations"] if influence["metric"] == metric]:
+        first = max(causes, key=lambda influence: abs(influence["value"]))
         cards.append(Card("Strongest cause", first["cause"], f"correlation {_signed(first['value'])}"))
     return f"{capital(entry['description']).replace('root mean square', 'rms')}: {low} to {high}", cards
 

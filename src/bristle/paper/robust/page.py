@@ -11,7 +11,7 @@ from bristle.paper.robust.loops import CHOSEN, PRINTED, VARIANTS
 from bristle.paper.robust.trial import Trial
 from bristle.paper.robust.truths import CONDITIONS
 from bristle.report.cards import Card, Step
-from bristle.report.page import Front, Picture, Ruling, about, answered, picture, render
+from bristle.report.page import Front, Picture, Ruling, about, picture, render
 from bristle.report.table import Table
 
 HEADING = "Compensation on other frictions"
@@ -96,6 +96,7 @@ def robust_report(trial: Trial, *, command: str, provenance: Mapping[str, str]) 
         front=_front(trial),
         claims=findings.claim_table(trial),
         pipeline=PIPELINE,
+        sentences=words_of(trial),
         tables=[findings.error_table(trial, place) for place in plan.sets],
         conditions=Table("Conditions, unknown to every compensator", ("Condition", "The rig"), conditions),
         margins=findings.margin_table(findings.margins_of_sets(plan.sets)),
@@ -108,22 +109,14 @@ def robust_report(trial: Trial, *, command: str, provenance: Mapping[str, str]) 
 
 
 def _front(trial: Trial) -> Front:
-    ruling = ruling_of(trial)
-    answers = answered(
-        words_of(trial),
-        ['An observer, `model = "disturbance_observer"` of the controller, and feedforward of a model of your log'],
-        ["a log of a minute, and an observer in the controller"],
-        [PIPELINE, LIMITS[0]],
-        ["your own friction in these loops: `bristle paper --robust model.toml`"],
-    )
     facts = about("simulated loops", f"{len(trial.plan.truths)} frictions", f"{trial.plan.seeds} runs each")
     listed = [(place, claim) for place in trial.plan.sets for claim in findings.claims(trial, place)]
     worst = [(f"{findings.SET_NAMES[place]}, worst case", max(claim.errors.values()), claim.limit) for place, claim in listed][:4]
     title = f"Observer and feedforward: at most {findings.tenths(max(error for _, error, _ in worst))} µm" if worst else "No claim tested"
     cards = [Card(label, f"{findings.tenths(error)} µm", f"limit {findings.tenths(limit)} µm") for label, error, limit in worst]
     step = Step.of("try your own friction: `bristle paper --robust model.toml`")
-    without = "No case is above its limit."
-    return Front(HEADING, facts, ruling, answers, without, title, "(peak to peak, simulated)", cards, step, "", [_picture(trial)])
+    basis = "(peak to peak, simulated)"
+    return Front(HEADING, facts, ruling_of(trial), title, basis, cards, step, figures=[_picture(trial)])
 
 
 def _picture(trial: Trial) -> Picture:
