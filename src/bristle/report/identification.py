@@ -136,7 +136,7 @@ def identification_report(
         about(f"log {log_name}, {fixed(log.duration, 's')}", f"model {fit.name}"),
         ruling._replace(reasons=_merged(ruling.reasons)),
         title=headline(fit, gain if shows_gain else None),
-        basis=f"(peak to peak over {log_name}, simulated)" if shows_gain else f"({log_name})",
+        basis=f"(simulated on {log_name})" if shows_gain else f"({log_name})",
         cards=[*cards_of(fit, axis, usable=usable), *([] if shows_gain else [no_gain(simulation, following, usable=usable)])],
         next=_next_step(fit, ruling.level).in_full(options["command"]),
         csv=as_csv(table, kind) + "\n" if table and usable else "",
