@@ -52,7 +52,7 @@ def saved(figure) -> Path:
 
 def experiment() -> Path:
     """Draw the worst reversal of the example of the experiment file."""
-    return ran("run", str(block_of("experiment-file.md", "toml experiment")), figure="reversal")
+    return ran("run", str(block_of("experiment-file.md", "toml experiment")), figure="gain")
 
 
 def motion() -> Path:
@@ -78,7 +78,7 @@ def own_figure() -> Path:
 def export() -> Path:
     """Draw the loop of the demonstration, with and without friction compensation."""
     demo()
-    return ran("run", "bristle-demo/experiment.toml", figure="reversal")
+    return ran("run", "bristle-demo/experiment.toml", figure="gain")
 
 
 def compare() -> Path:

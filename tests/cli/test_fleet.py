@@ -47,7 +47,7 @@ def at(hall, monkeypatch):
 def test_each_log_is_a_row_and_the_axis_that_differs_is_named(at, capsys):
     assert main([*EACH, "--out", "fleet"]) == 0
     text = capsys.readouterr()
-    assert "32 of 33 logs were fitted, 1 failed." in text.out
+    assert "32 of 33 logs were identified, 1 failed." in text.out
     assert "left_2026-03-17.csv" in text.out
     summary = json.loads((at / "fleet" / "summary.json").read_text())
     assert (summary["logs"], summary["done"], summary["statuses"]) == (33, 33, {"ok": 32, "refused": 1})
@@ -84,7 +84,7 @@ def test_a_fleet_without_a_fitted_log_exits_with_1(at, capsys):
     for day in (1, 2):
         (at / "bad" / f"bad_2026-03-0{day}.csv").write_text("time,position\n0.0")
     assert main(["identify", "bad", *EACH[2:], "--out", "none"]) == 1
-    assert "0 of 2 logs were fitted, 2 failed." in capsys.readouterr().out
+    assert "0 of 2 logs were identified, 2 failed." in capsys.readouterr().out
 
 
 def test_a_broken_link_does_not_end_a_fleet(at, capsys):
@@ -92,4 +92,4 @@ def test_a_broken_link_does_not_end_a_fleet(at, capsys):
     shutil.copy(next((at / "logs").rglob("*.csv")), at / "linked" / "good_2026-03-01.csv")
     (at / "linked" / "gone_2026-03-02.csv").symlink_to(at / "nowhere.csv")
     assert main(["identify", "linked", *EACH[2:], "--out", "links"]) == 0
-    assert "1 of 2 logs were fitted, 1 failed." in capsys.readouterr().out
+    assert "1 of 2 logs were identified, 1 failed." in capsys.readouterr().out

@@ -77,7 +77,7 @@ def test_a_fleet_continues_after_a_file_that_is_not_a_log(bristle, odd):
     command = ("identify", "logs", "--each", "--draws", "0", "--workers", "1", "--out", "fleet")
     result = bristle(*command)
     assert_can_be_written(result)
-    assert "2 of 3 logs were fitted, 1 failed" in result.out
+    assert "2 of 3 logs were identified, 1 failed" in result.out
     assert f"{SHOWN}.csv" in result.out
     assert f"{SHOWN}.csv" in Path("fleet/report.html").read_text(encoding="utf-8")
 

