@@ -93,7 +93,7 @@ def test_an_operator_has_its_certificates_and_its_reports(bristle, loops):  # no
     for folder, title in (("out", "loops: preisach identified"), ("said", "loops: prediction by preisach")):
         page = (loops / folder / "report.html").read_text()
         assert title in page
-        assert page.count("<svg") == 1
+        assert page.count("<svg") == 2
 
 
 @pytest.mark.parametrize(

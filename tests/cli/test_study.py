@@ -100,7 +100,8 @@ def test_figures_of_a_study_replace_those_of_an_earlier_report(bench, capsys):
         assert (figures / "spread.pdf").is_file()
     (bench.folder / "out" / NOTE).write_bytes(note)
     assert main(["study", "study.toml", "--out", "out", "--format", "svg"]) == 0
-    assert {file.name for file in figures.iterdir()} == {"mine.svg", "spread.svg", "captions.txt"}
+    assert {file.suffix for file in figures.iterdir()} == {".svg", ".txt"}
+    assert (figures / "spread.svg").is_file()
     capsys.readouterr()
     assert main(["study", "study.toml", "--run", "3", "--out", "again", "--format", "svg"]) == 0
     assert list((bench.folder / "again" / "figures").glob("*.svg"))
