@@ -36,7 +36,7 @@ def test_the_main_job_from_one_command(bristle, tmp_path, monkeypatch):
         "experiment.toml",
         "loop.csv",
     }
-    assert "This axis is simulated" in (folder / "report.html").read_text()
+    assert "A simulated axis." in (folder / "report.html").read_text()
     assert json.loads((folder / "summary.json").read_text())["simulated"] is True
     assert "passive" in json.loads((folder / "summary.json").read_text())["certificates"]
     assert "Certificates of" in (folder / "report.html").read_text()

@@ -160,7 +160,7 @@ def test_a_fault_in_a_built_in_figure_omits_it_and_is_a_fault(bristle, place, mo
     assert f"{figure} is not {format_}: ZeroDivisionError: of ours" in result.err
     assert result.data["provenance"]
     Path(re.search(r"\S+\.txt", result.err)[0]).unlink()
-    assert "Is it good?" in page()
+    assert "Prediction error" in page()
     assert ("is not drawn: ZeroDivisionError" in page()) == (format_ == "drawn")
 
 
@@ -220,7 +220,7 @@ def test_missing_optional_results_are_reported(bristle, place):
         (RUN, {"takes": "prediction"}, "results that the report of run lacks; found 'prediction', allowed simulation"),
         (PREDICT, {"takes": "identification"}, "Use the figure with bristle identify"),
         (DESIGN, {"takes": "simulation"}, "Use the figure with bristle identify or bristle run"),
-        (COMPARE, {"name": "short", "takes": "comparison"}, "an invalid name; found 'short'"),
+        (COMPARE, {"name": "worst", "takes": "comparison"}, "an invalid name; found 'worst'"),
         (STUDY, {"takes": "comparison"}, "results that the report of study lacks"),
         (PREDICT, {"takes": "model"}, "results that no report has; found 'model'"),
         (PREDICT, {"name": "prediction"}, "an invalid name; found 'prediction'"),
