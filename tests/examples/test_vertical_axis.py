@@ -83,9 +83,14 @@ def test_the_table_is_in_rpm_and_percent_of_rated(identification, entries):
 
 def test_the_first_page_shows_values_in_the_units_of_the_drive(identification):
     page = identification.outcome.page
-    assert "in % of rated: <i>F</i><sub>+</sub>" in page
-    assert "11.8\u00a0g·cm² at the motor" in page or "0.118\u00a0kg·cm² at the motor" in page
-    assert "N*m" not in page.partition("Table for the drive")[0]
+    first = page.partition('<div class="tabs">')[0]
+    (card,) = re.findall(r"Lowest sliding friction</span>.*?</div>", first, re.DOTALL)
+    level, gravity = (float(re.search(pattern, card)[1]) for pattern in (r"<strong>([\d.]+) /", r"constant ([\d.]+)"))
+    assert "% of rated" in card
+    assert level == pytest.approx(LEVEL / PERCENT, rel=0.05)
+    assert gravity == pytest.approx(WEIGHT / PERCENT, rel=0.03)
+    assert re.search(r"(11\.[78]\d*|0\.11[78]\d*)\sk?g·cm²", first)
+    assert "N*m" not in first
 
 
 def exported(result, folder, points):

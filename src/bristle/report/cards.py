@@ -130,10 +130,15 @@ def _friction(label: str, fit: Fit, axis: Axis | None) -> Card | None:
     names = tuple(name for name in fit.friction.values if not name.startswith("sigma"))
     # A multiple of the SI unit is no unit of a drive.
     efforts = [effort for effort in drive_units(axis, kind).efforts if not effort.name.endswith(unit)]
+    efforts.sort(key=lambda effort: "at the motor" in effort.name)  # the unit of the log first
     remark, first = "forward / backward", in_si
     if efforts:
         first = f"{_pair([efforts[0].of(side) for side in sides])}\u00a0{typeset(efforts[0].name)}"
         remark = f"forward / backward ({in_si})"
+    is_known = all(estimate.status in ("identified", "held") for estimate in fit.estimates if estimate.name == "offset")
+    if levels.constant and is_known:
+        constant = efforts[0].of(levels.constant) if efforts else levels.constant * scale.factor
+        remark += f", constant {number(float(f'{constant:.3g}'), digits=3)}"
     return Card(label, first, remark, half, open=half is None, sliders=names)
 
 
