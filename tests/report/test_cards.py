@@ -99,7 +99,7 @@ def test_a_bar_ends_at_thirty_percent():
 
 def test_an_unknown_gain_has_its_reason():
     contradicted = Some(contradiction=1)
-    assert no_gain(None, None, usable=True).remark == "its simulation needs controller and reference"
+    assert no_gain(None, None, usable=True).remark == "needs controller and reference"
     assert no_gain(Some(), contradicted, usable=True).remark == "the simulated loop does not match the log"
     assert no_gain(Some(), None, usable=True).remark == "a simulated loop is unstable"
     assert no_gain(Some(), contradicted, usable=False).remark == "measure again"

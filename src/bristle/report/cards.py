@@ -85,7 +85,7 @@ def no_gain(simulation: SimulationResult | None, following: Following | None, *,
     if not usable:
         reason = "measure again"
     elif simulation is None:
-        reason = "its simulation needs controller and reference"
+        reason = "needs controller and reference"
     elif following is not None and following.contradiction is not None:
         reason = "the simulated loop does not match the log"
     return Card("Gain", "–", reason, open=True)
