@@ -382,6 +382,17 @@ def test_a_stiffer_contact_builds_up_its_friction_earlier(tmp_path):
         early, late = (old - tab.run(HEIGHT_AT % share) for share, old in zip(shares, before, strict=True))
         assert early > 8.0  # points upwards
         assert abs(late) < 2.0
+        tab.run("byId('alive-reset').click()")
+        # An instant at which the axis moves backward is marked on the left half of friction over velocity.
+        tab.run("markInstant(5.0)")
+        marked = "Number(plots.get('%s').marks.querySelector('circle')?.getAttribute('cx'))"
+        middle = tab.run("(({ left, right }) => 0.5 * (left + right))(plots.get('velocity').panels[0])")
+        assert 0.0 < tab.run(marked % "velocity") < middle
+        x, y, wide, high = tab.run(BOX % "gain")
+        tab.run("plots.get('velocity').clear()")
+        tab.call("Input.dispatchMouseEvent", type="mouseMoved", x=x + 0.5 * wide, y=y + 0.3 * high)
+        tab.run("new Promise((done) => setTimeout(done, 100))")
+        assert tab.run(marked % "velocity") > 0.0
         assert tab.complaints() == []
 
 

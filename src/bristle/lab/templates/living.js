@@ -98,6 +98,20 @@ function movePictures() {
   if (isSeen("time")) moveEffort("time", "predicted");
 }
 
+// The instant of the large picture, marked in the small pictures: over velocity, and over displacement since the last reversal.
+function markInstant(time) {
+  const { t, velocity, stretches } = alive.rows, isLoop = plots.has("gain"), at = time + (isLoop ? stretches[0].time : 0), dt = t[1] - t[0];
+  const k = t.findIndex((each) => each >= at), way = Math.sign(velocity[k]);
+  if (k < 0 || isLoop && stretches.length > 1) return;
+  let place = 0;
+  for (let i = k; i >= 0 && Math.sign(velocity[i]) === way; i--) place += Math.abs(velocity[i]) * dt;
+  const { units } = data.model;
+  for (const [name, x, y, unit] of [["velocity", velocity[k], alive.found.taken[k], units.velocity], ["reversals", place, way * alive.found.taken[k], units.position]]) {
+    const plot = plots.get(name), facts = plot?.panels[0].facts;
+    plot?.mark(x * factorOf(facts.x.word, unit), y * factorOf(facts.y.word, data.effort));
+  }
+}
+
 // --- values ---------------------------------------------------------------------------------------------------------------
 
 function summed() {
@@ -173,6 +187,7 @@ async function begin() {
   if (data.loop) drawTraces();
   reset();
   byId("alive-reset").addEventListener("click", reset);
+  for (const name of ["gain", "effort"]) plots.get(name)?.figure.addEventListener("read", ({ detail }) => markInstant(detail));
   for (const input of document.querySelectorAll(".tabs > input")) input.addEventListener("change", later);
   document.body.dataset.alive = "ready";
 }

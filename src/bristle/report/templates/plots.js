@@ -169,6 +169,13 @@ class Plot {
     this.marks.replaceChildren(...found.map(({ at }) => part(this.svg, "circle", { class: "mark", cx: near(at[0]), cy: near(at[1]), r: 2.6 })));
     const text = panel.words(found);
     if (this.reading.textContent !== text) this.reading.textContent = text;
+    this.figure.dispatchEvent(new CustomEvent("read", { detail: panel.valueAt(x) }));
+  }
+
+  // Mark a point of another plot.
+  mark(x, y) {
+    const [panel] = this.panels, [px, py] = panel.placeOf(x, y), cx = panel.across(px), cy = panel.up(py);
+    this.marks.replaceChildren(...(panel.has(cx, cy) ? [part(this.svg, "circle", { class: "mark", cx: near(cx), cy: near(cy), r: 4 })] : []));
   }
 
   clear() {
