@@ -119,3 +119,23 @@ def test_the_effort_has_the_largest_change_and_the_whole_log():
     near, strip = figures.effort_at_reversal(fit(PLAIN, "lugre")).axes
     assert list(lines(near)) == list(lines(strip)) == ["measured", "model"]
     assert np.ptp(lines(near)["model"].get_xdata()) < 0.2 * np.ptp(lines(strip)["model"].get_xdata())
+
+
+def test_a_log_is_about_presliding_if_no_motion_ends_far_beyond_the_build_up():
+    best = fit(PLAIN, "lugre")
+    best.never_slid = False
+    longest = float(figures.reversals_of(best.traces.time, best.traces.velocity)[0].displacement[-1])
+    assert figures.is_presliding(best, 0.3 * longest)
+    assert not figures.is_presliding(best, 0.2 * longest)
+    best.never_slid = True
+    assert figures.is_presliding(best, 0.0)
+
+
+def test_a_variant_may_have_the_name_of_the_measured_error():
+    result = looped(("measured", "plain", "fed"))
+    assert list(lines(figures.gain_at_reversal(result, ("plain", "fed")).axes[0])) == ["without", "with friction"]
+    assert list(lines(figures.gain_at_reversal(result, ("measured", "fed"), 1e-6 * np.sin(9.0 * T)).axes[0])) == [
+        "measured",
+        "without",
+        "with friction",
+    ]

@@ -115,3 +115,6 @@ def test_a_step_separates_sentence_and_command():
         == "bristle identify log.csv --axis a.toml --model gms"
     )
     assert other.in_full("bristle.identify(log)").command == "--model gms"
+    # Results stay; names with blanks stay whole.
+    command = other.in_full("bristle identify 'my log.csv' --model lugre --out 'a b' --force").command
+    assert command == "bristle identify 'my log.csv' --model gms --out 'a b_2'"

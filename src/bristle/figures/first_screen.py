@@ -54,12 +54,15 @@ def gain_at_reversal(
     labels : sequence of str
         Name of each variant in the figure.
     """
-    by_name = {loop.variant: loop for loop in loops_of(result, measured)}
+    loops = loops_of(result, measured)
+    by_name = {loop.variant: loop for loop in loops if not loop.is_measured}
     drawn = [by_name[name] for name in names]
-    if "measured" in by_name and np.ptp(by_name["measured"].error) <= 1.5 * np.ptp(drawn[0].error):
-        drawn = [by_name["measured"], *drawn]
-    called = {"measured": "measured"} | dict(zip(names, labels, strict=False))
-    looks = {"measured": PALE, names[0]: WITHOUT, names[-1]: WITH}
+    called = dict(zip(names, labels, strict=False))
+    looks = {names[0]: WITHOUT, names[-1]: WITH}
+    # A variant of a user may also have the name "measured".
+    if loops[0].is_measured and np.ptp(loops[0].error) <= 1.5 * np.ptp(drawn[0].error):
+        drawn = [loops[0]._replace(variant=""), *drawn]
+        called, looks = {"": "measured", **called}, {"": PALE, **looks}
     figure, near, strip = over_a_strip(called.values())
     kind, window = result.experiment.kind, at_worst_reversal(by_name[names[0]])
     scale = style.scale_for("length", kind, *(loop.error for loop in drawn), np.array([1e-6]))

@@ -178,7 +178,7 @@ FLEET_FIRST = ReportFigure(
     caption=HOLLOW,
 )
 FLEET_SECOND = ReportFigure(
-    name="second",
+    name="parameter_2",
     takes=("fleet", "names", "apart", "labels", "again"),
     draw=lambda runs, names, apart, labels, again: fleet_parameter(runs, names[1], apart[names[1]], labels, again, large=False),
     applies=lambda runs, names, apart, labels, again: len(names) > 1,
@@ -187,7 +187,7 @@ FLEET_SECOND = ReportFigure(
 )
 FLEET_THIRD = replace(
     FLEET_SECOND,
-    name="third",
+    name="parameter_3",
     draw=lambda runs, names, apart, labels, again: fleet_parameter(runs, names[2], apart[names[2]], labels, again, large=False),
     applies=lambda runs, names, apart, labels, again: len(names) > 2,
     alternative=lambda runs, names, apart, labels, again: f"{names[2]} of each log with its 95 % interval",

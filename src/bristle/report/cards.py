@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import shlex
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -60,13 +61,15 @@ class Step(NamedTuple):
         return cls(capital(re.sub(r"[,:]? *(with|and measure the gain with)? *`[^`]+`", "", line)), command[1] if command else "")
 
     def in_full(self, command: str) -> Step:
-        """Return the step with options for the given command as the whole command."""
-        words = command.split()
+        """Return the step with options for the given command as the whole command, which writes into another folder."""
+        words = shlex.split(command)
         if not self.command.startswith("--") or words[:2] != ["bristle", "identify"]:
             return self
-        option = self.command.split()[0]
-        words = [word for place, word in enumerate(words) if word != option and words[place - 1] != option]
-        return self._replace(command=" ".join([*words, self.command]))
+        replaced = {self.command.split()[0], "--out"}
+        pairs = list(zip(["", *words], words, strict=False))
+        folder = [f"{word}_2" for before, word in pairs if before == "--out"]
+        rest = [word for before, word in pairs if word != "--force" and not {before, word} & replaced]
+        return self._replace(command=shlex.join([*rest, *self.command.split(), *(["--out", *folder] if folder else [])]))
 
 
 def cards_of(fit: Fit, axis: Axis | None, *, usable: bool) -> list[Card]:

@@ -79,6 +79,7 @@ def identification_report(
     ruling = judged(fit, identification.settings, following)
     usable = ruling.level != "measure_again"
     shows_gain = usable and gain is not None and len(gain.steps) > 1 and not contradicted
+    distance = 0.0 if fit.plant.values.get("k") else reversal_distance(fit.friction, float(np.max(np.abs(fit.traces.velocity))))
     facts: Facts = {
         "identification": identification,
         "fit": fit,
@@ -92,8 +93,8 @@ def identification_report(
         "prediction": prediction,
         "focus": None if simulation is None else focus_of(simulation),
         "gain_pair": tuple(step.name for step in gain.steps[-2:]) if gain is not None and shows_gain else None,
-        "at_samples": fit_at_samples(fit, log, axis, identification.treatment),
-        "distance": 0.0 if fit.plant.values.get("k") else reversal_distance(fit.friction, float(np.max(np.abs(fit.traces.velocity)))),
+        "at_samples": fit_at_samples(fit, log, axis, identification.treatment) if distance else None,
+        "distance": distance,
     }
     tables = [] if simulation is None else [variant_table(simulation, following.measured if following else None)]
     loop: list[object] = [*tables, *about_loop(None if simulation is None else gain, following, kind)]

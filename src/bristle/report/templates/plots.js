@@ -45,6 +45,8 @@ class Panel {
     this.x = scaleOfSide(facts.x);
     this.y = scaleOfSide(facts.y);
     this.artists = [...group.querySelectorAll("[clip-path]")].map((node) => this.artist(node));
+    // Texts at a point of the panel, such as a marked distance; names of lines stand outside.
+    this.inside = [...group.querySelectorAll("text")].filter((text) => !text.closest("[data-tick]") && this.has(Number(text.getAttribute("x")), Number(text.getAttribute("y"))));
     this.curves = facts.names.map((name, k) => ({ name, node: group.querySelector(`[data-curve="${k}"]`) })).filter(({ node }) => node);
   }
 
@@ -84,7 +86,7 @@ class Panel {
     }
     const isWhole = [this.view.x, this.view.y].every(([low, high]) => low === 0 && high === 1);
     for (const text of this.group.querySelectorAll(":scope > [data-tick], :scope > g > [data-tick]")) text.style.display = isWhole ? "" : "none";
-    for (const text of this.group.querySelectorAll(":scope > g[data-inside]")) text.style.display = isWhole ? "" : "none";
+    for (const text of this.inside) text.style.display = isWhole ? "" : "none";
     this.added.forEach((node) => node.remove());
     this.added = isWhole ? [] : this.ticks();
   }
