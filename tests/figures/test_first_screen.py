@@ -104,6 +104,8 @@ def test_friction_after_reversals_is_in_the_direction_of_motion_over_the_distanc
     assert axes.get_xlim() == pytest.approx((0.0, 400.0))
     assert axes.get_xlabel() == "Displacement after a reversal [µm]"
     motions = figures.reversals_of(T, V)
+    runs = np.split(y, np.flatnonzero(np.isnan(y)))
+    assert all(np.nanmax(run) > 0.0 for run in runs if np.isfinite(run).any())  # friction acts against both directions
     first = [motion for motion in motions if np.any(np.isclose(1e6 * motion.displacement[0], x[0]))]
     assert first
     assert y[0] == pytest.approx(first[0].way * F[first[0].rows][0])
@@ -139,3 +141,13 @@ def test_a_variant_may_have_the_name_of_the_measured_error():
         "without",
         "with friction",
     ]
+
+
+def test_names_of_lines_that_end_at_one_place_do_not_overlap():
+    figure, ((axes,),) = figures.style.panels(2.0, right=1.0)
+    for name in ("a", "b", "c"):
+        axes.plot([0.0, 1.0], [0.0, 1.0], label=name)
+    figures.style.label_lines(axes)
+    figure.canvas.draw()
+    boxes = sorted((text.get_window_extent() for text in axes.texts), key=lambda box: box.y0)
+    assert all(low.y1 <= high.y0 + 1.0 for low, high in pairwise(boxes))

@@ -1,5 +1,7 @@
 """A figure inside a page: the same bytes each time, nothing from outside, no identifier twice, and small."""
 
+import html
+import json
 import re
 from dataclasses import replace
 from xml.etree import ElementTree
@@ -66,3 +68,16 @@ def test_a_log_of_25000_samples_stays_small(stage):
     fit = replace(stage.identified.best, traces=traces)
     for draw in (effort_over_time, residuals):
         assert len(inline_svg(draw(fit), "a", "")) < 200_000
+
+
+def test_a_page_knows_where_the_panels_and_their_lines_are():
+    svg = inline_svg(labelled("Time [s]"), "a", "")
+    (panel,) = json.loads(html.unescape(re.search(r'data-panels="(.*?)"', svg)[1]))
+    left, top, right, bottom = panel["box"]
+    points = re.search(r'data-curve="0".*?d="(.*?)"', svg, re.DOTALL)[1]
+    (x, y), *_ = [tuple(map(float, pair.split())) for pair in re.findall(r"[ML] ([\d.]+ [\d.]+)", points)]
+    low, high = panel["x"]["ends"]
+    assert x == pytest.approx(left + (0.0 - low) / (high - low) * (right - left), abs=0.05)
+    low, high = panel["y"]["ends"]
+    assert y == pytest.approx(bottom - (0.123456789 - low) / (high - low) * (bottom - top), abs=0.05)
+    assert (panel["x"]["word"], panel["x"]["scale"]) == ("Time [s]", "linear")

@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from importlib import import_module
 from types import SimpleNamespace as Some
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 from bristle.core.axis import Axis
 from bristle.core.contracts import example_of
 from bristle.friction import MODELS
-from bristle.prediction import drive_units, level_values, reversal_distance
+from bristle.prediction import drive_units, fit_at_samples, level_values, reversal_distance
 from bristle.report.cards import Card, Step, _distance, cards_of, no_gain, quantity_text
 
 
@@ -118,3 +119,30 @@ def test_a_step_separates_sentence_and_command():
     # Results stay; names with blanks stay whole.
     command = other.in_full("bristle identify 'my log.csv' --model lugre --out 'a b' --force").command
     assert command == "bristle identify 'my log.csv' --model gms --out 'a b_2'"
+
+
+def test_a_constant_force_is_on_the_card_only_if_it_is_known(stage):
+    best = stage.identified.best
+    levels = level_values(best)._replace(constant=2.0)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("bristle.report.cards.level_values", lambda fit: levels)
+        offset = replace(best.estimates[-1], name="offset", status="held")
+        for status, is_shown in (("held", True), ("identified", True), ("unidentifiable", False)):
+            fit = replace(best, estimates=(*best.estimates[:-1], replace(offset, status=status)))
+            card = by_label(cards_of(fit, None, usable=True))["Lowest sliding friction"]
+            assert ("constant 2" in card.remark) is is_shown
+
+
+def test_samples_of_a_fit_are_not_decimated(stage):
+    best, treatment = stage.identified.best, stage.identified.treatment
+    fine = fit_at_samples(best, stage.log, stage.axis, treatment)
+    assert fine.traces.time.size > 0.8 * treatment["decimation"] * best.traces.time.size
+    near = np.searchsorted(fine.traces.time, best.traces.time - 1e-9)
+    # Decimation filters once more, which shows at reversals only.
+    apart = np.abs(fine.traces.predicted[near] - best.traces.predicted)
+    assert np.median(apart) < 0.01 * np.max(np.abs(best.traces.predicted))
+    few = dict(treatment) | {"decimation": 1.0}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(import_module("bristle.prediction.predict"), "MOST_SAMPLES", len(stage.log) // 3)
+        assert fit_at_samples(best, stage.log, stage.axis, treatment).traces.time.size < 0.5 * fine.traces.time.size
+        assert fit_at_samples(best, stage.log, stage.axis, few).traces.time.size > 0.5 * fine.traces.time.size

@@ -1,6 +1,7 @@
 """The skeleton of a report: figures in place, no empty sections, and faults without further loss."""
 
 import datetime
+import re
 import warnings
 from types import SimpleNamespace as Some
 
@@ -123,3 +124,9 @@ def test_long_names_can_break():
     assert [tests["long"]("x" * count) for count in (40, 41)] == [False, True]
     assert [tests["unbroken"](" ".join(["y" * 30, "x" * count])) for count in (40, 41)] == [False, True]
     assert (tests["prose"]("x"), tests["prose"](Markup("x")), tests["prose"](3)) == (True, False, False)
+
+
+def test_sections_with_the_same_tab_share_it():
+    text = rendered([Section("a", "A", ["x"], "Both"), Section("b", "B", ["y"], "Both"), Section("c", "C", ["z"])])
+    labels = re.findall(r"<label[^>]*>(.*?)</label>", text)
+    assert labels == ["Both", "C", "Repeat"]
