@@ -62,7 +62,10 @@ class Step(NamedTuple):
 
     def in_full(self, command: str) -> Step:
         """Return the step with options for the given command as the whole command, which writes into another folder."""
-        words = shlex.split(command)
+        try:
+            words = shlex.split(command)
+        except ValueError:  # a caller's own text, with an open quotation mark
+            return self
         if not self.command.startswith("--") or words[:2] != ["bristle", "identify"]:
             return self
         replaced = {self.command.split()[0], "--out"}
