@@ -201,6 +201,8 @@ class Axis:
         Largest jerk [m/s^3 or rad/s^3].
     stroke : tuple of float or None
         Smallest and largest position [m or rad].
+    following_error_limit : float or None
+        Largest following error [m or rad].
     controller : Model or None
         The control law of the loop in which the log was recorded.
     pitch : float or None
@@ -266,6 +268,7 @@ class Axis:
     acceleration_limit: float | None = _positive("length/time^2", "largest acceleration")
     jerk_limit: float | None = _positive("length/time^3", "largest jerk")
     stroke: tuple[float, float] | None = _pair("length", "end of the stroke")
+    following_error_limit: float | None = _positive("length", "largest following error")
     controller: Any = taken(optional(model("controller")), None)
     pitch: float | None = _positive("length", "movement for a turn")
     arm: float | None = _positive("length", "movement for a radian of the motor", compare=False)

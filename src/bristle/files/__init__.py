@@ -15,11 +15,12 @@ if TYPE_CHECKING:
     from bristle.files.experiment_text import LOOP, NextExperiment
     from bristle.files.growing import Growing, growing_folder, verified
     from bristle.files.inspection import Inspection
+    from bristle.files.machine import MachineFile, read_machine
     from bristle.files.model import FITTED_TO, TREATMENT, read_model, write_model
     from bristle.files.motion import write_log
     from bristle.files.operator import holds_operator, read_operator, write_operator
     from bristle.files.owned import NOTE, lock
-    from bristle.files.permission import CODE_LIMIT, allow, code_at
+    from bristle.files.permission import CODE_LIMIT, allow, code_at, state_folder
     from bristle.files.proposal import Proposal, propose_axis
     from bristle.files.results import SUMMARY, Results, results_folder
     from bristle.files.single import write_whole

@@ -34,6 +34,7 @@ PLACES = {
     "acceleration_limit": "limits.acceleration",
     "jerk_limit": "limits.jerk",
     "stroke": "limits.stroke",
+    "following_error_limit": "limits.following_error",
     "cutoff": "identification.cutoff",
     "decimation": "identification.decimation",
     "method": "identification.method",

@@ -255,6 +255,7 @@ class LimitsEntry(Strict):
     acceleration: Quantity | None = None
     jerk: Quantity | None = None
     stroke: Annotated[list[Quantity], Field(min_length=2, max_length=2)] | None = None
+    following_error: Quantity | None = None
 
 
 class IdentificationEntry(Strict):

@@ -19,6 +19,7 @@ References
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -94,5 +95,7 @@ def sandwich(rung: Rung) -> np.ndarray:
     weights = np.array([expectation.weight for expectation in rung.problem.expected])
     beforehand = columns[count:] * (rung.problem.unit * np.sqrt(weights))[:, None]  # an expectation has a separate error
     pulls = columns.T @ (derivatives[:, len(parameters.free) :] * np.array([*unsure.values()]))
-    matrix = inverse @ (BLOCKS / (BLOCKS - 1) * (scores.T @ scores) + beforehand.T @ beforehand + pulls @ pulls.T) @ inverse
+    # The product of a matrix with its transpose has no negative variance by rounding.
+    half = inverse @ np.hstack([math.sqrt(BLOCKS / (BLOCKS - 1)) * scores.T, beforehand.T, pulls])
+    matrix = half @ half.T
     return matrix / np.where(scale > 0.0, scale, np.inf)[:, None] / np.where(scale > 0.0, scale, np.inf)

@@ -1,0 +1,50 @@
+"""Lines that an identification proposes for the axis file, as data: gravity, offset, cogging, pre-sliding distance."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from bristle.core.axis import Axis, Cogging
+from bristle.identification import Fit
+from bristle.prediction.drive_table import reversal_distance
+
+
+class ProposedLine(NamedTuple):
+    """A line for the axis file: section, key, value in SI units of the axis, and the code of its reason."""
+
+    section: str
+    key: str
+    value: Any
+    why: str
+
+
+def proposals_of(fit: Fit, axis: Axis) -> list[ProposedLine]:
+    """Return the lines that would improve the next identification of this axis."""
+    found = []
+    for diagnostic in fit.diagnostics:
+        numbers, code = diagnostic.numbers, diagnostic.code
+        if code == "missing_ripple" and numbers["pulls"] == "alike" and numbers["harmonics"] and not axis.cogging:
+            found += [ProposedLine("cogging", key, numbers[key], code) for key in ("turner", "harmonics", "travel")]
+        if code == "weight_guessed" and axis.offset == "identify":
+            found.append(ProposedLine("plant", "offset", numbers["weight"], code))
+        if code == "missing_gravity" and not axis.gravity:
+            found.append(ProposedLine("plant", "gravity", "link", code))
+    if axis.presliding is None and not fit.plant.values.get("k"):
+        distance = reversal_distance(fit.friction, float(np.max(np.abs(fit.traces.velocity))))
+        found += [ProposedLine("plant", "presliding", distance, "reversal_distance")] if distance else []
+    return found
+
+
+def axis_with(axis: Axis, proposals: Sequence[ProposedLine]) -> Axis:
+    """Return an axis with proposed lines."""
+    given = {(proposal.section, proposal.key): proposal.value for proposal in proposals}
+    if ("cogging", "travel") in given:
+        turn = Cogging(given["cogging", "turner"], given["cogging", "travel"], tuple(given["cogging", "harmonics"]))
+        axis = replace(axis, cogging=(*axis.cogging, turn))
+    if ("plant", "offset") in given:
+        axis = replace(axis, offset=given["plant", "offset"])
+    if ("plant", "gravity") in given:
+        axis = replace(axis, gravity=True)
+    return replace(axis, presliding=given.get(("plant", "presliding"), axis.presliding))

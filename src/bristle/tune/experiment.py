@@ -1,0 +1,107 @@
+"""An experiment file as a machine: for rehearsals and tests, faster than the axis."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from bristle.core import InputError
+from bristle.core.experiment import Experiment, Variant
+from bristle.core.experiment import Run as Simulated
+from bristle.files import MachineFile, read_experiment
+from bristle.references import recorded
+from bristle.simulation import simulate
+from bristle.tune.machine import FrictionFeedforward, Limits, MachineStopped, Recording, State
+
+SLEW = 2.0  # of the gain [1/s]
+
+
+class ExperimentMachine:
+    """The first loop of an experiment file, with a guard behind its controller.
+
+    Each record begins at rest. The guard ends a record at the first sample beyond a limit.
+    """
+
+    def __init__(self, variant: Variant, kind: Any, sample_time: float, source: str) -> None:
+        self._variant, self._kind, self.sample_time, self._source = variant, kind, sample_time, source
+        self._limits: Limits | None = None
+        self._feedforward: FrictionFeedforward | None = None
+        self._gain = self._offset = 0.0
+
+    @classmethod
+    def of(cls, file: MachineFile) -> ExperimentMachine:
+        """Return the machine of a machine file; its key ``settings.file`` names the experiment."""
+        if "file" not in file.settings:
+            raise InputError("is missing", path="settings.file", mend='Write file = "rig.toml" under [settings]')
+        source = file.source.parent / str(file.settings["file"])
+        experiment = read_experiment(source)
+        return cls(experiment.variants[0], experiment.kind, file.settings["sample_time"], source.name)
+
+    def identity(self) -> Mapping[str, str]:
+        """Return the file."""
+        return {"machine": "experiment", "file": self._source}
+
+    def writes(self) -> list[str]:
+        """Return the names of the simulated guard."""
+        return ["guard", "feedforward", "gain"]
+
+    def state(self) -> State:
+        """Return whether guard and feedforward are inserted, and the gain."""
+        name = None if self._feedforward is None else self._feedforward.name
+        return {"guard": self._limits is not None, "feedforward": name, "gain": self._gain}
+
+    def arm(self, limits: Limits) -> None:
+        """Set the limits of the guard."""
+        self._limits = limits
+        self._gain = self._offset = 0.0
+
+    def load(self, feedforward: FrictionFeedforward) -> None:
+        """Replace the feedforward at gain 0."""
+        self._feedforward, self._gain = feedforward, 0.0
+
+    def set(self, *, gain: float = 0.0, offset: float = 0.0) -> None:
+        """Set gain and test effort."""
+        self._gain, self._offset = gain, offset
+
+    def record(self, reference: np.ndarray, alive: Callable[[], None]) -> Recording:
+        """Simulate the loop along a reference."""
+        alive()
+        injected = np.full(reference.size, self._offset)
+        if self._feedforward is not None and self._gain:
+            # At rest before the motion, the gain rises in a ramp.
+            ramp = np.minimum(SLEW * self.sample_time * np.arange(reference.size), self._gain)
+            injected += ramp * self._feedforward.along(reference, self.sample_time)
+        given = recorded(kind=self._kind, position=reference, sample_time=self.sample_time)
+        run: Simulated = replace(self._variant.run, duration=self.sample_time * reference.size, settle=0.0)
+        variant = replace(self._variant, reference=given, injected=injected, run=run)
+        result = simulate(Experiment(name="machine", kind=self._kind, variants=(variant,))).variants[variant.name]
+        recording = Recording(reference, result.measured, result.effort)
+        self._guard(recording)
+        return recording
+
+    def _guard(self, recording: Recording) -> None:
+        assert self._limits is not None
+        limits = self._limits
+        low, high = limits.travel
+        for reason, beyond in (
+            ("following_error", np.abs(recording.error) > limits.following_error),
+            ("effort", np.abs(recording.effort) > limits.effort),
+            ("travel", (recording.position < low) | (recording.position > high)),
+        ):
+            if beyond.any():
+                self._gain = self._offset = 0.0
+                raise MachineStopped(reason, f"at {np.argmax(beyond) * self.sample_time:.3f} s")
+
+    def keep(self) -> None:
+        """Keep the gain."""
+
+    def restore(self, state: State) -> None:
+        """Remove guard and feedforward."""
+        self._limits = self._feedforward = None
+        self._gain = self._offset = 0.0
+
+    def close(self) -> None:
+        """Do nothing."""

@@ -1,0 +1,89 @@
+"""The journal of a run: JSON lines that are only appended, each on the disk before the run acts, and chained by their hashes."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from bristle.core import InputError
+
+NAME = "journal.jsonl"
+KILL_AFTER = "BRISTLE_TUNE_KILL_AFTER"  # for tests: number of the entry behind which the process kills itself
+
+
+class Journal:
+    """The journal in a folder.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder of the run.
+
+    Raises
+    ------
+    InputError
+        If an earlier entry was changed or removed.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.path = folder / NAME
+        self.entries, self._last = _read(self.path)
+
+    def write(self, step: str, event: str, **facts: Any) -> dict[str, Any]:
+        """Append an entry: `event` of a step (begun, write, done, stopped, restored, kept) with its facts."""
+        entry = {"n": len(self.entries), "step": step, "event": event, **facts, "previous": self._last}
+        line = json.dumps(entry, ensure_ascii=False).encode()
+        with self.path.open("ab") as file:
+            file.write(line + b"\n")
+            file.flush()
+            os.fsync(file.fileno())
+        self._last = _hash(line)
+        self.entries.append(entry)
+        if os.environ.get(KILL_AFTER) == str(entry["n"]):
+            os.kill(os.getpid(), 9)
+        return entry
+
+    def found(self, *events: str, step: str | None = None) -> Iterator[dict[str, Any]]:
+        """Return the entries with these events, last first."""
+        return (entry for entry in reversed(self.entries) if entry["event"] in events and step in (None, entry["step"]))
+
+    def last(self, *events: str, step: str | None = None) -> dict[str, Any] | None:
+        """Return the last entry with these events."""
+        return next(self.found(*events, step=step), None)
+
+    @property
+    def has_written(self) -> bool:
+        """Whether the machine may differ from its state before the run."""
+        last = self.last("write", "restored", "kept")
+        return last is not None and last["event"] == "write"
+
+
+def _read(path: Path) -> tuple[list[dict[str, Any]], str]:
+    """Return the entries of a journal and the hash of its last line; a line that a killed process left incomplete is skipped."""
+    if not path.exists():
+        return [], ""
+    data = path.read_bytes()
+    if data and not data.endswith(b"\n"):
+        with path.open("ab") as file:
+            file.write(b"\n")
+    entries: list[dict[str, Any]] = []
+    last = ""
+    for number, line in enumerate(data.splitlines(), 1):
+        try:
+            entry = json.loads(line)
+        except ValueError:
+            continue
+        if not isinstance(entry, dict) or entry.get("previous") != last:
+            mend = "Restore the journal from a copy. The backup of the machine is in its entry `backup`"
+            raise InputError("was changed after it was written", path=f"{path}, line {number}", mend=mend)
+        entries.append(entry)
+        last = _hash(line)
+    return entries, last
+
+
+def _hash(line: bytes) -> str:
+    return hashlib.sha256(line).hexdigest()[:16]

@@ -1,0 +1,141 @@
+"""The state of a run of `bristle tune`: machine, journal, records; every write is in the journal before it is done."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bristle.core import Axis, Progress
+from bristle.files import MachineFile, write_log
+from bristle.logs import Log, read_log
+from bristle.tune.journal import Journal
+from bristle.tune.machine import FrictionFeedforward, Limits, Machine, MachineRefused, MachineStopped, Recording
+
+MODELS = "lugre,dahl,maxwell_slip"
+REST = 0.5  # before and after each motion [s]
+RECORDS, RESULTS = "records", "results"
+
+
+@dataclass(frozen=True)
+class Options:
+    """Choices of a run: models to identify, duration of the excitation [s], number of simulated logs for intervals."""
+
+    models: str = MODELS
+    duration: float = 40.0
+    draws: int = 20
+
+
+@dataclass
+class Run:
+    """A run on a machine, with its folder."""
+
+    file: MachineFile
+    machine: Machine
+    folder: Path
+    journal: Journal
+    options: Options = field(default_factory=Options)
+    progress: Progress | None = None
+    step: str = ""
+    facts: dict[str, dict[str, Any]] = field(default_factory=dict)
+    feedforward: FrictionFeedforward | None = None
+
+    @property
+    def axis(self) -> Axis:
+        """The axis."""
+        return self.file.axis
+
+    @property
+    def sample_time(self) -> float:
+        """Time between two samples [s]."""
+        return self.machine.sample_time
+
+    @cached_property
+    def limits(self) -> Limits:
+        """Limits of the guard."""
+        axis = self.axis
+        assert axis.stroke is not None and axis.following_error_limit is not None and axis.effort_limit is not None
+        return Limits(axis.following_error_limit, axis.effort_limit, axis.stroke)
+
+    def tell(self, text: str, share: float = 0.0) -> None:
+        """Report the progress of the present step."""
+        if self.progress is not None:
+            self.progress(share, text)
+
+    def write(self, what: str, act: Callable[[], None], **facts: Any) -> None:
+        """Do a write on the machine, which the journal contains before it happens."""
+        self.journal.write(self.step, "write", what=what, **facts)
+        act()
+
+    def arm(self, limits: Limits | None = None) -> None:
+        """Insert the guard."""
+        limits = limits or self.limits
+        self.write("arm", lambda: self.machine.arm(limits), following_error=limits.following_error, effort=limits.effort, travel=limits.travel)
+
+    def set(self, *, gain: float = 0.0, offset: float = 0.0) -> None:
+        """Set gain and test effort."""
+        self.write("set", lambda: self.machine.set(gain=gain, offset=offset), gain=gain, offset=offset)
+
+    def load(self, feedforward: FrictionFeedforward) -> None:
+        """Load a feedforward at gain 0."""
+        self.write("load", lambda: self.machine.load(feedforward), name=feedforward.name, lead=feedforward.lead)
+        self.feedforward = feedforward
+
+    def rest(self, seconds: float) -> np.ndarray:
+        """Return the reference of a rest at the start of the motion."""
+        return np.full(max(round(seconds / self.sample_time), 4), self.file.cycle[0])
+
+    def motion(self, cycles: int) -> np.ndarray:
+        """Return the reference of some cycles of the user's motion, between two rests."""
+        rest = self.rest(REST)
+        return np.concatenate([rest, np.tile(self.file.cycle, cycles), rest])
+
+    def record(self, name: str, reference: np.ndarray) -> Recording:
+        """Play a reference, keep the record as a file, and return it."""
+        seconds = reference.size * self.sample_time
+        self.tell(f"recording {name.replace('_', ' ')}, {seconds:.0f} s")
+        recording = self.machine.record(reference, lambda: None)
+        lengths = {recording.reference.size, recording.position.size, recording.effort.size}
+        if lengths != {reference.size}:
+            raise MachineStopped("lost_samples", f"{reference.size - min(lengths)} of {reference.size} samples of {name} are missing")
+        if not all(np.all(np.isfinite(signal)) for signal in (recording.position, recording.effort)):
+            raise MachineStopped("lost_samples", f"{name} contains values that are not finite")
+        if not np.allclose(recording.reference, reference, rtol=0.0, atol=self.axis.resolution or 1e-6):
+            worst = float(np.max(np.abs(recording.reference - reference)))
+            mend = "Check the scale of the reference"
+            raise MachineRefused("other_motion", f"the machine played another motion: it differs by up to {worst:.3g} in SI", mend)
+        folder = self.folder / RECORDS
+        folder.mkdir(exist_ok=True)
+        time = np.arange(reference.size) * self.sample_time
+        signals = {"time": time, "position": recording.position, "effort": recording.effort, "reference": recording.reference}
+        write_log(folder / f"{name}.csv", self.axis, signals)
+        return recording
+
+    def log(self, name: str) -> Log:
+        """Return a record as a log."""
+        return read_log(self.folder / RECORDS / f"{name}.csv", self.axis)
+
+    def done(self, **facts: Any) -> dict[str, Any]:
+        """Note the end of the present step with its facts."""
+        self.facts[self.step] = facts
+        return self.journal.write(self.step, "done", facts=facts)
+
+    def refuse(self, code: str, message: str, mend: str = "") -> MachineRefused:
+        """Return the refusal of the present step."""
+        return MachineRefused(code, message, mend)
+
+
+def cycles_of(run: Run, signal: np.ndarray, skip: int = 0) -> np.ndarray:
+    """Return the cycles of a record of `Run.motion`, shape (cycle, sample), without the first `skip`."""
+    rest, size = run.rest(REST).size, run.file.cycle.size
+    inside = signal[rest : signal.size - rest]
+    return inside.reshape(-1, size)[skip:]
+
+
+def rms(signal: np.ndarray) -> float:
+    """Return the root mean square without the mean."""
+    return float(np.std(signal))

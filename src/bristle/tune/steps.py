@@ -1,0 +1,291 @@
+"""The steps of a run, each behind a gate: check, warm-up, record, excite, identify, load, compare, keep."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from bristle.comparison import Comparison
+from bristle.excitation import excite
+from bristle.prediction import axis_with, proposals_of
+from bristle.report.compared import compare
+from bristle.report.identified import Identified, identify
+from bristle.report.judgement import judged
+from bristle.tune.machine import FrictionFeedforward, MachineRefused, MachineStopped, Recording
+from bristle.tune.run import REST, RESULTS, Run, cycles_of, rms
+
+OFFSETS = (0.01, 0.02, 0.04, 0.08, 0.16)  # test efforts, as shares of the largest effort
+ANSWER = 0.3  # of the loop to a test effort, as a share of it
+SEEN = 4.0  # an answer to a test effort, in standard deviations of the noise at rest
+AGREE, WARM_UP = 0.03, 20  # relative difference of cycles of a warm axis, most cycles of a warm-up
+WORSE = 1.05  # allowed ratio of error, effort, noise and settling time
+HUNTS = 0.25  # effort at rest, as a share of the effort in motion: the loop hunts without a feedforward
+NOISIER = 3.0  # ratio of the effort at rest with and without the feedforward: the loop hunts with it
+SAFE = 50.0  # model error at which a feedforward halves the friction force [%]
+GAINS = (0.0, 0.25, 0.5, 1.0)
+STAGE_CYCLES = 3
+
+
+class Step(NamedTuple):
+    """A step: name, sentence, function, whether it moves the axis, whether its result is read from the journal when a run resumes."""
+
+    name: str
+    title: str
+    act: Callable[[Run], None]
+    moves: bool = True
+    resumes: bool = False
+
+
+def identity(run: Run) -> None:
+    """Read identity and limits; refuse a machine that changed since the run began."""
+    found, before = dict(run.machine.identity()), run.journal.last("done", step="identity")
+    if before is not None and before["facts"]["identity"] != found:
+        changed = [name for name in before["facts"]["identity"] if before["facts"]["identity"][name] != found.get(name)]
+        raise MachineRefused("identity_changed", f"the machine differs from that of the run: {', '.join(changed)}", "Begin a new run")
+    limits = run.limits
+    run.done(identity=found, limits={"following_error": limits.following_error, "effort": limits.effort, "travel": limits.travel})
+
+
+def backup(run: Run) -> None:
+    """Read everything that the run may write, twice."""
+    state = dict(run.machine.state())
+    if dict(run.machine.state()) != state:
+        raise MachineRefused("state_unstable", "two readings of the parameters of the machine differ", "Stop what else writes them")
+    run.done(state=state, writes=run.machine.writes())
+
+
+def check(run: Run) -> None:
+    """Arm the guard, measure the noise at rest, prove that a test effort reaches the motor, and that the guard trips."""
+    run.arm()
+    still = run.record("rest", run.rest(2.0))
+    answer = _answer(run, still)
+    run.set()
+    _prove_guard(run, float(still.position[-1]))
+    run.record("rest_after_check", run.rest(1.0))
+    run.done(noise_effort=rms(still.effort), noise_position=rms(still.position), **answer)
+
+
+def _answer(run: Run, still: Recording) -> dict[str, Any]:
+    """Return the answer of the axis to the smallest test effort that it shows: motion in the direction of the effort, or loop against it."""
+    noise, count = SEEN * rms(still.position), 0.75 * (run.axis.resolution or 0.0)
+    for share in OFFSETS:
+        offset = share * run.limits.effort
+        run.set(offset=offset)
+        pushed = run.record("test_effort", run.rest(1.0))
+        run.set()
+        half = pushed.position.size // 2
+        moved = float(np.mean(pushed.position[half:]) - np.mean(still.position[half:]))
+        loop = float(np.mean(pushed.effort[half:]) - np.mean(still.effort[half:])) - offset
+        still = run.record("test_effort_off", run.rest(1.0))
+        # An integral action answers until the loop opposes the whole test effort.
+        if abs(moved) > max(noise, count) or abs(loop) > ANSWER * offset:
+            if moved < -max(noise, count) or loop > ANSWER * offset:
+                raise MachineRefused("wrong_sign", "a positive test effort moves the axis backward", "Reverse the sign of the effort")
+            return {"test_effort": offset, "moved": moved, "loop_answer": loop / offset}
+    reason = f"a test effort of {OFFSETS[-1]:.0%} of the limit moves nothing and changes nothing in the loop"
+    raise MachineRefused("no_effect", reason, "The effort does not reach the motor: check the mode of the drive, which must accept an effort")
+
+
+def _prove_guard(run: Run, position: float) -> None:
+    """Refuse a machine whose guard does not trip outside its travel."""
+    outside = position + 0.1 * (run.limits.travel[1] - run.limits.travel[0])
+    run.arm(replace(run.limits, travel=(outside, outside + 1.0)))
+    try:
+        run.machine.record(run.rest(0.2), lambda: None)
+    except MachineStopped as stopped:
+        if stopped.reason != "travel":
+            raise
+    else:
+        raise MachineRefused("guard_fails", "the guard of the machine does not trip outside its travel", "Do not run this machine")
+    run.arm()
+
+
+def warm_up(run: Run) -> None:
+    """Repeat the motion until two pairs of cycles agree."""
+    before, cycles = None, 0
+    while cycles < WARM_UP:
+        recording = run.record("warm_up", run.motion(2))
+        cycles += 2
+        now = rms(recording.effort), rms(recording.error)
+        if before is not None and all(abs(new - old) <= AGREE * old for new, old in zip(now, before, strict=True)):
+            break
+        before = now
+    run.done(cycles=cycles, effort=now[0], error=now[1])
+
+
+def before(run: Run) -> None:
+    """Record the user's motion; refuse an axis that hunts at rest."""
+    recording = run.record("before", run.motion(run.file.cycles))
+    at_rest, moving = _at_rest(run, recording), rms(cycles_of(run, recording.effort))
+    if at_rest > HUNTS * moving:
+        reason = f"the effort at rest swings by {at_rest / moving:.0%} of the effort in motion: the loop hunts"
+        raise MachineRefused("hunts", reason, "Lower the integral gain, or add damping, until the axis rests")
+    run.done(error=rms(cycles_of(run, recording.error, 1)), effort=moving, noise=at_rest, settling=_settling(run, recording))
+
+
+def excitation(run: Run) -> None:
+    """Plan the excitation on a first model of the recorded motion, within the limits, and record it."""
+    axis, start = run.axis, float(run.file.cycle[0])
+    first = identify(run.log("before"), "dahl", axis=replace(axis, method="inverse_dynamics"), draws=0)
+    motion = excite(axis, duration=run.options.duration, start=start, model=(first.plant, first.model), rehearsed=False, draws=0).motion
+    recording = run.record("excitation", _led_back(run, motion.position))
+    run.done(duration=recording.position.size * run.sample_time, error=rms(recording.error))
+
+
+def _led_back(run: Run, position: np.ndarray) -> np.ndarray:
+    """Return a motion between rests that ends at its start."""
+    assert run.axis.velocity_limit is not None and run.axis.acceleration_limit is not None
+    gap = float(run.file.cycle[0] - position[-1])
+    slowest = max(np.pi * abs(gap) / run.axis.velocity_limit, np.pi * np.sqrt(abs(gap) / run.axis.acceleration_limit), 0.1)
+    share = 0.5 * (1.0 - np.cos(np.pi * np.linspace(0.0, 1.0, int(np.ceil(slowest / run.sample_time)))))
+    rest = run.rest(REST)
+    return np.concatenate([rest, position, position[-1] + gap * share, rest])
+
+
+def identification(run: Run) -> None:
+    """Identify the axis, a second time with the lines that the first result proposes; stop without a usable feedforward."""
+    log, axis = run.log("excitation"), run.axis
+    found = _identified(run, log, axis)
+    proposed = [proposal for proposal in proposals_of(found.best, axis) if proposal.key != "presliding"]
+    if proposed:
+        again = _identified(run, log, axis_with(axis, proposed))
+        found, proposed = (again, proposed) if _held_out(again) <= _held_out(found) else (found, [])
+    ruling = judged(found.best, found.settings)
+    # The feedforward reduces the friction force as far as the model explains it; parameters need not be identified.
+    safe = found.best.friction_alone_error_percent < SAFE
+    found.save(run.folder / RESULTS, force=True)
+    facts = {
+        "model": found.best.name,
+        "verdict": ruling.words,
+        "reasons": list(ruling.reasons),
+        "error_percent": found.best.friction_alone_error_percent,
+        "lead": max(0.0, -float(found.treatment.get("delay", 0.0))),
+        "proposals": [proposal._asdict() for proposal in proposed],
+    }
+    if not safe:
+        reason = f"{ruling.words}: {'; '.join(ruling.reasons[:2])}"
+        raise MachineRefused("no_usable_model", reason, "The records of this run are in the folder records")
+    run.done(**facts)
+
+
+def _identified(run: Run, log: Any, axis: Any) -> Identified:
+    run.tell("identifying")
+    return identify(log, run.options.models, axis=axis, draws=run.options.draws)
+
+
+def _held_out(found: Identified) -> float:
+    return found.best.error_percent if found.best.held_out is None else found.best.held_out.mean_percent
+
+
+def stages(run: Run) -> None:
+    """Load the feedforward at gain 0, raise the gain in stages, and stop where the axis hunts or errs more."""
+    run.load(_feedforward(run))
+    first: dict[str, float] | None = None
+    table: list[dict[str, float]] = []
+    for gain in GAINS:
+        run.set(gain=gain)
+        recording = run.record(f"stage_{round(100 * gain)}", run.motion(STAGE_CYCLES))
+        now = {"gain": gain, "error": rms(cycles_of(run, recording.error, 1)), "noise": _at_rest(run, recording)}
+        table.append(now)
+        first = first or now
+        level = NOISIER * first["noise"] + 0.02 * rms(cycles_of(run, recording.effort))
+        if now["noise"] > level:
+            raise MachineRefused("hunts_with_feedforward", f"at gain {gain:g} the effort at rest swings by {now['noise']:.3g} in SI")
+        if now["error"] > WORSE * first["error"]:
+            raise MachineRefused("worse", f"at gain {gain:g} the following error is {now['error'] / first['error']:.0%} of that without it")
+    best = min(table, key=lambda stage: stage["error"])
+    if best["gain"] == 0.0:
+        raise MachineRefused("no_gain", "no gain of the feedforward reduces the following error")
+    run.set()
+    run.done(gain=best["gain"], stages=table)
+
+
+def _feedforward(run: Run) -> FrictionFeedforward:
+    """Return the feedforward of the identified model."""
+    from bristle.files import read_model
+
+    path = run.folder / RESULTS / "model.toml"
+    plant, friction, _ = read_model(path)
+    name = f"bristle_{hashlib.sha256(path.read_bytes()).hexdigest()[:8]}"
+    assert plant is not None
+    return FrictionFeedforward(path.parent, name, plant, friction, run.facts["identification"]["lead"], run.limits.effort)
+
+
+def comparison(run: Run) -> None:
+    """Record before, after, after, before: the change of each quantity with its interval, without thermal drift."""
+    gain, motion = run.facts["stages"]["gain"], run.motion(run.file.cycles)
+    if run.feedforward is None:
+        run.load(_feedforward(run))
+    records = {}
+    for name, own in (("before_1", 0.0), ("after_1", gain), ("after_2", gain), ("before_2", 0.0)):
+        run.set(gain=own)
+        records[name] = run.record(name, motion)
+    run.set()
+    sides = [[records[f"{side}_{number}"] for number in (1, 2)] for side in ("before", "after")]
+    change = changes(run)
+    ratios = {
+        "noise at rest": _ratio(*([_at_rest(run, recording) for recording in side] for side in sides), least=0.01 * rms(sides[0][0].effort)),
+        "settling time": _ratio(*([_settling(run, recording) for recording in side] for side in sides), least=2.0 * run.sample_time),
+    }
+    numbers = {name: one.as_data() for name, one in change.changes.items()}
+    run.done(changes=numbers, ratios=ratios, helped=change.helped, gain=gain)
+
+
+def changes(run: Run) -> Comparison:
+    """Return the comparison of the four records."""
+    sides = [[run.log(f"{side}_{number}") for number in (1, 2)] for side in ("before", "after")]
+    return compare(*sides, axis=run.axis)
+
+
+def verdict(run: Run) -> None:
+    """Keep the feedforward if the error is lower with its interval and nothing else is worse."""
+    facts = run.facts["comparison"]
+    if not facts["helped"]:
+        raise MachineRefused("not_better", "the following error is not significantly lower with the feedforward")
+    worse = [name for name, ratio in facts["ratios"].items() if ratio > WORSE]
+    for name, change in facts["changes"].items():
+        is_judged = name.startswith(("following_error", "reversals", "effort"))
+        if is_judged and change["verdict"] == "higher" and change["after"] > WORSE * change["before"]:
+            worse.append(name)
+    if worse:
+        raise MachineRefused("something_worse", f"the feedforward lowers the error, but raises: {', '.join(worse)}")
+    run.set(gain=facts["gain"])
+    run.machine.keep()
+    run.journal.write(run.step, "kept", state=dict(run.machine.state()))
+
+
+def _ratio(before: list[float], after: list[float], least: float) -> float:
+    """Return the ratio of two means, with a smallest value below which differences do not count."""
+    return max(float(np.mean(after)), least) / max(float(np.mean(before)), least)
+
+
+def _at_rest(run: Run, recording: Recording) -> float:
+    """Return the rms effort in the second half of the rest behind a motion [N or N*m]."""
+    return rms(recording.effort[-run.rest(0.5 * REST).size :])
+
+
+def _settling(run: Run, recording: Recording) -> float:
+    """Return the time after the end of a motion until the error stays within a tenth of its rms in motion [s]."""
+    rest, error = run.rest(REST).size, recording.error
+    band = max(0.1 * rms(error[rest:-rest]), 2.0 * (run.axis.resolution or 0.0))
+    tail = np.abs(error[-rest:] - np.mean(error[-rest // 4 :]))
+    outside = np.nonzero(tail > band)[0]
+    return float((outside[-1] + 1) * run.sample_time) if outside.size else 0.0
+
+
+STEPS = (
+    Step("identity", "Read identity and limits of the machine", identity, moves=False),
+    Step("backup", "Back up everything that the run may write", backup, moves=False),
+    Step("check", "Arm the guard; a small test effort at rest must reach the motor", check),
+    Step("warm_up", "Repeat the motion until its cycles agree", warm_up),
+    Step("before", "Record the motion without feedforward", before, resumes=True),
+    Step("excitation", "Plan and record an excitation within the limits", excitation, resumes=True),
+    Step("identification", "Identify the friction", identification, moves=False, resumes=True),
+    Step("stages", "Raise the gain of the feedforward: 0, 0.25, 0.5, 1", stages),
+    Step("comparison", "Record before, after, after, before", comparison),
+    Step("verdict", "Keep the feedforward, or restore the machine", verdict, moves=False),
+)

@@ -1,0 +1,229 @@
+"""`tune`: run the steps on a machine, keep the feedforward if it helps, and restore the machine in every other case."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import json
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from bristle.core import InputError, Progress
+from bristle.files import MachineFile, lock, provenance, read_machine, state_folder, write_whole
+from bristle.tune.journal import NAME, Journal
+from bristle.tune.machine import Machine, MachineRefused, MachineStopped
+from bristle.tune.machines import connected
+from bristle.tune.run import Options, Run, rms
+from bristle.tune.steps import STEPS, Step
+
+SUMMARY = "summary.json"
+
+
+@dataclass
+class Tuning:
+    """The result of a run.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder of the run.
+    outcome : {"kept", "restored", "planned", "undone"}
+        Whether the feedforward stays in the machine.
+    code, reason : str
+        Why the machine was restored; empty if it was not.
+    facts : mapping
+        Facts of each finished step.
+    """
+
+    folder: Path
+    outcome: str
+    code: str = ""
+    reason: str = ""
+    facts: dict[str, dict[str, Any]] = field(default_factory=dict)
+
+    @property
+    def change_percent(self) -> float | None:
+        """Change of the rms following error [%]."""
+        change = self.facts.get("comparison", {}).get("changes", {}).get("following_error.rms")
+        return None if change is None else change["change_percent"]
+
+    def as_data(self) -> dict[str, Any]:
+        """Return the result for JSON."""
+        return {"outcome": self.outcome, "code": self.code, "reason": self.reason, "steps": self.facts}
+
+
+def tune(
+    file: MachineFile | str | os.PathLike[str],
+    folder: str | os.PathLike[str],
+    *,
+    move: bool = False,
+    options: Options | None = None,
+    progress: Progress | None = None,
+    machine: Machine | None = None,
+) -> Tuning:
+    """Tune the friction feedforward of a running axis; keep it if the following error is lower, restore the machine otherwise.
+
+    Parameters
+    ----------
+    file : MachineFile or path-like
+        The machine file.
+    folder : path-like
+        Folder of the run. If it contains a journal, the run resumes; a run that was killed restores the machine first.
+    move : bool
+        Whether the axis may move. Without it, `tune` reads the machine and returns the plan.
+    options : Options, optional
+        Models, duration of the excitation, draws.
+    progress : callable, optional
+        Called with the share of the work done and the current task.
+    machine : Machine, optional
+        A connected machine, in place of the machine of the file.
+
+    Returns
+    -------
+    Tuning
+        The outcome, with the facts of each step.
+
+    Raises
+    ------
+    InputError
+        If the machine file is not valid, another run uses the machine, or the journal was changed.
+    """
+    described = file if isinstance(file, MachineFile) else read_machine(file)
+    path = Path(folder).absolute()
+    if path.exists() and any(path.iterdir()) and not (path / NAME).exists():
+        raise InputError("contains files that are not of a run of tune", path=str(path), mend="Name a new folder")
+    with _only_run(described, path), contextlib.closing(machine or connected(described)) as used:
+        path.mkdir(parents=True, exist_ok=True)
+        run = Run(described, used, path, Journal(path), options or Options(), progress)
+        _same_file(run)
+        if run.journal.has_written:
+            _restore(run, "a run that was interrupted")
+        outcome = _steps(run) if move else Tuning(path, "planned", facts=_planned(run))
+        if move:
+            write_whole(path / SUMMARY, json.dumps(outcome.as_data() | {"provenance": _provenance(run)}, indent=1, default=str))
+        return outcome
+
+
+def undo(folder: str | os.PathLike[str], *, machine: Machine | None = None) -> Tuning:
+    """Restore the machine as it was before the run in a folder, and prove it by reading back."""
+    path = Path(folder).absolute()
+    journal = Journal(path)
+    begun = journal.last("begun")
+    if begun is None:
+        raise InputError("contains no run of tune", path=str(path), mend="Name the folder of a run")
+    described = read_machine(begun["file"])
+    with _only_run(described, path), contextlib.closing(machine or connected(described)) as used:
+        run = Run(described, used, path, journal)
+        if not _restore(run, "undo"):
+            raise MachineRefused("not_restored", "the machine differs from its backup", f"The backup is in {journal.path}, entry backup")
+    return Tuning(path, "undone")
+
+
+def _steps(run: Run) -> Tuning:
+    """Do the steps; restore the machine after any failure."""
+    code = reason = ""
+    try:
+        for number, step in enumerate(STEPS):
+            _do(run, step, number)
+    except (MachineRefused, MachineStopped) as error:
+        code = error.code if isinstance(error, MachineRefused) else error.reason
+        reason = str(error)
+        run.journal.write(run.step, "stopped", code=code, reason=reason)
+        _restore(run, reason)
+    except BaseException as error:
+        run.journal.write(run.step, "stopped", code=type(error).__name__, reason=str(error))
+        _restore(run, type(error).__name__)
+        raise
+    return Tuning(run.folder, "restored" if code else "kept", code, reason, run.facts)
+
+
+def _do(run: Run, step: Step, number: int) -> None:
+    """Do a step, or take its facts from the journal if an interrupted run finished it."""
+    run.step = step.name
+    done = run.journal.last("done", step=step.name)
+    if step.resumes and done is not None:
+        run.facts[step.name] = done["facts"]
+        return
+    run.journal.write(step.name, "begun", file=str(run.file.source), sha256=_checksum(run.file))
+    inner = run.progress
+    if inner is not None:
+        run.progress = lambda share, text: inner((number + share) / len(STEPS), f"{step.title}: {text}")
+        run.progress(0.0, "")
+    try:
+        step.act(run)
+    finally:
+        run.progress = inner
+
+
+def _restore(run: Run, why: str) -> bool:
+    """Restore the machine from the backup in the journal; return whether all of it reads back as before."""
+    done = run.journal.last("done", step="backup")
+    if done is None:
+        return True
+    state = done["facts"]["state"]
+    run.machine.restore(state)
+    found = json.loads(json.dumps(dict(run.machine.state())))
+    same = found == json.loads(json.dumps(state))
+    different = [] if same else [name for name in state if found.get(name) != state[name]]
+    run.journal.write(run.step or "restore", "restored", why=why, identical=same, different=different)
+    return same
+
+
+def _same_file(run: Run) -> None:
+    """Refuse to resume a run with another machine file."""
+    begun = run.journal.last("begun")
+    if begun is not None and begun["sha256"] != _checksum(run.file):
+        mend = "Name a new folder, or restore the file. bristle tune --undo restores the machine"
+        raise InputError("changed since the run began", path=str(run.file.source), mend=mend)
+
+
+def _planned(run: Run) -> dict[str, dict[str, Any]]:
+    """Return each step with its moves and writes, without touching the machine."""
+    writes, sample_time = run.machine.writes(), run.sample_time
+    one = run.file.cycle.size * sample_time
+    seconds = {"check": 8.0, "warm_up": 4 * one, "before": run.file.cycles * one, "excitation": run.options.duration, "stages": 12 * one}
+    seconds["comparison"] = 4 * run.file.cycles * one
+    low, high = float(run.file.cycle.min()), float(run.file.cycle.max())
+    stroke = run.limits.travel
+    travel = {name: (low, high) for name in seconds} | {"check": (low, low), "excitation": stroke}
+    return {
+        step.name: {"title": step.title, "moves": step.moves}
+        | ({"seconds": round(seconds[step.name], 1), "travel": travel[step.name]} if step.name in seconds else {})
+        | ({"writes": writes} if step.name in ("check", "stages", "comparison", "verdict") else {})
+        for step in STEPS
+    }
+
+
+@contextlib.contextmanager
+def _only_run(file: MachineFile, folder: Path) -> Iterator[None]:
+    """Hold the lock of a machine, which names the folder of its run; refuse a second run."""
+    key = hashlib.sha256(f"{file.machine} {file.source}".encode()).hexdigest()[:16]
+    path = state_folder("tune") / f"{key}.lock"
+    with path.open("a+b") as opened:
+        try:
+            lock(opened.fileno())
+        except BlockingIOError:
+            raise InputError("is used by another run of bristle tune", path=str(file.source), mend="Wait until it ends, or end it") from None
+        opened.seek(0)
+        earlier = Path(opened.read().decode(errors="replace").strip() or folder)
+        if earlier != folder and (earlier / NAME).exists() and Journal(earlier).has_written:
+            mend = f"Restore the machine first: bristle tune --undo {earlier}"
+            raise InputError("was left by an interrupted run in another folder", path=str(file.source), value=str(earlier), mend=mend)
+        opened.truncate(0)
+        opened.write(str(folder).encode())
+        opened.flush()
+        yield
+
+
+def _checksum(file: MachineFile) -> str:
+    return file.content.checksum if file.content is not None else ""
+
+
+def _provenance(run: Run) -> dict[str, str]:
+    return provenance(f"bristle tune {run.file.source.name} --out {run.folder.name} --move", machine=run.file.content)
+
+
+__all__ = ["Options", "Tuning", "rms", "tune", "undo"]
