@@ -1,0 +1,290 @@
+"""An axis in LinuxCNC's HAL as a machine."""
+
+from __future__ import annotations
+
+import math
+import shutil
+import tempfile
+import time
+from collections.abc import Callable, Mapping
+from importlib.resources import as_file, files
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bristle.core import InputError
+from bristle.files import MachineFile
+from bristle.tune.linuxcnc.hal import Hal, HalFault
+from bristle.tune.machine import STOPS, FrictionFeedforward, Limits, MachineRefused, MachineStopped, Recording, State
+
+GUARD, SAMPLER, STREAMER = "bristle-guard", "sampler.0", "streamer.0"
+DEPTH = 500_000  # rows of the rings: nothing depends on a program being in time
+SIGNALS = ("bristle-total", "bristle-feed", "bristle-count")
+KEYS = {
+    "reference": "signal of the set point",
+    "position": "signal of the measured position",
+    "effort": "signal of the output of the controller",
+    "motor": "pin of the amplifier",
+    "thread": "thread of the controller",
+}
+POLL = 0.1  # [s]
+
+
+class LinuxCNC:
+    """One axis: the guard stands between the output of the controller and the amplifier.
+
+    Parameters
+    ----------
+    sample_time : float
+        Time of the axis between two cycles [s].
+    reference, position, effort : str
+        Signals of set point, measured position and output of the controller.
+    motor : str
+        Pin of the amplifier.
+    thread : str
+        Thread of the controller.
+    unit : float
+        One machine unit [m or rad].
+    effort_unit : float
+        One unit of the effort [N or N*m].
+    clock : float
+        Seconds of the axis in a second of the thread, 1 on a real axis.
+    """
+
+    def __init__(
+        self,
+        *,
+        sample_time: float,
+        reference: str,
+        position: str,
+        effort: str,
+        motor: str,
+        thread: str,
+        unit: float = 1e-3,
+        effort_unit: float = 1.0,
+        clock: float = 1.0,
+    ) -> None:
+        self.sample_time, self._reference, self._position, self._effort = sample_time, reference, position, effort
+        self._motor, self._thread, self._unit, self._effort_unit, self._clock = motor, thread, unit, effort_unit, clock
+        self._hal, self._alive, self._model = Hal(), 0, ""
+
+    @classmethod
+    def of(cls, file: MachineFile) -> LinuxCNC:
+        """Return the machine of a machine file."""
+        for key, meaning in KEYS.items():
+            if not isinstance(file.settings.get(key), str):
+                raise InputError(f"is missing: the {meaning}", path=f"settings.{key}", mend=f'Write {key} = "NAME" under [settings]')
+        try:
+            return cls(**file.settings)
+        except TypeError as error:
+            raise InputError(f"is not valid ({error})", path="settings") from None
+
+    def identity(self) -> Mapping[str, str]:
+        """Return thread, motor and the controller's links."""
+        links = self._hal.links()
+        for signal in (self._reference, self._position, self._effort):
+            if signal not in links:
+                raise MachineRefused("no_signal", f"HAL has no signal {signal}", "halcmd show sig lists the signals")
+        if not any(pin.startswith(STREAMER) for pin in links[self._reference]):
+            mend = "Load streamer and connect streamer.0.pin.0 to the signal of the set point"
+            raise MachineRefused("no_streamer", f"no streamer plays the signal {self._reference}", mend)
+        return {"machine": "linuxcnc", "motor": self._motor, "thread": self._thread, "components": " ".join(self._own(self._hal.components()))}
+
+    def _own(self, components: list[str]) -> list[str]:
+        return [name for name in components if not name.startswith(("bristle_", "sampler"))]
+
+    def writes(self) -> list[str]:
+        """Return the pins, signals and components of a run."""
+        model = f"{self._model or 'bristle_MODEL'}"
+        return [self._motor, "bristle_guard", "sampler", model, *SIGNALS, f"functions of {self._thread}", f"{STREAMER}.enable"]
+
+    def state(self) -> State:
+        """Return all links, parameters of the controller, functions of the thread and components."""
+        components = self._hal.components()
+        own = [name for name in components if name.startswith("pid")]
+        return {
+            "links": self._hal.links(),
+            "parameters": self._hal.value_of_parameters(own),
+            "functions": self._hal.functions(self._thread),
+            "components": components,
+        }
+
+    def arm(self, limits: Limits) -> None:
+        """Insert guard and sampler, or replace the limits."""
+        hal = self._hal
+        low, high = limits.travel
+        values = {"max-error": limits.following_error, "low": low, "high": high}
+        settings = [f"setp {GUARD}.{name} {value / self._unit:.9g}" for name, value in values.items()]
+        settings += [f"setp {GUARD}.max-effort {limits.effort / abs(self._effort_unit):.9g}", f"setp {GUARD}.gain 0", f"setp {GUARD}.offset 0"]
+        if "bristle_guard" not in hal.components():
+            self._insert()
+        hal.run(*settings, *self._reset())
+
+    def _insert(self) -> None:
+        hal = self._hal
+        if not list(Path("/usr/lib/linuxcnc/modules").glob("bristle_guard.so")):
+            with tempfile.TemporaryDirectory() as folder, as_file(files("bristle.tune.linuxcnc") / "bristle_guard.comp") as source:
+                hal.compile(Path(shutil.copy(source, folder)))
+        patience = int(2.0 / self.sample_time * self._clock)
+        hal.run(
+            "loadrt bristle_guard",
+            f"loadrt sampler depth={DEPTH} cfg=fffu",
+            f"setp {SAMPLER}.enable 0",
+            f"setp {GUARD}.clock {self._clock:.9g}",
+            f"setp {GUARD}.patience {patience}",
+            f"net {self._reference} => {GUARD}.reference {SAMPLER}.pin.0",
+            f"net {self._position} => {GUARD}.feedback {SAMPLER}.pin.1",
+            f"net {self._effort} => {GUARD}.loop",
+            f"net bristle-count {GUARD}.count => {SAMPLER}.pin.3",
+            f"addf {GUARD} {self._thread}",
+            f"addf {SAMPLER} {self._thread}",
+            f"unlinkp {self._motor}",
+            f"net bristle-total {GUARD}.total => {self._motor} {SAMPLER}.pin.2",
+        )
+
+    def _reset(self) -> list[str]:
+        self._alive += 1
+        return [f"setp {GUARD}.alive {self._alive}", f"setp {GUARD}.reset 1", f"setp {GUARD}.reset 0"]
+
+    def load(self, feedforward: FrictionFeedforward) -> None:
+        """Compile and load the component of the model, at gain 0 of the guard."""
+        from bristle.exports import export
+
+        name, hal = feedforward.name, self._hal
+        with tempfile.TemporaryDirectory() as folder:
+            export(feedforward.folder, "hal", Path(folder) / "hal", name=name)
+            hal.compile(Path(folder) / "hal" / f"{name}.comp")
+        pin, earlier = name.replace("_", "-"), self._model
+        self._unload(earlier)
+        values = {"scale": self._unit, "effort-scale": self._effort_unit, "lead": feedforward.lead, "clock": self._clock, "gain": 1.0}
+        values |= {"limit": feedforward.limit / abs(self._effort_unit)} if math.isfinite(feedforward.limit) else {}
+        hal.run(
+            f"setp {GUARD}.gain 0",
+            f"loadrt {name}",
+            *(f"setp {pin}.{key} {value:.9g}" for key, value in values.items()),
+            f"net {self._reference} => {pin}.reference",
+            f"net bristle-feed {pin}.feed => {GUARD}.feed",
+            *(f"delf {function} {self._thread}" for function in (GUARD, SAMPLER)),
+            *(f"addf {function} {self._thread}" for function in (pin, GUARD, SAMPLER)),
+        )
+        self._model = name
+
+    def _unload(self, name: str) -> None:
+        if name:
+            pin = name.replace("_", "-")
+            self._hal.run(f"setp {GUARD}.gain 0", f"unlinkp {GUARD}.feed", f"delf {pin} {self._thread}", f"unloadrt {name}", keep_going=True)
+
+    def set(self, *, gain: float = 0.0, offset: float = 0.0) -> None:
+        """Set gain and test effort."""
+        self._hal.run(f"setp {GUARD}.gain {gain:.9g}", f"setp {GUARD}.offset {offset / self._effort_unit:.9g}")
+
+    def record(self, reference: np.ndarray, alive: Callable[[], None]) -> Recording:
+        """Play a reference through the streamer and return the rows of the sampler; refuse lost rows."""
+        hal, rows = self._hal, reference.size
+        if rows >= DEPTH - 10:
+            raise MachineRefused("too_long", f"a motion of {rows} samples is longer than the ring of the streamer, {DEPTH} rows")
+        self._empty()
+        hal.run(f"setp {STREAMER}.enable 0", *self._reset())
+        overruns = hal.get(f"{SAMPLER}.overruns")[0]
+        self._fill(reference / self._unit)
+        hal.run(f"setp {SAMPLER}.enable 1", f"setp {STREAMER}.enable 1")
+        try:
+            self._wait(rows, alive)
+        finally:
+            hal.run(f"setp {SAMPLER}.enable 0", f"setp {STREAMER}.enable 0")
+        table = self._table(rows, hal.get(f"{SAMPLER}.overruns")[0] - overruns)
+        return Recording(table[:, 0] * self._unit, table[:, 1] * self._unit, table[:, 2] * self._effort_unit)
+
+    def _empty(self) -> None:
+        left = int(self._hal.get(f"{SAMPLER}.curr-depth")[0])
+        if left:
+            self._hal.sampled(left)
+
+    def _fill(self, positions: np.ndarray) -> None:
+        """Fill the ring of the streamer with a motion; halstreamer skips a bad line and a last line without an end."""
+        with tempfile.NamedTemporaryFile("w", suffix=".txt") as file:
+            np.savetxt(file, positions, fmt="%.9f")
+            file.flush()
+            started, end = self._hal.play(Path(file.name)), time.monotonic() + 60.0
+            while started.poll() is None and time.monotonic() < end:
+                time.sleep(0.02)
+                self._sign_of_life()
+            assert started.stderr is not None
+            said = started.stderr.read()
+            if started.returncode or "line" in said:
+                raise MachineRefused("streamer", f"halstreamer: {said.strip()[:200]}")
+        for _ in range(40):  # the pin is some cycles behind the file; after its ring has wrapped, HAL counts one row too few
+            if self._hal.get(f"{STREAMER}.curr-depth")[0] in (positions.size, positions.size - 1):
+                return
+            time.sleep(0.05)
+        held = self._hal.get(f"{STREAMER}.curr-depth")[0]
+        raise MachineRefused("streamer", f"the streamer contains {held:.0f} of {positions.size} rows")
+
+    def _sign_of_life(self) -> None:
+        self._alive += 1
+        self._hal.run(f"setp {GUARD}.alive {self._alive}")
+
+    def _wait(self, rows: int, alive: Callable[[], None]) -> None:
+        """Wait until the motion has ended."""
+        end = time.monotonic() + 3.0 * rows * self.sample_time / self._clock + 10.0
+        while time.monotonic() < end:
+            time.sleep(POLL)
+            self._sign_of_life()
+            alive()
+            ok, why, empty = self._hal.get(f"{GUARD}.ok", f"{GUARD}.why", f"{STREAMER}.empty")
+            if not ok:
+                raise MachineStopped(STOPS[int(why) - 1])
+            if empty:
+                return
+        raise MachineRefused("no_end", "the motion did not end in three times its duration")
+
+    def _table(self, rows: int, overruns: float) -> np.ndarray:
+        """Return the rows of the sampler during the motion; refuse missing rows by the counter of the guard."""
+        count = int(self._hal.get(f"{SAMPLER}.curr-depth")[0])
+        lines = self._hal.sampled(count)
+        lines = lines[1:] if lines[:1] == ["overrun"] else lines  # each new halsampler prints a first, false line
+        if overruns or "overrun" in lines:
+            raise MachineStopped("lost_samples", f"the sampler lost {max(overruns, 1):.0f} rows")
+        table = np.array([line.split() for line in lines], float)
+        if len(table) > 1 and table[1, -1] - table[0, -1] != 1:
+            table = table[1:]  # a row of an earlier record, by the same wrong count
+        jumps = np.diff(table[:, -1]) - 1.0
+        if np.any(jumps):
+            raise MachineStopped("lost_samples", f"{np.sum(np.abs(jumps)):.0f} rows are missing, by the counter")
+        if len(table) < rows:
+            raise MachineStopped("lost_samples", f"{rows - len(table)} of {rows} rows are missing at the end")
+        return table[:rows]
+
+    def keep(self) -> None:
+        """Keep the feedforward when this program ends."""
+        self._hal.run(f"setp {GUARD}.keep 1")
+
+    def restore(self, state: State) -> None:
+        """Remove guard, model and sampler, and connect the amplifier to the controller again."""
+        hal, thread = self._hal, self._thread
+        components = hal.components()
+        own = [name for name in components if name.startswith("bristle_") and name not in state["components"]]
+        if "bristle_guard" in own:
+            hal.run(f"setp {STREAMER}.enable 0", f"setp {GUARD}.gain 0", f"setp {GUARD}.offset 0", keep_going=True)
+            for _ in range(40):
+                try:
+                    if hal.get(f"{GUARD}.gain-now")[0] == 0.0:
+                        break
+                except HalFault:
+                    break
+                time.sleep(0.05)
+        signal = next((name for name, pins in state["links"].items() if self._motor in pins), None)
+        added = [function for function in hal.functions(thread) if function not in state["functions"]]
+        back = [] if signal is None or self._motor in hal.links().get(signal, []) else [f"unlinkp {self._motor}", f"net {signal} => {self._motor}"]
+        hal.run(f"setp {SAMPLER}.enable 0", *back, *(f"delf {function} {thread}" for function in added), keep_going=True)
+        loaded = [name for name in (*own, "sampler") if name in components and name not in state["components"]]
+        hal.run(*(f"unloadrt {name}" for name in loaded), *(f"delsig {name}" for name in SIGNALS), keep_going=True)
+        self._model = ""
+
+    def close(self) -> None:
+        """Do nothing: the guard fades the feedforward if no run continues."""
+
+    def settings(self) -> dict[str, Any]:
+        """Return the settings, for the record of a run."""
+        return {key: getattr(self, f"_{key}") for key in KEYS}
