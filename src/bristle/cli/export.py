@@ -34,6 +34,10 @@ Rest = Annotated[
         help="Force at rest, if the target has no memory: force of the last direction (held), or mean of both directions (middle).",
     ),
 ]
+HalMode = Annotated[
+    str | None,
+    typer.Option("--hal-mode", metavar="torque|velocity", help="With --to hal: the command of the amplifier. Only torque is supported."),
+]
 AcceptHarm = Annotated[bool, typer.Option("--accept-harm", help="Write the files even if they increase the simulated following error.")]
 To = Annotated[
     str, typer.Option("--to", metavar="TARGET|TARGET.py", help="A target from the list below, or a Python file with your own target.")
@@ -63,6 +67,7 @@ def export(
     points: Points = 20,
     log: LogOfTable = None,
     rest: Rest = None,
+    hal_mode: HalMode = None,
     accept_harm: AcceptHarm = False,
     allow_code: AllowCode = False,
     force: Force = False,
@@ -84,6 +89,7 @@ def export(
     if step == "":
         raise InputError("is empty", path="--step", mend='Write a time, such as "1 ms", or leave --step out')
     of_model = {"step": step, "axis": axis, "speed": speed, "log": log, "rest": rest}
+    refuse({"--hal-mode": hal_mode if to != "hal" else None}, "applies to --to hal only")
     refuse({"--to draws": to == "draws"}, "was removed", REMOVED["export --draws"])
     if law is None:
         refuse({"--variant": variant}, "applies to --law only")
@@ -97,6 +103,7 @@ def export(
         target = loaded_code([to], load_target_file)[0][0]
     output = Output(context, out, force=force, as_json=as_json)
     options: dict[str, Any] = {"command": output.command, "name": name, "allow_code": allow_code}
+    of_model |= {"mode": hal_mode} if hal_mode else {}
     options |= {"tunable": tunable, "accept_harm": accept_harm}
     with output.opened("exporting", [file, log] if log else [file], draws=False) as (folder, _):
         if law is not None:

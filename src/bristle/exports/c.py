@@ -61,16 +61,22 @@ class CFiles:
         x = walk.positions(self.steps)
         forces = subject.outputs(x) if subject.is_operator else subject.forces(x, request.dt)
         walked = selftest_facts(walk, forces, single=request.single)
-        return written_files(FILES, request.name, self._facts(), walked, request.source)
+        return written_files(FILES, request.name, self.facts(), walked, request.source)
 
-    def _facts(self) -> dict[str, Any]:
+    def new_printer(self) -> Printer:
+        """Return a printer of the functions and types of the subject."""
+        subject = self.subject
+        around = [subject.state, subject.move, subject.parameters] + ([] if subject.is_operator else [subject.motion])
+        return self.printer(subject.unit, SCALAR[self.request.single], around)
+
+    def facts(self) -> dict[str, Any]:
+        """Return the facts of the templates of the header and the source."""
         subject, request, model = self.subject, self.request, self.subject.model
         name, scalar, kind = request.name, SCALAR[request.single], model.kind
         meanings, units = variables_of(subject.motion.cls), None if subject.is_operator else command_units(request.axis, kind)
         cycles = max(2, round(1.0 / request.dt))  # of the example: one second
         tuned = tunable_of(model, self.fixed) if request.tunable else None
-        around = [subject.state, subject.move, subject.parameters] + ([] if subject.is_operator else [subject.motion])
-        printer = self.printer(subject.unit, scalar, around)
+        printer = self.new_printer()
         of_state = zip(subject.state.fields, variables_of(subject.state.cls).values(), subject.virgin, strict=True)
         fields = [(printer.names.variable(name), part, meaning_of(variable, kind), value) for (name, part), variable, value in of_state]
         used = {argument.name for argument in (*subject.trial.parameters, *subject.commit.parameters)}

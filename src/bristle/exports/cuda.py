@@ -50,7 +50,7 @@ class CudaFiles(CFiles):
         lane = [*HEAD, *([("state", _layout(subject.state, integer))] if subject.state.fields else [])]
         for name, count in (("memory", subject.memory_size), ("parameters", len(columns))):
             lane += [(name, ctypes.c_double * count)] if count else []
-        facts = self._facts() | {
+        facts = self.facts() | {
             "device": "__device__ ",
             "inline": CudaPrinter.inline,
             "output": "output" if subject.is_operator else "force",

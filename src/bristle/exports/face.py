@@ -14,13 +14,12 @@ from bristle.core.variable import Variable
 from bristle.engine.checks import PERIOD
 from bristle.exports.described import Source
 from bristle.exports.effect import Effect
-from bristle.exports.targets import Product, Request, Target
+from bristle.exports.targets import NAME, Product, Request, Target
 from bristle.exports.writing import files_for, law_for, load_target_file, name_for
 from bristle.files.arguments import log_and_axis
 from bristle.files.results import results_folder
 from bristle.logs.log import Log
 
-NAME = "axis_x"  # The default name of an export
 STEP, POINTS = 5e-4, 20  # [s], and of a table
 
 

@@ -17,6 +17,9 @@ if TYPE_CHECKING:
     from bristle.logs.log import Log
 
 
+NAME = "axis_x"  # The default name of an export
+
+
 def _no_source() -> Source:
     from bristle.exports.described import Source  # help must not load modules that compute
 
@@ -60,6 +63,8 @@ class Request:
         for the rule of the target.
     loop : Variant or None
         The loop of the axis along the motion of its log. The effect of the files is simulated in this loop.
+    mode : {"torque", "velocity"}
+        The quantity that the amplifier of the axis follows.
     """
 
     model: Model
@@ -77,6 +82,7 @@ class Request:
     info: Mapping[str, Any] = field(default_factory=dict)
     rest: str = ""
     loop: Variant | None = None
+    mode: str = "torque"
 
     @property
     def sampled(self) -> Model:
@@ -209,6 +215,10 @@ _AX8000 = (
 )
 _START_VALUES = "start values for the friction compensation of a SINUMERIK. Tune them with the circularity test"
 _COGGING = "the identified harmonics of the cogging force"
+_HAL = (
+    "a HAL component of LinuxCNC for an amplifier in torque mode, a HAL file for the machine, a table for the component lincurve, and a "
+    "self-test that checks the results bit by bit. The component needs halcompile"
+)
 _FMU = (
     "FMUs for FMI {}.0. The first FMU contains the friction. If the model file has a plant, a second FMU contains friction and plant. Both "
     "support co-simulation and, if the model has continuous time, model exchange. The FMU of a control law supports co-simulation. "
@@ -222,6 +232,7 @@ _LISTED = (
     _target("c", "C", "held", _ALL, "write=c.write write_law=c.law_files", _C),
     _target("wasm", "WebAssembly", "middle", "", "write=wasm.write", _WASM),
     _target("st", "Structured Text", "held", _ALL, "write=st.write write_law=st.st_law_files", _ST),
+    _target("hal", "LinuxCNC", "held", "pushes compares", "write=hal.write", _HAL),
     _target("cuda", "CUDA", "middle", "operators", "write=cuda.write", _CUDA),
     _target("table", "table for a drive", "held", "pushes compares", "write=drive.write reads=drive.reads", _TABLE),
     _target("tf5200", "Beckhoff TF5200", "", "pushes compares", "write=tf5200.write reads=tf5200.reads", _TF5200),

@@ -106,6 +106,13 @@ def command_units(axis: Axis | None, kind: Kind) -> CommandUnits | None:
     return CommandUnits(own._replace(si=moving * own.si), signed[0], tuple(signed[1:]))
 
 
+def signed_units(axis: Axis | None, kind: Kind) -> tuple[DriveUnit, DriveUnit]:
+    """Return the units of position and effort in the logs of an axis, with the signs of their columns."""
+    moving, pushing = column_signs(axis)
+    position, effort = _column_unit(axis, "position", "length", kind), _column_unit(axis, "effort", "force", kind)
+    return position._replace(si=moving * position.si), effort._replace(si=pushing * effort.si)
+
+
 def drive_units(axis: Axis | None, kind: Kind) -> DriveUnits:
     """Return the possible units of the drive of this axis: those of its log, of its motor, percent of rated."""
     if axis is None:

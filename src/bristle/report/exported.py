@@ -52,6 +52,7 @@ def export_model_file(
     points: int = 20,
     log: Any = None,
     rest: str | None = None,
+    mode: str = "torque",
     accept_harm: bool = False,
     allow_code: bool = False,
 ) -> ExportedModel:
@@ -88,6 +89,7 @@ def export_model_file(
         log=recorded,
         info=facts,
         loop=loop,
+        mode=mode,
     )
     return ExportedModel(target.name, product, exported.name, source, remarks)
 

@@ -1,0 +1,336 @@
+"""LinuxCNC: the text of a component and its HAL files, the component compiled in place of HAL, and HAL itself."""
+
+import ctypes
+import re
+import subprocess
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.exports.linuxcnc import LACKING, in_hal
+from tests.exports.native import COMPILER, WARNINGS, differing
+
+import bristle as br
+from bristle.cli.main import main
+from bristle.engine.contact import steady_force
+from bristle.exports import hal
+from bristle.exports.described import Source
+from bristle.exports.targets import Request
+from bristle.files.axis import axis_from
+from bristle.friction import MODELS, with_slots
+from bristle.plants import inertia
+from bristle.plants.terms import effort_of_place, terms_of, with_terms
+from bristle.testing import example_of
+
+LUGRE = br.friction.find("lugre")(F_C=8.0, F_S=11.0, v_S=4e-3, sigma_0=1e6, sigma_2=80.0, offset=3.0)
+COGS = with_terms(inertia, cogging={"motor": [6]})(M=20.0, motor_turn=5e-3, motor_6_cos=1.0, motor_6_sin=2.0)
+AXIS = {
+    "schema": 1,
+    "kind": "translational",
+    "columns": {"position": {"column": "q", "unit": "mm"}, "effort": {"column": "u", "unit": "A", "sign": -1}},
+    "effort": {"force_constant": "50 N/A", "limit": "400 N"},
+    "timing": {"sample_time": "1 ms"},
+}
+SLOTS = ("position", "periodic", "load", "temperature", "asymmetry")
+PERIOD = 1_000_000  # [ns]
+# What HAL gives a component: pins that are pointers, parameters, and the period of the thread.
+HAL = """
+#include <stddef.h>
+struct instance {{ {fields} }};
+{macros}
+#define FUNCTION(name) static void step(struct instance *self, long period)
+"""
+RUN = """
+void start(struct instance *self) {{ {defaults} }}
+size_t size(void) {{ return sizeof(struct instance); }}
+void run(struct instance *self, const double *reference, int count, long period, double *fed)
+{{
+    for (int i = 0; i < count; ++i) {{
+        self->reference = reference[i];
+        step(self, period);
+        fed[i] = self->feed;
+    }}
+}}
+"""
+DECLARED = re.compile(r"^(pin in|pin out|param rw) (float|bit) (\w+)(?: = (\S+))? \"", re.MULTILINE)
+
+
+def request_of(model=LUGRE, **options):
+    return Request(model, "axis_x", 1e-3, **({"rest": "held", "speed": 0.2} | options))
+
+
+def written(model=LUGRE, **options):
+    return hal.write(request_of(model, **options)).files
+
+
+def text_of(files, end):
+    return next(text for name, text in files.items() if name.endswith(end))
+
+
+def played(files):
+    """Return references and expected feeds of the self-test."""
+    lines = text_of(files, "_selftest.txt").splitlines()
+    return np.array([[float(word) for word in line.split()] for line in lines]).T
+
+
+class Component:
+    """A component, compiled with macros in place of HAL, as halcompile writes them."""
+
+    def __init__(self, files, folder, *, more=()):
+        text = text_of(files, ".comp")
+        self._pins = DECLARED.findall(text)
+        types = {"float": "double", "bit": "unsigned char"}
+        fields = " ".join(f"{types[kind]} {name};" for _, kind, name, _ in self._pins)
+        # A pin without parentheses or with an operator in front is no name of C, as with halcompile.
+        macros = "\n".join(f"#define {name} ({'0+' * (way == 'pin in')}self->{name})" for way, _, name, _ in self._pins)
+        defaults = " ".join(f"self->{name} = {value or 0};" for _, _, name, value in self._pins)
+        undone = "\n".join(f"#undef {name}" for _, _, name, _ in self._pins)
+        source = HAL.format(fields=fields, macros=macros) + text.partition("\n;;\n")[2] + undone + RUN.format(defaults=defaults)
+        (folder / "component.c").write_text(source, encoding="ascii")
+        line = [COMPILER, "-Os", *more, *WARNINGS, "-Wno-unused-function", "-Wno-overlength-strings", "-std=gnu11", "-shared", "-fPIC"]
+        built = subprocess.run([*line, "component.c", "-o", "component.so"], cwd=folder, capture_output=True, text=True, check=False)
+        assert built.returncode == 0, built.stderr[:4000]
+        self._library = ctypes.CDLL(str(folder / "component.so"))
+        kinds = {"float": ctypes.c_double, "bit": ctypes.c_ubyte}
+        self.pins = type("Instance", (ctypes.Structure,), {"_fields_": [(name, kinds[kind]) for _, kind, name, _ in self._pins]})()
+        assert ctypes.sizeof(self.pins) == self._library.size()
+        self._library.start(ctypes.byref(self.pins))
+
+    def feed(self, references, period=PERIOD, **pins):
+        """Return the feed along some references."""
+        for name, value in pins.items():
+            setattr(self.pins, name, value)
+        references, fed = np.ascontiguousarray(references, dtype=float), np.empty(len(references))
+        pointer = ctypes.POINTER(ctypes.c_double)
+        place = [array.ctypes.data_as(pointer) for array in (references, fed)]
+        self._library.run(ctypes.byref(self.pins), place[0], len(references), ctypes.c_long(period), place[1])
+        return fed
+
+
+needs_compiler = pytest.mark.skipif(COMPILER is None, reason="no C compiler")
+AT_ONCE = {"gain": 1.0, "slew": 1e9}
+
+
+@pytest.fixture(scope="module")
+def component(tmp_path_factory):
+    """Return a function that gives a new component of a model with cogging."""
+    if COMPILER is None:
+        pytest.skip("no C compiler")
+    files = written(plant=COGS)
+    return lambda: Component(files, tmp_path_factory.mktemp("component"))
+
+
+def moving(count=600, reach=2.0):
+    """Return positions of a cycle with reversals [mm]."""
+    return reach * np.sin(2.0 * np.pi * np.arange(count) / 400.0)
+
+
+# --- names and text -----------------------------------------------------------------------------------------------
+
+
+def test_pins_and_parameters_are_documented_and_begin_without_force():
+    declared = {name: (way, value) for way, _, name, value in DECLARED.findall(text_of(written(), ".comp"))}
+    assert set(declared) == set(hal.PINS)
+    assert [name for name, (way, _) in declared.items() if way == "pin out"] == ["feed", "gain_now", "fault"]
+    assert [name for name, (way, _) in declared.items() if way == "pin in"] == ["reference", "gain", "reset"]
+    assert declared["gain"][1] == "0"
+    assert declared["clock"][1] == "1"
+
+
+def test_the_name_of_the_component_has_the_hash_of_the_model_file():
+    source = Source({"model": "model.toml", "model_sha256": "80d7ae7f" + 56 * "0"})
+    files = written(source=source)
+    assert {name.partition("_selftest")[0].partition(".")[0].removesuffix("_table") for name in files} == {"bristle_80d7ae7f", "README"}
+    assert "component bristle_80d7ae7f " in files["bristle_80d7ae7f.comp"]
+    assert "loadrt bristle_80d7ae7f\n" in files["bristle_80d7ae7f.hal"]
+    assert "net x-pos-cmd => bristle-80d7ae7f.reference" in files["bristle_80d7ae7f.hal"]
+    assert "knee.comp" in hal.write(replace(request_of(), name="knee")).files
+    with pytest.raises(br.core.InputError, match=r"name: is too long for a HAL component.*34 characters"):
+        hal.write(replace(request_of(), name="a" * 35))
+
+
+def test_units_signs_and_limit_are_those_of_the_log():
+    files = written(axis=axis_from(AXIS))
+    declared = {name: value for _, _, name, value in DECLARED.findall(text_of(files, ".comp"))}
+    assert (float(declared["scale"]), float(declared["effort_scale"]), float(declared["limit"])) == (1e-3, -50.0, 8.0)
+    for end in (".hal", "_selftest.hal"):
+        assert ".effort-scale -50.0\n" in text_of({name: text for name, text in files.items() if "table" not in name}, end)
+    turning = br.friction.lugre(kind="rotational", F_C=0.034, F_S=0.04, v_S=0.5, sigma_0=100.0)
+    assert "1 deg" in hal.write(request_of(turning, speed=5.0)).notes[1]
+
+
+@pytest.mark.parametrize(("delay", "lead"), [(-2.7e-3, 2.7e-3), (0.0, 1e-3), (1e-3, 1e-3), (-0.3, hal.LEAD_MAX)])
+def test_the_lead_is_that_of_the_identification_or_one_cycle(delay, lead):
+    assert hal.settings_of(request_of(axis=axis_from(AXIS), info={"treatment": {"delay": delay}})).lead == pytest.approx(lead)
+
+
+def test_velocity_mode_is_refused_by_name(tmp_path, capsys):
+    with pytest.raises(br.core.InputError, match=r"velocity command of its amplifier.*'velocity'.*torque mode"):
+        hal.write(request_of(mode="velocity"))
+    (tmp_path / "model.toml").write_text(
+        'schema = 1\nkind = "translational"\n[friction]\nmodel = "coulomb"\nF_C = "8 N"\n', encoding="utf-8"
+    )
+    line = ["export", str(tmp_path / "model.toml"), "--out", str(tmp_path / "out")]
+    assert main([*line, "--to", "hal", "--hal-mode", "velocity"]) == 2
+    assert "velocity command" in capsys.readouterr().err
+    assert main([*line, "--to", "c", "--hal-mode", "torque"]) == 2
+    assert "--hal-mode: applies to --to hal only" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+    assert main([*line, "--to", "hal", "--hal-mode", "torque"]) == 0
+    assert len(list((tmp_path / "out").glob("bristle_????????.comp"))) == 1
+
+
+def test_the_machine_file_begins_at_gain_0_and_names_both_entries_and_the_mode():
+    text = text_of({name: text for name, text in written().items() if "table" not in name and "selftest" not in name}, ".hal")
+    lines = [line for line in text.splitlines() if line and not line.startswith("#")]
+    assert [line.split()[0] for line in lines] == ["loadrt", *["setp"] * 5, "addf", "net", "net"]
+    assert any(line.endswith(".gain 0") for line in lines)
+    assert lines[-1].endswith("=> pid.x.bias")
+    assert "TORQUE MODE only" in text
+    assert "loadrt sum2 " in text
+    assert "before the function that writes the output" in text.replace("\n# ", " ")
+
+
+def test_the_table_for_lincurve_has_its_points_and_its_error():
+    text = text_of(written(plant=COGS), "_table.hal")
+    rows = re.findall(r"^setp lincurve\.0\.([xy])-val-(\d\d) (\S+)$", text, re.MULTILINE)
+    x, y = (np.array([float(value) for axis, _, value in rows if axis == wanted]) for wanted in "xy")
+    assert x.size == y.size == 16
+    assert "loadrt lincurve count=1 personality=16" in text
+    assert np.all(np.diff(x) > 0.0)
+    stated = float(re.search(r"steady friction of the model by at most ([\d.e-]+) N", text.replace("\n# ", " "))[1])
+    speeds = np.linspace(0.5, 200.0, 300)  # mm/s
+    for v in (speeds, -speeds):
+        error = np.abs(np.interp(v, x, y) - [steady_force(LUGRE, 1e-3 * each) for each in v])
+        assert error.max() <= 1.1 * stated
+    assert "the memory of the model is lost" in text.replace("\n# ", " ")
+    unknown = hal.write(request_of(speed=0.0))
+    assert not any("table" in name for name in unknown.files)
+    assert unknown.notes[-1].endswith("the largest speed is unknown: no table")
+
+
+# --- the component compiled in place of HAL -----------------------------------------------------------------------
+
+
+@needs_compiler
+@pytest.mark.parametrize("name", ["lugre", "stribeck", "preisach_lugre"])
+def test_the_component_gives_the_bits_of_the_self_test(tmp_path, name):
+    files = written(example_of(with_slots(MODELS[name], ("asymmetry",))), plant=COGS, axis=axis_from(AXIS))
+    references, expected = played(files)
+    assert references.size >= 200
+    fed = Component(files, tmp_path).feed(references, **AT_ONCE, limit=0.0)
+    assert np.ptp(expected) > 0.0
+    assert differing(fed, expected) == 0
+
+
+def test_the_expected_lines_are_those_of_halsampler():
+    files = written()
+    references, expected = played(files)
+    lines = text_of(files, "_selftest_expected.txt").splitlines()
+    assert lines[7] == f"{references[7]:.6f} {expected[7]:.6f} 0.000000 "
+    assert len(lines) == references.size
+
+
+def test_the_feed_is_friction_constant_force_and_cogging_at_the_reference(component):
+    mm = moving()
+    fed = component().feed(mm, **AT_ONCE, lead=0.0)
+    friction = br.response(LUGRE, 1e-3 * mm, 1e-3)
+    assert friction[200:].mean() == pytest.approx(3.0, abs=0.5)  # the constant force
+    assert fed[1:] == pytest.approx((friction + effort_of_place(1e-3 * mm, terms_of(COGS)))[1:], rel=1e-9)
+
+
+def test_the_lead_takes_the_feed_of_a_later_cycle(component):
+    mm = moving()
+    later = component().feed(mm, **AT_ONCE, lead=0.0)[3:]
+    led = component().feed(mm, **AT_ONCE, lead=3e-3)[:-3]
+    late = component().feed(mm, **AT_ONCE, lead=0.0)[:-3]
+    assert np.std((led - later)[20:]) < 0.05 * np.std((late - later)[20:])
+    bounded = [component().feed(mm, **AT_ONCE, lead=lead) for lead in (hal.LEAD_MAX, 1.0)]
+    assert differing(*bounded) == 0
+    assert differing(component().feed(mm, **AT_ONCE, lead=-1.0), component().feed(mm, **AT_ONCE, lead=0.0)) == 0
+
+
+def test_the_gain_begins_at_0_and_follows_at_slew(component):
+    one = component()
+    assert not one.feed(moving()).any()
+    one.feed(moving(100), gain=1.0, slew=2.0)
+    assert one.pins.gain_now == pytest.approx(0.2)
+    one.feed(moving(1000), gain=5.0)
+    assert one.pins.gain_now == 1.0
+    one.feed(moving(100), gain=float("nan"))
+    assert one.pins.gain_now == pytest.approx(0.8)
+
+
+def test_the_feed_stays_within_the_limit_and_scales_with_units_and_clock(component):
+    mm = moving()
+    whole = component().feed(mm, **AT_ONCE, lead=0.0)
+    assert np.abs(component().feed(mm, **AT_ONCE, lead=0.0, limit=2.0)) == pytest.approx(np.minimum(np.abs(whole), 2.0))
+    assert component().feed(1e-3 * mm, **AT_ONCE, lead=0.0, scale=1.0, effort_scale=-50.0) == pytest.approx(-whole / 50.0, rel=1e-6)
+    assert component().feed(mm, PERIOD // 10, **AT_ONCE, lead=0.0, clock=10.0) == pytest.approx(whole, rel=1e-9)
+
+
+def test_an_invalid_reference_sets_fault_and_takes_the_feed_away_until_reset(component):
+    one = component()
+    one.feed(moving(200), gain=1.0, slew=100.0)
+    fed = one.feed([0.1, float("nan"), 0.1, 0.1], slew=250.0)
+    assert one.pins.fault
+    assert np.all(np.isfinite(fed))
+    assert one.pins.gain_now == pytest.approx(0.25)
+    one.feed(moving(50))
+    assert one.pins.gain_now == 0.0
+    one.feed([0.1], reset=1)
+    assert not one.pins.fault
+    one.feed(moving(100), reset=0)
+    assert one.pins.gain_now == 1.0
+
+
+@needs_compiler
+def test_no_operation_is_fused(tmp_path):
+    machine = subprocess.run([COMPILER, "-dumpmachine"], capture_output=True, text=True, check=True).stdout
+    if not machine.startswith("x86_64"):
+        pytest.skip("asks for the instructions of x86-64")
+    files = written(plant=COGS)
+    for text, fused in ((files, False), ({n: t.replace('"fp-contract=off"', '"O2"') for n, t in files.items()}, True)):
+        Component(text, tmp_path, more=["-mfma", "-ffp-contract=fast", "-save-temps"])
+        assembly = next(tmp_path.glob("*component.s")).read_text(encoding="ascii")
+        assert (re.search(r"\bvfn?m(add|sub)", assembly) is not None) == fused
+
+
+# --- HAL ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(bool(LACKING), reason=LACKING)
+@pytest.mark.parametrize("slots", [(), SLOTS], ids=["plain", "varied"])
+@pytest.mark.parametrize("name", MODELS)
+def test_hal_computes_identical_feeds(tmp_path, name, slots):
+    files = written(example_of(with_slots(MODELS[name], slots)), plant=COGS, speed=0.0)
+    component_name = next(file for file in files if file.endswith(".comp")).removesuffix(".comp")
+    measured = in_hal(files, tmp_path, f"{component_name}_selftest.hal")[f"{component_name}_selftest_measured.txt"]
+    assert [line for line in measured.splitlines() if line != "overrun"] == text_of(files, "_selftest_expected.txt").splitlines()
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(bool(LACKING), reason=LACKING)
+def test_the_self_test_in_hal_notices_a_changed_bit(tmp_path):
+    files = hal.write(replace(request_of(), name="bristle_test")).files
+    number = repr(float(LUGRE.values["F_C"]))
+    assert files["bristle_test.comp"].count(number) >= 1
+    files["bristle_test.comp"] = files["bristle_test.comp"].replace(number, repr(np.nextafter(float(number), 9.0).item()))
+    measured = in_hal(files, tmp_path, "bristle_test_selftest.hal")["bristle_test_selftest_measured.txt"]
+    assert measured.splitlines()[-1] != files["bristle_test_selftest_expected.txt"].splitlines()[-1]
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(bool(LACKING), reason=LACKING)
+def test_the_lines_for_a_machine_and_the_table_load(tmp_path):
+    files = hal.write(replace(request_of(), name="bristle_test")).files
+    machine = (
+        "loadrt threads name1=servo-thread period1=1000000\nloadrt pid names=pid.x\naddf pid.x.do-pid-calcs servo-thread\n"
+        "newsig x-pos-cmd float\nsource bristle_test.hal\nnewsig x-vel-cmd float\nsource bristle_test_table.hal\nstart\n"
+        "sets x-vel-cmd 1000\nloadusr -w sleep 0.1\ngetp lincurve.0.out\nshow thread\nshow pin pid.x.bias\n"
+    )
+    said = in_hal(files | {"machine.hal": machine}, tmp_path, "machine.hal")["stdout"]
+    assert re.search(r"1 bristle-test\n\s+2 pid\.x\.do-pid-calcs", said.replace("lincurve.0", "bristle-test", 0)) or "bristle-test" in said
+    assert float(said.split()[0]) == pytest.approx(steady_force(LUGRE, 0.2), rel=1e-3)
+    assert "x-friction" in said
