@@ -14,10 +14,35 @@ from numba import njit
 
 KINDS = ("maxwell_slip", "lugre", "dahl", "asperities")
 SUBSTEPS = 50
-NAMES = (
-    "kind mass load spring damper coulomb rise stribeck asymmetry viscous reach damping gravity cogging pitch lag delay resolution noise "
-    "sample_time p i d inertia limit warm_up heat"
-).split()
+NAMES = [
+    "kind",
+    "mass",
+    "load",
+    "spring",
+    "damper",
+    "coulomb",
+    "rise",
+    "stribeck",
+    "asymmetry",
+    "viscous",
+    "reach",
+    "damping",
+    "gravity",
+    "cogging",
+    "pitch",
+    "lag",
+    "delay",
+    "resolution",
+    "noise",
+    "sample_time",
+    "p",
+    "i",
+    "d",
+    "inertia",
+    "limit",
+    "warm_up",
+    "heat",
+]
 
 
 @dataclass
@@ -137,7 +162,10 @@ class Bench:
         r = np.random.default_rng([self.seed, 7])
         count = 64 if self.plant.kind == 3 else 24
         if self.plant.kind == 3:
-            travel, limit = self.plant.reach * (0.05 + r.uniform(size=count)), np.exp(1.2 * (r.uniform(size=count) + r.uniform(size=count) - 1))
+            travel, limit = (
+                self.plant.reach * (0.05 + r.uniform(size=count)),
+                np.exp(1.2 * (r.uniform(size=count) + r.uniform(size=count) - 1)),
+            )
         else:
             travel, limit = self.plant.reach * 60.0 ** (np.arange(count) / (count - 1) - 1.0), np.ones(count)
         limit = limit * self.plant.coulomb / limit.sum()
@@ -171,7 +199,7 @@ def _uniform(state: np.ndarray) -> float:
 
 
 @njit(cache=True)
-def _play(par, guard, reference, feed, feed_is_truth, x, s, limit, stiff, late, random, out):  # noqa: ANN001, ANN202
+def _play(par, guard, reference, feed, feed_is_truth, x, s, limit, stiff, late, random, out):
     kind, mass, load, spring, damper, coulomb, rise, stribeck, asymmetry, viscous = par[:10]
     reach, damping, gravity, cogging, pitch, lag, delay, resolution, noise, T = par[10:20]
     kp, ki, kd, inertia, top, warm, heat = par[20:27]

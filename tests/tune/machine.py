@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from tests.tune.bench import Bench, Motion, drawn
 
 from bristle.tune import FrictionFeedforward, Limits, MachineStopped, Recording
-from tests.tune.bench import Bench, Motion, drawn
 
 WHY = {1: "following_error", 2: "effort", 3: "travel"}
 
@@ -140,5 +140,7 @@ def written(folder: Path, seed: int, cycles: int = 10) -> tuple[Path, Bench, Mot
     (folder / "machine.toml").write_text(MACHINE.format(cycles=cycles))
     time = np.arange(motion.cycle.size + 1) * plant.sample_time
     whole = np.append(motion.cycle, motion.cycle[0])
-    np.savetxt(folder / "motion.csv", np.column_stack([time, 1e6 * whole]), fmt="%.9g", delimiter=",", header="time [s],ref [um]", comments="")
+    np.savetxt(
+        folder / "motion.csv", np.column_stack([time, 1e6 * whole]), fmt="%.9g", delimiter=",", header="time [s],ref [um]", comments=""
+    )
     return folder / "machine.toml", Bench(plant, seed), motion

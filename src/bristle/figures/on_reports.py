@@ -97,6 +97,7 @@ REPORTS: dict[str, tuple[Place, ...]] = {
         Place("beside", "comparison.FRICTION"),
         Place("courses", "comparison"),
     ),
+    "tune": (),
     "excitation": (Place("front", "motion"), Place("beside", "motion.EXPECTED")),
     "study": (Place("front", "many_runs.FIRST_SPREAD"), Place("beside", "bars.INFLUENCE"), Place("spread", "many_runs.SPREAD")),
     "fleet": (

@@ -70,8 +70,10 @@ def _wording(change: Change) -> Wording:
     return VERDICTS["hardly" if hardly else change.verdict]
 
 
-def comparison_report(compared: Comparison, *, name: str, **options: Any) -> str:
-    """Return the report of two logs as an HTML page; options as of `report_page`."""
+def comparison_report(
+    compared: Comparison, *, name: str, further: Sequence[Section] = (), changed: Mapping[str, Any] | None = None, **options: Any
+) -> str:
+    """Return the report of two logs as an HTML page, with further sections and a changed front; options as of `report_page`."""
     sides = {"before": compared.logs_before, "after": compared.logs_after}
     warnings = [message(diagnostic) for diagnostic in compared.diagnostics if diagnostic.severity != "note"]
     notes = [note for logs in sides.values() for log in logs for note in log.notes]
@@ -89,8 +91,8 @@ def comparison_report(compared: Comparison, *, name: str, **options: Any) -> str
     ]
     files = {side: logs[0].source.name.strip("<>") for side, logs in sides.items()}
     facts = {"comparison": compared, "log_name": ", ".join(filter(None, files.values()))}
-    front = _front(compared, name, files)
-    return report_page("comparison", facts, front, sections, **options)
+    front = _front(compared, name, files)._replace(**(changed or {}))
+    return report_page("comparison", facts, front, [*sections, *further], **options)
 
 
 def comparison_sentences(compared: Comparison) -> list[str]:

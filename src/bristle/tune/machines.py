@@ -16,7 +16,13 @@ def _experiment(file: MachineFile) -> Machine:
     return ExperimentMachine.of(file)
 
 
-BUILT_IN: dict[str, Callable[[MachineFile], Machine]] = {"experiment": _experiment}
+def _linuxcnc(file: MachineFile) -> Machine:
+    from bristle.tune.linuxcnc import LinuxCNC
+
+    return LinuxCNC.of(file)
+
+
+BUILT_IN: dict[str, Callable[[MachineFile], Machine]] = {"experiment": _experiment, "linuxcnc": _linuxcnc}
 
 
 def connected(file: MachineFile) -> Machine:
@@ -26,5 +32,7 @@ def connected(file: MachineFile) -> Machine:
     if not file.machine.endswith(".py"):
         known = f"{', '.join(BUILT_IN)}, or a Python file"
         raise InputError("is not a machine", path="machine", value=file.machine, allowed=known, mend=did_you_mean(file.machine, BUILT_IN))
-    own: Any = declared_in(file.source.parent / file.machine, "MACHINE", type, title="machine", mend="End the file with MACHINE = MyMachine")
+    own: Any = declared_in(
+        file.source.parent / file.machine, "MACHINE", type, title="machine", mend="End the file with MACHINE = MyMachine"
+    )
     return own(**{key: value for key, value in file.settings.items()})

@@ -74,7 +74,9 @@ class Run:
     def arm(self, limits: Limits | None = None) -> None:
         """Insert the guard."""
         limits = limits or self.limits
-        self.write("arm", lambda: self.machine.arm(limits), following_error=limits.following_error, effort=limits.effort, travel=limits.travel)
+        self.write(
+            "arm", lambda: self.machine.arm(limits), following_error=limits.following_error, effort=limits.effort, travel=limits.travel
+        )
 
     def set(self, *, gain: float = 0.0, offset: float = 0.0) -> None:
         """Set gain and test effort."""
@@ -94,8 +96,8 @@ class Run:
         rest = self.rest(REST)
         return np.concatenate([rest, np.tile(self.file.cycle, cycles), rest])
 
-    def record(self, name: str, reference: np.ndarray) -> Recording:
-        """Play a reference, keep the record as a file, and return it."""
+    def record(self, name: str, reference: np.ndarray, *, skip: int | None = None) -> Recording:
+        """Play a reference, keep the record as a file, and return it; with `skip`, the file has only the cycles behind the first ones."""
         seconds = reference.size * self.sample_time
         self.tell(f"recording {name.replace('_', ' ')}, {seconds:.0f} s")
         recording = self.machine.record(reference, lambda: None)
@@ -110,8 +112,10 @@ class Run:
             raise MachineRefused("other_motion", f"the machine played another motion: it differs by up to {worst:.3g} in SI", mend)
         folder = self.folder / RECORDS
         folder.mkdir(exist_ok=True)
-        time = np.arange(reference.size) * self.sample_time
-        signals = {"time": time, "position": recording.position, "effort": recording.effort, "reference": recording.reference}
+        signals = {"position": recording.position, "effort": recording.effort, "reference": recording.reference}
+        if skip is not None:
+            signals = {channel: cycles_of(self, signal, skip).ravel() for channel, signal in signals.items()}
+        signals["time"] = np.arange(signals["position"].size) * self.sample_time
         write_log(folder / f"{name}.csv", self.axis, signals)
         return recording
 
@@ -119,14 +123,14 @@ class Run:
         """Return a record as a log."""
         return read_log(self.folder / RECORDS / f"{name}.csv", self.axis)
 
+    def sides(self) -> list[list[Log]]:
+        """Return the logs before and after, of the comparison."""
+        return [[self.log(f"{side}_{number}") for number in (1, 2)] for side in ("before", "after")]
+
     def done(self, **facts: Any) -> dict[str, Any]:
         """Note the end of the present step with its facts."""
         self.facts[self.step] = facts
         return self.journal.write(self.step, "done", facts=facts)
-
-    def refuse(self, code: str, message: str, mend: str = "") -> MachineRefused:
-        """Return the refusal of the present step."""
-        return MachineRefused(code, message, mend)
 
 
 def cycles_of(run: Run, signal: np.ndarray, skip: int = 0) -> np.ndarray:

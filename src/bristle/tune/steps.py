@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.comparison import Comparison
 from bristle.excitation import excite
 from bristle.prediction import axis_with, proposals_of
 from bristle.report.compared import compare
@@ -21,13 +20,14 @@ from bristle.tune.run import REST, RESULTS, Run, cycles_of, rms
 OFFSETS = (0.01, 0.02, 0.04, 0.08, 0.16)  # test efforts, as shares of the largest effort
 ANSWER = 0.3  # of the loop to a test effort, as a share of it
 SEEN = 4.0  # an answer to a test effort, in standard deviations of the noise at rest
-AGREE, WARM_UP = 0.03, 20  # relative difference of cycles of a warm axis, most cycles of a warm-up
+AGREE, WARM_UP = 0.03, 10  # relative difference of two pairs of cycles of a warm axis, most pairs of a warm-up
+EFFORT = 1.04  # ratio of the effort at the safe gain
 WORSE = 1.05  # allowed ratio of error, effort, noise and settling time
 HUNTS = 0.25  # effort at rest, as a share of the effort in motion: the loop hunts without a feedforward
 NOISIER = 3.0  # ratio of the effort at rest with and without the feedforward: the loop hunts with it
 SAFE = 50.0  # model error at which a feedforward halves the friction force [%]
 GAINS = (0.0, 0.25, 0.5, 1.0)
-STAGE_CYCLES = 3
+STAGE_CYCLES, RUN_IN = 3, 2  # of a stage; at the start of a record that is compared
 
 
 class Step(NamedTuple):
@@ -87,7 +87,9 @@ def _answer(run: Run, still: Recording) -> dict[str, Any]:
                 raise MachineRefused("wrong_sign", "a positive test effort moves the axis backward", "Reverse the sign of the effort")
             return {"test_effort": offset, "moved": moved, "loop_answer": loop / offset}
     reason = f"a test effort of {OFFSETS[-1]:.0%} of the limit moves nothing and changes nothing in the loop"
-    raise MachineRefused("no_effect", reason, "The effort does not reach the motor: check the mode of the drive, which must accept an effort")
+    raise MachineRefused(
+        "no_effect", reason, "The effort does not reach the motor: check the mode of the drive, which must accept an effort"
+    )
 
 
 def _prove_guard(run: Run, position: float) -> None:
@@ -106,15 +108,13 @@ def _prove_guard(run: Run, position: float) -> None:
 
 def warm_up(run: Run) -> None:
     """Repeat the motion until two pairs of cycles agree."""
-    before, cycles = None, 0
-    while cycles < WARM_UP:
+    pairs: list[tuple[float, float]] = []
+    while len(pairs) < WARM_UP:
         recording = run.record("warm_up", run.motion(2))
-        cycles += 2
-        now = rms(recording.effort), rms(recording.error)
-        if before is not None and all(abs(new - old) <= AGREE * old for new, old in zip(now, before, strict=True)):
+        pairs.append((rms(recording.effort), rms(recording.error)))
+        if len(pairs) > 1 and all(abs(new - old) <= AGREE * old for old, new in zip(*pairs[-2:], strict=True)):
             break
-        before = now
-    run.done(cycles=cycles, effort=now[0], error=now[1])
+    run.done(cycles=2 * len(pairs), effort=pairs[-1][0], error=pairs[-1][1])
 
 
 def before(run: Run) -> None:
@@ -124,7 +124,7 @@ def before(run: Run) -> None:
     if at_rest > HUNTS * moving:
         reason = f"the effort at rest swings by {at_rest / moving:.0%} of the effort in motion: the loop hunts"
         raise MachineRefused("hunts", reason, "Lower the integral gain, or add damping, until the axis rests")
-    run.done(error=rms(cycles_of(run, recording.error, 1)), effort=moving, noise=at_rest, settling=_settling(run, recording))
+    run.done(error=rms(cycles_of(run, recording.error, 1)), effort=moving, noise=at_rest)
 
 
 def excitation(run: Run) -> None:
@@ -184,24 +184,40 @@ def _held_out(found: Identified) -> float:
 def stages(run: Run) -> None:
     """Load the feedforward at gain 0, raise the gain in stages, and stop where the axis hunts or errs more."""
     run.load(_feedforward(run))
-    first: dict[str, float] | None = None
     table: list[dict[str, float]] = []
     for gain in GAINS:
-        run.set(gain=gain)
-        recording = run.record(f"stage_{round(100 * gain)}", run.motion(STAGE_CYCLES))
-        now = {"gain": gain, "error": rms(cycles_of(run, recording.error, 1)), "noise": _at_rest(run, recording)}
-        table.append(now)
-        first = first or now
-        level = NOISIER * first["noise"] + 0.02 * rms(cycles_of(run, recording.effort))
-        if now["noise"] > level:
-            raise MachineRefused("hunts_with_feedforward", f"at gain {gain:g} the effort at rest swings by {now['noise']:.3g} in SI")
-        if now["error"] > WORSE * first["error"]:
-            raise MachineRefused("worse", f"at gain {gain:g} the following error is {now['error'] / first['error']:.0%} of that without it")
-    best = min(table, key=lambda stage: stage["error"])
-    if best["gain"] == 0.0:
-        raise MachineRefused("no_gain", "no gain of the feedforward reduces the following error")
+        stage = _stage(run, gain, table)
+        if gain and stage["effort"] > EFFORT * table[0]["effort"]:
+            # The effort rises with the gain: the safe gain keeps the effort of the loop within its limit.
+            low, high = table[-1], stage
+            share = (EFFORT * table[0]["effort"] - low["effort"]) / (high["effort"] - low["effort"])
+            table.append(_stage(run, low["gain"] + max(share, 0.0) * (gain - low["gain"]), table))
+            break
+        table.append(stage)
+    allowed = [stage for stage in table if stage["effort"] <= WORSE * table[0]["effort"]]
+    best = min(allowed, key=lambda stage: stage["error"])
     run.set()
+    if best["gain"] < GAINS[1]:
+        raise MachineRefused("no_gain", "no gain of the feedforward reduces the following error without a larger effort")
     run.done(gain=best["gain"], stages=table)
+
+
+def _stage(run: Run, gain: float, table: list[dict[str, float]]) -> dict[str, float]:
+    """Record a gain; refuse it where the axis hunts or errs more than at gain 0."""
+    run.set(gain=gain)
+    recording = run.record(f"stage_{round(100 * gain)}", run.motion(STAGE_CYCLES))
+    now = {
+        "gain": gain,
+        "error": rms(cycles_of(run, recording.error, 1)),
+        "effort": rms(cycles_of(run, recording.effort, 1)),
+        "noise": _at_rest(run, recording),
+    }
+    first = table[0] if table else now
+    if now["noise"] > NOISIER * first["noise"] + 0.02 * first["effort"]:
+        raise MachineRefused("hunts_with_feedforward", f"at gain {gain:g} the effort at rest swings by {now['noise']:.3g} in SI")
+    if now["error"] > WORSE * first["error"]:
+        raise MachineRefused("worse", f"at gain {gain:g} the following error is {now['error'] / first['error']:.0%} of that without it")
+    return now
 
 
 def _feedforward(run: Run) -> FrictionFeedforward:
@@ -217,28 +233,24 @@ def _feedforward(run: Run) -> FrictionFeedforward:
 
 def comparison(run: Run) -> None:
     """Record before, after, after, before: the change of each quantity with its interval, without thermal drift."""
-    gain, motion = run.facts["stages"]["gain"], run.motion(run.file.cycles)
+    gain, motion = run.facts["stages"]["gain"], run.motion(run.file.cycles + RUN_IN)
     if run.feedforward is None:
         run.load(_feedforward(run))
     records = {}
     for name, own in (("before_1", 0.0), ("after_1", gain), ("after_2", gain), ("before_2", 0.0)):
         run.set(gain=own)
-        records[name] = run.record(name, motion)
+        records[name] = run.record(name, motion, skip=RUN_IN)
     run.set()
     sides = [[records[f"{side}_{number}"] for number in (1, 2)] for side in ("before", "after")]
-    change = changes(run)
+    change = compare(*run.sides(), axis=run.axis)
     ratios = {
-        "noise at rest": _ratio(*([_at_rest(run, recording) for recording in side] for side in sides), least=0.01 * rms(sides[0][0].effort)),
+        "noise at rest": _ratio(
+            *([_at_rest(run, recording) for recording in side] for side in sides), least=0.01 * rms(sides[0][0].effort)
+        ),
         "settling time": _ratio(*([_settling(run, recording) for recording in side] for side in sides), least=2.0 * run.sample_time),
     }
     numbers = {name: one.as_data() for name, one in change.changes.items()}
     run.done(changes=numbers, ratios=ratios, helped=change.helped, gain=gain)
-
-
-def changes(run: Run) -> Comparison:
-    """Return the comparison of the four records."""
-    sides = [[run.log(f"{side}_{number}") for number in (1, 2)] for side in ("before", "after")]
-    return compare(*sides, axis=run.axis)
 
 
 def verdict(run: Run) -> None:
@@ -264,16 +276,17 @@ def _ratio(before: list[float], after: list[float], least: float) -> float:
 
 
 def _at_rest(run: Run, recording: Recording) -> float:
-    """Return the rms effort in the second half of the rest behind a motion [N or N*m]."""
-    return rms(recording.effort[-run.rest(0.5 * REST).size :])
+    """Return the rms effort in the second half of the rest behind a motion, without the trend of a slow integral action [N or N*m]."""
+    effort = recording.effort[-run.rest(0.5 * REST).size :]
+    time = np.arange(effort.size)
+    return rms(effort - np.polyval(np.polyfit(time, effort, 1), time))
 
 
 def _settling(run: Run, recording: Recording) -> float:
-    """Return the time after the end of a motion until the error stays within a tenth of its rms in motion [s]."""
+    """Return the time after the end of a motion until the error stays within a tenth of its rms without feedforward [s]."""
     rest, error = run.rest(REST).size, recording.error
-    band = max(0.1 * rms(error[rest:-rest]), 2.0 * (run.axis.resolution or 0.0))
-    tail = np.abs(error[-rest:] - np.mean(error[-rest // 4 :]))
-    outside = np.nonzero(tail > band)[0]
+    band = max(0.1 * run.facts["before"]["error"], 2.0 * (run.axis.resolution or 0.0))
+    outside = np.nonzero(np.abs(error[-rest:]) > band)[0]
     return float((outside[-1] + 1) * run.sample_time) if outside.size else 0.0
 
 

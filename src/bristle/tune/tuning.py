@@ -12,11 +12,12 @@ from pathlib import Path
 from typing import Any
 
 from bristle.core import InputError, Progress
-from bristle.files import MachineFile, lock, provenance, read_machine, state_folder, write_whole
+from bristle.core.variable import Kind
+from bristle.files import MachineFile, as_json, lock, provenance, read_machine, state_folder, write_whole
 from bristle.tune.journal import NAME, Journal
 from bristle.tune.machine import Machine, MachineRefused, MachineStopped
 from bristle.tune.machines import connected
-from bristle.tune.run import Options, Run, rms
+from bristle.tune.run import Options, Run
 from bristle.tune.steps import STEPS, Step
 
 SUMMARY = "summary.json"
@@ -36,6 +37,10 @@ class Tuning:
         Why the machine was restored; empty if it was not.
     facts : mapping
         Facts of each finished step.
+    restored : bool
+        Whether the machine reads back as before the run, if it was restored.
+    kind : {"translational", "rotational"}
+        Kind of axis.
     """
 
     folder: Path
@@ -43,6 +48,8 @@ class Tuning:
     code: str = ""
     reason: str = ""
     facts: dict[str, dict[str, Any]] = field(default_factory=dict)
+    restored: bool = True
+    kind: Kind = "translational"
 
     @property
     def change_percent(self) -> float | None:
@@ -101,9 +108,10 @@ def tune(
         _same_file(run)
         if run.journal.has_written:
             _restore(run, "a run that was interrupted")
-        outcome = _steps(run) if move else Tuning(path, "planned", facts=_planned(run))
-        if move:
-            write_whole(path / SUMMARY, json.dumps(outcome.as_data() | {"provenance": _provenance(run)}, indent=1, default=str))
+        if not move:
+            return Tuning(path, "planned", facts=_planned(run), kind=described.axis.kind)
+        outcome = _steps(run)
+        _write(run, outcome)
         return outcome
 
 
@@ -124,7 +132,7 @@ def undo(folder: str | os.PathLike[str], *, machine: Machine | None = None) -> T
 
 def _steps(run: Run) -> Tuning:
     """Do the steps; restore the machine after any failure."""
-    code = reason = ""
+    code, reason, same = "", "", True
     try:
         for number, step in enumerate(STEPS):
             _do(run, step, number)
@@ -132,12 +140,26 @@ def _steps(run: Run) -> Tuning:
         code = error.code if isinstance(error, MachineRefused) else error.reason
         reason = str(error)
         run.journal.write(run.step, "stopped", code=code, reason=reason)
-        _restore(run, reason)
+        same = _restore(run, reason)
     except BaseException as error:
         run.journal.write(run.step, "stopped", code=type(error).__name__, reason=str(error))
         _restore(run, type(error).__name__)
         raise
-    return Tuning(run.folder, "restored" if code else "kept", code, reason, run.facts)
+    return Tuning(run.folder, "restored" if code else "kept", code, reason, run.facts, same, run.axis.kind)
+
+
+def _write(run: Run, outcome: Tuning) -> None:
+    """Write summary and report."""
+    from bristle.report.compared import compare
+    from bristle.tune.report import tune_report
+
+    source = provenance(f"bristle tune {run.file.source.name} --out {run.folder.name} --move", machine=run.file.content)
+    compared = compare(*run.sides(), axis=run.axis) if "comparison" in outcome.facts else None
+    page = tune_report(
+        run, outcome, compared, command=f"bristle tune {run.file.source.name} --out {run.folder.name} --move", provenance=source
+    )
+    write_whole(run.folder / "report.html", page)
+    write_whole(run.folder / SUMMARY, as_json(outcome.as_data() | {"provenance": source}))
 
 
 def _do(run: Run, step: Step, number: int) -> None:
@@ -188,7 +210,7 @@ def _planned(run: Run) -> dict[str, dict[str, Any]]:
     seconds["comparison"] = 4 * run.file.cycles * one
     low, high = float(run.file.cycle.min()), float(run.file.cycle.max())
     stroke = run.limits.travel
-    travel = {name: (low, high) for name in seconds} | {"check": (low, low), "excitation": stroke}
+    travel = dict.fromkeys(seconds, (low, high)) | {"check": (low, low), "excitation": stroke}
     return {
         step.name: {"title": step.title, "moves": step.moves}
         | ({"seconds": round(seconds[step.name], 1), "travel": travel[step.name]} if step.name in seconds else {})
@@ -206,7 +228,9 @@ def _only_run(file: MachineFile, folder: Path) -> Iterator[None]:
         try:
             lock(opened.fileno())
         except BlockingIOError:
-            raise InputError("is used by another run of bristle tune", path=str(file.source), mend="Wait until it ends, or end it") from None
+            raise InputError(
+                "is used by another run of bristle tune", path=str(file.source), mend="Wait until it ends, or end it"
+            ) from None
         opened.seek(0)
         earlier = Path(opened.read().decode(errors="replace").strip() or folder)
         if earlier != folder and (earlier / NAME).exists() and Journal(earlier).has_written:
@@ -220,10 +244,3 @@ def _only_run(file: MachineFile, folder: Path) -> Iterator[None]:
 
 def _checksum(file: MachineFile) -> str:
     return file.content.checksum if file.content is not None else ""
-
-
-def _provenance(run: Run) -> dict[str, str]:
-    return provenance(f"bristle tune {run.file.source.name} --out {run.folder.name} --move", machine=run.file.content)
-
-
-__all__ = ["Options", "Tuning", "rms", "tune", "undo"]

@@ -15,6 +15,7 @@ from bristle.tune.machine import MachineRefused
 
 PATIENCE = 60.0  # [s]
 NOBODY = "65534"
+COMPUTED = (".tmax", ".time", "-deriv")  # names whose values a component computes itself
 TRUTH = {"TRUE": 1.0, "FALSE": 0.0}
 CHATTER = "Note: Using POSIX non-realtime"
 
@@ -42,7 +43,9 @@ class Hal:
         # Files instead of pipes: the program that the first loadrt starts inherits them, and would hold a pipe open.
         with tempfile.TemporaryFile("w+") as out, tempfile.TemporaryFile("w+") as faults:
             text = "\n".join(lines) + "\n"
-            done = subprocess.run(program, input=text, text=True, stdout=out, stderr=faults, timeout=PATIENCE, env=self.environment, check=False)
+            done = subprocess.run(
+                program, input=text, text=True, stdout=out, stderr=faults, timeout=PATIENCE, env=self.environment, check=False
+            )
             out.seek(0)
             faults.seek(0)
             said = [line for line in out.read().splitlines() if line.strip() and not line.startswith(CHATTER)]
@@ -74,8 +77,8 @@ class Hal:
         listed, inside = [], False
         for line in self.run("show thread"):
             words = line.split()
-            if len(words) >= 4 and words[2] in ("YES", "NO"):
-                inside = words[3] == thread
+            if len(words) >= 3 and words[1] in ("YES", "NO"):
+                inside = words[2] == thread
             elif inside and len(words) == 2 and words[0].isdigit():
                 listed.append(words[1])
         return listed
@@ -87,13 +90,21 @@ class Hal:
         values = {}
         for row in rows:
             name = next((word for word in row if word.startswith(prefixes)), None)
-            if name is not None and "==>" not in row and "<==" not in row and row[2] in ("RW", "IN"):
+            if (
+                name is not None
+                and "==>" not in row
+                and "<==" not in row
+                and row[2] in ("RW", "IN")
+                and not name.endswith((".tmax", ".time"))
+            ):
                 values[name] = row[row.index(name) - 1]
         return values
 
     def play(self, path: Path) -> subprocess.Popen[str]:
         """Start to fill the ring of the streamer from a file."""
-        return subprocess.Popen(["halstreamer", str(path)], stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True, env=self.environment)
+        return subprocess.Popen(
+            ["halstreamer", str(path)], stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True, env=self.environment
+        )
 
     def sampled(self, count: int) -> list[str]:
         """Return rows of the sampler."""
@@ -104,7 +115,11 @@ class Hal:
 
     def compile(self, component: Path) -> None:
         """Compile and install a component."""
-        done = subprocess.run(["halcompile", "--install", component.name], cwd=component.parent, capture_output=True, text=True, check=False)
+        done = subprocess.run(
+            ["halcompile", "--install", component.name], cwd=component.parent, capture_output=True, text=True, check=False
+        )
         if done.returncode:
             said = (done.stdout + done.stderr).strip()[-400:]
-            raise MachineRefused("not_compiled", f"halcompile refused {component.name}: {said}", "Run it as root, or install the component before")
+            raise MachineRefused(
+                "not_compiled", f"halcompile refused {component.name}: {said}", "Run it as root, or install the component before"
+            )

@@ -9,7 +9,6 @@ import time
 from collections.abc import Callable, Mapping
 from importlib.resources import as_file, files
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -29,6 +28,7 @@ KEYS = {
     "thread": "thread of the controller",
 }
 POLL = 0.1  # [s]
+LATEST = 5000  # rows of the sampler before the motion
 
 
 class LinuxCNC:
@@ -89,7 +89,12 @@ class LinuxCNC:
         if not any(pin.startswith(STREAMER) for pin in links[self._reference]):
             mend = "Load streamer and connect streamer.0.pin.0 to the signal of the set point"
             raise MachineRefused("no_streamer", f"no streamer plays the signal {self._reference}", mend)
-        return {"machine": "linuxcnc", "motor": self._motor, "thread": self._thread, "components": " ".join(self._own(self._hal.components()))}
+        return {
+            "machine": "linuxcnc",
+            "motor": self._motor,
+            "thread": self._thread,
+            "components": " ".join(self._own(self._hal.components())),
+        }
 
     def _own(self, components: list[str]) -> list[str]:
         return [name for name in components if not name.startswith(("bristle_", "sampler"))]
@@ -116,10 +121,15 @@ class LinuxCNC:
         low, high = limits.travel
         values = {"max-error": limits.following_error, "low": low, "high": high}
         settings = [f"setp {GUARD}.{name} {value / self._unit:.9g}" for name, value in values.items()]
-        settings += [f"setp {GUARD}.max-effort {limits.effort / abs(self._effort_unit):.9g}", f"setp {GUARD}.gain 0", f"setp {GUARD}.offset 0"]
+        settings += [
+            f"setp {GUARD}.max-effort {limits.effort / abs(self._effort_unit):.9g}",
+            f"setp {GUARD}.gain 0",
+            f"setp {GUARD}.offset 0",
+        ]
         if "bristle_guard" not in hal.components():
             self._insert()
-        hal.run(*settings, *self._reset())
+        hal.run(*settings)
+        self._reset()
 
     def _insert(self) -> None:
         hal = self._hal
@@ -143,18 +153,22 @@ class LinuxCNC:
             f"net bristle-total {GUARD}.total => {self._motor} {SAMPLER}.pin.2",
         )
 
-    def _reset(self) -> list[str]:
-        self._alive += 1
-        return [f"setp {GUARD}.alive {self._alive}", f"setp {GUARD}.reset 1", f"setp {GUARD}.reset 0"]
+    def _reset(self) -> None:
+        """Clear a trip; the reset lasts from one call of halcmd to the next, which is longer than a cycle."""
+        self._sign_of_life()
+        self._hal.run(f"setp {GUARD}.reset 1")
+        self._hal.run(f"setp {GUARD}.reset 0")
 
     def load(self, feedforward: FrictionFeedforward) -> None:
         """Compile and load the component of the model, at gain 0 of the guard."""
-        from bristle.exports import export
+        from bristle.report.exported import export_model_file
 
         name, hal = feedforward.name, self._hal
+        exported = export_model_file(feedforward.folder / "model.toml", "hal", command="bristle tune", name=name)
         with tempfile.TemporaryDirectory() as folder:
-            export(feedforward.folder, "hal", Path(folder) / "hal", name=name)
-            hal.compile(Path(folder) / "hal" / f"{name}.comp")
+            component = Path(folder) / f"{name}.comp"
+            component.write_text(str(exported.product.files[component.name]), encoding="utf-8")
+            hal.compile(component)
         pin, earlier = name.replace("_", "-"), self._model
         self._unload(earlier)
         values = {"scale": self._unit, "effort-scale": self._effort_unit, "lead": feedforward.lead, "clock": self._clock, "gain": 1.0}
@@ -173,7 +187,9 @@ class LinuxCNC:
     def _unload(self, name: str) -> None:
         if name:
             pin = name.replace("_", "-")
-            self._hal.run(f"setp {GUARD}.gain 0", f"unlinkp {GUARD}.feed", f"delf {pin} {self._thread}", f"unloadrt {name}", keep_going=True)
+            self._hal.run(
+                f"setp {GUARD}.gain 0", f"unlinkp {GUARD}.feed", f"delf {pin} {self._thread}", f"unloadrt {name}", keep_going=True
+            )
 
     def set(self, *, gain: float = 0.0, offset: float = 0.0) -> None:
         """Set gain and test effort."""
@@ -185,7 +201,8 @@ class LinuxCNC:
         if rows >= DEPTH - 10:
             raise MachineRefused("too_long", f"a motion of {rows} samples is longer than the ring of the streamer, {DEPTH} rows")
         self._empty()
-        hal.run(f"setp {STREAMER}.enable 0", *self._reset())
+        hal.run(f"setp {STREAMER}.enable 0")
+        self._reset()
         overruns = hal.get(f"{SAMPLER}.overruns")[0]
         self._fill(reference / self._unit)
         hal.run(f"setp {SAMPLER}.enable 1", f"setp {STREAMER}.enable 1")
@@ -193,7 +210,7 @@ class LinuxCNC:
             self._wait(rows, alive)
         finally:
             hal.run(f"setp {SAMPLER}.enable 0", f"setp {STREAMER}.enable 0")
-        table = self._table(rows, hal.get(f"{SAMPLER}.overruns")[0] - overruns)
+        table = self._table(reference / self._unit, hal.get(f"{SAMPLER}.overruns")[0] - overruns)
         return Recording(table[:, 0] * self._unit, table[:, 1] * self._unit, table[:, 2] * self._effort_unit)
 
     def _empty(self) -> None:
@@ -239,8 +256,9 @@ class LinuxCNC:
                 return
         raise MachineRefused("no_end", "the motion did not end in three times its duration")
 
-    def _table(self, rows: int, overruns: float) -> np.ndarray:
+    def _table(self, played: np.ndarray, overruns: float) -> np.ndarray:
         """Return the rows of the sampler during the motion; refuse missing rows by the counter of the guard."""
+        rows = played.size
         count = int(self._hal.get(f"{SAMPLER}.curr-depth")[0])
         lines = self._hal.sampled(count)
         lines = lines[1:] if lines[:1] == ["overrun"] else lines  # each new halsampler prints a first, false line
@@ -254,7 +272,9 @@ class LinuxCNC:
             raise MachineStopped("lost_samples", f"{np.sum(np.abs(jumps)):.0f} rows are missing, by the counter")
         if len(table) < rows:
             raise MachineStopped("lost_samples", f"{rows - len(table)} of {rows} rows are missing at the end")
-        return table[:rows]
+        # The sampler begins some cycles before the streamer.
+        late = [float(np.max(np.abs(table[shift : shift + rows, 0] - played))) for shift in range(min(len(table) - rows + 1, LATEST))]
+        return table[int(np.argmin(late)) :][:rows]
 
     def keep(self) -> None:
         """Keep the feedforward when this program ends."""
@@ -276,7 +296,11 @@ class LinuxCNC:
                 time.sleep(0.05)
         signal = next((name for name, pins in state["links"].items() if self._motor in pins), None)
         added = [function for function in hal.functions(thread) if function not in state["functions"]]
-        back = [] if signal is None or self._motor in hal.links().get(signal, []) else [f"unlinkp {self._motor}", f"net {signal} => {self._motor}"]
+        back = (
+            []
+            if signal is None or self._motor in hal.links().get(signal, [])
+            else [f"unlinkp {self._motor}", f"net {signal} => {self._motor}"]
+        )
         hal.run(f"setp {SAMPLER}.enable 0", *back, *(f"delf {function} {thread}" for function in added), keep_going=True)
         loaded = [name for name in (*own, "sampler") if name in components and name not in state["components"]]
         hal.run(*(f"unloadrt {name}" for name in loaded), *(f"delsig {name}" for name in SIGNALS), keep_going=True)
@@ -284,7 +308,3 @@ class LinuxCNC:
 
     def close(self) -> None:
         """Do nothing: the guard fades the feedforward if no run continues."""
-
-    def settings(self) -> dict[str, Any]:
-        """Return the settings, for the record of a run."""
-        return {key: getattr(self, f"_{key}") for key in KEYS}
