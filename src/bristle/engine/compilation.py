@@ -56,10 +56,7 @@ def interpreted() -> Iterator[None]:
 
 @lru_cache(maxsize=1)
 def cache_folder() -> Path | None:
-    """Return the folder of the cache, or None if no folder is writable.
-
-    ``BRISTLE_CACHE_DIR`` overrides the folder; an empty value switches the cache off.
-    """
+    """Return the folder of the cache, None without one: ``BRISTLE_CACHE_DIR`` overrides it, and switches the cache off if empty."""
     import platformdirs
 
     folder_name = os.environ.get("BRISTLE_CACHE_DIR")

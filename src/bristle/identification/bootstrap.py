@@ -133,11 +133,7 @@ def bootstrap(
     wide: np.ndarray | None = None,
     report: Callable[[float], None] = lambda share: None,
 ) -> Bootstrap:
-    """Return fits to `count` replicates of a log.
-
-    With `linear` the fits are linearised around the solution. `scale` multiplies all errors, `wide` the spread of each
-    reported number. `report` receives the share of the work done.
-    """
+    """Return fits to `count` replicates of a log; `scale` multiplies all errors, `wide` the spread of each reported number."""
     values, cycles = problem.parameters.complete(solution.values), problem.half_cycles
     residual, slope = problem.residual(solution.values), problem.friction_slope(values)
     levels = Levels.of(cycles, slope, problem.away.rows)
@@ -255,14 +251,11 @@ class Levels(NamedTuple):
 
 
 class Level(NamedTuple):
-    """Squares of the visible scatter: `visible` in the log, `quiet` without true scatter, `gain` per square of the true scatter.
+    """Squares of the visible scatter: the ratio of the visible to the expected square has the distribution `squares`."""
 
-    The ratio of visible to expected square has the distribution `squares`.
-    """
-
-    visible: float
-    quiet: float
-    gain: float
+    visible: float  # in the log
+    quiet: float  # without true scatter
+    gain: float  # per square of the true scatter
     squares: ChiSquare = CERTAIN
 
     def scatter(self, deviation: float = 1.0) -> float:

@@ -135,10 +135,7 @@ def _without_noise(alignment: Alignment, logs: Sequence[Log], axes: Sequence[Axi
 
 
 def believed(rungs: Sequence[Rung], dt: float, *, sought: bool) -> tuple[list[Rung], float]:
-    """Return rungs that do not contradict each other, and the factor of their errors at which they agree.
-
-    Parts of a log that share a model error scatter less than this error: their errors are too small (Birge's ratio).
-    """
+    """Return rungs without contradictions, and the factor of their errors at which they agree (Birge's ratio)."""
     for scale in SCALES:
         doubted = [Rung(rung.plain.doubted(scale), rung.free.doubted(scale)) for rung in rungs]
         run = agreeing(doubted, dt, sought=sought) or agreeing(doubted, dt, sought=sought, filters=False)

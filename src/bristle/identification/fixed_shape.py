@@ -75,11 +75,7 @@ class ListedModel(FrictionModel):
 
 @dataclass(frozen=True, kw_only=True)
 class ShapedModel(ListedModel):
-    """A `maxwell_slip` model with its slots and fixed shares of the elements.
-
-    Instead of the lists it has the total stiffness ``s``. A larger ``s`` steepens all elements in proportion. With a
-    larger ``F_C`` they slip later.
-    """
+    """A `maxwell_slip` model with its slots and fixed shares of the elements; its parameter ``s`` is the total stiffness."""
 
     shape: tuple[tuple[float, ...], tuple[float, ...]]
 
@@ -117,10 +113,7 @@ class ShapedModel(ListedModel):
         return {name: value for name, value in values.items() if name != TOTAL} | self.lists(values)
 
     def share_within(self, distance: float, stiffness: float, level: float) -> float:
-        """Return the share of the stiffness in elements that slip within a distance [m or rad].
-
-        All elements together have this `stiffness` [N/m or N*m/rad] and `level` [N or N*m].
-        """
+        """Return the share of a total `stiffness`, at a total `level`, in elements that slip within a distance [m or rad]."""
         stiffnesses, levels = (np.array(part) for part in self.shape)
         return float(np.sum(stiffnesses[levels * level < distance * stiffnesses * stiffness]))
 
@@ -146,14 +139,11 @@ def in_lists(friction: Model) -> Model:
 
 @dataclass(frozen=True, kw_only=True)
 class ElementSpace(ParameterSpace):
-    """One stiffness for each element, with slip at `thresholds` [m or rad], then the other free parameters.
+    """One stiffness for each element, then the other free parameters."""
 
-    `levels` are the level parameters, with the sign of the difference in each; the `rest` is reported unchanged.
-    """
-
-    thresholds: np.ndarray
-    levels: Mapping[str, float]
-    rest: tuple[str, ...]
+    thresholds: np.ndarray  # slip of each element [m or rad]
+    levels: Mapping[str, float]  # level parameters, with the sign of the difference in each
+    rest: tuple[str, ...]  # reported unchanged
 
     @classmethod
     def around(cls, thresholds: np.ndarray, single: Mapping[str, float], levels: Mapping[str, float], free: Sequence[str]) -> ElementSpace:

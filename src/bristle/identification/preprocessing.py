@@ -51,11 +51,7 @@ def treat_all(
     smoothing: float = 0.0,
     position_smoothing: float = 0.0,
 ) -> Dataset:
-    """Return the regression rows of several logs of one axis, one after the other, each treated as `treat` does.
-
-    The effort lags the position by `delay` [s]. Filters with the time constants `smoothing` (effort) and
-    `position_smoothing` cause part of it [s].
-    """
+    """Return the regression rows of several logs of one axis, one after the other; the effort lags the position by `delay` [s]."""
     parts = [treat(log, axis, cutoff, decimation) for log, axis in zip(logs, axes, strict=True)]
     first = parts[0]
     for log, part in zip(logs, parts, strict=True):
@@ -185,11 +181,7 @@ def segment_of(
     held: bool = False,
     creeping: bool = False,
 ) -> tuple[Segment, float, float]:
-    """Return a segment of a log, and the standard deviations of the noise of its position and of its effort.
-
-    `part` has no gap; `cutoff` [Hz] belongs to the filter; `resolution` is the encoder step [m or rad]. Missing
-    `noises` are estimated. An effort that is `held` acts until the next sample. A `creeping` axis never rests.
-    """
+    """Return a `part` of a log without gaps as a segment, and the standard deviations of the noise of its position and effort."""
     assert log.effort is not None
     dt, position, effort = log.sample_time, log.position.values[part], log.effort.values[part]
     # The offset of a long stroke would cost digits in the second difference.
@@ -241,11 +233,7 @@ def aligned(dataset: Dataset, alignment: Alignment) -> Dataset:
 
 
 def shifted(dataset: Dataset, delay: float, smoothing: float = 0.0, position_smoothing: float = 0.0) -> Dataset:
-    """Return the rows of a log without its `delay` of the effort [s] and without the filters that cause part of it.
-
-    The effort passed a filter of time constant `smoothing`. If `smoothing` is negative, the effort was recorded
-    before it acted, and is filtered now. The position passed a filter of time constant `position_smoothing`.
-    """
+    """Return the rows of a log without its `delay` [s] and the filters that cause it; a negative `smoothing` filters the effort now."""
     if not delay and not smoothing and not position_smoothing:
         return dataset
     dt, moved = dataset.sample_time, []

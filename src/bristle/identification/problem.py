@@ -196,11 +196,7 @@ class Sought(Residual, Protocol):
 
 
 class Problem(Sought, Protocol):
-    """The interface of a problem for least squares and resampling.
-
-    `is_effort` states whether the signal and its bands are efforts [N or N*m], `in_loop` whether a controller closes
-    the loop. `intervals_code` is the code of the diagnostic about the method of the intervals.
-    """
+    """The interface of a problem for least squares and resampling; bands are efforts [N or N*m] if `is_effort`."""
 
     @property
     def is_effort(self) -> bool: ...  # noqa: D102

@@ -69,10 +69,7 @@ def simulated_widths(bands: Bands, plant: Model, friction: Model, predicted: Cou
 
 
 def with_loops(fit: Fit, pairs: Sequence[tuple[Log, Axis | None]]) -> Fit:
-    """Return a fit with bands that include the position error in simulations of its logs.
-
-    If a loop cannot be simulated, such as without a controller, this error is unchanged.
-    """
+    """Return a fit with bands that include the position error in simulations of its logs, where they can be simulated."""
     if fit.resampling is None:
         return fit
     bands = fit.resampling.bands

@@ -46,10 +46,7 @@ def held_out_error(
 
 
 def in_order(fits: Sequence[Fit], settings: Settings = DEFAULT, spread: float = 0.0) -> list[Fit]:
-    """Return fits to the same log, best first; `spread` is that between repetitions of one motion [%], else 0.
-
-    An interrupted fit has no held-out error. It is last, unless it already explains far more than the best finished fit.
-    """
+    """Return fits to the same log, best first; `spread` is that between repetitions of one motion [%], else 0."""
     interrupted = [fit for fit in fits if fit.unfinished]
     finished = ranked([fit for fit in fits if not fit.unfinished], settings, spread)
     if not interrupted:

@@ -247,10 +247,7 @@ class WideRows:
 
 
 def wide_rows(logs: Sequence[Log], axes: Sequence[Axis | None], widths: Sequence[float] = WIDTHS, *, few: bool = False) -> WideRows | None:
-    """Return the rows after the widest filter with little noise of the speed; None if the log is too short.
-
-    The `widths` to try are the sampling frequency over the cut-off. With `few` columns, friction is linear in the speed.
-    """
+    """Return the rows after the widest filter with little noise of the speed; None if the log is too short."""
     dt = float(logs[0].sample_time)
     narrowest = 1.0 / (widths[-1] * dt)
     for share in widths:

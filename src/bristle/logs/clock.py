@@ -203,10 +203,7 @@ class Clock:
         return np.concatenate(parts)
 
     def error_of(self, values: np.ndarray) -> float:
-        """Return the estimated error of resampling, root mean square, in the unit of `values`.
-
-        Interpolate every second sample from its neighbours, at twice the spacing of the grid.
-        """
+        """Return the root mean square error of resampling, in the unit of `values`, from every second sample."""
         values = values if self.rows is None else values[self.rows]
         squares, count = 0.0, 0
         for raw, _ in self.pieces:

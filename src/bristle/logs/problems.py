@@ -96,10 +96,7 @@ def _moment(gathered: Gathered, at: int) -> str:
 
 
 def limits_exceeded(gathered: Gathered, axis: Axis) -> Iterator[Diagnostic]:
-    """Yield the limits of an axis file that its log exceeds.
-
-    The drive limits the whole effort, the controller only its own output: known inputs are added after its limit.
-    """
+    """Yield the limits of an axis file that its log exceeds; the limit of the controller is before known inputs."""
     channel = gathered.channels.get("effort")
     if channel is not None:
         own = channel.values

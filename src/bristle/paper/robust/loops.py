@@ -62,11 +62,7 @@ class Fitted(NamedTuple):
 
 
 def log_of(truth: Truth) -> tuple[Log, Axis]:
-    """Return the log for the identification of compensators, and its axis.
-
-    It is the log of the bench: a minute of triangles in the loop of set A without compensation, only encoder and effort
-    command.
-    """
+    """Return the log for the identification of compensators, a minute of triangles in the loop of set A, and its axis."""
     described = read_experiment(LOG)
     variant = replace(described.variants[0], friction=truth.friction.with_values(seed=SEED))
     described = replace(described, variants=(variant,))
