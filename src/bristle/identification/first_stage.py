@@ -102,12 +102,9 @@ def _cutoffs(rows: WideRows) -> list[float]:
 
 
 def _without_noise(alignment: Alignment, logs: Sequence[Log], axes: Sequence[Axis | None], settings: Settings) -> Alignment:
-    """Return an alignment with the inertia of few columns if position noise biases the inertia of least squares.
-
-    Encoder errors are often in a frequency band that wide rows contain. An unknown delay is set to zero, with the
-    uncertainty of delays that a log could hide. Friction is linear in the speed: a nonlinear term would absorb a few
-    steps of the effort.
-    """
+    """Return an alignment with the inertia of few columns if position noise biases the inertia of least squares."""
+    # Encoder errors are often in a frequency band that wide rows contain. An unknown delay is zero, with the uncertainty of
+    # delays that a log could hide. Friction is linear in the speed: a nonlinear term would absorb a few steps of the effort.
     dt, delay, mass = logs[0].sample_time, alignment.delay or 0.0, alignment.mass
     too_small, sharpest = 0.0, list[tuple[WideRows, InstrumentFit, float]]()
     for share in WIDTHS[1:]:

@@ -189,10 +189,7 @@ class ElementSpace(ParameterSpace):
         return np.concatenate([self.derivative(theta) @ theta, reach @ theta[: self.thresholds.size]])
 
     def turned(self, theta: np.ndarray, best: np.ndarray) -> Turned:
-        """Return the reflection of coordinates about the `best` coordinates: level, stiffness, the rest.
-
-        The shape of the elements is not reflected, because an element without force has no opposite.
-        """
+        """Return the reflection of coordinates about the `best` ones; the shape of the elements has no opposite and stays."""
         opposite, count = 2.0 * best - theta, self.thresholds.size
         opposite[count:] = np.clip(opposite[count:], self.low[count:], self.high[count:])
         numbers, values, shape = self.numbers(opposite), self.values(theta), slice(len(self.levels) + 1)

@@ -199,11 +199,8 @@ def signs(count: int, rng: np.random.Generator) -> np.ndarray:
 
 
 def correlation_time(residual: np.ndarray, row_time: float, unexplained: float) -> float:
-    """Return the correlation time of the unexplained force [s], from a residual with the best level for each half-cycle.
-
-    All that does not average out over a block counts as unexplained force; times longer than a block are not resolved.
-    `unexplained` is its root mean square in the unit of the residual.
-    """
+    """Return the correlation time of the unexplained force [s], from a residual with the best level for each half-cycle."""
+    # Force that does not average out over a block counts as unexplained; times longer than a block are not resolved.
     slow = float(np.mean([float(np.mean(part)) ** 2 for part in np.array_split(residual, SIGN_BLOCKS)]))
     share = min(slow / unexplained**2, 1.0) if unexplained > 0.0 else 0.0
     return share * row_time * residual.size / SIGN_BLOCKS

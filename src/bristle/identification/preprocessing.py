@@ -86,12 +86,8 @@ def treat_all(
 
 
 def treat(log: Log, axis: Axis | None, cutoff: float | None = None, decimation: int | None = None, like: Dataset | None = None) -> Dataset:
-    """Return the regression rows of a log.
-
-    Arguments override the cut-off [Hz] and decimation of the axis. The defaults are a tenth of the sampling frequency
-    and 10, less for a plant with terms on a short log. Noise and rows come from the data set `like` of the same
-    motion, if given.
-    """
+    """Return the regression rows of a log, with noise and rows of the data set `like` of the same motion, if given."""
+    # By default, the cut-off is a tenth of the sampling frequency and the decimation is 10, less for a plant with terms.
     dt, axis = float(log.sample_time), axis or Axis(kind=log.kind)
     cutoff = axis.cutoff if cutoff is None else cutoff
     cutoff = CUTOFF_SHARE / dt if cutoff is None else float(cutoff)

@@ -188,10 +188,7 @@ class Sought(Residual, Protocol):
         ...
 
     def linearised(self, free: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray | None]:
-        """Return the residual, and the derivative of the predicted signal by each free parameter, shape (row, free).
-
-        The derivative is None if only differences of the residual are available.
-        """
+        """Return the residual and the derivative of the signal, shape (row, free), or None if only differences are available."""
         ...
 
 

@@ -182,10 +182,7 @@ class Bands:
 
 
 def half_width(bands: Bands, plant: Model, friction: Model, dataset: Dataset) -> np.ndarray:
-    """Return the half-width of the 95 % band around the effort of each row [N or N*m], shape (row,).
-
-    Parameters without draws are those of the models.
-    """
+    """Return the half-width of the 95 % band around the effort of each row [N or N*m]; without draws, parameters are fixed."""
     starts, rng = half_cycle_starts(dataset), np.random.default_rng(SEED)
     members = []
     for body, contact in zip(bands.models(plant, MEMBERS), bands.models(friction, MEMBERS), strict=True):

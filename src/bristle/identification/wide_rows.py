@@ -71,10 +71,8 @@ class InstrumentFit(NamedTuple):
         return float(self.covariance[place, place]) ** 0.5
 
     def below(self, other: InstrumentFit, errors: float, least: float) -> float:
-        """Return the relative decrease of the inertia from the other fit; 0 if within `errors` standard errors or the `least` share.
-
-        The common random error of both fits, by blocks of time, cancels in their difference (Durbin, Wu, Hausman).
-        """
+        """Return the relative decrease of the inertia from the other fit; 0 if within `errors` standard errors or the `least` share."""
+        # The common random error of both fits, by blocks of time, cancels in their difference (Durbin, Wu, Hausman).
         apart, change = other.parts - self.parts, float(other.theta[0] - self.theta[0])
         surely = change > errors * ((BLOCKS - 1) / BLOCKS * float(apart @ apart)) ** 0.5
         return change / float(other.theta[0]) if surely and change > least * float(other.theta[0]) else 0.0

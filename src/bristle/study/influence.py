@@ -105,10 +105,8 @@ def _correlation(a: np.ndarray, b: np.ndarray, draws: np.ndarray) -> tuple[float
 
 
 def sobol_indices(runs: Runs) -> list[dict[str, Any]]:
-    """Return the Sobol indices of each metric; empty unless the draws were designed for them.
-
-    Points with a missing or failed run do not count. Of the others, the largest power of two is used.
-    """
+    """Return the Sobol indices of each metric; empty unless the draws were designed for them."""
+    # Points with a missing or failed run do not count. Of the others, the largest power of two is used.
     if not runs.described["sobol_indices"]:
         return []
     causes: Mapping[str, Any] = runs.described["causes"]

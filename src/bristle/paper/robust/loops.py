@@ -70,11 +70,8 @@ def log_of(truth: Truth) -> tuple[Log, Axis]:
 
 
 def fitted(family: str, log: Log, axis: Axis) -> Fitted:
-    """Return a model of a family, identified from the log and the axis of `log_of`, or the reason of a failure.
-
-    As in the paper, the operator of the printed equations is fitted over the position, and then driven by z: the
-    identification uses the gate, which is removed afterwards.
-    """
+    """Return a model of a family, identified from the log and the axis of `log_of`, or the reason of a failure."""
+    # As in the paper, the operator is fitted over the position, then driven by z: the gate of the identification is removed.
     try:
         name = GATED if family == PRINTED else family
         friction = identify(log, name, axis=axis, blocks=0, draws=0).finished.best.friction
