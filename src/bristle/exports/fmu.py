@@ -1,7 +1,4 @@
-"""FMUs: native co-simulation with a fixed internal step, and model exchange, of friction, its plant, or a control law.
-
-An FMU is an archive: a description, the source and its headers, licences, and a library for each platform.
-"""
+"""FMUs of friction, its plant, or a control law: native co-simulation with a fixed internal step, and model exchange."""
 
 import hashlib
 import importlib.util

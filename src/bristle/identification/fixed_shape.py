@@ -1,7 +1,4 @@
-"""Elements that slip, as a model of fixed shape with two numbers, level and stiffness.
-
-Replicates are fitted in other coordinates: one stiffness for each element, and the other parameters.
-"""
+"""Elements that slip, as a model of fixed shape with two numbers; each element has a stiffness in fits to replicates."""
 
 from __future__ import annotations
 

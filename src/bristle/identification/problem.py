@@ -1,8 +1,4 @@
-"""The interface of an estimator: a measured signal and its residual for free parameters.
-
-A new estimator is a file with such a problem. Search, bootstrap, judgement of the parameters, validation and ranking
-use only this interface.
-"""
+"""The interface of an estimator, the only one that search, bootstrap, judgement, validation and ranking use."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""The wide rows of a log, with sharp reversals of friction, and their fits after a narrow filter.
-
-The equations and the weights are those of `bristle.identification.first_stage`.
-"""
+"""The wide rows of a log, with sharp reversals of friction, and their fits by `bristle.identification.first_stage`."""
 
 from __future__ import annotations
 
