@@ -133,6 +133,7 @@ def _without_noise(alignment: Alignment, logs: Sequence[Log], axes: Sequence[Axi
 
 def believed(rungs: Sequence[Rung], dt: float, *, sought: bool) -> tuple[list[Rung], float]:
     """Return rungs without contradictions, and the factor of their errors at which they agree (Birge's ratio)."""
+    # Parts of a log that share a model error scatter less than this error: their errors are too small.
     for scale in SCALES:
         doubted = [Rung(rung.plain.doubted(scale), rung.free.doubted(scale)) for rung in rungs]
         run = agreeing(doubted, dt, sought=sought) or agreeing(doubted, dt, sought=sought, filters=False)

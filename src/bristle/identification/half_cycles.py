@@ -218,9 +218,9 @@ def scaled(component: FrictionModel, values: Mapping[str, float], level: float) 
 def force_with_scatter(
     friction: Model,
     segment: Segment,
-    starts: Sequence[int],
+    starts: Sequence[int],  # first samples of half-cycles
     dt: float,
-    scatter: float,
+    scatter: float,  # relative standard deviation of the level
     rng: np.random.Generator,
     transmitted: np.ndarray | None = None,
 ) -> np.ndarray:

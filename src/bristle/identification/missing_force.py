@@ -77,6 +77,8 @@ class Missing(NamedTuple):
 
 def missing_forces(rows: Rows, settings: Settings, *, static: bool = False) -> tuple[tuple[Missing, ...], float]:
     """Return the forces that a model lacks away from reversals, strongest evidence first, and the remaining residual [N or N*m]."""
+    # Noise dominates the acceleration at high frequencies: only a ripple is also sought there. A `static` model lacks the force
+    # that builds up after reversals.
     if not rows.enough:
         return (), 0.0
     columns_of, missing, left = columns_by_cause(rows), list[Missing](), 0.0

@@ -247,9 +247,9 @@ def climb(
     start: Mapping[str, float],
     logs: Sequence[Log],
     context: Context,
-    held: Mapping[str, Fixed],
-    levels: Mapping[str, tuple[float, float]],
-    scatter: float = 0.0,
+    held: Mapping[str, Fixed],  # fixed parameters
+    levels: Mapping[str, tuple[float, float]],  # priors of the friction levels, with standard errors
+    scatter: float = 0.0,  # of the level between half-cycles
     report: Report = silent,
 ) -> tuple[Rung, ...]:
     """Return the rungs of a ladder from these free parameters [SI]; empty without a long segment, or if every observer loses the motion."""

@@ -48,8 +48,8 @@ def treat_all(
     cutoff: float | None = None,
     decimation: int | None = None,
     delay: float = 0.0,
-    smoothing: float = 0.0,
-    position_smoothing: float = 0.0,
+    smoothing: float = 0.0,  # time constant of a filter of the effort, a part of the delay [s]
+    position_smoothing: float = 0.0,  # the same for the position [s]
 ) -> Dataset:
     """Return the regression rows of several logs of one axis, one after the other; the effort lags the position by `delay` [s]."""
     parts = [treat(log, axis, cutoff, decimation) for log, axis in zip(logs, axes, strict=True)]
@@ -171,11 +171,11 @@ def segment_of(
     log: Log,
     part: slice,
     cutoff: float,
-    resolution: float,
-    noises: tuple[float, float] | None = None,
+    resolution: float,  # encoder step [m or rad]
+    noises: tuple[float, float] | None = None,  # estimated if missing
     *,
-    held: bool = False,
-    creeping: bool = False,
+    held: bool = False,  # the effort acts until the next sample
+    creeping: bool = False,  # the axis never rests
 ) -> tuple[Segment, float, float]:
     """Return a `part` of a log without gaps as a segment, and the standard deviations of the noise of its position and effort."""
     assert log.effort is not None

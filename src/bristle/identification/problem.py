@@ -1,4 +1,4 @@
-"""The interface of an estimator, the only one that search, bootstrap, judgement, validation and ranking use."""
+"""The interface of an estimator, the only interface that search, bootstrap, judgement, validation and ranking use."""
 
 from __future__ import annotations
 

@@ -275,4 +275,4 @@ def unit_of_time(name: str, values: np.ndarray) -> str:
     for bound, unit in ((1e17, "ns"), (1e14, "us"), (1e11, "ms")):
         if largest > bound:
             return unit
-    return "ms" if largest < 1e8 and step > 0.05 else "s"
+    return "ms" if largest < 1e8 and step > 0.05 else "s"  # no axis has samples more than 0.05 s apart
