@@ -200,10 +200,6 @@ class DescribingFunction(DescribingFunctionNonlinearity):
         )
 
     def __call__(self, A: float) -> float:
-        """Return the mean force [N or N*m] while the contact moves to a position in one sample of a cycle.
-
-        The motion continues from the last call: python-control calls this method sample by sample if it computes the
-        harmonic itself (``try_method=False, num_points=2000``).
-        """
+        """Return the mean force [N or N*m] on the way from the last position, as python-control asks sample by sample."""
         force, self._state = self._step(self._state, (float(A) * self._scale - self._state[0]) / self._dt)
         return force

@@ -36,10 +36,7 @@ LABEL = 12  # letters of a label and its blanks
 
 
 def streams_that_take_all() -> None:
-    """Let the standard streams replace characters that their encoding lacks.
-
-    A stream closed before the program started (``>&-``) discards its text.
-    """
+    """Let the standard streams replace characters that their encoding lacks; a closed stream (``>&-``) discards its text."""
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115  (it lives as long as we do)
@@ -95,10 +92,7 @@ def say_laid_out(lay_out: Callable[[int], str]) -> None:
 
 
 def show_table(table: Table) -> None:
-    """Write a table to the standard output, or row by row if the terminal is too narrow.
-
-    Empty columns are dropped.
-    """
+    """Write a table without its empty columns to the standard output, or row by row if the terminal is too narrow."""
     trimmed, console = table.without_empty_columns(), _console(sys.stdout)
     cells = [[one_line(row[i]) for row in (trimmed.heads, *trimmed.rows)] for i in range(len(trimmed.heads))]
     least = [max(len(word) for text in column for word in (text.split() or [""])) for column in cells]

@@ -115,12 +115,10 @@ def turn_courses(before: Side, after: Side, window: int) -> tuple[Turn, ...]:
 
 
 class SlidingRows:
-    """Rows of sliding of two sides, in ranges of speed that both have in both directions.
+    """Rows of sliding of two sides, in ranges of speed that both have in both directions."""
 
-    A cycle without a row in any range does not determine friction, and without it a motion may be too rare to compare.
-    Therefore only motions whose rows enter the sums determine the ranges and their weights.
-    """
-
+    # A cycle without a row in any range does not determine friction: only motions whose rows enter the sums determine the
+    # ranges.
     def __init__(self, before: Side, after: Side) -> None:
         self.kinds = np.intersect1d(before.kinds, after.kinds)
         sides = before, after

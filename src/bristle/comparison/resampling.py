@@ -68,10 +68,7 @@ def plan_of(kinds_before: ArrayLike, kinds_after: ArrayLike) -> Plan:
 
 
 def changed(value: Value, before: np.ndarray, after: np.ndarray, plan: Plan) -> Changed | None:
-    """Return a quantity of both sides and the interval of its change; None if a side does not determine it.
-
-    Cycles without information on the quantity, whose sums are zero, do not count.
-    """
+    """Return a quantity of both sides and the interval of its change, without cycles whose sums are zero; None if undetermined."""
     is_told = before.any(axis=1), after.any(axis=1)
     own = plan_of(plan.kinds_before[is_told[0]], plan.kinds_after[is_told[1]])
     if not own.before.size:

@@ -1,7 +1,4 @@
-"""`Content`: a file that is read once and completely, so that the checksum belongs to exactly the bytes in use.
-
-bristle refuses devices, sockets and folders. A pipe without data has a timeout, and a size limit protects the memory.
-"""
+"""`Content`: a file that is read once and completely, so that the checksum belongs to exactly the bytes in use."""
 
 import errno
 import hashlib

@@ -1,7 +1,4 @@
-"""Errors for invalid input: an `InputError` states the place, the value, the allowed values and the remedy.
-
-Problems during a computation are a status in the result (`bristle.core.status`), never an exception.
-"""
+"""Errors for invalid input; problems during a computation are a status in the result (`bristle.core.status`)."""
 
 from __future__ import annotations
 

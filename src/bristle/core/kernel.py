@@ -1,7 +1,4 @@
-"""`kernel`: the decorator of functions that run compiled and remain plain Python functions.
-
-The first compilation of the engine imports the compiler and registers all kernels with it.
-"""
+"""`kernel`: the decorator of functions that run compiled and remain plain Python functions."""
 
 from collections.abc import Callable
 from typing import Any, TypeVar, overload

@@ -1,12 +1,10 @@
-"""Locks of the whole process: a fork first acquires all of them, so that they are free in the child.
-
-A thread with a lock may acquire only locks that follow in this list.
-"""
+"""Locks of the whole process: a fork first acquires all of them, so that they are free in the child."""
 
 import logging  # noqa: F401  (a fork acquires the locks of the first import last)
 import os
 import threading
 
+# A thread with a lock may acquire only locks that follow in this list.
 LOADING = threading.RLock()  # a user file runs
 MAKING = threading.RLock()  # a factory makes a component
 COMPILING = threading.RLock()  # an entry is compiled

@@ -56,10 +56,7 @@ def interpreted() -> Iterator[None]:
 
 @lru_cache(maxsize=1)
 def cache_folder() -> Path | None:
-    """Return the folder of the cache, or None if no folder is writable.
-
-    ``BRISTLE_CACHE_DIR`` overrides the folder; an empty value switches the cache off.
-    """
+    """Return the folder of the cache, None without one: ``BRISTLE_CACHE_DIR`` overrides it, and switches the cache off if empty."""
     import platformdirs
 
     folder_name = os.environ.get("BRISTLE_CACHE_DIR")
@@ -139,11 +136,7 @@ def _compile(name: str, function: Callable[..., Any], kind: Any, code: str, part
 
 
 class _Product:
-    """The product of an entry, with cached addresses.
-
-    Each call of a function with an entry as its argument asks for the addresses, and the lookup of the compiler, by
-    signature and name, takes longer than a short run.
-    """
+    """The product of an entry, with cached addresses: the lookup of the compiler takes longer than a short run."""
 
     def __init__(self, product: Any) -> None:
         self.fndesc, self.library = product.fndesc, self
@@ -158,12 +151,9 @@ class _Product:
 
 @contextlib.contextmanager
 def _interleaving(count: int) -> Iterator[None]:
-    """Compile loops over lanes inside this block with `count` interleaved vectors.
-
-    A trajectory is a long chain of dependent operations. With one chain after another, the processor cannot start the
-    next chain early enough; interleaved, it works on all of them. The compiler has this option only for the whole
-    process, so that it is reset at the end.
-    """
+    """Compile loops over lanes inside this block with `count` interleaved vectors."""
+    # A trajectory is a chain of dependent operations: interleaved, the processor works on several chains. The option is that
+    # of the process.
     from llvmlite import binding
 
     if count > 1:
@@ -197,11 +187,9 @@ def _faults_of(parts: tuple[Any, ...]) -> Iterator[None]:
 
 @contextlib.contextmanager
 def _numbered_from(code: str) -> Iterator[None]:
-    """Give functions that are compiled inside this block numbers that are unique to this code.
-
-    The compiler distinguishes functions of the same name and types by a counter of the process. Products of two
-    processes, loaded into a third, could have the same name, and the linker would confuse them.
-    """
+    """Give functions that are compiled inside this block numbers that are unique to this code."""
+    # The compiler numbers functions of a process; products of two processes with one name would confuse the linker of a
+    # third.
     from numba.core.bytecode import FunctionIdentity
 
     counting: Any = FunctionIdentity

@@ -186,10 +186,7 @@ def conditioned(model: Model, amplitude: Amount) -> tuple[Any, np.ndarray]:
 
 @lru_cache(maxsize=256)
 def presliding_distance(model: Model) -> float:
-    """Return the distance [m or rad] over which a virgin contact in slow motion reaches half of its largest force.
-
-    The distance is infinite for a static map, which has no deflection, and for a model without a force.
-    """
+    """Return the distance [m or rad] to half the largest force of a virgin contact in slow motion; infinite for a static map."""
     part, memory = Instance(model), memory_of(model, None)
     if part.state.size + memory.size == 0:
         return float("inf")

@@ -88,44 +88,17 @@ def gains_of(bandwidth: float, dt: float) -> np.ndarray:
 
 
 def prediction_errors(
-    plant: Sensitive,
+    plant: Sensitive,  # like `friction`, with derivatives of parameters and initial state
     friction: Sensitive,
-    position: np.ndarray,
-    efforts: np.ndarray,
-    weights: np.ndarray,
-    weight_tangents: np.ndarray,
-    bandwidth: float,
-    dt: float,
-    steps: int,
+    position: np.ndarray,  # recorded [m or rad], shape (sample,); the plant begins at rest at the first sample
+    efforts: np.ndarray,  # linear between samples, shape (column, sample + 1); their weighted sum acts [N or N*m]
+    weights: np.ndarray,  # shape (column,)
+    weight_tangents: np.ndarray,  # shape (column, direction)
+    bandwidth: float,  # of the observer [rad/s]
+    dt: float,  # [s]
+    steps: int,  # of integration per sample
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the prediction error of each sample of a position, and its derivatives.
-
-    Parameters
-    ----------
-    plant, friction : Sensitive
-        The models with derivatives of their parameters and of the initial state.
-    position : ndarray, shape (sample,)
-        Recorded position [m or rad]; the plant begins at rest at the first sample.
-    efforts : ndarray, shape (column, sample + 1)
-        Efforts at the samples, linear in between; their weighted sum acts [N or N*m].
-    weights : ndarray, shape (column,)
-        Weights of the columns.
-    weight_tangents : ndarray, shape (column, direction)
-        Derivatives of the weights.
-    bandwidth : float
-        Bandwidth of the observer [rad/s].
-    dt : float
-        Sample time [s].
-    steps : int
-        Integration steps per sample.
-
-    Returns
-    -------
-    errors : ndarray, shape (sample,)
-        Recorded minus predicted position [m or rad]; NaN after the motion diverged.
-    derivatives : ndarray, shape (sample, direction)
-        Derivatives of these errors.
-    """
+    """Return recorded minus predicted position [m or rad], NaN after divergence, and its derivatives, shape (sample, direction)."""
     count, gains = position.size, gains_of(bandwidth, dt)
 
     def run(first: int) -> tuple[np.ndarray, np.ndarray]:

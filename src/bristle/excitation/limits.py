@@ -212,10 +212,7 @@ def effort_limit(axis: Axis) -> float | None:
 
 
 def turning_distance(friction: Model) -> float | None:
-    """Return half the distance over which the force of a model reverses after a slow reversal [m or rad].
-
-    None for a static map, which reverses at once.
-    """
+    """Return half the distance [m or rad] over which the force reverses after a slow reversal; None for a static map."""
     if is_static(friction):
         return None
     path, dt = np.geomspace(1e-10, 1e-1, 1801), 1e9

@@ -53,11 +53,7 @@ class Rehearsal:
 
 
 def rehearse(motion: ExcitationMotion, axis: Axis, prior: Prior, *, draws: int, progress: Progress | None = None) -> Rehearsal:
-    """Simulate a motion on the prior, and identify the simulated log.
-
-    Friction scatters by 5 % between reversals, the effort has a noise of 0.5 % of friction, and the
-    position is in counts of the encoder.
-    """
+    """Simulate a motion on the prior with scatter, noise and counts of the encoder, and identify the simulated log."""
     if progress is not None:
         progress(0.1, "simulating the motion")
     log, friction, loop = recorded(motion, axis, prior)

@@ -323,11 +323,7 @@ FASTEST = 0.1  # [m/s or rad/s] of an axis of unknown speed
 
 
 def effect_of_files(request: Request, drive: Drive | None, *, of_cogging: bool = False) -> Effect | None:
-    """Return the effect of the files of a target; `drive` is the force of a drive with them, None for that of the model.
-
-    None if `drive` is None and no loop is known: the residual force would be zero. For files with cogging the loop feeds
-    no cogging forward.
-    """
+    """Return the effect of the files of a target with the force `drive`, or of the model without it; None without `drive` and loop."""
     friction, loop, axis = request.model, loop_for(request), request.axis
     if friction.component.family != "friction" or (loop is None and (drive is None or of_cogging)):
         return None
@@ -361,10 +357,7 @@ def effect_of_law(variant: Variant) -> Effect | None:
 
 
 def samples_ahead(loop: Variant | None) -> int:
-    """Return the lead of a feedforward in samples: one for the next step, plus the delay and lag of the drive.
-
-    The force of a step acts from one sample to the next, on average half a sample late; the one sample includes this half.
-    """
+    """Return the lead of a feedforward in samples: one for the next step, which is on average half a step late, plus delay and lag."""
     if loop is None:
         return 1
     run = loop.run

@@ -1,7 +1,4 @@
-"""FMUs: native co-simulation with a fixed internal step, and model exchange, of friction, its plant, or a control law.
-
-An FMU is an archive: a description, the source and its headers, licences, and a library for each platform.
-"""
+"""FMUs of friction, its plant, or a control law: native co-simulation with a fixed internal step, and model exchange."""
 
 import hashlib
 import importlib.util
@@ -150,6 +147,7 @@ DECLARED = re.compile(r"typedef\s+(\w+)\s+(fmi[23]\w+)TYPE\s*\(([^;]*)\);")
 def source_text(content: Content, setting: Setting) -> tuple[str, str]:
     """Return the source and the token that identifies it."""
     facts = _facts(content, setting)
+    facts["absent"] = _absent(rendered("fmu/source.c", facts | {"token": "", "absent": ""}), setting.fmi)
     token = str(uuid.UUID(hashlib.sha256(rendered("fmu/source.c", facts | {"token": ""}).encode()).hexdigest()[:32]))
     token, file = f"{{{token}}}", f"{setting.name}.c"
     return with_rights({file: rendered("fmu/source.c", facts | {"token": token})}, setting.source)[file], token
@@ -174,7 +172,7 @@ def _facts(content: Content, setting: Setting) -> dict[str, object]:
         | {"remembered": "remembered[i]" if np.any(content.memory) else "0.0", "most": _numbers(content.most)}
         | {"plant": content.failures_at >= 0, "failures_at": content.failures_at, "first_start": starts[0] if starts else 0}
         | {"output": content.output, "output_at": ports.place(content.output), "shown": [(at, k) for k, at in enumerate(starts)]}
-        | {"stepping": _called(content.entry, ports, handed), "absent": _absent(setting.fmi, exchange is not None), "exchange": None}
+        | {"stepping": _called(content.entry, ports, handed), "exchange": None}
     )
     if exchange is not None:
         kernels = {name: _called(getattr(exchange, name), ports, handed) for name in ("flowing", "begun", "arrived")}
@@ -237,12 +235,11 @@ def _called(entry: Function, ports: Ports, handed: Mapping[str, str]) -> list[st
     return [*lines, f"{entry.name}({', '.join(arguments)});"]
 
 
-def _absent(fmi: int, exchange: bool) -> str:
-    """Return the functions of the standard that the templates lack; each returns an error."""
-    template = _text(f"fmi{fmi}.c") + (_text(f"exchange{fmi}.c") if exchange else "")
+def _absent(source: str, fmi: int) -> str:
+    """Return the functions of the standard that a source lacks; each returns an error."""
     texts = []
     for kind, name, arguments in DECLARED.findall(header_text(f"fmi{fmi}FunctionTypes.h")):
-        if re.search(rf"\b{name}\(", template):
+        if re.search(rf"\b{name}\(", source):
             continue
         words = [re.sub(r"\[.*?\]", "", argument).split()[-1].lstrip("*") for argument in arguments.split(",")]
         unused = "".join(f"    (void){word};\n" for word in words)

@@ -31,17 +31,13 @@ WINDOW, FAST = 1e-6, 1e3
 
 
 class Exchange(NamedTuple):
-    """A model in continuous time as functions of the tree: rates between events, start of a piece, commit.
-
-    `varying` are the states for an importer. `held` describes each number that is constant between events: the number of
-    values of an integer, or 0 for a real number.
-    """
+    """A model in continuous time as functions of the tree: rates between events, start of a piece, commit."""
 
     flowing: Function
     begun: Function
     arrived: Function
-    varying: dict[str, Variable]
-    held: tuple[int, ...]
+    varying: dict[str, Variable]  # states for an importer
+    held: tuple[int, ...]  # constant between events: the number of values of an integer, or 0 for a real number
 
 
 def why_not(friction: Model, plant: Model | None = None) -> str:

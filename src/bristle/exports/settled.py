@@ -264,10 +264,7 @@ def _common(first: Fact, second: Fact) -> Fact:
 
 
 def pruned(unit: tree.Unit, roots: Iterable[tree.Function]) -> tree.Unit:
-    """Return a unit with the functions and arguments that the roots need.
-
-    Functions are changed in place: callers, also those of a root, pass the remaining arguments.
-    """
+    """Return a unit with the functions and arguments that the roots need, changed in place: callers pass the remaining arguments."""
     entries = list(roots)
     while True:
         parts: dict[int, list[tree.Node]] = {}  # of the body of each function that is needed

@@ -80,10 +80,7 @@ def write(request: Request) -> Product:
 
 
 def reads(files: Mapping[str, str | bytes], request: Request) -> Drive | None:
-    """Return the effort that the pulses command through the velocity loop after each reversal.
-
-    None if the loop or the time constant is missing.
-    """
+    """Return the effort that the pulses command through the velocity loop after reversals; None without loop or time constant."""
     axis, kind = request.axis, request.model.kind
     if axis is None or loop_for(request) is None:
         return None

@@ -88,12 +88,10 @@ class Names:
 
 
 def real_literal(value: float, scalar: str = LREAL) -> str:
-    """Return an exact real number; a very large or small number becomes an exact product of powers of two.
-
-    The language has no literals for infinity and NaN: other numbers far outside the range of the model represent them.
-    The largest double, which only bounds finite numbers, loses its last digits. A number of single precision has its type
-    in the literal, because compilers read others as double.
-    """
+    """Return an exact real number; a very large or small number becomes an exact product of powers of two."""
+    # The language has no literals for infinity and NaN: numbers far outside the range of the model represent them. The
+    # largest double, which only bounds finite numbers, loses its last digits. A number of single precision has its type in
+    # the literal, because compilers read others as double.
     if value != value:
         return _plain(NO_NUMBER_WRITTEN, scalar)
     if abs(value) == float("inf"):

@@ -215,12 +215,8 @@ def walk_facts(walk: Walk, printer: Printer, count: str) -> dict[str, Any]:
 
 
 def total_of(numbers: Iterable[float]) -> tuple[float, float]:
-    """Return the sum of some numbers and its rounding error: a change in the last place of any number changes one of them.
-
-    References
-    ----------
-    .. [1] D. E. Knuth, "The art of computer programming", vol. 2, 3rd ed., Addison-Wesley, 1997, sec. 4.2.2, theorem B.
-    """
+    """Return the sum of some numbers and its rounding error: a change in the last place of any number changes one of them."""
+    # D. E. Knuth, "The art of computer programming", vol. 2, 3rd ed., Addison-Wesley, 1997, sec. 4.2.2, theorem B.
     total, lost = 0.0, 0.0
     for number in numbers:
         following = total + number

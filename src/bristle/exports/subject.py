@@ -62,10 +62,7 @@ class Subject:
         return self.model.component.family == "hysteresis"
 
     def outputs(self, u: np.ndarray) -> np.ndarray:
-        """Return the output of an operator at each input, computed by the uncompiled kernels.
-
-        An inverse has no output beyond saturation: there the target repeats the last output and does not move.
-        """
+        """Return the output of an operator at each input by uncompiled kernels; an inverse repeats its last output beyond saturation."""
         component, p, state = self.model.component, self.model.parameters, self.virgin
         memory, outputs = component.new_memory(p), [0.0]
         for value in u.tolist():

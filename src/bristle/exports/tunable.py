@@ -93,10 +93,7 @@ class Tunable:
 
 
 def bounds_of(tuned: Tunable) -> Iterator[tuple[str, int | None, list[tuple[str, float]]]]:
-    """Yield the name, the index and the bounds of each variable number.
-
-    The bound of an unbounded number is the largest of its type, so that the number must be finite.
-    """
+    """Yield the name, the index and the bounds of each variable number; an unbounded number has the largest of its type."""
     for name, place, _ in tuned.numbers():
         variable = tuned.variables[name]
         low, high = float(variable.min), float(variable.max)
@@ -105,10 +102,7 @@ def bounds_of(tuned: Tunable) -> Iterator[tuple[str, int | None, list[tuple[str,
 
 
 def tunable_of(model: Model, fixed_names: Container[str] = ()) -> Tunable:
-    """Return the variable parameters of a model: its real numbers.
-
-    Whole numbers, choices and parameters named in `fixed_names` are fixed.
-    """
+    """Return the variable parameters of a model: its real numbers, except those named in `fixed_names`."""
     component = model.component
     values = {
         name: value if isinstance(value, np.ndarray) else float(value)
@@ -139,11 +133,7 @@ def tunable_of(model: Model, fixed_names: Container[str] = ()) -> Tunable:
 
 
 def tunable_law(law: Law) -> Tunable:
-    """Return the variable parameters of a law: those of its controller and of its feedforward.
-
-    A name consists of the part and the parameter, such as ``controller_k_p``. The limit of the drive and the gravity and
-    cogging of a plant are fixed.
-    """
+    """Return the variable parameters of the controller and the feedforward of a law, named such as ``controller_k_p``."""
     friction = law.variant.feedforward.friction
     values: dict[str, Any] = {}
     variables: dict[str, Variable] = {}

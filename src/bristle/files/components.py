@@ -161,11 +161,7 @@ INTEGRAL_TIME = "T_n"
 
 
 def controller_from(table: Any, *, kind: Kind, axis: Axis | None = None, path: str, own: Controller | None = None) -> Model:
-    """Return the control law of a table.
-
-    Gains may be in units of the drive, such as ``k_v = "243.45 V*s/m"`` if the effort column is in volts. The drive
-    constant converts them to SI units; gear and lead convert gains for the angle of the motor.
-    """
+    """Return the control law of a table; gains may be in units of the drive, such as ``k_v = "243.45 V*s/m"``, or of the motor."""
     entries, component = table_at(table, path), own or _component_in(table, CONTROLLERS, path)
     by_time = (INTEGRAL_TIME,) if {"k_v", "k_i"} <= set(component.variables) else ()
     values = parameters_in(entries, component, path, beside=("model" if own is None else "file", *by_time))
@@ -184,11 +180,7 @@ def controller_from(table: Any, *, kind: Kind, axis: Axis | None = None, path: s
 
 
 def in_effort(value: Any, quantity: str, kind: Kind, axis: Axis | None, path: str) -> Any:
-    """Convert text in units of the drive to a number in SI units; return everything else unchanged.
-
-    The effort may be in the unit of the effort column, and the movement in the unit of the position column:
-    ``"A*s/rad"`` if the log has the current and the angle of the motor.
-    """
+    """Convert text in units of the effort and position columns, such as ``"A*s/rad"``, to SI units; return everything else unchanged."""
     if not isinstance(value, str) or "force" not in (powers := exponents_of(quantity)):
         return value
     _, own_unit = units.split(value, path)

@@ -1,7 +1,4 @@
-"""Permission to run code that a file names: for exactly this content by its hash, or for all code in one run.
-
-Permissions are in the state folder of the user, never in a file that may be shared.
-"""
+"""Permission to run code that a file names, in the state folder of the user: for this content by its hash, or for one run."""
 
 import os
 import time

@@ -91,19 +91,14 @@ def _percentiles(draws: np.ndarray) -> tuple[float, float]:
 
 def turned(
     solution: Solution,
-    thetas: np.ndarray,
+    thetas: np.ndarray,  # shape (draw, coordinate)
     centre: np.ndarray,
-    doubt: float = 0.0,
-    moved: np.ndarray | float = 0.0,
-    scale: float = 1.0,
-    wide: np.ndarray | None = None,
+    doubt: float = 0.0,  # standard error of the mean offset of the fits, as a share of it
+    moved: np.ndarray | float = 0.0,  # subtracted from the draws
+    scale: float = 1.0,  # of the distances of the draws
+    wide: np.ndarray | None = None,  # factors of the deviations of the reported numbers, shape (reported,)
 ) -> list[Turned]:
-    """Return the fits to replicates, reflected from their `centre` to the other side of a solution.
-
-    The coordinates `thetas` have shape (draw, coordinate), with the replicates of a pair in sequence. `doubt` is the
-    standard error of the mean offset of the fits, as a share of it. Draws are then `moved` and their distances multiplied
-    by `scale`. The deviations of the reported numbers from their mean grow by the factors `wide`, shape (reported,).
-    """
+    """Return the fits to replicates, with pairs in sequence, reflected from their `centre` to the other side of a solution."""
     pair = np.minimum(np.arange(len(thetas)) ^ 1, len(thetas) - 1)
     middle = 0.5 * (solution.theta + centre)
     off = doubt * (np.mean(thetas, axis=0) - centre)
@@ -133,11 +128,7 @@ def bootstrap(
     wide: np.ndarray | None = None,
     report: Callable[[float], None] = lambda share: None,
 ) -> Bootstrap:
-    """Return fits to `count` replicates of a log.
-
-    With `linear` the fits are linearised around the solution. `scale` multiplies all errors, `wide` the spread of each
-    reported number. `report` receives the share of the work done.
-    """
+    """Return fits to `count` replicates of a log; `scale` multiplies all errors, `wide` the spread of each reported number."""
     values, cycles = problem.parameters.complete(solution.values), problem.half_cycles
     residual, slope = problem.residual(solution.values), problem.friction_slope(values)
     levels = Levels.of(cycles, slope, problem.away.rows)
@@ -255,14 +246,11 @@ class Levels(NamedTuple):
 
 
 class Level(NamedTuple):
-    """Squares of the visible scatter: `visible` in the log, `quiet` without true scatter, `gain` per square of the true scatter.
+    """Squares of the visible scatter: the ratio of the visible to the expected square has the distribution `squares`."""
 
-    The ratio of visible to expected square has the distribution `squares`.
-    """
-
-    visible: float
-    quiet: float
-    gain: float
+    visible: float  # in the log
+    quiet: float  # without true scatter
+    gain: float  # per square of the true scatter
     squares: ChiSquare = CERTAIN
 
     def scatter(self, deviation: float = 1.0) -> float:

@@ -66,26 +66,18 @@ def transmitted_by(friction: Model, plant: Model | None, segment: Segment) -> np
 
 @dataclass(frozen=True)
 class Segment:
-    """A segment of the log without gaps, at the rate of the log, filtered.
+    """A segment of the log without gaps, at the rate of the log; position and effort have passed the same filter."""
 
-    Each array has shape (sample,): time [s], position [m or rad], velocity, acceleration, effort [N or N*m]. Position
-    and effort have passed the same filter. A velocity of +0.0 or -0.0 means rest after a forward or backward motion.
-    The edges are included: a model with memory settles over them. `log` is the number of the log. A periodic motion
-    has a `first_cycle`: that many samples are run before the segment. The `recorded` position [m or rad] is not
-    filtered. The columns of `regressors` are filtered; a coefficient converts them to effort. `surroundings` are
-    recorded quantities, by name [SI].
-    """
-
-    time: np.ndarray
+    time: np.ndarray  # [s]; each array has shape (sample,), edges included, over which a model with memory settles
     position: np.ndarray
-    velocity: np.ndarray
+    velocity: np.ndarray  # +0.0 or -0.0 means rest after a forward or backward motion
     acceleration: np.ndarray
     effort: np.ndarray
-    recorded: np.ndarray
-    log: int = 0
-    surroundings: Mapping[str, np.ndarray] = field(default_factory=dict)
-    first_cycle: int = 0
-    regressors: tuple[np.ndarray, ...] = ()
+    recorded: np.ndarray  # position [m or rad], not filtered
+    log: int = 0  # number of the log
+    surroundings: Mapping[str, np.ndarray] = field(default_factory=dict)  # recorded quantities, by name [SI]
+    first_cycle: int = 0  # number of samples that are run before the segment of a periodic motion
+    regressors: tuple[np.ndarray, ...] = ()  # filtered; a coefficient converts them to effort
 
     def part(self, samples: slice, dt: float, transmitted: np.ndarray | None = None) -> dict[str, np.ndarray]:
         """Return the input signals of friction along some samples."""

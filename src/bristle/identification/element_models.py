@@ -66,10 +66,7 @@ def estimate_elements(context: Context, component: FrictionModel, report: Report
 
 
 def elements_of(context: Context, component: FrictionModel) -> Elements:
-    """Return the problem of the elements of a log; viscous friction is fixed at 0 if the log has only one speed.
-
-    At one speed, viscous friction and an element that slips at once are confounded.
-    """
+    """Return the problem of the elements of a log; at only one speed, viscous friction is fixed at 0, because it is confounded."""
     parameters, speeds = context.parameters(shaped(component, np.ones(1), np.ones(1))), np.abs(context.dataset.velocity)
     if np.mean(speeds) ** 2 >= 0.9 * np.mean(speeds**2):  # square of the mean speed over the mean square: 1 at one speed, 0.81 of a sine
         damping = names_of(Role.VISCOUS, parameters.component.variables)
@@ -95,10 +92,7 @@ class Weights(NamedTuple):
 
 @dataclass(frozen=True)
 class Elements:
-    """The problem of one log: ``maxwell_slip`` with its slots, elements described by level and stiffness.
-
-    `element` returns an element of stiffness 1 that slips at a deflection [m or rad].
-    """
+    """The problem of one log: ``maxwell_slip`` with its slots; `element` has the stiffness 1 and slips at a deflection [m or rad]."""
 
     dataset: Dataset
     component: FrictionModel

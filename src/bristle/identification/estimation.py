@@ -45,19 +45,15 @@ from bristle.plants.terms import TURNS, TermedPlant, with_terms
 
 @dataclass(frozen=True)
 class Context:
-    """Data that the fits of all models to one log share.
-
-    `sliding` is its friction from a linear fit, `scales` are typical magnitudes. An `estimator` replaces
-    `along_the_motion`. The `optima` of simpler models are starts of richer models.
-    """
+    """Data that the fits of all models to one log share."""
 
     dataset: Dataset
     prior: PriorKnowledge
-    sliding: Sliding
-    scales: Scales
+    sliding: Sliding  # friction of the log from a linear fit
+    scales: Scales  # typical magnitudes
     settings: Settings = DEFAULT
-    estimator: Estimator | None = None
-    optima: dict[FrictionModel, dict[str, float]] = field(default_factory=dict)
+    estimator: Estimator | None = None  # replaces `along_the_motion`
+    optima: dict[FrictionModel, dict[str, float]] = field(default_factory=dict)  # of simpler models: starts of richer models
 
     def parameters(self, component: FrictionModel) -> ParameterSet:
         """Return the free and fixed parameters of a model."""

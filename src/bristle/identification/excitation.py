@@ -50,14 +50,10 @@ class Excitation:
         return Diagnostic(code, name, "warning", numbers, dataset.kind)
 
     def is_hidden(self, name: str, *, filtered: bool = True) -> bool:
-        """Return whether the effect of a parameter is shorter than a period of the filter, or smaller than the noise.
-
-        For rows that are not `filtered`, as in a simulation, the limit is two samples.
-
-        If the pre-sliding zone is crossed within one period of the cut-off, the filtered effort keeps its area but
-        not its shape. The fit still has a clear minimum, but it reflects the filter, not friction. Position noise
-        makes the friction of the model alternate as pre-sliding would.
-        """
+        """Return whether the effect of a parameter is shorter than a period of the filter, or smaller than the noise."""
+        # If the pre-sliding zone is crossed within one period of the cut-off, the filtered effort keeps its area but not its
+        # shape. The fit still has a clear minimum, but it reflects the filter, not friction. Position noise makes the
+        # friction of the model alternate as pre-sliding would.
         if self.variables[name].excitation != "presliding":
             return False
         if not self._reversals or self._zone is None:

@@ -102,12 +102,9 @@ def _cutoffs(rows: WideRows) -> list[float]:
 
 
 def _without_noise(alignment: Alignment, logs: Sequence[Log], axes: Sequence[Axis | None], settings: Settings) -> Alignment:
-    """Return an alignment with the inertia of few columns if position noise biases the inertia of least squares.
-
-    Encoder errors are often in a frequency band that wide rows contain. An unknown delay is set to zero, with the
-    uncertainty of delays that a log could hide. Friction is linear in the speed: a nonlinear term would absorb a few
-    steps of the effort.
-    """
+    """Return an alignment with the inertia of few columns if position noise biases the inertia of least squares."""
+    # Encoder errors are often in a frequency band that wide rows contain. An unknown delay is zero, with the uncertainty of
+    # delays that a log could hide. Friction is linear in the speed: a nonlinear term would absorb a few steps of the effort.
     dt, delay, mass = logs[0].sample_time, alignment.delay or 0.0, alignment.mass
     too_small, sharpest = 0.0, list[tuple[WideRows, InstrumentFit, float]]()
     for share in WIDTHS[1:]:
@@ -135,10 +132,8 @@ def _without_noise(alignment: Alignment, logs: Sequence[Log], axes: Sequence[Axi
 
 
 def believed(rungs: Sequence[Rung], dt: float, *, sought: bool) -> tuple[list[Rung], float]:
-    """Return rungs that do not contradict each other, and the factor of their errors at which they agree.
-
-    Parts of a log that share a model error scatter less than this error: their errors are too small (Birge's ratio).
-    """
+    """Return rungs without contradictions, and the factor of their errors at which they agree (Birge's ratio)."""
+    # Parts of a log that share a model error scatter less than this error: their errors are too small.
     for scale in SCALES:
         doubted = [Rung(rung.plain.doubted(scale), rung.free.doubted(scale)) for rung in rungs]
         run = agreeing(doubted, dt, sought=sought) or agreeing(doubted, dt, sought=sought, filters=False)

@@ -163,10 +163,7 @@ PARTNER = {Role.FALL: Role.BREAK_AWAY, Role.BREAK_AWAY: Role.FALL}
 
 @dataclass(frozen=True)
 class Judgement:
-    """The judgement of each parameter of a fit from its value, uncertainty, effect on the effort, and the excitation of the log.
-
-    The fitted rows are `filtered`, or not.
-    """
+    """The judgement of each parameter of a fit to rows, `filtered` or not, from its value, uncertainty, effect and the excitation."""
 
     problem: InverseDynamics
     solution: Solution

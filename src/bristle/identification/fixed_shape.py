@@ -1,7 +1,4 @@
-"""Elements that slip, as a model of fixed shape with two numbers, level and stiffness.
-
-Replicates are fitted in other coordinates: one stiffness for each element, and the other parameters.
-"""
+"""Elements that slip, as a model of fixed shape with two numbers; each element has a stiffness in fits to replicates."""
 
 from __future__ import annotations
 
@@ -75,11 +72,7 @@ class ListedModel(FrictionModel):
 
 @dataclass(frozen=True, kw_only=True)
 class ShapedModel(ListedModel):
-    """A `maxwell_slip` model with its slots and fixed shares of the elements.
-
-    Instead of the lists it has the total stiffness ``s``. A larger ``s`` steepens all elements in proportion. With a
-    larger ``F_C`` they slip later.
-    """
+    """A `maxwell_slip` model with its slots and fixed shares of the elements; its parameter ``s`` is the total stiffness."""
 
     shape: tuple[tuple[float, ...], tuple[float, ...]]
 
@@ -117,10 +110,7 @@ class ShapedModel(ListedModel):
         return {name: value for name, value in values.items() if name != TOTAL} | self.lists(values)
 
     def share_within(self, distance: float, stiffness: float, level: float) -> float:
-        """Return the share of the stiffness in elements that slip within a distance [m or rad].
-
-        All elements together have this `stiffness` [N/m or N*m/rad] and `level` [N or N*m].
-        """
+        """Return the share of a total `stiffness`, at a total `level`, in elements that slip within a distance [m or rad]."""
         stiffnesses, levels = (np.array(part) for part in self.shape)
         return float(np.sum(stiffnesses[levels * level < distance * stiffnesses * stiffness]))
 
@@ -146,14 +136,11 @@ def in_lists(friction: Model) -> Model:
 
 @dataclass(frozen=True, kw_only=True)
 class ElementSpace(ParameterSpace):
-    """One stiffness for each element, with slip at `thresholds` [m or rad], then the other free parameters.
+    """One stiffness for each element, then the other free parameters."""
 
-    `levels` are the level parameters, with the sign of the difference in each; the `rest` is reported unchanged.
-    """
-
-    thresholds: np.ndarray
-    levels: Mapping[str, float]
-    rest: tuple[str, ...]
+    thresholds: np.ndarray  # slip of each element [m or rad]
+    levels: Mapping[str, float]  # level parameters, with the sign of the difference in each
+    rest: tuple[str, ...]  # reported unchanged
 
     @classmethod
     def around(cls, thresholds: np.ndarray, single: Mapping[str, float], levels: Mapping[str, float], free: Sequence[str]) -> ElementSpace:
@@ -199,10 +186,7 @@ class ElementSpace(ParameterSpace):
         return np.concatenate([self.derivative(theta) @ theta, reach @ theta[: self.thresholds.size]])
 
     def turned(self, theta: np.ndarray, best: np.ndarray) -> Turned:
-        """Return the reflection of coordinates about the `best` coordinates: level, stiffness, the rest.
-
-        The shape of the elements is not reflected, because an element without force has no opposite.
-        """
+        """Return the reflection of coordinates about the `best` ones; the shape of the elements has no opposite and stays."""
         opposite, count = 2.0 * best - theta, self.thresholds.size
         opposite[count:] = np.clip(opposite[count:], self.low[count:], self.high[count:])
         numbers, values, shape = self.numbers(opposite), self.values(theta), slice(len(self.levels) + 1)

@@ -92,10 +92,7 @@ def least_way(resolution: float, noise: float) -> float:
 
 
 def scatter_in(cycles: Groups, slope: np.ndarray, residual: np.ndarray) -> float:
-    """Return the standard deviation of the friction level between half-cycles that a residual shows.
-
-    `slope`, shape (row,), is the derivative of the signal by the friction level.
-    """
+    """Return the standard deviation of the friction level between half-cycles; `slope` is the derivative of the signal by the level."""
     power, excess = _excess(cycles, slope, residual)
     if not np.any(excess):
         return 0.0
@@ -202,11 +199,8 @@ def signs(count: int, rng: np.random.Generator) -> np.ndarray:
 
 
 def correlation_time(residual: np.ndarray, row_time: float, unexplained: float) -> float:
-    """Return the correlation time of the unexplained force [s], from a residual with the best level for each half-cycle.
-
-    All that does not average out over a block counts as unexplained force; times longer than a block are not resolved.
-    `unexplained` is its root mean square in the unit of the residual.
-    """
+    """Return the correlation time of the unexplained force [s], from a residual with the best level for each half-cycle."""
+    # Force that does not average out over a block counts as unexplained; times longer than a block are not resolved.
     slow = float(np.mean([float(np.mean(part)) ** 2 for part in np.array_split(residual, SIGN_BLOCKS)]))
     share = min(slow / unexplained**2, 1.0) if unexplained > 0.0 else 0.0
     return share * row_time * residual.size / SIGN_BLOCKS
@@ -224,16 +218,13 @@ def scaled(component: FrictionModel, values: Mapping[str, float], level: float) 
 def force_with_scatter(
     friction: Model,
     segment: Segment,
-    starts: Sequence[int],
+    starts: Sequence[int],  # first samples of half-cycles
     dt: float,
-    scatter: float,
+    scatter: float,  # relative standard deviation of the level
     rng: np.random.Generator,
     transmitted: np.ndarray | None = None,
 ) -> np.ndarray:
-    """Return unfiltered friction with a random level after each reversal [N or N*m], shape (sample,).
-
-    `starts` are the first samples of half-cycles, `scatter` is the relative standard deviation of the level.
-    """
+    """Return unfiltered friction [N or N*m] with a random relative level after each reversal, shape (sample,)."""
     levels = np.maximum(1.0 + scatter * rng.standard_normal(len(starts)), 0.05)  # of the level: friction does not vanish on any half-cycle
     mean = pack(friction.parameters)
     component = friction.component
@@ -297,10 +288,7 @@ def recovered(segment: Segment, dataset: Dataset) -> Recovered:
 
 
 def between_samples(segment: Segment, dt: float) -> Segment:
-    """Return a segment on a grid with `FINER` points per sample.
-
-    The velocity of a point is the mean over the step around it.
-    """
+    """Return a segment on a grid with `FINER` points per sample; velocities are means over the step around a point."""
     from scipy.interpolate import CubicSpline
 
     h, origin = dt / FINER, segment.position[0]

@@ -90,13 +90,10 @@ class InverseDynamics:
         return None if dataset is None else replace(self, dataset=dataset)
 
     def linearised(self, free: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray | None]:
-        """Return the residual of each row, and the derivative of the predicted effort by each free parameter, shape (row, free).
-
-        Derivatives are integrated along the motion with the force, or computed by differences, with a warning, if a
-        kernel cannot be translated. The contact before a segment depends on the parameters: the part of a derivative
-        that it explains is removed. The derivative is None for a class that overrides `residual`, `predicted` or
-        `friction`.
-        """
+        """Return the residual of each row, and the derivative of the predicted effort by each free parameter, shape (row, free)."""
+        # Derivatives are integrated with the force, or computed by differences if a kernel cannot be translated. The contact
+        # before a segment depends on the parameters: the part that it explains is removed. Derived classes have no
+        # derivative.
         if has_own(self, InverseDynamics, "residual", "predicted", "friction"):
             return self.residual(free), None
         parameters, values = self.parameters, self.parameters.complete(free)
@@ -254,13 +251,11 @@ class InverseDynamics:
 
 @dataclass(frozen=True)
 class RowReplicates:
-    """Replicates of the rows of a fitted `problem`, with all its parameters `values` [SI].
+    """Replicates of the rows of a fitted `problem`, with all its parameters `values` [SI]."""
 
-    Plant and friction of the model act along the motion of the log; the friction level scatters from half-cycle to
-    half-cycle. The effort has noise, and the position passes the encoder of the axis with a random phase of its
-    steps. Filters, encoder and scatter therefore bias a fit to a replicate as they bias the estimate.
-    """
-
+    # Plant and friction act along the motion of the log, with a scattering friction level, noise of the effort and an
+    # encoder with a random phase. Filters, encoder and scatter therefore bias a fit to a replicate as they bias the
+    # estimate.
     problem: InverseDynamics
     values: Mapping[str, float]
     left: tuple[np.ndarray, ...] | None = None

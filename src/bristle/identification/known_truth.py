@@ -131,10 +131,7 @@ class Determined:
         count: int = 10,
         progress: Progress | None = None,
     ) -> tuple[Determined, ...]:
-        """Return the recovery of each parameter from simulated logs, with the models of `fit` as the truth.
-
-        `treatment` and `settings` are those of the fit. A fit without intervals, or by simulation, is rejected.
-        """
+        """Return the recovery of each parameter from simulated logs, with the models of `fit` and its treatment as the truth."""
         again = _same_fit(logs, axes, fit, treatment, settings)
         estimates, refused = list[Mapping[str, Estimate]](), list[InputError]()
         for number, seed in enumerate(np.random.SeedSequence(SEED).spawn(count)):

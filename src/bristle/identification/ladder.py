@@ -79,10 +79,7 @@ class Ladder:
 
 
 def sandwich(rung: Rung) -> np.ndarray:
-    """Return the covariance of the coordinates from the scores of blocks of time, shape (coordinate, coordinate).
-
-    Parameters known beforehand with an interval, such as a measured inertia, contribute their uncertainty.
-    """
+    """Return the covariance, shape (coordinate, coordinate), from the scores of blocks of time and from measured parameters."""
     solution, parameters, count = rung.solution, rung.problem.parameters, rung.problem.settled_rows
     unsure = {name: fixed.half_width / NORMAL_95 for name, fixed in parameters.fixed.items() if fixed.half_width}
     known = replace(rung.problem.inverse, parameters=replace(parameters, free=(*parameters.free, *unsure)))

@@ -76,11 +76,9 @@ class Missing(NamedTuple):
 
 
 def missing_forces(rows: Rows, settings: Settings, *, static: bool = False) -> tuple[tuple[Missing, ...], float]:
-    """Return the forces that a model lacks, the strongest evidence first, and the remaining residual [N or N*m].
-
-    They are sought away from reversals, below the frequencies at which noise dominates the acceleration. A ripple is also
-    sought above. If the model is `static`, the force that builds up after reversals is sought too.
-    """
+    """Return the forces that a model lacks away from reversals, strongest evidence first, and the remaining residual [N or N*m]."""
+    # Noise dominates the acceleration at high frequencies: only a ripple is also sought there. A `static` model lacks the force
+    # that builds up after reversals.
     if not rows.enough:
         return (), 0.0
     columns_of, missing, left = columns_by_cause(rows), list[Missing](), 0.0
@@ -189,10 +187,7 @@ class _Search:
 
 
 def ripple_in(rows: Rows, weighed: Weighed, explained: np.ndarray, fastest: float) -> tuple[np.ndarray | None, float]:
-    """Return the waves over the position that explain most of the residual, additive and proportional to friction.
-
-    At the usual speed, waves are sought up to the frequency `fastest` [Hz].
-    """
+    """Return the waves over the position, up to the frequency `fastest` [Hz] at the usual speed, that explain most of the residual."""
     x, side = rows.position, rows.side
     most = float(np.ptp(x)) * fastest / float(np.median(np.abs(rows.velocity)))
     residual = weighed.without(explained)
@@ -228,10 +223,7 @@ def columns_by_cause(rows: Rows) -> dict[str, np.ndarray]:
 
 
 def lagging_columns(rows: Rows) -> np.ndarray:
-    """Return the change of falling friction by a lag behind the speed, shape (row, column).
-
-    Omitted rows are at rest: the lagged speed decays over them.
-    """
+    """Return the change of falling friction by a lag behind the speed, shape (row, column); omitted rows are at rest."""
     speed, time = np.abs(rows.velocity), rows.time
     top, step = float(np.quantile(speed, 0.99)), np.diff(time, prepend=time[0])
     usual, falls = float(np.median(step)), np.array(LAG_FALLS)

@@ -30,11 +30,7 @@ NARROW = 0.125  # of the cut-off: above, corners and filters dominate the rows
 
 @dataclass(frozen=True)
 class Rows:
-    """The rows of a fit: motion and effort, the residual, the derivatives by its parameters, friction and its slope.
-
-    `surroundings` are recorded quantities by name. `turned` is the time to the nearest change of direction [s],
-    trembles included. Below the frequency `narrow` [Hz] noise of the acceleration is negligible.
-    """
+    """The rows of a fit: motion and effort, the residual, the derivatives by its parameters, friction and its slope."""
 
     time: np.ndarray
     position: np.ndarray
@@ -47,11 +43,11 @@ class Rows:
     friction: np.ndarray
     slope: np.ndarray
     cycles: Groups
-    surroundings: Mapping[str, np.ndarray]
+    surroundings: Mapping[str, np.ndarray]  # recorded quantities by name
     cutoff: float
     kind: Kind
-    turned: np.ndarray
-    narrow: float
+    turned: np.ndarray  # time to the nearest change of direction [s], trembles included
+    narrow: float  # frequency below which noise of the acceleration is negligible [Hz]
 
     @classmethod
     def of(
@@ -142,15 +138,12 @@ class Rows:
 
 @dataclass(frozen=True)
 class Weighed:
-    """Rows weighted by their distance from a reversal and whitened of the level scatter.
-
-    `lost` is the removed share of the level of each half-cycle, `part` the number of the part of a row.
-    """
+    """Rows weighted by their distance from a reversal, and whitened of the level scatter: `lost` is the removed share."""
 
     rows: Rows
     weight: np.ndarray
-    lost: np.ndarray
-    part: np.ndarray
+    lost: np.ndarray  # of the level, for each half-cycle
+    part: np.ndarray  # number of the part of a row
 
     @classmethod
     def of(cls, rows: Rows) -> Weighed:

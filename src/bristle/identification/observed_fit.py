@@ -245,10 +245,7 @@ class Unseen(NamedTuple):
 
 
 def unseen_in(rung: Rung, most: Unseen, seed: np.random.SeedSequence) -> Unseen:
-    """Return the disturbances with which a replicate has the prediction error of the log: steps first, then noise, at `most` these.
-
-    A position filtered after its encoder shows less than whole steps.
-    """
+    """Return disturbances, at `most` these, with which a replicate has the prediction error of the log: steps first, then noise."""
 
     def square(unseen: Unseen) -> float:
         drawn = replicate(rung, unseen, np.random.default_rng(seed))

@@ -104,13 +104,9 @@ class Recorded:
 
 @dataclass(frozen=True)
 class PredictionErrors:
-    """The prediction errors of an observer as a least-squares problem, for one bandwidth [Hz].
+    """The prediction errors of an observer of a `bandwidth` [Hz]; each prior in `expected` is an additional row."""
 
-    `inverse` is the same model as inverse dynamics, with the free and fixed parameters. Each prior in `expected` is
-    an additional row.
-    """
-
-    inverse: InverseDynamics
+    inverse: InverseDynamics  # the same model as inverse dynamics
     parts: tuple[Recorded, ...]
     bandwidth: float
     expected: tuple[Expected, ...] = ()
@@ -251,17 +247,12 @@ def climb(
     start: Mapping[str, float],
     logs: Sequence[Log],
     context: Context,
-    held: Mapping[str, Fixed],
-    levels: Mapping[str, tuple[float, float]],
-    scatter: float = 0.0,
+    held: Mapping[str, Fixed],  # fixed parameters
+    levels: Mapping[str, tuple[float, float]],  # priors of the friction levels, with standard errors
+    scatter: float = 0.0,  # of the level between half-cycles
     report: Report = silent,
 ) -> tuple[Rung, ...]:
-    """Return the rungs of a ladder from these free parameters of an inverse model [SI], with `held` parameters fixed.
-
-    `levels` are the priors of the friction levels, with standard errors; `scatter` is the relative scatter between
-    half-cycles. The ladder is empty if no segment is long enough, or if the stiffest observer already loses the
-    motion.
-    """
+    """Return the rungs of a ladder from these free parameters [SI]; empty without a long segment, or if every observer loses the motion."""
     if isinstance(inverse.parameters.component, ShapedModel):
         inverse, start = spread_out(inverse, start)
     dataset, dt, parameters = inverse.dataset, inverse.dataset.sample_time, inverse.parameters

@@ -50,12 +50,9 @@ START = 0.25  # share of the work for the start of a simulation
 
 @dataclass(frozen=True)
 class OutputError:
-    """The error of a simulation as a least-squares problem: the segments of the logs are its `outputs`.
+    """The error of a simulation, with the parameters of `inverse`; the segments of the logs are its `outputs`."""
 
-    `inverse` is the same model as inverse dynamics, with the free and fixed parameters.
-    """
-
-    inverse: InverseDynamics
+    inverse: InverseDynamics  # the same model as inverse dynamics
     outputs: tuple[Output, ...]
 
     @classmethod
@@ -227,17 +224,12 @@ def loop_of(logs: Sequence[Log], axes: Sequence[Axis | None]) -> type[Output]:
 
 @dataclass(frozen=True)
 class SignalReplicates:
-    """Replicates of the signal of a simulation: `error` is the fitted problem, `values` are all its parameters [SI].
+    """Replicates of the signal of a simulation, as a sum of small disturbances: encoder, friction level and residual."""
 
-    Disturbances are small compared with the signal, so their changes of the signal add up: the encoder as visible in
-    the loop, the friction level with the derivative `slope`, and the residual `left` of the fit, shape (sample,)
-    each.
-    """
-
-    error: OutputError
-    values: Mapping[str, float]
-    slope: np.ndarray
-    left: np.ndarray
+    error: OutputError  # fitted problem
+    values: Mapping[str, float]  # all its parameters [SI]
+    slope: np.ndarray  # derivative by the friction level, shape (sample,)
+    left: np.ndarray  # residual of the fit, shape (sample,)
 
     doubt = 0.0
 

@@ -96,10 +96,7 @@ class Output(ABC):
 
     @abstractmethod
     def leaning(self, mechanism: Mechanism, slope: np.ndarray) -> np.ndarray:
-        """Return the push that `read` needs for twice the friction, shape (sample,).
-
-        `slope` is the derivative of the signal by the relative friction level.
-        """
+        """Return the push of `read` for twice the friction, shape (sample,), from the derivative `slope` of the signal by the level."""
 
     @staticmethod
     @abstractmethod

@@ -37,18 +37,14 @@ class Turned(NamedTuple):
 
 @dataclass(frozen=True)
 class ParameterSpace:
-    """Coordinates of free parameters within bounds; in this class, the parameters [SI].
-
-    `linear` states whether the signal is linear in them; `logarithmic` names the logarithms. The virgin curve is also
-    reported, at the displacements `curve` [m or rad].
-    """
+    """Coordinates of free parameters within bounds; in this class, the parameters [SI]."""
 
     names: tuple[str, ...]
     low: np.ndarray
     high: np.ndarray
-    linear: bool = True
-    logarithmic: frozenset[str] = frozenset()
-    curve: tuple[float, ...] = ()
+    linear: bool = True  # whether the signal is linear in the coordinates
+    logarithmic: frozenset[str] = frozenset()  # coordinates that are logarithms
+    curve: tuple[float, ...] = ()  # displacements of the virgin curve, which is reported too [m or rad]
 
     @classmethod
     def of(cls, parameters: ParameterSet) -> ParameterSpace:
@@ -100,20 +96,16 @@ class Ceiling(NamedTuple):
 
 
 class Transform(NamedTuple):
-    """The coordinate of a free parameter: ``plain``, ``log``, ``excess`` over another or ``below`` a ceiling.
-
-    `low` and `high` bound the coordinate, `least` and `most` the parameter, which is in excess of the parameter `above`
-    or below a `ceiling`.
-    """
+    """The coordinate of a free parameter, with bounds: ``plain``, ``log``, ``excess`` over another or ``below`` a ceiling."""
 
     name: str
     form: str
     scale: float
-    low: float
+    low: float  # of the coordinate, like `high`
     high: float
-    least: float
+    least: float  # of the parameter, like `most`
     most: float
-    above: str = ""
+    above: str = ""  # the parameter is in excess of this one
     ceiling: Ceiling | None = None
 
     def value(self, theta: float, values: Mapping[str, float]) -> float:

@@ -193,25 +193,18 @@ def _refuse_another(surrounding: Surrounding, dataset: Dataset) -> None:
 
 
 class Fixed(NamedTuple):
-    """A fixed parameter: its value, and the reason as the code of a diagnostic with its `numbers`.
-
-    It is `redundant` if no log could identify it. A parameter measured in this log before the fit has the
-    `half_width` of its 95 % interval, and no reason.
-    """
+    """A fixed parameter: its value, and the reason as the code of a diagnostic with its `numbers`; measured, with a `half_width`."""
 
     value: float
     reason: str
-    redundant: bool = False
+    redundant: bool = False  # no log could identify it
     numbers: Mapping[str, Number] = {}
-    half_width: float | None = None
+    half_width: float | None = None  # of the 95 % interval of a parameter measured in this log before the fit, which has no reason
 
 
 @dataclass(frozen=True)
 class ParameterSet:
-    """The parameters of a plant with a friction model: the `free` ones, plant first, and all others `fixed`.
-
-    `loop` contains the unknown parameters of the simulated loop.
-    """
+    """The parameters of a plant with friction: `free`, plant first, `fixed`, and unknown parameters of the simulated `loop`."""
 
     component: FrictionModel
     free: tuple[str, ...]
@@ -245,18 +238,14 @@ class ParameterSet:
 
 @dataclass(frozen=True)
 class PriorKnowledge:
-    """Prior knowledge of the axis: the plant, its known parameters, and the offset.
-
-    If the offset or the pitch of the screw is None, it is identified. Shapes in `free` are identified too. Parameters
-    `measured` in the log before the fit have a value and the half-width of their 95 % interval.
-    """
+    """Prior knowledge of the axis; an offset or a pitch of None and the shapes in `free` are identified."""
 
     offset: float | None = None
     values: Mapping[str, float] = field(default_factory=dict)
     plant: Plant = inertia
     pitch: float | None = None
-    free: tuple[str, ...] = ()
-    measured: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    free: tuple[str, ...] = ()  # shapes
+    measured: Mapping[str, tuple[float, float]] = field(default_factory=dict)  # before the fit: value and half-width of its 95 % interval
 
 
 def parameters_of(component: FrictionModel, prior: PriorKnowledge, dataset: Dataset) -> ParameterSet:

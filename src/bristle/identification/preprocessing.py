@@ -48,14 +48,10 @@ def treat_all(
     cutoff: float | None = None,
     decimation: int | None = None,
     delay: float = 0.0,
-    smoothing: float = 0.0,
-    position_smoothing: float = 0.0,
+    smoothing: float = 0.0,  # time constant of a filter of the effort, a part of the delay [s]
+    position_smoothing: float = 0.0,  # the same for the position [s]
 ) -> Dataset:
-    """Return the regression rows of several logs of one axis, one after the other, each treated as `treat` does.
-
-    The effort lags the position by `delay` [s]. Filters with the time constants `smoothing` (effort) and
-    `position_smoothing` cause part of it [s].
-    """
+    """Return the regression rows of several logs of one axis, one after the other; the effort lags the position by `delay` [s]."""
     parts = [treat(log, axis, cutoff, decimation) for log, axis in zip(logs, axes, strict=True)]
     first = parts[0]
     for log, part in zip(logs, parts, strict=True):
@@ -90,12 +86,8 @@ def treat_all(
 
 
 def treat(log: Log, axis: Axis | None, cutoff: float | None = None, decimation: int | None = None, like: Dataset | None = None) -> Dataset:
-    """Return the regression rows of a log.
-
-    Arguments override the cut-off [Hz] and decimation of the axis. The defaults are a tenth of the sampling frequency
-    and 10, less for a plant with terms on a short log. Noise and rows come from the data set `like` of the same
-    motion, if given.
-    """
+    """Return the regression rows of a log, with noise and rows of the data set `like` of the same motion, if given."""
+    # By default, the cut-off is a tenth of the sampling frequency and the decimation is 10, less for a plant with terms.
     dt, axis = float(log.sample_time), axis or Axis(kind=log.kind)
     cutoff = axis.cutoff if cutoff is None else cutoff
     cutoff = CUTOFF_SHARE / dt if cutoff is None else float(cutoff)
@@ -179,17 +171,13 @@ def segment_of(
     log: Log,
     part: slice,
     cutoff: float,
-    resolution: float,
-    noises: tuple[float, float] | None = None,
+    resolution: float,  # encoder step [m or rad]
+    noises: tuple[float, float] | None = None,  # estimated if missing
     *,
-    held: bool = False,
-    creeping: bool = False,
+    held: bool = False,  # the effort acts until the next sample
+    creeping: bool = False,  # the axis never rests
 ) -> tuple[Segment, float, float]:
-    """Return a segment of a log, and the standard deviations of the noise of its position and of its effort.
-
-    `part` has no gap; `cutoff` [Hz] belongs to the filter; `resolution` is the encoder step [m or rad]. Missing
-    `noises` are estimated. An effort that is `held` acts until the next sample. A `creeping` axis never rests.
-    """
+    """Return a `part` of a log without gaps as a segment, and the standard deviations of the noise of its position and effort."""
     assert log.effort is not None
     dt, position, effort = log.sample_time, log.position.values[part], log.effort.values[part]
     # The offset of a long stroke would cost digits in the second difference.
@@ -241,11 +229,7 @@ def aligned(dataset: Dataset, alignment: Alignment) -> Dataset:
 
 
 def shifted(dataset: Dataset, delay: float, smoothing: float = 0.0, position_smoothing: float = 0.0) -> Dataset:
-    """Return the rows of a log without its `delay` of the effort [s] and without the filters that cause part of it.
-
-    The effort passed a filter of time constant `smoothing`. If `smoothing` is negative, the effort was recorded
-    before it acted, and is filtered now. The position passed a filter of time constant `position_smoothing`.
-    """
+    """Return the rows of a log without its `delay` [s] and the filters that cause it; a negative `smoothing` filters the effort now."""
     if not delay and not smoothing and not position_smoothing:
         return dataset
     dt, moved = dataset.sample_time, []

@@ -1,8 +1,4 @@
-"""The interface of an estimator: a measured signal and its residual for free parameters.
-
-A new estimator is a file with such a problem. Search, bootstrap, judgement of the parameters, validation and ranking
-use only this interface.
-"""
+"""The interface of an estimator, the only interface that search, bootstrap, judgement, validation and ranking use."""
 
 from __future__ import annotations
 
@@ -188,19 +184,12 @@ class Sought(Residual, Protocol):
         ...
 
     def linearised(self, free: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray | None]:
-        """Return the residual, and the derivative of the predicted signal by each free parameter, shape (row, free).
-
-        The derivative is None if only differences of the residual are available.
-        """
+        """Return the residual and the derivative of the signal, shape (row, free), or None if only differences are available."""
         ...
 
 
 class Problem(Sought, Protocol):
-    """The interface of a problem for least squares and resampling.
-
-    `is_effort` states whether the signal and its bands are efforts [N or N*m], `in_loop` whether a controller closes
-    the loop. `intervals_code` is the code of the diagnostic about the method of the intervals.
-    """
+    """The interface of a problem for least squares and resampling; bands are efforts [N or N*m] if `is_effort`."""
 
     @property
     def is_effort(self) -> bool: ...  # noqa: D102

@@ -1,7 +1,4 @@
-"""The friction force of each row and its derivatives by parameters, integrated forward along the recorded motion.
-
-A log is processed in blocks, so a long log needs no more memory than its rows.
-"""
+"""The friction force of each row and its derivatives by parameters, integrated forward along the motion, in blocks."""
 
 import math
 import warnings

@@ -69,10 +69,7 @@ def simulated_widths(bands: Bands, plant: Model, friction: Model, predicted: Cou
 
 
 def with_loops(fit: Fit, pairs: Sequence[tuple[Log, Axis | None]]) -> Fit:
-    """Return a fit with bands that include the position error in simulations of its logs.
-
-    If a loop cannot be simulated, such as without a controller, this error is unchanged.
-    """
+    """Return a fit with bands that include the position error in simulations of its logs, where they can be simulated."""
     if fit.resampling is None:
         return fit
     bands = fit.resampling.bands
@@ -185,10 +182,7 @@ class Bands:
 
 
 def half_width(bands: Bands, plant: Model, friction: Model, dataset: Dataset) -> np.ndarray:
-    """Return the half-width of the 95 % band around the effort of each row [N or N*m], shape (row,).
-
-    Parameters without draws are those of the models.
-    """
+    """Return the half-width of the 95 % band around the effort of each row [N or N*m]; without draws, parameters are fixed."""
     starts, rng = half_cycle_starts(dataset), np.random.default_rng(SEED)
     members = []
     for body, contact in zip(bands.models(plant, MEMBERS), bands.models(friction, MEMBERS), strict=True):

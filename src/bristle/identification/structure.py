@@ -84,12 +84,7 @@ def _of_the_drive(fit: Fit, dataset: Dataset, rows: Rows, settings: Settings) ->
 
 
 def with_structure(fit: Fit, estimation: Estimation, settings: Settings, lead: float | None = None, compared: Collection[str] = ()) -> Fit:
-    """Return a fit with diagnostics of missing forces before all others.
-
-    The `lead` [m or rad] of the axis file defines the turns for cogging. Models that were already `compared` are not
-    suggested as the next model. Parameters are effective even if the force is small. The severity is ``warning`` only
-    if the force may matter in use.
-    """
+    """Return a fit with diagnostics of missing forces first; models already `compared` are not suggested as the next model."""
     kind, friction = fit.friction.kind, fit.traces.predicted - fit.traces.mechanical
     level = float(np.sqrt(np.mean(friction**2)))
     if "never_slides" in map(attrgetter("code"), fit.diagnostics) and is_static(fit.friction):
@@ -122,11 +117,7 @@ def with_structure(fit: Fit, estimation: Estimation, settings: Settings, lead: f
 
 
 def next_models(fit: Fit, estimation: Estimation, settings: Settings) -> tuple[str, ...]:
-    """Return the models with one more slot to try after a fit: separate directions, and slots suggested by its residual.
-
-    A slot of a level without damping is also tried with damping, which the missing force may have hidden. For models of a
-    user, the result is empty.
-    """
+    """Return the models with one more slot to try after a fit, suggested by its residual; empty for models of a user."""
     if not goes_by_name(fit.friction.component):
         return ()
     causes = ["direction"]

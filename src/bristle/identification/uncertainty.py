@@ -66,10 +66,9 @@ def with_uncertainty(
 
 
 def birge_ratio(fit: Fit) -> float:
-    """Return the factor of the errors due to a force missing in the model, at least 1.
-
-    Replicates contain only the random part of the residual. R. T. Birge, Physical Review 40(2), 1932, doi:10.1103/PhysRev.40.207
-    """
+    """Return the factor of the errors due to a force missing in the model, at least 1."""
+    # Replicates contain only the random part of the residual. R. T. Birge, Physical Review 40(2), 1932,
+    # doi:10.1103/PhysRev.40.207
     structures = (diagnostic.numbers for diagnostic in fit.diagnostics if diagnostic.code == "structure")
     missing, chance = next(((numbers["missing"], numbers["chance"]) for numbers in structures), (0.0, 1.0))
     assert isinstance(missing, float)

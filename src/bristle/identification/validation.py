@@ -46,10 +46,7 @@ def held_out_error(
 
 
 def in_order(fits: Sequence[Fit], settings: Settings = DEFAULT, spread: float = 0.0) -> list[Fit]:
-    """Return fits to the same log, best first; `spread` is that between repetitions of one motion [%], else 0.
-
-    An interrupted fit has no held-out error. It is last, unless it already explains far more than the best finished fit.
-    """
+    """Return fits to the same log, best first; `spread` is that between repetitions of one motion [%], else 0."""
     interrupted = [fit for fit in fits if fit.unfinished]
     finished = ranked([fit for fit in fits if not fit.unfinished], settings, spread)
     if not interrupted:
@@ -60,16 +57,12 @@ def in_order(fits: Sequence[Fit], settings: Settings = DEFAULT, spread: float = 
 
 
 def ranked(fits: Sequence[Fit], settings: Settings = DEFAULT, spread: float = 0.0) -> list[Fit]:
-    """Return the chosen fit, then all others by their held-out error; all fits have the same held-out blocks or no blocks.
-
-    The smallest held-out error leads. bristle chooses the simplest model whose error exceeds the smallest by no more than
-    the standard error of their difference, block by block. A leader gives way to a simpler model, within the spread of
-    its error over the blocks, if the log does not identify half or more of its parameters.
-
-    If a log repeats one motion, the position gives the time within a period, and a model that varies along the axis
-    follows every repeating force. Such a leader gives way to a model with fewer slots of the position, within the
-    `spread` of the effort between repeats.
-    """
+    """Return the chosen fit, then all others by their held-out error; all fits have the same held-out blocks or no blocks."""
+    # The smallest error leads. A leader gives way to a simpler model, within the spread of its error over the blocks, if the
+    # log does not identify half or more of its parameters. If a log repeats one motion, a model that varies along the axis
+    # follows every repeating force: it gives way to one with fewer slots of the position, within the `spread` between
+    # repeats. The choice is the simplest model whose error exceeds that of the leader by no more than the standard error of
+    # their difference.
     if not fits:
         return []
     leader = min(fits, key=_error)

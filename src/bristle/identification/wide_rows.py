@@ -1,7 +1,4 @@
-"""The wide rows of a log, with sharp reversals of friction, and their fits after a narrow filter.
-
-The equations and the weights are those of `bristle.identification.first_stage`.
-"""
+"""The wide rows of a log, with sharp reversals of friction, and their fits by `bristle.identification.first_stage`."""
 
 from __future__ import annotations
 
@@ -71,10 +68,8 @@ class InstrumentFit(NamedTuple):
         return float(self.covariance[place, place]) ** 0.5
 
     def below(self, other: InstrumentFit, errors: float, least: float) -> float:
-        """Return the relative decrease of the inertia from the other fit; 0 if within `errors` standard errors or the `least` share.
-
-        The common random error of both fits, by blocks of time, cancels in their difference (Durbin, Wu, Hausman).
-        """
+        """Return the relative decrease of the inertia from the other fit; 0 if within `errors` standard errors or the `least` share."""
+        # The common random error of both fits, by blocks of time, cancels in their difference (Durbin, Wu, Hausman).
         apart, change = other.parts - self.parts, float(other.theta[0] - self.theta[0])
         surely = change > errors * ((BLOCKS - 1) / BLOCKS * float(apart @ apart)) ** 0.5
         return change / float(other.theta[0]) if surely and change > least * float(other.theta[0]) else 0.0
@@ -247,10 +242,7 @@ class WideRows:
 
 
 def wide_rows(logs: Sequence[Log], axes: Sequence[Axis | None], widths: Sequence[float] = WIDTHS, *, few: bool = False) -> WideRows | None:
-    """Return the rows after the widest filter with little noise of the speed; None if the log is too short.
-
-    The `widths` to try are the sampling frequency over the cut-off. With `few` columns, friction is linear in the speed.
-    """
+    """Return the rows after the widest filter with little noise of the speed; None if the log is too short."""
     dt = float(logs[0].sample_time)
     narrowest = 1.0 / (widths[-1] * dt)
     for share in widths:

@@ -23,11 +23,7 @@ class Order:
 
 
 def order_of(stamps: np.ndarray, place: str) -> Order:
-    """Return the rows of a log in the order of time.
-
-    Reverse the rows if the newest row is first, sort single misplaced rows, and treat the rows after a restart of the clock
-    as a second recording.
-    """
+    """Return the rows of a log in the order of time; the rows after a restart of the clock are a second recording."""
     steps = np.diff(stamps)
     if not steps.any():
         raise InputError(f"does not advance: all its values are {stamps[0]:.9g} s", path=place, mend=LEAVE_OUT)
@@ -69,11 +65,9 @@ def median_step(stamps: np.ndarray) -> float:
 
 
 def without_repeats(order: Order, repeats: np.ndarray | None, fewest: int, place: str) -> Order:
-    """Correct stamps that repeat the previous stamp, and leave out rows that repeat the whole previous row.
-
-    A row with different readings is a sample, even if its stamp is repeated. All rows of a burst have the time of arrival as
-    their stamp. Their true times lie between the stamps before and after the burst.
-    """
+    """Correct stamps that repeat the previous stamp, and leave out rows that repeat the whole previous row."""
+    # A row with different readings is a sample. All rows of a burst have the time of arrival as their stamp: their true
+    # times lie between the stamps before and after the burst.
     stamps, notes = order.stamps.copy(), list(order.notes)
     repeated = np.append(False, np.diff(stamps) <= 0)
     if not repeated.any():
@@ -110,11 +104,9 @@ UNIFORM = 0.01  # of the sample time: rounding of the stamps, which is not corre
 
 
 def samples_between(stamps: np.ndarray, usual: float) -> tuple[np.ndarray, np.ndarray, list[str]]:
-    """Return the steps that are pauses, the count of samples in each other step, and notes on interpolated rows.
-
-    A lost row delays all later stamps; a late row delays only its own stamp. The medians of the stamps before and after a
-    step, relative to even stamps, distinguish the two. Up to a few consecutive lost rows are interpolated.
-    """
+    """Return the steps that are pauses, the count of samples in each other step, and notes on interpolated rows."""
+    # A lost row delays all later stamps; a late row delays only its own stamp. The medians of the stamps before and after a
+    # step, relative to even stamps, distinguish the two.
     from scipy.ndimage import median_filter
 
     counts = np.ones(stamps.size - 1)
@@ -203,10 +195,7 @@ class Clock:
         return np.concatenate(parts)
 
     def error_of(self, values: np.ndarray) -> float:
-        """Return the estimated error of resampling, root mean square, in the unit of `values`.
-
-        Interpolate every second sample from its neighbours, at twice the spacing of the grid.
-        """
+        """Return the root mean square error of resampling, in the unit of `values`, from every second sample."""
         values = values if self.rows is None else values[self.rows]
         squares, count = 0.0, 0
         for raw, _ in self.pieces:

@@ -23,12 +23,10 @@ PIECE = 2**20
 
 
 def read_csv(data: bytes, request: Request) -> Table:
-    """Return the columns of a text file.
-
-    Cells are separated by comma, semicolon, tab or blanks. The reader skips text above the header, rows of empty cells, and
-    comments after a ``#`` at the start of a line or after a blank. The header may be missing. It accepts a decimal comma
-    unless commas separate cells, and numbers such as ``1.5D-3`` and ``-1.#IND``.
-    """
+    """Return the columns of a text file, separated by comma, semicolon, tab or blanks."""
+    # The reader skips text above the header, which may be missing, rows of empty cells, and comments after a ``#`` at the
+    # start of a line or after a blank. It accepts a decimal comma unless commas separate cells, and numbers such as
+    # ``1.5D-3`` and ``-1.#IND``.
     data, encoding = _decodable(data, request.source)
     head = data[:HEAD_BYTES].decode(encoding, "replace").split("\n")
     refuse_frames(head, request.source)

@@ -35,10 +35,8 @@ def butterworth(cutoff: float, sample_time: float) -> tuple[np.ndarray, np.ndarr
 
 
 def derivative(signal: np.ndarray, dt: float) -> np.ndarray:
-    """Return the derivative of a signal, shape (..., sample), accurate to the fourth order of the sample time.
-
-    A derivative of second order, such as `numpy.gradient`, underestimates an acceleration of 10 Hz at 500 Hz by 0.5 %.
-    """
+    """Return the derivative of a signal, shape (..., sample), accurate to the fourth order of the sample time."""
+    # A derivative of second order, such as `numpy.gradient`, underestimates an acceleration of 10 Hz at 500 Hz by 0.5 %.
     if signal.shape[-1] < 5:
         return np.asarray(np.gradient(signal, dt, axis=-1))
     near, far = signal[..., 3:-1] - signal[..., 1:-3], signal[..., 4:] - signal[..., :-4]

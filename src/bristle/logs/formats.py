@@ -1,7 +1,4 @@
-"""Define a format of logs: a file with a `LogFormat`, either your own file or a module that `catalogue.py` lists.
-
-Your own formats are tried first, inside `reading`.
-"""
+"""Define a format of logs: your own file with a `LogFormat`, tried first in `reading`, or a module in `catalogue.py`."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager

@@ -135,11 +135,9 @@ def _filtered(log: LogData, window: int) -> Rows:
 
 
 def lost_in(log: LogData, resolution: float, factor: float = 8.0) -> np.ndarray:
-    """Return the samples before steps of the position that the velocity around does not explain, shape (place,).
-
-    The step across a lost row differs from its neighbours by far more than they differ from each other. It also differs by
-    more than other steps of the log.
-    """
+    """Return the samples before steps of the position that the velocity around does not explain, shape (place,)."""
+    # The step across a lost row differs by far more than its neighbours from each other, and by more than other steps of the
+    # log.
     places = [np.empty(0, dtype=int)]
     for segment in log.segments:
         steps = np.diff(log.position.values[segment])
@@ -160,12 +158,9 @@ def lost_in(log: LogData, resolution: float, factor: float = 8.0) -> np.ndarray:
 
 
 def work_share(log: LogData) -> float:
-    """Return the work of the effort over closed motion, divided by that of an effort that is friction only.
-
-    Integrate effort over travel from one sample to a later one at the same position and speed: inertia, gravity and springs
-    return the work that they take. No model is fitted. The loop of effort over position has an area even where friction
-    has not saturated.
-    """
+    """Return the work of the effort over closed motion, divided by that of an effort that is friction only."""
+    # Effort over travel from one sample to a later one at the same position and speed: inertia, gravity and springs return
+    # the work that they take. The loop of effort over position has an area even where friction has not saturated.
     work, total = 0.0, 0.0
     for segment in log.segments if log.effort is not None else ():
         assert log.effort is not None
@@ -200,11 +195,8 @@ def _closed(position: np.ndarray) -> slice:
 
 
 def piled_up(log: LogData, rows: Rows, resolution: float, run: int, sure: float) -> Cut | None:
-    """Return the pile-up of an effort near its extreme while the motion needs more effort; None if there is no pile-up.
-
-    The effort of a drive at its limit piles up too, but it still acts: inertia times acceleration matches the rest of the
-    log.
-    """
+    """Return the pile-up of an effort near its extreme while the motion needs more effort; None if there is no pile-up."""
+    # The effort of a drive at its limit piles up too, but inertia times acceleration matches the rest of the log.
     assert log.effort is not None
     values = log.effort.values
     at = sum((side * _piled(side * values, run) for side in (1.0, -1.0)), np.zeros(values.size))

@@ -96,10 +96,7 @@ def _moment(gathered: Gathered, at: int) -> str:
 
 
 def limits_exceeded(gathered: Gathered, axis: Axis) -> Iterator[Diagnostic]:
-    """Yield the limits of an axis file that its log exceeds.
-
-    The drive limits the whole effort, the controller only its own output: known inputs are added after its limit.
-    """
+    """Yield the limits of an axis file that its log exceeds; the limit of the controller is before known inputs."""
     channel = gathered.channels.get("effort")
     if channel is not None:
         own = channel.values
@@ -129,12 +126,9 @@ class Cut(NamedTuple):
 
 
 def clipped(values: np.ndarray, limit: float | None = None, run: int = LONG_RUN) -> Cut | None:
-    """Return the clipping of a signal, at a limit if one is known; None if it is not clipped.
-
-    A clipped signal is at its extreme far more often than next to it. An effort counts as not clipped if it is constant at
-    other levels too, like a commanded effort or that of a simulated Coulomb friction, or if it moves over few steps of its
-    resolution.
-    """
+    """Return the clipping of a signal, at a limit if one is known; None if it is not clipped."""
+    # A clipped signal is at its extreme far more often than next to it. An effort that is constant at other levels too, like
+    # a commanded effort or simulated Coulomb friction, or that moves over few steps of its resolution, is not clipped.
     rounding = 1e-9 * float(np.ptp(values))  # of the range of a channel
     for extreme in (float(values.max()), float(values.min())):
         at_extreme = np.abs(values - extreme) <= rounding
@@ -192,11 +186,9 @@ class Spike(NamedTuple):
 
 
 def spikes(values: np.ndarray, resolution: float) -> list[Spike]:
-    """Return the places where a position jumps away for a few samples and returns, in order.
-
-    Both steps must be far larger than the steps, and changes of step, around them. Stick-slip, a hard stop, noise and
-    flickering counts have similar neighbours; a lost reading has not.
-    """
+    """Return the places where a position jumps away for a few samples and returns, in order."""
+    # Both steps must be far larger than those around: stick-slip, a hard stop, noise and flickering counts have similar
+    # neighbours.
     steps = np.diff(values)
     bends = np.abs(np.diff(steps))
     if bends.size < 2 * AROUND:

@@ -128,11 +128,7 @@ SECOND = 1_000_000_000  # [ns]
 
 
 def read_mcap(data: bytes, request: Request) -> Table:
-    """Return the numbers in the messages of a recording, each with its times.
-
-    A joint of a `JointState` is ``NAME.position``, ``NAME.velocity`` and ``NAME.effort``; any other number has the path
-    of its field, preceded by the topic if there are several.
-    """
+    """Return the numbers in the messages of a recording with their times, named by joint, or by topic and path of the field."""
     from mcap.reader import make_reader  # pyright: ignore[reportMissingImports]
     from mcap_ros2.decoder import DecoderFactory  # pyright: ignore[reportMissingImports]
 

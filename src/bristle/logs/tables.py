@@ -55,11 +55,8 @@ class Stored(NamedTuple):
 
 
 def table_from(arrays: Mapping[str, Stored], request: Request, kind: str, *, separator: str = "/", notes: Sequence[str] = ()) -> Table:
-    """Return the columns of one table of a file, or of all tables, each with its full name.
-
-    A group of columns is a table, and so is an array of several columns; unnamed columns are ``column_1`` and so on. The name
-    of the only table in a file does not matter. The function reads only the chosen columns, and only up to the size limit.
-    """
+    """Return the columns of one table of a file, or of all tables, each with its full name; read only the chosen columns."""
+    # A group of columns is a table, and so is an array of several columns. The name of the only table does not matter.
     groups: dict[str, dict[str, tuple[Stored, int | str | None]]] = {}  # each column as its array and the part of it
     constants: dict[str, Stored] = {}
     for full, stored in arrays.items():

@@ -27,11 +27,7 @@ def reversals(velocity: np.ndarray, *, sided: bool = False) -> np.ndarray:
 
 
 def turning_points(position: np.ndarray, least: float = 0.0, candidates: Sequence[int] | None = None) -> list[int]:
-    """Return the samples at which the motion turns by more than `least` [m or rad], ends not included.
-
-    If the motion oscillates by less, the farthest sample counts. The search covers all samples, or the ordered `candidates`,
-    such as reversals of a velocity.
-    """
+    """Return the samples at which the motion turns by more than `least` [m or rad], of all or of the ordered `candidates`."""
     turns: list[int] = []
     side, extreme = 0.0, 0
     for k in [*(reversals(np.diff(position)).tolist() if candidates is None else candidates), position.size - 1]:

@@ -77,10 +77,7 @@ def distinct(names: Iterable[str]) -> tuple[list[str], list[str]]:
 
 
 def names_and_units(headers: Iterable[str], stated: Mapping[str, str]) -> tuple[list[str], dict[str, str], list[str]]:
-    """Return unique names without their units, the known units, and notes.
-
-    A column with a stated unit keeps its name unchanged; for others the brackets after the name hold the unit.
-    """
+    """Return unique names without their units, the known units, and notes; a column with a stated unit keeps its name."""
     parts = [(header, stated[header]) if header in stated else split_unit(header) for header in headers]
     names, notes = distinct(name for name, _ in parts)
     return names, {name: unit for name, (_, unit) in zip(names, parts, strict=True) if unit}, notes
@@ -269,10 +266,7 @@ def other_unit_in(name: str, declared: str) -> str:
 
 
 def unit_of_time(name: str, values: np.ndarray) -> str:
-    """Return the unit of stamps without a unit: from their name, or from counts since 1970 or from 0.
-
-    A step of more than a twentieth cannot be in seconds: no axis is sampled so slowly.
-    """
+    """Return the unit of stamps without a unit, from their name, or from counts since 1970 or from 0."""
     named = unit_in_name(name)
     if named in ("s", "ms", "us", "ns"):
         return named
@@ -281,4 +275,4 @@ def unit_of_time(name: str, values: np.ndarray) -> str:
     for bound, unit in ((1e17, "ns"), (1e14, "us"), (1e11, "ms")):
         if largest > bound:
             return unit
-    return "ms" if largest < 1e8 and step > 0.05 else "s"
+    return "ms" if largest < 1e8 and step > 0.05 else "s"  # no axis has samples more than 0.05 s apart

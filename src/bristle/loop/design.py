@@ -219,10 +219,7 @@ class Circle:
 
 
 def circle_of(variant: Variant) -> tuple[float, float]:
-    """Return radius [m or rad] and feed [m/s or rad/s] of the test circle for a reference.
-
-    For a circle, its values; for another motion half its travel, and its largest velocity.
-    """
+    """Return radius [m or rad] and feed [m/s or rad/s] of the test circle: those of a circle, or half the travel and the top speed."""
     reference = variant.reference
     if reference.name == "circle":
         return reference.values["radius"], reference.values["feed"]

@@ -224,10 +224,7 @@ def measured(setting: Setting, friction: Model, turns: Iterable[float], generato
 
 
 def measured_loop(setting: Setting, friction: Model, amplitude: float, rounds: int, generator: np.random.Generator) -> list[Record]:
-    """Return the last rounds of a symmetric loop, after a sweep from the largest loop down to it.
-
-    The sweep centres loops of every amplitude around one point, although the directions differ.
-    """
+    """Return the last rounds of a symmetric loop, after a sweep from the largest loop that centres all loops around one point."""
     largest = float(np.max(setting["measurement", "amplitudes"]))
     falling = np.linspace(largest, amplitude, SWEEP).repeat(2)
     sweep = falling * np.tile([1.0, -1.0], SWEEP)

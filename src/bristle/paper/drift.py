@@ -37,11 +37,7 @@ class Rippled(NamedTuple):
 
 
 def torque_of(setting: Setting) -> tuple[np.ndarray, np.ndarray]:
-    """Return the driving torque of an experiment [N*m] at each sample, and the samples at which cycles start.
-
-    It rises over four periods to break-away, falls over two periods to the upper level of the ripple,
-    and alternates from there.
-    """
+    """Return the driving torque of an experiment [N*m] at each sample, and the samples at which cycles of the ripple start."""
     top, low, high = (float(setting["torque", key]) for key in ("break_away", "low", "high"))
     if not low < high < top:
         raise InputError("must satisfy low < high < break_away", path=f"{setting.source}: torque", value=(low, high, top))

@@ -180,10 +180,8 @@ AS_GOOD = 1.5  # ratio of errors up to which two numbers from few loops replace 
 
 
 def verdict(cost: Economy) -> Verdict:
-    """Return whether the reformed Dahl model from the fewest branches is about as good as the surface from the most.
-
-    In part, if an operator fitted to the same few branches is better.
-    """
+    """Return whether the reformed Dahl model from the fewest branches is about as good as the surface from the most."""
+    # In part, if an operator fitted to the same few branches is better.
     means = cost.means
     few, many = float(means["reformed Dahl"][0]), float(means["tabulated surface"][-1])
     if few > AS_GOOD * many:

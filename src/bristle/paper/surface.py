@@ -45,15 +45,10 @@ def sampled_bound(
     jerk: float = 0.0,
     phi: float = 0.0,
 ) -> float:
-    """Return the largest final distance from the surface [m/s or rad/s], in sampled time.
-
-    Infinite if the sample time and the delay are too long for a bound. For small sample time and errors it approaches
-    `ultimate_bound`.
-    zero it goes over into `ultimate_bound`.
-
-    An encoder of the count c has a position error of c/2. The velocity from the difference of two samples has a lag of
-    T/2, and an error of c/T and T/2 times the largest acceleration of the command.
-    """
+    """Return the largest final distance from the surface [m/s or rad/s], in sampled time; infinite if no bound exists."""
+    # For small sample time and errors it approaches `ultimate_bound`. An encoder of the count c has a position error of c/2.
+    # The velocity from the difference of two samples has a lag of T/2, and an error of c/T and T/2 times the largest
+    # acceleration of the command.
     oldest = (delay + 1.0) * sample_time  # the largest age of a reading in effect
     margin = 1.0 - K_1 * oldest
     if min(margin, 1.0 - (lambda_ + K_1) * lag) <= 0.0:

@@ -187,10 +187,7 @@ def resolved_side(model: Model, direction: float, fastest: float) -> tuple[np.nd
 
 
 def placed(curve: np.ndarray, count: int) -> list[int]:
-    """Return the points of a curve between which straight lines deviate least, at most `count`, including both ends.
-
-    Bisects the allowed deviation: for each, every line is as long as possible.
-    """
+    """Return at most `count` points of a curve, both ends included, between which straight lines deviate least, by bisection."""
     low, high = 1e-6 * float(np.max(np.abs(curve[:, 1]))), float(np.ptp(curve[:, 1]))  # a smaller deviation counts as zero
     best = _reached(curve, low, count)
     if best is not None:

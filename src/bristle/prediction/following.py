@@ -138,14 +138,9 @@ def apart(measured: Statistics, simulated: Statistics) -> float:
 
 
 def explanations(variant: Variant, error: np.ndarray, allowed: float) -> tuple[Suspect, ...]:
-    r"""Return the numbers that alone would make a loop follow as measured, the best first, with equivalent ones.
-
-    They are the position gain of the law, the share of the reference velocity in the feedforward of the drive, the scales of
-    position and effort of the law, samples of delay, and the time by which the reference acts later. Position
-    and effort of the log are in the identified model as well, so a wrong scale affects the numbers of the law
-    only: :math:`x \to f x` multiplies a gain in N·s/m by `f`, :math:`u \to f u` divides it by
-    `f`. If all gains of a law contain the same ratio of the two, the scales are confounded.
-    """
+    """Return the numbers that alone would make a loop follow as measured, the best first, with equivalent ones."""
+    # Position and effort of the log are in the identified model as well, so a wrong scale affects the numbers of the law
+    # only. If all gains of a law contain the same ratio of the two, the scales are confounded.
     trial = _Trial.of(variant, error)
     before, law = trial.difference(trial.variant), trial.variant.controller
     scales = [name for name in ("k_p", "position", "effort") if CHANGES[name](trial.variant, 2.0).controller != law]

@@ -15,10 +15,7 @@ Samples = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
 class Legs(NamedTuple):
-    """Phases of constant jerk: the start of each, and the motion there, each of shape (phase,).
-
-    Times [s], positions [m or rad], velocities, accelerations and jerks; `end` is the end of the last phase.
-    """
+    """Phases of constant jerk, and their `end` [s]: the start of each and the motion there in SI, each of shape (phase,)."""
 
     time: np.ndarray
     position: np.ndarray

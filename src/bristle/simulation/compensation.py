@@ -94,10 +94,7 @@ def feedforward_effort(feedforward: Feedforward, position: Any, acceleration: An
 
 
 def carried_effort(feedforward: Feedforward, position: np.ndarray, acceleration: np.ndarray, dt: float) -> np.ndarray:
-    """Return the effort [N or N*m] that a desired trajectory transmits to the load, for the step after each sample.
-
-    It is the effort of the plant in the feedforward; without a plant, the feedforward without friction.
-    """
+    """Return the effort [N or N*m] that a desired trajectory transmits to the load, for the step after each sample."""
     plant = feedforward.carries
     if plant is None:
         return _planned(feedforward, position, acceleration)
@@ -113,10 +110,7 @@ def carried_effort(feedforward: Feedforward, position: np.ndarray, acceleration:
 
 
 def compensator_of(feedforward: Feedforward, carried: np.ndarray | None = None) -> Compensator | None:
-    """Return the compensator that a loop runs along the measured motion; None without one.
-
-    `carried` is the output of `carried_effort` at each sample of the loop; zero by default.
-    """
+    """Return the compensator that a loop runs along the measured motion, with the `carried` effort at each sample; None without one."""
     if feedforward.friction is None or feedforward.along == "desired":
         return None
     friction = with_rest(feedforward.friction, feedforward.rest)

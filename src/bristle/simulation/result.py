@@ -189,10 +189,7 @@ def _spread(numbers: Sequence[Any]) -> Any:
 
 
 def mean_result(runs: Sequence[VariantResult]) -> VariantResult:
-    """Return several runs of a variant as one: means of the numbers with their spread, and the signals of the first run.
-
-    If a run diverged, return that run.
-    """
+    """Return runs of a variant as one, with mean numbers and the signals of the first run; a diverged run as it is."""
     diverged = next((run for run in runs if run.status is Status.NOT_FINITE), None)
     if diverged is not None or len(runs) == 1:
         return replace(diverged or runs[0], runs=len(runs))

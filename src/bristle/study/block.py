@@ -252,11 +252,7 @@ class Simulator:
 
 
 def fits_a_batch(experiment: Experiment) -> bool:
-    """Return whether several runs of an experiment can be simulated in one batch.
-
-    This requires a given effort on one mass with constant steps, without lag or delay, and a friction model without turning
-    points, whose overflow would need a report.
-    """
+    """Return whether several runs can be simulated in one batch: by effort, on one mass, in constant steps, without turning points."""
     for variant in experiment.variants:
         run, friction = variant.run, variant.friction.component
         if variant.effort is None or variant.plant.component.screw is not None:

@@ -16,10 +16,7 @@ LEVELS = (2.5, 97.5)  # [%]
 
 
 def spread_of(numbers: np.ndarray, *, independent: bool = True) -> dict[str, Any]:
-    """Return the distribution of a metric over runs: 5 and 95 % quantiles, and 95 % intervals by standard error or ranks.
-
-    NaN values do not count.
-    """
+    """Return 5 and 95 % quantiles of a metric over runs without NaN, and 95 % intervals by standard error or ranks."""
     usable = np.sort(numbers[np.isfinite(numbers)])
     count, intervals = len(usable), [(math.nan, math.nan)] * 3
     names = ("count", "mean", "std", "median", "low", "high", "mean_interval", "median_interval", "high_interval")
@@ -108,10 +105,8 @@ def _correlation(a: np.ndarray, b: np.ndarray, draws: np.ndarray) -> tuple[float
 
 
 def sobol_indices(runs: Runs) -> list[dict[str, Any]]:
-    """Return the Sobol indices of each metric; empty unless the draws were designed for them.
-
-    Points with a missing or failed run do not count. Of the others, the largest power of two is used.
-    """
+    """Return the Sobol indices of each metric; empty unless the draws were designed for them."""
+    # Points with a missing or failed run do not count. Of the others, the largest power of two is used.
     if not runs.described["sobol_indices"]:
         return []
     causes: Mapping[str, Any] = runs.described["causes"]

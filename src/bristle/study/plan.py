@@ -58,10 +58,7 @@ class Metric:
         return float(reduce(getattr, (group, statistic), result))
 
     def along(self, position: np.ndarray, effort: np.ndarray) -> np.ndarray:
-        """Return the values of the metric in several open loops, shape (run,), from their evaluated part, shape (run, sample).
-
-        The bits equal those of `of` for each run.
-        """
+        """Return the metric of open loops, shape (run,), from their evaluated part, shape (run, sample), to the bit as `of`."""
         group, _, statistic = self.name.rpartition(".")
         if self.name == "effort.peak":
             return np.max(np.abs(effort), axis=1, initial=0.0)

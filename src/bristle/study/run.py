@@ -143,10 +143,7 @@ def values_of(study: Study, number: int) -> dict[str, Any]:
 
 
 def worst_runs(runs: Runs, count: int) -> list[int]:
-    """Return the numbers of the worst runs, the worst first: those with the largest first metric.
-
-    Failed runs without numbers do not count. Among equal runs, the earlier comes first.
-    """
+    """Return the numbers of the runs with the largest first metric, the worst first; of equal runs, the earlier first."""
     metric = runs.columns[runs.described["metrics"][0]]
     usable = np.flatnonzero(np.isfinite(metric) & ~np.isin(runs.columns["status"], FAILED))
     order = usable[np.argsort(-metric[usable], kind="stable")][:count]

@@ -74,10 +74,7 @@ def judged(fact: Fact, advice: str, *, unmet: bool) -> Fact:
 
 
 def outcomes(checks: Iterable[Demand], subject: Any, form: Collection[Demand], where_it_stops: str = "Kernels never raise") -> list[Check]:
-    """Return the results of several demands, in order. If a demand of `form` is not met, the others are skipped.
-
-    `where_it_stops` is the advice if user code raises an error.
-    """
+    """Return the results of several demands, in order; if a demand of `form` is not met, the others are skipped."""
     results: list[Check] = []
     for check in checks:
         name = check.__name__.replace("_", " ")

@@ -1,7 +1,4 @@
-"""The contract suite: requirements for every friction model, built-in or a user's. It needs no test framework.
-
-Each check runs the model. The first sentence of its docstring states the demand.
-"""
+"""The contract suite of friction models; the first sentence of the docstring of a check states the demand."""
 
 from collections.abc import Iterator, Sequence
 from itertools import pairwise

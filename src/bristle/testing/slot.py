@@ -1,7 +1,4 @@
-"""The contract of control laws and sensors, which run once a sample, and of user slots.
-
-Each check runs the slot on built-in models. The first sentence of its docstring states the demand.
-"""
+"""The contract of control laws, sensors and user slots; the first sentence of the docstring of a check states the demand."""
 
 import math
 from dataclasses import replace

@@ -1,7 +1,4 @@
-"""Derivatives of the elementary functions of kernels: the slope for each argument, given the value.
-
-In the clamped range of a function the slope is 0. At a corner it is the slope of one side. All slopes are finite.
-"""
+"""Derivatives of elementary functions, given the value: finite, 0 in a clamped range, one-sided at a corner."""
 
 import math
 from collections.abc import Callable

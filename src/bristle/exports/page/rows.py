@@ -47,18 +47,14 @@ def turns_of(x: np.ndarray, depth: float) -> np.ndarray:
 
 
 class Stretch(NamedTuple):
-    """A motion without a gap.
-
-    Samples count from 0 at `time` [s]. Intervals end at the samples `ends`, at `positions` in steps from `origin` [m or
-    rad]; `rows` are at samples. `begin` is the initial state of a contact that is not virgin, (index, number).
-    """
+    """A motion without a gap, in intervals; samples count from 0 at `time` [s]."""
 
     origin: float
     time: float
-    ends: np.ndarray
-    positions: np.ndarray
-    rows: np.ndarray
-    begin: list[tuple[int, float]]
+    ends: np.ndarray  # samples at the ends of the intervals
+    positions: np.ndarray  # at the ends, in steps from `origin` [m or rad]
+    rows: np.ndarray  # samples
+    begin: list[tuple[int, float]]  # initial state of a contact that is not virgin, (index, number)
 
 
 class Column(NamedTuple):

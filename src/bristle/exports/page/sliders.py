@@ -42,10 +42,7 @@ AROUND = 100.0  # factor from the middle of an unbounded slider to either end
 
 
 class Slider(NamedTuple):
-    """The ends of a slider, in SI, with equal factors if ``logarithmic``.
-
-    A logarithmic slider reaches 0 at its left end if ``to_zero``, and infinity at its right end if ``endless``.
-    """
+    """The ends of a slider, in SI, with equal factors if ``logarithmic``; then it may reach 0 (``to_zero``) or infinity (``endless``)."""
 
     low: float
     high: float

@@ -233,11 +233,8 @@ def slots_described(kind: Kind) -> dict[str, Any]:
 def switched(
     model: Model, *, uncertainty: Mapping[str, Mapping[str, Any]] | None = None, mass: float | None = None, **known: Any
 ) -> dict[str, Any]:
-    """Return the data of a friction model with switchable slots for a page.
-
-    Parameters are those of `bristle.exports.page.described.model_described`. Modules are packed with `common_module` as a dictionary,
-    the wide module also with the plain one.
-    """
+    """Return the data of a friction model with switchable slots for a page, with the parameters of `model_described`."""
+    # Modules are packed with `common_module` as a dictionary, the wide module also with the plain one.
     if over := channel_slots_of(model.component):
         names = ", ".join(slot.name for slot in over)
         raise InputError(

@@ -73,10 +73,7 @@ def _peaks(errors: Mapping[str, Interval | None]) -> dict[str, float]:
 
 
 def no_better(trial: Trial, place: str) -> list[str]:
-    """Return the truths on which observer and feedforward together are not better than the observer alone.
-
-    The difference of both means has to exceed its 95 % interval, under nominal conditions.
-    """
+    """Return the truths on which observer and feedforward together are not significantly better than the observer alone."""
     names = []
     for truth in trial.plan.truths:
         alone, both = (error_of(trial, place, truth.name, variant) for variant in (OBSERVER, TOGETHER))

@@ -62,11 +62,7 @@ class Fitted(NamedTuple):
 
 
 def log_of(truth: Truth) -> tuple[Log, Axis]:
-    """Return the log for the identification of compensators, and its axis.
-
-    It is the log of the bench: a minute of triangles in the loop of set A without compensation, only encoder and effort
-    command.
-    """
+    """Return the log for the identification of compensators, a minute of triangles in the loop of set A, and its axis."""
     described = read_experiment(LOG)
     variant = replace(described.variants[0], friction=truth.friction.with_values(seed=SEED))
     described = replace(described, variants=(variant,))
@@ -74,11 +70,8 @@ def log_of(truth: Truth) -> tuple[Log, Axis]:
 
 
 def fitted(family: str, log: Log, axis: Axis) -> Fitted:
-    """Return a model of a family, identified from the log and the axis of `log_of`, or the reason of a failure.
-
-    As in the paper, the operator of the printed equations is fitted over the position, and then driven by z: the
-    identification uses the gate, which is removed afterwards.
-    """
+    """Return a model of a family, identified from the log and the axis of `log_of`, or the reason of a failure."""
+    # As in the paper, the operator is fitted over the position, then driven by z: the gate of the identification is removed.
     try:
         name = GATED if family == PRINTED else family
         friction = identify(log, name, axis=axis, blocks=0, draws=0).finished.best.friction

@@ -45,12 +45,9 @@ class Beginning:
 
 
 def beginning_of(log: Log, first: int, resolution: float | None) -> Beginning:
-    """Return the motion at a sample of a log.
-
-    Velocity and acceleration come from a cubic through the surrounding samples (on one side only at the start of the log):
-    as few samples as move by a hundred counts of the encoder. A single difference has an error of a count per sample; many
-    samples would smooth the start of a motion.
-    """
+    """Return the motion at a sample of a log."""
+    # Velocity and acceleration come from a cubic through as few samples as move by a hundred counts of the encoder: a single
+    # difference has an error of a count per sample, and many samples would smooth the start of a motion.
     dt, x = log.sample_time, float(log.position.values[first])
     for count in range(8, 2 * START_SAMPLES + 1):
         low = max(first - count // 2, 0)
@@ -150,11 +147,8 @@ class ClosedLoop:
 
 
 def resumed_effort_at(controller: Model, desired: np.ndarray, log: Log, first: int, beginning: Beginning) -> float | None:
-    """Return the effort of a controller at a sample of a log, including its integral.
-
-    It is the recorded effort minus that of the law along reference and position of the log with an empty integral: a mean
-    over some samples, without known inputs added after the controller.
-    """
+    """Return the effort of a controller at a sample of a log, including its integral, without known inputs added behind it."""
+    # It is the mean difference of the recorded effort and that of the law along the log with an empty integral.
     if log.effort is None:
         return None
     component, p, dt = controller.component, controller.parameters, log.sample_time

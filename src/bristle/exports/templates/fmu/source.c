@@ -222,7 +222,7 @@ static bool handed_out(void **state, const unsigned char *bytes, size_t size)
 
 /* --- FMI {{ fmi }}.0 ------------------------------------------------------------------------------------------------------ */
 
-{% include "fmu/fmi" ~ fmi ~ ".c" %}{% if exchange %}{% include "fmu/exchange" ~ fmi ~ ".c" %}{% endif %}
+{% include "fmu/interface" ~ fmi ~ ".c" %}
 /* --- unsupported functions --------------------------------------------------------------------------------------- */
 
 {{ absent }}

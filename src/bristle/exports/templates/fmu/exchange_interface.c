@@ -1,5 +1,5 @@
 
-fmi3Instance fmi3InstantiateModelExchange(fmi3String instanceName, fmi3String instantiationToken,
+{% if fmi == 3 %}fmi3Instance fmi3InstantiateModelExchange(fmi3String instanceName, fmi3String instantiationToken,
                                           fmi3String resourcePath, fmi3Boolean visible, fmi3Boolean loggingOn,
                                           fmi3InstanceEnvironment instanceEnvironment,
                                           fmi3LogMessageCallback logMessage)
@@ -10,7 +10,7 @@ fmi3Instance fmi3InstantiateModelExchange(fmi3String instanceName, fmi3String in
     return made(instantiationToken, true, loggingOn, instanceEnvironment, logMessage);
 }
 
-fmi3Status fmi3EnterEventMode(fmi3Instance instance)
+{% endif %}fmi3Status fmi3EnterEventMode(fmi3Instance instance)
 {
     Situation *now = &((Instance *)instance)->now;
     if (now->phase != FLOWING) {
@@ -20,23 +20,30 @@ fmi3Status fmi3EnterEventMode(fmi3Instance instance)
     return fmi3OK;
 }
 
-fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *discreteStatesNeedUpdate,
+{% if fmi == 2 %}fmi2Status fmi2NewDiscreteStates(fmi2Component instance, fmi2EventInfo *fmi2eventInfo)
+{% else %}fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *discreteStatesNeedUpdate,
                                     fmi3Boolean *terminateSimulation, fmi3Boolean *nominalsOfContinuousStatesChanged,
                                     fmi3Boolean *valuesOfContinuousStatesChanged, fmi3Boolean *nextEventTimeDefined,
                                     fmi3Float64 *nextEventTime)
-{
+{% endif %}{
     Situation *now = &((Instance *)instance)->now;
     if (now->phase != AT_EVENT) {
         return answer(instance, "not in event mode");
     }
     turned(now);
-    *discreteStatesNeedUpdate = fmi3False;
+{% if fmi == 2 %}    fmi2eventInfo->newDiscreteStatesNeeded = fmi2False;
+    fmi2eventInfo->terminateSimulation = fmi2False;
+    fmi2eventInfo->nominalsOfContinuousStatesChanged = fmi2False;
+    fmi2eventInfo->valuesOfContinuousStatesChanged = fmi2False;
+    fmi2eventInfo->nextEventTimeDefined = fmi2False;
+    fmi2eventInfo->nextEventTime = 0.0;
+{% else %}    *discreteStatesNeedUpdate = fmi3False;
     *terminateSimulation = fmi3False;
     *nominalsOfContinuousStatesChanged = fmi3False;
     *valuesOfContinuousStatesChanged = fmi3False;
     *nextEventTimeDefined = fmi3False;
     *nextEventTime = 0.0;
-    return fmi3OK;
+{% endif %}    return fmi3OK;
 }
 
 fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance instance)
@@ -124,7 +131,7 @@ fmi3Status fmi3GetEventIndicators(fmi3Instance instance, fmi3Float64 eventIndica
 {% else %}    (void)eventIndicators;
 {% endif %}    return fmi3OK;
 }
-
+{% if fmi == 3 %}
 fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance instance, size_t *nContinuousStates)
 {
     (void)instance;
@@ -138,3 +145,4 @@ fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance instance, size_t *nEventI
     *nEventIndicators = MARGINS;
     return fmi3OK;
 }
+{% endif %}
