@@ -129,7 +129,9 @@ def drawn(seed: int) -> tuple[Plant, Motion]:
         crossover = min(crossover, 0.12 * 2 * math.pi * first)
     plant.p, plant.i, plant.d = 0.4 * mass * crossover**2, 0.4 * mass * crossover**3 / 20, mass * crossover
     plant.inertia, plant.limit = 0.97 * mass, coulomb * 4 + abs(plant.gravity) + 6 * mass
+    # The motion is large beside the error of the loop, as on a machine in use.
     amplitude, period, dwell = log(0.5e-3, 8e-3), float(r.uniform(1.2, 3.0)), 0.15 * float(r.uniform() < 0.5)
+    amplitude = max(amplitude, 12 * coulomb / plant.p)
     half, rest = round(period / 2 / plant.sample_time), round(dwell / plant.sample_time)
     t = np.arange(half) / half
     rise = (1 - np.cos(math.pi * t)) / 2 if rest == 0 else t - np.sin(2 * math.pi * t) / (2 * math.pi)
@@ -147,6 +149,7 @@ class Guard:
     slew: float = 2.0
     gain: float = 0.0
     offset: float = 0.0
+    reaches_motor: bool = True  # whether the drive applies the test effort and the feedforward
 
 
 @dataclass
@@ -181,7 +184,7 @@ class Bench:
     def play(self, reference: np.ndarray, feed: np.ndarray, *, feed_is_truth: bool = False) -> tuple[np.ndarray, int, int]:
         """Return rows (position, effort, true position, friction, gain), their number, and the reason of the guard: 0 for none."""
         g = self.guard
-        limits = np.array([g.following_error, g.effort, g.low, g.high, g.slew, g.gain, g.offset])
+        limits = np.array([g.following_error, g.effort, g.low, g.high, g.slew, g.gain, g.offset, g.reaches_motor])
         out = np.zeros((reference.size, 5))
         count, why = _play(
             self.plant.values(), limits, reference, feed, feed_is_truth, self.values, self.springs, self.limits, self.stiff, self.late,
@@ -225,7 +228,7 @@ def _play(par, guard, reference, feed, feed_is_truth, x, s, limit, stiff, late, 
             return k, 3
         for j in range(15, 0, -1):
             late[j] = late[j - 1]
-        late[0] = total
+        late[0] = total if guard[7] else loop
         command = late[int(delay)]
         share_of_lag = 1 - math.exp(-dt / lag) if lag > 0 else 1.0
         x[6] += -x[6] * T / 0.5 + noise * math.sqrt(2 * T / 0.5) * 3.46 * (_uniform(random) - 0.5)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from tests.tune.bench import Bench, Motion, drawn
 
-from bristle.tune import FrictionFeedforward, Limits, MachineStopped, Recording
+from bristle.tune import FrictionFeedforward, Limits, MachineStoppedError, Recording
 
 WHY = {1: "following_error", 2: "effort", 3: "travel"}
 
@@ -67,7 +67,8 @@ class BenchMachine:
 
     def set(self, *, gain: float = 0.0, offset: float = 0.0) -> None:
         self.bench.guard.gain = gain
-        self.bench.guard.offset = 0.0 if self.faults.ignores_effort else self.faults.sign * offset
+        self.bench.guard.offset = self.faults.sign * offset
+        self.bench.guard.reaches_motor = not self.faults.ignores_effort
         self._write(gain=gain)
 
     def record(self, reference: np.ndarray, alive: Callable[[], None]) -> Recording:
@@ -80,9 +81,9 @@ class BenchMachine:
         rows, count, why = self.bench.play(reference, feed)
         if why and not self.faults.guard_fails:
             self._write(gain=0.0)
-            raise MachineStopped(WHY[why], f"at sample {count}")
+            raise MachineStoppedError(WHY[why], f"at sample {count}")
         if number == self.faults.stops_at:
-            raise MachineStopped("operator", "the operator stopped the axis")
+            raise MachineStoppedError("operator", "the operator stopped the axis")
         position, lost = rows[:, 0].copy(), self.faults.lost.get(str(number), 0)
         if number == self.faults.encoder_fails_at:
             position[count // 2 :] = position[count // 2]

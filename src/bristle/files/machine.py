@@ -44,6 +44,7 @@ class MachineEntry(Strict):
     machine: str
     axis: str
     motion: MotionEntry
+    effort_ratio: Annotated[float, Field(ge=1.0, le=10.0)] = 1.05
     settings: dict[str, Any] = Field(default_factory=dict)
 
 
@@ -69,6 +70,8 @@ class MachineFile:
         One cycle of the motion of the user [m or rad]; it ends where it starts.
     cycles : int
         Number of cycles of a record.
+    effort_ratio : float
+        Largest rms effort with the feedforward, as a ratio to that without it. An axis that follows better moves more.
     """
 
     source: Path
@@ -79,6 +82,7 @@ class MachineFile:
     axis: Axis
     cycle: np.ndarray
     cycles: int
+    effort_ratio: float = 1.05
 
 
 def read_machine(path: Readable) -> MachineFile:
@@ -109,7 +113,7 @@ def read_machine(path: Readable) -> MachineFile:
             value, allowed = f"{sample_time:g} s", f"the sample time of the axis, {axis.sample_time:g} s"
             raise InputError("has another sample time", path="motion.file", value=value, allowed=allowed)
     settings = {**entry.settings, "sample_time": sample_time}
-    return MachineFile(source, content, entry.name, entry.machine, settings, axis, cycle, entry.motion.cycles)
+    return MachineFile(source, content, entry.name, entry.machine, settings, axis, cycle, entry.motion.cycles, entry.effort_ratio)
 
 
 def _cycle(path: Path, axis: Axis) -> tuple[np.ndarray, float]:

@@ -14,7 +14,7 @@ from bristle.core.experiment import Run as Simulated
 from bristle.files import MachineFile, read_experiment
 from bristle.references import recorded
 from bristle.simulation import simulate
-from bristle.tune.machine import FrictionFeedforward, Limits, MachineStopped, Recording, State
+from bristle.tune.machine import FrictionFeedforward, Limits, MachineStoppedError, Recording, State
 
 SLEW = 2.0  # of the gain [1/s]
 
@@ -93,7 +93,7 @@ class ExperimentMachine:
         ):
             if beyond.any():
                 self._gain = self._offset = 0.0
-                raise MachineStopped(reason, f"at {np.argmax(beyond) * self.sample_time:.3f} s")
+                raise MachineStoppedError(reason, f"at {np.argmax(beyond) * self.sample_time:.3f} s")
 
     def keep(self) -> None:
         """Keep the gain."""

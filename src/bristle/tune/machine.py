@@ -22,7 +22,7 @@ State = Mapping[str, Any]
 """Everything that a run writes on a machine, as plain data (JSON)."""
 
 
-class MachineStopped(BristleError):
+class MachineStoppedError(BristleError):
     """A watchdog of the machine, a lost sample or the operator ended a motion.
 
     Parameters
@@ -38,7 +38,7 @@ class MachineStopped(BristleError):
         self.reason, self.detail = reason, detail
 
 
-class MachineRefused(BristleError):
+class MachineRefusedError(BristleError):
     """A machine cannot be tuned, with the name of the cause and the remedy."""
 
     def __init__(self, code: str, message: str, mend: str = "") -> None:
@@ -168,7 +168,7 @@ class Machine(Protocol):
 
         Raises
         ------
-        MachineStopped
+        MachineStoppedError
             If a watchdog trips, or if samples were lost.
         """
         ...

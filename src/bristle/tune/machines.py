@@ -35,4 +35,4 @@ def connected(file: MachineFile) -> Machine:
     own: Any = declared_in(
         file.source.parent / file.machine, "MACHINE", type, title="machine", mend="End the file with MACHINE = MyMachine"
     )
-    return own(**{key: value for key, value in file.settings.items()})
+    return own(**file.settings)

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from bristle.core import Axis, Progress
+from bristle.core import Axis, Progress, cached_property
 from bristle.files import MachineFile, write_log
 from bristle.logs import Log, read_log
 from bristle.tune.journal import Journal
-from bristle.tune.machine import FrictionFeedforward, Limits, Machine, MachineRefused, MachineStopped, Recording
+from bristle.tune.machine import FrictionFeedforward, Limits, Machine, MachineRefusedError, MachineStoppedError, Recording
 
 MODELS = "lugre,dahl,maxwell_slip"
 REST = 0.5  # before and after each motion [s]
@@ -58,7 +57,9 @@ class Run:
     def limits(self) -> Limits:
         """Limits of the guard."""
         axis = self.axis
-        assert axis.stroke is not None and axis.following_error_limit is not None and axis.effort_limit is not None
+        assert axis.stroke is not None
+        assert axis.following_error_limit is not None
+        assert axis.effort_limit is not None
         return Limits(axis.following_error_limit, axis.effort_limit, axis.stroke)
 
     def tell(self, text: str, share: float = 0.0) -> None:
@@ -103,13 +104,13 @@ class Run:
         recording = self.machine.record(reference, lambda: None)
         lengths = {recording.reference.size, recording.position.size, recording.effort.size}
         if lengths != {reference.size}:
-            raise MachineStopped("lost_samples", f"{reference.size - min(lengths)} of {reference.size} samples of {name} are missing")
+            raise MachineStoppedError("lost_samples", f"{reference.size - min(lengths)} of {reference.size} samples of {name} are missing")
         if not all(np.all(np.isfinite(signal)) for signal in (recording.position, recording.effort)):
-            raise MachineStopped("lost_samples", f"{name} contains values that are not finite")
+            raise MachineStoppedError("lost_samples", f"{name} contains values that are not finite")
         if not np.allclose(recording.reference, reference, rtol=0.0, atol=self.axis.resolution or 1e-6):
             worst = float(np.max(np.abs(recording.reference - reference)))
             mend = "Check the scale of the reference"
-            raise MachineRefused("other_motion", f"the machine played another motion: it differs by up to {worst:.3g} in SI", mend)
+            raise MachineRefusedError("other_motion", f"the machine played another motion: it differs by up to {worst:.3g} in SI", mend)
         folder = self.folder / RECORDS
         folder.mkdir(exist_ok=True)
         signals = {"position": recording.position, "effort": recording.effort, "reference": recording.reference}

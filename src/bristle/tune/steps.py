@@ -14,14 +14,14 @@ from bristle.prediction import axis_with, proposals_of
 from bristle.report.compared import compare
 from bristle.report.identified import Identified, identify
 from bristle.report.judgement import judged
-from bristle.tune.machine import FrictionFeedforward, MachineRefused, MachineStopped, Recording
+from bristle.tune.machine import FrictionFeedforward, MachineRefusedError, MachineStoppedError, Recording
 from bristle.tune.run import REST, RESULTS, Run, cycles_of, rms
 
 OFFSETS = (0.01, 0.02, 0.04, 0.08, 0.16)  # test efforts, as shares of the largest effort
 ANSWER = 0.3  # of the loop to a test effort, as a share of it
 SEEN = 4.0  # an answer to a test effort, in standard deviations of the noise at rest
 AGREE, WARM_UP = 0.03, 10  # relative difference of two pairs of cycles of a warm axis, most pairs of a warm-up
-EFFORT = 1.04  # ratio of the effort at the safe gain
+SPARE = 0.01  # of the ratio of the effort at the safe gain
 WORSE = 1.05  # allowed ratio of error, effort, noise and settling time
 HUNTS = 0.25  # effort at rest, as a share of the effort in motion: the loop hunts without a feedforward
 NOISIER = 3.0  # ratio of the effort at rest with and without the feedforward: the loop hunts with it
@@ -45,7 +45,7 @@ def identity(run: Run) -> None:
     found, before = dict(run.machine.identity()), run.journal.last("done", step="identity")
     if before is not None and before["facts"]["identity"] != found:
         changed = [name for name in before["facts"]["identity"] if before["facts"]["identity"][name] != found.get(name)]
-        raise MachineRefused("identity_changed", f"the machine differs from that of the run: {', '.join(changed)}", "Begin a new run")
+        raise MachineRefusedError("identity_changed", f"the machine differs from that of the run: {', '.join(changed)}", "Begin a new run")
     limits = run.limits
     run.done(identity=found, limits={"following_error": limits.following_error, "effort": limits.effort, "travel": limits.travel})
 
@@ -54,7 +54,7 @@ def backup(run: Run) -> None:
     """Read everything that the run may write, twice."""
     state = dict(run.machine.state())
     if dict(run.machine.state()) != state:
-        raise MachineRefused("state_unstable", "two readings of the parameters of the machine differ", "Stop what else writes them")
+        raise MachineRefusedError("state_unstable", "two readings of the parameters of the machine differ", "Stop what else writes them")
     run.done(state=state, writes=run.machine.writes())
 
 
@@ -70,7 +70,7 @@ def check(run: Run) -> None:
 
 
 def _answer(run: Run, still: Recording) -> dict[str, Any]:
-    """Return the answer of the axis to the smallest test effort that it shows: motion in the direction of the effort, or loop against it."""
+    """Return the answer of the axis to the smallest test effort that shows: motion along the effort, or loop against it."""
     noise, count = SEEN * rms(still.position), 0.75 * (run.axis.resolution or 0.0)
     for share in OFFSETS:
         offset = share * run.limits.effort
@@ -83,11 +83,11 @@ def _answer(run: Run, still: Recording) -> dict[str, Any]:
         still = run.record("test_effort_off", run.rest(1.0))
         # An integral action answers until the loop opposes the whole test effort.
         if abs(moved) > max(noise, count) or abs(loop) > ANSWER * offset:
-            if moved < -max(noise, count) or loop > ANSWER * offset:
-                raise MachineRefused("wrong_sign", "a positive test effort moves the axis backward", "Reverse the sign of the effort")
+            if moved < -max(noise, count) or not -1.0 - ANSWER < loop / offset < ANSWER:
+                raise MachineRefusedError("wrong_sign", "a positive test effort moves the axis backward", "Reverse the sign of the effort")
             return {"test_effort": offset, "moved": moved, "loop_answer": loop / offset}
     reason = f"a test effort of {OFFSETS[-1]:.0%} of the limit moves nothing and changes nothing in the loop"
-    raise MachineRefused(
+    raise MachineRefusedError(
         "no_effect", reason, "The effort does not reach the motor: check the mode of the drive, which must accept an effort"
     )
 
@@ -98,11 +98,11 @@ def _prove_guard(run: Run, position: float) -> None:
     run.arm(replace(run.limits, travel=(outside, outside + 1.0)))
     try:
         run.machine.record(run.rest(0.2), lambda: None)
-    except MachineStopped as stopped:
+    except MachineStoppedError as stopped:
         if stopped.reason != "travel":
             raise
     else:
-        raise MachineRefused("guard_fails", "the guard of the machine does not trip outside its travel", "Do not run this machine")
+        raise MachineRefusedError("guard_fails", "the guard of the machine does not trip outside its travel", "Do not run this machine")
     run.arm()
 
 
@@ -123,7 +123,7 @@ def before(run: Run) -> None:
     at_rest, moving = _at_rest(run, recording), rms(cycles_of(run, recording.effort))
     if at_rest > HUNTS * moving:
         reason = f"the effort at rest swings by {at_rest / moving:.0%} of the effort in motion: the loop hunts"
-        raise MachineRefused("hunts", reason, "Lower the integral gain, or add damping, until the axis rests")
+        raise MachineRefusedError("hunts", reason, "Lower the integral gain, or add damping, until the axis rests")
     run.done(error=rms(cycles_of(run, recording.error, 1)), effort=moving, noise=at_rest)
 
 
@@ -138,7 +138,8 @@ def excitation(run: Run) -> None:
 
 def _led_back(run: Run, position: np.ndarray) -> np.ndarray:
     """Return a motion between rests that ends at its start."""
-    assert run.axis.velocity_limit is not None and run.axis.acceleration_limit is not None
+    assert run.axis.velocity_limit is not None
+    assert run.axis.acceleration_limit is not None
     gap = float(run.file.cycle[0] - position[-1])
     slowest = max(np.pi * abs(gap) / run.axis.velocity_limit, np.pi * np.sqrt(abs(gap) / run.axis.acceleration_limit), 0.1)
     share = 0.5 * (1.0 - np.cos(np.pi * np.linspace(0.0, 1.0, int(np.ceil(slowest / run.sample_time)))))
@@ -168,7 +169,7 @@ def identification(run: Run) -> None:
     }
     if not safe:
         reason = f"{ruling.words}: {'; '.join(ruling.reasons[:2])}"
-        raise MachineRefused("no_usable_model", reason, "The records of this run are in the folder records")
+        raise MachineRefusedError("no_usable_model", reason, "The records of this run are in the folder records")
     run.done(**facts)
 
 
@@ -187,18 +188,21 @@ def stages(run: Run) -> None:
     table: list[dict[str, float]] = []
     for gain in GAINS:
         stage = _stage(run, gain, table)
-        if gain and stage["effort"] > EFFORT * table[0]["effort"]:
+        most = (run.file.effort_ratio - SPARE) * table[0]["effort"] if table else np.inf
+        if stage["effort"] > most:
             # The effort rises with the gain: the safe gain keeps the effort of the loop within its limit.
-            low, high = table[-1], stage
-            share = (EFFORT * table[0]["effort"] - low["effort"]) / (high["effort"] - low["effort"])
+            low = table[-1]
+            share = (most - low["effort"]) / (stage["effort"] - low["effort"])
             table.append(_stage(run, low["gain"] + max(share, 0.0) * (gain - low["gain"]), table))
             break
         table.append(stage)
-    allowed = [stage for stage in table if stage["effort"] <= WORSE * table[0]["effort"]]
+    allowed = [stage for stage in table if stage["effort"] <= run.file.effort_ratio * table[0]["effort"]]
     best = min(allowed, key=lambda stage: stage["error"])
     run.set()
     if best["gain"] < GAINS[1]:
-        raise MachineRefused("no_gain", "no gain of the feedforward reduces the following error without a larger effort")
+        raise MachineRefusedError(
+            "no_gain", "no gain of the feedforward reduces the following error without a larger effort", "Allow it: effort_ratio = 1.2"
+        )
     run.done(gain=best["gain"], stages=table)
 
 
@@ -214,9 +218,11 @@ def _stage(run: Run, gain: float, table: list[dict[str, float]]) -> dict[str, fl
     }
     first = table[0] if table else now
     if now["noise"] > NOISIER * first["noise"] + 0.02 * first["effort"]:
-        raise MachineRefused("hunts_with_feedforward", f"at gain {gain:g} the effort at rest swings by {now['noise']:.3g} in SI")
+        raise MachineRefusedError("hunts_with_feedforward", f"at gain {gain:g} the effort at rest swings by {now['noise']:.3g} in SI")
     if now["error"] > WORSE * first["error"]:
-        raise MachineRefused("worse", f"at gain {gain:g} the following error is {now['error'] / first['error']:.0%} of that without it")
+        raise MachineRefusedError(
+            "worse", f"at gain {gain:g} the following error is {now['error'] / first['error']:.0%} of that without it"
+        )
     return now
 
 
@@ -257,14 +263,15 @@ def verdict(run: Run) -> None:
     """Keep the feedforward if the error is lower with its interval and nothing else is worse."""
     facts = run.facts["comparison"]
     if not facts["helped"]:
-        raise MachineRefused("not_better", "the following error is not significantly lower with the feedforward")
+        raise MachineRefusedError("not_better", "the following error is not significantly lower with the feedforward")
     worse = [name for name, ratio in facts["ratios"].items() if ratio > WORSE]
     for name, change in facts["changes"].items():
+        most = run.file.effort_ratio if name.startswith("effort") else WORSE
         is_judged = name.startswith(("following_error", "reversals", "effort"))
-        if is_judged and change["verdict"] == "higher" and change["after"] > WORSE * change["before"]:
+        if is_judged and change["verdict"] == "higher" and change["after"] > most * change["before"]:
             worse.append(name)
     if worse:
-        raise MachineRefused("something_worse", f"the feedforward lowers the error, but raises: {', '.join(worse)}")
+        raise MachineRefusedError("something_worse", f"the feedforward lowers the error, but raises: {', '.join(worse)}")
     run.set(gain=facts["gain"])
     run.machine.keep()
     run.journal.write(run.step, "kept", state=dict(run.machine.state()))
@@ -283,11 +290,12 @@ def _at_rest(run: Run, recording: Recording) -> float:
 
 
 def _settling(run: Run, recording: Recording) -> float:
-    """Return the time after the end of a motion until the error stays within a tenth of its rms without feedforward [s]."""
+    """Return the time after the end of a motion until the error is within a tenth of its rms without feedforward, for 50 ms [s]."""
     rest, error = run.rest(REST).size, recording.error
     band = max(0.1 * run.facts["before"]["error"], 2.0 * (run.axis.resolution or 0.0))
-    outside = np.nonzero(np.abs(error[-rest:]) > band)[0]
-    return float((outside[-1] + 1) * run.sample_time) if outside.size else 0.0
+    lasts = max(round(0.05 / run.sample_time), 1)
+    inside = np.convolve(np.abs(error[-rest:]) <= band, np.ones(lasts), "valid") >= lasts - 0.5
+    return float((np.argmax(inside) if inside.any() else rest) * run.sample_time)
 
 
 STEPS = (

@@ -15,7 +15,7 @@ from bristle.core import InputError, Progress
 from bristle.core.variable import Kind
 from bristle.files import MachineFile, as_json, lock, provenance, read_machine, state_folder, write_whole
 from bristle.tune.journal import NAME, Journal
-from bristle.tune.machine import Machine, MachineRefused, MachineStopped
+from bristle.tune.machine import Machine, MachineRefusedError, MachineStoppedError
 from bristle.tune.machines import connected
 from bristle.tune.run import Options, Run
 from bristle.tune.steps import STEPS, Step
@@ -126,7 +126,9 @@ def undo(folder: str | os.PathLike[str], *, machine: Machine | None = None) -> T
     with _only_run(described, path), contextlib.closing(machine or connected(described)) as used:
         run = Run(described, used, path, journal)
         if not _restore(run, "undo"):
-            raise MachineRefused("not_restored", "the machine differs from its backup", f"The backup is in {journal.path}, entry backup")
+            raise MachineRefusedError(
+                "not_restored", "the machine differs from its backup", f"The backup is in {journal.path}, entry backup"
+            )
     return Tuning(path, "undone")
 
 
@@ -136,8 +138,8 @@ def _steps(run: Run) -> Tuning:
     try:
         for number, step in enumerate(STEPS):
             _do(run, step, number)
-    except (MachineRefused, MachineStopped) as error:
-        code = error.code if isinstance(error, MachineRefused) else error.reason
+    except (MachineRefusedError, MachineStoppedError) as error:
+        code = error.code if isinstance(error, MachineRefusedError) else error.reason
         reason = str(error)
         run.journal.write(run.step, "stopped", code=code, reason=reason)
         same = _restore(run, reason)
@@ -189,9 +191,21 @@ def _restore(run: Run, why: str) -> bool:
     run.machine.restore(state)
     found = json.loads(json.dumps(dict(run.machine.state())))
     same = found == json.loads(json.dumps(state))
-    different = [] if same else [name for name in state if found.get(name) != state[name]]
+    different = _differences(state, found)
     run.journal.write(run.step or "restore", "restored", why=why, identical=same, different=different)
     return same
+
+
+def _differences(state: dict[str, Any], found: dict[str, Any], path: str = "") -> dict[str, list[Any]]:
+    """Return each entry that differs, before and now."""
+    different: dict[str, list[Any]] = {}
+    for name in [*state, *(name for name in found if name not in state)]:
+        old, new = state.get(name), found.get(name)
+        if isinstance(old, dict) and isinstance(new, dict):
+            different |= _differences(old, new, f"{path}{name}: ")
+        elif old != new:
+            different[f"{path}{name}"] = [old, new]
+    return different
 
 
 def _same_file(run: Run) -> None:

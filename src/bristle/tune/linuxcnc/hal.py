@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from bristle.core import InputError
-from bristle.tune.machine import MachineRefused
+from bristle.tune.machine import MachineRefusedError
 
 PATIENCE = 60.0  # [s]
 NOBODY = "65534"
@@ -20,7 +20,7 @@ TRUTH = {"TRUE": 1.0, "FALSE": 0.0}
 CHATTER = "Note: Using POSIX non-realtime"
 
 
-class HalFault(MachineRefused):
+class HalError(MachineRefusedError):
     """HAL refused a command."""
 
     def __init__(self, message: str) -> None:
@@ -50,14 +50,14 @@ class Hal:
             faults.seek(0)
             said = [line for line in out.read().splitlines() if line.strip() and not line.startswith(CHATTER)]
             if done.returncode and not keep_going:
-                raise HalFault((faults.read() + " ".join(said)).strip()[:400])
+                raise HalError((faults.read() + " ".join(said)).strip()[:400])
         return said
 
     def get(self, *pins: str) -> list[float]:
         """Return the values of pins."""
         said = self.run(*(f"getp {pin}" for pin in pins))
         if len(said) != len(pins):
-            raise HalFault(f"getp {' '.join(pins)}: {' '.join(said)}")
+            raise HalError(f"getp {' '.join(pins)}: {' '.join(said)}")
         return [TRUTH[value] if value in TRUTH else float(value) for value in said]
 
     def components(self) -> list[str]:
@@ -120,6 +120,6 @@ class Hal:
         )
         if done.returncode:
             said = (done.stdout + done.stderr).strip()[-400:]
-            raise MachineRefused(
+            raise MachineRefusedError(
                 "not_compiled", f"halcompile refused {component.name}: {said}", "Run it as root, or install the component before"
             )

@@ -14,8 +14,8 @@ import numpy as np
 
 from bristle.core import InputError
 from bristle.files import MachineFile
-from bristle.tune.linuxcnc.hal import Hal, HalFault
-from bristle.tune.machine import STOPS, FrictionFeedforward, Limits, MachineRefused, MachineStopped, Recording, State
+from bristle.tune.linuxcnc.hal import Hal, HalError
+from bristle.tune.machine import STOPS, FrictionFeedforward, Limits, MachineRefusedError, MachineStoppedError, Recording, State
 
 GUARD, SAMPLER, STREAMER = "bristle-guard", "sampler.0", "streamer.0"
 DEPTH = 500_000  # rows of the rings: nothing depends on a program being in time
@@ -85,10 +85,10 @@ class LinuxCNC:
         links = self._hal.links()
         for signal in (self._reference, self._position, self._effort):
             if signal not in links:
-                raise MachineRefused("no_signal", f"HAL has no signal {signal}", "halcmd show sig lists the signals")
+                raise MachineRefusedError("no_signal", f"HAL has no signal {signal}", "halcmd show sig lists the signals")
         if not any(pin.startswith(STREAMER) for pin in links[self._reference]):
             mend = "Load streamer and connect streamer.0.pin.0 to the signal of the set point"
-            raise MachineRefused("no_streamer", f"no streamer plays the signal {self._reference}", mend)
+            raise MachineRefusedError("no_streamer", f"no streamer plays the signal {self._reference}", mend)
         return {
             "machine": "linuxcnc",
             "motor": self._motor,
@@ -199,7 +199,7 @@ class LinuxCNC:
         """Play a reference through the streamer and return the rows of the sampler; refuse lost rows."""
         hal, rows = self._hal, reference.size
         if rows >= DEPTH - 10:
-            raise MachineRefused("too_long", f"a motion of {rows} samples is longer than the ring of the streamer, {DEPTH} rows")
+            raise MachineRefusedError("too_long", f"a motion of {rows} samples is longer than the ring of the streamer, {DEPTH} rows")
         self._empty()
         hal.run(f"setp {STREAMER}.enable 0")
         self._reset()
@@ -230,13 +230,13 @@ class LinuxCNC:
             assert started.stderr is not None
             said = started.stderr.read()
             if started.returncode or "line" in said:
-                raise MachineRefused("streamer", f"halstreamer: {said.strip()[:200]}")
+                raise MachineRefusedError("streamer", f"halstreamer: {said.strip()[:200]}")
         for _ in range(40):  # the pin is some cycles behind the file; after its ring has wrapped, HAL counts one row too few
             if self._hal.get(f"{STREAMER}.curr-depth")[0] in (positions.size, positions.size - 1):
                 return
             time.sleep(0.05)
         held = self._hal.get(f"{STREAMER}.curr-depth")[0]
-        raise MachineRefused("streamer", f"the streamer contains {held:.0f} of {positions.size} rows")
+        raise MachineRefusedError("streamer", f"the streamer contains {held:.0f} of {positions.size} rows")
 
     def _sign_of_life(self) -> None:
         self._alive += 1
@@ -251,10 +251,10 @@ class LinuxCNC:
             alive()
             ok, why, empty = self._hal.get(f"{GUARD}.ok", f"{GUARD}.why", f"{STREAMER}.empty")
             if not ok:
-                raise MachineStopped(STOPS[int(why) - 1])
+                raise MachineStoppedError(STOPS[int(why) - 1])
             if empty:
                 return
-        raise MachineRefused("no_end", "the motion did not end in three times its duration")
+        raise MachineRefusedError("no_end", "the motion did not end in three times its duration")
 
     def _table(self, played: np.ndarray, overruns: float) -> np.ndarray:
         """Return the rows of the sampler during the motion; refuse missing rows by the counter of the guard."""
@@ -263,15 +263,15 @@ class LinuxCNC:
         lines = self._hal.sampled(count)
         lines = lines[1:] if lines[:1] == ["overrun"] else lines  # each new halsampler prints a first, false line
         if overruns or "overrun" in lines:
-            raise MachineStopped("lost_samples", f"the sampler lost {max(overruns, 1):.0f} rows")
+            raise MachineStoppedError("lost_samples", f"the sampler lost {max(overruns, 1):.0f} rows")
         table = np.array([line.split() for line in lines], float)
         if len(table) > 1 and table[1, -1] - table[0, -1] != 1:
             table = table[1:]  # a row of an earlier record, by the same wrong count
         jumps = np.diff(table[:, -1]) - 1.0
         if np.any(jumps):
-            raise MachineStopped("lost_samples", f"{np.sum(np.abs(jumps)):.0f} rows are missing, by the counter")
+            raise MachineStoppedError("lost_samples", f"{np.sum(np.abs(jumps)):.0f} rows are missing, by the counter")
         if len(table) < rows:
-            raise MachineStopped("lost_samples", f"{rows - len(table)} of {rows} rows are missing at the end")
+            raise MachineStoppedError("lost_samples", f"{rows - len(table)} of {rows} rows are missing at the end")
         # The sampler begins some cycles before the streamer.
         late = [float(np.max(np.abs(table[shift : shift + rows, 0] - played))) for shift in range(min(len(table) - rows + 1, LATEST))]
         return table[int(np.argmin(late)) :][:rows]
@@ -291,7 +291,7 @@ class LinuxCNC:
                 try:
                     if hal.get(f"{GUARD}.gain-now")[0] == 0.0:
                         break
-                except HalFault:
+                except HalError:
                     break
                 time.sleep(0.05)
         signal = next((name for name, pins in state["links"].items() if self._motor in pins), None)

@@ -1,0 +1,53 @@
+"""A finished run on the bench, once a session, and its beginning as the start of other runs."""
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+from tests.tune.bench import Bench
+from tests.tune.machine import BenchMachine, Faults, written
+
+from bristle.tune import Options, tune
+from bristle.tune.journal import NAME
+
+SEED, CYCLES = 4, 6
+OPTIONS = Options(models="dahl", duration=20.0)
+
+
+@pytest.fixture(scope="session")
+def finished(tmp_path_factory):
+    """Return machine, folder and result of a run that was kept."""
+    folder = tmp_path_factory.mktemp("tuned")
+    file, bench, _ = written(folder, SEED, CYCLES)
+    machine = BenchMachine(bench, memory=folder / "memory.json")
+    return machine, folder, tune(file, folder / "out", move=True, machine=machine, options=OPTIONS)
+
+
+@pytest.fixture
+def identified(finished, tmp_path):
+    """Return a function that makes a machine with faults, and the files of a run that was interrupted behind its identification."""
+    return begun(finished[1], tmp_path)
+
+
+def begun(folder: Path, target: Path):
+    """Copy a finished run up to its identification."""
+    for name in ("axis.toml", "machine.toml", "motion.csv"):
+        shutil.copy(folder / name, target / name)
+    shutil.copytree(folder / "out", target / "out")
+    for name in ("report.html", "summary.json"):
+        (target / "out" / name).unlink(missing_ok=True)
+    lines = (folder / "out" / NAME).read_text().splitlines(keepends=True)
+    entries = [json.loads(line) for line in lines]
+    end = next(place for place, entry in enumerate(entries) if entry["step"] == "identification" and entry["event"] == "done")
+    begin = json.dumps(str(folder / "machine.toml")), json.dumps(str(target / "machine.toml"))
+    text = "".join(lines[: end + 1])
+    assert begin[0] in text
+    (target / "out" / NAME).write_text(text)
+
+    def make(faults: Faults | None = None) -> BenchMachine:
+        from tests.tune.bench import drawn
+
+        return BenchMachine(Bench(drawn(SEED)[0], SEED), faults, target / "memory.json")
+
+    return make, target

@@ -1,0 +1,161 @@
+"""A run on an axis that is simulated without bristle: kept if better, restored in every other case."""
+
+import os
+
+import numpy as np
+import pytest
+from tests.tune.bench import Bench, Motion, drawn
+from tests.tune.conftest import OPTIONS, SEED
+from tests.tune.machine import BenchMachine, Faults, written
+
+from bristle.core import InputError
+from bristle.tune import tune, undo
+from bristle.tune.journal import KILL_AFTER, Journal
+
+
+def rms(motion: Motion, feed, *, gain: float, truth: bool = False) -> float:
+    """Return the rms of the true error of the axis with a feedforward [m]."""
+    bench = Bench(drawn(SEED)[0], SEED)
+    bench.guard.gain = gain
+    played = motion.played(8)
+    rows, _, why = bench.play(played, feed(played), feed_is_truth=truth)
+    assert why == 0
+    return float(np.std((played - rows[:, 2])[200 + 2 * motion.cycle.size : -200]))
+
+
+def test_the_feedforward_stays_and_gives_most_of_the_reduction_that_the_true_friction_gives(finished):
+    machine, _, result = finished
+    assert result.outcome == "kept", result.reason
+    assert machine.kept
+    motion, plant = drawn(SEED)[1], machine.bench.plant
+    without = rms(motion, np.zeros_like, gain=0.0)
+    fed = rms(motion, lambda played: machine.feedforward.along(played, plant.sample_time), gain=result.facts["comparison"]["gain"])
+    true = rms(motion, np.zeros_like, gain=1.0, truth=True)
+    assert (without - fed) / (without - true) > 0.85
+
+
+def test_the_claimed_change_is_that_of_the_records(finished):
+    _, folder, result = finished
+    change = result.facts["comparison"]["changes"]["following_error.rms"]
+    low, high = change["interval_percent"]
+    assert low < change["change_percent"] < high < 0.0
+    sides = {}
+    for side in ("before", "after"):
+        tables = [np.loadtxt(folder / "out/records" / f"{side}_{number}.csv", delimiter=",", skiprows=1) for number in (1, 2)]
+        # columns: time, position, effort, reference
+        sides[side] = np.sqrt(np.mean([np.mean((table[:, 3] - table[:, 1]) ** 2) for table in tables]))
+    assert 100.0 * (sides["after"] / sides["before"] - 1.0) == pytest.approx(change["change_percent"], abs=0.5)
+
+
+def test_a_report_names_the_change_and_how_to_undo_it(finished):
+    page = (finished[1] / "out/report.html").read_text()
+    assert "bristle tune --undo" in page
+    assert "Kept" in page
+    assert "Values written" in page
+
+
+def test_every_write_is_on_the_allow_list_and_in_the_journal(finished):
+    entries = Journal(finished[1] / "out").entries
+    assert {entry["what"] for entry in entries if entry["event"] == "write"} == {"arm", "set", "load"}
+    gains = [entry["gain"] for entry in entries if entry["event"] == "write" and entry["what"] == "set"]
+    assert max(gains) <= 1.0
+
+
+def test_undo_restores_the_machine(finished, tmp_path):
+    make, folder = _copied(finished, tmp_path)
+    machine = make()
+    assert undo(folder / "out", machine=machine).outcome == "undone"
+    assert machine.state() == {"guard": None, "model": None, "gain": 0.0}
+
+
+def _copied(finished, tmp_path):
+    from tests.tune.conftest import begun
+
+    make, folder = begun(finished[1], tmp_path)
+    (folder / "memory.json").write_text((finished[1] / "memory.json").read_text())
+    return make, folder
+
+
+REFUSALS = {
+    "wrong_sign": Faults(sign=-1.0),
+    "no_effect": Faults(ignores_effort=True),
+    "guard_fails": Faults(guard_fails=True),
+    "lost_samples": Faults(lost={"6": 3}),
+    "operator": Faults(stops_at=4),
+    "worse": Faults(feed_sign=-1.0),
+}
+
+
+@pytest.mark.parametrize("code", REFUSALS)
+def test_a_faulty_machine_is_refused_by_name_and_restored(identified, code):
+    make, folder = identified
+    machine = make(REFUSALS[code])
+    result = tune(folder / "machine.toml", folder / "out", move=True, machine=machine, options=OPTIONS)
+    assert (result.outcome, result.code, result.restored) == ("restored", code, True), result.reason
+    assert machine.state() == {"guard": None, "model": None, "gain": 0.0}
+    assert result.reason in (folder / "out/report.html").read_text()
+
+
+def test_lost_samples_are_counted(identified):
+    make, folder = identified
+    result = tune(folder / "machine.toml", folder / "out", move=True, machine=make(Faults(lost={"6": 3})), options=OPTIONS)
+    assert result.reason.startswith("lost samples: 3 of ")
+
+
+@pytest.mark.parametrize("place", [0.2, 0.5, 0.8])
+def test_a_killed_run_is_restored_at_the_next_start(identified, place):
+    make, folder = identified
+    before = len(Journal(folder / "out").entries)
+    entry = before + int(place * 20)
+    child = os.fork()
+    if child == 0:
+        os.environ[KILL_AFTER] = str(entry)
+        tune(folder / "machine.toml", folder / "out", move=True, machine=make(), options=OPTIONS)
+        os._exit(1)
+    _, status = os.waitpid(child, 0)
+    assert os.WTERMSIG(status) == 9
+    machine = make()
+    tune(folder / "machine.toml", folder / "out", machine=machine, options=OPTIONS)
+    assert machine.state() == {"guard": None, "model": None, "gain": 0.0}
+    assert Journal(folder / "out").last("restored")["identical"]
+
+
+def test_without_move_nothing_moves_and_nothing_is_written(tmp_path):
+    file, bench, _ = written(tmp_path, SEED)
+    machine = BenchMachine(bench)
+    result = tune(file, tmp_path / "out", machine=machine)
+    assert (result.outcome, machine.records) == ("planned", [])
+    assert machine.state() == {"guard": None, "model": None, "gain": 0.0}
+    assert [name for name, facts in result.facts.items() if facts.get("seconds")] == [
+        "check", "warm_up", "before", "excitation", "stages", "comparison",
+    ]  # fmt: skip
+
+
+def test_a_folder_with_other_files_is_refused(tmp_path):
+    file, bench, _ = written(tmp_path, SEED)
+    with pytest.raises(InputError, match="not of a run of tune"):
+        tune(file, tmp_path, machine=BenchMachine(bench))
+
+
+def test_two_runs_on_a_machine_are_refused(identified, monkeypatch):
+    make, folder = identified
+    seen = []
+
+    class Second(BenchMachine):
+        def identity(self):
+            with pytest.raises(InputError, match="used by another run"):
+                tune(folder / "machine.toml", folder / "other", machine=make())
+            seen.append(True)
+            return super().identity()
+
+    machine = Second(make().bench, Faults(ignores_effort=True))
+    tune(folder / "machine.toml", folder / "out", move=True, machine=machine, options=OPTIONS)
+    assert seen
+
+
+def test_a_changed_machine_is_refused(identified):
+    make, folder = identified
+    machine = make()
+    machine.bench.seed = 99
+    result = tune(folder / "machine.toml", folder / "out", move=True, machine=machine, options=OPTIONS)
+    assert result.code == "identity_changed"
