@@ -10,6 +10,9 @@ from bristle.core.axis import Axis, Cogging
 from bristle.identification import Fit
 from bristle.prediction.drive_table import reversal_distance
 
+SAFE_ERROR = 50.0  # model error at which a feedforward at gain 1 halves the friction force [%]
+FIRST_GAIN = 0.25
+
 
 class ProposedLine(NamedTuple):
     """A line for the axis file: section, key, value in SI units of the axis, and the code of its reason."""
@@ -35,6 +38,15 @@ def proposals_of(fit: Fit, axis: Axis) -> list[ProposedLine]:
         distance = reversal_distance(fit.friction, float(np.max(np.abs(fit.traces.velocity))))
         found += [ProposedLine("plant", "presliding", distance, "reversal_distance")] if distance else []
     return found
+
+
+def first_gain(fit: Fit) -> float:
+    """Return the gain at which a feedforward of the model is safe to try; 0 if it could double the friction force.
+
+    A feedforward at gain :math:`g` leaves :math:`(1 - g) F + g e` of the friction force :math:`F`, with the model error
+    :math:`e`. Parameters need not be identified for that.
+    """
+    return FIRST_GAIN if fit.friction_alone_error_percent < SAFE_ERROR else 0.0
 
 
 def axis_with(axis: Axis, proposals: Sequence[ProposedLine]) -> Axis:

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bristle.core import unit_of
-from bristle.prediction import drive_units, largest_deviation, level_values, reversal_distance
+from bristle.core import Axis, unit_of
+from bristle.prediction import drive_units, first_gain, largest_deviation, level_values, proposals_of, reversal_distance
 from bristle.report.judgement import judged
 from bristle.report.messages import as_data, assumptions_of, message, note_of, picked, warnings_of
 from bristle.report.model_tables import drive_values
@@ -17,7 +17,6 @@ from bristle.report.simulation import variants_as_data
 
 if TYPE_CHECKING:
     from bristle.certificates import Certificate
-    from bristle.core import Axis
     from bristle.identification import Estimate, Fit, Identification
     from bristle.prediction import Following
     from bristle.simulation import Prediction, SimulationResult
@@ -45,6 +44,8 @@ def identification_summary(
         "model": best.name,
         "kind": kind,
         "verdict": {"level": ruling.level, "reasons": ruling.reasons},
+        "feedforward": {"first_gain": first_gain(best), "error_percent": best.friction_alone_error_percent},
+        "proposals": [line._asdict() for line in proposals_of(best, axis or Axis(kind=kind))],
         "parameters": _parameters(best, axis),
         "combinations": _described(best.combinations),
         "metrics": NOT_SIMULATED | best.metrics,

@@ -74,10 +74,8 @@ class Run:
 
     def arm(self, limits: Limits | None = None) -> None:
         """Insert the guard."""
-        limits = limits or self.limits
-        self.write(
-            "arm", lambda: self.machine.arm(limits), following_error=limits.following_error, effort=limits.effort, travel=limits.travel
-        )
+        chosen = limits or self.limits
+        self.write("arm", lambda: self.machine.arm(chosen), **vars(chosen))
 
     def set(self, *, gain: float = 0.0, offset: float = 0.0) -> None:
         """Set gain and test effort."""

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bristle.excitation import excite
-from bristle.prediction import axis_with, proposals_of
+from bristle.prediction import axis_with, first_gain, proposals_of
 from bristle.report.compared import compare
 from bristle.report.identified import Identified, identify
 from bristle.report.judgement import judged
@@ -21,11 +21,12 @@ OFFSETS = (0.01, 0.02, 0.04, 0.08, 0.16)  # test efforts, as shares of the large
 ANSWER = 0.3  # of the loop to a test effort, as a share of it
 SEEN = 4.0  # an answer to a test effort, in standard deviations of the noise at rest
 AGREE, WARM_UP = 0.03, 10  # relative difference of two pairs of cycles of a warm axis, most pairs of a warm-up
+QUIET = 0.05  # effort at rest that does not count, as a share of the effort in motion
+SETTLED = 0.25  # band of the settled error, as a share of the rms error without feedforward
 SPARE = 0.01  # of the ratio of the effort at the safe gain
 WORSE = 1.05  # allowed ratio of error, effort, noise and settling time
 HUNTS = 0.25  # effort at rest, as a share of the effort in motion: the loop hunts without a feedforward
 NOISIER = 3.0  # ratio of the effort at rest with and without the feedforward: the loop hunts with it
-SAFE = 50.0  # model error at which a feedforward halves the friction force [%]
 GAINS = (0.0, 0.25, 0.5, 1.0)
 STAGE_CYCLES, RUN_IN = 3, 2  # of a stage; at the start of a record that is compared
 
@@ -156,8 +157,6 @@ def identification(run: Run) -> None:
         again = _identified(run, log, axis_with(axis, proposed))
         found, proposed = (again, proposed) if _held_out(again) <= _held_out(found) else (found, [])
     ruling = judged(found.best, found.settings)
-    # The feedforward reduces the friction force as far as the model explains it; parameters need not be identified.
-    safe = found.best.friction_alone_error_percent < SAFE
     found.save(run.folder / RESULTS, force=True)
     facts = {
         "model": found.best.name,
@@ -167,7 +166,7 @@ def identification(run: Run) -> None:
         "lead": max(0.0, -float(found.treatment.get("delay", 0.0))),
         "proposals": [proposal._asdict() for proposal in proposed],
     }
-    if not safe:
+    if not first_gain(found.best):
         reason = f"{ruling.words}: {'; '.join(ruling.reasons[:2])}"
         raise MachineRefusedError("no_usable_model", reason, "The records of this run are in the folder records")
     run.done(**facts)
@@ -251,7 +250,7 @@ def comparison(run: Run) -> None:
     change = compare(*run.sides(), axis=run.axis)
     ratios = {
         "noise at rest": _ratio(
-            *([_at_rest(run, recording) for recording in side] for side in sides), least=0.01 * rms(sides[0][0].effort)
+            *([_at_rest(run, recording) for recording in side] for side in sides), least=QUIET * rms(sides[0][0].effort)
         ),
         "settling time": _ratio(*([_settling(run, recording) for recording in side] for side in sides), least=2.0 * run.sample_time),
     }
@@ -290,9 +289,9 @@ def _at_rest(run: Run, recording: Recording) -> float:
 
 
 def _settling(run: Run, recording: Recording) -> float:
-    """Return the time after the end of a motion until the error is within a tenth of its rms without feedforward, for 50 ms [s]."""
+    """Return the time after the end of a motion until the error is within a quarter of its rms without feedforward, for 50 ms [s]."""
     rest, error = run.rest(REST).size, recording.error
-    band = max(0.1 * run.facts["before"]["error"], 2.0 * (run.axis.resolution or 0.0))
+    band = max(SETTLED * run.facts["before"]["error"], 2.0 * (run.axis.resolution or 0.0))
     lasts = max(round(0.05 / run.sample_time), 1)
     inside = np.convolve(np.abs(error[-rest:]) <= band, np.ones(lasts), "valid") >= lasts - 0.5
     return float((np.argmax(inside) if inside.any() else rest) * run.sample_time)

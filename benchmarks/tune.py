@@ -1,0 +1,190 @@
+"""`bristle tune` on axes simulated without bristle: gain, restoration after kills, and coverage of the claimed intervals.
+
+python -m benchmarks.tune gain [COUNT]        random axes from log to kept feedforward
+python -m benchmarks.tune kills [COUNT]       runs killed at a random entry of the journal
+python -m benchmarks.tune intervals [COUNT]   claimed intervals of a change whose long-run value is known
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from tests.tune.bench import KINDS, Bench, Motion, Plant, drawn
+from tests.tune.conftest import OPTIONS, begun
+from tests.tune.machine import BenchMachine, written
+
+from bristle.report.compared import compare
+from bristle.tune import Tuning, tune
+from bristle.tune.journal import KILL_AFTER, Journal
+
+FIRST = 1000  # seeds from here on were not used to build the program
+WINDOW = 0.1  # around a reversal [s]
+
+
+def reversals(motion: Motion) -> np.ndarray:
+    """Return the samples of a cycle at which the motion reverses."""
+    side = np.sign(np.diff(motion.cycle, append=motion.cycle[0]))
+    moving = np.flatnonzero(side)
+    turns = moving[np.flatnonzero(side[moving] != np.roll(side[moving], 1))]
+    return turns[turns > 0]
+
+
+def errors(plant: Plant, motion: Motion, seed: int, feed: Callable[[np.ndarray], np.ndarray], gain: float, *, truth: bool = False) -> Any:
+    """Return rms and rms around reversals of the true error over ten cycles [m]; NaN if the loop leaves its limits."""
+    bench, cycles = Bench(plant, seed + 7), 12
+    bench.guard.gain = gain
+    played = motion.played(cycles)
+    rows, _, why = bench.play(played, feed(played), feed_is_truth=truth)
+    if why or not np.all(np.isfinite(rows)):
+        return np.nan, np.nan
+    table = (played - rows[:, 2])[200:-200].reshape(cycles, -1)[2:]
+    width = round(WINDOW / plant.sample_time)
+    near = np.concatenate([np.arange(at - width, at + width) for at in reversals(motion)]) % table.shape[1]
+    return float(np.sqrt(np.mean(table**2))), float(np.sqrt(np.mean(table[:, near] ** 2)))
+
+
+def one_axis(seed: int) -> tuple[Tuning, dict[str, float]]:
+    """Tune a random axis; return the result, and errors before, after and with the true friction."""
+    with tempfile.TemporaryDirectory() as folder:
+        file, bench, motion = written(Path(folder), seed)
+        machine = BenchMachine(bench)
+        result = tune(file, Path(folder) / "out", move=True, machine=machine)
+    if result.outcome != "kept":
+        return result, {}
+    assert machine.feedforward is not None
+    feedforward, step = machine.feedforward, bench.plant.sample_time
+    of = {
+        "before": errors(bench.plant, motion, seed, np.zeros_like, 0.0),
+        "after": errors(bench.plant, motion, seed, lambda played: feedforward.along(played, step), result.facts["comparison"]["gain"]),
+        "truth": errors(bench.plant, motion, seed, np.zeros_like, 1.0, truth=True),
+    }
+    return result, {f"{side}_{what}": value for side, pair in of.items() for what, value in zip(("rms", "reversal"), pair, strict=True)}
+
+
+def gain(count: int = 30) -> bool:
+    """Tune random axes and print each; the medians must reach their goals."""
+    rows = []
+    for seed in range(FIRST, FIRST + count):
+        result, e = one_axis(seed)
+        plant = drawn(seed)[0]
+        name = f"{seed} {KINDS[plant.kind]}{', two masses' if plant.load else ''}{', gravity and cogging' if plant.gravity else ''}"
+        if not e:
+            print(f"{name}: {result.outcome}, {result.code}: {result.reason}", flush=True)
+            continue
+        change = result.facts["comparison"]["changes"]
+        fall = 1.0 - e["after_reversal"] / e["before_reversal"]
+        share = (e["before_rms"] - e["after_rms"]) / (e["before_rms"] - e["truth_rms"])
+        worst = max([result.facts["comparison"]["ratios"][key] for key in ("noise at rest", "settling time")])
+        worst = max(worst, change["effort.rms"]["after"] / change["effort.rms"]["before"], e["after_rms"] / e["before_rms"])
+        rows.append((fall, share, worst))
+        print(
+            f"{name}: {result.facts['identification']['model']}, gain {result.facts['comparison']['gain']:.2f}, rms "
+            f"{1e6 * e['before_rms']:.1f} to {1e6 * e['after_rms']:.1f} µm ({1e6 * e['truth_rms']:.1f} with the true friction), around "
+            f"reversals −{fall:.0%}, share {share:.0%}, largest ratio {worst:.2f}",
+            flush=True,
+        )
+    table = np.array(rows)
+    falls, shares = np.nanmedian(table[:, 0]), np.nanmedian(table[:, 1])
+    print(f"kept {len(rows)} of {count}; median around reversals −{falls:.0%} (goal −70 %), median share {shares:.0%} (goal 85 %)")
+    print(f"largest ratio of error, effort, noise or settling in a kept run {np.max(table[:, 2]):.3f} (goal 1.05)")
+    return bool(falls >= 0.70 and shares >= 0.85 and np.max(table[:, 2]) <= 1.05)
+
+
+def kills(count: int = 200) -> bool:
+    """Kill runs behind a random entry of their journal; each machine must read back as before at the next start."""
+    generator, restored = np.random.default_rng(20261127), 0
+    with tempfile.TemporaryDirectory() as folder:
+        base = Path(folder) / "base"
+        file, bench, _ = written(base, 4, 6)
+        tune(file, base / "out", move=True, machine=BenchMachine(bench, memory=base / "memory.json"), options=OPTIONS)
+        last = len(Journal(base / "out").entries)
+        for number in range(count):
+            target = Path(folder) / f"{number}"
+            target.mkdir()
+            make, place = begun(base, target)
+            untouched = dict(make().state())
+            first = len(Journal(place / "out").entries)
+            entry_of_kill = str(generator.integers(first, last))
+            child = os.fork()
+            if child == 0:
+                os.environ[KILL_AFTER] = entry_of_kill
+                tune(place / "machine.toml", place / "out", move=True, machine=make(), options=OPTIONS)
+                os._exit(0)
+            _, status = os.waitpid(child, 0)
+            machine = make()
+            tune(place / "machine.toml", place / "out", machine=machine, options=OPTIONS)
+            entry = Journal(place / "out").last("restored")
+            same = dict(machine.state()) == untouched and (entry is None or entry["identical"])
+            restored += same
+            if os.WIFSIGNALED(status) is False or not same:
+                print(f"{number}: {'not killed' if not os.WIFSIGNALED(status) else 'not restored'}", flush=True)
+    print(f"restored {restored} of {count} killed runs (goal: all)")
+    return restored == count
+
+
+def intervals(count: int = 300) -> bool:
+    """Count the claimed 95 % intervals that contain the long-run change, on warming axes."""
+    held, done = 0, 0
+    with tempfile.TemporaryDirectory() as folder:
+        seeds = [4, 5, 9]
+        for seed in seeds:
+            base = Path(folder) / f"{seed}"
+            file, bench, motion = written(base, seed)
+            machine = BenchMachine(bench)
+            result = tune(file, base / "out", move=True, machine=machine, options=OPTIONS)
+            if machine.feedforward is None:
+                print(f"{seed}: {result.reason}")
+                continue
+            for number in range(count // len(seeds)):
+                change, truth = _claimed(bench.plant, motion, machine, number)
+                done += 1
+                held += change[0] <= truth <= change[1]
+    share = held / max(done, 1)
+    print(f"{held} of {done} claimed intervals contain the long-run change, {share:.1%} (goal 92 to 98 %)")
+    return 0.92 <= share <= 0.98
+
+
+def _claimed(plant: Plant, motion: Motion, machine: BenchMachine, number: int) -> tuple[tuple[float, float], float]:
+    """Return the claimed interval of the change of the rms error in four records, and the change in forty others [%]."""
+    assert machine.feedforward is not None
+    warming = Plant(**{**vars(plant), "warm_up": 0.03, "heat": 200.0})
+    bench = Bench(warming, 5000 + number)
+    played = motion.played(12)
+    feed = machine.feedforward.along(played, plant.sample_time)
+    size = motion.cycle.size
+
+    def recorded(own: float) -> dict[str, np.ndarray]:
+        bench.guard.gain = own
+        rows, _, _ = bench.play(played, feed)
+        inside = slice(200 + 2 * size, -200)
+        position, effort = rows[inside, 0], rows[inside, 1]
+        return {"time": np.arange(position.size) * plant.sample_time, "position": position, "effort": effort, "reference": played[inside]}
+
+    for _ in range(3):
+        recorded(0.0)
+    order = (0.0, 1.0, 1.0, 0.0)
+    sides: dict[float, list[Any]] = {0.0: [], 1.0: []}
+    for own in order:
+        sides[own].append(recorded(own))
+    change = compare(sides[0.0], sides[1.0]).changes["following_error.rms"]
+    mean: dict[float, list[float]] = {0.0: [], 1.0: []}
+    for own in order * 5:
+        table = recorded(own)
+        mean[own].append(float(np.mean((table["reference"] - table["position"]) ** 2)))
+    before, after = (float(np.sqrt(np.mean(mean[own]))) for own in (0.0, 1.0))
+    assert change.interval_percent is not None
+    return change.interval_percent, 100.0 * (after / before - 1.0)
+
+
+if __name__ == "__main__":
+    name, *rest = sys.argv[1:]
+    ended = {"gain": gain, "kills": kills, "intervals": intervals}[name](*map(int, rest))
+    print(json.dumps({name: ended}))
+    sys.exit(0 if ended else 1)
