@@ -145,3 +145,14 @@ def written(folder: Path, seed: int, cycles: int = 10) -> tuple[Path, Bench, Mot
         folder / "motion.csv", np.column_stack([time, 1e6 * whole]), fmt="%.9g", delimiter=",", header="time [s],ref [um]", comments=""
     )
     return folder / "machine.toml", Bench(plant, seed), motion
+
+
+class Example(BenchMachine):
+    """The bench as a machine of a user."""
+
+    def __init__(self, *, sample_time: float = 1e-3, seed: int = 4) -> None:
+        super().__init__(Bench(drawn(seed)[0], seed))
+
+    @classmethod
+    def example(cls) -> "Example":
+        return cls()

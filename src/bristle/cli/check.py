@@ -48,8 +48,8 @@ def check(
 
     Model file: bristle computes the certificates of the model: bounded deflection, passivity, drift, closure of a minor loop, dissipation.
 
-    Python file: bristle runs the file and tests whether its friction model, slot, control law, sensor, log reader, figure
-    or export target meets all requirements.
+    Python file: bristle runs the file and tests whether its friction model, slot, control law, sensor, log reader, figure,
+    export target or machine meets all requirements.
 
     bristle prints advice for every failed test. The exit code is 1 if a test fails.
     """
@@ -125,6 +125,8 @@ def _of_code(model: Path, options: dict[str, str | None]) -> _Judged:
     from bristle.files import SourceText, allow, load_checked, load_reader_file, word_of
     from bristle.report.table import Table
     from bristle.testing import check_figure, check_model, check_reader, check_target
+    from bristle.tune.contract import check_machine
+    from bristle.tune.machines import load_machine_file
 
     if model.suffix != ".py":
         raise InputError(
@@ -141,12 +143,13 @@ def _of_code(model: Path, options: dict[str, str | None]) -> _Judged:
         ("TARGET", load_target_file, "export target", check_target),
         ("FIGURE", load_figure_file, "figure", check_figure),
         ("FORMAT", load_reader_file, "log reader", check_reader),
+        ("MACHINE", load_machine_file, "machine", check_machine),
     )
     if not {"MODEL", "SLOT", *(name for name, *_ in kinds)} & vars(module).keys():
         raise InputError(
             "defines no object that can be checked",
             path=str(model),
-            allowed="MODEL (friction model, control law or sensor), SLOT, FORMAT, TARGET or FIGURE",
+            allowed="MODEL (friction model, control law or sensor), SLOT, FORMAT, TARGET, FIGURE or MACHINE",
             mend="End the file with such an object, for example MODEL = FrictionModel(...)",
         )
     kind = next((kind for kind in kinds if hasattr(module, kind[0]) and not hasattr(module, "MODEL")), None)
@@ -167,4 +170,5 @@ def _of_code(model: Path, options: dict[str, str | None]) -> _Judged:
     ]
     data = {check.name: {key: getattr(check, key) for key in keys} for check in results}
     failures = [f"{check.name}: {check.detail}. {check.advice}" for check in results if not check.passed]
-    return _Judged(subject.name, data, failures, Table.of(f"Contract of the {title} {subject.name}", rows))
+    name = getattr(subject, "name", None) or subject.__name__
+    return _Judged(name, data, failures, Table.of(f"Contract of the {title} {name}", rows))

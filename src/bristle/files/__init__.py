@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from bristle.files.motion import write_log
     from bristle.files.operator import holds_operator, read_operator, write_operator
     from bristle.files.owned import NOTE, lock
-    from bristle.files.permission import CODE_LIMIT, allow, code_at, state_folder
+    from bristle.files.permission import CODE_LIMIT, allow, code_at, code_named, state_folder
     from bristle.files.proposal import Proposal, propose_axis
     from bristle.files.results import SUMMARY, Results, results_folder
     from bristle.files.single import write_whole

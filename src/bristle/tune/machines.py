@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
-from bristle.core import InputError, did_you_mean
-from bristle.files import MachineFile, declared_in
+from bristle.core import InputError, Readable, did_you_mean
+from bristle.files import MachineFile, code_named, declared_in
 from bristle.tune.machine import Machine
 
 
@@ -26,13 +25,19 @@ BUILT_IN: dict[str, Callable[[MachineFile], Machine]] = {"experiment": _experime
 
 
 def connected(file: MachineFile) -> Machine:
-    """Return the machine of a machine file, connected."""
+    """Return the machine of a machine file, connected; code of the user needs permission."""
     if file.machine in BUILT_IN:
         return BUILT_IN[file.machine](file)
     if not file.machine.endswith(".py"):
         known = f"{', '.join(BUILT_IN)}, or a Python file"
         raise InputError("is not a machine", path="machine", value=file.machine, allowed=known, mend=did_you_mean(file.machine, BUILT_IN))
-    own: Any = declared_in(
-        file.source.parent / file.machine, "MACHINE", type, title="machine", mend="End the file with MACHINE = MyMachine"
-    )
-    return own(**file.settings)
+    content = code_named(file.machine, "machine", folder=file.source.parent, allow_code=False)
+    try:
+        return load_machine_file(content)(**file.settings)
+    except TypeError as error:
+        raise InputError(f"does not fit the machine ({error})", path="settings") from None
+
+
+def load_machine_file(path: Readable) -> Callable[..., Machine]:
+    """Return the class of machines that a Python file defines as ``MACHINE``."""
+    return declared_in(path, "MACHINE", type, title="machine", mend="End the file with MACHINE = MyMachine")

@@ -58,7 +58,7 @@ def tune_report(run: Run, result: Tuning, compared: Comparison | None, **options
     """Return the report of a run as an HTML page; options as of `report_page`."""
     kept = result.outcome == "kept"
     ruling = Ruling("usable", "Kept") if kept else Ruling("no", "Restored" if result.restored else "Not restored", (result.reason,))
-    following = Step("Undo:", undo_command(result))
+    following = Step("Keep it, or undo it:" if kept else "Undo again:", undo_command(result))
     sections = [
         Section("written", "Values written", [Table("Values written", ("Step", "Write", "Value"), _writes(run))], "Written"),
         Section("steps", "Steps", [Table("Steps", ("Step", "Result"), _steps(result))], "Steps"),

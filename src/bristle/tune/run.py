@@ -16,7 +16,7 @@ from bristle.tune.journal import Journal
 from bristle.tune.machine import FrictionFeedforward, Limits, Machine, MachineRefusedError, MachineStoppedError, Recording
 
 MODELS = "lugre,dahl,maxwell_slip"
-REST = 0.5  # before and after each motion [s]
+REST = 1.0  # before and after each motion [s]
 RECORDS, RESULTS = "records", "results"
 
 

@@ -216,7 +216,7 @@ def _stage(run: Run, gain: float, table: list[dict[str, float]]) -> dict[str, fl
         "noise": _at_rest(run, recording),
     }
     first = table[0] if table else now
-    if now["noise"] > NOISIER * first["noise"] + 0.02 * first["effort"]:
+    if now["noise"] > NOISIER * first["noise"] + QUIET * first["effort"]:
         raise MachineRefusedError("hunts_with_feedforward", f"at gain {gain:g} the effort at rest swings by {now['noise']:.3g} in SI")
     if now["error"] > WORSE * first["error"]:
         raise MachineRefusedError(

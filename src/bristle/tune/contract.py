@@ -1,0 +1,129 @@
+"""The contract of a machine: what `bristle tune` relies on before it moves an axis."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bristle.friction import coulomb
+from bristle.plants import inertia
+from bristle.testing.check import Check, Fact, UnmetError, outcomes
+from bristle.tune.machine import FrictionFeedforward, Limits, MachineStoppedError
+
+METHODS = ("identity", "writes", "state", "arm", "load", "set", "record", "keep", "restore", "close")
+WIDE = Limits(1.0, 1e6, (-1.0, 1.0))
+SMALL = 1e-4  # amplitude of the motion of the contract [m or rad]
+STATE = "Return the same plain data while nothing is written"
+ADVICE = "See the methods of bristle.tune.Machine"
+
+
+def check_machine(machine: Any) -> list[Check]:
+    """Return the outcome of each demand on a class of machines; only the machine of its class method ``example`` moves.
+
+    Parameters
+    ----------
+    machine : type
+        The class; ``example()`` returns a new machine without hardware, at rest at the position 0.
+    """
+    return outcomes((all_methods, plain_state, every_sample, guard_trips, gain_of_feedforward, restores), machine, (all_methods,), ADVICE)
+
+
+def all_methods(machine: Any) -> Fact:
+    """Check that all methods exist, and a class method for a machine without hardware."""
+    missing = [name for name in (*METHODS, "example") if not callable(getattr(machine, name, None))]
+    if missing:
+        raise UnmetError(f"methods are missing: {', '.join(missing)}", ADVICE)
+    return Fact("present")
+
+
+def plain_state(machine: Any) -> Fact:
+    """Check that state and identity are plain data, and equal in two readings."""
+    made = machine.example()
+    if _plain(made) != _plain(made) or dict(made.identity()) != dict(made.identity()):
+        raise UnmetError("two readings of state or identity differ", STATE)
+    if not made.writes():
+        raise UnmetError("the allow list is empty", "Return the names of everything that a run may write")
+    return Fact(f"{len(made.state())} entries, read twice")
+
+
+def every_sample(machine: Any) -> Fact:
+    """Check that a record contains each sample of the motion."""
+    made = _armed(machine, WIDE)
+    time = np.linspace(0.0, 1.0, max(round(1.0 / made.sample_time), 100))
+    played = np.concatenate([_rest(made), SMALL * (1.0 - np.cos(2.0 * np.pi * time)), _rest(made)])
+    recording = made.record(played, lambda: None)
+    for name in ("reference", "position", "effort"):
+        signal = getattr(recording, name)
+        if np.shape(signal) != played.shape or not np.all(np.isfinite(signal)):
+            raise UnmetError(f"{name} has {np.size(signal)} samples, the motion {played.size}", "Refuse a record with lost samples")
+    if not np.allclose(recording.reference, played, rtol=0.0, atol=1e-2 * SMALL):
+        raise UnmetError("the recorded reference is not the motion", "Check the scale, and the first sample")
+    if np.ptp(recording.position) < 0.1 * SMALL:
+        raise UnmetError("the position does not follow the motion", "Return the measured position [m or rad]")
+    return Fact(f"{played.size} samples")
+
+
+def guard_trips(machine: Any) -> Fact:
+    """Check that the guard ends a motion beyond travel and following error, by name."""
+    for reason, limits in {"travel": Limits(1.0, 1e6, (0.5, 1.0)), "following_error": Limits(1e-12, 1e6, (-1.0, 1.0))}.items():
+        made = _armed(machine, limits)
+        try:
+            made.record(_ramp(made), lambda: None)
+        except MachineStoppedError as stopped:
+            if stopped.reason != reason:
+                raise UnmetError(f"the guard names {stopped.reason} instead of {reason}", "Name the limit") from None
+        else:
+            raise UnmetError(f"the guard does not trip beyond the limit of {reason}", "Raise MachineStoppedError")
+    return Fact("travel, following error")
+
+
+def gain_of_feedforward(machine: Any) -> Fact:
+    """Check that a feedforward is loaded at gain 0, and its gain changes the effort."""
+    efforts = []
+    for gain in (None, 1.0):
+        made = _armed(machine, WIDE)
+        made.load(FrictionFeedforward(Path(), "bristle_contract", inertia(M=1.0), coulomb(F_C=1.0), 0.0))
+        if gain is not None:
+            made.set(gain=gain)
+        efforts.append(made.record(_ramp(made), lambda: None).effort)
+    difference = float(np.max(np.abs(efforts[1] - efforts[0])))
+    if difference < 0.05:
+        raise UnmetError("a gain of 1 changes the effort as little as a gain of 0", "Add gain times feedforward to the effort of the loop")
+    return Fact("changes the effort", difference)
+
+
+def restores(machine: Any) -> Fact:
+    """Check that a restored machine reads back as before, also after a second restoration."""
+    made = machine.example()
+    before = _plain(made)
+    made.arm(WIDE)
+    made.set(gain=0.0)
+    if _plain(made) == before:
+        raise UnmetError("the state does not show that the guard was inserted", "Include the guard in the state")
+    for _ in range(2):
+        made.restore(before)
+        if _plain(made) != before:
+            raise UnmetError("the state after restore differs from that of before", "Write back everything on the allow list")
+    return Fact("reads back as before")
+
+
+def _plain(machine: Any) -> Any:
+    return json.loads(json.dumps(dict(machine.state())))
+
+
+def _armed(machine: Any, limits: Limits) -> Any:
+    made = machine.example()
+    made.arm(limits)
+    made.set()
+    return made
+
+
+def _ramp(machine: Any) -> np.ndarray:
+    return 20.0 * SMALL * np.linspace(0.0, 1.0, max(round(1.5 / machine.sample_time), 100))
+
+
+def _rest(machine: Any) -> np.ndarray:
+    return np.zeros(max(round(0.2 / machine.sample_time), 20))

@@ -1,0 +1,66 @@
+"""The contract of machines: the bench and an experiment meet it, and each fault is noticed by the demand that names it."""
+
+from pathlib import Path
+
+import pytest
+from tests.tune.machine import Example
+
+from bristle.files import read_machine
+from bristle.tune.contract import check_machine
+from bristle.tune.experiment import ExperimentMachine
+
+RIG = Path(__file__).parents[2] / "examples/tune/machine.toml"
+
+
+class Rig(ExperimentMachine):
+    """The experiment of the example, as a machine of a user."""
+
+    @classmethod
+    def example(cls):
+        return cls.of(read_machine(RIG))
+
+
+@pytest.mark.parametrize("machine", [Example, Rig])
+def test_a_machine_meets_the_contract(machine):
+    assert [(check.name, check.detail) for check in check_machine(machine) if not check.passed] == []
+
+
+class NoGuard(Example):
+    def __init__(self, **settings):
+        super().__init__(**settings)
+        self.faults.guard_fails = True
+
+
+class LosesSamples(Example):
+    def __init__(self, **settings):
+        super().__init__(**settings)
+        self.faults.lost = {"0": 2}
+
+
+class StaysArmed(Example):
+    def restore(self, state):
+        self._write(gain=0.0)
+
+
+class NoGain(Example):
+    def set(self, *, gain=0.0, offset=0.0):
+        super().set(offset=offset)
+
+
+class NoMethods:
+    def identity(self):
+        return {}
+
+
+FAULTS = {
+    "all methods": NoMethods,
+    "every sample": LosesSamples,
+    "guard trips": NoGuard,
+    "gain of feedforward": NoGain,
+    "restores": StaysArmed,
+}
+
+
+@pytest.mark.parametrize("demand", FAULTS)
+def test_each_fault_is_noticed(demand):
+    assert [check.name for check in check_machine(FAULTS[demand]) if not check.passed] == [demand]
