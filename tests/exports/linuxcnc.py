@@ -1,18 +1,43 @@
-"""HAL of LinuxCNC for tests: one session of a machine at a time, components installed and removed again."""
+"""HAL of LinuxCNC for tests, and a component without HAL: one session of a machine at a time, components removed again."""
 
+import ctypes
 import fcntl
 import os
+import re
 import shutil
 import subprocess
 import tempfile
 from pathlib import Path
 
+import numpy as np
 import pytest
+from tests.exports.native import COMPILER, WARNINGS
 
 LOCK = Path(tempfile.gettempdir()) / "linuxcnc-hal.lock"
 MODULES = Path("/usr/lib/linuxcnc/modules")
 NOBODY = "65534"
 PATIENCE = 60.0  # [s]
+PERIOD = 1_000_000  # [ns]
+# What HAL gives a component: pins that are pointers, parameters, and the period of the thread.
+HAL = """
+#include <stddef.h>
+struct instance {{ {fields} }};
+{macros}
+#define FUNCTION(name) static void step(struct instance *self, long period)
+"""
+RUN = """
+void start(struct instance *self) {{ {defaults} }}
+size_t size(void) {{ return sizeof(struct instance); }}
+void run(struct instance *self, const double *reference, int count, long period, double *fed)
+{{
+    for (int i = 0; i < count; ++i) {{
+        self->reference = reference[i];
+        step(self, period);
+        fed[i] = self->feed;
+    }}
+}}
+"""
+DECLARED = re.compile(r"^(pin in|pin out|param rw) (float|bit) (\w+)(?: = (\S+))? \"", re.MULTILINE)
 
 
 def _lacking():
@@ -62,3 +87,41 @@ def _ran(command, folder, environment):
         texts = out.read(), err.read()
     assert ran.returncode == 0, f"{command}: {texts}"
     return texts
+
+
+def text_of(files, end):
+    return next(text for name, text in files.items() if name.endswith(end))
+
+
+class Component:
+    """A component, compiled with macros in place of HAL, as halcompile writes them."""
+
+    def __init__(self, files, folder, *, more=()):
+        text = text_of(files, ".comp")
+        self._pins = DECLARED.findall(text)
+        types = {"float": "double", "bit": "unsigned char"}
+        fields = " ".join(f"{types[kind]} {name};" for _, kind, name, _ in self._pins)
+        # A pin without parentheses or with an operator in front is no name of C, as with halcompile.
+        macros = "\n".join(f"#define {name} ({'0+' * (way == 'pin in')}self->{name})" for way, _, name, _ in self._pins)
+        defaults = " ".join(f"self->{name} = {value or 0};" for _, _, name, value in self._pins)
+        undone = "\n".join(f"#undef {name}" for _, _, name, _ in self._pins)
+        source = HAL.format(fields=fields, macros=macros) + text.partition("\n;;\n")[2] + undone + RUN.format(defaults=defaults)
+        (folder / "component.c").write_text(source, encoding="ascii")
+        line = [COMPILER, "-Os", *more, *WARNINGS, "-Wno-unused-function", "-Wno-overlength-strings", "-std=gnu11", "-shared", "-fPIC"]
+        built = subprocess.run([*line, "component.c", "-o", "component.so"], cwd=folder, capture_output=True, text=True, check=False)
+        assert built.returncode == 0, built.stderr[:4000]
+        self._library = ctypes.CDLL(str(folder / "component.so"))
+        kinds = {"float": ctypes.c_double, "bit": ctypes.c_ubyte}
+        self.pins = type("Instance", (ctypes.Structure,), {"_fields_": [(name, kinds[kind]) for _, kind, name, _ in self._pins]})()
+        assert ctypes.sizeof(self.pins) == self._library.size()
+        self._library.start(ctypes.byref(self.pins))
+
+    def feed(self, references, period=PERIOD, **pins):
+        """Return the feed along some references."""
+        for name, value in pins.items():
+            setattr(self.pins, name, value)
+        references, fed = np.ascontiguousarray(references, dtype=float), np.empty(len(references))
+        pointer = ctypes.POINTER(ctypes.c_double)
+        place = [array.ctypes.data_as(pointer) for array in (references, fed)]
+        self._library.run(ctypes.byref(self.pins), place[0], len(references), ctypes.c_long(period), place[1])
+        return fed

@@ -107,10 +107,11 @@ def settings_of(request: Request) -> Settings:
 def feeds_of(friction: Subject, place: Place, references: np.ndarray, settings: Settings) -> np.ndarray:
     """Return the feed at each reference at gain 1, as the component computes it: same operations, same order."""
     dt, lead, before, v_before, ahead = PERIOD_NS * 1e-9, settings.lead, None, 0.0, []
+    rate = 1.0 / dt
     for reference in references.tolist():
         x = reference * settings.position.si
-        v = 0.0 if before is None else (x - before) / dt
-        a = (v - v_before) / dt
+        v = 0.0 if before is None else (x - before) * rate
+        a = (v - v_before) * rate
         ahead.append(x + v * lead + 0.5 * a * lead * lead)
         before, v_before = x, v
     forces = friction.forces(np.array(ahead), dt)

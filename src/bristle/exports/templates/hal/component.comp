@@ -38,7 +38,7 @@ author "bristle {{ version }}";
 {% for macro in macros %}#pragma pop_macro("{{ macro }}")
 {% endfor %}
 static {{ name }} contact;
-static double last_x, last_v;
+static double last_x, last_v, last_t, rate;
 static int begun;
 
 FUNCTION(_) {
@@ -49,7 +49,11 @@ FUNCTION(_) {
         last_v = 0.0;
         begun = 1;
     }
-    const double v = (x - last_x) / t, a = (v - last_v) / t;
+    if (t != last_t) {
+        last_t = t;
+        rate = 1.0 / t;
+    }
+    const double v = (x - last_x) * rate, a = (v - last_v) * rate;
     const double bounded = lead < lead_max ? lead : lead_max, l = bounded > 0.0 ? bounded : 0.0;
     const double ahead = x + v * l + 0.5 * a * l * l;
     const double effort = {{ name }}_force(&contact, ahead, t){{ effort_of_place }};
