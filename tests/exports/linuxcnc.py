@@ -30,12 +30,12 @@ struct instance {{ {fields} }};
 RUN = """
 void start(struct instance *self) {{ {defaults} }}
 size_t size(void) {{ return sizeof(struct instance); }}
-void run(struct instance *self, const double *reference, int count, long period, double *fed)
+void run(struct instance *self, const double *inputs, int count, long period, double *fed)
 {{
     for (int i = 0; i < count; ++i) {{
-        self->reference = reference[i];
+        {played}
         step(self, period);
-        fed[i] = self->feed;
+        fed[i] = self->{output};
     }}
 }}
 """
@@ -110,7 +110,10 @@ class Component:
         macros = "\n".join(f"#define {name} ({'0+' * (way == 'pin in')}self->{name})" for way, _, name, _ in self._pins)
         defaults = " ".join(f"self->{name} = {value or 0};" for _, _, name, value in self._pins)
         undone = "\n".join(f"#undef {name}" for _, _, name, _ in self._pins)
-        source = HAL.format(fields=fields, macros=macros) + text.partition("\n;;\n")[2] + undone + RUN.format(defaults=defaults)
+        inputs = [name for way, kind, name, _ in self._pins if (way, kind) == ("pin in", "float") and name != "gain"]
+        output = next(name for way, kind, name, _ in self._pins if (way, kind) == ("pin out", "float"))
+        facts = {"defaults": defaults, "played": " ".join(f"self->{name} = *inputs++;" for name in inputs), "output": output}
+        source = HAL.format(fields=fields, macros=macros) + text.partition("\n;;\n")[2] + undone + RUN.format(**facts)
         (folder / "component.c").write_text(source, encoding="ascii")
         line = [COMPILER, "-Os", *more, *WARNINGS, "-Wno-unused-function", "-Wno-overlength-strings", "-std=gnu11", "-shared", "-fPIC"]
         built = subprocess.run([*line, "component.c", "-o", "component.so"], cwd=folder, capture_output=True, text=True, check=False)

@@ -8,12 +8,14 @@ import numpy as np
 import pytest
 from tests.exports.linuxcnc import DECLARED, LACKING, PERIOD, Component, in_hal, text_of
 from tests.exports.native import COMPILER, differing
+from tests.exports.test_laws import CASES, variant_of
 
 import bristle as br
 from bristle.cli.main import main
 from bristle.engine.contact import steady_force
 from bristle.exports import hal
 from bristle.exports.described import Source
+from bristle.exports.law import law_of
 from bristle.exports.targets import Request
 from bristle.files.axis import axis_from
 from bristle.friction import MODELS, with_slots
@@ -224,6 +226,38 @@ def test_an_invalid_reference_sets_fault_and_takes_the_feed_away_until_reset(com
     assert one.pins.gain_now == 1.0
 
 
+# --- control laws -------------------------------------------------------------------------------------------------
+
+
+def law_files_of(controller, fed):
+    return hal.write_law(law_of(variant_of(controller, fed)), "bristle_law", Source())
+
+
+@needs_compiler
+@pytest.mark.parametrize(("controller", "fed"), [("cascade", "all"), ("sliding_mode", "desired")])
+def test_a_law_gives_the_bits_of_its_self_test(tmp_path, controller, fed):
+    product = law_files_of(controller, fed)
+    *columns, expected = played(product.files)
+    law, one = np.column_stack(columns), Component(product.files, tmp_path)
+    assert differing(one.feed(law, PERIOD // 2, enable=1, scale=1.0, effort_scale=1.0), expected) == 0
+    assert product.notes == ("run the component in a thread of 0.5 ms, the sample time of the experiment",)
+    # Before it is enabled, and after a fault, it commands nothing; enable begins anew.
+    assert not one.feed(law[:9], PERIOD // 2, enable=0).any()
+    assert differing(one.feed(law[:9], PERIOD // 2, enable=1), expected[:9]) == 0
+    assert one.feed(np.full_like(law[:2], np.nan), PERIOD // 2).tolist() == [0.0, 0.0]
+    assert not one.feed(law[:9], PERIOD // 2).any()
+    one.feed(law[:1], PERIOD // 2, enable=0)
+    assert one.feed(law[:9], PERIOD // 2, enable=1).any()
+    assert not one.feed(law[:9], PERIOD).any()  # the thread has another period
+    assert one.pins.fault
+
+
+def test_units_of_a_law_are_those_of_the_log_or_mm():
+    text = law_files_of("cascade", "desired").files["bristle_law.comp"]
+    assert "scale = 0.001 " in text
+    assert 'pin in float place_ahead_1 "' in text
+
+
 @needs_compiler
 def test_no_operation_is_fused(tmp_path):
     machine = subprocess.run([COMPILER, "-dumpmachine"], capture_output=True, text=True, check=True).stdout
@@ -247,6 +281,15 @@ def test_hal_computes_identical_feeds(tmp_path, name, slots):
     files = written(example_of(with_slots(MODELS[name], slots)), plant=COGS, speed=0.0)
     component_name = next(file for file in files if file.endswith(".comp")).removesuffix(".comp")
     measured = in_hal(files, tmp_path, f"{component_name}_selftest.hal")[f"{component_name}_selftest_measured.txt"]
+    assert [line for line in measured.splitlines() if line != "overrun"] == text_of(files, "_selftest_expected.txt").splitlines()
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(bool(LACKING), reason=LACKING)
+@pytest.mark.parametrize(("controller", "fed"), CASES)
+def test_hal_computes_identical_efforts_of_a_law(tmp_path, controller, fed):
+    files = law_files_of(controller, fed).files
+    measured = in_hal(files, tmp_path, "bristle_law_selftest.hal")["bristle_law_selftest_measured.txt"]
     assert [line for line in measured.splitlines() if line != "overrun"] == text_of(files, "_selftest_expected.txt").splitlines()
 
 

@@ -23,21 +23,7 @@ function _ fp "once in each cycle of the servo thread";
 license "BSD-3-Clause";
 author "bristle {{ version }}";
 ;;
-/* Each operation rounds its result, on ARM also: no fused multiply-add. */
-#ifdef __clang__
-#pragma STDC FP_CONTRACT OFF
-#else
-#pragma GCC optimize("O2", "fp-contract=off")
-#endif
-{% for macro in macros %}#pragma push_macro("{{ macro }}")
-#undef {{ macro }}
-{% endfor %}
-#include <stdint.h>
-
-{{ code }}
-{% for macro in macros %}#pragma pop_macro("{{ macro }}")
-{% endfor %}
-static {{ name }} contact;
+{% include "hal/macros.c" %}static {{ name }} contact;
 static double last_x, last_v, last_t, rate;
 static int begun;
 
