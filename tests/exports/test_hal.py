@@ -101,9 +101,11 @@ def test_units_signs_and_limit_are_those_of_the_log():
     assert "1 deg" in hal.write(request_of(turning, speed=5.0)).notes[1]
 
 
-@pytest.mark.parametrize(("delay", "lead"), [(-2.7e-3, 2.7e-3), (0.0, 1e-3), (1e-3, 1e-3), (-0.3, hal.LEAD_MAX)])
+@pytest.mark.parametrize(("delay", "lead"), [(-2.7e-3, 2.7e-3), (0.0, 0.0), (1e-3, 0.0), (-0.3, hal.LEAD_MAX), (None, 1e-3)])
 def test_the_lead_is_that_of_the_identification_or_one_cycle(delay, lead):
-    assert hal.settings_of(request_of(axis=axis_from(AXIS), info={"treatment": {"delay": delay}})).lead == pytest.approx(lead)
+    assert hal.settings_of(
+        request_of(axis=axis_from(AXIS), info={"treatment": {} if delay is None else {"delay": delay}})
+    ).lead == pytest.approx(lead)
 
 
 def test_velocity_mode_is_refused_by_name(tmp_path, capsys):

@@ -135,11 +135,12 @@ def settings_of(request: Request) -> Settings:
     """Return units and signs of the log, or mm or degrees; the identified lead, or that of the loop; the limit of the drive."""
     axis, kind = request.axis, request.model.kind
     position, effort = signed_units(axis, kind)
-    delay, loop = request.info.get("treatment", {}).get("delay", 0.0), loop_for(request)
+    delay, loop = request.info.get("treatment", {}).get("delay"), loop_for(request)
     step = loop.run.sample_time if loop else (axis and axis.sample_time) or 1e-9 * PERIOD_NS
     limit = axis.effort_limit / abs(effort.si) if axis is not None and axis.effort_limit else 0.0
-    lead = -delay if delay < 0.0 else samples_ahead(loop) * step
-    return Settings(USUAL[kind] if axis is None else position, effort, min(lead, LEAD_MAX), limit)
+    lead = samples_ahead(loop) * step if delay is None else max(-delay, 0.0)
+    rounded = (float(f"{value:.6g}") for value in (min(lead, LEAD_MAX), limit))
+    return Settings(USUAL[kind] if axis is None else position, effort, *rounded)
 
 
 def feeds_of(friction: Subject, place: Place, references: np.ndarray, settings: Settings) -> np.ndarray:
