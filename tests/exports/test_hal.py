@@ -232,7 +232,7 @@ def test_an_invalid_reference_sets_fault_and_takes_the_feed_away_until_reset(com
 
 
 def law_files_of(controller, fed):
-    return hal.write_law(law_of(variant_of(controller, fed)), "bristle_law", Source())
+    return hal.hal_law_files(law_of(variant_of(controller, fed)), "bristle_law", Source())
 
 
 @needs_compiler

@@ -93,7 +93,7 @@ def _played(name: str, inputs: np.ndarray, outputs: np.ndarray) -> dict[str, str
     }
 
 
-def write_law(law: Law, name: str, source: Source) -> Product:
+def hal_law_files(law: Law, name: str, source: Source) -> Product:
     """Return the component of a control law, and its self-test."""
     name, law = _name_of(name, source.model_hash), settled_law(law)
     facts = law_code_facts(law, name, source) | {"drive": None}
