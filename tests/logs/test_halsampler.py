@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bristle.core.content import Content
 from bristle.core.errors import InputError
 from bristle.files.axis import axis_from
 from bristle.logs.catalogue import format_of
@@ -163,6 +164,14 @@ def test_the_hal_file_of_the_same_name_wins_and_different_ones_name_nothing(tmp_
     assert list(read_table(log).columns) == ["other", "column_2"]
     (tmp_path / "run.hal").write_text("loadrt sampler cfg=fff\nnet third => sampler.0.pin.2\n", encoding="ascii")
     assert list(read_table(log).columns) == ["column_1", "column_2"]
+
+
+def test_an_upload_with_the_name_of_a_file_is_not_named_by_its_folder(tmp_path):
+    for name in ("axis_x.hal", "plain.txt"):
+        shutil.copy(RECORDED / name, tmp_path)
+    upload = Content(tmp_path / "plain.txt", text_of(X, F, X, F, X).encode())
+    assert "column_1" in read_table(upload).columns
+    assert "x-pos-cmd" in read_table(tmp_path / "plain.txt").columns
 
 
 def test_signals_of_a_hal_file_are_names_of_the_axis_file(tmp_path):

@@ -60,7 +60,7 @@ def read(data: bytes, request: Request) -> Table:
         values, at = values[1:], at[1:]
         notes.append("the first row is an old one of the buffer of HAL: bristle ignores it")
     _refuse_losses(values, counters, [i for i, line in enumerate(lines) if line == OVERRUN], at, place)
-    signals, remarks = signals_beside(request.source, width, tagged=0 in counters and b"." not in rows[0].split()[0])
+    signals, remarks = signals_beside(request.source, len(data), width, tagged=0 in counters and b"." not in rows[0].split()[0])
     names = [signals.get(k, f"column_{k + 1}") for k in range(width)]
     called, _, renamed = names_and_units(names, {})
     columns = {name: np.ascontiguousarray(values[:, k]) for k, name in enumerate(called) if k not in counters}
@@ -120,9 +120,10 @@ def _grid(name: str, values: np.ndarray) -> Iterator[str]:
         )
 
 
-def signals_beside(source: Path, width: int, *, tagged: bool) -> tuple[dict[int, str], list[str]]:
+def signals_beside(source: Path, size: int, width: int, *, tagged: bool) -> tuple[dict[int, str], list[str]]:
     """Return signals by column from the HAL file beside a log, preferably that of the same name, and remarks."""
-    files = sorted(source.parent.glob("*.hal"))[:MOST_FILES] if source.is_file() else []
+    is_here = source.is_file() and source.stat().st_size == size  # not an upload, which has only a name
+    files = sorted(source.parent.glob("*.hal"))[:MOST_FILES] if is_here else []
     files = [file for file in files if file.stem == source.stem] or files
     mappings: dict[tuple[tuple[int, str], ...], str] = {}
     for file in files:
