@@ -22,6 +22,7 @@ from benchmarks.corners import corners
 from benchmarks.coverage import Share, coverage
 from benchmarks.exported import exported
 from benchmarks.fits import fits
+from benchmarks.hal import hal
 from benchmarks.lanes import lanes
 from benchmarks.last_digits import last_digits
 from benchmarks.lies import lies
@@ -183,6 +184,7 @@ BENCHMARKS: dict[str, Callable[[], Iterator[Ratio]]] = {
         stick_slip,
         open_loop,
         exported,
+        hal,
         tracking,
         presliding,
         bootstrap,

@@ -31,14 +31,19 @@ void run(const double *x, int count, double dt, double *force)
 """
 
 
+def ripple() -> np.ndarray:
+    """Return positions [m] of a ripple on a slow sine."""
+    time = DT * np.arange(STEPS)
+    return 5e-5 * np.sin(2.0 * np.pi * time) + 2e-6 * np.sin(2.0 * np.pi * 17.0 * time)
+
+
 def exported() -> Iterator[Ratio]:
     """Time the C of models that the compiler of this machine made, along a ripple on a slow sine."""
     import bristle as br
     from bristle.engine import force_along
     from bristle.testing import example_of
 
-    time = DT * np.arange(STEPS)
-    x = 5e-5 * np.sin(2.0 * np.pi * time) + 2e-6 * np.sin(2.0 * np.pi * 17.0 * time)
+    x = ripple()
     v = np.diff(x) / DT
     pointer = ctypes.POINTER(ctypes.c_double)
     for name in MODELS:

@@ -20,6 +20,7 @@ from pathlib import Path, PurePosixPath
 
 ROOT = Path(__file__).parent.parent
 CARRIED = {".py", ".html", ".js", ".mjs", ".css", ".toml", ".json", ".c", ".h", ".cu", ".md", ".st", ".xml", ".txt", ".tex", ".typed"}
+CARRIED |= {".comp", ".hal"}  # of LinuxCNC
 LICENCES = """
 import json
 from importlib.metadata import distributions

@@ -94,6 +94,6 @@ def test_saved_numbers_have_eight_bytes_after_layout_and_marks(scalar, widened, 
 @pytest.mark.parametrize(("dt", "cycles", "period", "every"), [(1e-3, 1000, "1", 100), (0.4, 2, "0.8", 1), (3.0, 2, "6", 1)])
 def test_an_example_runs_a_second_and_prints_ten_numbers(dt, cycles, period, every):
     coulomb = br.friction.coulomb(F_C=1.0)
-    facts = CFiles(subject_of(coulomb), Request(coulomb, "axis_x", dt))._facts()
+    facts = CFiles(subject_of(coulomb), Request(coulomb, "axis_x", dt)).facts()
     assert (facts["cycles"], facts["period"], facts["every"], facts["drive"]) == (cycles, period, every, None)
     assert facts["zero"] == "0.0"

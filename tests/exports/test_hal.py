@@ -1,20 +1,21 @@
 """LinuxCNC: the text of a component and its HAL files, the component compiled in place of HAL, and HAL itself."""
 
-import ctypes
 import re
 import subprocess
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.exports.linuxcnc import LACKING, in_hal
-from tests.exports.native import COMPILER, WARNINGS, differing
+from tests.exports.linuxcnc import DECLARED, LACKING, PERIOD, Component, in_hal, text_of
+from tests.exports.native import COMPILER, differing
+from tests.exports.test_laws import CASES, variant_of
 
 import bristle as br
 from bristle.cli.main import main
 from bristle.engine.contact import steady_force
 from bristle.exports import hal
 from bristle.exports.described import Source
+from bristle.exports.law import law_of
 from bristle.exports.targets import Request
 from bristle.files.axis import axis_from
 from bristle.friction import MODELS, with_slots
@@ -32,27 +33,6 @@ AXIS = {
     "timing": {"sample_time": "1 ms"},
 }
 SLOTS = ("position", "periodic", "load", "temperature", "asymmetry")
-PERIOD = 1_000_000  # [ns]
-# What HAL gives a component: pins that are pointers, parameters, and the period of the thread.
-HAL = """
-#include <stddef.h>
-struct instance {{ {fields} }};
-{macros}
-#define FUNCTION(name) static void step(struct instance *self, long period)
-"""
-RUN = """
-void start(struct instance *self) {{ {defaults} }}
-size_t size(void) {{ return sizeof(struct instance); }}
-void run(struct instance *self, const double *reference, int count, long period, double *fed)
-{{
-    for (int i = 0; i < count; ++i) {{
-        self->reference = reference[i];
-        step(self, period);
-        fed[i] = self->feed;
-    }}
-}}
-"""
-DECLARED = re.compile(r"^(pin in|pin out|param rw) (float|bit) (\w+)(?: = (\S+))? \"", re.MULTILINE)
 
 
 def request_of(model=LUGRE, **options):
@@ -63,48 +43,10 @@ def written(model=LUGRE, **options):
     return hal.write(request_of(model, **options)).files
 
 
-def text_of(files, end):
-    return next(text for name, text in files.items() if name.endswith(end))
-
-
 def played(files):
     """Return references and expected feeds of the self-test."""
     lines = text_of(files, "_selftest.txt").splitlines()
     return np.array([[float(word) for word in line.split()] for line in lines]).T
-
-
-class Component:
-    """A component, compiled with macros in place of HAL, as halcompile writes them."""
-
-    def __init__(self, files, folder, *, more=()):
-        text = text_of(files, ".comp")
-        self._pins = DECLARED.findall(text)
-        types = {"float": "double", "bit": "unsigned char"}
-        fields = " ".join(f"{types[kind]} {name};" for _, kind, name, _ in self._pins)
-        # A pin without parentheses or with an operator in front is no name of C, as with halcompile.
-        macros = "\n".join(f"#define {name} ({'0+' * (way == 'pin in')}self->{name})" for way, _, name, _ in self._pins)
-        defaults = " ".join(f"self->{name} = {value or 0};" for _, _, name, value in self._pins)
-        undone = "\n".join(f"#undef {name}" for _, _, name, _ in self._pins)
-        source = HAL.format(fields=fields, macros=macros) + text.partition("\n;;\n")[2] + undone + RUN.format(defaults=defaults)
-        (folder / "component.c").write_text(source, encoding="ascii")
-        line = [COMPILER, "-Os", *more, *WARNINGS, "-Wno-unused-function", "-Wno-overlength-strings", "-std=gnu11", "-shared", "-fPIC"]
-        built = subprocess.run([*line, "component.c", "-o", "component.so"], cwd=folder, capture_output=True, text=True, check=False)
-        assert built.returncode == 0, built.stderr[:4000]
-        self._library = ctypes.CDLL(str(folder / "component.so"))
-        kinds = {"float": ctypes.c_double, "bit": ctypes.c_ubyte}
-        self.pins = type("Instance", (ctypes.Structure,), {"_fields_": [(name, kinds[kind]) for _, kind, name, _ in self._pins]})()
-        assert ctypes.sizeof(self.pins) == self._library.size()
-        self._library.start(ctypes.byref(self.pins))
-
-    def feed(self, references, period=PERIOD, **pins):
-        """Return the feed along some references."""
-        for name, value in pins.items():
-            setattr(self.pins, name, value)
-        references, fed = np.ascontiguousarray(references, dtype=float), np.empty(len(references))
-        pointer = ctypes.POINTER(ctypes.c_double)
-        place = [array.ctypes.data_as(pointer) for array in (references, fed)]
-        self._library.run(ctypes.byref(self.pins), place[0], len(references), ctypes.c_long(period), place[1])
-        return fed
 
 
 needs_compiler = pytest.mark.skipif(COMPILER is None, reason="no C compiler")
@@ -159,9 +101,11 @@ def test_units_signs_and_limit_are_those_of_the_log():
     assert "1 deg" in hal.write(request_of(turning, speed=5.0)).notes[1]
 
 
-@pytest.mark.parametrize(("delay", "lead"), [(-2.7e-3, 2.7e-3), (0.0, 1e-3), (1e-3, 1e-3), (-0.3, hal.LEAD_MAX)])
+@pytest.mark.parametrize(("delay", "lead"), [(-2.7e-3, 2.7e-3), (0.0, 0.0), (1e-3, 0.0), (-0.3, hal.LEAD_MAX), (None, 1e-3)])
 def test_the_lead_is_that_of_the_identification_or_one_cycle(delay, lead):
-    assert hal.settings_of(request_of(axis=axis_from(AXIS), info={"treatment": {"delay": delay}})).lead == pytest.approx(lead)
+    assert hal.settings_of(
+        request_of(axis=axis_from(AXIS), info={"treatment": {} if delay is None else {"delay": delay}})
+    ).lead == pytest.approx(lead)
 
 
 def test_velocity_mode_is_refused_by_name(tmp_path, capsys):
@@ -284,6 +228,38 @@ def test_an_invalid_reference_sets_fault_and_takes_the_feed_away_until_reset(com
     assert one.pins.gain_now == 1.0
 
 
+# --- control laws -------------------------------------------------------------------------------------------------
+
+
+def law_files_of(controller, fed):
+    return hal.hal_law_files(law_of(variant_of(controller, fed)), "bristle_law", Source())
+
+
+@needs_compiler
+@pytest.mark.parametrize(("controller", "fed"), [("cascade", "all"), ("sliding_mode", "desired")])
+def test_a_law_gives_the_bits_of_its_self_test(tmp_path, controller, fed):
+    product = law_files_of(controller, fed)
+    *columns, expected = played(product.files)
+    law, one = np.column_stack(columns), Component(product.files, tmp_path)
+    assert differing(one.feed(law, PERIOD // 2, enable=1, scale=1.0, effort_scale=1.0), expected) == 0
+    assert product.notes == ("run the component in a thread of 0.5 ms, the sample time of the experiment",)
+    # Before it is enabled, and after a fault, it commands nothing; enable begins anew.
+    assert not one.feed(law[:9], PERIOD // 2, enable=0).any()
+    assert differing(one.feed(law[:9], PERIOD // 2, enable=1), expected[:9]) == 0
+    assert one.feed(np.full_like(law[:2], np.nan), PERIOD // 2).tolist() == [0.0, 0.0]
+    assert not one.feed(law[:9], PERIOD // 2).any()
+    one.feed(law[:1], PERIOD // 2, enable=0)
+    assert one.feed(law[:9], PERIOD // 2, enable=1).any()
+    assert not one.feed(law[:9], PERIOD).any()  # the thread has another period
+    assert one.pins.fault
+
+
+def test_units_of_a_law_are_those_of_the_log_or_mm():
+    text = law_files_of("cascade", "desired").files["bristle_law.comp"]
+    assert "scale = 0.001 " in text
+    assert 'pin in float place_ahead_1 "' in text
+
+
 @needs_compiler
 def test_no_operation_is_fused(tmp_path):
     machine = subprocess.run([COMPILER, "-dumpmachine"], capture_output=True, text=True, check=True).stdout
@@ -312,6 +288,15 @@ def test_hal_computes_identical_feeds(tmp_path, name, slots):
 
 @pytest.mark.slow
 @pytest.mark.skipif(bool(LACKING), reason=LACKING)
+@pytest.mark.parametrize(("controller", "fed"), CASES)
+def test_hal_computes_identical_efforts_of_a_law(tmp_path, controller, fed):
+    files = law_files_of(controller, fed).files
+    measured = in_hal(files, tmp_path, "bristle_law_selftest.hal")["bristle_law_selftest_measured.txt"]
+    assert [line for line in measured.splitlines() if line != "overrun"] == text_of(files, "_selftest_expected.txt").splitlines()
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(bool(LACKING), reason=LACKING)
 def test_the_self_test_in_hal_notices_a_changed_bit(tmp_path):
     files = hal.write(replace(request_of(), name="bristle_test")).files
     number = repr(float(LUGRE.values["F_C"]))
@@ -331,6 +316,6 @@ def test_the_lines_for_a_machine_and_the_table_load(tmp_path):
         "sets x-vel-cmd 1000\nloadusr -w sleep 0.1\ngetp lincurve.0.out\nshow thread\nshow pin pid.x.bias\n"
     )
     said = in_hal(files | {"machine.hal": machine}, tmp_path, "machine.hal")["stdout"]
-    assert re.search(r"1 bristle-test\n\s+2 pid\.x\.do-pid-calcs", said.replace("lincurve.0", "bristle-test", 0)) or "bristle-test" in said
+    assert re.findall(r"^ +\d (\S+)$", said, re.MULTILINE) == ["lincurve.0", "bristle-test", "pid.x.do-pid-calcs"]
     assert float(said.split()[0]) == pytest.approx(steady_force(LUGRE, 0.2), rel=1e-3)
-    assert "x-friction" in said
+    assert "pid.x.bias <== x-friction" in said

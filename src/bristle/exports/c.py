@@ -215,6 +215,11 @@ def law_files(law: Law, name: str, source: Source) -> dict[str, str]:
     law = settled_law(law)
     walk, positions, efforts = law_walk(law, COUNT)
     walked = selftest_facts(walk, efforts, single=law.single) | {"positions": positions, "per_velocity": repr(PER_VELOCITY)}
+    return written_files(LAW_FILES, name, law_code_facts(law, name, source), walked, source)
+
+
+def law_code_facts(law: Law, name: str, source: Source) -> dict[str, Any]:
+    """Return the facts of the templates of the header and the source of a law."""
     variant, (lasting, p), tuned = law.variant, law.types, tunable_law(law) if law.tunable else None
     printer = Printer(law.unit, SCALAR[law.single], [lasting, p])
     fields, after = [], []
@@ -227,14 +232,13 @@ def law_files(law: Law, name: str, source: Source) -> dict[str, str]:
     law_name = f"{variant.controller.name} {friction and friction.name}"
     layout = f"{law_name} {law.dt!r} {[field[:2] for field in fields]} {law.memory_size}{' float' if law.single else ''}"
     remembered = array_text("remembered", law.memory, printer) + "\n" if np.any(law.memory) else ""
-    facts = (
+    return (
         law_facts(law, name, source)
         | block_facts(printer, name, fields, law.memory_size, tuned)
         | saved_facts(printer, ("effort",), fields, law.memory_size, layout)
         | {"data": remembered + parameters_text(law.p, p, printer, name, tuned), "step": _law_step(law, printer), "after": after}
         | {"remembered": "remembered[i]" if remembered else number(0.0, printer.scalar), "steps": COUNT}
     )
-    return written_files(LAW_FILES, name, facts, walked, source)
 
 
 def _law_step(law: Law, printer: Printer) -> list[str]:

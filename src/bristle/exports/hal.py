@@ -19,13 +19,15 @@ from bristle.core.errors import InputError
 from bristle.core.typography import with_unit
 from bristle.core.variable import unit_of
 from bristle.exports import subject as subjects
-from bristle.exports.c import CFiles
+from bristle.exports.c import CFiles, law_code_facts
 from bristle.exports.c_parts import constant_text
-from bristle.exports.described import plain, rendered, with_rights
+from bristle.exports.described import Source, plain, rendered, with_rights
 from bristle.exports.drive import error_on_log, losses, side_of
 from bristle.exports.effect import loop_for, samples_ahead
+from bristle.exports.law import Law, law_walk, samples_along
 from bristle.exports.subject import Subject
 from bristle.exports.targets import NAME, Product, Request
+from bristle.exports.tunable import settled_law
 from bristle.plants.terms import Place, effort_at, place_of
 from bristle.prediction.drive_units import DriveUnit, signed_units
 from bristle.translation.build import Builder
@@ -38,6 +40,7 @@ USUAL = {"translational": DriveUnit("mm", 1e-3), "rotational": DriveUnit("deg", 
 PERIOD_NS, STEPS = 1_000_000, 400  # of the self-test: period of its thread [ns], references
 PER_DIRECTION = 8  # entries of a table with 16 points
 NEAR_REST = 1e-3  # of the largest speed: the table is a straight line through rest below it
+PER = {"velocity": " a second"} | dict.fromkeys(("acceleration", "acceleration_ahead"), " a second squared")
 LEAD_MAX = 0.02  # [s]: beyond it, three commands do not predict the motion
 FILES = {"{}.comp": "hal/component.comp", "{}.hal": "hal/machine.hal", "{}_selftest.hal": "hal/selftest.hal", "README.md": "hal/README.md"}
 
@@ -57,7 +60,8 @@ def write(request: Request) -> Product:
         message = "feeds an effort forward, but the output of this axis is the velocity command of its amplifier"
         mend = "Set the amplifier to torque mode, or use the friction compensation of the amplifier (--to table)"
         raise InputError(message, path="hal", value=request.mode, allowed="an amplifier in torque mode", mend=mend)
-    request = replace(request, name=_name_of(request), single=False)
+    checksum = request.source.provenance.get("model_sha256", "") or request.source.model_hash
+    request = replace(request, name=_name_of(request.name, checksum), single=False)
     settings, place = settings_of(request), place_of(request.plant)
     has_place = bool(place.g_sin or place.g_cos or place.waves.size)
     friction = subjects.settled_subject(subjects.subject_of(request.sampled))
@@ -76,41 +80,77 @@ def write(request: Request) -> Product:
     facts |= {"notes": [plain(note) for note in notes], "lincurve": table}
     texts = {file.format(request.name): rendered(template, facts) for file, template in FILES.items()}
     files: dict[str, str | bytes] = {**with_rights(texts | ({f"{request.name}_table.hal": table} if table else {}), request.source)}
-    pairs = list(zip(references.tolist(), feeds.tolist(), strict=True))
-    files[f"{request.name}_selftest.txt"] = "".join(f"{reference!r} {feed!r}\n" for reference, feed in pairs)
-    files[f"{request.name}_selftest_expected.txt"] = "".join(f"{reference:f} {feed:f} {0.0:f} \n" for reference, feed in pairs)
-    return Product(files, notes)
+    return Product(files | _played(request.name, references[:, None], feeds), notes)
 
 
-def _name_of(request: Request) -> str:
-    """Return the name of the component; without a name of the user, the hash of the model file or of the model."""
-    if request.name == NAME:
-        checksum = request.source.provenance.get("model_sha256", "") or request.source.model_hash
+def _played(name: str, inputs: np.ndarray, outputs: np.ndarray) -> dict[str, str]:
+    """Return the inputs of a self-test with the expected output, and the lines of halsampler, for rows of inputs."""
+    rows = list(zip(inputs.tolist(), outputs.tolist(), strict=True))
+    played = "".join(f"{' '.join(map(repr, row))} {output!r}\n" for row, output in rows)
+    return {
+        f"{name}_selftest.txt": played,
+        f"{name}_selftest_expected.txt": "".join(f"{row[0]:f} {output:f} {0.0:f} \n" for row, output in rows),
+    }
+
+
+def hal_law_files(law: Law, name: str, source: Source) -> Product:
+    """Return the component of a control law, and its self-test."""
+    name, law = _name_of(name, source.model_hash), settled_law(law)
+    facts = law_code_facts(law, name, source) | {"drive": None}
+    walk, _, efforts = law_walk(law, STEPS)
+    samples = samples_along(walk, law, STEPS)
+    several = {key: law.samples_ahead for key in law.inputs if key.endswith("_ahead")}
+    pins = {key: [f"{key}_{k}" for k in range(several[key])] if key in several else [key] for key in law.inputs}
+    listed = [pin for names in pins.values() for pin in names]
+    values = [f"{{{', '.join(f'{pin} * scale' for pin in pins[key])}}}" if key in several else f"{key} * scale" for key in law.inputs]
+    code = rendered("c/law.h", facts) + rendered("c/law.c", facts).replace(f'#include "{name}.h"\n', "")
+    position, effort = signed_units(law.variant.axis, law.controller.kind)
+    scale = (USUAL[law.controller.kind] if law.variant.axis is None else position).si
+    facts |= {"code": code, "macros": [*listed, "effort", "enable", "fault", "scale", "effort_scale", "fperiod", "data"], "pins_of": pins}
+    facts |= {"scale": repr(scale), "effort_scale": repr(effort.si), "values": ", ".join(values), "per": PER}
+    facts |= _test_facts(name, listed, "effort", {"scale": 1, "effort-scale": 1, "enable": 1}, round(1e9 * law.dt))
+    files = {f"{name}.comp": rendered("hal/law.comp", facts), f"{name}_selftest.hal": rendered("hal/selftest.hal", facts)}
+    rows = np.array([[x for key in law.inputs for x in np.atleast_1d(getattr(sample, key))] for sample in samples])
+    note = f"run the component in a thread of {1e3 * law.dt:g} ms, the sample time of the experiment"
+    return Product({**with_rights(files, source), **_played(name, rows, efforts)}, (note,))
+
+
+def _test_facts(name: str, inputs: Sequence[str], output: str, presets: Mapping[str, Any], period_ns: int) -> dict[str, Any]:
+    """Return the facts of the self-test: pins of the component, its parameters in the test, and the period of the thread [ns]."""
+    pins = {"pin": name.replace("_", "-"), "played": [pin.replace("_", "-") for pin in inputs], "output": output}
+    return pins | {"presets": presets, "steps": STEPS, "depth": STEPS + 100, "period_ns": period_ns}
+
+
+def _name_of(name: str, checksum: str) -> str:
+    """Return the name of the component; without a name of the user, the hash of the model file, the model or the law."""
+    if name == NAME:
         return f"bristle_{checksum[:8]}" if checksum else "bristle_axis"
-    if len(request.name) > LONGEST_NAME:
+    if len(name) > LONGEST_NAME:
         allowed = f"{LONGEST_NAME} characters or fewer"
-        raise InputError("is too long for a HAL component", path="name", value=request.name, allowed=allowed)
-    return request.name
+        raise InputError("is too long for a HAL component", path="name", value=name, allowed=allowed)
+    return name
 
 
 def settings_of(request: Request) -> Settings:
     """Return units and signs of the log, or mm or degrees; the identified lead, or that of the loop; the limit of the drive."""
     axis, kind = request.axis, request.model.kind
     position, effort = signed_units(axis, kind)
-    delay, loop = request.info.get("treatment", {}).get("delay", 0.0), loop_for(request)
+    delay, loop = request.info.get("treatment", {}).get("delay"), loop_for(request)
     step = loop.run.sample_time if loop else (axis and axis.sample_time) or 1e-9 * PERIOD_NS
     limit = axis.effort_limit / abs(effort.si) if axis is not None and axis.effort_limit else 0.0
-    lead = -delay if delay < 0.0 else samples_ahead(loop) * step
-    return Settings(USUAL[kind] if axis is None else position, effort, min(lead, LEAD_MAX), limit)
+    lead = samples_ahead(loop) * step if delay is None else max(-delay, 0.0)
+    rounded = (float(f"{value:.6g}") for value in (min(lead, LEAD_MAX), limit))
+    return Settings(USUAL[kind] if axis is None else position, effort, *rounded)
 
 
 def feeds_of(friction: Subject, place: Place, references: np.ndarray, settings: Settings) -> np.ndarray:
     """Return the feed at each reference at gain 1, as the component computes it: same operations, same order."""
     dt, lead, before, v_before, ahead = PERIOD_NS * 1e-9, settings.lead, None, 0.0, []
+    rate = 1.0 / dt
     for reference in references.tolist():
         x = reference * settings.position.si
-        v = 0.0 if before is None else (x - before) / dt
-        a = (v - v_before) / dt
+        v = 0.0 if before is None else (x - before) * rate
+        a = (v - v_before) * rate
         ahead.append(x + v * lead + 0.5 * a * lead * lead)
         before, v_before = x, v
     forces = friction.forces(np.array(ahead), dt)
@@ -132,12 +172,15 @@ def _facts(request: Request, friction: Subject, place: Place | None, settings: S
     facts = c.facts() | {"device": "static "}
     facts |= {"data": facts["data"] + constants}
     code = "".join(rendered(part, facts) for part in ("c/structure.h", "c/head.c", "c/steps.c"))
+    presets = {"scale": settings.position.si, "effort-scale": settings.effort.si, "lead": settings.lead, "limit": 0}
+    presets |= {"slew": "1e9", "gain": 1}
     values = {"scale": settings.position.si, "effort_scale": settings.effort.si, "lead": settings.lead, "limit": settings.limit}
     return (
         facts
         | {name: repr(value) for name, value in values.items()}
-        | {"code": code.replace(f'#include "{name}.h"\n', ""), "pin": name.replace("_", "-"), "macros": MACROS, "lead_max": LEAD_MAX}
-        | {"units": settings, "effort_of_place": of_place, "steps": STEPS, "depth": STEPS + 100, "period_ns": PERIOD_NS}
+        | {"code": code.replace(f'#include "{name}.h"\n', ""), "macros": MACROS, "lead_max": LEAD_MAX}
+        | {"units": settings, "effort_of_place": of_place}
+        | _test_facts(name, ["reference"], "feed", presets, PERIOD_NS)
     )
 
 

@@ -366,17 +366,20 @@ def law_facts(law: Law, name: str, source: Source) -> dict[str, Any]:
 
 def law_walk(law: Law, steps: int) -> tuple[Walk, int, np.ndarray]:
     """Return the walk of the self-test of a law, the number of its positions, and the efforts along it."""
-    ahead, friction = law.samples_ahead, law.variant.feedforward.friction
+    friction = law.variant.feedforward.friction
     # Distance of the walk in the self-test of a law without a compensator [m or rad].
     walk = walk_over(1e-5, law.dt) if friction is None else walk_of(subject_of(friction), law.dt)
+    return walk, steps + law.samples_ahead + 1, law.efforts(samples_along(walk, law, steps))
+
+
+def samples_along(walk: Walk, law: Law, steps: int) -> list[Inputs]:
+    """Return the inputs of a law along a walk."""
+    ahead = law.samples_ahead
     x = walk.positions(steps + ahead + 1)
     v = np.diff(x) / law.dt
     a = PER_VELOCITY * v
     at, speed, change = x.tolist(), v.tolist(), a.tolist()
-    samples = [
-        Inputs(at[k], speed[k], change[k], at[max(k - 1, 0)], x[k + 1 : k + 1 + ahead], a[k + 1 : k + 1 + ahead]) for k in range(steps)
-    ]
-    return walk, x.size, law.efforts(samples)
+    return [Inputs(at[k], speed[k], change[k], at[max(k - 1, 0)], x[k + 1 : k + 1 + ahead], a[k + 1 : k + 1 + ahead]) for k in range(steps)]
 
 
 def _fed(law: Law) -> list[str]:

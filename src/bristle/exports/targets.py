@@ -232,7 +232,7 @@ _LISTED = (
     _target("c", "C", "held", _ALL, "write=c.write write_law=c.law_files", _C),
     _target("wasm", "WebAssembly", "middle", "", "write=wasm.write", _WASM),
     _target("st", "Structured Text", "held", _ALL, "write=st.write write_law=st.st_law_files", _ST),
-    _target("hal", "LinuxCNC", "held", "pushes compares", "write=hal.write", _HAL),
+    _target("hal", "LinuxCNC", "held", "pushes compares", "write=hal.write write_law=hal.hal_law_files", _HAL),
     _target("cuda", "CUDA", "middle", "operators", "write=cuda.write", _CUDA),
     _target("table", "table for a drive", "held", "pushes compares", "write=drive.write reads=drive.reads", _TABLE),
     _target("tf5200", "Beckhoff TF5200", "", "pushes compares", "write=tf5200.write reads=tf5200.reads", _TF5200),

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from bristle.logs.formats import OWN_FORMATS, START, LogFormat
+from bristle.logs.halsampler import halsampler as halsampler
 from bristle.logs.json_records import json_records as json_records
 
 ARCHIVE = b"PK\x03\x04"

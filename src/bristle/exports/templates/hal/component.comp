@@ -23,22 +23,8 @@ function _ fp "once in each cycle of the servo thread";
 license "BSD-3-Clause";
 author "bristle {{ version }}";
 ;;
-/* Each operation rounds its result, on ARM also: no fused multiply-add. */
-#ifdef __clang__
-#pragma STDC FP_CONTRACT OFF
-#else
-#pragma GCC optimize("O2", "fp-contract=off")
-#endif
-{% for macro in macros %}#pragma push_macro("{{ macro }}")
-#undef {{ macro }}
-{% endfor %}
-#include <stdint.h>
-
-{{ code }}
-{% for macro in macros %}#pragma pop_macro("{{ macro }}")
-{% endfor %}
-static {{ name }} contact;
-static double last_x, last_v;
+{% include "hal/macros.c" %}static {{ name }} contact;
+static double last_x, last_v, last_t, rate;
 static int begun;
 
 FUNCTION(_) {
@@ -49,7 +35,11 @@ FUNCTION(_) {
         last_v = 0.0;
         begun = 1;
     }
-    const double v = (x - last_x) / t, a = (v - last_v) / t;
+    if (t != last_t) {
+        last_t = t;
+        rate = 1.0 / t;
+    }
+    const double v = (x - last_x) * rate, a = (v - last_v) * rate;
     const double bounded = lead < lead_max ? lead : lead_max, l = bounded > 0.0 ? bounded : 0.0;
     const double ahead = x + v * l + 0.5 * a * l * l;
     const double effort = {{ name }}_force(&contact, ahead, t){{ effort_of_place }};
