@@ -81,7 +81,7 @@ def computed(living, folder, script):
 
 
 LEFT = """
-const rows = rowsOf(data.rows), contact = await loaded(data.model);
+const rows = await rowsOf(data.rows), contact = await loaded(data.model);
 const values = first([...data.model.variables, ...data.plant]);
 for (const { name } of data.model.variables) contact.set(name, values[name]);
 const friction = frictionInRows(contact, rows), mechanical = mechanicalInRows(rows, values);

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 MARK = "<!-- A page of bristle lab -->"  # first line of a page, for recognition
 FIRST = "preisach_lugre"  # the default model
-SHARED = ("inflate.js", "physics.js", "loop.js")  # also run by a worker
+SHARED = ("physics.js", "loop.js")  # also run by a worker
 SCRIPTS = (
     "paths.js",
     "certificates.js",

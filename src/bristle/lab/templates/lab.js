@@ -1,21 +1,13 @@
 // The page: layout, history, and computation after a move.
 
 const byId = (id) => document.getElementById(id);
-const { code: packedData, size: sizeOfData } = JSON.parse(byId("data").textContent);
-const data = JSON.parse(new TextDecoder().decode(inflated(bytesOf(packedData), sizeOfData)));
-for (const model of data.models) {
-  const { code, size } = model, before = [data.common];
-  Object.assign(model, { before });
-  Object.assign(model.wide, { before: [data.common, { code, size, before }] });
-}
-const usual = data.models[data.first];
 const ready = new Map();
 const past = [], future = [];
 const SLOTS = ["asymmetry", "position", "ripple", "periodic", "load", "temperature", "transmitted"];
 const TABS = { speed: "Over velocity", track: "Closed loop", plane: "Memory", checks: "Checks" };
 const USUAL_PATH = "triangle", MOST_PAST = 200, MOST_TURNS = 400;
 const LONG = 6, LONG_LOOP = 8, PAUSE = 80, JUDGED = 150, STANDS = 120, ONE_STEP = 1000; // [ms]
-let kept = "", keptBy = "", keptAt = 0, tab = "speed", frames = 0, waiting = 0, settling = 0, loopTook = 0, restTook = 0, judging = 0, verdictTook = 0, shown = {};
+let data = null, usual = null, kept = "", keptBy = "", keptAt = 0, tab = "speed", frames = 0, waiting = 0, settling = 0, loopTook = 0, restTook = 0, judging = 0, verdictTook = 0, shown = {};
 
 const lab = newBench(colours()), plots = newPlots();
 
@@ -353,7 +345,7 @@ function listen() {
     drawRest();
   };
   const observer = new ResizeObserver((entries) => {
-    for (const { target } of entries) resized(target);
+    entries.forEach(resized);
     lab.machine = machineOf(byId("machine").clientWidth);
     if (lab.contact) redraw();
   });
@@ -362,6 +354,12 @@ function listen() {
 }
 
 async function begin() {
+  data = JSON.parse(new TextDecoder().decode(await inflated(JSON.parse(byId("data").textContent).code)));
+  for (const model of data.models) {
+    Object.assign(model, { before: [data.common] });
+    Object.assign(model.wide, { before: [data.common, { code: model.code, before: [data.common] }] });
+  }
+  usual = data.models[data.first];
   lab.machine = machineOf(byId("machine").clientWidth);
   listen();
   const text = location.hash.slice(1);

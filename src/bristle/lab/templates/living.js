@@ -180,11 +180,11 @@ function reset() {
 
 async function begin() {
   alive.contact = await loaded(data.model);
-  alive.rows = rowsOf(data.rows);
+  alive.rows = await rowsOf(data.rows);
   alive.values = Object.fromEntries(Object.entries(first).map(([name, values]) => [name, [...values]]));
   alive.start = alive.found = computed(alive.values);
   buildCards();
-  if (data.loop) drawTraces();
+  if (data.loop) await drawTraces();
   reset();
   byId("alive-reset").addEventListener("click", reset);
   for (const name of ["gain", "effort"]) plots.get(name)?.figure.addEventListener("read", ({ detail }) => markInstant(detail));

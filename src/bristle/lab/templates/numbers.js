@@ -1,8 +1,8 @@
 // Columns of numbers, unpacked.
 
 // Integers packed by Python: zigzag signs, bytes grouped by significance.
-function unpackedNumbers({ code, count }) {
-  const bytes = inflated(Uint8Array.from(atob(code), (letter) => letter.charCodeAt(0)), 4 * count), numbers = new Int32Array(count);
+async function unpackedNumbers({ code, count }) {
+  const bytes = await inflated(code), numbers = new Int32Array(count);
   for (let k = 0; k < count; k++) {
     const folded = (bytes[k] | bytes[k + count] << 8 | bytes[k + 2 * count] << 16 | bytes[k + 3 * count] << 24) >>> 0;
     numbers[k] = (folded >>> 1) ^ -(folded & 1);
@@ -11,8 +11,8 @@ function unpackedNumbers({ code, count }) {
 }
 
 // The next `count` integers; undo `sums` differences.
-function columnsOf(packed) {
-  const numbers = unpackedNumbers(packed);
+async function columnsOf(packed) {
+  const numbers = await unpackedNumbers(packed);
   let at = 0;
   return (count, sums, step = 1) => {
     const values = Float64Array.from(numbers.subarray(at, at + count));

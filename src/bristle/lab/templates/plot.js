@@ -183,8 +183,8 @@ function labelOf({ word, unit }) { return unit ? `${word} [${unit}]` : word; }
 
 const sizes = new WeakMap();
 
-// Measure a canvas before the next drawing, not at each drawing, which would repeat the layout of the page.
-function resized(canvas) { sizes.delete(canvas); }
+// Keep the size that the browser measured: to measure at each drawing would repeat the layout of the page.
+function resized({ target, contentRect: { width, height } }) { sizes.set(target, [Math.round(width), Math.round(height)]); }
 
 // Redirect the next drawing of a canvas.
 let elsewhere = null;
@@ -199,8 +199,8 @@ function wiped(canvas) {
   if (elsewhere?.canvas === canvas) {
     return { context: elsewhere.context, area: { left: 0, top: 0, width: canvas.clientWidth, height: canvas.clientHeight } };
   }
-  if (!sizes.has(canvas)) sizes.set(canvas, [window.devicePixelRatio || 1, canvas.clientWidth, canvas.clientHeight]);
-  const [ratio, width, height] = sizes.get(canvas);
+  const measured = sizes.get(canvas), ratio = window.devicePixelRatio || 1;
+  const [width, height] = measured?.[0] ? measured : [canvas.clientWidth, canvas.clientHeight]; // before the first measurement
   if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {
     canvas.width = Math.round(width * ratio);
     canvas.height = Math.round(height * ratio);

@@ -8,6 +8,12 @@ function plainValues(bench) {
   return Object.fromEntries(bench.model.variables.map(({ name }) => [name, bench.values[name].map(told_)]));
 }
 
+// The theme of JupyterLab or VS Code; in other hosts that of the system.
+function themeOf({ dataset: { jpThemeLight }, classList }) {
+  if (jpThemeLight === "true" || classList.contains("vscode-light")) return "light";
+  return jpThemeLight === "false" || classList.contains("vscode-dark") ? "dark" : "";
+}
+
 class Bench {
   constructor(model, el) {
     this.host = element("div");
@@ -16,10 +22,12 @@ class Bench {
     Object.assign(this, { model, bench: null, shown: {}, waits: 0, turn: 0, moved: false });
     this.root.append(element("style", { text: STYLE }), this.layout());
     this.observer = new ResizeObserver((entries) => {
-      for (const { target } of entries) resized(target);
+      entries.forEach(resized);
       this.later();
     });
     for (const canvas of this.root.querySelectorAll("canvas")) this.observer.observe(canvas);
+    this.themes = new MutationObserver(() => this.later());
+    this.themes.observe(document.body, { attributeFilter: ["class", "data-jp-theme-light"] });
     this.listeners = { "change:_described": () => this.build(), "change:_values": () => this.read(), "change:_problem": () => this.tellProblem() };
     for (const [event, listener] of Object.entries(this.listeners)) model.on(event, listener);
   }
@@ -112,6 +120,7 @@ class Bench {
     const { bench } = this;
     this.waits = 0;
     if (!bench || !this.host.isConnected) return;
+    this.host.className = themeOf(document.body);
     bench.theme = colours(this.host);
     const memory = bench.model.stack ? planeView : bench.model.elements ? elementsView : null;
     for (const [name, view] of Object.entries({ loop: loopView, speed: speedView, plane: memory })) {
@@ -132,6 +141,7 @@ class Bench {
 
   gone() {
     this.observer.disconnect();
+    this.themes.disconnect();
     cancelAnimationFrame(this.waits);
     for (const [event, listener] of Object.entries(this.listeners)) this.model.off(event, listener);
     this.host.remove();
