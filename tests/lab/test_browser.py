@@ -30,6 +30,7 @@ def test_a_browser_computes_the_bits_of_python(page, tmp_path):
             "--no-sandbox",
             "--disable-gpu",
             f"--user-data-dir={tmp_path / 'profile'}",
+            "--virtual-time-budget=60000",  # until the self-test has ended
             "--dump-dom",
             f"{page.as_uri()}#selftest",
         ],

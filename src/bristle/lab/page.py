@@ -38,7 +38,6 @@ SCRIPTS = (
     "machine.js",
     "handles.js",
     "chapters.js",
-    "plots.js",
     "lab.js",
 )
 STYLES = ("lab.css", "controls.css")

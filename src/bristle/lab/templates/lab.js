@@ -204,7 +204,7 @@ async function show(plain, slots = ownSlots(plain)) {
   byId("model").value = String(data.models.indexOf(plain));
   byId("description").textContent = `${model.description[0].toUpperCase()}${model.description.slice(1)}.`;
   lab.live = await loaded(model);
-  for (const plot of Object.values(plots)) plot.look(null);
+  for (const plot of Object.values(plots)) plot.look();
   byId("tab-plane").hidden = !model.stack && !model.elements;
   openTab(tab === "plane" && byId("tab-plane").hidden ? "speed" : tab);
   byId("plane-title").textContent = `Memory of the ${model.stack ? "operator" : "elements"}`;
@@ -243,7 +243,7 @@ function takePath(preset) {
     if (preset === "drawn") lab.turns = [0];
     lab.aim(preset);
     leaveChapter();
-    plots.loop.look(null);
+    plots.loop.look();
     showAll();
     lab.moment = 0;
   }
@@ -372,4 +372,4 @@ async function begin() {
   else play(true);
 }
 
-begin();
+const begun = begin();
