@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from bristle.core.errors import InputError
-from bristle.server import tasks
+from bristle.server import loop, tasks
 from bristle.server.errand import Errand, LabelledLog, as_table
 
 AXIS = 'schema = 1\nkind = "translational"\n[columns]\ntime = "time"\nposition = "x"\neffort = "force"\n'
@@ -231,16 +231,16 @@ def test_findings_are_those_of_the_best_fit(errand, monkeypatch, level, fits):
     monkeypatch.setattr("bristle.report.identification.next_steps", lambda fit, usable: [f"usable: {usable}"])
     monkeypatch.setattr("bristle.report.judgement.misfit", lambda fit: ["model error 1 %"])
     monkeypatch.setattr("bristle.report.messages.warnings_of", lambda fit: ["doubtful"])
-    monkeypatch.setattr(tasks, "loop_view", lambda *passed, usable: {"usable": usable, "simulated": passed[-1]})
+    monkeypatch.setattr(loop, "_loop_view", lambda *passed, usable: {"usable": usable, "simulated": passed[-1].simulation})
     signals = {name: 10.0 * k + np.arange(3.0) for k, name in enumerate(("time", "measured", "predicted", "velocity", "friction"))}
     best = SimpleNamespace(plant=SimpleNamespace(kind="rotational"), traces=SimpleNamespace(**signals, residual=np.ones(3)), name="lugre")
-    identified = SimpleNamespace(best=best, settings=None, axis=None, unfinished="", notes=["a note"], fits=[best] * fits, log=None)
+    identified = SimpleNamespace(best=best, settings=None, axis=None, unfinished="", fits=[best] * fits, log=None)
     outcome = SimpleNamespace(following="error", simulation="loop", command="bristle identify")
-    data = tasks._findings(errand([]), identified, outcome)
+    data = loop._findings(errand([]), identified, outcome)
     assert (data["misfit"], data["next"]) == (["model error 1 %"], [f"usable: {level != 'measure_again'}"])
-    assert (data["model"], data["loop"]) == ("lugre", {"usable": level != "measure_again", "simulated": ("loop", "error")})
+    assert (data["model"], data["loop"]) == ("lugre", {"usable": level != "measure_again", "simulated": "loop"})
     assert (data["comparison"] is not None) == (fits > 1)
-    assert (data["kind"], data["warnings"], data["notes"], data["verdict"]) == ("rotational", ["doubtful"], ["a note"], {"level": level})
+    assert (data["kind"], data["warnings"], data["verdict"]) == ("rotational", ["doubtful"], {"level": level})
     assert data["time"] == [[0.0, 1.0, 2.0], [10.0, 11.0, 12.0], [20.0, 21.0, 22.0]]
     assert data["velocity"] == [[30.0, 31.0, 32.0], [40.0, 41.0, 42.0], [39.0, 40.0, 41.0]]
 

@@ -125,11 +125,8 @@ const VIEWS = {
   looked: (data) => replace("columns", columnsView(data, state, { edit: (edits) => doing(() => start("look", { edits })), use: (text) => doing(() => start("look", { text })),
     check: () => doing(() => start("check")) })),
   checked: (data) => replace("check", checkView(data)),
-  identified: (data) => {
-    replace("verdict", verdictView(data, state, { download: () => doing(() => saved(pathTo("/parts/identified/archive"), "results.zip")), report: () => doing(() => report("identified", "report")) }));
-    showLoop();
-  },
-  compensated: () => showLoop(),
+  identified: showResults,
+  compensated: showResults,
   predicted: (data) => { if (byId("predicted")) replace("predicted", predictedView(data)); },
   exported: (data) => replace("exported", exportedView(data, state.parts.exported, () => doing(() => saved(pathTo("/parts/exported/archive"), "export.zip")))),
   excited: (data) => {
@@ -138,10 +135,12 @@ const VIEWS = {
     byId("excited").append(element("div", { id: "excited-report" }));
   },
 };
-// Step 6 after an identification, and again after another controller.
-function showLoop() {
-  const { compensated } = state.parts, found = contents.identified.data, loop = (compensated && !compensated.old && contents.compensated?.data) || found.loop;
-  replace("compensate", loopView(loop, found.command, (edits) => doing(() => start("compensate", { edits }))));
+// Steps 5 and 6 after an identification, and again after another controller.
+function showResults() {
+  const { compensated } = state.parts, found = (compensated && !compensated.old && contents.compensated?.data) || contents.identified.data;
+  replace("verdict", verdictView(found, state, { download: () => doing(() => saved(pathTo("/parts/identified/archive"), "results.zip")), report: () => doing(() => report("identified", "report")) }));
+  replace("compensate", loopView(found.loop, found.command, (edits) => doing(() => start("compensate", { edits }))));
+  shown.predicted = undefined;
 }
 
 const HOLDERS = { looked: ["columns"], checked: ["check"], identified: ["verdict", "compensate"], compensated: [], predicted: ["predicted"], exported: ["exported"], excited: ["excited"] };
@@ -160,7 +159,6 @@ async function show() {
     shown[name] = key;
     if (!part) for (const id of HOLDERS[name]) byId(id)?.replaceChildren();
     else VIEWS[name](contents[name].data);
-    if (name === "identified") shown.predicted = undefined;
     if (fresh && RESULTS[name]) ready = RESULTS[name];
   }
   showSteps(); // last: what a step unlocks stays where it appears
