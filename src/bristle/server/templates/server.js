@@ -2,7 +2,6 @@
 
 const BUSY = 300, IDLE = 2500; // [ms] between two polls
 const WORDS = { look: "Reading", check: "Checking", identify: "Identifying", predict: "Predicting", compensate: "Compensating", export: "Exporting", excite: "Designing" };
-const SHORT = ["look", "check", "predict", "compensate", "export"];
 const STEPS = ["Log", "Columns", "Check", "Identify", "Verdict", "Compensate"];
 const WAITS = ["", "waits for a log", "waits for columns and units", "waits for usable logs", "waits for a model", "waits for a model"];
 const shown = {}, contents = {};
@@ -35,33 +34,7 @@ async function follow() {
   }
 }
 
-const waitsForShort = () => state.job?.state === "runs" && SHORT.includes(state.job.task);
-let turn = Promise.resolve();
-
-// One job after another, in order. A short job delays the next one, also from another tab; the server reports a long job.
-function start(task, options = {}, needed = () => true) {
-  const mine = turn.then(() => started(task, options, needed));
-  turn = mine.catch(() => {});
-  return mine;
-}
-
-async function started(task, options, needed) {
-  for (;;) {
-    while (waitsForShort()) {
-      await new Promise((done) => setTimeout(done, BUSY));
-      await take(await json("GET", pathTo()));
-    }
-    if (!needed()) return;
-    try {
-      await take(await json("POST", pathTo("/jobs"), { task, options }));
-      return;
-    } catch (error) {
-      if (error.status !== 409) throw error;
-      await take(await json("GET", pathTo()));
-      if (state.job?.state === "runs" && !waitsForShort()) throw error;
-    }
-  }
-}
+async function start(task, options = {}) { await take(await json("POST", pathTo("/jobs"), { task, options })); }
 
 async function begin() {
   const fresh = await json("POST", "/api/cases");
@@ -174,9 +147,7 @@ async function report(part, place) {
 
 // --- what a person does ----------------------------------------------------------------------------------------------
 
-async function look() {
-  await start("look", {}, () => state.files.some(({ role }) => role === "fit") && (!state.parts.looked || state.parts.looked.old));
-}
+async function look() { if (state.files.some(({ role }) => role === "fit") && (!state.parts.looked || state.parts.looked.old)) await start("look"); }
 
 async function receive(files) {
   const role = document.querySelector('input[name="role"]:checked').value;
