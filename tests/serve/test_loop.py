@@ -68,9 +68,6 @@ def test_a_controller_from_fields_shows_the_gain_and_keeps_the_model(identified,
     gain = data["gain"]
     assert (gain["helps"], data["reason"], data["log"]) == (True, "", "log.csv")
     assert float(gain["times"]) > 2.0
-    time, without, compensated, measured = gain["error"]
-    assert len(time) == len(without) == len(compensated) == len(measured)
-    assert np.ptp(compensated) < 0.5 * np.ptp(without)
     assert data["values"] == before["loop"]["values"]
     assert data["tables"]["controller"]["model"] == recorded[1]["controller.model"]
     exported = export(replace(errand, axis_text=facts["axis_text"]))[1]

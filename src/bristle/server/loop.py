@@ -7,12 +7,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from bristle import controllers
 from bristle.core import InputError, between, number
 from bristle.files import edited, form_of, key_of
-from bristle.server.errand import Answer, Errand, as_table, thinned, zipped
+from bristle.server.errand import Answer, Errand, as_table, zipped
 
 if TYPE_CHECKING:
     from bristle.core import Axis, Component
@@ -69,28 +67,16 @@ def write_results(errand: Errand, identified: Identified, command: str, place: P
 
 def _findings(errand: Errand, identified: Identified, outcome: Outcome) -> dict[str, Any]:
     """Return the contents of the page: the verdict, the models, the loop."""
-    from bristle.report.identification import next_steps
     from bristle.report.judgement import judged, misfit
-    from bristle.report.messages import warnings_of
-    from bristle.report.model_tables import comparison_table, parameter_table
 
-    best, traces = identified.best, identified.best.traces
-    judgement = judged(best, identified.settings, outcome.following)
-    usable = judgement.level != "measure_again"
+    best, judgement = identified.best, judged(identified.best, identified.settings, outcome.following)
     return {
         "verdict": judgement.as_data(),
         "misfit": misfit(best),
-        "next": next_steps(best, usable=usable),
         "command": outcome.command,
-        "kind": best.plant.kind,
         "unfinished": identified.unfinished,
-        "parameters": as_table(parameter_table(best, identified.axis)),
-        "comparison": as_table(comparison_table(identified)) if len(identified.fits) > 1 else None,
-        "warnings": warnings_of(best),
-        "time": thinned(traces.time, traces.measured, traces.predicted),
-        "loop": _loop_view(errand, identified, outcome, usable=usable),
+        "loop": _loop_view(errand, identified, outcome, usable=judgement.level != "measure_again"),
         "model": best.name,
-        "velocity": thinned(traces.velocity, traces.friction, traces.friction - traces.residual),
     }
 
 
@@ -121,25 +107,18 @@ def _loop_view(errand: Errand, identified: Identified, outcome: Outcome, *, usab
 
 
 def _gain(simulation: SimulationResult, following: Following | None) -> tuple[dict[str, Any] | None, str]:
-    """Return the gain with the following error around the worst reversal, or why bristle predicts no gain."""
+    """Return the gain, or why bristle predicts no gain."""
     from bristle.report.compensation import NO_CHANGE, gain_of
     from bristle.report.messages import message
     from bristle.report.table import length_text
-    from bristle.simulation import worst_reversal
 
     gain = gain_of(simulation)
     if following is not None and following.contradiction is not None:
         return None, message(following.contradiction)
     if following is None or gain is None or not gain.steps:
         return None, "the simulated loop is unstable. Correct the gains and their units"
-    (before, after), run = gain.steps[-2:], simulation.experiment.variants[0].run
-    results, times = [simulation.variants[step.name] for step in (before, after)], before.peak_to_peak / max(after.peak_to_peak, 1e-12)
-    count = min(following.error.size, *(result.reference.size for result in results))
-    first = round(run.settle / run.sample_time)
-    without, compensated = ((result.reference - result.measured)[first:count] for result in results)
-    at = worst_reversal(results[0].reference[first:count], without) or slice(0, without.size)
-    error = [without[at], compensated[at], following.error[first:count][at]]
+    before, after = gain.steps[-2:]
+    times = before.peak_to_peak / max(after.peak_to_peak, 1e-12)
     sizes = {"without": before, "with": after, "measured": following.measured}
     facts = {name: length_text(error.peak_to_peak, gain.kind) for name, error in sizes.items()} | {"caveat": gain.caveat}
-    facts |= {"helps": times > 1.0 + NO_CHANGE, "times": number(times, digits=2 if times < 100.0 else 3)}
-    return facts | {"error": thinned(run.sample_time * np.arange(error[0].size), *error)}, ""
+    return facts | {"helps": times > 1.0 + NO_CHANGE, "times": number(times, digits=2 if times < 100.0 else 3)}, ""

@@ -179,7 +179,7 @@ def export(errand: Errand) -> Answer:
 def excite(errand: Errand) -> Answer:
     """Write a motion as an archive, and return the parameters that its log will identify."""
     from bristle.files import results_folder
-    from bristle.report.excitation import designed_motion, outlook_table, piece_table
+    from bristle.report.excitation import designed_motion
 
     text = with_columns_of_motion(edited(errand.axis_text or EMPTY, errand.options.get("edits") or {}, errand.axis_label))
     axis_file = Content(Path(errand.axis_label), text.encode())
@@ -195,15 +195,7 @@ def excite(errand: Errand) -> Answer:
         motion.write(folder, following)
     zipped(errand.folder / "motion")
     excitation = motion.excitation
-    data = {
-        "pieces": piece_table(excitation).without_empty_columns()._asdict(),
-        "notes": excitation.notes,
-        "next": following,
-        "outlook": outlook_table(excitation)._asdict() if excitation.rehearsal is not None else None,
-        "kind": excitation.axis.kind,
-        "curve": thinned(excitation.motion.time, excitation.motion.position),
-    }
-    return {"duration": float(excitation.motion.time[-1])}, data
+    return {"duration": float(excitation.motion.time[-1])}, {"notes": excitation.notes}
 
 
 # By their names in the page.

@@ -112,14 +112,6 @@ class Frame {
     });
   }
 
-  points(x, y, { colour, size = 2, of = x.keys() }) {
-    const { context } = this;
-    this.clip(() => {
-      context.fillStyle = colour;
-      for (const k of of) context.fillRect(this.across(x[k]) - size / 2, this.up(y[k]) - size / 2, size, size);
-    });
-  }
-
   // A word at a point of a line.
   label(text, x, y, colour, align = "left") {
     const { context, theme } = this, left = this.across(x) + (align === "left" ? 6 : -6), top = this.up(y) - 3, wide = context.measureText(text).width;

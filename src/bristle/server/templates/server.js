@@ -104,16 +104,17 @@ const VIEWS = {
   exported: (data) => replace("exported", exportedView(data, state.parts.exported, () => doing(() => saved(pathTo("/parts/exported/archive"), "export.zip")))),
   excited: (data) => {
     byId("excite-more").open = true;
-    replace("excited", excitedView(data, { download: () => doing(() => saved(pathTo("/parts/excited/archive"), "motion.zip")), report: () => doing(() => report("excited", "excited-report")) }));
-    byId("excited").append(element("div", { id: "excited-report" }));
+    replace("excited", excitedView(data, () => doing(() => saved(pathTo("/parts/excited/archive"), "motion.zip"))));
+    doing(() => report("excited", "excited-report"));
   },
 };
 // Steps 5 and 6 after an identification, and again after another controller.
 function showResults() {
   const { compensated } = state.parts, found = (compensated && !compensated.old && contents.compensated?.data) || contents.identified.data;
-  replace("verdict", verdictView(found, state, { download: () => doing(() => saved(pathTo("/parts/identified/archive"), "results.zip")), report: () => doing(() => report("identified", "report")) }));
+  replace("verdict", verdictView(found, state, () => doing(() => saved(pathTo("/parts/identified/archive"), "results.zip"))));
   replace("compensate", loopView(found.loop, found.command, (edits) => doing(() => start("compensate", { edits }))));
   shown.predicted = undefined;
+  doing(() => report("identified", "report"));
 }
 
 const HOLDERS = { looked: ["columns"], checked: ["check"], identified: ["verdict", "compensate"], compensated: [], predicted: ["predicted"], exported: ["exported"], excited: ["excited"] };
@@ -142,7 +143,6 @@ async function show() {
 async function report(part, place) {
   const { address } = await json("POST", pathTo(`/parts/${part}/ticket`));
   replace(place, [element("iframe", { src: address, title: "Report" })]);
-  byId(place).scrollIntoView();
 }
 
 // --- what a person does ----------------------------------------------------------------------------------------------
@@ -150,7 +150,7 @@ async function report(part, place) {
 async function look() { if (state.files.some(({ role }) => role === "fit") && (!state.parts.looked || state.parts.looked.old)) await start("look"); }
 
 async function receive(files) {
-  const role = document.querySelector('input[name="role"]:checked').value;
+  const [role] = chosenOf("role");
   for (const file of files) {
     if (file.size > settings.file_size) throw new Refusal(`${file.name} has ${sizeText(file.size)}; the limit is ${sizeText(settings.file_size)}. Start bristle lab --serve again with a larger BRISTLE_SIZE_LIMIT in the environment`);
     byId("said").textContent = `receiving ${file.name}`;
@@ -162,7 +162,7 @@ async function receive(files) {
 }
 
 function chosenModels() {
-  const names = [...document.querySelectorAll('input[name="model"]:checked')].map(({ value }) => value);
+  const names = chosenOf("model");
   if (!names.length) throw new Refusal("Select at least one model");
   return [...new Set(names.flatMap((name) => byId("asymmetry").checked && !name.endsWith("+asymmetry") ? [name, `${name}+asymmetry`] : [name]))].join(",");
 }
@@ -180,7 +180,7 @@ function listen() {
   drop.addEventListener("dragleave", () => drop.classList.remove("over"));
   drop.addEventListener("drop", (event) => { event.preventDefault(); drop.classList.remove("over"); doing(() => receive([...event.dataTransfer.files])); });
   byId("identify").addEventListener("click", () => doing(() => start("identify", { models: chosenModels(), draws: countIn("draws"), cutoff: byId("cutoff").value })));
-  byId("export").addEventListener("click", () => doing(() => start("export", { target: document.querySelector('input[name="target"]:checked').value, name: byId("export-name").value, points: countIn("points") })));
+  byId("export").addEventListener("click", () => doing(() => start("export", { target: chosenOf("target")[0], name: byId("export-name").value, points: countIn("points") })));
   byId("cancel").addEventListener("click", () => doing(async () => take(await json("POST", pathTo("/cancel"), {}))));
   byId("stop").addEventListener("click", () => doing(async () => take(await json("POST", pathTo("/cancel"), { at_once: true }))));
   byId("new").addEventListener("click", () => doing(begin));
