@@ -64,19 +64,16 @@ function draw(moves = false) {
 
 // --- values -------------------------------------------------------------------------------------------------------------
 
-function allVariables() { return lab.all(); }
-
-function setValue(variable, index, value, from) {
-  const { name } = variable;
+function setValue({ name }, index, value, from) {
   lab.move(name, index, value);
-  shown[name].forEach((each, i) => each.show(lab.values[name][i], i === index ? from : "field"));
+  showIn(shown[name], lab.values[name], index, from);
   tellBroken();
   draw(from === "slider");
 }
 
 function showAll() {
   lab.setAll(lab.values);
-  for (const { name } of allVariables()) shown[name].forEach((each, i) => each.show(lab.values[name][i]));
+  for (const { name } of lab.all()) showIn(shown[name], lab.values[name]);
   byId("moment").value = Math.round(1000 * lab.moment);
   byId("path").value = lab.preset;
   tellBroken();
@@ -89,11 +86,8 @@ function tellBroken() {
 }
 
 function cardsFor(variable) {
-  const handlers = (i) => ({
-    input: (value, from) => setValue(variable, i, value, from), change: () => keep(variable.name + i), start: () => lab.first[variable.name][i],
-  });
-  if (variable.choices.length) return [choice(variable, handlers(0))];
-  return lab.values[variable.name].map((_, i) => control(variable, i, handlers(i)));
+  const { name } = variable;
+  return cardsOf(variable, lab.values[name].length, (i) => ({ input: (value, from) => setValue(variable, i, value, from), change: () => keep(name + i), start: () => lab.first[name][i] }));
 }
 
 function buildCards() {
@@ -133,7 +127,7 @@ function stateText() {
   if (lab.preset !== USUAL_PATH) changed.set("path", lab.preset);
   if (lab.pin || ofChapter.has("with")) changed.set("with", lab.pin?.model.name ?? "");
   if (lab.preset === "drawn") changed.set("turns", lab.turns.map((turn) => Number(turn.toFixed(4))).join(" "));
-  for (const { name } of allVariables()) {
+  for (const { name } of lab.all()) {
     const values = lab.values[name];
     if (ofChapter.has(name) || values.some((value, i) => value !== lab.first[name][i])) changed.set(name, values.map(typed).join(" "));
   }
@@ -171,7 +165,7 @@ async function go(text) {
   lab.chapter = chapter ? CHAPTERS.indexOf(chapter) + 1 : 0;
   const turns = (wanted.get("turns") ?? "").split(" ").map(read).filter((turn) => Math.abs(turn) <= 2);
   lab.turns = turns.length ? turns.slice(0, MOST_TURNS) : [0];
-  for (const variable of allVariables()) {
+  for (const variable of lab.all()) {
     const values = (wanted.get(variable.name) ?? "").split(" ").map(read);
     const fits = values.length === lab.first[variable.name].length && !variable.fixed
       && values.every((value) => value >= Number(variable.min) && value <= Number(variable.max) || value in variable.choices);

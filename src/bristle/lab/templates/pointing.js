@@ -127,6 +127,27 @@ class Pointed {
   }
 }
 
+// Drag a part of the page: `begin` returns the held part, `move` gets it with each event, and the history keeps the end.
+function dragged(target, begin, move) {
+  let held = null;
+  target.addEventListener("pointerdown", (event) => {
+    held = begin(event);
+    if (held) target.setPointerCapture(event.pointerId);
+  });
+  target.addEventListener("pointermove", (event) => { if (held) move(event, held); });
+  for (const name of ["pointerup", "pointercancel"]) target.addEventListener(name, () => { if (held) { held = null; keep(); } });
+}
+
+// The way and the size of an arrow key; the history keeps its release.
+function steered(target, by, act) {
+  target.addEventListener("keydown", (event) => {
+    if (!event.key.startsWith("Arrow")) return;
+    event.preventDefault();
+    act(event, /Right|Up/.test(event.key) ? 1 : -1);
+  });
+  target.addEventListener("keyup", (event) => { if (event.key.startsWith("Arrow")) keep(by); });
+}
+
 function pullBlock(distance) {
   play(false);
   moveBy(distance);

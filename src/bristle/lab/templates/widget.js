@@ -67,7 +67,7 @@ class Bench {
 
   cardsFor(variable) {
     const { bench } = this, handlers = (i) => ({ input: (value, from) => this.set(variable, i, value, from), change: () => {}, start: () => bench.first[variable.name][i] });
-    this.shown[variable.name] = variable.choices.length ? [choice(variable, handlers(0))] : bench.values[variable.name].map((_, i) => control(variable, i, handlers(i)));
+    this.shown[variable.name] = cardsOf(variable, bench.values[variable.name].length, handlers);
     return this.shown[variable.name].map(({ root }) => root);
   }
 
@@ -89,7 +89,7 @@ class Bench {
   set(variable, index, value, from) {
     const { bench } = this;
     bench.move(variable.name, index, value);
-    this.shown[variable.name].forEach((each, i) => each.show(bench.values[variable.name][i], i === index ? from : "field"));
+    showIn(this.shown[variable.name], bench.values[variable.name], index, from);
     this.moved ||= bench.model.variables.includes(variable);
     this.later();
   }
@@ -109,7 +109,7 @@ class Bench {
   showAll() {
     const { bench } = this;
     bench.setAll(bench.values);
-    for (const { name } of bench.all()) this.shown[name].forEach((each, i) => each.show(bench.values[name][i]));
+    for (const { name } of bench.all()) showIn(this.shown[name], bench.values[name]);
     for (const button of this.root.querySelector(".presets").children) button.setAttribute("aria-pressed", String(button.value === bench.preset));
     this.later();
   }

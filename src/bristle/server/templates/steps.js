@@ -47,6 +47,6 @@ function exportedView(exported, { target, file }, download) {
 function chosenOf(name) { return [...document.querySelectorAll(`input[name="${name}"]:checked`)].map(({ value }) => value); }
 
 function choicesOf(choices, name, type) {
-  return choices.map((choice) => element("label", { title: choice.description },
+  return choices.map((choice) => element("label", { title: choice.description ?? false },
     element("input", { type, name, value: choice.name, checked: choice.first }), ` ${choice.title ?? choice.name}`));
 }
