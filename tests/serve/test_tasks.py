@@ -218,15 +218,20 @@ def test_a_motion_is_designed_for_its_duration(errand, monkeypatch):
 
 @pytest.mark.parametrize("level", ["usable", "with_care", "measure_again"])
 def test_findings_are_those_of_the_best_fit(errand, monkeypatch, level):
+    from bristle.report.table import Table
+
+    parameters = Table("Parameters", ("A",), [("1",)])
+    monkeypatch.setattr("bristle.report.model_tables.parameter_table", lambda fit, axis: parameters)
     judgement = SimpleNamespace(level=level, as_data=lambda: {"level": level})
     monkeypatch.setattr("bristle.report.judgement.judged", lambda *passed: judgement)
     monkeypatch.setattr("bristle.report.judgement.misfit", lambda fit: ["model error 1 %"])
     monkeypatch.setattr(loop, "_loop_view", lambda *passed, usable: {"usable": usable, "simulated": passed[-1].simulation})
     best = SimpleNamespace(name="lugre")
-    identified = SimpleNamespace(best=best, settings=None, unfinished="")
+    identified = SimpleNamespace(best=best, settings=None, axis=None, unfinished="")
     outcome = SimpleNamespace(following="error", simulation="loop", command="bristle identify")
     data = loop._findings(errand([]), identified, outcome)
     assert (data["misfit"], data["verdict"], data["command"]) == (["model error 1 %"], {"level": level}, "bristle identify")
+    assert data["parameters"]["rows"] == [["1"]]
     assert (data["model"], data["loop"]) == ("lugre", {"usable": level != "measure_again", "simulated": "loop"})
 
 

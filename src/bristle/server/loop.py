@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from bristle import controllers
 from bristle.core import InputError, between, number
-from bristle.files import edited, form_of, key_of
+from bristle.files import edited, form_of, key_of, write_whole
 from bristle.server.errand import Answer, Errand, as_table, zipped
 
 if TYPE_CHECKING:
@@ -61,18 +61,20 @@ def write_results(errand: Errand, identified: Identified, command: str, place: P
         outcome.write(folder)
     zipped(place)
     without_logs = replace(identified, log=None, further_logs=())  # which the analysis has
-    (place.parent / IDENTIFIED).write_bytes(pickle.dumps((without_logs, command)))
+    write_whole(place.parent / IDENTIFIED, pickle.dumps((without_logs, command)))
     return outcome, _findings(errand, identified, outcome)
 
 
 def _findings(errand: Errand, identified: Identified, outcome: Outcome) -> dict[str, Any]:
     """Return the contents of the page: the verdict, the models, the loop."""
     from bristle.report.judgement import judged, misfit
+    from bristle.report.model_tables import parameter_table
 
     best, judgement = identified.best, judged(identified.best, identified.settings, outcome.following)
     return {
         "verdict": judgement.as_data(),
         "misfit": misfit(best),
+        "parameters": as_table(parameter_table(best, identified.axis)),
         "command": outcome.command,
         "unfinished": identified.unfinished,
         "loop": _loop_view(errand, identified, outcome, usable=judgement.level != "measure_again"),

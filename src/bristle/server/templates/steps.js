@@ -20,6 +20,7 @@ function verdictView(found, state, download) {
     found.unfinished ? element("p", { class: "alert", text: `Unfinished: ${found.unfinished}` }) : null,
     element("p", {}, element("strong", { text: found.model }), ...withCode(`: ${found.misfit.join("; ")}.`)),
     listOf(found.verdict.reasons),
+    folded("Parameters", copied(found.parameters)),
     element("div", { id: "predicted" }),
     element("div", { class: "tools" }, button("Download results.zip", download, { id: "results" })),
     element("p", { class: "note" }, "The same command in a terminal: ", element("code", { text: found.command })),
