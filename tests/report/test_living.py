@@ -64,6 +64,7 @@ def file(report, tmp_path_factory):
 
 BEGIN = """
 const pair = ({ name, values }) => [name, numbersOf(values)], first = (rows) => Object.fromEntries(rows.map(pair));
+const frictionInRows = (contact, rows) => weighed(rows, rows.stretches.map((stretch) => forcesIn(contact, stretch, rows.sampleTime)));
 """
 
 

@@ -1,11 +1,10 @@
 // Curves on a canvas: axes with ticks and units, in the colours of the page.
 
+const COLOURS = ["ink", "soft", "rule", "accent", "alert", "ghost", "shade", "measured", "with", "without", "third", "care", "card", "ground"];
+
 function colours(root = document.documentElement) {
   const style = getComputedStyle(root);
-  const colour = (name) => style.getPropertyValue(`--${name}`).trim();
-  return { ink: colour("ink"), soft: colour("soft"), rule: colour("rule"), accent: colour("accent"), alert: colour("alert"),
-    ghost: colour("ghost"), shade: colour("shade"), measured: colour("measured"),
-    with: colour("with"), without: colour("without"), third: colour("third"), care: colour("care"), card: colour("card"), ground: colour("ground"), size: parseFloat(style.fontSize) };
+  return { ...Object.fromEntries(COLOURS.map((name) => [name, style.getPropertyValue(`--${name}`).trim()])), size: parseFloat(style.fontSize) };
 }
 
 function roundStep(rough) {

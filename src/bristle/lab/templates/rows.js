@@ -61,10 +61,6 @@ function weighed({ response, stretches, t }, signals) {
   return values;
 }
 
-function frictionInRows(contact, rows) {
-  return weighed(rows, rows.stretches.map((stretch) => forcesIn(contact, stretch, rows.sampleTime)));
-}
-
 // The effort of the plant in each row, with these values of its parameters.
 function mechanicalInRows({ mechanical, t }, values) {
   const effort = new Float64Array(t.length);
