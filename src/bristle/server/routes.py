@@ -141,7 +141,7 @@ class Routes:
         async with case.turn:  # a request waits for short jobs before it, also for those of another tab
             while case.job is not None and case.job.runs and case.job.task in SHORT:
                 await asyncio.sleep(0.05)
-            return await self._begin(case, task, options)
+            return await self._begin(self._case(request), task, options)  # refused if it was closed meanwhile
 
     async def _begin(self, case: Case, task: str, options: Mapping[str, Any]) -> Response:
         if task == "look" and not options and "looked" in case.parts and not case.is_old("looked"):
