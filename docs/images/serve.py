@@ -20,12 +20,13 @@ from tests.serve.yard import served
 from bristle.files import read_experiment
 from bristle.simulation import simulate
 
-COLOURS, WIDTH = 64, 1100
+COLOURS, WIDTH = 128, 1100
 RATED = 250.0  # [N]
 STEPS = ("step-1", "step-2", "step-5")  # those that are seen
 SEEN = """
 document.querySelectorAll("main > section, footer").forEach((part) => { part.hidden = !%s.includes(part.id); });
 document.querySelectorAll("#verdict .tools, #verdict > p.note").forEach((part) => { part.hidden = true; });
+document.querySelector("#report iframe").style.height = "660px";
 """
 
 
@@ -47,9 +48,13 @@ with tempfile.TemporaryDirectory() as name, served() as server:
         person.waits("state")
         person.chooses(recorded(folder))
         person.identifies("coulomb_viscous")
+        person.waits("document.querySelector('#report iframe')")
         tab.run(SEEN % list(STEPS))
         time.sleep(1.0)
         height = tab.run("document.documentElement.scrollHeight")
+        # A frame beyond the window is not drawn.
+        tab.call("Emulation.setDeviceMetricsOverride", width=WIDTH, height=height, deviceScaleFactor=1, mobile=False)
+        time.sleep(4.0)
         clip = {"x": 0, "y": 0, "width": WIDTH, "height": height, "scale": 1}
         shot = tab.call("Page.captureScreenshot", format="png", captureBeyondViewport=True, clip=clip)
     picture = Image.open(BytesIO(base64.b64decode(shot["data"]))).convert("RGB").quantize(COLOURS)

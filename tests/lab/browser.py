@@ -44,9 +44,10 @@ class Browser:
                 return event["params"]
 
     def open(self, address):
-        """Go to a page and wait until it is there."""
+        """Go to a page and wait until it is there, and until the lab has its data."""
         self.call("Page.navigate", url=address)
         self.wait_for("Page.loadEventFired")
+        self.run("typeof begun === 'undefined' ? 0 : begun")
 
     def run(self, expression):
         """Return the value of an expression, awaited where it is a promise."""

@@ -11,7 +11,7 @@ import pytest
 from bristle.exports.page.packing import unpacked
 
 NODE = shutil.which("node")
-NAMES = ("inflate.js", "physics.js", "loop.js", "paths.js", "certificates.js", "controls.js", "slots.js", "plot.js")
+NAMES = ("physics.js", "loop.js", "paths.js", "certificates.js", "controls.js", "slots.js", "plot.js")
 needs_node = pytest.mark.skipif(NODE is None, reason="needs node")
 
 

@@ -86,7 +86,7 @@ def test_forces_follow_the_parameters(name, changes, coded, tmp_path):
 def test_contact_and_mass_walk_with_other_parameters_as_in_python(name, changes, tmp_path):
     model = example_named(name)
     module, rest = page_model(model), page_model(model.with_values(**changes), named="moved", mass=2.5)
-    kept = {key: module[key] for key in ("code", "size", "places")}
+    kept = {key: module[key] for key in ("code", "places")}
     assert rest["code"] != kept["code"]
     assert node(tmp_path, [rest | kept], WALK) == [0, 5]
 

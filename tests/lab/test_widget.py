@@ -144,6 +144,17 @@ SET = """
   return [before[0] !== drawn("loop"), before[1] !== drawn("speed"), field("F_C"), model.saved.length];
 })()
 """
+DARK = """
+(async () => {
+  const before = drawn("loop"), seen = [];
+  for (const isLight of [false, true]) {
+    document.body.dataset.jpThemeLight = isLight;
+    await still();
+    seen.push([getComputedStyle(el.firstChild).colorScheme, before !== drawn("loop")]);
+  }
+  return seen;
+})()
+"""
 OTHER = """
 (async () => {
   model.set("_values", other._values);
@@ -183,6 +194,7 @@ def test_a_widget_in_a_browser_draws_and_follows_python(lugre, tmp_path, width):
         assert shown == widget.model.F_S
         assert tab.run(SET) == [True, True, "12.5", len(saved)]
         assert tab.run("document.documentElement.scrollWidth <= innerWidth")
+        assert tab.run(DARK) == [["dark", True], ["light", False]]
         names, message, left, listeners = tab.run(OTHER)
         assert "k_i[2]" in names
         assert message == "F_C: out of range"

@@ -64,6 +64,7 @@ def file(report, tmp_path_factory):
 
 BEGIN = """
 const pair = ({ name, values }) => [name, numbersOf(values)], first = (rows) => Object.fromEntries(rows.map(pair));
+const frictionInRows = (contact, rows) => weighed(rows, rows.stretches.map((stretch) => forcesIn(contact, stretch, rows.sampleTime)));
 """
 
 
@@ -81,7 +82,7 @@ def computed(living, folder, script):
 
 
 LEFT = """
-const rows = rowsOf(data.rows), contact = await loaded(data.model);
+const rows = await rowsOf(data.rows), contact = await loaded(data.model);
 const values = first([...data.model.variables, ...data.plant]);
 for (const { name } of data.model.variables) contact.set(name, values[name]);
 const friction = frictionInRows(contact, rows), mechanical = mechanicalInRows(rows, values);

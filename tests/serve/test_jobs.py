@@ -144,6 +144,18 @@ def test_a_library_with_endless_output_does_no_harm(client, case, work):
     assert job["message"] == "the process of this job ended with code 3. the end"
 
 
+def test_a_request_waits_for_a_short_job_and_a_current_log_is_not_read_again(server, client, case, work):
+    work("time.sleep(0.5)\nreturn {'axis_text': 'schema = 1', 'ready': True}, {}")
+    assert client.post(f"{case}/jobs", json={"task": "look"}).status_code == 202
+    answer = client.post(f"{case}/jobs", json={"task": "check"})
+    assert (answer.status_code, list(answer.json()["parts"]), answer.json()["job"]["task"]) == (202, ["looked"], "check")
+    answer = client.post(f"{case}/jobs", json={"task": "look"})
+    assert (answer.status_code, sorted(answer.json()["parts"])) == (200, ["checked", "looked"])
+    answer = client.post(f"{case}/jobs", json={"task": "look", "options": {"edits": {"kind": "rotational"}}})
+    assert answer.status_code == 202
+    settled(client, case)
+
+
 def test_the_number_of_jobs_is_limited_per_analysis_and_in_total(server, client, case, work):
     work(SLEEPS)
     cases = [case, begun(client), begun(client)]

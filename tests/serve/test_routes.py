@@ -36,7 +36,7 @@ def left(opened, name, facts=None, **files):
 
 
 def running(state="runs"):
-    job = Job("look", LIMITS)
+    job = Job("identify", LIMITS)
     job.state = state
     return job
 

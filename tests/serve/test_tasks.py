@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from bristle.core.errors import InputError
-from bristle.server import tasks
+from bristle.server import loop, tasks
 from bristle.server.errand import Errand, LabelledLog, as_table
 
 AXIS = 'schema = 1\nkind = "translational"\n[columns]\ntime = "time"\nposition = "x"\neffort = "force"\n'
@@ -199,19 +199,15 @@ def test_a_motion_is_designed_for_its_duration(errand, monkeypatch):
 
     def designed(axis_file, **how):
         requested.append(how)
-        motion, turning = Written(), SimpleNamespace(kind="rotational")
-        path = SimpleNamespace(time=np.array([0.0, 30.0, 60.0]), position=np.array([0.0, 1.0, 0.0]))
-        table = SimpleNamespace(without_empty_columns=lambda: SimpleNamespace(_asdict=lambda: {"rows": 1}))
-        motion.excitation = SimpleNamespace(notes=["slow"], rehearsal=None, axis=turning, motion=path, table=table)
+        motion = Written()
+        motion.excitation = SimpleNamespace(notes=["slow"], motion=SimpleNamespace(time=np.array([0.0, 30.0, 60.0])))
         motion.next_command = lambda file: f"bristle log {file}"
         return motion
 
     monkeypatch.setattr("bristle.report.excitation.designed_motion", designed)
-    monkeypatch.setattr("bristle.report.excitation.piece_table", lambda excitation: excitation.table)
     facts, data = tasks.excite(errand([], duration="90 s", purposes="friction", travel="20 mm"))
     assert facts == {"duration": 60.0}
-    assert (data["kind"], data["notes"], data["outlook"], data["next"]) == ("rotational", ["slow"], None, "bristle log motion/axis.toml")
-    assert data["curve"] == [[0.0, 30.0, 60.0], [0.0, 1.0, 0.0]]
+    assert data == {"notes": ["slow"]}
     (how,) = requested
     assert (how["duration"], how["travel"], how["purposes"]) == ("90 s", "20 mm", "friction")
     assert how["command"] == "bristle excite axis.toml --out motion --duration '90 s' --for friction --travel '20 mm'"
@@ -220,29 +216,23 @@ def test_a_motion_is_designed_for_its_duration(errand, monkeypatch):
     assert (requested[1]["duration"], requested[1]["travel"], requested[1]["purposes"]) == ("60 s", None, None)
 
 
-@pytest.mark.parametrize(("level", "fits"), [("usable", 1), ("with_care", 2), ("measure_again", 1)])
-def test_findings_are_those_of_the_best_fit(errand, monkeypatch, level, fits):
+@pytest.mark.parametrize("level", ["usable", "with_care", "measure_again"])
+def test_findings_are_those_of_the_best_fit(errand, monkeypatch, level):
     from bristle.report.table import Table
 
-    for name in ("parameter_table", "comparison_table"):
-        monkeypatch.setattr(f"bristle.report.model_tables.{name}", lambda *passed, name=name: Table(name, ("A",), [("1",)]))
+    parameters = Table("Parameters", ("A",), [("1",)])
+    monkeypatch.setattr("bristle.report.model_tables.parameter_table", lambda fit, axis: parameters)
     judgement = SimpleNamespace(level=level, as_data=lambda: {"level": level})
     monkeypatch.setattr("bristle.report.judgement.judged", lambda *passed: judgement)
-    monkeypatch.setattr("bristle.report.identification.next_steps", lambda fit, usable: [f"usable: {usable}"])
     monkeypatch.setattr("bristle.report.judgement.misfit", lambda fit: ["model error 1 %"])
-    monkeypatch.setattr("bristle.report.messages.warnings_of", lambda fit: ["doubtful"])
-    monkeypatch.setattr(tasks, "loop_view", lambda *passed, usable: {"usable": usable, "simulated": passed[-1]})
-    signals = {name: 10.0 * k + np.arange(3.0) for k, name in enumerate(("time", "measured", "predicted", "velocity", "friction"))}
-    best = SimpleNamespace(plant=SimpleNamespace(kind="rotational"), traces=SimpleNamespace(**signals, residual=np.ones(3)), name="lugre")
-    identified = SimpleNamespace(best=best, settings=None, axis=None, unfinished="", notes=["a note"], fits=[best] * fits, log=None)
+    monkeypatch.setattr(loop, "_loop_view", lambda *passed, usable: {"usable": usable, "simulated": passed[-1].simulation})
+    best = SimpleNamespace(name="lugre")
+    identified = SimpleNamespace(best=best, settings=None, axis=None, unfinished="")
     outcome = SimpleNamespace(following="error", simulation="loop", command="bristle identify")
-    data = tasks._findings(errand([]), identified, outcome)
-    assert (data["misfit"], data["next"]) == (["model error 1 %"], [f"usable: {level != 'measure_again'}"])
-    assert (data["model"], data["loop"]) == ("lugre", {"usable": level != "measure_again", "simulated": ("loop", "error")})
-    assert (data["comparison"] is not None) == (fits > 1)
-    assert (data["kind"], data["warnings"], data["notes"], data["verdict"]) == ("rotational", ["doubtful"], ["a note"], {"level": level})
-    assert data["time"] == [[0.0, 1.0, 2.0], [10.0, 11.0, 12.0], [20.0, 21.0, 22.0]]
-    assert data["velocity"] == [[30.0, 31.0, 32.0], [40.0, 41.0, 42.0], [39.0, 40.0, 41.0]]
+    data = loop._findings(errand([]), identified, outcome)
+    assert (data["misfit"], data["verdict"], data["command"]) == (["model error 1 %"], {"level": level}, "bristle identify")
+    assert data["parameters"]["rows"] == [["1"]]
+    assert (data["model"], data["loop"]) == ("lugre", {"usable": level != "measure_again", "simulated": "loop"})
 
 
 def test_progress_of_an_identification_never_decreases_or_passes_the_end(errand, monkeypatch):

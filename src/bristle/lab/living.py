@@ -13,7 +13,7 @@ from bristle.lab.page import joined, policy
 from bristle.prediction import Following
 from bristle.simulation import SimulationResult
 
-SHARED = ("inflate.js", "numbers.js", "physics.js", "loop.js", "move.js")
+SHARED = ("numbers.js", "physics.js", "loop.js", "move.js")
 SCRIPTS = ("paths.js", "rows.js", "controls.js", "asking.js", "following.js", "living.js")
 STYLES = ("controls.css", "living.css")
 AROUND = 3.0  # factor up and down from an identified value

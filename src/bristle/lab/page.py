@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 MARK = "<!-- A page of bristle lab -->"  # first line of a page, for recognition
 FIRST = "preisach_lugre"  # the default model
-SHARED = ("inflate.js", "physics.js", "loop.js")  # also run by a worker
+SHARED = ("physics.js", "loop.js")  # also run by a worker
 SCRIPTS = (
     "paths.js",
     "certificates.js",
@@ -38,7 +38,6 @@ SCRIPTS = (
     "machine.js",
     "handles.js",
     "chapters.js",
-    "plots.js",
     "lab.js",
 )
 STYLES = ("lab.css", "controls.css")

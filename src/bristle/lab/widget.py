@@ -14,7 +14,7 @@ from bristle.core import InputError, MissingExtraError, Model
 from bristle.engine import FRICTION
 from bristle.exports import values_of, widget_described
 from bristle.lab.page import joined
-from bristle.palette import colour_variables
+from bristle.palette import DARK, LIGHT, colour_variables
 
 try:
     import anywidget
@@ -22,8 +22,12 @@ try:
 except ImportError as error:
     raise MissingExtraError.of("a widget", "notebook") from error
 
-SCRIPTS = ("inflate.js", "physics.js", "paths.js", "plot.js", "controls.js", "views.js", "bench.js", "widget.js")
-STYLE = colour_variables() + joined(("lab.css", "controls.css", "widget.css", "card.css"))
+SCRIPTS = ("physics.js", "paths.js", "plot.js", "controls.js", "views.js", "bench.js", "widget.js")
+THEMES = "".join(
+    f":host(.{theme}){{color-scheme:{theme};{''.join(f'--{name}:{colour};' for name, colour in colours.items())}}}"
+    for theme, colours in (("light", LIGHT), ("dark", DARK))
+)
+STYLE = colour_variables() + THEMES + joined(("lab.css", "controls.css", "widget.css", "card.css"))
 
 
 class Widget(anywidget.AnyWidget):

@@ -265,6 +265,7 @@ class Case:
     axis_label: str = "axis.toml"
     parts: dict[str, Part] = field(default_factory=dict)
     job: Job | None = None
+    turn: asyncio.Lock = field(default_factory=asyncio.Lock)
     seen_at: float = field(default_factory=time.monotonic)
     _numbers: int = 0
     _changes: dict[str, int] = field(default_factory=lambda: dict.fromkeys((*ROLES, "loop", "model"), 0))

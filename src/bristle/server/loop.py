@@ -2,24 +2,26 @@
 
 from __future__ import annotations
 
+import pickle
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from bristle import controllers
-from bristle.core import InputError, number
-from bristle.files import LOOP, NextExperiment, edited, form_of, key_of, write_whole
-from bristle.server.errand import Answer, Errand, as_table, thinned
+from bristle.core import InputError, between, number
+from bristle.files import edited, form_of, key_of, write_whole
+from bristle.server.errand import Answer, Errand, as_table, zipped
 
 if TYPE_CHECKING:
     from bristle.core import Axis, Component
     from bristle.identification import Fit
     from bristle.logs import Log
     from bristle.prediction import Following
+    from bristle.report.identified import Identified, Outcome
     from bristle.simulation import SimulationResult
 
 POINTS = 20  # of a drive table
+IDENTIFIED = "identified.pickle"  # beside the results: the identification without its logs, and its command
 OF_LOOP = ("controller", "effort_limit", "lag", "seeks_lag", "presliding")  # fields of an axis that only its simulated loop uses
 
 
@@ -36,28 +38,48 @@ def _fields(law: Component) -> list[tuple[str, str, str]]:
 def compensate(errand: Errand) -> Answer:
     """Simulate the loop of the log with the identified model, after edits of the controller, without another identification."""
     import bristle
-    from bristle.identification import Settings
-    from bristle.prediction import TREATED, following_of, loop_of
-    from bristle.simulation import simulate
 
-    loaded = bristle.load(errand.model)
+    identified, command = pickle.loads((errand.model.parent / IDENTIFIED).read_bytes())
     errand = replace(errand, axis_text=edited(errand.axis_text, errand.options.get("edits") or {}, errand.axis_label))
-    axis, before = errand.axis(), loaded.axis
-    if before is None or replace(axis, **{name: getattr(before, name) for name in OF_LOOP}) != before:
+    axis, before = errand.axis(), identified.axis
+    if replace(axis, **{name: getattr(before, name) for name in OF_LOOP}) != before:
         raise InputError("changes the meaning of the log", path=errand.axis_label, mend="Check the logs, and identify again")
-    log = bristle.read_log(errand.fitted[0].content, axis, size_limit=errand.size_limit)
-    if reason := reason_without_loop(loaded.best, axis, log):
+    first, *further = (bristle.read_log(log.content, axis, size_limit=errand.size_limit) for log in errand.fitted)
+    if reason := reason_without_loop(identified.best, axis, first):
         raise InputError(reason, path="the loop cannot be simulated")
-    of_axis = loaded.plant, loaded.model, log, axis
-    experiment = loop_of(*of_axis, lag=loaded.best.lag, **{name: loaded.treatment.get(name) for name in TREATED})
-    assert experiment is not None
-    simulation, base = simulate(experiment), experiment.variants[0]
-    following = NextExperiment.beside_model(loaded.plant, axis, log, errand.model, has_axis_file=True, loop=base)
-    for name, text in (("axis.toml", errand.axis_text), ("experiment.toml", following.text), (LOOP, following.loop)):
-        write_whole(errand.model / name, text or "")
-    simulated = simulation, following_of(log, simulation, Settings(**axis.settings))
-    usable = loaded.summary["verdict"]["level"] != "measure_again"
-    return {"axis_text": errand.axis_text}, loop_view(errand, loaded.best, axis, log, simulated, usable=usable)
+    identified = replace(identified, log=first, further_logs=tuple(further), axes=(axis,) * len(identified.axes))
+    return {"axis_text": errand.axis_text}, write_results(errand, identified, command, errand.model)[1]
+
+
+def write_results(errand: Errand, identified: Identified, command: str, place: Path) -> tuple[Outcome, dict[str, Any]]:
+    """Write all results of an identification into a folder and its archive; return them, and the contents of the page."""
+    from bristle.files import results_folder
+
+    own = {"axis_name": errand.axis().name, "files": {"axis": [errand.axis_file]}}
+    outcome = identified.outcome_with(command=command, progress=between(errand.report, 0.95, 1.0), **own)
+    with results_folder(place, force=True) as folder:
+        outcome.write(folder)
+    zipped(place)
+    without_logs = replace(identified, log=None, further_logs=())  # which the analysis has
+    write_whole(place.parent / IDENTIFIED, pickle.dumps((without_logs, command)))
+    return outcome, _findings(errand, identified, outcome)
+
+
+def _findings(errand: Errand, identified: Identified, outcome: Outcome) -> dict[str, Any]:
+    """Return the contents of the page: the verdict, the models, the loop."""
+    from bristle.report.judgement import judged, misfit
+    from bristle.report.model_tables import parameter_table
+
+    best, judgement = identified.best, judged(identified.best, identified.settings, outcome.following)
+    return {
+        "verdict": judgement.as_data(),
+        "misfit": misfit(best),
+        "parameters": as_table(parameter_table(best, identified.axis)),
+        "command": outcome.command,
+        "unfinished": identified.unfinished,
+        "loop": _loop_view(errand, identified, outcome, usable=judgement.level != "measure_again"),
+        "model": best.name,
+    }
 
 
 def reason_without_loop(fit: Fit, axis: Axis, log: Log) -> str:
@@ -69,13 +91,16 @@ def reason_without_loop(fit: Fit, axis: Axis, log: Log) -> str:
     return "" if axis.controller is not None else "the controller is missing. Select it, and enter its gains"
 
 
-def loop_view(errand: Errand, fit: Fit, axis: Axis, log: Log, simulated: tuple[Any, Any], *, usable: bool) -> dict[str, Any]:
+def _loop_view(errand: Errand, identified: Identified, outcome: Outcome, *, usable: bool) -> dict[str, Any]:
     """Return the contents of step 6: the gain or why it is unknown, the values for the drive, the fields of the form."""
     from bristle.prediction import drive_table
     from bristle.report.model_tables import drive_rows, values_to_enter
 
+    fit, axis, log = identified.best, errand.axis(), identified.log
     kind, table = fit.plant.kind, drive_table(fit, POINTS)
-    gain, reason = (None, reason_without_loop(fit, axis, log)) if simulated[0] is None else _gain(simulated[0], simulated[1])
+    gain, reason = None, reason_without_loop(fit, axis, log)
+    if outcome.simulation is not None:
+        gain, reason = _gain(outcome.simulation, outcome.following)
     facts = {"log": errand.fitted[0].label, "sample_time": log.sample_time, "kind": kind, "tables": form_of(errand.axis_file)["tables"]}
     if not usable:
         return facts | {"gain": None, "reason": "the log does not determine the friction: measure again", "values": None, "drive": None}
@@ -84,25 +109,18 @@ def loop_view(errand: Errand, fit: Fit, axis: Axis, log: Log, simulated: tuple[A
 
 
 def _gain(simulation: SimulationResult, following: Following | None) -> tuple[dict[str, Any] | None, str]:
-    """Return the gain with the following error around the worst reversal, or why bristle predicts no gain."""
+    """Return the gain, or why bristle predicts no gain."""
     from bristle.report.compensation import NO_CHANGE, gain_of
     from bristle.report.messages import message
     from bristle.report.table import length_text
-    from bristle.simulation import worst_reversal
 
     gain = gain_of(simulation)
     if following is not None and following.contradiction is not None:
         return None, message(following.contradiction)
     if following is None or gain is None or not gain.steps:
         return None, "the simulated loop is unstable. Correct the gains and their units"
-    (before, after), run = gain.steps[-2:], simulation.experiment.variants[0].run
-    results, times = [simulation.variants[step.name] for step in (before, after)], before.peak_to_peak / max(after.peak_to_peak, 1e-12)
-    count = min(following.error.size, *(result.reference.size for result in results))
-    first = round(run.settle / run.sample_time)
-    without, compensated = ((result.reference - result.measured)[first:count] for result in results)
-    at = worst_reversal(results[0].reference[first:count], without) or slice(0, without.size)
-    error = [without[at], compensated[at], following.error[first:count][at]]
+    before, after = gain.steps[-2:]
+    times = before.peak_to_peak / max(after.peak_to_peak, 1e-12)
     sizes = {"without": before, "with": after, "measured": following.measured}
     facts = {name: length_text(error.peak_to_peak, gain.kind) for name, error in sizes.items()} | {"caveat": gain.caveat}
-    facts |= {"helps": times > 1.0 + NO_CHANGE, "times": number(times, digits=2 if times < 100.0 else 3)}
-    return facts | {"error": thinned(run.sample_time * np.arange(error[0].size), *error)}, ""
+    return facts | {"helps": times > 1.0 + NO_CHANGE, "times": number(times, digits=2 if times < 100.0 else 3)}, ""

@@ -22,6 +22,7 @@ REPORT, LONGEST_REPORT_TICKET = "report.html", 60.0  # [s]
 # Job -> its result.
 LEAVES = {"look": "looked", "check": "checked", "identify": "identified", "predict": "predicted"}
 LEAVES |= {"compensate": "compensated", "export": "exported", "excite": "excited"}
+SHORT = ("look", "check", "predict", "compensate", "export")  # jobs that the next request waits for
 # Result of a job -> its archive; an export names its own.
 DOWNLOADS = {"identified": "results.zip", "exported": "export.zip", "excited": "motion.zip"}
 REPORTS = {"identified": Path("results") / REPORT, "excited": Path("motion") / REPORT}
@@ -137,6 +138,14 @@ class Routes:
         task, options = body.get("task"), body.get("options", {})
         if task not in LEAVES or not isinstance(options, dict):
             raise RefusedRequestError(400, "is not a job", path="task", value=task, allowed=", ".join(LEAVES))
+        async with case.turn:  # a request waits for short jobs before it, also for those of another tab
+            while case.job is not None and case.job.runs and case.job.task in SHORT:
+                await asyncio.sleep(0.05)
+            return await self._begin(self._case(request), task, options)  # refused if it was closed meanwhile
+
+    async def _begin(self, case: Case, task: str, options: Mapping[str, Any]) -> Response:
+        if task == "look" and not options and "looked" in case.parts and not case.is_old("looked"):
+            return JSONResponse(case.as_data())
         if case.job is not None and case.job.runs:
             raise RefusedRequestError(409, "this analysis has a running job", path="job", mend="Wait until the job ends, or cancel it")
         running = sum(open_case.job is not None and open_case.job.runs for open_case in self._cases)

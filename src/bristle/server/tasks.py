@@ -6,21 +6,17 @@ import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from bristle.core import Axis, Content, InputError, between
+from bristle.core import Content, InputError, between
 from bristle.exports import NAME
 from bristle.files import CHANNELS, EMPTY, FILL_IN, edited, form_of, with_columns_of_motion
 from bristle.friction import DEFAULT_MODELS
 from bristle.report.log import Inspected, inspect_log, passage_table
-from bristle.server.errand import Answer, Errand, as_table, thinned, zipped
-from bristle.server.loop import POINTS, compensate, loop_view
-
-if TYPE_CHECKING:
-    from bristle.report.identified import Identified, Outcome
-
+from bristle.server.errand import Answer, Errand, thinned, zipped
+from bristle.server.loop import POINTS, compensate, write_results
 
 PLOTTED = ("position", "velocity", "reference", "effort")
 
@@ -109,9 +105,8 @@ def check(errand: Errand) -> Answer:
 def identify(errand: Errand) -> Answer:
     """Return the verdict of an identification, and keep its results."""
     import bristle
-    from bristle.files import results_folder
 
-    axis, axis_file = errand.axis(), errand.axis_file
+    axis = errand.axis()
     logs = [bristle.read_log(log.content, axis, size_limit=errand.size_limit) for log in errand.fitted]
     models = [name.strip() for name in errand.text("models", DEFAULT_MODELS).split(",")]
     options: dict[str, Any] = {"draws": errand.count("draws", DRAWS), "cutoff": errand.text("cutoff") or None}
@@ -120,50 +115,15 @@ def identify(errand: Errand) -> Answer:
     command = _command("identify", [log.label for log in errand.fitted], flags)
     with errand.interruptible():
         identified = bristle.identify(logs, models, axis=[axis] * len(logs), progress=between(errand.report, 0.0, 0.95), **options)
-    outcome = identified.outcome_with(
-        command=command, axis_name=axis.name, progress=between(errand.report, 0.95, 1.0), files={"axis": [axis_file]}
-    )
-    with results_folder(errand.folder / "results") as folder:
-        outcome.write(folder)
-    zipped(errand.folder / "results")
-    verdict = outcome.summary["verdict"]
-    facts = {"level": verdict["level"], "model": identified.best.name, "unfinished": identified.unfinished}
-    return facts, _findings(errand, identified, outcome)
+    outcome, findings = write_results(errand, identified, command, errand.folder / "results")
+    facts = {"level": outcome.summary["verdict"]["level"], "model": identified.best.name, "unfinished": identified.unfinished}
+    return facts, findings
 
 
 def _command(name: str, files: Sequence[str], options: Mapping[str, str | None]) -> str:
     """Return the equivalent terminal command, with the options that have a value."""
     words = [word for option, value in options.items() if value for word in (option, value)]
     return shlex.join(["bristle", name, *files, *words])
-
-
-def _findings(errand: Errand, identified: Identified, outcome: Outcome) -> dict[str, Any]:
-    """Return the contents of the page: the verdict, the models, the loop."""
-    from bristle.report.identification import next_steps
-    from bristle.report.judgement import judged, misfit
-    from bristle.report.messages import warnings_of
-    from bristle.report.model_tables import comparison_table, parameter_table
-
-    best, kind = identified.best, identified.best.plant.kind
-    judgement = judged(best, identified.settings, outcome.following)
-    usable, loop = judgement.level != "measure_again", (outcome.simulation, outcome.following)
-    traces = best.traces
-    return {
-        "verdict": judgement.as_data(),
-        "misfit": misfit(best),
-        "next": next_steps(best, usable=usable),
-        "command": outcome.command,
-        "kind": kind,
-        "unfinished": identified.unfinished,
-        "parameters": as_table(parameter_table(best, identified.axis)),
-        "comparison": as_table(comparison_table(identified)) if len(identified.fits) > 1 else None,
-        "warnings": warnings_of(best),
-        "notes": identified.notes,
-        "time": thinned(traces.time, traces.measured, traces.predicted),
-        "loop": loop_view(errand, best, identified.axis or Axis(), identified.log, loop, usable=usable),
-        "model": best.name,
-        "velocity": thinned(traces.velocity, traces.friction, traces.friction - traces.residual),
-    }
 
 
 def predict(errand: Errand) -> Answer:
@@ -219,7 +179,7 @@ def export(errand: Errand) -> Answer:
 def excite(errand: Errand) -> Answer:
     """Write a motion as an archive, and return the parameters that its log will identify."""
     from bristle.files import results_folder
-    from bristle.report.excitation import designed_motion, outlook_table, piece_table
+    from bristle.report.excitation import designed_motion
 
     text = with_columns_of_motion(edited(errand.axis_text or EMPTY, errand.options.get("edits") or {}, errand.axis_label))
     axis_file = Content(Path(errand.axis_label), text.encode())
@@ -235,15 +195,7 @@ def excite(errand: Errand) -> Answer:
         motion.write(folder, following)
     zipped(errand.folder / "motion")
     excitation = motion.excitation
-    data = {
-        "pieces": piece_table(excitation).without_empty_columns()._asdict(),
-        "notes": excitation.notes,
-        "next": following,
-        "outlook": outlook_table(excitation)._asdict() if excitation.rehearsal is not None else None,
-        "kind": excitation.axis.kind,
-        "curve": thinned(excitation.motion.time, excitation.motion.position),
-    }
-    return {"duration": float(excitation.motion.time[-1])}, data
+    return {"duration": float(excitation.motion.time[-1])}, {"notes": excitation.notes}
 
 
 # By their names in the page.

@@ -179,7 +179,7 @@ def _module(subject: Subject, plant: Model, functions: Mapping[str, Callable[[Bu
 def module_described(module: Module, before: bytes = b"") -> dict[str, Any]:
     """Return a module in packed form; it may refer to the bytes `before` it."""
     numbers = {name: getattr(module, name) for name in ("lasting", "contact", "body", "parameters", "places")}
-    return {"code": packed(module.binary, before), "size": len(module.binary)} | numbers
+    return {"code": packed(module.binary, before)} | numbers
 
 
 def variables_of(

@@ -93,7 +93,7 @@ def parts_described(sensor: Model, **laws: tuple[Model, Any]) -> dict[str, Any]:
     builder = Builder()
     parts = {name: law_part(builder, law, state) for name, (law, state) in laws.items()}
     binary, addresses = module_of_parts(builder, parts | {"sense": sensor_part(builder, sensor)})
-    return {"code": packed(binary), "size": len(binary), "parts": addresses}
+    return {"code": packed(binary), "parts": addresses}
 
 
 def tracking_described(plain: Variant, observing: Variant) -> dict[str, Any]:

@@ -106,7 +106,7 @@ class Start(NamedTuple):
     ends: tuple[float, float] | None = None
 
 
-MODULE = ("code", "size", "lasting", "contact", "body", "parameters", "places", "still")
+MODULE = ("code", "lasting", "contact", "body", "parameters", "places", "still")
 EITHER_WAY = (-1.0, 1.0)
 # A path is ten pre-sliding distances long from end to end.
 STARTS = {
@@ -311,7 +311,7 @@ def example_described(name: str) -> dict[str, Any]:
 def common_described() -> dict[str, Any]:
     """Return the packed dictionary of the modules of all models."""
     common = common_module()
-    return {"code": packed(common), "size": len(common)}
+    return {"code": packed(common)}
 
 
 def lab_described(first: str | Model, loop: Mapping[str, Any], **options: Any) -> dict[str, Any]:
@@ -332,4 +332,4 @@ def lab_described(first: str | Model, loop: Mapping[str, Any], **options: Any) -
         "slots": {kind: slots_described(kind) for kind in sorted({row["kind"] for row in models})},
     }
     content = as_json(data).encode("utf-8")
-    return {"code": packed(content), "size": len(content)}
+    return {"code": packed(content)}

@@ -2,46 +2,35 @@
 
 class Asked {
   // `name` is that of a function of the shared script, `compute` the function; `answer` is called with its result.
-  constructor(name, compute, answer) {
-    Object.assign(this, { name, compute, answer, worker: null, busy: false, next: null, found: null });
-  }
+  constructor(name, compute, answer) { Object.assign(this, { name, compute, answer, worker: null, busy: false, next: null, found: null }); }
 
-  put(question) {
+  async put(question) {
     this.next = question;
-    this.ask();
-  }
-
-  ask() {
-    if (this.busy || !this.next) return;
-    const question = this.next;
+    if (this.busy) return;
     this.busy = true;
-    this.worker ??= this.newWorker();
-    if (this.worker === "none") setTimeout(async () => this.take(question, await this.compute(question)), 0);
-    else {
-      this.worker.onmessage = ({ data: found }) => this.take(question, found);
-      this.worker.postMessage(question);
+    while (this.next) {
+      const asked = this.next;
+      this.next = null;
+      this.answer(this.found = await this.result(asked));
     }
-  }
-
-  take(question, found) {
     this.busy = false;
-    if (found) {
-      Object.assign(this, { found, next: this.next === question ? null : this.next });
-      this.answer(found);
-    }
-    this.ask();
   }
 
-  // "none" if the host forbids a worker; then the page computes.
-  newWorker() {
+  // If the host forbids a worker, the page computes.
+  async result(question) {
     try {
-      const code = [byId("shared").textContent, `onmessage = async ({ data }) => postMessage(await ${this.name}(data));`];
-      const worker = new Worker(URL.createObjectURL(new Blob(code, { type: "text/javascript" })));
-      worker.onerror = () => {
-        this.worker = "none";
-        this.take(this.next, null);
-      };
-      return worker;
-    } catch { return "none"; }
+      if (this.worker !== "none") return await this.inWorker(question);
+    } catch { this.worker = "none"; }
+    await new Promise((resolve) => setTimeout(resolve, 0)); // draw first
+    return this.compute(question);
+  }
+
+  inWorker(question) {
+    const code = [byId("shared").textContent, `onmessage = async ({ data }) => postMessage(await ${this.name}(data));`];
+    this.worker ??= new Worker(URL.createObjectURL(new Blob(code, { type: "text/javascript" })));
+    return new Promise((resolve, reject) => {
+      Object.assign(this.worker, { onmessage: ({ data }) => resolve(data), onerror: reject });
+      this.worker.postMessage(question);
+    });
   }
 }

@@ -29,7 +29,7 @@ function newBench(theme) {
     take(model, contact, settings, start = { model, contact }) {
       Object.assign(this, { model, contact, settings, start, level: model.scales.force, ghosts: new Map(), moment: 1 });
       this.first = Object.fromEntries(this.all().map(({ name, values }) => [name, numbersOf(values)]));
-      this.values = Object.fromEntries(Object.entries(this.first).map(([name, values]) => [name, [...values]]));
+      this.values = structuredClone(this.first);
     },
     // Compute with the initial values.
     atStart(compute) {

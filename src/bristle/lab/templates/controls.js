@@ -74,6 +74,13 @@ function control(variable, index, { input, change, start, text = (value) => valu
   };
 }
 
+// The cards of a variable, one for each of its numbers.
+function cardsOf(variable, count, handlers) {
+  return variable.choices.length ? [choice(variable, handlers(0))] : Array.from({ length: count }, (_, i) => control(variable, i, handlers(i)));
+}
+
+function showIn(cards, values, index = -1, from = "field") { cards.forEach((each, i) => each.show(values[i], i === index ? from : "field")); }
+
 // The broken conditions of the values, each with a remedy: bristle writes and escapes the symbols and remedies.
 function brokenLines(model, values) {
   const symbols = Object.fromEntries(model.variables.map(({ name, symbol }) => [name, symbol]));

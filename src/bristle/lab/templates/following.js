@@ -4,16 +4,14 @@ const AWAIT = 120; // [ms]
 const CURVES = { measured: "measured", compensated: "with friction" };
 const following = { asked: null, key: "", wanted: "", later: 0, start: null };
 
-function tracesOf(parts) {
-  return parts.map(({ name, numbers, count, step, time, sampleTime }) => {
-    const next = columnsOf(numbers), samples = next(count, 2);
-    return { name, t: samples.map((sample) => time + sampleTime * sample), error: next(count, 1, step) };
-  });
+async function traceOf({ name, numbers, count, step, time, sampleTime }) {
+  const next = await columnsOf(numbers), samples = next(count, 2);
+  return { name, t: samples.map((sample) => time + sampleTime * sample), error: next(count, 1, step) };
 }
 
 // The large picture has only the lines around the worst reversal: add the rest of the log, for the strip under it.
-function drawTraces() {
-  const panel = plots.get("gain")?.panels[0], traces = tracesOf(data.loop.traces);
+async function drawTraces() {
+  const panel = plots.get("gain")?.panels[0], traces = await Promise.all(data.loop.traces.map(traceOf));
   if (!panel) return;
   const without = traces.some(({ name }) => name === "feedforward") ? "feedforward" : "as_recorded", [low, high] = panel.facts.x.ends;
   for (const { name, t, error } of traces) {

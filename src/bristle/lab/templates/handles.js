@@ -56,28 +56,16 @@ function choose(key) {
 
 function holdHandle(handle, root) {
   const value = () => familyOf(lab, handle.role).value;
-  let held = null;
-  root.addEventListener("pointerdown", (event) => {
-    const canvas = byId(handle.plot).getBoundingClientRect();
-    held = { left: canvas.left, top: canvas.top };
-    root.setPointerCapture(event.pointerId);
+  dragged(root, (event) => {
     choose(handle.key);
     event.stopPropagation();
-  });
-  root.addEventListener("pointermove", (event) => {
-    if (!held) return;
+    return byId(handle.plot).getBoundingClientRect();
+  }, (event, { left, top }) => {
     const frame = handle.plot === "loop" ? lab.frame : plots.speed.frame;
-    const x = Math.max(frame.valueAt(event.clientX - held.left), frame.valueAt(frame.across(0) + 1));
-    moveFamily(handle.role, handle.from(x, frame.valueUp(event.clientY - held.top), value()));
+    const x = Math.max(frame.valueAt(event.clientX - left), frame.valueAt(frame.across(0) + 1));
+    moveFamily(handle.role, handle.from(x, frame.valueUp(event.clientY - top), value()));
   });
-  for (const name of ["pointerup", "pointercancel"]) root.addEventListener(name, () => { if (held) { held = null; keep(); } });
-  root.addEventListener("keydown", (event) => {
-    const way = { ArrowLeft: -1, ArrowDown: -1, ArrowRight: 1, ArrowUp: 1 }[event.key];
-    if (!way) return;
-    event.preventDefault();
-    moveFamily(handle.role, value() * (event.shiftKey ? LEAP : STEP) ** way);
-  });
-  root.addEventListener("keyup", (event) => { if (event.key.startsWith("Arrow")) keep(handle.key); });
+  steered(root, handle.key, (event, way) => moveFamily(handle.role, value() * (event.shiftKey ? LEAP : STEP) ** way));
 }
 
 // Move all parameters of a role by one factor, within their ranges and conditions.
@@ -89,7 +77,7 @@ function moveFamily(role, wanted) {
   for (const [name, list] of Object.entries(moved)) {
     lab.values[name] = list;
     lab.contact.set(name, list);
-    shown[name].forEach((each, i) => each.show(list[i], "field"));
+    showIn(shown[name], list);
   }
   tellBroken();
   draw(true);

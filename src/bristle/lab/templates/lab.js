@@ -1,21 +1,13 @@
 // The page: layout, history, and computation after a move.
 
 const byId = (id) => document.getElementById(id);
-const { code: packedData, size: sizeOfData } = JSON.parse(byId("data").textContent);
-const data = JSON.parse(new TextDecoder().decode(inflated(bytesOf(packedData), sizeOfData)));
-for (const model of data.models) {
-  const { code, size } = model, before = [data.common];
-  Object.assign(model, { before });
-  Object.assign(model.wide, { before: [data.common, { code, size, before }] });
-}
-const usual = data.models[data.first];
 const ready = new Map();
 const past = [], future = [];
 const SLOTS = ["asymmetry", "position", "ripple", "periodic", "load", "temperature", "transmitted"];
 const TABS = { speed: "Over velocity", track: "Closed loop", plane: "Memory", checks: "Checks" };
 const USUAL_PATH = "triangle", MOST_PAST = 200, MOST_TURNS = 400;
 const LONG = 6, LONG_LOOP = 8, PAUSE = 80, JUDGED = 150, STANDS = 120, ONE_STEP = 1000; // [ms]
-let kept = "", keptBy = "", keptAt = 0, tab = "speed", frames = 0, waiting = 0, settling = 0, loopTook = 0, restTook = 0, judging = 0, verdictTook = 0, shown = {};
+let data = null, usual = null, kept = "", keptBy = "", keptAt = 0, tab = "speed", frames = 0, waiting = 0, settling = 0, loopTook = 0, restTook = 0, judging = 0, verdictTook = 0, shown = {};
 
 const lab = newBench(colours()), plots = newPlots();
 
@@ -72,19 +64,16 @@ function draw(moves = false) {
 
 // --- values -------------------------------------------------------------------------------------------------------------
 
-function allVariables() { return lab.all(); }
-
-function setValue(variable, index, value, from) {
-  const { name } = variable;
+function setValue({ name }, index, value, from) {
   lab.move(name, index, value);
-  shown[name].forEach((each, i) => each.show(lab.values[name][i], i === index ? from : "field"));
+  showIn(shown[name], lab.values[name], index, from);
   tellBroken();
   draw(from === "slider");
 }
 
 function showAll() {
   lab.setAll(lab.values);
-  for (const { name } of allVariables()) shown[name].forEach((each, i) => each.show(lab.values[name][i]));
+  for (const { name } of lab.all()) showIn(shown[name], lab.values[name]);
   byId("moment").value = Math.round(1000 * lab.moment);
   byId("path").value = lab.preset;
   tellBroken();
@@ -97,11 +86,8 @@ function tellBroken() {
 }
 
 function cardsFor(variable) {
-  const handlers = (i) => ({
-    input: (value, from) => setValue(variable, i, value, from), change: () => keep(variable.name + i), start: () => lab.first[variable.name][i],
-  });
-  if (variable.choices.length) return [choice(variable, handlers(0))];
-  return lab.values[variable.name].map((_, i) => control(variable, i, handlers(i)));
+  const { name } = variable;
+  return cardsOf(variable, lab.values[name].length, (i) => ({ input: (value, from) => setValue(variable, i, value, from), change: () => keep(name + i), start: () => lab.first[name][i] }));
 }
 
 function buildCards() {
@@ -141,7 +127,7 @@ function stateText() {
   if (lab.preset !== USUAL_PATH) changed.set("path", lab.preset);
   if (lab.pin || ofChapter.has("with")) changed.set("with", lab.pin?.model.name ?? "");
   if (lab.preset === "drawn") changed.set("turns", lab.turns.map((turn) => Number(turn.toFixed(4))).join(" "));
-  for (const { name } of allVariables()) {
+  for (const { name } of lab.all()) {
     const values = lab.values[name];
     if (ofChapter.has(name) || values.some((value, i) => value !== lab.first[name][i])) changed.set(name, values.map(typed).join(" "));
   }
@@ -179,7 +165,7 @@ async function go(text) {
   lab.chapter = chapter ? CHAPTERS.indexOf(chapter) + 1 : 0;
   const turns = (wanted.get("turns") ?? "").split(" ").map(read).filter((turn) => Math.abs(turn) <= 2);
   lab.turns = turns.length ? turns.slice(0, MOST_TURNS) : [0];
-  for (const variable of allVariables()) {
+  for (const variable of lab.all()) {
     const values = (wanted.get(variable.name) ?? "").split(" ").map(read);
     const fits = values.length === lab.first[variable.name].length && !variable.fixed
       && values.every((value) => value >= Number(variable.min) && value <= Number(variable.max) || value in variable.choices);
@@ -212,7 +198,7 @@ async function show(plain, slots = ownSlots(plain)) {
   byId("model").value = String(data.models.indexOf(plain));
   byId("description").textContent = `${model.description[0].toUpperCase()}${model.description.slice(1)}.`;
   lab.live = await loaded(model);
-  for (const plot of Object.values(plots)) plot.look(null);
+  for (const plot of Object.values(plots)) plot.look();
   byId("tab-plane").hidden = !model.stack && !model.elements;
   openTab(tab === "plane" && byId("tab-plane").hidden ? "speed" : tab);
   byId("plane-title").textContent = `Memory of the ${model.stack ? "operator" : "elements"}`;
@@ -251,7 +237,7 @@ function takePath(preset) {
     if (preset === "drawn") lab.turns = [0];
     lab.aim(preset);
     leaveChapter();
-    plots.loop.look(null);
+    plots.loop.look();
     showAll();
     lab.moment = 0;
   }
@@ -353,7 +339,7 @@ function listen() {
     drawRest();
   };
   const observer = new ResizeObserver((entries) => {
-    for (const { target } of entries) resized(target);
+    entries.forEach(resized);
     lab.machine = machineOf(byId("machine").clientWidth);
     if (lab.contact) redraw();
   });
@@ -362,6 +348,12 @@ function listen() {
 }
 
 async function begin() {
+  data = JSON.parse(new TextDecoder().decode(await inflated(JSON.parse(byId("data").textContent).code)));
+  for (const model of data.models) {
+    Object.assign(model, { before: [data.common] });
+    Object.assign(model.wide, { before: [data.common, { code: model.code, before: [data.common] }] });
+  }
+  usual = data.models[data.first];
   lab.machine = machineOf(byId("machine").clientWidth);
   listen();
   const text = location.hash.slice(1);
@@ -374,4 +366,4 @@ async function begin() {
   else play(true);
 }
 
-begin();
+const begun = begin();

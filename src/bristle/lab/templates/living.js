@@ -139,15 +139,13 @@ function later() {
 function setValue({ name }, index, value, from) {
   const moved = alive.values[name].map((old, i) => (i === index ? value : old));
   alive.values[name] = data.model.shares.includes(name) && moved.length > 1 ? shared(moved, index) : moved;
-  alive.shown[name].forEach((each, i) => each.show(alive.values[name][i], i === index ? from : "field"));
+  showIn(alive.shown[name], alive.values[name], index, from);
   later();
 }
 
 function cardsFor(variable) {
-  const handlers = (i) => ({ input: (value, from) => setValue(variable, i, value, from), change: () => {},
-    start: () => first[variable.name][i], text: (value) => (Number.isFinite(value) ? Number(value.toPrecision(5)) : value) });
-  if (variable.choices.length) return [choice(variable, handlers(0))];
-  return first[variable.name].map((_, i) => control(variable, i, handlers(i)));
+  return cardsOf(variable, first[variable.name].length, (i) => ({ input: (value, from) => setValue(variable, i, value, from), change: () => {},
+    start: () => first[variable.name][i], text: (value) => (Number.isFinite(value) ? Number(value.toPrecision(5)) : value) }));
 }
 
 // Each card of the first screen unfolds the sliders of its parameters.
@@ -171,20 +169,18 @@ function buildCards() {
 }
 
 function reset() {
-  for (const { name } of variables) {
-    alive.values[name] = [...first[name]];
-    alive.shown[name].forEach((each, i) => each.show(first[name][i]));
-  }
+  alive.values = structuredClone(first);
+  for (const { name } of variables) showIn(alive.shown[name], first[name]);
   later();
 }
 
 async function begin() {
   alive.contact = await loaded(data.model);
-  alive.rows = rowsOf(data.rows);
-  alive.values = Object.fromEntries(Object.entries(first).map(([name, values]) => [name, [...values]]));
+  alive.rows = await rowsOf(data.rows);
+  alive.values = structuredClone(first);
   alive.start = alive.found = computed(alive.values);
   buildCards();
-  if (data.loop) drawTraces();
+  if (data.loop) await drawTraces();
   reset();
   byId("alive-reset").addEventListener("click", reset);
   for (const name of ["gain", "effort"]) plots.get(name)?.figure.addEventListener("read", ({ detail }) => markInstant(detail));

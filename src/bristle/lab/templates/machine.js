@@ -143,35 +143,25 @@ function partAt(px) { return Math.abs(px - lab.machine.end) < 18 ? "spring" : Ma
 
 // Drag the block to draw its path, or the far end of the spring to pull it.
 function followPointer(canvas) {
-  let last = null;
-  canvas.addEventListener("pointerdown", (event) => {
-    const part = partAt(event.offsetX);
-    if (!part) return;
-    last = { at: event.offsetX, part };
-    canvas.setPointerCapture(event.pointerId);
+  canvas.addEventListener("pointermove", (event) => canvas.classList.toggle("grab", partAt(event.offsetX) !== ""));
+  dragged(canvas, ({ offsetX: at }) => {
+    const part = partAt(at);
     if (part === "spring") takeSpring();
-    play(part === "spring");
-  });
-  canvas.addEventListener("pointermove", (event) => {
-    canvas.classList.toggle("grab", partAt(event.offsetX) !== "");
-    if (!last) return;
-    const moved = lab.frame.valueAt(event.offsetX) - lab.frame.valueAt(last.at);
-    last.at = event.offsetX;
+    if (part) play(part === "spring");
+    return part && { part, at };
+  }, ({ offsetX }, last) => {
+    const moved = lab.frame.valueAt(offsetX) - lab.frame.valueAt(last.at);
+    last.at = offsetX;
     if (last.part === "spring") clock.target += moved;
     else moveBy(moved);
   });
-  for (const name of ["pointerup", "pointercancel"]) canvas.addEventListener(name, () => { if (last) { last = null; keep(); } });
-  canvas.addEventListener("keydown", (event) => {
-    const block = { ArrowLeft: -1, ArrowRight: 1 }[event.key], far = { ArrowDown: -1, ArrowUp: 1 }[event.key];
-    if (!block && !far) return;
-    event.preventDefault();
-    const seen = event.shiftKey ? 0.1 : 0.01;
-    if (far) takeSpring();
-    play(Boolean(far));
-    if (far) clock.target += far * seen * (lab.frame.x.high - lab.frame.x.low);
-    else moveBy(block * 2 * seen * valueOf(lab, "amplitude"));
+  steered(canvas, "machine", (event, way) => {
+    const isSpring = /Up|Down/.test(event.key), seen = event.shiftKey ? 0.1 : 0.01;
+    if (isSpring) takeSpring();
+    play(isSpring);
+    if (isSpring) clock.target += way * seen * (lab.frame.x.high - lab.frame.x.low);
+    else moveBy(way * 2 * seen * valueOf(lab, "amplitude"));
   });
-  canvas.addEventListener("keyup", (event) => { if (event.key.startsWith("Arrow")) keep("machine"); });
 }
 
 // Move the contact on by a distance; without a reversal the path gets no turn.

@@ -20,7 +20,7 @@ function fedAlong({ places, a }, contact, mass, { delay, sampleTime }) {
 
 // The following error at each sample, measured by the encoder.
 async function followedMove({ loop, model, values, mass }) {
-  const { sampleTime: dt, substeps, delay, limit, lag, begin } = loop, next = columnsOf(loop.numbers), count = loop.count;
+  const { sampleTime: dt, substeps, delay, limit, lag, begin } = loop, next = await columnsOf(loop.numbers), count = loop.count;
   const reference = next(count, 2, loop.step), disturbance = next(count, 1, loop.pushed);
   const [parts, contact, body] = [await loadedParts(loop), await loaded(model), await loaded(loop.body ?? model)];
   for (const [name, list] of Object.entries(values)) contact.set(name, list);

@@ -1,18 +1,12 @@
 // Columns of numbers, unpacked.
 
-// Integers packed by Python: zigzag signs, bytes grouped by significance.
-function unpackedNumbers({ code, count }) {
-  const bytes = inflated(Uint8Array.from(atob(code), (letter) => letter.charCodeAt(0)), 4 * count), numbers = new Int32Array(count);
-  for (let k = 0; k < count; k++) {
-    const folded = (bytes[k] | bytes[k + count] << 8 | bytes[k + 2 * count] << 16 | bytes[k + 3 * count] << 24) >>> 0;
-    numbers[k] = (folded >>> 1) ^ -(folded & 1);
-  }
-  return numbers;
-}
-
-// The next `count` integers; undo `sums` differences.
-function columnsOf(packed) {
-  const numbers = unpackedNumbers(packed);
+// Return a function that takes the next `count` integers and undoes `sums` differences. Python packs integers with zigzag
+// signs, and bytes grouped by significance.
+async function columnsOf({ code, count: all }) {
+  const bytes = await inflated(code), numbers = Int32Array.from({ length: all }, (_, k) => {
+    const folded = (bytes[k] | bytes[k + all] << 8 | bytes[k + 2 * all] << 16 | bytes[k + 3 * all] << 24) >>> 0;
+    return (folded >>> 1) ^ -(folded & 1);
+  });
   let at = 0;
   return (count, sums, step = 1) => {
     const values = Float64Array.from(numbers.subarray(at, at + count));

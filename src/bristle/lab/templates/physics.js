@@ -1,28 +1,27 @@
+"use strict";
 // The physics of the page: modules of WebAssembly, and their functions.
 
 function numbersOf(values) { return values.map(Number); }
 
-// A module, compiled synchronously; older browsers allow this for small modules only, and compile others asynchronously.
-async function compiled(bytes) {
-  try {
-    return new WebAssembly.Module(bytes);
-  } catch (error) {
-    if (!(error instanceof RangeError)) throw error;
-    return WebAssembly.compile(bytes);
-  }
-}
-
 function bytesOf(code) { return Uint8Array.from(atob(code), (letter) => letter.charCodeAt(0)); }
 
+// Unpack deflated bytes. A stored block in front of them holds the end of `before`, the data that they may refer to.
+async function inflated(code, before = new Uint8Array()) {
+  const known = before.subarray(-32768), { length } = known, head = [0, length, length >> 8, ~length, ~length >> 8];
+  const stream = new Blob([Uint8Array.from(head), known, bytesOf(code)]).stream().pipeThrough(new DecompressionStream("deflate-raw"));
+  return new Uint8Array(await new Response(stream).arrayBuffer()).subarray(length);
+}
+
 // A binary may be packed as the continuation of others.
-function binaryOf({ code, size, before = [] }) {
-  return inflated(bytesOf(code), size, Uint8Array.from(before.flatMap((each) => [...binaryOf(each)])));
+async function binaryOf({ code, before = [] }) {
+  const parts = await Promise.all(before.map(binaryOf));
+  return inflated(code, Uint8Array.from(parts.flatMap((part) => [...part])));
 }
 
 const modules = new Map();
 
-async function moduleOf(model) {
-  if (!modules.has(model.code)) modules.set(model.code, await compiled(binaryOf(model)));
+function moduleOf(model) {
+  if (!modules.has(model.code)) modules.set(model.code, binaryOf(model).then((bytes) => WebAssembly.compile(bytes)));
   return modules.get(model.code);
 }
 

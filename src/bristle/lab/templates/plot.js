@@ -1,11 +1,10 @@
 // Curves on a canvas: axes with ticks and units, in the colours of the page.
 
+const COLOURS = ["ink", "soft", "rule", "accent", "alert", "ghost", "shade", "measured", "with", "without", "third", "care", "card", "ground"];
+
 function colours(root = document.documentElement) {
   const style = getComputedStyle(root);
-  const colour = (name) => style.getPropertyValue(`--${name}`).trim();
-  return { ink: colour("ink"), soft: colour("soft"), rule: colour("rule"), accent: colour("accent"), alert: colour("alert"),
-    ghost: colour("ghost"), shade: colour("shade"), measured: colour("measured"),
-    with: colour("with"), without: colour("without"), third: colour("third"), care: colour("care"), card: colour("card"), ground: colour("ground"), size: parseFloat(style.fontSize) };
+  return { ...Object.fromEntries(COLOURS.map((name) => [name, style.getPropertyValue(`--${name}`).trim()])), size: parseFloat(style.fontSize) };
 }
 
 function roundStep(rough) {
@@ -112,14 +111,6 @@ class Frame {
     });
   }
 
-  points(x, y, { colour, size = 2, of = x.keys() }) {
-    const { context } = this;
-    this.clip(() => {
-      context.fillStyle = colour;
-      for (const k of of) context.fillRect(this.across(x[k]) - size / 2, this.up(y[k]) - size / 2, size, size);
-    });
-  }
-
   // A word at a point of a line.
   label(text, x, y, colour, align = "left") {
     const { context, theme } = this, left = this.across(x) + (align === "left" ? 6 : -6), top = this.up(y) - 3, wide = context.measureText(text).width;
@@ -183,8 +174,8 @@ function labelOf({ word, unit }) { return unit ? `${word} [${unit}]` : word; }
 
 const sizes = new WeakMap();
 
-// Measure a canvas before the next drawing, not at each drawing, which would repeat the layout of the page.
-function resized(canvas) { sizes.delete(canvas); }
+// Keep the size that the browser measured: to measure at each drawing would repeat the layout of the page.
+function resized({ target, contentRect: { width, height } }) { sizes.set(target, [Math.round(width), Math.round(height)]); }
 
 // Redirect the next drawing of a canvas.
 let elsewhere = null;
@@ -199,8 +190,8 @@ function wiped(canvas) {
   if (elsewhere?.canvas === canvas) {
     return { context: elsewhere.context, area: { left: 0, top: 0, width: canvas.clientWidth, height: canvas.clientHeight } };
   }
-  if (!sizes.has(canvas)) sizes.set(canvas, [window.devicePixelRatio || 1, canvas.clientWidth, canvas.clientHeight]);
-  const [ratio, width, height] = sizes.get(canvas);
+  const measured = sizes.get(canvas), ratio = window.devicePixelRatio || 1;
+  const [width, height] = measured?.[0] ? measured : [canvas.clientWidth, canvas.clientHeight]; // before the first measurement
   if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {
     canvas.width = Math.round(width * ratio);
     canvas.height = Math.round(height * ratio);

@@ -1,30 +1,20 @@
-// A plot with pointer and zoom: drag to enlarge a part, Ctrl and wheel to zoom, double-click to show all. With `wheel` the
-// wheel alone zooms; with `pull` a drag with Shift moves what is drawn.
-// Keyboard: arrows move the pointer, + and - zoom, Escape shows all.
+// The plots of the page, with pointer and zoom: drag to enlarge a part, turn the wheel to zoom, double-click to show all.
+// With `pull` a drag with Shift moves what is drawn. Keyboard: arrows move the pointer, + and - zoom, Escape shows all.
 
 const SMALLEST = 6, TURNED = 1.0015, CLOSER = 1.5; // [pixels], zoom per wheel unit, zoom per key
 
-// The visible range of linked plots: null for the full range.
-function newView() { return { x: null, y: null, plots: [] }; }
-
 class Pointed {
-  // `draw` draws a view and returns the frame; `pick` returns the item at a position, `shift` the item a step
-  // further, and `tell` marks it in the frame and describes it.
-  constructor(canvas, reading, view, { draw, pick, shift, tell, both = false, wheel = false, pull = null }) {
-    Object.assign(this, { canvas, reading, view, draw, pick, shift, tell, both, wheel, pull, at: null, from: null, to: null, pulled: null, waits: false });
-    view.plots.push(this);
+  constructor(name, draw, pull = null) {
+    Object.assign(this, { name, canvas: byId(name), reading: byId(`${name}-reading`), draw, pull, view: {}, at: null, from: null, to: null, pulled: null, waits: false });
     this.listen();
   }
 
-  get hint() { return "Point at the plot to read values. Drag to enlarge a part, double-click to show all."; }
-
   show() {
     this.waits = false;
-    this.frame = this.draw(this.canvas, this.view);
+    this.frame = this.canvas.clientWidth ? this.draw(lab, this.canvas, this.view) : null;
     if (!this.frame) return;
-    const text = this.at === null ? this.frame.words ?? this.hint : this.tell(this.frame, this.at);
-    this.reading.classList.toggle("alert", this.at === null && Boolean(this.frame.alert));
-    if (this.reading.textContent !== text) this.reading.textContent = text;
+    placeHandles(this.name, this.frame);
+    tell(this.reading, this.at ? this.told() : this.frame.words, !this.at && Boolean(this.frame.alert));
     if (this.from && this.to) this.shade();
   }
 
@@ -34,37 +24,59 @@ class Pointed {
   }
 
   shade() {
-    const { context, theme, left, right, top, bottom } = this.frame;
-    const [x0, x1] = [this.from.x, this.to.x], [y0, y1] = this.both ? [this.from.y, this.to.y] : [top, bottom];
-    context.save();
-    context.globalAlpha = 0.25;
-    context.fillStyle = theme.accent;
-    context.fillRect(Math.max(left, Math.min(x0, x1)), Math.max(top, Math.min(y0, y1)),
-      Math.min(right, Math.max(x0, x1)) - Math.max(left, Math.min(x0, x1)), Math.min(bottom, Math.max(y0, y1)) - Math.max(top, Math.min(y0, y1)));
-    context.restore();
+    const { frame, from, to } = this, { context, theme } = frame;
+    frame.clip(() => {
+      Object.assign(context, { globalAlpha: 0.25, fillStyle: theme.accent });
+      context.fillRect(from.x, from.y, to.x - from.x, to.y - from.y);
+    });
   }
 
-  look(x, y = null) {
-    Object.assign(this.view, { x, y });
-    for (const plot of this.view.plots) plot.later();
+  look(x = null, y = null) {
+    this.view = { x, y };
+    this.later();
   }
 
-  // Zoom both axes, or the time axis, by a factor around a point.
-  enlarge(factor, place) {
-    if (!this.frame) return;
-    const around = (axis, value) => [value - (value - axis.low) / factor, value + (axis.high - value) / factor];
-    this.look(around(this.frame.x, this.frame.valueAt(place.x)), this.both ? around(this.frame.y, this.frame.valueUp(place.y)) : null);
+  // Zoom both axes by a factor around a point.
+  enlarge(factor, { x, y }) {
+    const around = (axis, value) => [value - (value - axis.low) / factor, value + (axis.high - value) / factor], { frame } = this;
+    if (frame) this.look(around(frame.x, frame.valueAt(x)), around(frame.y, frame.valueUp(y)));
   }
 
-  chosen() {
-    const { from, to, frame } = this, wide = Math.abs(to.x - from.x) >= SMALLEST, high = Math.abs(to.y - from.y) >= SMALLEST;
-    if (!frame || !wide || this.both && !high) return;
-    const sorted = (a, b) => [Math.min(a, b), Math.max(a, b)];
-    this.look(sorted(frame.valueAt(from.x), frame.valueAt(to.x)), this.both ? sorted(frame.valueUp(from.y), frame.valueUp(to.y)) : null);
+  choose() {
+    const { from, to, frame } = this, sorted = (a, b) => [Math.min(a, b), Math.max(a, b)];
+    if (!frame || Math.min(Math.abs(to.x - from.x), Math.abs(to.y - from.y)) < SMALLEST) return;
+    this.look(sorted(frame.valueAt(from.x), frame.valueAt(to.x)), sorted(frame.valueUp(from.y), frame.valueUp(to.y)));
+  }
+
+  // The share of the first curve at the pointer; without curves the place itself.
+  pick({ x: px, y: py }) {
+    const { frame } = this;
+    if (!frame.curves) return { x: frame.valueAt(px), up: frame.valueUp(py) };
+    const [x, y] = frame.curves[0], away = Array.from(x, (value, k) => (frame.across(value) - px) ** 2 + (frame.up(y[k]) - py) ** 2);
+    return { share: away.reduce((best, value, k) => (value < away[best] ? k : best), 0) / (x.length - 1) };
+  }
+
+  shift(way) {
+    const { frame, at } = this;
+    if (frame.curves) return { share: Math.max(0, Math.min(1, at.share + way / 400)) };
+    return { ...at, x: at.x + way * (frame.x.high - frame.x.low) / 100 };
+  }
+
+  // The values at the pointer, marked in the plot.
+  told() {
+    const { frame, at } = this, { x: { unit }, y: { unit: unitUp } } = frame.own;
+    if (!frame.curves) return `${frame.x.word} ${told(at.x, unit)}, ${frame.y.word} ${told(at.up, unitUp)}.`;
+    const found = frame.curves.map(([xs, ys, colour, name]) => {
+      const k = Math.round(at.share * (xs.length - 1));
+      frame.dot(xs[k], ys[k], colour, 4);
+      return { x: xs[k], text: `${frame.curves.length > 1 ? `${name} ` : ""}${told(ys[k], unitUp)}` };
+    });
+    frame.upright(found[0].x, frame.theme.soft);
+    return `At ${told(found[0].x, unit)}: ${found.map(({ text }) => text).join(", ")}.`;
   }
 
   listen() {
-    const { canvas } = this, place = (event) => ({ x: event.offsetX, y: event.offsetY });
+    const { canvas } = this, place = ({ offsetX: x, offsetY: y }) => ({ x, y });
     canvas.addEventListener("pointerdown", (event) => {
       if (event.button) return;
       if (this.pull && event.shiftKey) this.pulled = event.offsetX;
@@ -79,12 +91,12 @@ class Pointed {
         return;
       }
       if (this.from) this.to = place(event);
-      this.at = this.pick(this.frame, event.offsetX, event.offsetY);
+      this.at = this.pick(place(event));
       this.later();
     });
     canvas.addEventListener("pointerup", () => {
-      if (this.from && this.to) this.chosen();
-      if (this.pulled !== null) this.pull(null);
+      if (this.from && this.to) this.choose();
+      if (this.pulled !== null) keep();
       this.from = this.to = this.pulled = null;
       this.later();
     });
@@ -94,9 +106,8 @@ class Pointed {
         this.later();
       });
     }
-    canvas.addEventListener("dblclick", () => this.look(null));
+    canvas.addEventListener("dblclick", () => this.look());
     canvas.addEventListener("wheel", (event) => {
-      if (!this.wheel && !event.ctrlKey && !event.metaKey) return;
       event.preventDefault();
       this.enlarge(TURNED ** -event.deltaY, place(event));
     }, { passive: false });
@@ -106,24 +117,45 @@ class Pointed {
   key(event) {
     if (!this.frame || event.ctrlKey || event.metaKey || event.altKey) return;
     const { left, right, top, bottom } = this.frame, middle = { x: (left + right) / 2, y: (top + bottom) / 2 };
-    const way = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
-    if (way) this.at = this.at === null ? this.pick(this.frame, middle.x, middle.y) : this.shift(this.frame, this.at, way * (event.shiftKey ? 10 : 1));
-    else if (event.key === "+") this.enlarge(CLOSER, middle);
-    else if (event.key === "-") this.enlarge(1 / CLOSER, middle);
-    else if (event.key === "Escape") this.look(null);
+    const way = { ArrowLeft: -1, ArrowRight: 1 }[event.key], zoom = { "+": CLOSER, "-": 1 / CLOSER }[event.key];
+    if (way) this.at = this.at ? this.shift(way * (event.shiftKey ? 10 : 1)) : this.pick(middle);
+    else if (zoom) this.enlarge(zoom, middle);
+    else if (event.key === "Escape") this.look();
     else return;
     event.preventDefault();
     this.later();
   }
 }
 
-// The index in a rising list nearest to a value.
-function nearest(list, value) {
-  let low = 0, high = list.length - 1;
-  while (high - low > 1) {
-    const middle = (low + high) >> 1;
-    if (list[middle] <= value) low = middle;
-    else high = middle;
-  }
-  return value - list[low] <= list[high] - value ? low : high;
+// Drag a part of the page: `begin` returns the held part, `move` gets it with each event, and the history keeps the end.
+function dragged(target, begin, move) {
+  let held = null;
+  target.addEventListener("pointerdown", (event) => {
+    held = begin(event);
+    if (held) target.setPointerCapture(event.pointerId);
+  });
+  target.addEventListener("pointermove", (event) => { if (held) move(event, held); });
+  for (const name of ["pointerup", "pointercancel"]) target.addEventListener(name, () => { if (held) { held = null; keep(); } });
+}
+
+// The way and the size of an arrow key; the history keeps its release.
+function steered(target, by, act) {
+  target.addEventListener("keydown", (event) => {
+    if (!event.key.startsWith("Arrow")) return;
+    event.preventDefault();
+    act(event, /Right|Up/.test(event.key) ? 1 : -1);
+  });
+  target.addEventListener("keyup", (event) => { if (event.key.startsWith("Arrow")) keep(by); });
+}
+
+function pullBlock(distance) {
+  play(false);
+  moveBy(distance);
+}
+
+function newPlots() {
+  return {
+    loop: new Pointed("loop", loopView, pullBlock), speed: new Pointed("speed", speedView), track: new Pointed("track", trackView),
+    plane: new Pointed("plane", (...all) => (lab.model.stack ? planeView : elementsView)(...all)),
+  };
 }

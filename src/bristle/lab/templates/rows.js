@@ -1,7 +1,7 @@
 // The rows of an identification: the motion of the model, and its forces after filters and plant.
 
-function rowsOf(rows) {
-  const { step, sampleTime } = rows, next = columnsOf(rows.numbers);
+async function rowsOf(rows) {
+  const { step, sampleTime } = rows, next = await columnsOf(rows.numbers);
   const stretches = rows.stretches.map(({ intervals, rows: count, ...rest }) => {
     const ends = next(intervals, 2), places = next(intervals, 2, step).map((place) => rest.origin + place);
     return { ...rest, ends, places, at: next(count, 2) };
@@ -59,10 +59,6 @@ function weighed({ response, stretches, t }, signals) {
     }
   });
   return values;
-}
-
-function frictionInRows(contact, rows) {
-  return weighed(rows, rows.stretches.map((stretch) => forcesIn(contact, stretch, rows.sampleTime)));
 }
 
 // The effort of the plant in each row, with these values of its parameters.

@@ -35,10 +35,7 @@ function trackedPath({ tracked: { errors, dt, period, amplitude, frequency } }) 
   return { x, dt, at: null };
 }
 
-function widthOf(values) {
-  const [low, high] = extent(values);
-  return high - low;
-}
+function widthOf(values) { return extent(values).reduce((low, high) => high - low); }
 
 function trackView(lab, canvas, view = {}) {
   if (!lab.tracked) return null;

@@ -8,6 +8,12 @@ function plainValues(bench) {
   return Object.fromEntries(bench.model.variables.map(({ name }) => [name, bench.values[name].map(told_)]));
 }
 
+// The theme of JupyterLab or VS Code; in other hosts that of the system.
+function themeOf({ dataset: { jpThemeLight }, classList }) {
+  if (jpThemeLight === "true" || classList.contains("vscode-light")) return "light";
+  return jpThemeLight === "false" || classList.contains("vscode-dark") ? "dark" : "";
+}
+
 class Bench {
   constructor(model, el) {
     this.host = element("div");
@@ -16,10 +22,12 @@ class Bench {
     Object.assign(this, { model, bench: null, shown: {}, waits: 0, turn: 0, moved: false });
     this.root.append(element("style", { text: STYLE }), this.layout());
     this.observer = new ResizeObserver((entries) => {
-      for (const { target } of entries) resized(target);
+      entries.forEach(resized);
       this.later();
     });
     for (const canvas of this.root.querySelectorAll("canvas")) this.observer.observe(canvas);
+    this.themes = new MutationObserver(() => this.later());
+    this.themes.observe(document.body, { attributeFilter: ["class", "data-jp-theme-light"] });
     this.listeners = { "change:_described": () => this.build(), "change:_values": () => this.read(), "change:_problem": () => this.tellProblem() };
     for (const [event, listener] of Object.entries(this.listeners)) model.on(event, listener);
   }
@@ -59,7 +67,7 @@ class Bench {
 
   cardsFor(variable) {
     const { bench } = this, handlers = (i) => ({ input: (value, from) => this.set(variable, i, value, from), change: () => {}, start: () => bench.first[variable.name][i] });
-    this.shown[variable.name] = variable.choices.length ? [choice(variable, handlers(0))] : bench.values[variable.name].map((_, i) => control(variable, i, handlers(i)));
+    this.shown[variable.name] = cardsOf(variable, bench.values[variable.name].length, handlers);
     return this.shown[variable.name].map(({ root }) => root);
   }
 
@@ -81,7 +89,7 @@ class Bench {
   set(variable, index, value, from) {
     const { bench } = this;
     bench.move(variable.name, index, value);
-    this.shown[variable.name].forEach((each, i) => each.show(bench.values[variable.name][i], i === index ? from : "field"));
+    showIn(this.shown[variable.name], bench.values[variable.name], index, from);
     this.moved ||= bench.model.variables.includes(variable);
     this.later();
   }
@@ -101,7 +109,7 @@ class Bench {
   showAll() {
     const { bench } = this;
     bench.setAll(bench.values);
-    for (const { name } of bench.all()) this.shown[name].forEach((each, i) => each.show(bench.values[name][i]));
+    for (const { name } of bench.all()) showIn(this.shown[name], bench.values[name]);
     for (const button of this.root.querySelector(".presets").children) button.setAttribute("aria-pressed", String(button.value === bench.preset));
     this.later();
   }
@@ -112,6 +120,7 @@ class Bench {
     const { bench } = this;
     this.waits = 0;
     if (!bench || !this.host.isConnected) return;
+    this.host.className = themeOf(document.body);
     bench.theme = colours(this.host);
     const memory = bench.model.stack ? planeView : bench.model.elements ? elementsView : null;
     for (const [name, view] of Object.entries({ loop: loopView, speed: speedView, plane: memory })) {
@@ -132,6 +141,7 @@ class Bench {
 
   gone() {
     this.observer.disconnect();
+    this.themes.disconnect();
     cancelAnimationFrame(this.waits);
     for (const [event, listener] of Object.entries(this.listeners)) this.model.off(event, listener);
     this.host.remove();

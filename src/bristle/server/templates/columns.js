@@ -61,22 +61,14 @@ function furtherFields(looked, edit) {
 }
 
 function optionalFields(looked, edit) {
-  return OPTIONAL.filter(([key]) => key !== "effort.hold" || valueAt(looked.form.tables, "effort.held") === undefined).map(([key, word, example]) => {
-    const input = element("input", { type: "text", name: key, value: String(valueAt(looked.form.tables, key) ?? ""), placeholder: example });
-    input.addEventListener("change", () => edit({ [key]: valueIn(input.value) }));
-    return labelled(word, input);
-  });
+  return OPTIONAL.filter(([key]) => key !== "effort.hold" || valueAt(looked.form.tables, "effort.held") === undefined).map(([key, word, placeholder]) =>
+    labelled(word, element("input", { type: "text", name: key, value: String(valueAt(looked.form.tables, key) ?? ""), placeholder, onchange: ({ target }) => edit({ [key]: valueIn(target.value) }) })));
 }
 
 function kindChoice(looked, edit) {
-  const now = looked.form.tables.kind ?? "";
-  const choice = (value, word) => {
-    const input = element("input", { type: "radio", name: "kind", value, checked: now === value });
-    input.addEventListener("change", () => edit({ kind: value || null }));
-    return element("label", {}, input, ` ${word}`);
-  };
-  return element("div", { class: "choices", role: "radiogroup", "aria-label": "Kind of axis" },
-    choice("", `from the units${now === "" && looked.kind ? ` (${looked.kind})` : ""}`), choice("translational", "translational"), choice("rotational", "rotational"));
+  const now = looked.form.tables.kind ?? "", titles = { "": `from the units${now === "" && looked.kind ? ` (${looked.kind})` : ""}`, translational: "translational", rotational: "rotational" };
+  return element("div", { class: "choices", role: "radiogroup", "aria-label": "Kind of axis", onchange: ({ target }) => edit({ kind: target.value || null }) },
+    ...choicesOf(Object.entries(titles).map(([name, title]) => ({ name, title, first: name === now })), "kind", "radio"));
 }
 
 function axisFileEditor(text, label, use) {

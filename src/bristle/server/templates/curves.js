@@ -27,15 +27,6 @@ function effortPicture([time, measured, predicted], unit, label) {
   }, ["measured", "measured"], ["with", "model"]);
 }
 
-function frictionPicture([velocity, measured, modelled], units) {
-  return pictureOf("Friction over velocity", (canvas, theme) => {
-    const frame = frameOn(canvas, theme, { word: "velocity", unit: units.velocity, values: velocity },
-      { word: "friction", unit: units.force, values: [...measured, ...modelled] });
-    frame.points(velocity, measured, { colour: theme.measured, size: 3.4 });
-    frame.points(velocity, modelled, { colour: theme.with, size: 1.8 });
-  }, ["measured", "measured"], ["with", "model"]);
-}
-
 function unitsOf(kind) {
   return kind === "rotational" ? { position: "rad", velocity: "rad/s", force: "N·m" } : { position: "m", velocity: "m/s", force: "N" };
 }

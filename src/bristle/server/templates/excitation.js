@@ -6,38 +6,28 @@ const LIMITS = [["limits.velocity", "Largest velocity", "0.5 m/s"], ["limits.acc
 const PURPOSES = [["presliding", "pre-sliding"], ["break-away", "break-away"], ["damping", "damping"], ["stribeck", "friction over velocity"]];
 
 function excitationForm(design) {
-  const inputs = LIMITS.map(([key, word, example]) => [key, word, element("input", { type: "text", name: `excite.${key}`, placeholder: example })]);
-  const duration = element("input", { type: "text", value: "60 s", name: "excite.duration" });
-  const travel = element("input", { type: "text", name: "excite.travel", placeholder: "200 mm" });
-  const purposes = PURPOSES.map(([name, word]) => [name, word, element("input", { type: "checkbox", value: name, checked: true })]);
-  const kinds = ["translational", "rotational"].map((kind) => element("input", { type: "radio", name: "excite-kind", value: kind, checked: kind === "translational" }));
+  const field = (name, attributes) => element("input", { type: "text", name: `excite.${name}`, ...attributes }), valueOf = (name) => document.getElementsByName(`excite.${name}`)[0].value;
+  const kinds = ["translational", "rotational"].map((name, i) => ({ name, first: i === 0 })), purposes = PURPOSES.map(([name, title]) => ({ name, title, first: true }));
   const go = button("Design the motion", () => {
-    const edits = Object.fromEntries(inputs.map(([key, , input]) => [key, valueIn(input.value)]).filter(([, value]) => value !== null));
-    edits.kind = kinds.find(({ checked }) => checked).value;
-    const chosen = purposes.filter(([, , input]) => input.checked).map(([name]) => name);
-    design({ edits, duration: duration.value, travel: travel.value, purposes: chosen.length === PURPOSES.length ? "" : chosen.join(",") });
+    const edits = Object.fromEntries(LIMITS.map(([key]) => [key, valueIn(valueOf(key))]).filter(([, value]) => value !== null)), chosen = chosenOf("purpose");
+    design({ edits: { ...edits, kind: chosenOf("excite-kind")[0] }, duration: valueOf("duration"), travel: valueOf("travel"), purposes: chosen.length === PURPOSES.length ? "" : chosen.join(",") });
   }, { class: "main", id: "design" });
   return [
     element("p", { class: "note", text: "Write the limits of the axis, with units. For an empty field, bristle uses the value from the axis file of step 1." }),
-    element("div", { class: "choices", role: "radiogroup", "aria-label": "Kind of axis" }, ...kinds.map((input) => element("label", {}, input, ` ${input.value}`))),
-    element("div", { class: "fields" }, ...inputs.map(([, word, input]) => labelled(word, input)), labelled("Travel, if the stroke is unknown", travel), labelled("Duration", duration)),
-    element("div", { class: "choices", role: "group", "aria-label": "Purpose of the motion" }, ...purposes.map(([, word, input]) => element("label", {}, input, ` ${word}`))),
+    element("div", { class: "choices", role: "radiogroup", "aria-label": "Kind of axis" }, ...choicesOf(kinds, "excite-kind", "radio")),
+    element("div", { class: "fields" }, ...LIMITS.map(([key, word, placeholder]) => labelled(word, field(key, { placeholder }))),
+      labelled("Travel, if the stroke is unknown", field("travel", { placeholder: "200 mm" })), labelled("Duration", field("duration", { value: "60 s" }))),
+    element("div", { class: "choices", role: "group", "aria-label": "Purpose of the motion" }, ...choicesOf(purposes, "purpose", "checkbox")),
     element("p", {}, go),
     element("div", { id: "excited" }),
   ];
 }
 
-function excitedView(excited, { download, report }) {
-  const units = unitsOf(excited.kind), [time, position] = excited.curve;
+function excitedView({ notes }, download) {
   return [
-    pictureOf("Position of the motion over time", (canvas, theme) => {
-      frameOn(canvas, theme, { word: "time", unit: "s", values: time }, { word: "position", unit: units.position, values: position })
-        .curve(time, position, { colour: theme.accent, width: 1.4 });
-    }),
-    tableOf(excited.pieces),
-    excited.outlook ? tableOf(excited.outlook) : null,
-    listOf(excited.notes),
-    element("div", { class: "tools" }, button("Download motion.zip", download), button("Show the report", report)),
+    listOf(notes),
+    element("div", { class: "tools" }, button("Download motion.zip", download)),
     element("p", { class: "note", text: "motion.csv contains the samples of the motion. moves.csv and motion.nc contain its moves." }),
+    element("div", { id: "excited-report" }),
   ];
 }

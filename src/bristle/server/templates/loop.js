@@ -36,27 +36,17 @@ function loopForm({ tables, kind, sample_time: step }, compensate) {
   ];
 }
 
-function followingPicture({ error: [time, without, compensated, measured], ...gain }, kind) {
-  const [low, high] = extent([...without, ...compensated]), beyond = extent(measured)[1] > 2 * high || extent(measured)[0] < 2 * low;
-  return pictureOf("Following error around the worst reversal", (canvas, theme) => {
-    const frame = frameOn(canvas, theme, { word: "time", unit: "s", values: time }, { word: "following error", unit: unitsOf(kind).position, values: [low, high] });
-    frame.curve(time, measured, { colour: theme.measured, width: beyond ? 1.2 : 4 });
-    frame.curve(time, without, { colour: theme.without, width: 2.4 });
-    frame.curve(time, compensated, { colour: theme.with, width: 3 });
-  }, ["without", `velocity and mass fed forward: ${gain.without}`], ["with", `friction fed forward, too: ${gain.with}`],
-    ["measured", `as logged: ${gain.measured}${beyond ? ", beyond this picture" : ""}`]);
-}
-
 function loopView(loop, command, compensate) {
   const { gain, values, drive } = loop;
   const form = Object.assign(folded("Controller and drive", ...loopForm(loop, compensate)), { open: !gain, id: "loop-form" });
-  const change = gain && `${gain.without} → ${gain.with}`, table = values && copied(values);
+  const change = gain && `${gain.without} → ${gain.with}`;
   return [
     element("p", { class: `ruling ${gain ? gain.helps ? "usable" : "no" : ""}`, id: gain ? "gain" : "no-gain",
       text: !gain ? "How much does friction feedforward gain?" : gain.helps ? `Friction feedforward: ${change}, ×${gain.times}` : `Friction feedforward does not help: ${change}` }),
-    gain ? element("p", { class: "note", text: `Following error, peak to peak, simulated on ${loop.log}. ${gain.caveat}` }) : element("p", {}, ...withCode(`Unknown so far: ${loop.reason}.`)),
-    gain ? element("div", { class: "gain" }, followingPicture(gain, loop.kind), table) : form,
-    gain ? form : table,
+    gain ? element("p", { class: "note", text: `Following error, peak to peak, simulated on ${loop.log}; as logged: ${gain.measured}. ${gain.caveat} The report of step 5 shows its picture.` })
+      : element("p", {}, ...withCode(`Unknown so far: ${loop.reason}.`)),
+    form,
+    values ? copied(values) : null,
     drive ? folded("Friction over velocity, as a table", copied(drive)) : null,
     element("p", { class: "note" }, "In a terminal, with the axis file of step 2: ", element("code", { text: command })),
   ];

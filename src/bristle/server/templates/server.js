@@ -2,7 +2,6 @@
 
 const BUSY = 300, IDLE = 2500; // [ms] between two polls
 const WORDS = { look: "Reading", check: "Checking", identify: "Identifying", predict: "Predicting", compensate: "Compensating", export: "Exporting", excite: "Designing" };
-const SHORT = ["look", "check", "predict", "compensate", "export"];
 const STEPS = ["Log", "Columns", "Check", "Identify", "Verdict", "Compensate"];
 const WAITS = ["", "waits for a log", "waits for columns and units", "waits for usable logs", "waits for a model", "waits for a model"];
 const shown = {}, contents = {};
@@ -35,33 +34,7 @@ async function follow() {
   }
 }
 
-const waitsForShort = () => state.job?.state === "runs" && SHORT.includes(state.job.task);
-let turn = Promise.resolve();
-
-// One job after another, in order. A short job delays the next one, also from another tab; the server reports a long job.
-function start(task, options = {}, needed = () => true) {
-  const mine = turn.then(() => started(task, options, needed));
-  turn = mine.catch(() => {});
-  return mine;
-}
-
-async function started(task, options, needed) {
-  for (;;) {
-    while (waitsForShort()) {
-      await new Promise((done) => setTimeout(done, BUSY));
-      await take(await json("GET", pathTo()));
-    }
-    if (!needed()) return;
-    try {
-      await take(await json("POST", pathTo("/jobs"), { task, options }));
-      return;
-    } catch (error) {
-      if (error.status !== 409) throw error;
-      await take(await json("GET", pathTo()));
-      if (state.job?.state === "runs" && !waitsForShort()) throw error;
-    }
-  }
-}
+async function start(task, options = {}) { await take(await json("POST", pathTo("/jobs"), { task, options })); }
 
 async function begin() {
   const fresh = await json("POST", "/api/cases");
@@ -125,23 +98,23 @@ const VIEWS = {
   looked: (data) => replace("columns", columnsView(data, state, { edit: (edits) => doing(() => start("look", { edits })), use: (text) => doing(() => start("look", { text })),
     check: () => doing(() => start("check")) })),
   checked: (data) => replace("check", checkView(data)),
-  identified: (data) => {
-    replace("verdict", verdictView(data, state, { download: () => doing(() => saved(pathTo("/parts/identified/archive"), "results.zip")), report: () => doing(() => report("identified", "report")) }));
-    showLoop();
-  },
-  compensated: () => showLoop(),
+  identified: showResults,
+  compensated: showResults,
   predicted: (data) => { if (byId("predicted")) replace("predicted", predictedView(data)); },
   exported: (data) => replace("exported", exportedView(data, state.parts.exported, () => doing(() => saved(pathTo("/parts/exported/archive"), "export.zip")))),
   excited: (data) => {
     byId("excite-more").open = true;
-    replace("excited", excitedView(data, { download: () => doing(() => saved(pathTo("/parts/excited/archive"), "motion.zip")), report: () => doing(() => report("excited", "excited-report")) }));
-    byId("excited").append(element("div", { id: "excited-report" }));
+    replace("excited", excitedView(data, () => doing(() => saved(pathTo("/parts/excited/archive"), "motion.zip"))));
+    doing(() => report("excited", "excited-report"));
   },
 };
-// Step 6 after an identification, and again after another controller.
-function showLoop() {
-  const { compensated } = state.parts, found = contents.identified.data, loop = (compensated && !compensated.old && contents.compensated?.data) || found.loop;
-  replace("compensate", loopView(loop, found.command, (edits) => doing(() => start("compensate", { edits }))));
+// Steps 5 and 6 after an identification, and again after another controller.
+function showResults() {
+  const { compensated } = state.parts, found = (compensated && !compensated.old && contents.compensated?.data) || contents.identified.data;
+  replace("verdict", verdictView(found, state, () => doing(() => saved(pathTo("/parts/identified/archive"), "results.zip"))));
+  replace("compensate", loopView(found.loop, found.command, (edits) => doing(() => start("compensate", { edits }))));
+  shown.predicted = undefined;
+  doing(() => report("identified", "report"));
 }
 
 const HOLDERS = { looked: ["columns"], checked: ["check"], identified: ["verdict", "compensate"], compensated: [], predicted: ["predicted"], exported: ["exported"], excited: ["excited"] };
@@ -160,7 +133,6 @@ async function show() {
     shown[name] = key;
     if (!part) for (const id of HOLDERS[name]) byId(id)?.replaceChildren();
     else VIEWS[name](contents[name].data);
-    if (name === "identified") shown.predicted = undefined;
     if (fresh && RESULTS[name]) ready = RESULTS[name];
   }
   showSteps(); // last: what a step unlocks stays where it appears
@@ -171,17 +143,14 @@ async function show() {
 async function report(part, place) {
   const { address } = await json("POST", pathTo(`/parts/${part}/ticket`));
   replace(place, [element("iframe", { src: address, title: "Report" })]);
-  byId(place).scrollIntoView();
 }
 
 // --- what a person does ----------------------------------------------------------------------------------------------
 
-async function look() {
-  await start("look", {}, () => state.files.some(({ role }) => role === "fit") && (!state.parts.looked || state.parts.looked.old));
-}
+async function look() { if (state.files.some(({ role }) => role === "fit") && (!state.parts.looked || state.parts.looked.old)) await start("look"); }
 
 async function receive(files) {
-  const role = document.querySelector('input[name="role"]:checked').value;
+  const [role] = chosenOf("role");
   for (const file of files) {
     if (file.size > settings.file_size) throw new Refusal(`${file.name} has ${sizeText(file.size)}; the limit is ${sizeText(settings.file_size)}. Start bristle lab --serve again with a larger BRISTLE_SIZE_LIMIT in the environment`);
     byId("said").textContent = `receiving ${file.name}`;
@@ -193,7 +162,7 @@ async function receive(files) {
 }
 
 function chosenModels() {
-  const names = [...document.querySelectorAll('input[name="model"]:checked')].map(({ value }) => value);
+  const names = chosenOf("model");
   if (!names.length) throw new Refusal("Select at least one model");
   return [...new Set(names.flatMap((name) => byId("asymmetry").checked && !name.endsWith("+asymmetry") ? [name, `${name}+asymmetry`] : [name]))].join(",");
 }
@@ -211,7 +180,7 @@ function listen() {
   drop.addEventListener("dragleave", () => drop.classList.remove("over"));
   drop.addEventListener("drop", (event) => { event.preventDefault(); drop.classList.remove("over"); doing(() => receive([...event.dataTransfer.files])); });
   byId("identify").addEventListener("click", () => doing(() => start("identify", { models: chosenModels(), draws: countIn("draws"), cutoff: byId("cutoff").value })));
-  byId("export").addEventListener("click", () => doing(() => start("export", { target: document.querySelector('input[name="target"]:checked').value, name: byId("export-name").value, points: countIn("points") })));
+  byId("export").addEventListener("click", () => doing(() => start("export", { target: chosenOf("target")[0], name: byId("export-name").value, points: countIn("points") })));
   byId("cancel").addEventListener("click", () => doing(async () => take(await json("POST", pathTo("/cancel"), {}))));
   byId("stop").addEventListener("click", () => doing(async () => take(await json("POST", pathTo("/cancel"), { at_once: true }))));
   byId("new").addEventListener("click", () => doing(begin));

@@ -12,24 +12,20 @@ function checkView(checked) {
   ]).filter(Boolean);
 }
 
-function verdictView(found, state, { download, report }) {
-  const units = unitsOf(found.kind), old = state.parts.identified.old;
+// The verdict, and the report with its pictures and tables.
+function verdictView(found, state, download) {
   return [
-    old ? element("p", { class: "old", text: "The logs or the axis file have changed since this identification. Check the logs and identify again." }) : null,
+    state.parts.identified.old ? element("p", { class: "old", text: "The logs or the axis file have changed since this identification. Check the logs and identify again." }) : null,
     element("p", { class: `ruling ${found.verdict.level}`, id: "ruling", text: found.verdict.words }),
     found.unfinished ? element("p", { class: "alert", text: `Unfinished: ${found.unfinished}` }) : null,
     element("p", {}, element("strong", { text: found.model }), ...withCode(`: ${found.misfit.join("; ")}.`)),
     listOf(found.verdict.reasons),
-    element("div", { class: "plots" }, effortPicture(found.time, units.force, "Effort of the log"), frictionPicture(found.velocity, units)),
-    copied(found.parameters),
-    found.warnings.length ? folded(`Warnings (${found.warnings.length})`, listOf(found.warnings)) : null,
-    found.comparison ? folded("Models compared", tableOf(found.comparison)) : null,
-    listOf(found.next.map((step) => `Next: ${step}`)),
+    folded("Parameters", copied(found.parameters)),
     element("div", { id: "predicted" }),
-    element("div", { class: "tools" }, button("Show the report", report, { id: "show-report" }), button("Download results.zip", download, { id: "results" })),
+    element("div", { class: "tools" }, button("Download results.zip", download, { id: "results" })),
     element("p", { class: "note" }, "The same command in a terminal: ", element("code", { text: found.command })),
     element("div", { id: "report" }),
-  ].filter(Boolean);
+  ];
 }
 
 function predictedView(predicted) {
@@ -49,7 +45,9 @@ function exportedView(exported, { target, file }, download) {
   ].filter(Boolean);
 }
 
+function chosenOf(name) { return [...document.querySelectorAll(`input[name="${name}"]:checked`)].map(({ value }) => value); }
+
 function choicesOf(choices, name, type) {
-  return choices.map((choice) => element("label", { title: choice.description },
+  return choices.map((choice) => element("label", { title: choice.description ?? false },
     element("input", { type, name, value: choice.name, checked: choice.first }), ` ${choice.title ?? choice.name}`));
 }

@@ -40,9 +40,9 @@ function folded(summary, ...children) {
 // A picture with its caption, which names the colour of each curve, drawn when it is on the page and again when its size changes.
 const drawn = new Map();
 const watch = new ResizeObserver((entries) => {
-  for (const { target } of entries) {
-    resized(target);
-    drawn.get(target)?.();
+  for (const entry of entries) {
+    resized(entry);
+    drawn.get(entry.target)?.();
   }
 });
 
