@@ -33,7 +33,7 @@ def reversals(motion: Motion) -> np.ndarray:
     side = np.sign(np.diff(motion.cycle, append=motion.cycle[0]))
     moving = np.flatnonzero(side)
     turns = moving[np.flatnonzero(side[moving] != np.roll(side[moving], 1))]
-    return turns[turns > 0]
+    return turns
 
 
 def errors(plant: Plant, motion: Motion, seed: int, feed: Callable[[np.ndarray], np.ndarray], gain: float, *, truth: bool = False) -> Any:

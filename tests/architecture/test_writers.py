@@ -20,6 +20,9 @@ OTHERS = {
     "cli/terminal.py": {"open", "os.open"},  # the null device
     "study/store.py": {"write_table"},
     "study/workers.py": {"os.open"},
+    "tune/journal.py": {"open"},  # appended only
+    "tune/tuning.py": {"open"},  # the lock of a machine
+    "tune/linuxcnc/machine.py": {"shutil.copy", "write_text"},  # temporary folders, for the compiler of HAL
     "testing/readers.py": {"savez"},  # into a buffer
 }
 FUNCTIONS = {

@@ -131,7 +131,11 @@ def drawn(seed: int) -> tuple[Plant, Motion]:
     plant.inertia, plant.limit = 0.97 * mass, coulomb * 4 + abs(plant.gravity) + 6 * mass
     # The motion is large beside the error of the loop, as on a machine in use.
     amplitude, period, dwell = log(0.5e-3, 8e-3), float(r.uniform(1.2, 3.0)), 0.15 * float(r.uniform() < 0.5)
+    distance = coulomb / plant.p + plant.reach  # the loop breaks the axis away over this distance of the reference
     amplitude = max(amplitude, 12 * coulomb / plant.p)
+    # Within a tenth of a second of a reversal, the reference covers twice this distance.
+    period = min(period, max(2 * math.pi * math.sqrt(amplitude / (400 * distance)), 0.8))
+    amplitude = min(max(amplitude, 400 * distance * (period / (2 * math.pi)) ** 2), 15e-3)
     half, rest = round(period / 2 / plant.sample_time), round(dwell / plant.sample_time)
     t = np.arange(half) / half
     rise = (1 - np.cos(math.pi * t)) / 2 if rest == 0 else t - np.sin(2 * math.pi * t) / (2 * math.pi)

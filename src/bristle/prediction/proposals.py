@@ -20,24 +20,24 @@ class ProposedLine(NamedTuple):
     section: str
     key: str
     value: Any
-    why: str
+    reason: str
 
 
 def proposals_of(fit: Fit, axis: Axis) -> list[ProposedLine]:
     """Return the lines that would improve the next identification of this axis."""
-    found = []
+    lines: list[ProposedLine] = []
     for diagnostic in fit.diagnostics:
         numbers, code = diagnostic.numbers, diagnostic.code
         if code == "missing_ripple" and numbers["pulls"] == "alike" and numbers["harmonics"] and not axis.cogging:
-            found += [ProposedLine("cogging", key, numbers[key], code) for key in ("turner", "harmonics", "travel")]
+            lines += [ProposedLine("cogging", key, numbers[key], code) for key in ("turner", "harmonics", "travel")]
         if code == "weight_guessed" and axis.offset == "identify":
-            found.append(ProposedLine("plant", "offset", numbers["weight"], code))
+            lines.append(ProposedLine("plant", "offset", numbers["weight"], code))
         if code == "missing_gravity" and not axis.gravity:
-            found.append(ProposedLine("plant", "gravity", "link", code))
+            lines.append(ProposedLine("plant", "gravity", "link", code))
     if axis.presliding is None and not fit.plant.values.get("k"):
         distance = reversal_distance(fit.friction, float(np.max(np.abs(fit.traces.velocity))))
-        found += [ProposedLine("plant", "presliding", distance, "reversal_distance")] if distance else []
-    return found
+        lines += [ProposedLine("plant", "presliding", distance, "reversal_distance")] if distance else []
+    return lines
 
 
 def first_gain(fit: Fit) -> float:
@@ -51,12 +51,12 @@ def first_gain(fit: Fit) -> float:
 
 def axis_with(axis: Axis, proposals: Sequence[ProposedLine]) -> Axis:
     """Return an axis with proposed lines."""
-    given = {(proposal.section, proposal.key): proposal.value for proposal in proposals}
-    if ("cogging", "travel") in given:
-        turn = Cogging(given["cogging", "turner"], given["cogging", "travel"], tuple(given["cogging", "harmonics"]))
+    values = {(proposal.section, proposal.key): proposal.value for proposal in proposals}
+    if ("cogging", "travel") in values:
+        turn = Cogging(values["cogging", "turner"], values["cogging", "travel"], tuple(values["cogging", "harmonics"]))
         axis = replace(axis, cogging=(*axis.cogging, turn))
-    if ("plant", "offset") in given:
-        axis = replace(axis, offset=given["plant", "offset"])
-    if ("plant", "gravity") in given:
+    if ("plant", "offset") in values:
+        axis = replace(axis, offset=values["plant", "offset"])
+    if ("plant", "gravity") in values:
         axis = replace(axis, gravity=True)
-    return replace(axis, presliding=given.get(("plant", "presliding"), axis.presliding))
+    return replace(axis, presliding=values.get(("plant", "presliding"), axis.presliding))

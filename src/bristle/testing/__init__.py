@@ -6,6 +6,7 @@ from bristle.loading import loaded_from
 
 if TYPE_CHECKING:
     from bristle.testing.admission import admit, admit_friction_of
+    from bristle.testing.check import Fact, UnmetError, outcomes
     from bristle.testing.contract import CHECKS, Check, check_model, example_of
     from bristle.testing.figures import check_figure
     from bristle.testing.readers import check_reader

@@ -10,7 +10,7 @@ import numpy as np
 
 from bristle.friction import coulomb
 from bristle.plants import inertia
-from bristle.testing.check import Check, Fact, UnmetError, outcomes
+from bristle.testing import Check, Fact, UnmetError, outcomes
 from bristle.tune.machine import FrictionFeedforward, Limits, MachineStoppedError
 
 METHODS = ("identity", "writes", "state", "arm", "load", "set", "record", "keep", "restore", "close")

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from typing import Any
+from dataclasses import replace
 
 import numpy as np
 
-from bristle.core import InputError
-from bristle.core.experiment import Experiment, Variant
-from bristle.core.experiment import Run as Simulated
+from bristle.core import Experiment, InputError, Variant
+from bristle.core import Run as Simulated
 from bristle.files import MachineFile, read_experiment
 from bristle.references import recorded
 from bristle.simulation import simulate

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 import numpy as np
 
-from bristle.core import BristleError
-from bristle.core.experiment import Feedforward
+from bristle.core import BristleError, Feedforward
 from bristle.simulation import feedforward_effort
 
 if TYPE_CHECKING:

@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from bristle.tune.run import Run
     from bristle.tune.tuning import Tuning
 
-REVERSALS = ("reversals.forward_to_backward", "reversals.backward_to_forward")
-
 
 def sentences_of(result: Tuning) -> list[str]:
     """Return the outcome in sentences, verdict first."""

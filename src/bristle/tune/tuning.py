@@ -11,8 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from bristle.core import InputError, Progress
-from bristle.core.variable import Kind
+from bristle.core import InputError, Kind, Progress
 from bristle.files import MachineFile, as_json, lock, provenance, read_machine, state_folder, write_whole
 from bristle.tune.journal import NAME, Journal
 from bristle.tune.machine import Machine, MachineRefusedError, MachineStoppedError

@@ -89,14 +89,8 @@ class Hal:
         prefixes = tuple(f"{component}." for component in components)
         values = {}
         for row in rows:
-            name = next((word for word in row if word.startswith(prefixes)), None)
-            if (
-                name is not None
-                and "==>" not in row
-                and "<==" not in row
-                and row[2] in ("RW", "IN")
-                and not name.endswith((".tmax", ".time"))
-            ):
+            name = next((word for word in row if word.startswith(prefixes) and not word.endswith(COMPUTED)), None)
+            if name is not None and not {"==>", "<=="} & set(row) and row[2] in ("RW", "IN"):
                 values[name] = row[row.index(name) - 1]
         return values
 
